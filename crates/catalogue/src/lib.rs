@@ -1,0 +1,4 @@
+//! Meshes to packable items.
+
+pub mod mesh;
+pub mod object;

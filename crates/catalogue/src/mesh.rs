@@ -1,0 +1,64 @@
+//! Triangle meshes in metres.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// A triangle mesh, in metres, right-handed, z up; triangles wind counter-clockwise seen from outside.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Mesh {
+    /// Vertex positions, in metres.
+    pub vertices: Vec<Point3<f64>>,
+    /// Vertex indices per triangle.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// An axis-aligned box that encloses a mesh, in metres.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Bounds {
+    /// The corner with the lowest coordinates.
+    pub lowest: Point3<f64>,
+    /// The corner with the greatest coordinates.
+    pub highest: Point3<f64>,
+}
+
+impl Bounds {
+    /// The box's edges, in metres.
+    pub fn extents_m(&self) -> Vector3<f64> {
+        self.highest - self.lowest
+    }
+}
+
+impl Mesh {
+    /// The corners of each triangle. Triangles that name a missing vertex are left out.
+    pub fn corners(&self) -> impl Iterator<Item = [Point3<f64>; 3]> + '_ {
+        self.triangles.iter().filter_map(|[a, b, c]| {
+            let vertex = |index: &u32| self.vertices.get(*index as usize).copied();
+            Some([vertex(a)?, vertex(b)?, vertex(c)?])
+        })
+    }
+
+    /// The box around all vertices; `None` for a mesh without any.
+    pub fn bounds(&self) -> Option<Bounds> {
+        let first = *self.vertices.first()?;
+        Some(self.vertices.iter().fold(Bounds { lowest: first, highest: first }, |bounds, vertex| {
+            Bounds {
+                lowest: bounds.lowest.inf(vertex),
+                highest: bounds.highest.sup(vertex),
+            }
+        }))
+    }
+
+    /// The mesh moved by a rigid transform.
+    #[must_use]
+    pub fn transformed(&self, pose: &Isometry3<f64>) -> Self {
+        Self {
+            vertices: self.vertices.iter().map(|vertex| pose * vertex).collect(),
+            triangles: self.triangles.clone(),
+        }
+    }
+
+    /// The enclosed volume in cubic metres, by the divergence theorem; negative where triangles wind inwards.
+    pub fn signed_volume_m3(&self) -> f64 {
+        self.corners().map(|[a, b, c]| a.coords.dot(&b.coords.cross(&c.coords)) / 6.0).sum()
+    }
+}

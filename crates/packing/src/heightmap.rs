@@ -1,0 +1,260 @@
+//! Heightmaps of a container: in grid units, and the finer surface in metres they are made from.
+
+use serde::{Deserialize, Serialize};
+
+use crate::grid::{Grid, MAX_UNITS, Units};
+
+/// Why a heightmap or a surface could not be made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum HeightmapError {
+    /// The number of heights is not that of the grid.
+    #[error("a heightmap of {nx} x {ny} cells needs {} heights, but {found} were given", nx * ny)]
+    Size {
+        /// Cells along x.
+        nx: usize,
+        /// Cells along y.
+        ny: usize,
+        /// How many heights were given.
+        found: usize,
+    },
+    /// A height is not a number the engine represents.
+    #[error("the height {height} of cell ({x}, {y}) is not within 0 and {limit}")]
+    Height {
+        /// Cell index along x.
+        x: usize,
+        /// Cell index along y.
+        y: usize,
+        /// The height found.
+        height: f64,
+        /// The greatest height possible.
+        limit: f64,
+    },
+}
+
+/// The height of a container's content per cell, in units, from the floor.
+///
+/// Row-major: the height of cell `(x, y)` is at `x * ny + y`. Everything below a height counts as full.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Heightmap {
+    nx: usize,
+    ny: usize,
+    heights: Vec<Units>,
+}
+
+impl Heightmap {
+    /// An empty container.
+    pub fn empty(grid: &Grid) -> Self {
+        Self { nx: grid.nx(), ny: grid.ny(), heights: vec![0; grid.nx() * grid.ny()] }
+    }
+
+    /// A heightmap of `nx` x `ny` cells from its heights in units, row-major.
+    ///
+    /// # Errors
+    /// [`HeightmapError`] where the count differs or a height is negative or above [`MAX_UNITS`].
+    pub fn from_units(nx: usize, ny: usize, heights: Vec<Units>) -> Result<Self, HeightmapError> {
+        if heights.len() != nx * ny {
+            return Err(HeightmapError::Size { nx, ny, found: heights.len() });
+        }
+        if let Some((index, height)) =
+            heights.iter().enumerate().find(|(_, height)| !(0..=MAX_UNITS).contains(*height))
+        {
+            return Err(HeightmapError::Height {
+                x: index / ny,
+                y: index % ny,
+                height: f64::from(*height),
+                limit: f64::from(MAX_UNITS),
+            });
+        }
+        Ok(Self { nx, ny, heights })
+    }
+
+    /// Cells along x.
+    pub fn nx(&self) -> usize {
+        self.nx
+    }
+
+    /// Cells along y.
+    pub fn ny(&self) -> usize {
+        self.ny
+    }
+
+    /// The heights in units, row-major.
+    pub fn heights(&self) -> &[Units] {
+        &self.heights
+    }
+
+    /// The heights of the cells with index `x` along x.
+    pub fn row(&self, x: usize) -> &[Units] {
+        self.heights.get(x * self.ny..(x + 1) * self.ny).unwrap_or(&[])
+    }
+
+    /// The height of a cell, in units; `None` outside the grid.
+    pub fn get(&self, x: usize, y: usize) -> Option<Units> {
+        if y < self.ny { self.heights.get(x * self.ny + y).copied() } else { None }
+    }
+
+    /// Raises a cell to at least `height` units; nothing happens outside the grid.
+    pub fn raise(&mut self, x: usize, y: usize, height: Units) {
+        if y < self.ny
+            && let Some(cell) = self.heights.get_mut(x * self.ny + y)
+        {
+            *cell = (*cell).max(height.min(MAX_UNITS));
+        }
+    }
+
+    /// The greatest height, in units.
+    pub fn max(&self) -> Units {
+        self.heights.iter().copied().max().unwrap_or(0)
+    }
+}
+
+/// The surface of a container's content in metres, sampled more finely than the cells of its grid.
+///
+/// Each sample is the greatest height within its square of `pitch_m` edge. Row-major like [`Heightmap`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Surface {
+    nx: usize,
+    ny: usize,
+    pitch_m: f64,
+    heights_m: Vec<f32>,
+}
+
+impl Surface {
+    /// The surface of an empty container, sampled [`Resolution::samples_per_cell`] times per cell.
+    ///
+    /// [`Resolution::samples_per_cell`]: crate::grid::Resolution::samples_per_cell
+    pub fn empty(grid: &Grid) -> Self {
+        let samples = grid.resolution().samples_per_cell();
+        let (nx, ny) = (grid.nx() * samples, grid.ny() * samples);
+        Self { nx, ny, pitch_m: grid.resolution().surface_pitch_m(), heights_m: vec![0.0; nx * ny] }
+    }
+
+    /// A surface of `nx` x `ny` samples, `pitch_m` apart, from its heights in metres, row-major.
+    ///
+    /// # Errors
+    /// [`HeightmapError`] where the count differs or a height is negative or not finite.
+    pub fn from_metres(
+        nx: usize,
+        ny: usize,
+        pitch_m: f64,
+        heights_m: Vec<f32>,
+    ) -> Result<Self, HeightmapError> {
+        if heights_m.len() != nx * ny {
+            return Err(HeightmapError::Size { nx, ny, found: heights_m.len() });
+        }
+        if let Some((index, height)) = heights_m
+            .iter()
+            .enumerate()
+            .find(|(_, height)| !height.is_finite() || **height < 0.0)
+        {
+            return Err(HeightmapError::Height {
+                x: index / ny,
+                y: index % ny,
+                height: f64::from(*height),
+                limit: f64::INFINITY,
+            });
+        }
+        Ok(Self { nx, ny, pitch_m, heights_m })
+    }
+
+    /// Samples along x.
+    pub fn nx(&self) -> usize {
+        self.nx
+    }
+
+    /// Samples along y.
+    pub fn ny(&self) -> usize {
+        self.ny
+    }
+
+    /// The distance between two samples, in metres.
+    pub fn pitch_m(&self) -> f64 {
+        self.pitch_m
+    }
+
+    /// The heights in metres, row-major.
+    pub fn heights_m(&self) -> &[f32] {
+        &self.heights_m
+    }
+
+    /// Raises a sample to at least `height_m`; nothing happens outside the surface.
+    pub fn raise(&mut self, x: usize, y: usize, height_m: f32) {
+        if y < self.ny
+            && let Some(sample) = self.heights_m.get_mut(x * self.ny + y)
+        {
+            *sample = sample.max(height_m);
+        }
+    }
+}
+
+/// What a placement is planned on: the container's heightmap, and its fine surface where the sensor gives one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    heightmap: Heightmap,
+    surface: Option<Surface>,
+}
+
+impl Scene {
+    /// A scene known by its heightmap alone.
+    pub fn from_heightmap(heightmap: Heightmap) -> Self {
+        Self { heightmap, surface: None }
+    }
+
+    /// A scene from its fine surface: each cell takes the greatest sample within it, rounded up to a unit.
+    ///
+    /// # Errors
+    /// [`HeightmapError::Size`] where the surface is not sampled as the grid's resolution asks.
+    pub fn from_surface(grid: &Grid, surface: Surface) -> Result<Self, HeightmapError> {
+        let samples = grid.resolution().samples_per_cell();
+        let (nx, ny) = (grid.nx(), grid.ny());
+        if surface.nx != nx * samples || surface.ny != ny * samples {
+            let found = surface.heights_m.len();
+            return Err(HeightmapError::Size { nx: nx * samples, ny: ny * samples, found });
+        }
+        let mut heightmap = Heightmap::empty(grid);
+        for (x, row) in surface.heights_m.chunks_exact(surface.ny).enumerate() {
+            for (y, cell) in row.chunks_exact(samples).enumerate() {
+                let height_m = cell.iter().copied().fold(0.0_f32, f32::max);
+                let height = grid.resolution().units_above(f64::from(height_m));
+                heightmap.raise(x / samples, y, height);
+            }
+        }
+        Ok(Self { heightmap, surface: Some(surface) })
+    }
+
+    /// The container's heightmap.
+    pub fn heightmap(&self) -> &Heightmap {
+        &self.heightmap
+    }
+
+    /// The fine surface, where it is known.
+    pub fn surface(&self) -> Option<&Surface> {
+        self.surface.as_ref()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scene_takes_the_greatest_sample_of_each_cell() {
+        let grid = Grid::reference();
+        let mut surface = Surface::empty(&grid);
+        surface.raise(4 * 3 + 2, 4 * 5 + 3, 0.0101);
+        let scene = Scene::from_surface(&grid, surface).unwrap();
+        assert_eq!(scene.heightmap().get(3, 5), Some(6));
+        assert_eq!(scene.heightmap().heights().iter().map(|height| i32::from(*height)).sum::<i32>(), 6);
+    }
+
+    #[test]
+    fn heightmaps_of_wrong_size_or_value_are_refused() {
+        assert!(matches!(Heightmap::from_units(2, 2, vec![0; 3]), Err(HeightmapError::Size { .. })));
+        assert!(matches!(
+            Heightmap::from_units(2, 2, vec![0, 0, 0, -1]),
+            Err(HeightmapError::Height { x: 1, y: 1, .. })
+        ));
+        assert!(Surface::from_metres(1, 1, 0.01, vec![f32::NAN]).is_err());
+    }
+}

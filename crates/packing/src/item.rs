@@ -1,0 +1,318 @@
+//! Items as the planner sees them: a pair of heightmaps per yaw.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
+
+use crate::grid::{Grid, MAX_UNITS, Units};
+use crate::placement::RestingPlacement;
+
+/// The lower surface of a cell with no material.
+pub const ABSENT: Units = -1;
+
+/// Why an item could not be made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ItemError {
+    /// A map does not have the footprint's number of cells.
+    #[error("the {map} of item {item} has {found} values where its footprint of {nx} x {ny} needs {}", nx * ny)]
+    Size {
+        /// The item's name.
+        item: String,
+        /// Which map.
+        map: &'static str,
+        /// Values along x.
+        nx: usize,
+        /// Values along y.
+        ny: usize,
+        /// How many values were given.
+        found: usize,
+    },
+    /// A cell's surfaces are out of order or out of range.
+    #[error(
+        "cell ({x}, {y}) of item {item} has its upper surface at {top} and its lower one at {bottom}; \
+         0 <= lower < upper <= {MAX_UNITS} is needed, or a lower one of -1 where there is no material"
+    )]
+    Surfaces {
+        /// The item's name.
+        item: String,
+        /// Cell index along x.
+        x: usize,
+        /// Cell index along y.
+        y: usize,
+        /// Upper surface, in units.
+        top: Units,
+        /// Lower surface, in units.
+        bottom: Units,
+    },
+    /// No cell has material, or none at height 0.
+    #[error("item {item} has no material at its lowest height")]
+    Empty {
+        /// The item's name.
+        item: String,
+    },
+    /// There is no view.
+    #[error("item {item} has no yaw")]
+    NoView {
+        /// The item's name.
+        item: String,
+    },
+}
+
+/// The item's lower surface in metres, sampled finely, for contact that does not depend on the cell.
+///
+/// Row-major; samples start at the footprint's corner; `f32::INFINITY` where there is no material. Heights are
+/// from the item's lowest point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Underside {
+    /// Samples along x.
+    pub nx: usize,
+    /// Samples along y.
+    pub ny: usize,
+    /// Samples along a cell's edge.
+    pub samples_per_cell: usize,
+    /// The lowest height within each sample's square, in metres.
+    pub heights_m: Vec<f32>,
+}
+
+/// What is given to make an [`ItemView`]: an item's surfaces at one yaw.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ViewSurfaces {
+    /// Footprint cells along x.
+    pub nx: usize,
+    /// Footprint cells along y.
+    pub ny: usize,
+    /// Upper surface per cell in units from the lowest point, row-major; ignored where there is no material.
+    pub top: Vec<Units>,
+    /// Lower surface per cell in units, or [`ABSENT`], row-major.
+    pub bottom: Vec<Units>,
+    /// The finely sampled lower surface, where it is known.
+    pub underside: Option<Underside>,
+    /// The item frame's origin, seen from the footprint's corner at the lowest point, in metres.
+    pub origin_from_corner_m: Vector3<f64>,
+    /// The centre of mass over the footprint, from its corner, in metres, where it is known.
+    pub centre_of_mass_m: Option<Point2<f64>>,
+}
+
+/// An item at one yaw: its heightmap pair and what follows from it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ItemView {
+    surfaces: ViewSurfaces,
+    height: Units,
+    voxel_count: u64,
+    centroid_cells: Point2<f64>,
+}
+
+impl ItemView {
+    fn new(item: &str, mut surfaces: ViewSurfaces) -> Result<Self, ItemError> {
+        let (nx, ny) = (surfaces.nx, surfaces.ny);
+        let sized = |map: &'static str, nx: usize, ny: usize, found: usize| {
+            if found == nx * ny {
+                Ok(())
+            } else {
+                Err(ItemError::Size { item: item.to_owned(), map, nx, ny, found })
+            }
+        };
+        sized("upper surface", nx, ny, surfaces.top.len())?;
+        sized("lower surface", nx, ny, surfaces.bottom.len())?;
+        if let Some(underside) = &surfaces.underside {
+            let samples = underside.samples_per_cell;
+            sized("underside", nx * samples, ny * samples, underside.heights_m.len())?;
+        }
+        let (mut height, mut lowest, mut voxel_count) = (0, Units::MAX, 0_u64);
+        let mut moment = nalgebra::Vector2::zeros();
+        let cells = surfaces.top.iter_mut().zip(&surfaces.bottom).enumerate();
+        for (index, (top, bottom)) in cells {
+            let (x, y) = (index / ny, index % ny);
+            if *bottom == ABSENT {
+                *top = 0;
+                continue;
+            }
+            if *bottom < 0 || *top <= *bottom || *top > MAX_UNITS {
+                let (top, bottom) = (*top, *bottom);
+                return Err(ItemError::Surfaces { item: item.to_owned(), x, y, top, bottom });
+            }
+            height = height.max(*top);
+            lowest = lowest.min(*bottom);
+            let column = (*top - *bottom) as u64;
+            voxel_count += column;
+            moment += nalgebra::Vector2::new(x as f64 + 0.5, y as f64 + 0.5) * column as f64;
+        }
+        if lowest != 0 {
+            return Err(ItemError::Empty { item: item.to_owned() });
+        }
+        let centroid_cells = Point2::from(moment / voxel_count as f64);
+        Ok(Self { surfaces, height, voxel_count, centroid_cells })
+    }
+
+    /// Footprint cells along x.
+    pub fn nx(&self) -> usize {
+        self.surfaces.nx
+    }
+
+    /// Footprint cells along y.
+    pub fn ny(&self) -> usize {
+        self.surfaces.ny
+    }
+
+    /// Upper surface per cell in units from the lowest point, row-major; 0 where there is no material.
+    pub fn top(&self) -> &[Units] {
+        &self.surfaces.top
+    }
+
+    /// Lower surface per cell in units, or [`ABSENT`], row-major.
+    pub fn bottom(&self) -> &[Units] {
+        &self.surfaces.bottom
+    }
+
+    /// The finely sampled lower surface, where it is known.
+    pub fn underside(&self) -> Option<&Underside> {
+        self.surfaces.underside.as_ref()
+    }
+
+    /// Height from the lowest to the highest point, in units.
+    pub fn height(&self) -> Units {
+        self.height
+    }
+
+    /// `V`: how many voxels the item fills.
+    pub fn voxel_count(&self) -> u64 {
+        self.voxel_count
+    }
+
+    /// `B`: how many voxels the item's bounding box has.
+    pub fn box_voxel_count(&self) -> u64 {
+        (self.nx() * self.ny()) as u64 * self.height as u64
+    }
+
+    /// The mean of the item's voxels over the footprint, in cells from its corner.
+    pub fn centroid_cells(&self) -> Point2<f64> {
+        self.centroid_cells
+    }
+
+    /// The centre of mass over the footprint, in metres from its corner; the voxels' mean where it is not known.
+    pub fn centre_of_mass_m(&self, cell_m: f64) -> Point2<f64> {
+        self.surfaces.centre_of_mass_m.unwrap_or(self.centroid_cells * cell_m)
+    }
+
+    /// The item frame's origin, seen from the footprint's corner at the lowest point, in metres.
+    pub fn origin_from_corner_m(&self) -> Vector3<f64> {
+        self.surfaces.origin_from_corner_m
+    }
+}
+
+/// Identifies an item's shape within this process; two items made separately never share one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ShapeId(u64);
+
+/// An item that can be packed: its heightmap pairs, one view per yaw, and what the metrics need.
+#[derive(Debug)]
+pub struct Item {
+    shape: ShapeId,
+    name: Arc<str>,
+    views: Vec<ItemView>,
+    mesh_volume_m3: f64,
+}
+
+impl Item {
+    /// An item from its surfaces at each yaw of a resolution, and the volume of its mesh in cubic metres.
+    ///
+    /// # Errors
+    /// [`ItemError`] where a map has the wrong size, a cell's surfaces are out of order, or there is no material.
+    pub fn new(
+        name: &str,
+        views: Vec<ViewSurfaces>,
+        mesh_volume_m3: f64,
+    ) -> Result<Self, ItemError> {
+        static NEXT: AtomicU64 = AtomicU64::new(0);
+        if views.is_empty() {
+            return Err(ItemError::NoView { item: name.to_owned() });
+        }
+        let views =
+            views.into_iter().map(|view| ItemView::new(name, view)).collect::<Result<_, _>>()?;
+        let shape = ShapeId(NEXT.fetch_add(1, Ordering::Relaxed));
+        Ok(Self { shape, name: name.into(), views, mesh_volume_m3 })
+    }
+
+    /// The item's shape, for caches.
+    pub fn shape(&self) -> ShapeId {
+        self.shape
+    }
+
+    /// The item's name, unique within its catalogue.
+    pub fn name(&self) -> &Arc<str> {
+        &self.name
+    }
+
+    /// One view per yaw.
+    pub fn views(&self) -> &[ItemView] {
+        &self.views
+    }
+
+    /// The volume of the item's mesh, in cubic metres; voxels inflate it, more so on coarse grids.
+    pub fn mesh_volume_m3(&self) -> f64 {
+        self.mesh_volume_m3
+    }
+
+    /// Voxels of the greatest bounding box over the yaws: what the BBox order sorts by at the first yaw.
+    pub fn box_voxel_count(&self) -> u64 {
+        self.views.first().map_or(0, ItemView::box_voxel_count)
+    }
+
+    /// Where a placement puts the item: its frame in the container frame.
+    ///
+    /// `None` where the placement names a yaw that the item does not have.
+    pub fn container_from_item(
+        &self,
+        grid: &Grid,
+        placement: &RestingPlacement,
+    ) -> Option<Isometry3<f64>> {
+        let view = self.views.get(placement.placement.yaw)?;
+        let yaw_rad = grid.resolution().yaws().radians().get(placement.placement.yaw)?;
+        let cell_m = grid.resolution().cell_m();
+        let corner = Vector3::new(
+            placement.placement.x as f64 * cell_m,
+            placement.placement.y as f64 * cell_m,
+            f64::from(placement.resting_height) * grid.resolution().height_unit_m(),
+        );
+        let translation = Translation3::from(corner + view.origin_from_corner_m());
+        let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), *yaw_rad);
+        Some(Isometry3::from_parts(translation, rotation))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn surfaces(nx: usize, ny: usize, top: Vec<Units>, bottom: Vec<Units>) -> ViewSurfaces {
+        ViewSurfaces {
+            nx,
+            ny,
+            top,
+            bottom,
+            underside: None,
+            origin_from_corner_m: Vector3::zeros(),
+            centre_of_mass_m: None,
+        }
+    }
+
+    #[test]
+    fn a_view_counts_its_voxels_and_their_mean() {
+        let item = Item::new("ell", vec![surfaces(1, 2, vec![4, 2], vec![0, 1])], 0.0).unwrap();
+        let view = &item.views()[0];
+        assert_eq!((view.voxel_count(), view.box_voxel_count(), view.height()), (5, 8, 4));
+        assert!((view.centroid_cells() - Point2::new(0.5, 0.7)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn impossible_items_are_refused() {
+        let make = |view| Item::new("bad", vec![view], 0.0);
+        assert!(matches!(make(surfaces(1, 2, vec![1], vec![0, 0])), Err(ItemError::Size { .. })));
+        assert!(matches!(make(surfaces(1, 1, vec![1], vec![1])), Err(ItemError::Surfaces { .. })));
+        assert!(matches!(make(surfaces(1, 1, vec![2], vec![1])), Err(ItemError::Empty { .. })));
+        assert!(matches!(make(surfaces(1, 1, vec![0], vec![-1])), Err(ItemError::Empty { .. })));
+        assert!(matches!(Item::new("none", vec![], 0.0), Err(ItemError::NoView { .. })));
+    }
+}
