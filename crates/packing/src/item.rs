@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
 
 use crate::grid::{Grid, MAX_UNITS, Units};
+use crate::kernel::ViewLayout;
 use crate::placement::RestingPlacement;
 
 /// The lower surface of a cell with no material.
@@ -102,6 +103,17 @@ pub struct ItemView {
     height: Units,
     voxel_count: u64,
     centroid_cells: Point2<f64>,
+    columns: Columns,
+    layout: ViewLayout,
+}
+
+/// Sums over the footprint cells with material.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Columns {
+    /// How many there are.
+    pub(crate) cells: u64,
+    /// The sum of their upper surfaces, in units.
+    pub(crate) top_sum: i64,
 }
 
 impl ItemView {
@@ -121,9 +133,10 @@ impl ItemView {
             sized("underside", nx * samples, ny * samples, underside.heights_m.len())?;
         }
         let (mut height, mut lowest, mut voxel_count) = (0, Units::MAX, 0_u64);
+        let mut sums = Columns::default();
         let mut moment = nalgebra::Vector2::zeros();
-        let cells = surfaces.top.iter_mut().zip(&surfaces.bottom).enumerate();
-        for (index, (top, bottom)) in cells {
+        let columns = surfaces.top.iter_mut().zip(&surfaces.bottom).enumerate();
+        for (index, (top, bottom)) in columns {
             let (x, y) = (index / ny, index % ny);
             if *bottom == ABSENT {
                 *top = 0;
@@ -137,13 +150,16 @@ impl ItemView {
             lowest = lowest.min(*bottom);
             let column = (*top - *bottom) as u64;
             voxel_count += column;
+            sums.cells += 1;
+            sums.top_sum += i64::from(*top);
             moment += nalgebra::Vector2::new(x as f64 + 0.5, y as f64 + 0.5) * column as f64;
         }
         if lowest != 0 {
             return Err(ItemError::Empty { item: item.to_owned() });
         }
         let centroid_cells = Point2::from(moment / voxel_count as f64);
-        Ok(Self { surfaces, height, voxel_count, centroid_cells })
+        let layout = ViewLayout::new(nx, ny, &surfaces.top, &surfaces.bottom);
+        Ok(Self { surfaces, height, voxel_count, centroid_cells, columns: sums, layout })
     }
 
     /// Footprint cells along x.
@@ -174,6 +190,14 @@ impl ItemView {
     /// Height from the lowest to the highest point, in units.
     pub fn height(&self) -> Units {
         self.height
+    }
+
+    pub(crate) fn columns(&self) -> Columns {
+        self.columns
+    }
+
+    pub(crate) fn layout(&self) -> &ViewLayout {
+        &self.layout
     }
 
     /// `V`: how many voxels the item fills.

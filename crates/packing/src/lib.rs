@@ -1,8 +1,25 @@
 //! The packing domain of ppnpack: scene in, placement out.
 //!
-//! Pure and synchronous: no wire, no async, no network library.
+//! A [`Planner`](plan::Planner) plans one step by Algorithm 1 of the PPN-Pack paper: a
+//! [`Proposer`](proposals::Proposer) says which placements of the buffer's items are worth evaluating, an
+//! [`Evaluator`](plan::Evaluator) ranks them by a packing heuristic, and the best one that every
+//! [`ValidityCheck`](check::ValidityCheck) accepts is chosen.
+//!
+//! The crate is pure and synchronous: no wire, no async, no network library.
 
+pub mod check;
+pub mod distance;
 pub mod grid;
 pub mod heightmap;
 pub mod item;
+mod kernel;
+pub mod objective;
+pub mod oracle;
 pub mod placement;
+pub mod plan;
+pub mod proposals;
+mod random;
+mod resting_maps;
+pub mod search;
+pub mod stability;
+pub mod survey;

@@ -1,0 +1,273 @@
+//! The inner loops: resting heights and distance sums over padded maps.
+//!
+//! Maps are padded with [`WALL`] so that a whole block of lanes can be read from any cell of the container: a
+//! placement that leaves the container then rests at wall height and never fits, with no branch in the loops.
+//! Everything here is `inline(always)`, so that one dispatch on the processor's features, made by the caller,
+//! covers the whole loop nest.
+#![allow(
+    clippy::indexing_slicing,
+    reason = "a block is read at most LANES cells past a row's last cell, which PaddedMap allocates; \
+              lane loops run over fixed-size arrays"
+)]
+
+use crate::grid::Units;
+use crate::item::{ABSENT, ItemView};
+use crate::objective::Contact;
+
+/// Placements computed at once along y.
+pub(crate) const LANES: usize = 32;
+
+/// Footprint cells summed at once along y.
+pub(crate) const ROW_LANES: usize = 16;
+
+/// The height of walls and of everything outside the container.
+///
+/// Twice [`MAX_UNITS`](crate::grid::MAX_UNITS) and more, and small enough that adding a height to it stays in `i16`.
+pub(crate) const WALL: Units = 16_384;
+
+/// Stands for the lower surface of a cell without material in padded rows: a height it can never rest on.
+const NOTHING_BELOW: Units = 32_000;
+
+/// A map over the container's cells, row-major with rows padded by [`WALL`].
+#[derive(Debug, Clone, Default)]
+pub(crate) struct PaddedMap {
+    nx: usize,
+    ny: usize,
+    stride: usize,
+    cells: Vec<Units>,
+}
+
+impl PaddedMap {
+    pub(crate) fn new(nx: usize, ny: usize) -> Self {
+        let stride = ny.next_multiple_of(LANES) + LANES;
+        // The last row's blocks may reach past its end by the padding of one more row.
+        Self { nx, ny, stride, cells: vec![WALL; (nx + 1) * stride] }
+    }
+
+    pub(crate) fn stride(&self) -> usize {
+        self.stride
+    }
+
+    pub(crate) fn row(&self, x: usize) -> &[Units] {
+        &self.cells[x * self.stride..x * self.stride + self.ny]
+    }
+
+    pub(crate) fn row_mut(&mut self, x: usize) -> &mut [Units] {
+        &mut self.cells[x * self.stride..x * self.stride + self.ny]
+    }
+
+    pub(crate) fn size(&self) -> (usize, usize) {
+        (self.nx, self.ny)
+    }
+}
+
+/// A footprint cell with material.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Cell {
+    x: u16,
+    y: u16,
+    bottom: Units,
+}
+
+/// An item's view laid out for the loops.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ViewLayout {
+    cells: Vec<Cell>,
+    row_stride: usize,
+    /// Per row, padded: upper surface (0 where absent).
+    top: Vec<Units>,
+    /// Per row, padded: upper minus lower surface (0 where absent).
+    thickness: Vec<Units>,
+    /// Per row, padded: lower surface ([`NOTHING_BELOW`] where absent).
+    bottom: Vec<Units>,
+    /// Rows whose clamped sums are sure to fit an `i16` lane together; 0 where only a block's are.
+    rows_per_flush: usize,
+    voxel_count: u64,
+}
+
+impl ViewLayout {
+    pub(crate) fn new(nx: usize, ny: usize, top: &[Units], bottom: &[Units]) -> Self {
+        let row_stride = ny.next_multiple_of(ROW_LANES);
+        let mut layout = Self {
+            cells: Vec::new(),
+            row_stride,
+            top: vec![0; nx * row_stride],
+            thickness: vec![0; nx * row_stride],
+            bottom: vec![NOTHING_BELOW; nx * row_stride],
+            rows_per_flush: 1,
+            voxel_count: 0,
+        };
+        let mut thickest = 1;
+        for (index, (top, bottom)) in top.iter().zip(bottom).enumerate() {
+            let (x, y) = (index / ny, index % ny);
+            if *bottom == ABSENT {
+                continue;
+            }
+            let thickness = top - bottom;
+            let padded = x * row_stride + y;
+            layout.cells.push(Cell { x: x as u16, y: y as u16, bottom: *bottom });
+            layout.top[padded] = *top;
+            layout.thickness[padded] = thickness;
+            layout.bottom[padded] = *bottom;
+            layout.voxel_count += thickness as u64;
+            thickest = thickest.max(thickness);
+        }
+        let per_row = DISTANCE_LEVELS * (row_stride / ROW_LANES) * thickest as usize;
+        layout.rows_per_flush = Units::MAX as usize / per_row;
+        layout
+    }
+}
+
+/// Distances are truncated one step beyond this many levels.
+pub(crate) const DISTANCE_LEVELS: usize = 4;
+
+/// Resting heights of the [`LANES`] placements whose footprints start at cell index `base` and after it along y:
+/// `k = max(0, max over footprint cells of (container - item bottom))`.
+#[inline(always)]
+pub(crate) fn resting_heights(container: &PaddedMap, base: usize, view: &ItemView) -> [Units; LANES] {
+    let mut heights = [0; LANES];
+    for cell in &view.layout().cells {
+        let start = base + usize::from(cell.x) * container.stride + usize::from(cell.y);
+        let below: &[Units; LANES] = lanes(&container.cells, start);
+        for lane in 0..LANES {
+            heights[lane] = heights[lane].max(below[lane] - cell.bottom);
+        }
+    }
+    heights
+}
+
+/// Resting height of the one placement whose footprint starts at cell index `base`.
+#[inline(always)]
+pub(crate) fn resting_height(container: &PaddedMap, base: usize, view: &ItemView) -> Units {
+    let layout = view.layout();
+    let mut heights = [0; ROW_LANES];
+    for (x, bottoms) in layout.bottom.chunks_exact(layout.row_stride).enumerate() {
+        let start = base + x * container.stride;
+        for (block, bottom) in bottoms.as_chunks::<ROW_LANES>().0.iter().enumerate() {
+            let below: &[Units; ROW_LANES] = lanes(&container.cells, start + block * ROW_LANES);
+            for lane in 0..ROW_LANES {
+                heights[lane] = heights[lane].max(below[lane] - bottom[lane]);
+            }
+        }
+    }
+    heights.into_iter().fold(0, Units::max)
+}
+
+/// The sum of `D` over the item's voxels, for the placement at cell index `base` resting at `height`.
+///
+/// A voxel at height `z` has `D = 1 + #{d : z >= H_d}`, so a column from `z0` to `z1` adds its length and, for
+/// each level, `clamp(z1 - H_d, 0, z1 - z0)`.
+#[inline(always)]
+pub(crate) fn distance_sum(
+    levels: &[PaddedMap; DISTANCE_LEVELS],
+    base: usize,
+    view: &ItemView,
+    height: Units,
+) -> u64 {
+    let layout = view.layout();
+    let stride = levels[0].stride;
+    let mut total = layout.voxel_count;
+    let mut sums = [0; ROW_LANES];
+    let mut pending = 0;
+    let tops = layout.top.chunks_exact(layout.row_stride);
+    let rows = tops.zip(layout.thickness.chunks_exact(layout.row_stride));
+    for (x, (tops, thicknesses)) in rows.enumerate() {
+        if pending >= layout.rows_per_flush {
+            total += flush(&mut sums);
+            pending = 0;
+        }
+        pending += 1;
+        let row = base + x * stride;
+        let tops = tops.as_chunks::<ROW_LANES>().0;
+        let thicknesses = thicknesses.as_chunks::<ROW_LANES>().0;
+        for (block, (top, thickness)) in tops.iter().zip(thicknesses).enumerate() {
+            let start = row + block * ROW_LANES;
+            for level in levels {
+                let thresholds: &[Units; ROW_LANES] = lanes(&level.cells, start);
+                for lane in 0..ROW_LANES {
+                    let above = height + top[lane] - thresholds[lane];
+                    sums[lane] += above.max(0).min(thickness[lane]);
+                }
+            }
+            if layout.rows_per_flush == 0 {
+                total += flush(&mut sums);
+            }
+        }
+    }
+    total + flush(&mut sums)
+}
+
+#[inline(always)]
+fn flush(sums: &mut [Units; ROW_LANES]) -> u64 {
+    let total = sums.iter().map(|sum| u64::from(*sum as u16)).sum();
+    *sums = [0; ROW_LANES];
+    total
+}
+
+#[inline(always)]
+fn lanes<const N: usize>(cells: &[Units], start: usize) -> &[Units; N] {
+    match cells[start..start + N].first_chunk() {
+        Some(chunk) => chunk,
+        None => &[WALL; N],
+    }
+}
+
+/// Sum over the footprint's bounding rectangle of the heightmap as it would be after placing, in units.
+#[inline(always)]
+pub(crate) fn columns_after(
+    container: &PaddedMap,
+    base: usize,
+    view: &ItemView,
+    height: Units,
+) -> i64 {
+    let layout = view.layout();
+    let mut total = 0;
+    for x in 0..view.nx() {
+        let start = base + x * container.stride;
+        let below = &container.cells[start..start + view.ny()];
+        let row = x * layout.row_stride;
+        let tops = &layout.top[row..row + view.ny()];
+        let thicknesses = &layout.thickness[row..row + view.ny()];
+        let row_sum: i32 = below
+            .iter()
+            .zip(tops)
+            .zip(thicknesses)
+            .map(|((below, top), thickness)| {
+                i32::from(if *thickness > 0 { height + top } else { *below })
+            })
+            .sum();
+        total += i64::from(row_sum);
+    }
+    total
+}
+
+/// Faces of the item's voxels that touch content, walls or floor.
+///
+/// Beside a column only content reaches above the item's own lower surface there, so no face between two of the
+/// item's own voxels is counted.
+pub(crate) fn contact(
+    container: &PaddedMap,
+    placement: (usize, usize),
+    view: &ItemView,
+    height: Units,
+) -> Contact {
+    let mut contact = Contact::default();
+    let (nx, ny) = container.size();
+    let beside = |x: usize, y: usize, dx: isize, dy: isize| {
+        let (x, y) = (x.wrapping_add_signed(dx), y.wrapping_add_signed(dy));
+        if x < nx && y < ny { container.cells[x * container.stride + y] } else { WALL }
+    };
+    for (index, (top, bottom)) in view.top().iter().zip(view.bottom()).enumerate() {
+        if *bottom == ABSENT {
+            continue;
+        }
+        let (x, y) = (placement.0 + index / view.ny(), placement.1 + index % view.ny());
+        let (lowest, highest) = (height + bottom, height + top);
+        contact.floor_faces += u64::from(beside(x, y, 0, 0) == lowest);
+        for (dx, dy) in [(-1, 0), (1, 0), (0, -1), (0, 1)] {
+            let covered = beside(x, y, dx, dy).min(highest) - lowest;
+            contact.side_faces += covered.max(0) as u64;
+        }
+    }
+    contact
+}

@@ -1,0 +1,231 @@
+//! The heuristics `F(b, p)`: their terms, weights and lower bounds.
+
+use serde::{Deserialize, Serialize};
+
+use crate::grid::{Grid, Units};
+use crate::item::ItemView;
+
+/// Heights enter the published objectives in units of 0.2 cm.
+const REFERENCE_UNIT_M: f64 = 0.002;
+
+/// Offsets along the floor enter them in centimetres.
+const REFERENCE_CELL_M: f64 = 0.01;
+
+/// What a placement is judged by; lower is better.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Heuristic {
+    /// SDF minimisation: low, close to content, compact.
+    Sdfm,
+    /// Deepest bottom-left: low, then towards the origin's corner.
+    Dbl,
+    /// Heightmap minimisation: the least volume under the surface afterwards.
+    Hm,
+    /// Maximum touching area, negated.
+    Mta,
+    /// The first valid placement in the order of yaw, x, y.
+    FirstFit,
+    /// A valid placement at random: the lower bound of all methods.
+    Random,
+}
+
+/// How the items of the buffer compete for a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Order {
+    /// All together, with the size-balancing term that prefers large items early.
+    Balance,
+    /// One after another by decreasing volume of the bounding box, without that term; the first that has a valid
+    /// placement is packed.
+    BboxVolume,
+    /// One after another as they arrived, without that term.
+    Arrival,
+    /// One after another in random order, without that term.
+    Shuffled,
+}
+
+/// The weights of the objectives' terms; the defaults are the published ones.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Weights {
+    /// Of the resting height, per 0.2 cm.
+    pub resting_height: f64,
+    /// Of the mean truncated distance to content, per step of 1 cm.
+    pub distance: f64,
+    /// Of `1 - cbrt(V / B)`, the item's share of its bounding box.
+    pub box_share: f64,
+    /// Of `1 - cbrt(V / C)`, the item's share of the container, in the Balance order.
+    pub balance: f64,
+    /// Of the offset from the origin's corner, per centimetre.
+    pub corner: f64,
+    /// Of the volume under the surface, per square centimetre and 0.2 cm.
+    pub surface_volume: f64,
+    /// Of the touching area, per square centimetre.
+    pub touching_area: f64,
+}
+
+impl Default for Weights {
+    fn default() -> Self {
+        Self {
+            resting_height: 1.0,
+            distance: 2.5,
+            box_share: 10.0,
+            balance: 80.0,
+            corner: 1.0,
+            surface_volume: 1.0,
+            touching_area: 1.0,
+        }
+    }
+}
+
+/// A weight that is negative or not finite.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("the weight {name} must be a finite number of at least 0, but is {value}")]
+pub struct WeightError {
+    name: &'static str,
+    value: f64,
+}
+
+impl Weights {
+    /// Checks that every weight is finite and at least 0, which the search's bounds rely on.
+    ///
+    /// # Errors
+    /// [`WeightError`] names the first that is not.
+    pub fn validate(&self) -> Result<(), WeightError> {
+        let named = [
+            ("resting_height", self.resting_height),
+            ("distance", self.distance),
+            ("box_share", self.box_share),
+            ("balance", self.balance),
+            ("corner", self.corner),
+            ("surface_volume", self.surface_volume),
+            ("touching_area", self.touching_area),
+        ];
+        match named.into_iter().find(|(_, value)| !value.is_finite() || *value < 0.0) {
+            Some((name, value)) => Err(WeightError { name, value }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// An objective at one resolution: the weights converted to its cells and units, lengths staying physical.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Objective {
+    pub(crate) heuristic: Heuristic,
+    per_unit: f64,
+    per_cell: f64,
+    per_column_unit: f64,
+    per_floor_face: f64,
+    per_side_face: f64,
+    distance: f64,
+    box_share: f64,
+    balance: f64,
+    container_voxels: f64,
+}
+
+impl Objective {
+    /// `balanced` adds the size-balancing term.
+    pub(crate) fn new(grid: &Grid, heuristic: Heuristic, weights: &Weights, balanced: bool) -> Self {
+        let unit = grid.resolution().height_unit_m() / REFERENCE_UNIT_M;
+        let cell = grid.resolution().cell_m() / REFERENCE_CELL_M;
+        let unit_cm = unit * REFERENCE_UNIT_M / REFERENCE_CELL_M;
+        Self {
+            heuristic,
+            per_unit: weights.resting_height * unit,
+            per_cell: weights.corner * cell,
+            per_column_unit: weights.surface_volume * unit * cell * cell,
+            per_floor_face: weights.touching_area * cell * cell,
+            per_side_face: weights.touching_area * cell * unit_cm,
+            distance: weights.distance,
+            box_share: weights.box_share,
+            balance: if balanced { weights.balance } else { 0.0 },
+            container_voxels: grid.voxel_count(),
+        }
+    }
+
+    /// The terms that depend on the item and yaw alone.
+    pub(crate) fn constant(&self, view: &ItemView) -> f64 {
+        let voxels = view.voxel_count() as f64;
+        let balance = self.balance * (1.0 - (voxels / self.container_voxels).cbrt());
+        match self.heuristic {
+            Heuristic::Sdfm => {
+                let share = voxels / view.box_voxel_count() as f64;
+                self.box_share * (1.0 - share.cbrt()) + balance
+            }
+            Heuristic::Dbl | Heuristic::Hm | Heuristic::Mta => balance,
+            Heuristic::FirstFit | Heuristic::Random => 0.0,
+        }
+    }
+
+    /// A bound that no placement of the view with this resting height is below.
+    pub(crate) fn lower_bound(&self, view: &ItemView, terms: &ViewTerms, height: Units) -> f64 {
+        let resting = self.per_unit * f64::from(height);
+        match self.heuristic {
+            // Every voxel has a distance of at least one step. The terms are added in the order of `sdfm`, so that
+            // rounding cannot lift the bound above a value.
+            Heuristic::Sdfm => resting + self.distance + terms.constant,
+            Heuristic::Dbl => resting + terms.constant,
+            Heuristic::Hm => {
+                let columns = terms.cells as f64 * f64::from(height) + terms.top_sum as f64;
+                self.per_column_unit * columns + terms.constant
+            }
+            Heuristic::Mta => terms.constant - self.largest_contact(view),
+            Heuristic::FirstFit | Heuristic::Random => 0.0,
+        }
+    }
+
+    pub(crate) fn sdfm(&self, height: Units, mean_distance: f64, constant: f64) -> f64 {
+        self.per_unit * f64::from(height) + self.distance * mean_distance + constant
+    }
+
+    pub(crate) fn dbl(&self, height: Units, x: usize, y: usize, constant: f64) -> f64 {
+        self.per_unit * f64::from(height) + self.per_cell * (x + y) as f64 + constant
+    }
+
+    pub(crate) fn hm(&self, columns: i64, x: usize, y: usize, constant: f64) -> f64 {
+        self.per_column_unit * columns as f64 + self.per_cell * (x + y) as f64 + constant
+    }
+
+    pub(crate) fn mta(&self, contact: Contact, constant: f64) -> f64 {
+        constant - self.contact_area(contact)
+    }
+
+    fn contact_area(&self, contact: Contact) -> f64 {
+        self.per_floor_face * contact.floor_faces as f64
+            + self.per_side_face * contact.side_faces as f64
+    }
+
+    fn largest_contact(&self, view: &ItemView) -> f64 {
+        let cells = (view.nx() * view.ny()) as u64;
+        let contact = Contact { floor_faces: cells, side_faces: 4 * view.voxel_count() };
+        self.contact_area(contact)
+    }
+}
+
+/// Faces of an item's voxels that touch content, walls or floor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Contact {
+    /// Faces that lie on something.
+    pub(crate) floor_faces: u64,
+    /// Faces with something beside them.
+    pub(crate) side_faces: u64,
+}
+
+/// What an objective needs of a view, computed once per step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ViewTerms {
+    pub(crate) constant: f64,
+    /// Footprint cells with material.
+    pub(crate) cells: u64,
+    /// Sum of the upper surface over them.
+    pub(crate) top_sum: i64,
+}
+
+impl ViewTerms {
+    pub(crate) fn new(objective: &Objective, view: &ItemView) -> Self {
+        let columns = view.columns();
+        Self { constant: objective.constant(view), cells: columns.cells, top_sum: columns.top_sum }
+    }
+}

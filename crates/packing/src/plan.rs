@@ -1,0 +1,403 @@
+//! Algorithm 1: planning one step over whoever proposes, evaluates and checks.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use rand::seq::SliceRandom;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use crate::check::{BoxedCheck, ValidityCheck};
+use crate::grid::Grid;
+use crate::heightmap::Scene;
+use crate::item::Item;
+use crate::objective::Order;
+use crate::placement::RestingPlacement;
+use crate::proposals::{Proposals, Proposer};
+
+/// An error of a proposer, an evaluator or a check, local or remote.
+pub type StageError = Box<dyn std::error::Error + Send + Sync>;
+
+/// Why a step could not be planned. That nothing fits is no error: see [`Plan::choice`].
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// The scene is not of the grid.
+    #[error(
+        "the heightmap has {} x {} cells, but the grid {} x {}",
+        found.0, found.1, expected.0, expected.1
+    )]
+    SceneSize {
+        /// Cells of the grid along x and y.
+        expected: (usize, usize),
+        /// Cells of the heightmap along x and y.
+        found: (usize, usize),
+    },
+    /// An item was made for another number of yaws.
+    #[error("item {item} has {found} yaws, but the grid {expected}")]
+    Yaws {
+        /// The item's name.
+        item: String,
+        /// Yaws of the grid.
+        expected: usize,
+        /// Yaws of the item.
+        found: usize,
+    },
+    /// The proposer failed.
+    #[error("proposing placements failed: {0}")]
+    Propose(#[source] StageError),
+    /// The evaluator failed.
+    #[error("evaluating placements failed: {0}")]
+    Evaluate(#[source] StageError),
+    /// A validity check failed to give an answer.
+    #[error("the check '{check}' failed: {source}")]
+    Check {
+        /// The check's name.
+        check: &'static str,
+        /// What went wrong.
+        source: StageError,
+    },
+}
+
+/// An item of the buffer that a step may choose.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// Its place in the sequence of arrivals, from 0.
+    pub arrival: usize,
+    /// The item.
+    pub item: Arc<Item>,
+}
+
+/// What one step is planned on.
+#[derive(Debug, Clone, Copy)]
+pub struct StepInput<'a> {
+    /// The container's grid.
+    pub grid: &'a Grid,
+    /// The container's content.
+    pub scene: &'a Scene,
+    /// The buffer.
+    pub candidates: &'a [Candidate],
+    /// Number of the step, which stochastic parts mix into their seed.
+    pub step: u64,
+}
+
+/// A placement with the value of the objective.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evaluated {
+    /// Index into [`StepInput::candidates`].
+    pub candidate: usize,
+    /// Where, and how high.
+    pub resting: RestingPlacement,
+    /// `F(b, p)`; lower is better.
+    pub value: f64,
+}
+
+/// How many placements of a candidate there were before any validity check.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct PlacementCounts {
+    /// Placements whose footprint lies within the container, over all yaws, whether proposed or not.
+    pub possible: u64,
+    /// Those of them that were proposed.
+    pub proposed: u64,
+    /// Proposed ones that stay below the rim.
+    pub fitting: u64,
+}
+
+/// Ranks placements by an objective. Placements that do not fit below the rim are left out.
+pub trait Evaluator: Send {
+    /// Starts ranking the proposals of some candidates; `group` holds indices into the input's candidates.
+    ///
+    /// # Errors
+    /// What kept the evaluator from answering.
+    fn rank(
+        &mut self,
+        input: &StepInput<'_>,
+        group: &[usize],
+        proposals: &Proposals,
+    ) -> Result<(), StageError>;
+
+    /// The next placement by increasing value; equal values by candidate, yaw, x, y. `None` after the last.
+    ///
+    /// # Errors
+    /// What kept the evaluator from answering.
+    fn next_best(&mut self, input: &StepInput<'_>) -> Result<Option<Evaluated>, StageError>;
+
+    /// The counts of a candidate of the last ranked group.
+    fn counts(&self, candidate: usize) -> PlacementCounts;
+}
+
+/// Why no placement of an item was valid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "reason", content = "check")]
+#[non_exhaustive]
+pub enum Reason {
+    /// Its footprint is larger than the container at every yaw, or it is taller than the container.
+    TooLarge,
+    /// None of its possible placements was proposed.
+    NotProposed,
+    /// Wherever it was proposed it would stick out above the rim.
+    NoFit,
+    /// Where it fits, this check refused it; of several checks the one that refused most.
+    Rejected(&'static str),
+}
+
+impl std::fmt::Display for Reason {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::TooLarge => formatter.write_str("too large for the container"),
+            Self::NotProposed => formatter.write_str("no placement proposed"),
+            Self::NoFit => formatter.write_str("would stick out above the rim everywhere"),
+            Self::Rejected(check) => write!(formatter, "{check} wherever it fits"),
+        }
+    }
+}
+
+/// What became of a candidate in a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct CandidateReport {
+    /// Placements before the checks; all zero where the step was decided before the candidate was looked at.
+    pub counts: PlacementCounts,
+    /// Whether every placement was looked at and none was valid; then it has a reason.
+    pub reason: Option<Reason>,
+    /// Placements that the checks refused before the step was decided.
+    pub rejected: u64,
+}
+
+/// Time spent in the stages of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Timings {
+    /// Proposing.
+    pub propose: Duration,
+    /// Ranking by the objective.
+    pub evaluate: Duration,
+    /// Validity checks.
+    pub check: Duration,
+}
+
+impl Timings {
+    /// All stages together.
+    pub fn total(&self) -> Duration {
+        self.propose + self.evaluate + self.check
+    }
+}
+
+/// The outcome of planning one step.
+#[derive(Debug, Clone, Default)]
+pub struct Plan {
+    ranked: Vec<Evaluated>,
+    candidates: Vec<CandidateReport>,
+    timings: Timings,
+}
+
+impl Plan {
+    /// The best valid placement; `None` where no candidate has one.
+    pub fn choice(&self) -> Option<Evaluated> {
+        self.ranked.first().copied()
+    }
+
+    /// The next best valid placements, as many as the planner was asked for.
+    pub fn alternatives(&self) -> &[Evaluated] {
+        self.ranked.get(1..).unwrap_or(&[])
+    }
+
+    /// What became of each candidate, in the input's order.
+    pub fn candidates(&self) -> &[CandidateReport] {
+        &self.candidates
+    }
+
+    /// Time per stage.
+    pub fn timings(&self) -> Timings {
+        self.timings
+    }
+}
+
+/// Plans steps by Algorithm 1: propose, rank, check from the best value down, take the first valid placement.
+pub struct Planner {
+    proposer: Box<dyn Proposer>,
+    evaluator: Box<dyn Evaluator>,
+    checks: Vec<BoxedCheck>,
+    order: Order,
+    seed: u64,
+    alternatives: usize,
+    proposals: Proposals,
+    sequence: Vec<usize>,
+    rejections: Vec<u64>,
+    plan: Plan,
+}
+
+impl Planner {
+    /// A planner; checks are applied in the order of their cost. `seed` drives the shuffled order.
+    pub fn new(
+        proposer: Box<dyn Proposer>,
+        evaluator: Box<dyn Evaluator>,
+        mut checks: Vec<Box<dyn ValidityCheck>>,
+        order: Order,
+        seed: u64,
+    ) -> Self {
+        checks.sort_by_key(|check| check.cost());
+        Self {
+            proposer,
+            evaluator,
+            checks,
+            order,
+            seed,
+            alternatives: 0,
+            proposals: Proposals::default(),
+            sequence: Vec::new(),
+            rejections: Vec::new(),
+            plan: Plan::default(),
+        }
+    }
+
+    /// Asks for up to `count` valid placements beside the best; each costs the checks down to it.
+    #[must_use]
+    pub fn with_alternatives(mut self, count: usize) -> Self {
+        self.alternatives = count;
+        self
+    }
+
+    /// Plans one step. To learn why an item of the buffer cannot be placed although another can, plan with it as the
+    /// only candidate.
+    ///
+    /// # Errors
+    /// [`PlanError`] where the input does not match the grid or a stage failed.
+    pub fn plan(&mut self, input: &StepInput<'_>) -> Result<&Plan, PlanError> {
+        validate(input)?;
+        self.plan.ranked.clear();
+        self.plan.candidates.clear();
+        self.plan.candidates.resize(input.candidates.len(), CandidateReport::default());
+        self.plan.timings = Timings::default();
+        let started = Instant::now();
+        self.proposer.propose(input, &mut self.proposals).map_err(PlanError::Propose)?;
+        self.plan.timings.propose = started.elapsed();
+
+        self.arrange(input);
+        if self.order == Order::Balance {
+            self.search(input, 0..self.sequence.len())?;
+        } else {
+            for position in 0..self.sequence.len() {
+                self.search(input, position..position + 1)?;
+                if self.plan.choice().is_some() {
+                    break;
+                }
+            }
+        }
+        Ok(&self.plan)
+    }
+
+    /// Brings the candidates into the order in which they are searched.
+    fn arrange(&mut self, input: &StepInput<'_>) {
+        self.sequence.clear();
+        self.sequence.extend(0..input.candidates.len());
+        match self.order {
+            Order::Balance | Order::Arrival => {}
+            Order::BboxVolume => self.sequence.sort_unstable_by_key(|candidate| {
+                let volume =
+                    input.candidates.get(*candidate).map_or(0, |held| held.item.box_voxel_count());
+                (std::cmp::Reverse(volume), *candidate)
+            }),
+            Order::Shuffled => {
+                let mut random = ChaCha8Rng::seed_from_u64(crate::random::mix(self.seed, input.step));
+                self.sequence.shuffle(&mut random);
+            }
+        }
+    }
+
+    /// Searches some of the candidates together and adds what is valid to the plan.
+    fn search(
+        &mut self,
+        input: &StepInput<'_>,
+        positions: std::ops::Range<usize>,
+    ) -> Result<(), PlanError> {
+        let group = self.sequence.get(positions).unwrap_or(&[]);
+        let checks = self.checks.len();
+        self.rejections.clear();
+        self.rejections.resize(group.len() * checks, 0);
+        let started = Instant::now();
+        self.evaluator.rank(input, group, &self.proposals).map_err(PlanError::Evaluate)?;
+        self.plan.timings.evaluate += started.elapsed();
+        let exhausted = loop {
+            let started = Instant::now();
+            let best = self.evaluator.next_best(input).map_err(PlanError::Evaluate)?;
+            let ranked = Instant::now();
+            self.plan.timings.evaluate += ranked - started;
+            let Some(best) = best else { break true };
+            let refused_by = refusal(&mut self.checks, input, &best)?;
+            self.plan.timings.check += ranked.elapsed();
+            let Some(check) = refused_by else {
+                self.plan.ranked.push(best);
+                if self.plan.ranked.len() > self.alternatives {
+                    break false;
+                }
+                continue;
+            };
+            let position = group.iter().position(|candidate| *candidate == best.candidate);
+            let count = position.and_then(|at| self.rejections.get_mut(at * checks + check));
+            if let Some(count) = count {
+                *count += 1;
+            }
+        };
+        for (position, candidate) in group.iter().enumerate() {
+            let rejections = self.rejections.get(position * checks..(position + 1) * checks);
+            let Some(report) = self.plan.candidates.get_mut(*candidate) else { continue };
+            report.counts = self.evaluator.counts(*candidate);
+            report.rejected = rejections.unwrap_or(&[]).iter().sum();
+            let placed = self.plan.ranked.iter().any(|ranked| ranked.candidate == *candidate);
+            if exhausted && !placed {
+                report.reason = Some(reason(&report.counts, rejections.unwrap_or(&[]), &self.checks));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn validate(input: &StepInput<'_>) -> Result<(), PlanError> {
+    let heightmap = input.scene.heightmap();
+    let expected = (input.grid.nx(), input.grid.ny());
+    let found = (heightmap.nx(), heightmap.ny());
+    if found != expected {
+        return Err(PlanError::SceneSize { expected, found });
+    }
+    let expected = input.grid.resolution().yaws().count();
+    match input.candidates.iter().find(|candidate| candidate.item.views().len() != expected) {
+        Some(candidate) => Err(PlanError::Yaws {
+            item: candidate.item.name().to_string(),
+            expected,
+            found: candidate.item.views().len(),
+        }),
+        None => Ok(()),
+    }
+}
+
+/// The index of the first check that refuses a placement.
+fn refusal(
+    checks: &mut [BoxedCheck],
+    input: &StepInput<'_>,
+    placement: &Evaluated,
+) -> Result<Option<usize>, PlanError> {
+    let Some(candidate) = input.candidates.get(placement.candidate) else { return Ok(None) };
+    for (index, check) in checks.iter_mut().enumerate() {
+        let valid = check
+            .is_valid(input, candidate, &placement.resting)
+            .map_err(|source| PlanError::Check { check: check.name(), source })?;
+        if !valid {
+            return Ok(Some(index));
+        }
+    }
+    Ok(None)
+}
+
+fn reason(counts: &PlacementCounts, rejections: &[u64], checks: &[BoxedCheck]) -> Reason {
+    if counts.possible == 0 {
+        return Reason::TooLarge;
+    }
+    if counts.proposed == 0 {
+        return Reason::NotProposed;
+    }
+    let most = rejections.iter().zip(checks).max_by_key(|(count, _)| **count);
+    match most {
+        Some((count, check)) if counts.fitting > 0 && *count > 0 => Reason::Rejected(check.name()),
+        _ => Reason::NoFit,
+    }
+}

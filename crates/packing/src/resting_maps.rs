@@ -1,0 +1,233 @@
+//! Resting heights of whole views, kept from step to step.
+
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+use crate::grid::{Grid, Units};
+use crate::heightmap::Heightmap;
+use crate::item::{Item, ItemView, ShapeId};
+use crate::kernel::{LANES, PaddedMap, resting_heights};
+
+/// Shapes kept beyond those of the current buffer: the ones it held just before.
+const SPARE_SHAPES: usize = 4;
+
+/// The resting height of every placement of one view; row-major, rows padded to whole blocks.
+#[derive(Debug, Clone)]
+pub(crate) struct RestingMap {
+    /// Placements along x and y; 0 where the view is larger than the container.
+    pub(crate) nx: usize,
+    pub(crate) ny: usize,
+    pub(crate) stride: usize,
+    pub(crate) heights: Vec<Units>,
+    /// The version of the container that the heights belong to.
+    version: u64,
+}
+
+impl RestingMap {
+    pub(crate) fn sized_for(grid: &Grid) -> Self {
+        let heights = Vec::with_capacity(grid.nx() * grid.ny().next_multiple_of(LANES));
+        Self { nx: 0, ny: 0, stride: 0, heights, version: 0 }
+    }
+
+    pub(crate) fn reset(&mut self, container: &PaddedMap, view: &ItemView, height: Units) {
+        let (nx, ny) = container.size();
+        self.nx = (nx + 1).saturating_sub(view.nx());
+        self.ny = if self.nx == 0 { 0 } else { (ny + 1).saturating_sub(view.ny()) };
+        self.nx = if self.ny == 0 { 0 } else { self.nx };
+        self.stride = self.ny.next_multiple_of(LANES);
+        self.heights.clear();
+        self.heights.resize(self.nx * self.stride, height);
+        self.version = 0;
+    }
+
+    pub(crate) fn set(&mut self, x: usize, y: usize, height: Units) {
+        if y < self.ny
+            && let Some(cell) = self.heights.get_mut(x * self.stride + y)
+        {
+            *cell = height;
+        }
+    }
+
+    pub(crate) fn rows(&self) -> impl Iterator<Item = &[Units]> {
+        self.heights.chunks_exact(self.stride.max(1))
+    }
+}
+
+/// The cells in which two versions of a container differ lie within this rectangle.
+#[derive(Debug, Clone, Copy)]
+struct Change {
+    x: (usize, usize),
+    y: (usize, usize),
+}
+
+#[derive(Debug)]
+struct ShapeMaps {
+    shape: ShapeId,
+    last_used: u64,
+    views: Vec<RestingMap>,
+}
+
+/// The container and the resting maps of the shapes in the buffer.
+///
+/// Most of a buffer stays from one step to the next and a placed item changes a small part of the container, so
+/// only the placements whose footprint meets the changed rectangle are computed again. Exact: a resting height
+/// depends on the cells under the footprint alone.
+#[derive(Debug)]
+pub(crate) struct RestingMaps {
+    grid: Grid,
+    arch: Arch,
+    container: PaddedMap,
+    version: u64,
+    change: Option<Change>,
+    uses: u64,
+    capacity: usize,
+    shapes: Vec<ShapeMaps>,
+}
+
+impl RestingMaps {
+    pub(crate) fn new(grid: &Grid) -> Self {
+        Self {
+            grid: grid.clone(),
+            arch: Arch::new(),
+            container: PaddedMap::new(grid.nx(), grid.ny()),
+            version: 0,
+            change: None,
+            uses: 0,
+            capacity: SPARE_SHAPES,
+            shapes: Vec::new(),
+        }
+    }
+
+    pub(crate) fn container(&self) -> &PaddedMap {
+        &self.container
+    }
+
+    /// Takes over a heightmap of the grid's size; returns whether it differs from the last.
+    pub(crate) fn update(&mut self, heightmap: &Heightmap) -> bool {
+        let mut change: Option<Change> = None;
+        for x in 0..heightmap.nx() {
+            let (row, heights) = (self.container.row_mut(x), heightmap.row(x));
+            if row == heights {
+                continue;
+            }
+            let mut differing = row.iter().zip(heights).enumerate().filter(|(_, (a, b))| a != b);
+            let Some((first, _)) = differing.next() else { continue };
+            let last = differing.next_back().map_or(first, |(y, _)| y);
+            row.copy_from_slice(heights);
+            let change = change.get_or_insert(Change { x: (x, x), y: (first, last) });
+            change.x.1 = x;
+            change.y = (change.y.0.min(first), change.y.1.max(last));
+        }
+        if change.is_some() {
+            self.version += 1;
+            self.change = change;
+        }
+        change.is_some()
+    }
+
+    /// Keeps the maps of these items, the step's buffer, and of the few used just before.
+    pub(crate) fn keep<'a>(&mut self, buffer: impl Iterator<Item = &'a Item>) {
+        self.uses += 1;
+        self.capacity = SPARE_SHAPES;
+        for item in buffer {
+            self.capacity += 1;
+            if let Some(maps) = self.shapes.iter_mut().find(|maps| maps.shape == item.shape()) {
+                maps.last_used = self.uses;
+            }
+        }
+    }
+
+    /// Makes the maps of an item's views current, in parallel where a pool is given.
+    pub(crate) fn prepare(&mut self, item: &Item, pool: Option<&rayon::ThreadPool>) {
+        self.admit(item);
+        self.refresh(item, pool);
+    }
+
+    /// The maps of a prepared shape, one per yaw.
+    pub(crate) fn views(&self, shape: ShapeId) -> &[RestingMap] {
+        self.shapes.iter().find(|maps| maps.shape == shape).map_or(&[], |maps| &maps.views)
+    }
+
+    /// Gives the item's shape a slot: its own, else a new one, else that of the shape longest unused.
+    fn admit(&mut self, item: &Item) {
+        let uses = self.uses;
+        if self.shapes.iter().any(|maps| maps.shape == item.shape()) {
+            return;
+        }
+        if self.shapes.len() < self.capacity {
+            let views = item.views().iter().map(|_| RestingMap::sized_for(&self.grid)).collect();
+            self.shapes.push(ShapeMaps { shape: item.shape(), last_used: uses, views });
+            return;
+        }
+        // There are more slots than items in the buffer, so the shape longest unused is not in it.
+        if let Some(maps) = self.shapes.iter_mut().min_by_key(|maps| maps.last_used) {
+            maps.shape = item.shape();
+            maps.last_used = uses;
+            maps.views.resize_with(item.views().len(), || RestingMap::sized_for(&self.grid));
+            maps.views.iter_mut().for_each(|map| map.version = 0);
+        }
+    }
+
+    fn refresh(&mut self, item: &Item, pool: Option<&rayon::ThreadPool>) {
+        let Self { arch, container, version, change, .. } = self;
+        let Some(maps) = self.shapes.iter_mut().find(|maps| maps.shape == item.shape()) else {
+            return;
+        };
+        let refresh = |(map, view): (&mut RestingMap, &ItemView)| {
+            let change = change.filter(|_| map.version > 0 && map.version + 1 == *version);
+            if map.version == *version && *version > 0 {
+                return;
+            }
+            if change.is_none() {
+                map.reset(container, view, 0);
+            }
+            arch.dispatch(Fill { container, view, map, change });
+            map.version = *version;
+        };
+        match pool {
+            None => maps.views.iter_mut().zip(item.views()).for_each(refresh),
+            Some(pool) => pool.install(|| {
+                maps.views.par_iter_mut().zip(item.views().par_iter()).for_each(refresh);
+            }),
+        }
+    }
+}
+
+/// Computes a view's resting heights, all or those that a change of the container may affect.
+struct Fill<'a> {
+    container: &'a PaddedMap,
+    view: &'a ItemView,
+    map: &'a mut RestingMap,
+    change: Option<Change>,
+}
+
+impl WithSimd for Fill<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let Self { container, view, map, change } = self;
+        let affected = |change: (usize, usize), footprint: usize, placements: usize| {
+            let first = (change.0 + 1).saturating_sub(footprint);
+            first.min(placements)..(change.1 + 1).min(placements)
+        };
+        let (rows, columns) = match change {
+            None => (0..map.nx, 0..map.ny),
+            Some(change) => {
+                (affected(change.x, view.nx(), map.nx), affected(change.y, view.ny(), map.ny))
+            }
+        };
+        let blocks = columns.start / LANES..columns.end.div_ceil(LANES);
+        for x in rows {
+            let row = x * map.stride;
+            for block in blocks.clone() {
+                let start = block * LANES;
+                let base = x * container.stride() + start;
+                let heights = resting_heights(container, base, view);
+                if let Some(out) = map.heights.get_mut(row + start..row + start + LANES) {
+                    out.copy_from_slice(&heights);
+                }
+            }
+        }
+    }
+}

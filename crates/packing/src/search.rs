@@ -1,0 +1,498 @@
+//! The local evaluator: a best-first search over placements that computes an objective only where it may matter.
+//!
+//! Placements are grouped into levels, one per view and resting height, each with a bound that no value in it is
+//! below. Levels are expanded in the order of their bounds; a value is final once it is below every bound left. So
+//! the expensive terms are computed for the few placements near the best alone, and the order of values, ties
+//! included, is that of a full sort.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+use std::sync::Arc;
+
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+use crate::distance::DistanceLevels;
+use crate::grid::{Grid, Units};
+use crate::item::ItemView;
+use crate::kernel::{columns_after, contact, distance_sum, resting_height};
+use crate::objective::{Heuristic, Objective, Order, ViewTerms, WeightError, Weights};
+use crate::placement::{Placement, RestingPlacement};
+use crate::plan::{Candidate, Evaluated, Evaluator, PlacementCounts, StageError, StepInput};
+use crate::proposals::{CandidateProposals, Proposals, possible_count};
+use crate::random;
+use crate::resting_maps::{RestingMap, RestingMaps};
+
+/// Placements evaluated together when a second thread is at hand.
+const PARALLEL_BATCH: usize = 1024;
+
+/// Stands for a placement that was not proposed.
+const NOT_PROPOSED: Units = Units::MAX;
+
+/// Evaluates a heuristic over proposals on this machine.
+#[derive(Debug)]
+pub struct Search {
+    grid: Grid,
+    objective: Objective,
+    seed: u64,
+    arch: Arch,
+    pool: Option<Arc<rayon::ThreadPool>>,
+    resting: RestingMaps,
+    distance: Option<DistanceLevels>,
+    distance_is_stale: bool,
+    views: Vec<ViewState>,
+    /// Maps of views of which only some placements are proposed; the first `sparse_used` are in use.
+    sparse: Vec<RestingMap>,
+    sparse_used: usize,
+    counts: Vec<PlacementCounts>,
+    levels: BinaryHeap<Level>,
+    pending: Vec<Pending>,
+    ready: BinaryHeap<Ready>,
+}
+
+/// A view of a candidate that takes part in the current ranking.
+#[derive(Debug, Clone, Copy)]
+struct ViewState {
+    candidate: usize,
+    yaw: usize,
+    terms: ViewTerms,
+    /// The greatest resting height that fits below the rim.
+    limit: Units,
+    /// Index of its sparse map, where only some placements are proposed.
+    sparse: Option<usize>,
+}
+
+/// The placements of a view with one resting height.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Level {
+    bound: f64,
+    view: usize,
+    height: Units,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Pending {
+    view: usize,
+    x: usize,
+    y: usize,
+    height: Units,
+    value: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Ready(Evaluated);
+
+// Both heaps give the least first.
+impl Eq for Level {}
+impl Ord for Level {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let key = |level: &Self| (level.view, level.height);
+        other.bound.total_cmp(&self.bound).then_with(|| key(other).cmp(&key(self)))
+    }
+}
+impl PartialOrd for Level {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Eq for Ready {}
+impl Ord for Ready {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let key = |ready: &Self| (ready.0.candidate, ready.0.resting.placement);
+        other.0.value.total_cmp(&self.0.value).then_with(|| key(other).cmp(&key(self)))
+    }
+}
+impl PartialOrd for Ready {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// What a search is made for.
+#[derive(Debug, Clone)]
+pub struct SearchSettings {
+    /// What placements are judged by.
+    pub heuristic: Heuristic,
+    /// Whether the items of the buffer compete together: the Balance order adds its term to the objective.
+    pub order: Order,
+    /// The weights of the objective's terms.
+    pub weights: Weights,
+    /// Drives [`Heuristic::Random`].
+    pub seed: u64,
+}
+
+impl Search {
+    /// A search on one thread.
+    ///
+    /// # Errors
+    /// [`WeightError`] where a weight is negative or not finite.
+    pub fn new(grid: &Grid, settings: &SearchSettings) -> Result<Self, WeightError> {
+        settings.weights.validate()?;
+        let balanced = settings.order == Order::Balance;
+        let needs_distance = settings.heuristic == Heuristic::Sdfm;
+        Ok(Self {
+            grid: grid.clone(),
+            objective: Objective::new(grid, settings.heuristic, &settings.weights, balanced),
+            seed: settings.seed,
+            arch: Arch::new(),
+            pool: None,
+            resting: RestingMaps::new(grid),
+            distance: needs_distance.then(|| DistanceLevels::new(grid)),
+            distance_is_stale: true,
+            views: Vec::new(),
+            sparse: Vec::new(),
+            sparse_used: 0,
+            counts: Vec::new(),
+            levels: BinaryHeap::new(),
+            pending: Vec::new(),
+            ready: BinaryHeap::new(),
+        })
+    }
+
+    /// Spreads the work over the threads of a pool; the result is the same, bit for bit.
+    #[must_use]
+    pub fn with_pool(mut self, pool: Arc<rayon::ThreadPool>) -> Self {
+        self.pool = Some(pool);
+        self
+    }
+
+    /// Makes everything that depends on the container alone current.
+    fn update_scene(&mut self, input: &StepInput<'_>) {
+        if self.resting.update(input.scene.heightmap()) {
+            self.distance_is_stale = true;
+        }
+        if self.distance_is_stale
+            && let Some(distance) = &mut self.distance
+        {
+            let heightmap = input.scene.heightmap();
+            self.arch.dispatch(UpdateDistance { distance, heightmap });
+            self.distance_is_stale = false;
+        }
+    }
+
+    /// Enters the views of a candidate that have a proposed placement below the rim.
+    fn enter(&mut self, candidate: usize, held: &Candidate, proposals: CandidateProposals<'_>) {
+        let mut counts = PlacementCounts::default();
+        let is_low_enough = held.item.views().iter().any(|view| view.height() <= self.grid.rim());
+        if is_low_enough {
+            counts.possible = possible_count(&self.grid, &held.item);
+        }
+        for (yaw, view) in held.item.views().iter().enumerate() {
+            let limit = self.grid.rim() - view.height().min(self.grid.rim() + 1);
+            let sparse = match proposals {
+                CandidateProposals::All => None,
+                CandidateProposals::Some(placements) => {
+                    Some(self.enter_sparse(yaw, view, placements))
+                }
+            };
+            let Some(map) = map_of(&self.resting, &self.sparse, held, yaw, sparse) else {
+                continue;
+            };
+            let found = self.arch.dispatch(Summarise { map, limit });
+            counts.proposed += match sparse {
+                None => (map.nx * map.ny) as u64,
+                Some(_) => found.proposed,
+            };
+            counts.fitting += found.fitting;
+            let Some(height) = found.lowest else { continue };
+            let terms = ViewTerms::new(&self.objective, view);
+            let bound = self.objective.lower_bound(view, &terms, height);
+            self.levels.push(Level { bound, view: self.views.len(), height });
+            self.views.push(ViewState { candidate, yaw, terms, limit, sparse });
+        }
+        if let Some(entry) = self.counts.get_mut(candidate) {
+            *entry = counts;
+        }
+    }
+
+    /// Computes the resting heights of the proposed placements of a view alone; returns the index of their map.
+    fn enter_sparse(&mut self, yaw: usize, view: &ItemView, placements: &[Placement]) -> usize {
+        let index = self.sparse_used;
+        self.sparse_used += 1;
+        if index == self.sparse.len() {
+            self.sparse.push(RestingMap::sized_for(&self.grid));
+        }
+        let container = self.resting.container();
+        if let Some(map) = self.sparse.get_mut(index) {
+            map.reset(container, view, NOT_PROPOSED);
+            self.arch.dispatch(FillProposed { container, view, yaw, placements, map });
+        }
+        index
+    }
+
+    /// Expands levels until the least value found is below every bound left, or a batch is full.
+    fn expand(&mut self, input: &StepInput<'_>) {
+        let batch = if self.pool.is_some() { PARALLEL_BATCH } else { 1 };
+        while let Some(level) = self.levels.peek().copied() {
+            let is_settled = self.ready.peek().is_some_and(|best| best.0.value < level.bound);
+            if is_settled || self.pending.len() >= batch {
+                break;
+            }
+            self.levels.pop();
+            let Some(state) = self.views.get(level.view).copied() else { continue };
+            let Some(held) = input.candidates.get(state.candidate) else { continue };
+            let map = map_of(&self.resting, &self.sparse, held, state.yaw, state.sparse);
+            let (Some(map), Some(view)) = (map, held.item.views().get(state.yaw)) else { continue };
+            let pending = &mut self.pending;
+            let next = self.arch.dispatch(Collect { map, level, limit: state.limit, pending });
+            if let Some(height) = next {
+                let bound = self.objective.lower_bound(view, &state.terms, height);
+                self.levels.push(Level { bound, height, ..level });
+            }
+        }
+        self.evaluate_pending(input);
+    }
+
+    fn evaluate_pending(&mut self, input: &StepInput<'_>) {
+        let mut pending = std::mem::take(&mut self.pending);
+        let evaluation = Evaluation { search: self, input };
+        match &self.pool {
+            Some(pool) if pending.len() > PARALLEL_BATCH / 4 => pool.install(|| {
+                let share = pending.len().div_ceil(2 * pool.current_num_threads()).max(1);
+                pending
+                    .par_chunks_mut(share)
+                    .for_each(|chunk| self.arch.dispatch(EvaluateAll { evaluation, chunk }));
+            }),
+            _ => self.arch.dispatch(EvaluateAll { evaluation, chunk: &mut pending }),
+        }
+        let views = &self.views;
+        self.ready.extend(pending.drain(..).filter_map(|found| {
+            let state = views.get(found.view)?;
+            let placement = Placement { yaw: state.yaw, x: found.x, y: found.y };
+            let resting = RestingPlacement { placement, resting_height: found.height };
+            Some(Ready(Evaluated { candidate: state.candidate, resting, value: found.value }))
+        }));
+        self.pending = pending;
+    }
+}
+
+impl Evaluator for Search {
+    fn rank(
+        &mut self,
+        input: &StepInput<'_>,
+        group: &[usize],
+        proposals: &Proposals,
+    ) -> Result<(), StageError> {
+        self.update_scene(input);
+        self.views.clear();
+        self.levels.clear();
+        self.ready.clear();
+        self.sparse_used = 0;
+        self.counts.clear();
+        self.counts.resize(input.candidates.len(), PlacementCounts::default());
+        let held = |candidate: &usize| input.candidates.get(*candidate);
+        self.resting.keep(input.candidates.iter().map(|held| &*held.item));
+        for candidate in group {
+            let Some(held) = held(candidate) else { continue };
+            let proposals = proposals.of(*candidate);
+            if proposals == CandidateProposals::All {
+                self.resting.prepare(&held.item, self.pool.as_deref());
+            }
+            self.enter(*candidate, held, proposals);
+        }
+        Ok(())
+    }
+
+    fn next_best(&mut self, input: &StepInput<'_>) -> Result<Option<Evaluated>, StageError> {
+        loop {
+            let bound = self.levels.peek().map(|level| level.bound);
+            let best = self.ready.peek().map(|best| best.0.value);
+            match (best, bound) {
+                (None, None) => return Ok(None),
+                (Some(_), None) => break,
+                (Some(best), Some(bound)) if best < bound => break,
+                _ => self.expand(input),
+            }
+        }
+        Ok(self.ready.pop().map(|best| best.0))
+    }
+
+    fn counts(&self, candidate: usize) -> PlacementCounts {
+        self.counts.get(candidate).copied().unwrap_or_default()
+    }
+}
+
+/// The map that holds a view's resting heights.
+fn map_of<'a>(
+    resting: &'a RestingMaps,
+    sparse: &'a [RestingMap],
+    held: &Candidate,
+    yaw: usize,
+    sparse_index: Option<usize>,
+) -> Option<&'a RestingMap> {
+    match sparse_index {
+        Some(index) => sparse.get(index),
+        None => resting.views(held.item.shape()).get(yaw),
+    }
+}
+
+struct UpdateDistance<'a> {
+    distance: &'a mut DistanceLevels,
+    heightmap: &'a crate::heightmap::Heightmap,
+}
+
+impl WithSimd for UpdateDistance<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        self.distance.update(self.heightmap);
+    }
+}
+
+/// Computes the resting heights of a view's proposed placements.
+struct FillProposed<'a> {
+    container: &'a crate::kernel::PaddedMap,
+    view: &'a ItemView,
+    yaw: usize,
+    placements: &'a [Placement],
+    map: &'a mut RestingMap,
+}
+
+impl WithSimd for FillProposed<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let Self { container, view, yaw, placements, map } = self;
+        for Placement { x, y, .. } in placements.iter().filter(|placement| placement.yaw == yaw) {
+            if *x < map.nx && *y < map.ny {
+                let base = x * container.stride() + y;
+                map.set(*x, *y, resting_height(container, base, view));
+            }
+        }
+    }
+}
+
+/// What a map holds.
+#[derive(Debug, Clone, Copy, Default)]
+struct Summary {
+    proposed: u64,
+    fitting: u64,
+    lowest: Option<Units>,
+}
+
+struct Summarise<'a> {
+    map: &'a RestingMap,
+    limit: Units,
+}
+
+impl WithSimd for Summarise<'_> {
+    type Output = Summary;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> Summary {
+        let Self { map, limit } = self;
+        let (mut proposed, mut fitting, mut lowest) = (0, 0, NOT_PROPOSED);
+        for row in map.rows() {
+            let row = row.get(..map.ny).unwrap_or(&[]);
+            let (mut row_proposed, mut row_fitting) = (0_u16, 0_u16);
+            for height in row {
+                row_proposed += u16::from(*height != NOT_PROPOSED);
+                row_fitting += u16::from(*height <= limit);
+                lowest = lowest.min(*height);
+            }
+            proposed += u64::from(row_proposed);
+            fitting += u64::from(row_fitting);
+        }
+        Summary { proposed, fitting, lowest: (fitting > 0).then_some(lowest) }
+    }
+}
+
+/// Collects the placements of a level; gives the next greater resting height of its view that fits.
+struct Collect<'a> {
+    map: &'a RestingMap,
+    level: Level,
+    limit: Units,
+    pending: &'a mut Vec<Pending>,
+}
+
+impl WithSimd for Collect<'_> {
+    type Output = Option<Units>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> Option<Units> {
+        let Self { map, level: Level { view, height, .. }, limit, pending } = self;
+        let mut next = NOT_PROPOSED;
+        for (x, row) in map.rows().enumerate() {
+            let row = row.get(..map.ny).unwrap_or(&[]);
+            let mut found = false;
+            for other in row {
+                found |= *other == height;
+                next = next.min(if *other > height { *other } else { NOT_PROPOSED });
+            }
+            if found {
+                let of_level = row.iter().enumerate().filter(|(_, other)| **other == height);
+                pending.extend(of_level.map(|(y, _)| Pending { view, x, y, height, value: 0.0 }));
+            }
+        }
+        (next <= limit).then_some(next)
+    }
+}
+
+/// What the values of placements are computed from.
+#[derive(Clone, Copy)]
+struct Evaluation<'a> {
+    search: &'a Search,
+    input: &'a StepInput<'a>,
+}
+
+impl Evaluation<'_> {
+    #[inline(always)]
+    fn value(&self, at: &Pending) -> f64 {
+        let Search { objective, resting, distance, views, seed, .. } = self.search;
+        let Pending { x, y, height, .. } = *at;
+        let Some(state) = views.get(at.view) else { return f64::INFINITY };
+        let held = self.input.candidates.get(state.candidate);
+        let Some((held, view)) =
+            held.and_then(|held| Some((held, held.item.views().get(state.yaw)?)))
+        else {
+            return f64::INFINITY;
+        };
+        let container = resting.container();
+        let base = x * container.stride() + y;
+        let constant = state.terms.constant;
+        match objective.heuristic {
+            Heuristic::Sdfm => {
+                let Some(distance) = distance else { return f64::INFINITY };
+                let sum = distance_sum(distance.levels(), base, view, height);
+                objective.sdfm(height, sum as f64 / view.voxel_count() as f64, constant)
+            }
+            Heuristic::Dbl => objective.dbl(height, x, y, constant),
+            Heuristic::Hm => {
+                let columns = columns_after(container, base, view, height);
+                objective.hm(columns, x, y, constant)
+            }
+            Heuristic::Mta => {
+                objective.mta(contact(container, (x, y), view, height), constant)
+            }
+            Heuristic::FirstFit => {
+                let (nx, ny) = container.size();
+                ((state.yaw * nx + x) * ny + y) as f64
+            }
+            Heuristic::Random => {
+                let of_item =
+                    random::mix(random::mix(*seed, self.input.step), held.arrival as u64);
+                let (nx, ny) = container.size();
+                let of_placement = ((state.yaw * nx + x) * ny + y) as u64;
+                random::unit(random::mix(of_item, of_placement))
+            }
+        }
+    }
+}
+
+struct EvaluateAll<'a> {
+    evaluation: Evaluation<'a>,
+    chunk: &'a mut [Pending],
+}
+
+impl WithSimd for EvaluateAll<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        for pending in self.chunk {
+            pending.value = self.evaluation.value(pending);
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! Convex support polygons.
+
+use nalgebra::Point2;
+
+/// Twice the signed area of the triangle `a b c`; positive where it turns left.
+fn turn(a: Point2<f64>, b: Point2<f64>, c: Point2<f64>) -> f64 {
+    (b - a).perp(&(c - a))
+}
+
+/// A convex hull under construction; its buffers are reused from call to call.
+#[derive(Debug, Clone, Default)]
+pub(super) struct SupportPolygon {
+    contacts: Vec<Point2<f64>>,
+    hull: Vec<Point2<f64>>,
+}
+
+impl SupportPolygon {
+    /// Forgets all contacts.
+    pub(super) fn clear(&mut self) {
+        self.contacts.clear();
+    }
+
+    /// Adds a contact. Contacts must come ordered by x; those of one x in any order.
+    pub(super) fn add(&mut self, contact: Point2<f64>) {
+        self.contacts.push(contact);
+    }
+
+    /// How far `point` lies inside the hull of the contacts: its distance to the nearest edge, negative outside.
+    ///
+    /// Minus infinity where the hull has no area.
+    pub(super) fn depth(&mut self, point: Point2<f64>) -> f64 {
+        self.build();
+        if self.hull.len() < 3 {
+            return f64::NEG_INFINITY;
+        }
+        let ends = self.hull.iter().cycle().skip(1);
+        self.hull
+            .iter()
+            .zip(ends)
+            .map(|(start, end)| turn(*start, *end, point) / (end - start).norm())
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Andrew's monotone chain, counter-clockwise, without collinear points.
+    fn build(&mut self) {
+        self.contacts.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+        self.contacts.dedup();
+        self.hull.clear();
+        for contact in &self.contacts {
+            extend(&mut self.hull, *contact, 0);
+        }
+        let lower = self.hull.len().saturating_sub(1);
+        for contact in self.contacts.iter().rev().skip(1) {
+            extend(&mut self.hull, *contact, lower);
+        }
+        self.hull.pop();
+    }
+}
+
+/// Adds a point to a chain that starts at index `first`, dropping those that no longer turn left.
+fn extend(hull: &mut Vec<Point2<f64>>, point: Point2<f64>, first: usize) {
+    while let [.., before, last] = hull.as_slice() {
+        if hull.len() < first + 2 || turn(*before, *last, point) > 0.0 {
+            break;
+        }
+        hull.pop();
+    }
+    hull.push(point);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn depth(contacts: &[(f64, f64)], point: (f64, f64)) -> f64 {
+        let mut polygon = SupportPolygon::default();
+        contacts.iter().for_each(|(x, y)| polygon.add(Point2::new(*x, *y)));
+        polygon.depth(Point2::new(point.0, point.1))
+    }
+
+    #[test]
+    fn depth_is_the_distance_to_the_nearest_edge() {
+        let square = [(0.0, 0.0), (0.0, 4.0), (2.0, 2.0), (4.0, 0.0), (4.0, 4.0), (4.0, 2.0)];
+        assert!((depth(&square, (1.0, 2.0)) - 1.0).abs() < 1e-12);
+        assert!((depth(&square, (5.0, 2.0)) + 1.0).abs() < 1e-12);
+        let triangle = [(0.0, 0.0), (4.0, 0.0), (0.0, 4.0)];
+        assert!((depth(&triangle, (1.0, 1.0)) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn points_and_lines_support_nothing() {
+        for contacts in [&[][..], &[(1.0, 1.0)], &[(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)]] {
+            assert_eq!(depth(contacts, (1.0, 1.0)), f64::NEG_INFINITY);
+        }
+    }
+}

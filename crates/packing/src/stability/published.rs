@@ -1,0 +1,98 @@
+//! The published stability test.
+
+use nalgebra::Point2;
+
+use super::polygon::SupportPolygon;
+use crate::check::{Cost, ValidityCheck};
+use crate::grid::{Grid, Units};
+use crate::heightmap::Heightmap;
+use crate::item::{ABSENT, ItemView};
+use crate::placement::RestingPlacement;
+use crate::plan::{Candidate, StageError, StepInput};
+
+/// Contact is counted over this height: 5 units of 0.2 cm in the paper.
+const CONTACT_HEIGHT_M: f64 = 0.01;
+
+/// The centre of mass must lie further inside the support polygon than this, in cells.
+const MARGIN_CELLS: f64 = 0.5;
+
+/// The test of the paper, for comparisons with it.
+///
+/// Near the floor the contact cells are those with material within the item's lowest centimetre; higher up those of
+/// them where content reaches to within about a centimetre. The mean of the item's voxels must project inside their
+/// convex hull, more than half a cell from its edge. So an item two cells wide can never pass.
+#[derive(Debug, Clone, Default)]
+pub struct PublishedStability {
+    polygon: SupportPolygon,
+}
+
+impl PublishedStability {
+    /// Whether a view at a placement counts as stable.
+    pub fn is_stable(
+        &mut self,
+        grid: &Grid,
+        heightmap: &Heightmap,
+        view: &ItemView,
+        resting: &RestingPlacement,
+    ) -> bool {
+        self.depth_cells(grid, heightmap, view, resting) > MARGIN_CELLS
+    }
+
+    /// How far the item's centre lies inside the support polygon, in cells.
+    pub fn depth_cells(
+        &mut self,
+        grid: &Grid,
+        heightmap: &Heightmap,
+        view: &ItemView,
+        resting: &RestingPlacement,
+    ) -> f64 {
+        let contact = grid.resolution().units_below(CONTACT_HEIGHT_M);
+        let height = resting.resting_height;
+        let is_contact = |top: Units, bottom: Units, below: Units| {
+            if height <= contact {
+                bottom < contact
+            } else {
+                bottom < contact.min(top) && below > height - contact - 1 + bottom
+            }
+        };
+        self.polygon.clear();
+        let rows = view.top().chunks_exact(view.ny()).zip(view.bottom().chunks_exact(view.ny()));
+        for (x, (tops, bottoms)) in rows.enumerate() {
+            let below = heightmap.row(resting.placement.x + x);
+            let below = below.get(resting.placement.y..).unwrap_or(&[]);
+            let columns = tops.iter().zip(bottoms).zip(below).enumerate();
+            let mut contacts = columns
+                .filter(|(_, ((top, bottom), below))| {
+                    **bottom != ABSENT && is_contact(**top, **bottom, **below)
+                })
+                .map(|(y, _)| Point2::new(x as f64 + 0.5, y as f64 + 0.5));
+            // Only a row's outermost contacts can be corners of the hull.
+            if let Some(first) = contacts.next() {
+                self.polygon.add(first);
+                contacts.next_back().into_iter().for_each(|last| self.polygon.add(last));
+            }
+        }
+        self.polygon.depth(view.centroid_cells())
+    }
+}
+
+impl ValidityCheck for PublishedStability {
+    fn name(&self) -> &'static str {
+        "unstable"
+    }
+
+    fn cost(&self) -> Cost {
+        Cost::Footprint
+    }
+
+    fn is_valid(
+        &mut self,
+        input: &StepInput<'_>,
+        candidate: &Candidate,
+        resting: &RestingPlacement,
+    ) -> Result<bool, StageError> {
+        let view = candidate.item.views().get(resting.placement.yaw);
+        let heightmap = input.scene.heightmap();
+        Ok(view.is_some_and(|view| self.is_stable(input.grid, heightmap, view, resting)))
+    }
+}

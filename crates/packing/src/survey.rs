@@ -1,0 +1,78 @@
+//! One view looked at everywhere: the resting height, fit, stability and value of its every placement.
+
+use crate::distance::DistanceLevels;
+use crate::grid::{Grid, Units};
+use crate::heightmap::Heightmap;
+use crate::item::ItemView;
+use crate::kernel::{PaddedMap, columns_after, contact, distance_sum, resting_height};
+use crate::objective::{Heuristic, Objective, ViewTerms, WeightError, Weights};
+use crate::placement::{Placement, RestingPlacement};
+use crate::stability::PublishedStability;
+
+/// A placement with what the engine says of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surveyed {
+    /// Cell of the footprint's corner along x.
+    pub x: usize,
+    /// Cell of the footprint's corner along y.
+    pub y: usize,
+    /// Resting height, in units.
+    pub resting_height: Units,
+    /// Whether the item stays at or below the rim.
+    pub fits: bool,
+    /// Whether the published stability test accepts it.
+    pub is_stable: bool,
+    /// The objective with its balance term.
+    pub value: f64,
+}
+
+/// Looks at every placement of a view, by x, then y; empty where its footprint is larger than the container.
+///
+/// # Errors
+/// [`WeightError`] where a weight is negative or not finite.
+pub fn survey(
+    grid: &Grid,
+    heightmap: &Heightmap,
+    view: &ItemView,
+    heuristic: Heuristic,
+    weights: &Weights,
+) -> Result<Vec<Surveyed>, WeightError> {
+    weights.validate()?;
+    let objective = Objective::new(grid, heuristic, weights, true);
+    let constant = ViewTerms::new(&objective, view).constant;
+    let mut container = PaddedMap::new(grid.nx(), grid.ny());
+    for x in 0..grid.nx() {
+        container.row_mut(x).copy_from_slice(heightmap.row(x));
+    }
+    let mut distance = DistanceLevels::new(grid);
+    distance.update(heightmap);
+    let mut stability = PublishedStability::default();
+    let along = |cells: usize, footprint: usize| (cells + 1).saturating_sub(footprint);
+    let mut surveyed = Vec::new();
+    for x in 0..along(grid.nx(), view.nx()) {
+        for y in 0..along(grid.ny(), view.ny()) {
+            let base = x * container.stride() + y;
+            let height = resting_height(&container, base, view);
+            let fits = i32::from(height) + i32::from(view.height()) <= i32::from(grid.rim());
+            let value = match heuristic {
+                Heuristic::Sdfm => {
+                    let sum = distance_sum(distance.levels(), base, view, height);
+                    objective.sdfm(height, sum as f64 / view.voxel_count() as f64, constant)
+                }
+                Heuristic::Dbl => objective.dbl(height, x, y, constant),
+                Heuristic::Hm => {
+                    objective.hm(columns_after(&container, base, view, height), x, y, constant)
+                }
+                Heuristic::Mta => {
+                    objective.mta(contact(&container, (x, y), view, height), constant)
+                }
+                Heuristic::FirstFit | Heuristic::Random => 0.0,
+            };
+            let placement = Placement { yaw: 0, x, y };
+            let resting = RestingPlacement { placement, resting_height: height };
+            let is_stable = stability.is_stable(grid, heightmap, view, &resting);
+            surveyed.push(Surveyed { x, y, resting_height: height, fits, is_stable, value });
+        }
+    }
+    Ok(surveyed)
+}
