@@ -7,12 +7,15 @@
 //!
 //! The crate is pure and synchronous: no wire, no async, no network library.
 
+pub mod buffer;
 pub mod check;
 pub mod distance;
+pub mod episode;
 pub mod grid;
 pub mod heightmap;
 pub mod item;
 mod kernel;
+pub mod metrics;
 pub mod objective;
 pub mod oracle;
 pub mod placement;

@@ -82,6 +82,29 @@ pub fn mean_distance(
     sum as f64 / view.voxel_count() as f64
 }
 
+/// The same column by column, for items too tall to be counted voxel by voxel: below the floor's and the content's
+/// reach voxel by voxel, above it all voxels are equally far from the walls alone.
+pub fn mean_distance_by_column(
+    grid: &Grid,
+    heightmap: &Heightmap,
+    view: &ItemView,
+    at: Placement,
+    height: Units,
+) -> f64 {
+    let reach = grid.resolution().units_above(DISTANCE_STEP_M * DISTANCE_TRUNCATION as f64);
+    let far = i32::from(heightmap.max()) + i32::from(reach) + 1;
+    let sum: u64 = columns(view, at, height)
+        .map(|(x, y, lowest, highest)| {
+            let near: u64 = (lowest..highest.min(far))
+                .map(|z| u64::from(distance(grid, heightmap, x, y, z)))
+                .sum();
+            let above = (highest - lowest.max(far)).max(0) as u64;
+            near + above * u64::from(distance(grid, heightmap, x, y, far))
+        })
+        .sum();
+    sum as f64 / view.voxel_count() as f64
+}
+
 /// The value of an objective as defined, with the balance term where `balanced`.
 ///
 /// First-fit and random have no value of their own; they give 0.

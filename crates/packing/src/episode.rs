@@ -1,0 +1,209 @@
+//! Episodes: packing a sequence until everything is packed or nothing in the buffer has a valid placement.
+
+use std::sync::Arc;
+
+use crate::buffer::Buffer;
+use crate::grid::Grid;
+use crate::heightmap::Scene;
+use crate::item::Item;
+use crate::metrics::{Metrics, PackedVolume};
+use crate::placement::RestingPlacement;
+use crate::plan::{Candidate, Evaluated, Plan, PlanError, Planner, Reason, StageError, StepInput, Timings};
+
+/// The cell that an episode is played in: simulated, real, or only imagined.
+pub trait PackingCell {
+    /// What the container holds now.
+    ///
+    /// # Errors
+    /// What kept the scene from being seen.
+    fn scan(&mut self) -> Result<Scene, StageError>;
+
+    /// Places an item and waits until the placement is done.
+    ///
+    /// # Errors
+    /// What kept the placement from being carried out.
+    fn place(&mut self, item: &Candidate, resting: &RestingPlacement) -> Result<(), StageError>;
+
+    /// Whether an item that was placed, by its arrival, is inside the container now.
+    fn is_inside(&self, arrival: usize) -> bool;
+}
+
+/// Why an episode could not go on.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum EpisodeError {
+    /// Planning failed.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The cell failed.
+    #[error("the cell failed at step {step}: {source}")]
+    Cell {
+        /// Number of the step, from 0.
+        step: u64,
+        /// What went wrong.
+        source: StageError,
+    },
+}
+
+/// One packed item.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// Number of the step, from 0.
+    pub step: u64,
+    /// The item.
+    pub candidate: Candidate,
+    /// Where it was placed, and the value of the objective there.
+    pub choice: Evaluated,
+    /// The next best valid placements.
+    pub alternatives: Vec<Evaluated>,
+    /// Time from the heightmap to the choice.
+    pub timings: Timings,
+}
+
+/// Why an episode ended.
+#[derive(Debug, Clone)]
+pub enum Ending {
+    /// The whole sequence is packed.
+    AllPacked,
+    /// Nothing in the buffer has a valid placement; per item the reason.
+    NothingFits(Vec<(Candidate, Reason)>),
+}
+
+/// A finished episode.
+#[derive(Debug, Clone)]
+pub struct Episode {
+    /// The steps in order.
+    pub steps: Vec<Step>,
+    /// Why it ended.
+    pub ending: Ending,
+    /// The scene at the end.
+    pub scene: Scene,
+    /// What was achieved.
+    pub metrics: Metrics,
+}
+
+impl Episode {
+    /// The mean decision time per packed item, in seconds; 0 where nothing was packed.
+    pub fn mean_decision_s(&self) -> f64 {
+        let total: f64 = self.steps.iter().map(|step| step.timings.total().as_secs_f64()).sum();
+        if self.steps.is_empty() { 0.0 } else { total / self.steps.len() as f64 }
+    }
+}
+
+/// Watches an episode as it goes.
+pub trait Observer {
+    /// A step was planned and carried out; `scene` is what it was planned on.
+    fn on_step(&mut self, step: &Step, scene: &Scene);
+}
+
+/// Watches nothing.
+impl Observer for () {
+    fn on_step(&mut self, _step: &Step, _scene: &Scene) {}
+}
+
+/// Plays an episode.
+///
+/// # Errors
+/// [`EpisodeError`] where planning or the cell failed; what was packed until then is lost to the caller, but not to
+/// the observer.
+pub fn play(
+    grid: &Grid,
+    planner: &mut Planner,
+    cell: &mut dyn PackingCell,
+    sequence: Vec<Arc<Item>>,
+    buffer: usize,
+    observer: &mut dyn Observer,
+) -> Result<Episode, EpisodeError> {
+    let mut buffer = Buffer::new(sequence, buffer);
+    let mut steps: Vec<Step> = Vec::new();
+    let mut scene = scan(cell, 0)?;
+    let ending = loop {
+        let step = steps.len() as u64;
+        if buffer.candidates().is_empty() {
+            break Ending::AllPacked;
+        }
+        let input = StepInput { grid, scene: &scene, candidates: buffer.candidates(), step };
+        let plan = planner.plan(&input)?;
+        let Some(choice) = plan.choice() else {
+            break Ending::NothingFits(reasons(buffer.candidates(), plan));
+        };
+        let alternatives = plan.alternatives().to_vec();
+        let timings = plan.timings();
+        let Some(candidate) = buffer.take(choice.candidate) else { break Ending::AllPacked };
+        cell.place(&candidate, &choice.resting)
+            .map_err(|source| EpisodeError::Cell { step, source })?;
+        steps.push(Step { step, candidate, choice, alternatives, timings });
+        if let Some(step) = steps.last() {
+            observer.on_step(step, &scene);
+        }
+        scene = scan(cell, step)?;
+    };
+    let packed = packed_volume(grid, &steps, cell);
+    let metrics = Metrics::new(grid, scene.heightmap(), packed);
+    Ok(Episode { steps, ending, scene, metrics })
+}
+
+fn scan(cell: &mut dyn PackingCell, step: u64) -> Result<Scene, EpisodeError> {
+    cell.scan().map_err(|source| EpisodeError::Cell { step, source })
+}
+
+fn reasons(candidates: &[Candidate], plan: &Plan) -> Vec<(Candidate, Reason)> {
+    let reports = candidates.iter().zip(plan.candidates());
+    reports.filter_map(|(held, report)| Some((held.clone(), report.reason?))).collect()
+}
+
+fn packed_volume(grid: &Grid, steps: &[Step], cell: &dyn PackingCell) -> PackedVolume {
+    let resolution = grid.resolution();
+    let voxel_m3 = resolution.cell_m() * resolution.cell_m() * resolution.height_unit_m();
+    let mut packed = PackedVolume::default();
+    for step in steps.iter().filter(|step| cell.is_inside(step.candidate.arrival)) {
+        let item = &step.candidate.item;
+        let view = item.views().get(step.choice.resting.placement.yaw);
+        packed.items += 1;
+        packed.voxels_m3 += view.map_or(0.0, |view| view.voxel_count() as f64 * voxel_m3);
+        packed.meshes_m3 += item.mesh_volume_m3();
+    }
+    packed
+}
+
+/// A cell without physics: an item stays exactly where it was placed.
+#[derive(Debug, Clone)]
+pub struct IdealCell {
+    grid: Grid,
+    scene: Scene,
+    placed: Vec<usize>,
+}
+
+impl IdealCell {
+    /// An empty cell.
+    pub fn new(grid: &Grid) -> Self {
+        let scene = Scene::from_heightmap(crate::heightmap::Heightmap::empty(grid));
+        Self { grid: grid.clone(), scene, placed: Vec::new() }
+    }
+}
+
+impl PackingCell for IdealCell {
+    fn scan(&mut self) -> Result<Scene, StageError> {
+        Ok(self.scene.clone())
+    }
+
+    fn place(&mut self, item: &Candidate, resting: &RestingPlacement) -> Result<(), StageError> {
+        let Some(view) = item.item.views().get(resting.placement.yaw) else { return Ok(()) };
+        let mut heightmap = self.scene.heightmap().clone();
+        for (index, (top, bottom)) in view.top().iter().zip(view.bottom()).enumerate() {
+            let (x, y) = (index / view.ny(), index % view.ny());
+            if *bottom != crate::item::ABSENT {
+                let height = resting.resting_height + top;
+                heightmap.raise(resting.placement.x + x, resting.placement.y + y, height);
+            }
+        }
+        debug_assert!(heightmap.max() <= self.grid.rim());
+        self.scene = Scene::from_heightmap(heightmap);
+        self.placed.push(item.arrival);
+        Ok(())
+    }
+
+    fn is_inside(&self, arrival: usize) -> bool {
+        self.placed.contains(&arrival)
+    }
+}

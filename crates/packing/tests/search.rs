@@ -1,0 +1,227 @@
+//! The best-first search against a full sort, its caches, threads and proposals.
+
+use std::sync::Arc;
+
+use ppnpack_packing::check::{BoxedCheck, Fits};
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::{Heightmap, Scene};
+use ppnpack_packing::item::Item;
+use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::oracle;
+use ppnpack_packing::placement::Placement;
+use ppnpack_packing::plan::{Candidate, Evaluated, Evaluator, Planner, Reason, StepInput};
+use ppnpack_packing::proposals::{Percent, Proposals, ProposeAll, ProposeRandom, Proposer};
+use ppnpack_packing::search::{Search, SearchSettings};
+use ppnpack_packing::stability::PublishedStability;
+use proptest::prelude::*;
+
+mod support;
+
+const HEURISTICS: [Heuristic; 6] = [
+    Heuristic::Sdfm,
+    Heuristic::Dbl,
+    Heuristic::Hm,
+    Heuristic::Mta,
+    Heuristic::FirstFit,
+    Heuristic::Random,
+];
+
+fn settings(heuristic: Heuristic, order: Order) -> SearchSettings {
+    SearchSettings { heuristic, order, weights: Weights::default(), seed: 7 }
+}
+
+fn candidates(items: &[Arc<Item>]) -> Vec<Candidate> {
+    let arrivals = items.iter().enumerate();
+    arrivals.map(|(arrival, item)| Candidate { arrival, item: item.clone() }).collect()
+}
+
+fn ranking(search: &mut Search, input: &StepInput<'_>, proposals: &Proposals) -> Vec<Evaluated> {
+    let group: Vec<usize> = (0..input.candidates.len()).collect();
+    search.rank(input, &group, proposals).unwrap();
+    std::iter::from_fn(|| search.next_best(input).unwrap()).collect()
+}
+
+fn all(input: &StepInput<'_>) -> Proposals {
+    let mut proposals = Proposals::default();
+    ProposeAll.propose(input, &mut proposals).unwrap();
+    proposals
+}
+
+/// Every fitting placement with its value, sorted.
+fn sorted(input: &StepInput<'_>, heuristic: Heuristic) -> Vec<(f64, usize, Placement)> {
+    let heightmap = input.scene.heightmap();
+    let mut found = Vec::new();
+    for (index, candidate) in input.candidates.iter().enumerate() {
+        for (yaw, view) in candidate.item.views().iter().enumerate() {
+            for x in 0..input.grid.nx() {
+                for y in 0..input.grid.ny() {
+                    let at = Placement { yaw, x, y };
+                    let Some(height) = oracle::resting_height(heightmap, view, at) else { continue };
+                    if height + view.height() <= input.grid.rim() {
+                        let objective = (heuristic, &Weights::default(), true);
+                        let value =
+                            oracle::value(input.grid, heightmap, view, (at, height), objective);
+                        found.push((value, index, at));
+                    }
+                }
+            }
+        }
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    found
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    #[test]
+    fn the_search_gives_what_a_full_sort_gives(
+        (grid, heightmap, items) in support::scenes(3),
+        heuristic in proptest::sample::select(&HEURISTICS[..4]),
+    ) {
+        let scene = Scene::from_heightmap(heightmap);
+        let held = candidates(&items);
+        let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step: 0 };
+        let mut search = Search::new(&grid, &settings(heuristic, Order::Balance)).unwrap();
+        let found = ranking(&mut search, &input, &all(&input));
+        let expected = sorted(&input, heuristic);
+        prop_assert_eq!(found.len(), expected.len());
+        for (found, (value, ..)) in found.iter().zip(&expected) {
+            prop_assert!((found.value - value).abs() <= 1e-9 * value.abs().max(1.0));
+        }
+        // Equal values come by candidate, yaw, x, y.
+        let key = |found: &Evaluated| (found.candidate, found.resting.placement);
+        for pair in found.windows(2) {
+            prop_assert!(
+                pair[0].value < pair[1].value
+                    || (pair[0].value == pair[1].value && key(&pair[0]) < key(&pair[1]))
+            );
+        }
+    }
+
+    #[test]
+    fn threads_and_earlier_steps_change_nothing(
+        (grid, first, items) in support::scenes(4),
+        change in proptest::collection::vec((0_usize..14, 0_usize..14, 0_i16..60), 0..5),
+        heuristic in proptest::sample::select(&HEURISTICS[..]),
+    ) {
+        let mut second = first.clone();
+        for (x, y, height) in change {
+            second.raise(x, y, height);
+        }
+        let held = candidates(&items);
+        let scenes = [first, second.clone(), second].map(Scene::from_heightmap);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+        let settings = settings(heuristic, Order::Balance);
+        let mut kept =
+            Search::new(&grid, &settings).unwrap().with_pool(Arc::new(pool));
+        for (step, scene) in scenes.iter().enumerate() {
+            // The buffer changes from step to step too.
+            let held = &held[step.min(held.len() - 1)..];
+            let input = StepInput { grid: &grid, scene, candidates: held, step: step as u64 };
+            let mut fresh = Search::new(&grid, &settings).unwrap();
+            let expected = ranking(&mut fresh, &input, &all(&input));
+            prop_assert_eq!(ranking(&mut kept, &input, &all(&input)), expected);
+        }
+    }
+
+    #[test]
+    fn proposals_are_ranked_like_all_placements_restricted_to_them(
+        (grid, heightmap, items) in support::scenes(3),
+        heuristic in proptest::sample::select(&HEURISTICS[..]),
+        percent in 1.0_f64..100.0,
+    ) {
+        let scene = Scene::from_heightmap(heightmap);
+        let held = candidates(&items);
+        let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step: 3 };
+        let mut proposals = Proposals::default();
+        let share = Percent::new(percent).unwrap();
+        ProposeRandom::new(share, 5).propose(&input, &mut proposals).unwrap();
+        let proposed = |found: &Evaluated| match proposals.of(found.candidate) {
+            ppnpack_packing::proposals::CandidateProposals::All => true,
+            ppnpack_packing::proposals::CandidateProposals::Some(placements) => {
+                placements.contains(&found.resting.placement)
+            }
+        };
+        let mut search = Search::new(&grid, &settings(heuristic, Order::Balance)).unwrap();
+        let mut expected = ranking(&mut search, &input, &all(&input));
+        expected.retain(proposed);
+        prop_assert_eq!(ranking(&mut search, &input, &proposals), expected);
+        for (index, candidate) in held.iter().enumerate() {
+            let possible = ppnpack_packing::proposals::possible_count(&grid, &candidate.item);
+            let counts = search.counts(index);
+            let is_low_enough = candidate.item.views().iter().any(|view| view.height() <= grid.rim());
+            if is_low_enough {
+                prop_assert_eq!(counts.possible, possible);
+            }
+            prop_assert_eq!(counts.proposed, share.of(possible));
+        }
+    }
+
+    #[test]
+    fn a_plan_is_the_best_valid_placement_and_says_why_there_is_none(
+        (grid, heightmap, items) in support::scenes(3),
+        order in proptest::sample::select(&[Order::Balance, Order::BboxVolume, Order::Arrival, Order::Shuffled][..]),
+    ) {
+        let scene = Scene::from_heightmap(heightmap);
+        let held = candidates(&items);
+        let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step: 0 };
+        let search = Search::new(&grid, &settings(Heuristic::Sdfm, order)).unwrap();
+        let checks: Vec<BoxedCheck> = vec![Box::new(PublishedStability::default()), Box::new(Fits)];
+        let mut planner =
+            Planner::new(Box::new(ProposeAll), Box::new(search), checks, order, 1).with_alternatives(2);
+        let plan = planner.plan(&input).unwrap();
+        let mut search = Search::new(&grid, &settings(Heuristic::Sdfm, order)).unwrap();
+        let mut stability = PublishedStability::default();
+        let mut valid = ranking(&mut search, &input, &all(&input));
+        let fitting = valid.clone();
+        valid.retain(|found| {
+            let view = &held[found.candidate].item.views()[found.resting.placement.yaw];
+            stability.is_stable(&grid, scene.heightmap(), view, &found.resting)
+        });
+        if order == Order::Balance {
+            prop_assert_eq!(plan.choice(), valid.first().copied());
+            prop_assert_eq!(plan.alternatives(), valid.get(1..valid.len().min(3)).unwrap_or(&[]));
+        }
+        prop_assert_eq!(plan.choice().is_some(), !valid.is_empty());
+        for (index, report) in plan.candidates().iter().enumerate() {
+            let of = |ranked: &[Evaluated]| ranked.iter().filter(|found| found.candidate == index).count();
+            match report.reason {
+                Some(Reason::Rejected(check)) => {
+                    prop_assert_eq!(check, "unstable");
+                    prop_assert!(of(&fitting) > 0 && of(&valid) == 0);
+                    prop_assert_eq!(report.rejected as usize, of(&fitting));
+                }
+                Some(_) => prop_assert_eq!(of(&fitting), 0),
+                None => prop_assert!(plan.choice().is_some()),
+            }
+        }
+    }
+}
+
+#[test]
+fn random_placements_are_spread_over_all_valid_ones() {
+    let grid = Grid::reference();
+    let scene = Scene::from_heightmap(Heightmap::empty(&grid));
+    let surfaces = ppnpack_packing::item::ViewSurfaces {
+        nx: 2,
+        ny: 2,
+        top: vec![3; 4],
+        bottom: vec![0; 4],
+        underside: None,
+        origin_from_corner_m: nalgebra::Vector3::zeros(),
+        centre_of_mass_m: None,
+    };
+    let item = Arc::new(Item::new("block", vec![surfaces; 4], 0.0).unwrap());
+    let held = candidates(&[item]);
+    let mut search = Search::new(&grid, &settings(Heuristic::Random, Order::Shuffled)).unwrap();
+    let mut quadrants = [0; 8];
+    for step in 0..4000 {
+        let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step };
+        let group = [0];
+        search.rank(&input, &group, &all(&input)).unwrap();
+        let Placement { yaw, x, y } = search.next_best(&input).unwrap().unwrap().resting.placement;
+        quadrants[(yaw / 2) * 4 + (x / 16) * 2 + y / 16] += 1;
+    }
+    assert!(quadrants.iter().all(|count| (400..=600).contains(count)), "{quadrants:?}");
+}

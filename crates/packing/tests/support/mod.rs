@@ -1,0 +1,94 @@
+//! Random grids, containers and items for the tests.
+#![allow(dead_code, reason = "each test file uses some of these")]
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
+use ppnpack_packing::heightmap::Heightmap;
+use ppnpack_packing::item::{ABSENT, Item, ViewSurfaces};
+use proptest::prelude::*;
+
+/// A grid of up to 14 x 14 cells with odd cell sizes and height units among them.
+pub fn grids() -> impl Strategy<Value = Grid> {
+    let cells = prop_oneof![Just(0.01), Just(0.005), Just(0.02), 0.004..0.03];
+    let units = prop_oneof![Just(0.002), Just(0.001), Just(0.005), 0.0008..0.01];
+    (1_usize..14, 1_usize..14, 5_i16..60, cells, units, 1_usize..4).prop_map(
+        |(nx, ny, rim, cell_m, unit_m, yaws)| {
+            let resolution = Resolution::new(cell_m, unit_m, Yaws::half_turn(yaws).unwrap());
+            let container = ContainerSize {
+                x_m: nx as f64 * cell_m,
+                y_m: ny as f64 * cell_m,
+                z_m: f64::from(rim) * unit_m,
+            };
+            Grid::new(container, resolution.unwrap()).unwrap()
+        },
+    )
+}
+
+/// A container whose content is steps, so that flat parts and cliffs both occur.
+pub fn heightmaps(grid: &Grid) -> impl Strategy<Value = Heightmap> + use<> {
+    let (nx, ny, rim) = (grid.nx(), grid.ny(), grid.rim());
+    let steps = proptest::collection::vec((0..nx, 0..ny, 1..=nx, 1..=ny, 0..=rim), 0..6);
+    let empty = Heightmap::empty(grid);
+    steps.prop_map(move |steps| {
+        let mut heightmap = empty.clone();
+        for (x0, y0, width, depth, height) in steps {
+            for x in x0..(x0 + width).min(nx) {
+                for y in y0..(y0 + depth).min(ny) {
+                    heightmap.raise(x, y, height);
+                }
+            }
+        }
+        heightmap
+    })
+}
+
+/// A view with holes and an uneven underside.
+pub fn views() -> impl Strategy<Value = ViewSurfaces> {
+    (1_usize..7, 1_usize..7).prop_flat_map(|(nx, ny)| {
+        let cell = (0_i16..6, 1_i16..20, 0_u8..5);
+        proptest::collection::vec(cell, nx * ny)
+            .prop_map(move |cells| surfaces(nx, ny, &cells))
+    })
+}
+
+fn surfaces(nx: usize, ny: usize, cells: &[(i16, i16, u8)]) -> ViewSurfaces {
+    let is_absent = |index: usize| cells[index].2 == 0 && index != 0;
+    let lowest = (0..cells.len())
+        .filter(|index| !is_absent(*index))
+        .map(|index| cells[index].0)
+        .min()
+        .unwrap();
+    let mut bottom: Vec<Units> = Vec::new();
+    let mut top: Vec<Units> = Vec::new();
+    for (index, (low, thickness, _)) in cells.iter().enumerate() {
+        let low = low - lowest;
+        bottom.push(if is_absent(index) { ABSENT } else { low });
+        top.push(if is_absent(index) { 0 } else { low + thickness });
+    }
+    ViewSurfaces {
+        nx,
+        ny,
+        top,
+        bottom,
+        underside: None,
+        origin_from_corner_m: Vector3::zeros(),
+        centre_of_mass_m: None,
+    }
+}
+
+/// An item with this many yaws.
+pub fn items(yaws: usize) -> impl Strategy<Value = Arc<Item>> {
+    proptest::collection::vec(views(), yaws)
+        .prop_map(|views| Arc::new(Item::new("random", views, 0.0).unwrap()))
+}
+
+/// A grid, its content, and some items for it.
+pub fn scenes(items_up_to: usize) -> impl Strategy<Value = (Grid, Heightmap, Vec<Arc<Item>>)> {
+    grids().prop_flat_map(move |grid| {
+        let yaws = grid.resolution().yaws().count();
+        let held = proptest::collection::vec(items(yaws), 1..=items_up_to);
+        (Just(grid.clone()), heightmaps(&grid), held)
+    })
+}
