@@ -22,6 +22,22 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// The box around points; `None` where there is none.
+    pub fn of(points: &[Point3<f64>]) -> Option<Self> {
+        let first = *points.first()?;
+        let around = |bounds: Self, point: &Point3<f64>| Self {
+            lowest: bounds.lowest.inf(point),
+            highest: bounds.highest.sup(point),
+        };
+        Some(points.iter().fold(
+            Self {
+                lowest: first,
+                highest: first,
+            },
+            around,
+        ))
+    }
+
     /// The box's edges, in metres.
     pub fn extents_m(&self) -> Vector3<f64> {
         self.highest - self.lowest
@@ -39,13 +55,7 @@ impl Mesh {
 
     /// The box around all vertices; `None` for a mesh without any.
     pub fn bounds(&self) -> Option<Bounds> {
-        let first = *self.vertices.first()?;
-        Some(self.vertices.iter().fold(Bounds { lowest: first, highest: first }, |bounds, vertex| {
-            Bounds {
-                lowest: bounds.lowest.inf(vertex),
-                highest: bounds.highest.sup(vertex),
-            }
-        }))
+        Bounds::of(&self.vertices)
     }
 
     /// The mesh moved by a rigid transform.
@@ -59,6 +69,8 @@ impl Mesh {
 
     /// The enclosed volume in cubic metres, by the divergence theorem; negative where triangles wind inwards.
     pub fn signed_volume_m3(&self) -> f64 {
-        self.corners().map(|[a, b, c]| a.coords.dot(&b.coords.cross(&c.coords)) / 6.0).sum()
+        self.corners()
+            .map(|[a, b, c]| a.coords.dot(&b.coords.cross(&c.coords)) / 6.0)
+            .sum()
     }
 }

@@ -1,0 +1,185 @@
+//! Meshes to models.
+
+use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::convex::convex_pieces;
+use crate::hull::hull;
+use crate::mass::{DEFAULT_DENSITY_KG_M3, mass_properties};
+use crate::mesh::Mesh;
+use crate::object::Model;
+use crate::repair::{MeshError, Repair, repaired};
+use crate::resting::resting_poses;
+use crate::unit::LengthUnit;
+
+/// The pose in which objects are packed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Pose {
+    /// As the mesh file has it, z up.
+    #[default]
+    AsGiven,
+    /// The most probable resting pose, its footprint turned to fill the least rectangle, the longer side along x.
+    MostProbable,
+}
+
+/// How a mesh becomes a model.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ModelSettings {
+    /// The unit in which the mesh was drawn; the mesh itself is in metres.
+    pub unit: LengthUnit,
+    /// The density of objects whose mass is not known, in kg/m^3.
+    pub density_kg_m3: f64,
+    /// The mass, in kilograms, where it is known.
+    pub mass_kg: Option<f64>,
+    /// The pose in which it is packed.
+    pub pose: Pose,
+}
+
+impl Default for ModelSettings {
+    fn default() -> Self {
+        Self {
+            unit: LengthUnit::Metres,
+            density_kg_m3: DEFAULT_DENSITY_KG_M3,
+            mass_kg: None,
+            pose: Pose::AsGiven,
+        }
+    }
+}
+
+/// The model of a mesh in metres, and what was repaired about the mesh.
+///
+/// # Errors
+/// [`MeshError`] where the mesh is no solid and cannot be made one.
+pub fn model(
+    name: &str,
+    mesh: Mesh,
+    settings: &ModelSettings,
+) -> Result<(Model, Vec<Repair>), MeshError> {
+    let (mut mesh, repairs) = repaired(mesh, settings.unit)?;
+    if settings.pose == Pose::MostProbable {
+        mesh = most_probable(mesh);
+    }
+    let volume_m3 = mesh.signed_volume_m3();
+    let density = settings
+        .mass_kg
+        .map_or(settings.density_kg_m3, |mass_kg| mass_kg / volume_m3);
+    let mass = mass_properties(&mesh, density);
+    let model = Model {
+        name: name.to_owned(),
+        volume_m3,
+        pieces: convex_pieces(&mesh),
+        resting_poses: resting_poses(&mesh, &mass.centre_of_mass_m),
+        mass,
+        mesh,
+    };
+    Ok((model, repairs))
+}
+
+/// The mesh in its most probable resting pose, turned to fill the least rectangle.
+fn most_probable(mesh: Mesh) -> Mesh {
+    let centre = mass_properties(&mesh, 1.0).centre_of_mass_m;
+    let poses = resting_poses(&mesh, &centre);
+    let Some(pose) = poses.first() else {
+        return mesh;
+    };
+    let laid = mesh.transformed(&nalgebra::convert(pose.rotation));
+    let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), least_rectangle_yaw(&laid));
+    laid.transformed(&nalgebra::convert::<_, Isometry3<f64>>(yaw))
+}
+
+/// The yaw at which the rectangle around a mesh seen from above is least, its longer side along x, in radians.
+fn least_rectangle_yaw(mesh: &Mesh) -> f64 {
+    let Some(hull) = hull(&mesh.vertices) else {
+        return 0.0;
+    };
+    let plan: Vec<Point2<f64>> = hull.vertices.iter().map(|vertex| vertex.xy()).collect();
+    let sides = |yaw_rad: f64| {
+        let (sin, cos) = yaw_rad.sin_cos();
+        let turned = plan
+            .iter()
+            .map(|at| (cos * at.x - sin * at.y, sin * at.x + cos * at.y));
+        let mut range = [
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+        ];
+        for (x, y) in turned {
+            let [left, right, front, back] = range;
+            range = [left.min(x), right.max(x), front.min(y), back.max(y)];
+        }
+        let [left, right, front, back] = range;
+        (right - left, back - front)
+    };
+    // The least rectangle has a side along one of the outline's, and those are edges of the hull.
+    let yaws = hull
+        .triangles
+        .iter()
+        .flat_map(|[a, b, c]| [(*a, *b), (*b, *c), (*c, *a)])
+        .filter_map(|(from, to)| {
+            let (from, to) = (plan.get(from as usize)?, plan.get(to as usize)?);
+            let along = to - from;
+            (along.norm() > 1e-9).then(|| -along.y.atan2(along.x))
+        });
+    // An edge along the axes is as good as any other: the yaw of 0 comes first among equals.
+    let area = |yaw_rad: &f64| {
+        let (x, y) = sides(*yaw_rad);
+        x * y
+    };
+    let mut best = (0.0, area(&0.0));
+    for yaw_rad in yaws {
+        let area = area(&yaw_rad);
+        if area < best.1 * (1.0 - 1e-6) {
+            best = (yaw_rad, area);
+        }
+    }
+    let (x, y) = sides(best.0);
+    let quarter = if y > x * (1.0 + 1e-6) {
+        std::f64::consts::FRAC_PI_2
+    } else {
+        0.0
+    };
+    best.0 + quarter
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+
+    use super::*;
+    use crate::shapes::cuboid;
+
+    #[test]
+    fn the_most_probable_pose_lies_flat_and_straight() {
+        let tilt = UnitQuaternion::from_euler_angles(0.3, -0.5, 0.8);
+        let mesh = cuboid(Point3::new(0.1, 0.2, 0.3), Vector3::new(0.02, 0.2, 0.1))
+            .transformed(&nalgebra::convert::<_, Isometry3<f64>>(tilt));
+        let settings = ModelSettings {
+            pose: Pose::MostProbable,
+            ..ModelSettings::default()
+        };
+        let (model, _) = model("tile", mesh, &settings).unwrap();
+        let extents = model.mesh.bounds().unwrap().extents_m();
+        assert!(
+            (extents - Vector3::new(0.2, 0.1, 0.02)).norm() < 1e-6,
+            "{extents}"
+        );
+        let down = model.resting_poses[0].rotation * -Vector3::z();
+        assert!((down + Vector3::z()).norm() < 1e-6 || (down - Vector3::z()).norm() < 1e-6);
+    }
+
+    #[test]
+    fn a_known_mass_replaces_the_density() {
+        let mesh = cuboid(Point3::origin(), Vector3::from([0.1; 3]));
+        let settings = ModelSettings {
+            mass_kg: Some(2.0),
+            ..ModelSettings::default()
+        };
+        let (heavy, repairs) = model("weight", mesh, &settings).unwrap();
+        assert!(repairs.is_empty());
+        assert!((heavy.mass.mass_kg - 2.0).abs() < 1e-9);
+        assert!((heavy.volume_m3 - 0.001).abs() < 1e-12);
+        assert_eq!(heavy.pieces.len(), 1);
+    }
+}

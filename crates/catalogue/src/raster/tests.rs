@@ -1,0 +1,240 @@
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+use parry3d::math::{Pose, Vector};
+use parry3d::query::{Ray, RayCast};
+use parry3d::shape::Triangle;
+use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
+use proptest::prelude::*;
+
+use super::*;
+use crate::shapes::{ball, cuboid};
+
+fn raster(n: usize, pitch_m: f64) -> Raster {
+    Raster {
+        origin: Point2::origin(),
+        pitch_m,
+        nx: n,
+        ny: n,
+    }
+}
+
+fn touched(triangle: &[Point3<f64>; 3], raster: &Raster) -> HashMap<(usize, usize), (f64, f64)> {
+    let mut squares = HashMap::new();
+    rasterise(triangle, raster, |x, y, lowest, highest| {
+        let before = squares.insert((x, y), (lowest, highest));
+        assert!(before.is_none(), "square ({x}, {y}) came twice");
+    });
+    squares
+}
+
+fn triangles(range: f64) -> impl Strategy<Value = [Point3<f64>; 3]> {
+    prop::array::uniform3(prop::array::uniform3(-range..range))
+        .prop_map(|corners| corners.map(|[x, y, z]| Point3::new(x + 0.05, y + 0.05, z)))
+}
+
+/// The range of z of a triangle over a rectangle, from every point where an extreme can lie; `None` where
+/// they do not meet.
+fn range_over(
+    triangle: &[Point3<f64>; 3],
+    low: Point2<f64>,
+    high: Point2<f64>,
+) -> Option<(f64, f64)> {
+    let within =
+        |at: &Point3<f64>| (low.x..=high.x).contains(&at.x) && (low.y..=high.y).contains(&at.y);
+    let mut heights: Vec<f64> = triangle
+        .iter()
+        .filter(|at| within(at))
+        .map(|at| at.z)
+        .collect();
+    let [a, b, c] = *triangle;
+    for (from, to) in [(a, b), (b, c), (c, a)] {
+        for (axis, line) in [(0, low.x), (0, high.x), (1, low.y), (1, high.y)] {
+            let share = (line - from[axis]) / (to[axis] - from[axis]);
+            if (0.0..=1.0).contains(&share) {
+                let mut crossing = from + (to - from) * share;
+                crossing[axis] = line;
+                heights.extend(within(&crossing).then_some(crossing.z));
+            }
+        }
+    }
+    let cross = |a: Point3<f64>, b: Point3<f64>, c: Point2<f64>| {
+        (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)
+    };
+    let whole = cross(a, b, c.xy());
+    for corner in [
+        low,
+        high,
+        Point2::new(low.x, high.y),
+        Point2::new(high.x, low.y),
+    ] {
+        let shares = [(b, c), (c, a), (a, b)].map(|(from, to)| cross(from, to, corner) / whole);
+        if shares.iter().all(|share| *share >= 0.0) {
+            heights.push(shares[0] * a.z + shares[1] * b.z + shares[2] * c.z);
+        }
+    }
+    let lowest = heights.iter().copied().reduce(f64::min)?;
+    let highest = heights.iter().copied().reduce(f64::max)?;
+    Some((lowest, highest))
+}
+
+#[test]
+fn a_slope_has_its_exact_range_in_each_square() {
+    // The plane z = x over the lower left half of two squares by two.
+    let slope = [[0.0, 0.0, 0.0], [2.0, 0.0, 2.0], [0.0, 2.0, 0.0]].map(Point3::from);
+    let squares = touched(&slope, &raster(2, 1.0));
+    assert_eq!(squares.len(), 3);
+    for ((x, y), expected) in [
+        ((0, 0), (0.0, 1.0)),
+        ((1, 0), (1.0, 2.0)),
+        ((0, 1), (0.0, 1.0)),
+    ] {
+        let (lowest, highest) = squares[&(x, y)];
+        assert!((lowest - expected.0).abs() < 2e-6, "({x}, {y}): {lowest}");
+        assert!((highest - expected.1).abs() < 2e-6, "({x}, {y}): {highest}");
+    }
+}
+
+#[test]
+fn what_only_meets_a_border_touches_nothing() {
+    let wall = [[0.03, 0.0, 0.0], [0.03, 0.05, 0.0], [0.03, 0.0, 0.1]].map(Point3::from);
+    assert!(touched(&wall, &raster(8, 0.01)).is_empty());
+    let inside = wall.map(|corner| corner + Vector3::new(0.005, 0.0, 0.0));
+    assert_eq!(touched(&inside, &raster(8, 0.01)).len(), 5);
+}
+
+#[test]
+fn rounding_adds_no_squares() {
+    for noise in [-1e-9, 0.0, 1e-10, 5e-7] {
+        let mesh = cuboid(
+            Point3::new(0.01, 0.02, 0.0),
+            Vector3::new(0.03 + noise, 0.03, 0.04),
+        );
+        let mut squares = std::collections::HashSet::new();
+        for triangle in mesh.corners() {
+            rasterise(&triangle, &raster(16, 0.01), |x, y, _, _| {
+                squares.insert((x, y));
+            });
+        }
+        assert_eq!(squares.len(), 9, "noise {noise}");
+    }
+}
+
+#[test]
+fn triangles_that_are_not_finite_are_left_out() {
+    let bad = [
+        [f64::NAN, 0.0, 0.0],
+        [f64::INFINITY, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+    ]
+    .map(Point3::from);
+    assert!(touched(&bad, &raster(4, 0.01)).is_empty());
+}
+
+#[test]
+fn a_surface_takes_the_upper_envelope() {
+    let container = ContainerSize {
+        x_m: 0.1,
+        y_m: 0.1,
+        z_m: 0.1,
+    };
+    let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(4).unwrap()).unwrap();
+    let grid = Grid::new(container, resolution).unwrap();
+    let mut surface = Surface::empty(&grid);
+    let mesh = cuboid(Point3::origin(), Vector3::new(0.02, 0.02, 0.03));
+    // Half beside the container, and half below its floor.
+    raise_surface(
+        &mesh,
+        &Isometry3::translation(-0.01, 0.05, -0.01),
+        &mut surface,
+    );
+    raise_surface(
+        &mesh,
+        &Isometry3::translation(0.05, 0.05, -0.5),
+        &mut surface,
+    );
+    let raised = surface
+        .heights_m()
+        .iter()
+        .filter(|height| **height > 0.0)
+        .count();
+    assert_eq!(raised, 4 * 8);
+    assert!((surface.heights_m()[20] - 0.02).abs() < 1e-7);
+}
+
+proptest! {
+    #[test]
+    fn the_range_is_that_of_the_triangle_over_the_square(triangle in triangles(0.08)) {
+        let squares = touched(&triangle, &raster(10, 0.01));
+        for (x, y) in (0..10).flat_map(|x| (0..10).map(move |y| (x, y))) {
+            let low = Point2::new(x as f64, y as f64) * 0.01;
+            // The slack is left to either side of the true border.
+            let grown = |by: f64| {
+                let by = nalgebra::Vector2::new(by, by);
+                range_over(&triangle, low - by, low + nalgebra::Vector2::new(0.01, 0.01) + by)
+            };
+            let (inner, outer) = (grown(-1.1 * SLACK_M), grown(1.1 * SLACK_M));
+            match squares.get(&(x, y)) {
+                None => prop_assert!(inner.is_none(), "({x}, {y}) is touched, but was not visited"),
+                Some((lowest, highest)) => {
+                    prop_assert!(outer.is_some(), "({x}, {y}) was visited, but is not touched");
+                    let (outer_lowest, outer_highest) = outer.unwrap();
+                    prop_assert!(*lowest >= outer_lowest - 1e-9);
+                    prop_assert!(*highest <= outer_highest + 1e-9);
+                    if let Some((inner_lowest, inner_highest)) = inner {
+                        prop_assert!(*lowest <= inner_lowest + 1e-9);
+                        prop_assert!(*highest >= inner_highest - 1e-9);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rays_hit_within_the_range(
+        triangle in triangles(0.05),
+        points in prop::collection::vec((0.0..0.1_f64, 0.0..0.1_f64), 50),
+    ) {
+        let squares = touched(&triangle, &raster(10, 0.01));
+        let shape = {
+            let [a, b, c] = triangle.map(|p| Vector::new(p.x as f32, p.y as f32, p.z as f32));
+            Triangle::new(a, b, c)
+        };
+        for (x, y) in points {
+            let ray = Ray::new(Vector::new(x as f32, y as f32, 1.0), Vector::new(0.0, 0.0, -1.0));
+            let Some(way) = shape.cast_ray(&Pose::IDENTITY, &ray, 2.0, true) else { continue };
+            let place = [x, y].map(|at| at / 0.01);
+            if place.iter().any(|at| (at - at.round()).abs() < 1e-3) {
+                continue;
+            }
+            let height = 1.0 - f64::from(way);
+            let range = squares.get(&(place[0] as usize, place[1] as usize));
+            prop_assert!(range.is_some());
+            let (lowest, highest) = range.unwrap();
+            prop_assert!(height >= lowest - 1e-4 && height <= highest + 1e-4);
+        }
+    }
+}
+
+#[test]
+#[ignore = "a measurement: run with --release --nocapture"]
+fn time_of_two_thousand_triangles() {
+    let mesh = ball(0.16, 40, 26);
+    let raster = Raster {
+        origin: Point2::new(-0.16, -0.16),
+        ..raster(128, 0.0025)
+    };
+    let start = std::time::Instant::now();
+    let mut visits = 0;
+    for _ in 0..100 {
+        for triangle in mesh.corners() {
+            rasterise(&triangle, &raster, |_, _, _, _| visits += 1);
+        }
+    }
+    eprintln!(
+        "{} triangles, {} squares: {:?}",
+        mesh.triangles.len(),
+        visits / 100,
+        start.elapsed() / 100
+    );
+}

@@ -1,0 +1,248 @@
+//! Checks that a mesh is a closed solid of a sensible size, and repairs what can be repaired.
+
+mod faces;
+mod holes;
+mod orientation;
+mod weld;
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::mesh::Mesh;
+use crate::unit::LengthUnit;
+
+/// The most triangles of a mesh.
+pub const MAX_TRIANGLES: usize = 1_000_000;
+
+/// The least greatest extent of an object, in metres.
+pub const MIN_SIZE_M: f64 = 0.001;
+
+/// The greatest extent of an object, in metres.
+pub const MAX_SIZE_M: f64 = 5.0;
+
+/// A solid is at least this thick on average, in metres: twice its volume over its surface.
+const MIN_THICKNESS_M: f64 = 1e-5;
+
+/// Why a mesh is no object that can be packed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// There is no triangle.
+    #[error("has no triangles: export the object as a surface mesh")]
+    Empty,
+    /// There are more triangles than make sense.
+    #[error(
+        "has {triangles} triangles where {MAX_TRIANGLES} are possible: reduce them, some thousands are enough"
+    )]
+    TooManyTriangles {
+        /// How many there are.
+        triangles: usize,
+    },
+    /// A coordinate is missing, infinite or no number.
+    #[error("has a vertex (number {vertex}) that is not finite: export it again")]
+    NotFinite {
+        /// The vertex, counted from 0.
+        vertex: usize,
+    },
+    /// A triangle names a vertex that does not exist.
+    #[error(
+        "has a triangle (number {triangle}) that names vertex {vertex} of {vertices}: export it again"
+    )]
+    MissingVertex {
+        /// The triangle, counted from 0.
+        triangle: usize,
+        /// The vertex that it names, counted from 0.
+        vertex: u32,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// The surface has holes that are too large or too ragged to close.
+    #[error(
+        "is not closed: {edges} edges lack a neighbour. Close the holes in a mesh editor (\"make manifold\", \"fill holes\")"
+    )]
+    Open {
+        /// How many edges lack a neighbour.
+        edges: usize,
+    },
+    /// The surface has no inside.
+    #[error(
+        "has no inside and outside, like a Moebius strip or with edges where walls meet: make it manifold in a mesh editor"
+    )]
+    NotOrientable,
+    /// The surface encloses hardly any volume.
+    #[error("has no thickness: it encloses {volume_m3:.3e} m^3. Give its walls a thickness")]
+    NoThickness {
+        /// The enclosed volume, in cubic metres.
+        volume_m3: f64,
+    },
+    /// The object is smaller or larger than any that makes sense.
+    #[error("is {size_m:.3e} m long, outside {MIN_SIZE_M} to {MAX_SIZE_M} m{}", suggestion(.unit))]
+    Size {
+        /// The greatest extent, in metres.
+        size_m: f64,
+        /// The unit of length in which the object would have a likely size.
+        unit: Option<LengthUnit>,
+    },
+}
+
+fn suggestion(unit: &Option<LengthUnit>) -> String {
+    match unit {
+        Some(unit) => format!(": it is likely drawn in {unit}; give that as its unit"),
+        None => String::from(": give the unit in which it is drawn"),
+    }
+}
+
+/// Something about a mesh that was put right.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Repair {
+    /// Vertices in the same place became one.
+    Welded(usize),
+    /// Vertices that no triangle names were removed.
+    UnusedVertices(usize),
+    /// Triangles without area were removed.
+    Degenerate(usize),
+    /// Triangles that lie on another were removed.
+    Duplicate(usize),
+    /// Triangles that wound against their neighbours, or inwards, were turned.
+    Turned(usize),
+    /// Small flat holes were closed.
+    Capped(usize),
+}
+
+impl fmt::Display for Repair {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Welded(count) => write!(formatter, "{count} vertices welded to others"),
+            Self::UnusedVertices(count) => write!(formatter, "{count} unused vertices removed"),
+            Self::Degenerate(count) => write!(formatter, "{count} triangles without area removed"),
+            Self::Duplicate(count) => write!(formatter, "{count} triangles on others removed"),
+            Self::Turned(count) => write!(formatter, "{count} triangles turned to face outwards"),
+            Self::Capped(count) => write!(formatter, "{count} small flat holes closed"),
+        }
+    }
+}
+
+/// The closed solid that a mesh is, and what was repaired to make it one.
+///
+/// In the result every edge is passed as often in one direction as in the other, triangles wind
+/// counter-clockwise seen from outside, and every vertex is used. Triangles without area stay
+/// where the surface would have a crack without them. `unit` is the unit in which the mesh was
+/// drawn; it only serves to suggest another.
+///
+/// # Errors
+/// [`MeshError`] where the mesh is no solid of a sensible size and cannot be made one.
+pub fn repaired(mut mesh: Mesh, unit: LengthUnit) -> Result<(Mesh, Vec<Repair>), MeshError> {
+    checked_numbers(&mesh)?;
+    checked_size(&mesh, unit)?;
+    let mut repairs = Repairs::default();
+    let size_m = mesh
+        .bounds()
+        .map_or(0.0, |bounds| bounds.extents_m().norm());
+    for tolerance_m in [0.0, 1e-5 * size_m] {
+        repairs.welded += weld::weld(&mut mesh, tolerance_m);
+        repairs.degenerate += faces::without_collapsed(&mut mesh);
+        repairs.duplicate += faces::without_duplicates(&mut mesh);
+        repairs.turned += orientation::align(&mut mesh)?;
+        if orientation::open_edges(&mesh) == 0 {
+            break;
+        }
+    }
+    repairs.capped = holes::cap(&mut mesh, size_m);
+    let edges = orientation::open_edges(&mesh);
+    if edges > 0 {
+        return Err(MeshError::Open { edges });
+    }
+    repairs.degenerate += faces::without_slivers(&mut mesh);
+    repairs.turned += orientation::face_outwards(&mut mesh);
+    repairs.unused = weld::without_unused(&mut mesh);
+    checked_thickness(&mesh)?;
+    checked_size(&mesh, unit)?;
+    Ok((mesh, repairs.list()))
+}
+
+#[derive(Default)]
+struct Repairs {
+    welded: usize,
+    unused: usize,
+    degenerate: usize,
+    duplicate: usize,
+    turned: usize,
+    capped: usize,
+}
+
+impl Repairs {
+    fn list(&self) -> Vec<Repair> {
+        let all = [
+            (self.welded, Repair::Welded(self.welded)),
+            (self.unused, Repair::UnusedVertices(self.unused)),
+            (self.degenerate, Repair::Degenerate(self.degenerate)),
+            (self.duplicate, Repair::Duplicate(self.duplicate)),
+            (self.turned, Repair::Turned(self.turned)),
+            (self.capped, Repair::Capped(self.capped)),
+        ];
+        all.into_iter()
+            .filter(|(count, _)| *count > 0)
+            .map(|(_, repair)| repair)
+            .collect()
+    }
+}
+
+fn checked_numbers(mesh: &Mesh) -> Result<(), MeshError> {
+    let triangles = mesh.triangles.len();
+    if triangles == 0 {
+        return Err(MeshError::Empty);
+    }
+    if triangles > MAX_TRIANGLES {
+        return Err(MeshError::TooManyTriangles { triangles });
+    }
+    let finite = |point: &nalgebra::Point3<f64>| point.iter().all(|at| at.is_finite());
+    if let Some(vertex) = mesh.vertices.iter().position(|vertex| !finite(vertex)) {
+        return Err(MeshError::NotFinite { vertex });
+    }
+    let vertices = mesh.vertices.len();
+    for (triangle, corners) in mesh.triangles.iter().enumerate() {
+        if let Some(vertex) = corners.iter().find(|corner| **corner as usize >= vertices) {
+            return Err(MeshError::MissingVertex {
+                triangle,
+                vertex: *vertex,
+                vertices,
+            });
+        }
+    }
+    Ok(())
+}
+
+fn checked_size(mesh: &Mesh, unit: LengthUnit) -> Result<(), MeshError> {
+    // Of the triangles, since a stray vertex that no triangle names does not count.
+    let corners: Vec<_> = mesh.corners().flatten().collect();
+    let bounds = crate::mesh::Bounds::of(&corners).ok_or(MeshError::Empty)?;
+    let size_m = bounds.extents_m().max();
+    if (MIN_SIZE_M..=MAX_SIZE_M).contains(&size_m) {
+        return Ok(());
+    }
+    let drawn = size_m / unit.metres();
+    let likely = |range: std::ops::RangeInclusive<f64>| {
+        let mut units = LengthUnit::ALL.into_iter().rev();
+        units.find(|unit| range.contains(&(drawn * unit.metres())))
+    };
+    let unit = likely(0.01..=1.0).or_else(|| likely(MIN_SIZE_M..=MAX_SIZE_M));
+    Err(MeshError::Size { size_m, unit })
+}
+
+fn checked_thickness(mesh: &Mesh) -> Result<(), MeshError> {
+    let volume_m3 = mesh.signed_volume_m3();
+    let area_m2: f64 = mesh
+        .corners()
+        .map(|[a, b, c]| (b - a).cross(&(c - a)).norm() / 2.0)
+        .sum();
+    if volume_m3 * 2.0 > MIN_THICKNESS_M * area_m2 {
+        Ok(())
+    } else {
+        Err(MeshError::NoThickness { volume_m3 })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,177 @@
+use nalgebra::{Point3, Vector3};
+use proptest::prelude::*;
+
+use super::*;
+use crate::shapes::{ball, cube, cuboid, joined};
+
+fn repaired_m(mesh: Mesh) -> Result<(Mesh, Vec<Repair>), MeshError> {
+    repaired(mesh, LengthUnit::Metres)
+}
+
+#[test]
+fn a_sound_mesh_stays_as_it_is() {
+    let mesh = ball(0.05, 12, 9);
+    assert_eq!(repaired_m(mesh.clone()), Ok((mesh, vec![])));
+}
+
+#[test]
+fn loose_triangles_are_welded() {
+    let corners: Vec<_> = cube(0.1).corners().flatten().collect();
+    let triangles = (0..12).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect();
+    let mut loose = Mesh {
+        vertices: corners,
+        triangles,
+    };
+    let (mesh, repairs) = repaired_m(loose.clone()).unwrap();
+    assert_eq!(
+        (mesh.vertices.len(), repairs),
+        (8, vec![Repair::Welded(28)])
+    );
+    // As a file of few digits has them.
+    for (index, vertex) in loose.vertices.iter_mut().enumerate() {
+        vertex.x += 1e-8 * index as f64;
+    }
+    let (mesh, _) = repaired_m(loose).unwrap();
+    assert_eq!(mesh.vertices.len(), 8);
+}
+
+#[test]
+fn inside_out_meshes_are_turned() {
+    let mut mesh = cube(0.1);
+    mesh.triangles
+        .iter_mut()
+        .for_each(|corners| corners.swap(0, 1));
+    let (mesh, repairs) = repaired_m(mesh).unwrap();
+    assert!((mesh.signed_volume_m3() - 0.001).abs() < 1e-12);
+    assert_eq!(repairs, vec![Repair::Turned(12)]);
+}
+
+#[test]
+fn a_cavity_stays_a_cavity_and_a_neighbour_is_turned() {
+    let inward = |mut mesh: Mesh| {
+        mesh.triangles
+            .iter_mut()
+            .for_each(|corners| corners.swap(0, 1));
+        mesh
+    };
+    let (hollow, repairs) = repaired_m(joined(&cube(0.1), &inward(cube(0.05)))).unwrap();
+    assert!(repairs.is_empty());
+    assert!((hollow.signed_volume_m3() - 0.000_875).abs() < 1e-12);
+    let beside = cuboid(Point3::new(0.2, 0.0, 0.0), Vector3::from([0.05; 3]));
+    let (both, _) = repaired_m(joined(&cube(0.1), &inward(beside))).unwrap();
+    assert!((both.signed_volume_m3() - 0.001_125).abs() < 1e-12);
+}
+
+#[test]
+fn triangles_that_add_nothing_go() {
+    let mut mesh = cube(0.1);
+    mesh.triangles.push(mesh.triangles[3]);
+    mesh.triangles.push([0, 0, 5]);
+    mesh.triangles.extend([[0, 1, 7], [1, 0, 7]]);
+    mesh.vertices.push(Point3::new(9.0, 9.0, 9.0));
+    let (fixed, repairs) = repaired_m(mesh).unwrap();
+    assert_eq!(fixed, cube(0.1));
+    assert_eq!(
+        repairs,
+        vec![
+            Repair::UnusedVertices(1),
+            Repair::Degenerate(1),
+            Repair::Duplicate(3)
+        ]
+    );
+}
+
+#[test]
+fn a_sliver_that_closes_a_crack_stays() {
+    let mut mesh = cube(0.1);
+    // Splits one of the two triangles at an edge, so that a flat one is needed between the halves and
+    // the other.
+    let [a, b, c] = mesh.triangles[0];
+    let half = nalgebra::center(&mesh.vertices[a as usize], &mesh.vertices[b as usize]);
+    let middle = mesh.vertices.len() as u32;
+    mesh.vertices.push(half);
+    mesh.triangles[0] = [a, middle, c];
+    mesh.triangles.extend([[middle, b, c], [a, b, middle]]);
+    let (fixed, _) = repaired_m(mesh.clone()).unwrap();
+    assert_eq!(fixed, mesh);
+}
+
+#[test]
+fn small_flat_holes_are_closed_and_large_ones_are_not() {
+    let mut mesh = ball(0.05, 24, 24);
+    mesh.triangles.retain(|corners| !corners.contains(&0));
+    let (closed, repairs) = repaired_m(mesh).unwrap();
+    assert!(repairs.contains(&Repair::Capped(1)));
+    assert!(closed.signed_volume_m3() > 0.0);
+    let mut open_box = cube(0.1);
+    open_box.triangles.truncate(10);
+    assert_eq!(repaired_m(open_box), Err(MeshError::Open { edges: 4 }));
+}
+
+#[test]
+fn what_is_no_solid_is_refused() {
+    assert_eq!(repaired_m(Mesh::default()), Err(MeshError::Empty));
+    let mut nan = cube(0.1);
+    nan.vertices[3].y = f64::NAN;
+    assert_eq!(repaired_m(nan), Err(MeshError::NotFinite { vertex: 3 }));
+    let mut missing = cube(0.1);
+    missing.triangles[2] = [0, 1, 8];
+    let error = MeshError::MissingVertex {
+        triangle: 2,
+        vertex: 8,
+        vertices: 8,
+    };
+    assert_eq!(repaired_m(missing), Err(error));
+    let flat = cuboid(Point3::origin(), Vector3::new(0.1, 0.1, 1e-6));
+    assert!(matches!(
+        repaired_m(flat),
+        Err(MeshError::NoThickness { .. })
+    ));
+}
+
+#[test]
+fn unlikely_sizes_name_the_likely_unit() {
+    let size = |mesh, unit| match repaired(mesh, unit) {
+        Err(MeshError::Size { unit, .. }) => unit,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(
+        size(cube(100.0), LengthUnit::Metres),
+        Some(LengthUnit::Millimetres)
+    );
+    assert_eq!(
+        size(cube(0.0002), LengthUnit::Millimetres),
+        Some(LengthUnit::Metres)
+    );
+    assert_eq!(size(cube(1e9), LengthUnit::Metres), None);
+    let error = repaired_m(cube(100.0)).unwrap_err().to_string();
+    assert!(error.contains("drawn in mm"), "{error}");
+}
+
+proptest! {
+    #[test]
+    fn turned_triangles_are_turned_back(
+        turned in prop::collection::vec(any::<prop::sample::Index>(), 0..40),
+    ) {
+        let sound = ball(0.05, 12, 9);
+        let mut mesh = sound.clone();
+        for index in turned {
+            let index = index.index(mesh.triangles.len());
+            mesh.triangles[index].swap(1, 2);
+        }
+        let (fixed, _) = repaired_m(mesh).unwrap();
+        prop_assert!((fixed.signed_volume_m3() - sound.signed_volume_m3()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn any_soup_is_a_solid_or_refused(
+        corners in prop::collection::vec(prop::array::uniform3(0_u32..9), 1..40),
+        points in prop::collection::vec(prop::array::uniform3(-0.1..0.1_f64), 9),
+    ) {
+        let vertices = points.into_iter().map(Point3::from).collect();
+        if let Ok((mesh, _)) = repaired_m(Mesh { vertices, triangles: corners }) {
+            prop_assert!(mesh.signed_volume_m3() > 0.0);
+            prop_assert_eq!(orientation::open_edges(&mesh), 0);
+        }
+    }
+}

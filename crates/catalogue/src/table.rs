@@ -1,0 +1,175 @@
+//! `objects.csv`: the order, names, units and masses of a folder's objects.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use crate::catalogue::CatalogueError;
+use crate::reader;
+use crate::unit::LengthUnit;
+
+/// The file that lists a folder's objects.
+pub(crate) const FILE_NAME: &str = "objects.csv";
+
+/// A mesh file of a folder, and what is known of it before it is read.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Listed {
+    pub(crate) name: String,
+    pub(crate) path: PathBuf,
+    pub(crate) unit: Option<LengthUnit>,
+    pub(crate) mass_kg: Option<f64>,
+}
+
+/// A line of the table; other columns are ignored.
+#[derive(Debug, Deserialize)]
+struct Row {
+    file: String,
+    index: Option<usize>,
+    name: Option<String>,
+    unit: Option<String>,
+    mass_kg: Option<f64>,
+}
+
+/// The objects of a folder: as its table lists them, else all mesh files by name.
+pub(crate) fn list(folder: &Path) -> Result<Vec<Listed>, CatalogueError> {
+    if !folder.is_dir() {
+        return Err(CatalogueError::MissingFolder {
+            folder: folder.to_owned(),
+        });
+    }
+    let table = folder.join(FILE_NAME);
+    let listed = if table.is_file() {
+        read_table(folder, &table)?
+    } else {
+        mesh_files(folder)?
+    };
+    if listed.is_empty() {
+        return Err(CatalogueError::EmptyFolder {
+            folder: folder.to_owned(),
+        });
+    }
+    let mut names = BTreeMap::new();
+    for object in &listed {
+        if let Some(first) = names.insert(&object.name, &object.path) {
+            return Err(CatalogueError::DuplicateName {
+                name: object.name.clone(),
+                first: first.clone(),
+                second: object.path.clone(),
+            });
+        }
+    }
+    Ok(listed)
+}
+
+fn mesh_files(folder: &Path) -> Result<Vec<Listed>, CatalogueError> {
+    let unreadable = |source: std::io::Error| CatalogueError::Folder {
+        folder: folder.to_owned(),
+        source,
+    };
+    let mut paths = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(unreadable)? {
+        let path = entry.map_err(unreadable)?.path();
+        if reader::is_mesh_file(&path) && path.is_file() {
+            paths.push(path);
+        }
+    }
+    paths.sort();
+    let listed = |path: PathBuf| Listed {
+        name: stem(&path),
+        path,
+        unit: None,
+        mass_kg: None,
+    };
+    Ok(paths.into_iter().map(listed).collect())
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
+fn read_table(folder: &Path, table: &Path) -> Result<Vec<Listed>, CatalogueError> {
+    let wrong = |line: u64, reason: String| CatalogueError::Table {
+        path: table.to_owned(),
+        line,
+        reason,
+    };
+    let file = File::open(table).map_err(|source| CatalogueError::Folder {
+        folder: table.to_owned(),
+        source,
+    })?;
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .from_reader(file);
+    let headers = reader
+        .headers()
+        .map_err(|error| wrong(1, error.to_string()))?
+        .clone();
+    let mut listed: BTreeMap<usize, (u64, Listed)> = BTreeMap::new();
+    for (row_index, record) in reader.records().enumerate() {
+        let record = record.map_err(|error| {
+            let line = error.position().map_or(0, csv::Position::line);
+            wrong(line, error.to_string())
+        })?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let row: Row = record
+            .deserialize(Some(&headers))
+            .map_err(|error| wrong(line, format!("{error}; the column 'file' is needed")))?;
+        let index = row.index.unwrap_or(row_index);
+        let object = object(folder, row).map_err(|reason| wrong(line, reason))?;
+        if let Some((other, _)) = listed.insert(index, (line, object)) {
+            return Err(wrong(
+                line,
+                format!("the index {index} was given on line {other}: give each its own"),
+            ));
+        }
+    }
+    // Sequences refer to objects by index, so that a gap would shift all that follow it.
+    if let Some((expected, (_, (line, _)))) = listed
+        .iter()
+        .enumerate()
+        .find(|(expected, (index, _))| expected != *index)
+    {
+        return Err(wrong(
+            *line,
+            format!("no line has the index {expected}: number the objects from 0 without gaps"),
+        ));
+    }
+    Ok(listed.into_values().map(|(_, object)| object).collect())
+}
+
+fn object(folder: &Path, row: Row) -> Result<Listed, String> {
+    let path = folder.join(&row.file);
+    if row.file.is_empty() || !path.is_file() {
+        return Err(format!(
+            "the file '{}' is not there: correct the column 'file'",
+            row.file
+        ));
+    }
+    let unit = row
+        .unit
+        .filter(|unit| !unit.is_empty())
+        .map(|unit| unit.parse());
+    let unit = unit
+        .transpose()
+        .map_err(|error: crate::unit::UnknownUnit| error.to_string())?;
+    if let Some(mass_kg) = row.mass_kg
+        && !(mass_kg.is_finite() && mass_kg > 0.0)
+    {
+        return Err(format!("the mass of {mass_kg} kg is not positive"));
+    }
+    let name = row
+        .name
+        .filter(|name| !name.is_empty())
+        .unwrap_or_else(|| stem(&path));
+    Ok(Listed {
+        name,
+        path,
+        unit,
+        mass_kg: row.mass_kg,
+    })
+}

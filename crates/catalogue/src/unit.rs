@@ -1,0 +1,94 @@
+//! Units of length in which mesh files are drawn.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+/// The unit of a mesh file's coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LengthUnit {
+    /// Metres, which the program computes in.
+    #[default]
+    Metres,
+    /// Centimetres.
+    Centimetres,
+    /// Millimetres, the habit of CAD programs and of STL files.
+    Millimetres,
+    /// Inches of 25.4 mm.
+    Inches,
+}
+
+impl LengthUnit {
+    /// All units, the largest first.
+    pub const ALL: [Self; 4] = [
+        Self::Metres,
+        Self::Inches,
+        Self::Centimetres,
+        Self::Millimetres,
+    ];
+
+    /// How many metres one unit is.
+    pub fn metres(self) -> f64 {
+        match self {
+            Self::Metres => 1.0,
+            Self::Centimetres => 0.01,
+            Self::Millimetres => 0.001,
+            Self::Inches => 0.0254,
+        }
+    }
+
+    /// The abbreviation that `objects.csv` uses.
+    pub fn abbreviation(self) -> &'static str {
+        match self {
+            Self::Metres => "m",
+            Self::Centimetres => "cm",
+            Self::Millimetres => "mm",
+            Self::Inches => "in",
+        }
+    }
+}
+
+impl fmt::Display for LengthUnit {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(self.abbreviation())
+    }
+}
+
+/// A word that names no unit of length.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("'{0}' is no unit of length: write m, cm, mm or in")]
+pub struct UnknownUnit(pub String);
+
+impl FromStr for LengthUnit {
+    type Err = UnknownUnit;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text.trim().to_ascii_lowercase().as_str() {
+            "m" | "metre" | "metres" | "meter" | "meters" => Ok(Self::Metres),
+            "cm" | "centimetre" | "centimetres" | "centimeter" | "centimeters" => {
+                Ok(Self::Centimetres)
+            }
+            "mm" | "millimetre" | "millimetres" | "millimeter" | "millimeters" => {
+                Ok(Self::Millimetres)
+            }
+            "in" | "inch" | "inches" => Ok(Self::Inches),
+            _ => Err(UnknownUnit(text.trim().to_owned())),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn abbreviations_read_back() {
+        for unit in LengthUnit::ALL {
+            assert_eq!(unit.abbreviation().parse(), Ok(unit));
+        }
+        assert_eq!(" Millimeters ".parse(), Ok(LengthUnit::Millimetres));
+        assert!("furlong".parse::<LengthUnit>().is_err());
+    }
+}

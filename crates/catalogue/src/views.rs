@@ -1,0 +1,206 @@
+//! Models to items: heightmap pairs per yaw.
+
+use nalgebra::{Point2, Point3, Rotation3, Vector3};
+use ppnpack_packing::grid::{MAX_CELLS, MAX_UNITS, Resolution, Units};
+use ppnpack_packing::item::{ABSENT, Item, ItemError, Underside, ViewSurfaces};
+
+use crate::mesh::{Bounds, Mesh};
+use crate::object::Model;
+use crate::raster::{Raster, SLACK_M, rasterise};
+
+/// Why a model cannot be packed at a resolution.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ViewError {
+    /// Its height has more units than the engine represents.
+    #[error(
+        "its height of {height_m:.3} m is more than {MAX_UNITS} units of {unit_m} m: choose a larger height \
+         unit, or check the file's unit of length"
+    )]
+    TooTall {
+        /// The model's height, in metres.
+        height_m: f64,
+        /// The height unit, in metres.
+        unit_m: f64,
+    },
+    /// Its footprint has more cells along a side than the engine represents.
+    #[error(
+        "its width of {width_m:.3} m is more than {MAX_CELLS} cells of {cell_m} m: choose larger cells, or \
+         check the file's unit of length"
+    )]
+    TooWide {
+        /// The footprint's side, in metres.
+        width_m: f64,
+        /// The cell's edge, in metres.
+        cell_m: f64,
+    },
+    /// The mesh has no vertex.
+    #[error("its mesh is empty")]
+    Empty,
+    /// Its surfaces make no item.
+    #[error(transparent)]
+    Item(#[from] ItemError),
+}
+
+/// The item that a model is at a resolution: a heightmap pair and a fine lower surface per yaw.
+///
+/// A cell counts as occupied from the lowest to the highest point of the model above it, rounded
+/// outwards to units.
+///
+/// # Errors
+/// [`ViewError`] where the model has more cells or units than the engine represents, or no surface.
+pub fn item(model: &Model, resolution: &Resolution) -> Result<Item, ViewError> {
+    let yaws = resolution.yaws().radians().iter();
+    let views = yaws.map(|yaw_rad| {
+        view(
+            &model.mesh,
+            &model.mass.centre_of_mass_m,
+            *yaw_rad,
+            resolution,
+        )
+    });
+    let views = views.collect::<Result<Vec<_>, _>>()?;
+    Ok(Item::new(&model.name, views, model.volume_m3)?)
+}
+
+/// The surfaces of a mesh turned by `yaw_rad`, whose bounding box starts at the footprint's corner.
+fn view(
+    mesh: &Mesh,
+    centre_of_mass_m: &Point3<f64>,
+    yaw_rad: f64,
+    resolution: &Resolution,
+) -> Result<ViewSurfaces, ViewError> {
+    let rotation = Rotation3::from_axis_angle(&Vector3::z_axis(), yaw_rad);
+    let turned = Mesh {
+        vertices: mesh
+            .vertices
+            .iter()
+            .map(|vertex| rotation * vertex)
+            .collect(),
+        triangles: mesh.triangles.clone(),
+    };
+    let bounds = turned.bounds().ok_or(ViewError::Empty)?;
+    let (nx, ny) = footprint(&bounds, resolution)?;
+    let fine = FineSurfaces::of(&turned, &bounds, (nx, ny), resolution);
+    let (top, bottom) = fine.pooled(resolution);
+    let origin_from_corner_m = -bounds.lowest.coords;
+    let centre = rotation * centre_of_mass_m + origin_from_corner_m;
+    Ok(ViewSurfaces {
+        nx,
+        ny,
+        top,
+        bottom,
+        underside: Some(Underside {
+            nx: fine.nx,
+            ny: fine.ny,
+            samples_per_cell: resolution.samples_per_cell(),
+            heights_m: fine
+                .lower_m
+                .iter()
+                .map(|height_m| *height_m as f32)
+                .collect(),
+        }),
+        origin_from_corner_m,
+        centre_of_mass_m: Some(Point2::new(centre.x, centre.y)),
+    })
+}
+
+/// The cells that a box covers along x and y.
+fn footprint(bounds: &Bounds, resolution: &Resolution) -> Result<(usize, usize), ViewError> {
+    let extents_m = bounds.extents_m();
+    let (cell_m, unit_m) = (resolution.cell_m(), resolution.height_unit_m());
+    if extents_m.z > f64::from(MAX_UNITS) * unit_m {
+        return Err(ViewError::TooTall {
+            height_m: extents_m.z,
+            unit_m,
+        });
+    }
+    let cells = |width_m: f64| {
+        let cells = ((width_m - SLACK_M) / cell_m).ceil().max(1.0);
+        if cells <= MAX_CELLS as f64 {
+            Ok(cells as usize)
+        } else {
+            Err(ViewError::TooWide { width_m, cell_m })
+        }
+    };
+    Ok((cells(extents_m.x)?, cells(extents_m.y)?))
+}
+
+/// The lower and upper surface of a mesh from its lowest point, in metres; infinite where there is no material.
+struct FineSurfaces {
+    nx: usize,
+    ny: usize,
+    lower_m: Vec<f64>,
+    upper_m: Vec<f64>,
+}
+
+impl FineSurfaces {
+    fn of(mesh: &Mesh, bounds: &Bounds, cells: (usize, usize), resolution: &Resolution) -> Self {
+        let samples = resolution.samples_per_cell();
+        let (nx, ny) = (cells.0 * samples, cells.1 * samples);
+        let raster = Raster {
+            origin: bounds.lowest.xy(),
+            pitch_m: resolution.surface_pitch_m(),
+            nx,
+            ny,
+        };
+        let mut lower_m = vec![f64::INFINITY; nx * ny];
+        let mut upper_m = vec![f64::NEG_INFINITY; nx * ny];
+        for triangle in mesh.corners() {
+            rasterise(&triangle, &raster, |x, y, lowest, highest| {
+                let at = x * ny + y;
+                if let (Some(lower), Some(upper)) = (lower_m.get_mut(at), upper_m.get_mut(at)) {
+                    *lower = lower.min(lowest - bounds.lowest.z);
+                    *upper = upper.max(highest - bounds.lowest.z);
+                }
+            });
+        }
+        Self {
+            nx,
+            ny,
+            lower_m,
+            upper_m,
+        }
+    }
+
+    /// The upper and lower surface per cell, in units, rounded outwards and at least one unit apart.
+    fn pooled(&self, resolution: &Resolution) -> (Vec<Units>, Vec<Units>) {
+        let samples = resolution.samples_per_cell();
+        let (nx, ny) = (self.nx / samples, self.ny / samples);
+        let mut lower_m = vec![f64::INFINITY; nx * ny];
+        let mut upper_m = vec![f64::NEG_INFINITY; nx * ny];
+        let fine = self
+            .lower_m
+            .chunks_exact(self.ny)
+            .zip(self.upper_m.chunks_exact(self.ny));
+        for (x, (lower, upper)) in fine.enumerate() {
+            let row = x / samples * ny..(x / samples + 1) * ny;
+            let (Some(lower_row), Some(upper_row)) =
+                (lower_m.get_mut(row.clone()), upper_m.get_mut(row))
+            else {
+                continue;
+            };
+            for (cell, squares) in lower_row.iter_mut().zip(lower.chunks_exact(samples)) {
+                *cell = squares.iter().copied().fold(*cell, f64::min);
+            }
+            for (cell, squares) in upper_row.iter_mut().zip(upper.chunks_exact(samples)) {
+                *cell = squares.iter().copied().fold(*cell, f64::max);
+            }
+        }
+        // A tip within the raster's slack of a border is in no square. The item stands on its
+        // lowest cell all the same.
+        let lowest_m = lower_m.iter().copied().fold(f64::INFINITY, f64::min);
+        let cells = lower_m.iter().zip(&upper_m).map(|(lower_m, upper_m)| {
+            if !lower_m.is_finite() {
+                return (0, ABSENT);
+            }
+            let bottom = resolution.units_below(lower_m - lowest_m);
+            let bottom = bottom.min(MAX_UNITS - 1);
+            (resolution.units_above(*upper_m).max(bottom + 1), bottom)
+        });
+        cells.unzip()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,205 @@
+//! `ppnpack catalogue`: what is in a folder, what is wrong with it, and what it looks like.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use comfy_table::Table;
+use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_catalogue::object::Model;
+use ppnpack_catalogue::report::{ObjectReport, inspect};
+use ppnpack_packing::grid::Resolution;
+use ppnpack_picture::{Colour, Tile, TriangleMesh, contact_sheet};
+use serde::Serialize;
+
+use crate::failure::{Failure, OrInput, OrRun, Outcome};
+use crate::options::CatalogueOptions;
+use crate::output::{print_json, print_line, write_whole};
+
+/// Look at the objects of a folder or of the built-in set.
+#[derive(Debug, Args)]
+pub(crate) struct CatalogueArguments {
+    #[command(subcommand)]
+    command: CatalogueCommand,
+}
+
+#[derive(Debug, Subcommand)]
+enum CatalogueCommand {
+    /// List the objects with their sizes, volumes and masses
+    List(Listing),
+    /// Check every mesh file: what was repaired, what is wrong with it, and what to do
+    Check(Listing),
+    /// Draw a picture sheet of the objects
+    Show {
+        #[command(flatten)]
+        options: CatalogueOptions,
+
+        /// The PNG file to write
+        #[arg(long, value_name = "FILE", default_value = "out/catalogue.png")]
+        out: PathBuf,
+
+        /// The width of each object's picture, in pixels
+        #[arg(long, value_name = "PIXELS", default_value_t = 200, value_parser = clap::value_parser!(u32).range(32..=2000))]
+        tile: u32,
+    },
+}
+
+#[derive(Debug, Args)]
+struct Listing {
+    #[command(flatten)]
+    options: CatalogueOptions,
+
+    /// Print JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(arguments: &CatalogueArguments) -> Outcome {
+    match &arguments.command {
+        CatalogueCommand::List(listing) => list(listing),
+        CatalogueCommand::Check(listing) => check(listing),
+        CatalogueCommand::Show { options, out, tile } => show(options, out, *tile),
+    }
+}
+
+#[derive(Debug, Serialize)]
+struct ListedObject {
+    index: usize,
+    name: String,
+    extents_m: [f64; 3],
+    volume_m3: f64,
+    mass_kg: f64,
+    triangles: usize,
+    convex_pieces: usize,
+    resting_poses: usize,
+}
+
+impl ListedObject {
+    fn new(index: usize, model: &Model) -> Self {
+        Self {
+            index,
+            name: model.name.clone(),
+            extents_m: extents_m(model),
+            volume_m3: model.volume_m3,
+            mass_kg: model.mass.mass_kg,
+            triangles: model.mesh.triangles.len(),
+            convex_pieces: model.pieces.len(),
+            resting_poses: model.resting_poses.len(),
+        }
+    }
+}
+
+fn extents_m(model: &Model) -> [f64; 3] {
+    model.mesh.bounds().map_or([0.0; 3], |bounds| bounds.extents_m().into())
+}
+
+fn centimetres([x, y, z]: [f64; 3]) -> String {
+    format!("{:.1} x {:.1} x {:.1} cm", x * 100.0, y * 100.0, z * 100.0)
+}
+
+fn list(listing: &Listing) -> Outcome {
+    let catalogue = listing.options.load(&Resolution::reference())?;
+    let objects = catalogue.objects.iter().enumerate();
+    let objects: Vec<ListedObject> =
+        objects.map(|(index, object)| ListedObject::new(index, &object.model)).collect();
+    if listing.json {
+        return Ok(print_json(&objects)?);
+    }
+    let mut table = Table::new();
+    table.load_style(UTF8_HORIZONTAL_ONLY);
+    table.set_header(["Index", "Name", "Size", "Volume", "Mass", "Pieces", "Poses"]);
+    for object in &objects {
+        table.add_row([
+            object.index.to_string(),
+            object.name.clone(),
+            centimetres(object.extents_m),
+            format!("{:.0} cm³", object.volume_m3 * 1e6),
+            format!("{:.0} g", object.mass_kg * 1e3),
+            object.convex_pieces.to_string(),
+            object.resting_poses.to_string(),
+        ]);
+    }
+    Ok(print_line(&table.to_string())?)
+}
+
+fn check(listing: &Listing) -> Outcome {
+    let (source, settings) = (listing.options.source(), listing.options.settings());
+    let reports = inspect(&source, &settings).or_input()?;
+    let bad = reports.iter().filter(|report| report.outcome.is_err()).count();
+    if listing.json {
+        print_json(&reports.iter().map(CheckedObject::new).collect::<Vec<_>>())?;
+    } else {
+        for report in &reports {
+            print_line(&line(report))?;
+        }
+        print_line(&format!("{} of {} objects can be packed", reports.len() - bad, reports.len()))?;
+    }
+    match bad {
+        0 => Ok(()),
+        bad => Err(Failure::input(format_args!("{bad} of {} objects cannot be packed", reports.len()))),
+    }
+}
+
+#[derive(Debug, Serialize)]
+struct CheckedObject {
+    path: String,
+    ok: bool,
+    error: Option<String>,
+    repairs: Vec<String>,
+}
+
+impl CheckedObject {
+    fn new(report: &ObjectReport) -> Self {
+        let repairs = report.outcome.as_ref().map(|summary| &summary.repairs);
+        Self {
+            path: report.path.display().to_string(),
+            ok: report.outcome.is_ok(),
+            error: report.outcome.as_ref().err().map(ToString::to_string),
+            repairs: repairs.map_or(vec![], |repairs| repairs.iter().map(ToString::to_string).collect()),
+        }
+    }
+}
+
+fn line(report: &ObjectReport) -> String {
+    let path = report.path.display();
+    match &report.outcome {
+        Err(error) => format!("BAD  {path} {error}"),
+        Ok(summary) => {
+            let repairs: Vec<String> = summary.repairs.iter().map(ToString::to_string).collect();
+            let repaired = if repairs.is_empty() { String::new() } else { format!("; {}", repairs.join("; ")) };
+            format!("ok   {path}: {} triangles, {:.0} cm³{repaired}", summary.triangles, summary.volume_m3 * 1e6)
+        }
+    }
+}
+
+fn show(options: &CatalogueOptions, out: &std::path::Path, tile_px: u32) -> Outcome {
+    let catalogue = options.load(&Resolution::reference())?;
+    let details: Vec<String> = catalogue.objects.iter().map(|object| detail(&object.model)).collect();
+    let tiles: Vec<Tile<'_>> = catalogue
+        .objects
+        .iter()
+        .zip(&details)
+        .enumerate()
+        .map(|(index, (object, detail))| Tile {
+            mesh: TriangleMesh {
+                vertices: &object.model.mesh.vertices,
+                triangles: &object.model.mesh.triangles,
+            },
+            colour: Colour::of_item(index),
+            name: &object.model.name,
+            detail,
+        })
+        .collect();
+    let title = title(options, &catalogue);
+    let sheet = contact_sheet(&title, &tiles, tile_px).or_input()?;
+    write_whole(out, &sheet.to_png().or_run()?)?;
+    Ok(print_line(&format!("Picture sheet: {}", out.display()))?)
+}
+
+fn title(options: &CatalogueOptions, catalogue: &Catalogue) -> String {
+    format!("{}: {} objects", options.catalogue, catalogue.len())
+}
+
+fn detail(model: &Model) -> String {
+    format!("{}, {:.0} cm³", centimetres(extents_m(model)), model.volume_m3 * 1e6)
+}

@@ -1,0 +1,44 @@
+//! Result documents: a generated part, and notes by hand that a new run keeps.
+
+use std::path::Path;
+
+use crate::failure::Outcome;
+use crate::output::write_whole;
+
+/// Everything from this line on is written by hand.
+const NOTES: &str = "<!-- Notes: what follows is kept when the experiment is run again. -->";
+
+/// Writes the generated part of a Markdown document; keeps the notes of the one that is there.
+pub(super) fn write(path: &Path, generated: &str) -> Outcome {
+    let existing = std::fs::read_to_string(path).unwrap_or_default();
+    let notes = existing.split_once(NOTES).map_or("\n", |(_, notes)| notes);
+    let document = format!("{}\n\n{NOTES}{notes}", generated.trim_end());
+    Ok(write_whole(path, document.as_bytes())?)
+}
+
+/// The processor that figures were measured on.
+pub(super) fn machine() -> String {
+    let cpus = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = cpus.lines().find_map(|line| line.strip_prefix("model name"));
+    let model = model.and_then(|line| line.split(':').nth(1)).map_or("unknown processor", str::trim);
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    format!("{model}, {cores} cores")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn notes_survive_a_new_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.md");
+        write(&path, "one").unwrap();
+        let mut text = std::fs::read_to_string(&path).unwrap();
+        text.push_str("by hand\n");
+        std::fs::write(&path, text).unwrap();
+        write(&path, "two").unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(text.starts_with("two\n") && text.ends_with("by hand\n"), "{text}");
+    }
+}

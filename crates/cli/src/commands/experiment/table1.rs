@@ -1,0 +1,459 @@
+//! `ppnpack experiment table1`: packing heuristics compared over test sequences.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_physics::settings::CellSettings;
+use ppnpack_picture::{Interval, PlotPoint, PointSeries, Scatter, Size};
+use serde::{Deserialize, Serialize};
+
+use super::document;
+use super::runs::Runs;
+use super::statistics::Mean;
+use super::workers;
+use crate::failure::{Failure, OrRun, Outcome};
+use crate::options::{CatalogueOptions, GridOptions, Method, PhysicsOptions, StabilityOption};
+use crate::output::{print_json, print_line, write_whole};
+use crate::sequence::SequenceFile;
+use crate::simulation::simulate;
+
+/// Packs the first test sequences with each packing heuristic and compares them.
+#[derive(Debug, Args)]
+pub(super) struct Table1Arguments {
+    #[command(flatten)]
+    catalogue: CatalogueOptions,
+
+    /// A .npy file of sequences, int64 [sequences, length], of object indices
+    #[arg(long, value_name = "FILE")]
+    sequences: PathBuf,
+
+    /// How many sequences, from the first
+    #[arg(long, value_name = "COUNT", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
+    cases: u32,
+
+    #[command(flatten)]
+    grid: GridOptions,
+
+    #[command(flatten)]
+    physics: PhysicsOptions,
+
+    /// How many items the robot may choose among
+    #[arg(long, value_name = "COUNT", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    buffer: u32,
+
+    /// The stability test that placements must pass
+    #[arg(long, value_enum, default_value = "published")]
+    stability: StabilityOption,
+
+    /// The seed of everything that is random
+    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
+    seed: u64,
+
+    /// Sequences packed at once; one per core at most, so that decision times stay those of a free core
+    /// [default: one per core]
+    #[arg(long, value_name = "COUNT")]
+    workers: Option<usize>,
+
+    /// Where table1.md, table1.json, table1.svg and table1.png are written
+    #[arg(long, value_name = "DIR", default_value = "out/table1")]
+    out: PathBuf,
+
+    /// Where finished sequences are kept, so that a killed run goes on [default: runs in --out]
+    #[arg(long, value_name = "DIR")]
+    runs: Option<PathBuf>,
+
+    /// Print the results as JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+/// A published result.
+#[derive(Debug, Clone, Copy, Serialize)]
+struct Published {
+    decision_s: Option<f64>,
+    voxels_cm3: f64,
+    compactness_percent: f64,
+    items: f64,
+}
+
+/// A row of the table.
+struct Row {
+    name: &'static str,
+    key: &'static str,
+    heuristic: Heuristic,
+    order: Order,
+    /// Table I of the paper: 2,000 sequences.
+    paper: Published,
+    /// The published methods run independently on these meshes in another simulator, first 20 sequences.
+    yardstick: Option<Published>,
+}
+
+const fn published(
+    decision_s: Option<f64>,
+    voxels_cm3: f64,
+    compactness_percent: f64,
+    items: f64,
+) -> Published {
+    Published { decision_s, voxels_cm3, compactness_percent, items }
+}
+
+/// Sequences that the yardstick was run on.
+const YARDSTICK_CASES: usize = 20;
+
+const ROWS: [Row; 6] = [
+    Row {
+        name: "Random",
+        key: "random",
+        heuristic: Heuristic::Random,
+        order: Order::Shuffled,
+        paper: published(Some(0.05), 10_905.0, 39.9, 27.54),
+        yardstick: Some(published(None, 10_998.0, 38.8, 28.9)),
+    },
+    Row {
+        name: "DBL (BBox)",
+        key: "dbl-bbox",
+        heuristic: Heuristic::Dbl,
+        order: Order::BboxVolume,
+        paper: published(Some(0.82), 15_073.0, 50.2, 37.17),
+        yardstick: Some(published(None, 14_425.0, 47.2, 38.2)),
+    },
+    Row {
+        name: "HM (BBox)",
+        key: "hm-bbox",
+        heuristic: Heuristic::Hm,
+        order: Order::BboxVolume,
+        paper: published(Some(0.83), 15_496.0, 51.7, 38.60),
+        yardstick: Some(published(None, 14_276.0, 47.7, 38.5)),
+    },
+    Row {
+        name: "DBL (Balance)",
+        key: "dbl-balance",
+        heuristic: Heuristic::Dbl,
+        order: Order::Balance,
+        paper: published(Some(1.90), 15_117.0, 50.3, 36.21),
+        yardstick: None,
+    },
+    Row {
+        name: "HM (Balance)",
+        key: "hm-balance",
+        heuristic: Heuristic::Hm,
+        order: Order::Balance,
+        paper: published(Some(1.64), 14_094.0, 49.2, 38.43),
+        yardstick: None,
+    },
+    Row {
+        name: "SDFM",
+        key: "sdfm",
+        heuristic: Heuristic::Sdfm,
+        order: Order::Balance,
+        paper: published(Some(1.86), 16_897.0, 56.8, 40.77),
+        yardstick: Some(published(None, 16_298.0, 55.0, 42.7)),
+    },
+];
+
+/// What all runs of an experiment share.
+#[derive(Debug, Serialize)]
+struct Settings {
+    version: &'static str,
+    catalogue_hash: String,
+    grid: Grid,
+    physics: CellSettings,
+    buffer: usize,
+    stability: StabilityOption,
+    seed: u64,
+}
+
+/// One packed sequence.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Run {
+    objects: Vec<usize>,
+    decision_s: f64,
+    items: usize,
+    placed: usize,
+    voxels_m3: f64,
+    meshes_m3: f64,
+    compactness: f64,
+    mesh_compactness: f64,
+    height_m: f64,
+}
+
+/// A row of the results.
+#[derive(Debug, Serialize)]
+struct Line {
+    method: &'static str,
+    cases: usize,
+    decision_s: Mean,
+    items: Mean,
+    fallen_out: Mean,
+    voxels_cm3: Mean,
+    meshes_cm3: Mean,
+    compactness_percent: Mean,
+    mesh_compactness_percent: Mean,
+    height_m: Mean,
+    paper: Published,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    yardstick: Option<Comparison>,
+}
+
+/// The first sequences alone, beside another simulator's results on them.
+#[derive(Debug, Serialize)]
+struct Comparison {
+    cases: usize,
+    compactness_percent: Mean,
+    items: Mean,
+    voxels_cm3: Mean,
+    published: Published,
+}
+
+#[derive(Debug, Serialize)]
+struct Results<'a> {
+    machine: String,
+    workers: usize,
+    settings: &'a Settings,
+    lines: Vec<Line>,
+}
+
+pub(super) fn run(arguments: &Table1Arguments) -> Outcome {
+    let grid = arguments.grid.grid()?;
+    let physics = arguments.physics.settings(&grid, arguments.seed)?;
+    let catalogue = arguments.catalogue.load(grid.resolution())?;
+    let sequences = SequenceFile::read(&arguments.sequences, &catalogue)?;
+    let cases = arguments.cases as usize;
+    if cases > sequences.len() {
+        return Err(Failure::input(format_args!(
+            "--cases {cases}: {} has {} sequences",
+            arguments.sequences.display(),
+            sequences.len()
+        )));
+    }
+    let settings = Settings {
+        version: env!("CARGO_PKG_VERSION"),
+        catalogue_hash: catalogue.content_hash(),
+        grid,
+        physics,
+        buffer: arguments.buffer as usize,
+        stability: arguments.stability,
+        seed: arguments.seed,
+    };
+    let kept = arguments.runs.clone().unwrap_or_else(|| arguments.out.join("runs"));
+    let runs = Runs::new(&kept, &settings)?;
+    let jobs: Vec<(usize, &Row)> =
+        (0..cases).flat_map(|case| ROWS.iter().map(move |row| (case, row))).collect();
+    let cores = workers::default_count();
+    let workers = arguments.workers.unwrap_or(cores).clamp(1, cores);
+    workers::for_each("Packing sequences", &jobs, workers, |(case, row)| {
+        pack(&catalogue, &settings, &sequences, &runs, *case, row)
+    })?;
+    let lines = ROWS.iter().map(|row| line(&runs, row, cases)).collect::<Outcome<Vec<_>>>()?;
+    let results =
+        Results { machine: document::machine(), workers, settings: &settings, lines };
+    publish(arguments, &results)
+}
+
+fn name(row: &Row, case: usize) -> String {
+    format!("{}-{case:05}", row.key)
+}
+
+/// Packs one sequence with one method, unless that is done already.
+fn pack(
+    catalogue: &Catalogue,
+    settings: &Settings,
+    sequences: &SequenceFile,
+    runs: &Runs,
+    case: usize,
+    row: &Row,
+) -> Outcome {
+    let sequence = sequences.get(case)?;
+    let finished: Option<Run> = runs.load(&name(row, case));
+    if finished.is_some_and(|run| run.objects == sequence.objects) {
+        return Ok(());
+    }
+    let method = Method {
+        heuristic: row.heuristic,
+        order: row.order,
+        random_percent: None,
+        stability: settings.stability,
+        weights: Weights::default(),
+        buffer: settings.buffer,
+        seed: settings.seed.wrapping_add(case as u64),
+    };
+    let physics = CellSettings { seed: method.seed, ..settings.physics.clone() };
+    let mut planner = method.planner(&settings.grid, 1)?;
+    let (episode, _) = simulate(
+        catalogue,
+        &settings.grid,
+        &sequence,
+        physics,
+        &mut planner,
+        method.buffer,
+        &mut (),
+    )?;
+    let height = episode.scene.heightmap().max();
+    let run = Run {
+        objects: sequence.objects,
+        decision_s: episode.mean_decision_s(),
+        items: episode.metrics.packed.items,
+        placed: episode.steps.len(),
+        voxels_m3: episode.metrics.packed.voxels_m3,
+        meshes_m3: episode.metrics.packed.meshes_m3,
+        compactness: episode.metrics.compactness,
+        mesh_compactness: episode.metrics.mesh_compactness,
+        height_m: f64::from(height) * settings.grid.resolution().height_unit_m(),
+    };
+    runs.save(&name(row, case), &run)
+}
+
+fn line(runs: &Runs, row: &Row, cases: usize) -> Outcome<Line> {
+    let all: Vec<Run> = (0..cases)
+        .map(|case| {
+            let missing = || Failure::Run(anyhow::anyhow!("the run {} is gone", name(row, case)));
+            runs.load(&name(row, case)).ok_or_else(missing)
+        })
+        .collect::<Outcome<_>>()?;
+    let mean = |value: fn(&Run) -> f64| Mean::of(all.iter().map(value));
+    let first = |value: fn(&Run) -> f64| Mean::of(all.iter().take(YARDSTICK_CASES).map(value));
+    let yardstick = row.yardstick.filter(|_| cases >= YARDSTICK_CASES);
+    Ok(Line {
+        method: row.name,
+        cases,
+        decision_s: mean(|run| run.decision_s),
+        items: mean(|run| run.items as f64),
+        fallen_out: mean(|run| (run.placed - run.items) as f64),
+        voxels_cm3: mean(|run| run.voxels_m3 * 1e6),
+        meshes_cm3: mean(|run| run.meshes_m3 * 1e6),
+        compactness_percent: mean(|run| run.compactness * 100.0),
+        mesh_compactness_percent: mean(|run| run.mesh_compactness * 100.0),
+        height_m: mean(|run| run.height_m),
+        paper: row.paper,
+        yardstick: yardstick.map(|published| Comparison {
+            cases: YARDSTICK_CASES,
+            compactness_percent: first(|run| run.compactness * 100.0),
+            items: first(|run| run.items as f64),
+            voxels_cm3: first(|run| run.voxels_m3 * 1e6),
+            published,
+        }),
+    })
+}
+
+fn publish(arguments: &Table1Arguments, results: &Results<'_>) -> Outcome {
+    let folder = &arguments.out;
+    let chart = scatter(results);
+    let size = Size::new(900, 600).or_run()?;
+    let png = chart.to_image(size).and_then(|image| image.to_png()).or_run()?;
+    let markdown = markdown(results);
+    write_whole(&folder.join("table1.svg"), chart.to_svg(size).as_bytes())?;
+    write_whole(&folder.join("table1.png"), &png)?;
+    let json = serde_json::to_vec_pretty(results).or_run()?;
+    write_whole(&folder.join("table1.json"), &json)?;
+    document::write(&folder.join("table1.md"), &markdown)?;
+    if arguments.json {
+        print_json(results)?;
+    } else {
+        print_line(&markdown)?;
+        print_line(&format!("Written to {}", folder.join("table1.md").display()))?;
+    }
+    Ok(())
+}
+
+fn markdown(results: &Results<'_>) -> String {
+    let settings = results.settings;
+    let container = settings.grid.container();
+    let cases = results.lines.first().map_or(0, |line| line.cases);
+    let mut text = format!(
+        "# Table 1: packing heuristics\n\n\
+         {cases} sequences, container {:.0} x {:.0} x {:.0} cm, {} x {} cells, {} yaws, buffer {}, {} stability test. \
+         Machine: {}; {} sequences at once, each on one core. Intervals are 95 % confidence intervals over the \
+         sequences. The paper's figures (2,000 sequences, its own meshes and machine) are in brackets.\n\n\
+         | method | decision per item | items packed | voxel volume (cm³) | compactness (%) | mesh volume (cm³) | \
+         mesh compactness (%) | fell out |\n|---|---|---|---|---|---|---|---|\n",
+        container.x_m * 100.0,
+        container.y_m * 100.0,
+        container.z_m * 100.0,
+        settings.grid.nx(),
+        settings.grid.ny(),
+        settings.grid.resolution().yaws().count(),
+        settings.buffer,
+        serde_json::to_value(settings.stability).ok().and_then(|name| name.as_str().map(str::to_owned)).unwrap_or_default(),
+        results.machine,
+        results.workers,
+    );
+    for line in &results.lines {
+        let Line { paper, .. } = line;
+        let _ = writeln!(
+            text,
+            "| {} | {} ms [{} s] | {} [{:.1}] | {} [{:.0}] | {} [{:.1}] | {} | {} | {:.2} |",
+            line.method,
+            line.decision_s.scaled(1e3).shown(3),
+            paper.decision_s.unwrap_or_default(),
+            line.items.shown(1),
+            paper.items,
+            line.voxels_cm3.shown(0),
+            paper.voxels_cm3,
+            line.compactness_percent.shown(1),
+            paper.compactness_percent,
+            line.meshes_cm3.shown(0),
+            line.mesh_compactness_percent.shown(1),
+            line.fallen_out.mean,
+        );
+    }
+    text.push_str("\n![Compactness against decision time](table1.svg)\n");
+    let compared: Vec<_> =
+        results.lines.iter().filter_map(|line| Some((line, line.yardstick.as_ref()?))).collect();
+    if !compared.is_empty() {
+        let _ = write!(
+            text,
+            "\n## The first {YARDSTICK_CASES} sequences\n\nIn brackets an independent run of the published methods on \
+             the same meshes and sequences in PyBullet.\n\n\
+             | method | compactness (%) | items packed | voxel volume (cm³) |\n|---|---|---|---|\n"
+        );
+        for (line, comparison) in compared {
+            let other = comparison.published;
+            let _ = writeln!(
+                text,
+                "| {} | {} [{:.1}] | {} [{:.1}] | {} [{:.0}] |",
+                line.method,
+                comparison.compactness_percent.shown(1),
+                other.compactness_percent,
+                comparison.items.shown(1),
+                other.items,
+                comparison.voxels_cm3.shown(0),
+                other.voxels_cm3,
+            );
+        }
+    }
+    text
+}
+
+fn scatter(results: &Results<'_>) -> Scatter {
+    let ours = results.lines.iter().map(|line| PlotPoint {
+        label: line.method.to_owned(),
+        x: line.decision_s.mean * 1e3,
+        y: line.compactness_percent.mean,
+        x_interval: Some(interval(&line.decision_s.scaled(1e3))),
+        y_interval: Some(interval(&line.compactness_percent)),
+    });
+    let paper = results.lines.iter().map(|line| PlotPoint {
+        label: line.method.to_owned(),
+        x: line.paper.decision_s.unwrap_or_default() * 1e3,
+        y: line.paper.compactness_percent,
+        ..PlotPoint::default()
+    });
+    Scatter {
+        title: "Compactness against decision time".to_owned(),
+        x_label: "Decision time per item (ms)".to_owned(),
+        y_label: "Compactness (%)".to_owned(),
+        logarithmic_x: true,
+        series: vec![
+            PointSeries { name: "ppnpack".to_owned(), reference: false, points: ours.collect() },
+            PointSeries { name: "paper".to_owned(), reference: true, points: paper.collect() },
+        ],
+    }
+}
+
+fn interval(mean: &Mean) -> Interval {
+    Interval { low: mean.mean - mean.half_width, high: mean.mean + mean.half_width }
+}

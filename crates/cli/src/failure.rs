@@ -1,0 +1,67 @@
+//! How a command fails, and the exit code that says so.
+
+use std::process::ExitCode;
+
+/// A failed command: one line for the user, and an exit code.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// The command line or an input is wrong: exit code 2.
+    Input(anyhow::Error),
+    /// Something else went wrong: exit code 1.
+    Run(anyhow::Error),
+}
+
+/// What a command ends with.
+pub(crate) type Outcome<T = ()> = Result<T, Failure>;
+
+impl Failure {
+    /// A wrong option or input.
+    pub(crate) fn input(message: impl std::fmt::Display) -> Self {
+        Self::Input(anyhow::anyhow!("{message}"))
+    }
+
+    pub(crate) fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Input(_) => ExitCode::from(2),
+            Self::Run(_) => ExitCode::from(1),
+        }
+    }
+}
+
+impl std::fmt::Display for Failure {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (Self::Input(error) | Self::Run(error)) = self;
+        // The alternate form has the whole chain of causes in one line.
+        write!(formatter, "{error:#}")
+    }
+}
+
+impl From<anyhow::Error> for Failure {
+    fn from(error: anyhow::Error) -> Self {
+        Self::Run(error)
+    }
+}
+
+/// Marks an error as the fault of the command line or an input.
+pub(crate) trait OrInput<T> {
+    /// The value, or a failure with exit code 2.
+    fn or_input(self) -> Outcome<T>;
+}
+
+impl<T, E: Into<anyhow::Error>> OrInput<T> for Result<T, E> {
+    fn or_input(self) -> Outcome<T> {
+        self.map_err(|error| Failure::Input(error.into()))
+    }
+}
+
+/// Marks an error as a failure of the run.
+pub(crate) trait OrRun<T> {
+    /// The value, or a failure with exit code 1.
+    fn or_run(self) -> Outcome<T>;
+}
+
+impl<T, E: Into<anyhow::Error>> OrRun<T> for Result<T, E> {
+    fn or_run(self) -> Outcome<T> {
+        self.map_err(|error| Failure::Run(error.into()))
+    }
+}

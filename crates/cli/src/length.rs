@@ -1,0 +1,69 @@
+//! Lengths on the command line: a number with a unit, metres where none is given.
+
+/// Parses a positive length such as `1cm`, `2.5mm`, `0.01m` or `0.01`; gives metres.
+pub(crate) fn parse_length(text: &str) -> Result<f64, String> {
+    let metres = with_unit(text)?;
+    if metres > 0.0 { Ok(metres) } else { Err(format!("'{text}' must be above 0")) }
+}
+
+/// Parses a length of at least 0; gives metres.
+pub(crate) fn parse_distance(text: &str) -> Result<f64, String> {
+    let metres = with_unit(text)?;
+    if metres >= 0.0 { Ok(metres) } else { Err(format!("'{text}' must not be negative")) }
+}
+
+/// Parses the three inner lengths of a container, such as `32x32x30cm`; gives metres.
+pub(crate) fn parse_size(text: &str) -> Result<[f64; 3], String> {
+    let digits = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
+    let unit = text.get(digits.len()..).unwrap_or("");
+    let sides: Vec<f64> = digits
+        .split(['x', 'X'])
+        .map(|side| parse_length(&format!("{side}{unit}")))
+        .collect::<Result<_, _>>()?;
+    sides.try_into().map_err(|_| {
+        format!("'{text}' must be three lengths with one unit, such as 32x32x30cm")
+    })
+}
+
+fn with_unit(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let number = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
+    let metres = match text.get(number.len()..).unwrap_or("") {
+        "" | "m" => 1.0,
+        "cm" => 0.01,
+        "mm" => 0.001,
+        "in" => 0.0254,
+        unit => return Err(format!("'{unit}' is no unit of length: use m, cm, mm or in")),
+    };
+    let number: f64 = number
+        .parse()
+        .map_err(|_| format!("'{text}' is no length: write it like 1cm, 2.5mm or 0.01m"))?;
+    // Rounding to a picometre keeps 0.1 mm steps exact: 0.2 cm is 0.002 m and not 0.0020000000000000003 m.
+    let metres = (number * metres * 1e12).round() / 1e12;
+    if metres.is_finite() { Ok(metres) } else { Err(format!("'{text}' is not finite")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_have_units() {
+        assert_eq!(parse_length("2.5mm"), Ok(0.0025));
+        assert_eq!(parse_length("1cm"), Ok(0.01));
+        assert_eq!(parse_length("0.2cm"), Ok(0.002));
+        assert_eq!(parse_length("0.3"), Ok(0.3));
+        assert_eq!(parse_size("32x32x30cm"), Ok([0.32, 0.32, 0.30]));
+        assert_eq!(parse_size("0.3x0.3x0.16"), Ok([0.3, 0.3, 0.16]));
+    }
+
+    #[test]
+    fn wrong_lengths_are_refused() {
+        for text in ["", "-1cm", "0", "1 furlong", "1km", "nan", "inf", "1e999"] {
+            assert!(parse_length(text).is_err(), "{text}");
+        }
+        for text in ["32x32cm", "32x32x-30cm", "32", "axbxc", "1x2x3x4"] {
+            assert!(parse_size(text).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! `placements.csv`: a line per placed item.
+
+use anyhow::Context;
+use serde::Serialize;
+
+use super::Packing;
+
+#[derive(Debug, Serialize)]
+struct Line<'a> {
+    step: u64,
+    arrival: usize,
+    item: &'a str,
+    yaw_rad: f64,
+    cell_x: usize,
+    cell_y: usize,
+    resting_height_m: f64,
+    value: f64,
+    decision_s: f64,
+    propose_s: f64,
+    evaluate_s: f64,
+    check_s: f64,
+    slide_m: f64,
+    tilt_rad: f64,
+    toppled: bool,
+    inside_at_the_end: bool,
+    end_x_m: Option<f64>,
+    end_y_m: Option<f64>,
+    end_z_m: Option<f64>,
+    end_qw: Option<f64>,
+    end_qx: Option<f64>,
+    end_qy: Option<f64>,
+    end_qz: Option<f64>,
+}
+
+/// The placements; the pose at the end is that of the item frame in the container frame.
+pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let resolution = packing.settings.grid.resolution();
+    for (step, placed) in packing.episode.steps.iter().zip(&packing.placed) {
+        let arrival = step.candidate.arrival;
+        let body = packing.contents.iter().find(|(other, _)| *other == arrival);
+        let pose = body.map(|(_, body)| body.container_from_item);
+        let resting = step.choice.resting;
+        let yaw = resolution.yaws().radians().get(resting.placement.yaw).copied();
+        let line = Line {
+            step: step.step,
+            arrival,
+            item: step.candidate.item.name(),
+            yaw_rad: yaw.unwrap_or(f64::NAN),
+            cell_x: resting.placement.x,
+            cell_y: resting.placement.y,
+            resting_height_m: f64::from(resting.resting_height) * resolution.height_unit_m(),
+            value: step.choice.value,
+            decision_s: step.timings.total().as_secs_f64(),
+            propose_s: step.timings.propose.as_secs_f64(),
+            evaluate_s: step.timings.evaluate.as_secs_f64(),
+            check_s: step.timings.check.as_secs_f64(),
+            slide_m: placed.report.slide_m,
+            tilt_rad: placed.report.tilt_rad,
+            toppled: placed.report.toppled,
+            inside_at_the_end: body.is_some_and(|(_, body)| body.inside),
+            end_x_m: pose.map(|pose| pose.translation.x),
+            end_y_m: pose.map(|pose| pose.translation.y),
+            end_z_m: pose.map(|pose| pose.translation.z),
+            end_qw: pose.map(|pose| pose.rotation.w),
+            end_qx: pose.map(|pose| pose.rotation.i),
+            end_qy: pose.map(|pose| pose.rotation.j),
+            end_qz: pose.map(|pose| pose.rotation.k),
+        };
+        writer.serialize(line).context("placements.csv cannot be encoded")?;
+    }
+    writer.into_inner().context("placements.csv cannot be encoded")
+}

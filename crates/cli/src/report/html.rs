@@ -1,0 +1,150 @@
+//! `report.html`: one page that needs nothing else.
+
+use std::fmt::Write;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+
+use super::pictures::Pictures;
+use super::summary::EndingSummary;
+use super::table::{duration, figures};
+use super::{Packing, Summary};
+
+const STYLE: &str = "
+:root { color-scheme: light; --ink: #1f2933; --soft: #616e7c; --line: #e4e7eb; }
+body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); max-width: 72rem; margin: 2rem auto; padding: 0 1rem; }
+h1 { font-size: 1.6rem; margin-bottom: 0; } h2 { font-size: 1.15rem; margin-top: 2.2rem; }
+p.sub { color: var(--soft); margin-top: .2rem; }
+.tiles { display: grid; grid-template-columns: repeat(auto-fit, minmax(11rem, 1fr)); gap: .8rem; margin: 1.4rem 0; }
+.tile { border: 1px solid var(--line); border-radius: .6rem; padding: .7rem .9rem; }
+.tile b { display: block; font-size: 1.35rem; } .tile span { color: var(--soft); }
+img, svg { max-width: 100%; height: auto; } .pair { display: grid; grid-template-columns: 1fr 1fr; gap: 1rem; align-items: start; }
+table { border-collapse: collapse; width: 100%; } .scroll { overflow-x: auto; }
+th, td { text-align: left; padding: .25rem .6rem; border-bottom: 1px solid var(--line); white-space: nowrap; }
+th { color: var(--soft); font-weight: 600; } td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
+tr.bad td { background: #fff4e5; } pre { background: #f5f7fa; padding: 1rem; border-radius: .6rem; overflow-x: auto; }
+@media (max-width: 50rem) { .pair { grid-template-columns: 1fr; } }
+";
+
+/// The whole page.
+pub(super) fn page(packing: &Packing, summary: &Summary, pictures: &Pictures) -> String {
+    let settings = &packing.settings;
+    let container = settings.grid.container();
+    let mut body = String::new();
+    let metrics = &summary.metrics;
+    let tiles = [
+        ("items packed", format!("{} / {}", metrics.packed.items, summary.items_in_sequence)),
+        ("compactness (voxels)", format!("{:.1} %", metrics.compactness * 100.0)),
+        ("container filled", format!("{:.1} %", metrics.utilisation * 100.0)),
+        ("decision per item", duration(summary.decision_s.mean)),
+    ];
+    let subtitle = format!(
+        "{} into a container of {:.1} x {:.1} x {:.1} cm, on {} x {} cells",
+        settings.sequence.from,
+        container.x_m * 100.0,
+        container.y_m * 100.0,
+        container.z_m * 100.0,
+        settings.grid.nx(),
+        settings.grid.ny(),
+    );
+    let _ = write!(body, "<h1>Packing report</h1><p class=sub>{}</p>", escape(&subtitle));
+    body.push_str("<div class=tiles>");
+    for (name, value) in tiles {
+        let _ = write!(body, "<div class=tile><b>{}</b><span>{name}</span></div>", escape(&value));
+    }
+    body.push_str("</div>");
+    image(&mut body, &pictures.packed_png, "The packed container");
+    let _ = write!(
+        body,
+        "<div class=pair><div>{}</div><div>{}</div></div>",
+        pictures.utilisation_svg, pictures.decisions_svg
+    );
+    body.push_str("<h2>Figures</h2><div class=pair><table>");
+    for (name, value) in figures(packing, summary) {
+        let _ = write!(body, "<tr><th>{name}</th><td>{}</td></tr>", escape(&value));
+    }
+    body.push_str("</table>");
+    image(&mut body, &pictures.heightmap_png, "The heightmap at the end");
+    body.push_str("</div>");
+    unplaceable(&mut body, &summary.ending);
+    steps(&mut body, packing);
+    let shown = serde_json::to_string_pretty(settings).unwrap_or_default();
+    let _ = write!(
+        body,
+        "<h2>Settings</h2><details><summary>Everything this run depended on</summary><pre>{}</pre></details>",
+        escape(&shown)
+    );
+    format!(
+        "<!doctype html><html lang=en><meta charset=utf-8>\
+         <meta name=viewport content=\"width=device-width, initial-scale=1\">\
+         <title>Packing report</title><style>{STYLE}</style><body>{body}</body></html>\n"
+    )
+}
+
+fn image(body: &mut String, png: &[u8], what: &str) {
+    let data = STANDARD.encode(png);
+    let _ = write!(body, "<img alt=\"{what}\" src=\"data:image/png;base64,{data}\">");
+}
+
+fn unplaceable(body: &mut String, ending: &EndingSummary) {
+    let EndingSummary::NothingFits { items } = ending else { return };
+    body.push_str(
+        "<h2>What could not be placed</h2><table><tr><th class=n>Arrival<th>Item<th>Why</tr>",
+    );
+    for item in items {
+        let _ = write!(
+            body,
+            "<tr><td class=n>{}<td>{}<td>{}</tr>",
+            item.arrival,
+            escape(&item.item),
+            escape(&item.reason)
+        );
+    }
+    body.push_str("</table>");
+}
+
+fn steps(body: &mut String, packing: &Packing) {
+    let resolution = packing.settings.grid.resolution();
+    let (cell_m, unit_m) = (resolution.cell_m(), resolution.height_unit_m());
+    body.push_str(
+        "<h2>Steps</h2><p class=sub>Highlighted: toppled, or not inside the container at the end. \
+         Alternatives are the values of the next best valid placements.</p>\
+         <div class=scroll><table><tr><th class=n>Step<th class=n>Arrival<th>Item<th class=n>Yaw (°)\
+         <th class=n>x (cm)<th class=n>y (cm)<th class=n>z (cm)<th class=n>Value<th>Alternatives\
+         <th class=n>Propose<th class=n>Evaluate<th class=n>Check<th class=n>Slide (mm)<th class=n>Tilt (°)</tr>",
+    );
+    for (step, placed) in packing.episode.steps.iter().zip(&packing.placed) {
+        let arrival = step.candidate.arrival;
+        let inside =
+            packing.contents.iter().any(|(other, body)| *other == arrival && body.inside);
+        let at = step.choice.resting;
+        let yaw = resolution.yaws().radians().get(at.placement.yaw).copied().unwrap_or_default();
+        let alternatives: Vec<String> =
+            step.alternatives.iter().map(|other| format!("{:.2}", other.value)).collect();
+        let class = if placed.report.toppled || !inside { " class=bad" } else { "" };
+        let _ = write!(
+            body,
+            "<tr{class}><td class=n>{}<td class=n>{arrival}<td>{}<td class=n>{:.0}<td class=n>{:.1}\
+             <td class=n>{:.1}<td class=n>{:.1}<td class=n>{:.2}<td>{}<td class=n>{}<td class=n>{}\
+             <td class=n>{}<td class=n>{:.1}<td class=n>{:.0}</tr>",
+            step.step + 1,
+            escape(step.candidate.item.name()),
+            yaw.to_degrees(),
+            at.placement.x as f64 * cell_m * 100.0,
+            at.placement.y as f64 * cell_m * 100.0,
+            f64::from(at.resting_height) * unit_m * 100.0,
+            step.choice.value,
+            alternatives.join(", "),
+            duration(step.timings.propose.as_secs_f64()),
+            duration(step.timings.evaluate.as_secs_f64()),
+            duration(step.timings.check.as_secs_f64()),
+            placed.report.slide_m * 1e3,
+            placed.report.tilt_rad.to_degrees(),
+        );
+    }
+    body.push_str("</table></div>");
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

@@ -1,0 +1,61 @@
+//! The report on one packed sequence.
+
+mod csv;
+mod html;
+mod pictures;
+mod summary;
+pub(crate) mod table;
+
+use std::path::Path;
+use std::time::Duration;
+
+use anyhow::Context;
+use ppnpack_packing::episode::Episode;
+use ppnpack_packing::grid::Grid;
+use ppnpack_physics::outcome::BodyState;
+use ppnpack_physics::packing_cell::Placed;
+use ppnpack_physics::settings::CellSettings;
+use serde::Serialize;
+
+use crate::options::Method;
+use crate::output::StagedFolder;
+use crate::sequence::Sequence;
+pub(crate) use summary::Summary;
+
+/// Everything a packing depended on.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct Settings {
+    pub(crate) catalogue: String,
+    pub(crate) catalogue_hash: String,
+    pub(crate) objects: usize,
+    pub(crate) sequence: Sequence,
+    pub(crate) grid: Grid,
+    pub(crate) method: Method,
+    pub(crate) threads: u32,
+    pub(crate) physics: CellSettings,
+}
+
+/// A packed sequence.
+#[derive(Debug)]
+pub(crate) struct Packing {
+    pub(crate) settings: Settings,
+    pub(crate) episode: Episode,
+    /// What lies in or on the container, with its place in the sequence of arrivals.
+    pub(crate) contents: Vec<(usize, BodyState)>,
+    /// What became of each placement by the end of its settling phase.
+    pub(crate) placed: Vec<Placed>,
+    pub(crate) took: Duration,
+}
+
+/// Writes all files of the report, or none.
+pub(crate) fn write(packing: &Packing, summary: &Summary, folder: &Path) -> anyhow::Result<()> {
+    let pictures = pictures::draw(packing)?;
+    let mut files = StagedFolder::new(folder)?;
+    files.add("packed.png", &pictures.packed_png)?;
+    files.add("heightmap.png", &pictures.heightmap_png)?;
+    files.add("placements.csv", &csv::placements(packing)?)?;
+    files.add("report.html", html::page(packing, summary, &pictures).as_bytes())?;
+    let json = serde_json::to_vec_pretty(summary).context("the summary cannot be encoded")?;
+    files.add("summary.json", &json)?;
+    files.publish()
+}

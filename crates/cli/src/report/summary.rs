@@ -1,0 +1,121 @@
+//! The figures of a packing.
+
+use std::time::Duration;
+
+use ppnpack_packing::episode::Ending;
+use ppnpack_packing::metrics::Metrics;
+use ppnpack_packing::plan::Timings;
+use serde::Serialize;
+
+use super::{Packing, Settings};
+
+/// What `summary.json` holds.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct Summary {
+    pub(crate) version: &'static str,
+    pub(crate) items_in_sequence: usize,
+    pub(crate) items_placed: usize,
+    /// Placed, but not inside the container at the end.
+    pub(crate) items_fallen_out: usize,
+    #[serde(flatten)]
+    pub(crate) metrics: Metrics,
+    pub(crate) height_m: f64,
+    pub(crate) decision_s: Spread,
+    /// Mean time per packed item in each stage, in seconds.
+    pub(crate) stages_s: Stages,
+    pub(crate) took_s: f64,
+    pub(crate) ending: EndingSummary,
+    pub(crate) settings: Settings,
+}
+
+/// Decision time per packed item, in seconds.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub(crate) struct Spread {
+    pub(crate) mean: f64,
+    pub(crate) median: f64,
+    pub(crate) max: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub(crate) struct Stages {
+    pub(crate) propose: f64,
+    pub(crate) evaluate: f64,
+    pub(crate) check: f64,
+}
+
+/// Why the episode ended.
+#[derive(Debug, Clone, Serialize)]
+#[serde(rename_all = "kebab-case", tag = "kind")]
+pub(crate) enum EndingSummary {
+    /// The whole sequence is packed.
+    AllPacked,
+    /// Nothing in the buffer had a valid placement.
+    NothingFits {
+        /// Each item of the buffer.
+        items: Vec<Unplaceable>,
+    },
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct Unplaceable {
+    pub(crate) arrival: usize,
+    pub(crate) item: String,
+    pub(crate) reason: String,
+}
+
+impl Spread {
+    pub(crate) fn of(durations: impl Iterator<Item = Duration>) -> Self {
+        let mut seconds: Vec<f64> = durations.map(|duration| duration.as_secs_f64()).collect();
+        seconds.sort_by(f64::total_cmp);
+        let count = seconds.len().max(1) as f64;
+        Self {
+            mean: seconds.iter().sum::<f64>() / count,
+            median: seconds.get(seconds.len() / 2).copied().unwrap_or(0.0),
+            max: seconds.last().copied().unwrap_or(0.0),
+        }
+    }
+}
+
+impl Packing {
+    pub(crate) fn summary(&self) -> Summary {
+        let steps = &self.episode.steps;
+        let unit_m = self.settings.grid.resolution().height_unit_m();
+        let mean = |stage: fn(&Timings) -> Duration| {
+            let total: Duration = steps.iter().map(|step| stage(&step.timings)).sum();
+            total.as_secs_f64() / steps.len().max(1) as f64
+        };
+        Summary {
+            version: env!("CARGO_PKG_VERSION"),
+            items_in_sequence: self.settings.sequence.objects.len(),
+            items_placed: steps.len(),
+            items_fallen_out: steps.len() - self.episode.metrics.packed.items,
+            metrics: self.episode.metrics,
+            height_m: f64::from(self.episode.scene.heightmap().max()) * unit_m,
+            decision_s: Spread::of(steps.iter().map(|step| step.timings.total())),
+            stages_s: Stages {
+                propose: mean(|timings| timings.propose),
+                evaluate: mean(|timings| timings.evaluate),
+                check: mean(|timings| timings.check),
+            },
+            took_s: self.took.as_secs_f64(),
+            ending: self.ending(),
+            settings: self.settings.clone(),
+        }
+    }
+
+    fn ending(&self) -> EndingSummary {
+        match &self.episode.ending {
+            Ending::AllPacked => EndingSummary::AllPacked,
+            Ending::NothingFits(items) => EndingSummary::NothingFits {
+                items: items
+                    .iter()
+                    .map(|(candidate, reason)| Unplaceable {
+                        arrival: candidate.arrival,
+                        item: candidate.item.name().to_string(),
+                        reason: reason.to_string(),
+                    })
+                    .collect(),
+            },
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Tables for the terminal.
+
+use comfy_table::Table;
+use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
+
+use super::summary::EndingSummary;
+use super::{Packing, Summary};
+
+/// Seconds for people.
+pub(crate) fn duration(seconds: f64) -> String {
+    match seconds {
+        seconds if seconds < 1e-3 => format!("{:.0} µs", seconds * 1e6),
+        seconds if seconds < 1.0 => format!("{:.2} ms", seconds * 1e3),
+        seconds => format!("{seconds:.1} s"),
+    }
+}
+
+/// The summary of a packing.
+pub(crate) fn summary(packing: &Packing, summary: &Summary) -> String {
+    let mut table = Table::new();
+    table.load_style(UTF8_HORIZONTAL_ONLY);
+    let mut row = |name: &str, value: String| {
+        table.add_row([name.to_owned(), value]);
+    };
+    for (name, value) in figures(packing, summary) {
+        row(name, value);
+    }
+    if let EndingSummary::NothingFits { items } = &summary.ending {
+        for item in items {
+            row("could not be placed", format!("{}: {}", item.item, item.reason));
+        }
+    }
+    table.to_string()
+}
+
+/// The figures of a packing, named, for people.
+pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str, String)> {
+    let metrics = &summary.metrics;
+    let cm3 = |volume_m3: f64| format!("{:.0} cm³", volume_m3 * 1e6);
+    let percent = |share: f64| format!("{:.1} %", share * 100.0);
+    let sequence = &packing.settings.sequence;
+    let fallen = match summary.items_fallen_out {
+        0 => String::new(),
+        count => format!(", {count} more fell out"),
+    };
+    let ending = match &summary.ending {
+        EndingSummary::AllPacked => "everything is packed".to_owned(),
+        EndingSummary::NothingFits { items } => {
+            format!("none of the {} items in the buffer has a valid placement", items.len())
+        }
+    };
+    vec![
+        ("Sequence", sequence.from.clone()),
+        ("Packed", format!("{} of {} items{fallen}", metrics.packed.items, sequence.objects.len())),
+        ("Volume of the meshes", cm3(metrics.packed.meshes_m3)),
+        ("Volume of the voxels", cm3(metrics.packed.voxels_m3)),
+        ("Compactness (voxels)", percent(metrics.compactness)),
+        ("Compactness (meshes)", percent(metrics.mesh_compactness)),
+        ("Container filled (meshes)", percent(metrics.utilisation)),
+        ("Height", format!("{:.1} cm", summary.height_m * 100.0)),
+        (
+            "Decision per item",
+            format!(
+                "{} mean, {} median, {} at most",
+                duration(summary.decision_s.mean),
+                duration(summary.decision_s.median),
+                duration(summary.decision_s.max)
+            ),
+        ),
+        ("Whole run", duration(summary.took_s)),
+        ("Ended because", ending),
+    ]
+}

@@ -1,0 +1,124 @@
+//! Sequences of objects: from a file, named one by one, or at random.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::Args;
+use ndarray::Array2;
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_packing::item::Item;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use crate::failure::{Failure, Outcome};
+
+/// Which objects arrive, in which order.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Sequence")]
+pub(crate) struct SequenceOptions {
+    /// A .npy file of sequences, int64 [sequences, length], of object indices
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["items", "random"])]
+    pub(crate) sequence: Option<PathBuf>,
+
+    /// Which sequence of the file, from 0
+    #[arg(long, value_name = "NUMBER", default_value_t = 0, requires = "sequence")]
+    pub(crate) index: usize,
+
+    /// The objects by name or index, separated by commas
+    #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with = "random")]
+    pub(crate) items: Vec<String>,
+
+    /// How many objects to draw at random, see --seed [default: 80]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) random: Option<u32>,
+}
+
+/// Object indices in the order of arrival, and where they come from.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Sequence {
+    pub(crate) from: String,
+    pub(crate) objects: Vec<usize>,
+}
+
+impl SequenceOptions {
+    pub(crate) fn sequence(&self, catalogue: &Catalogue, seed: u64) -> Outcome<Sequence> {
+        if let Some(path) = &self.sequence {
+            let sequences = SequenceFile::read(path, catalogue)?;
+            return sequences.get(self.index);
+        }
+        if !self.items.is_empty() {
+            let objects = self.items.iter().map(|item| find(catalogue, item));
+            let objects = objects.collect::<Result<_, _>>()?;
+            return Ok(Sequence { from: "--items".to_owned(), objects });
+        }
+        let count = self.random.unwrap_or(80);
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let objects = (0..count).map(|_| random.random_range(0..catalogue.len())).collect();
+        Ok(Sequence { from: format!("{count} at random, seed {seed}"), objects })
+    }
+}
+
+impl Sequence {
+    /// The items themselves.
+    pub(crate) fn items(&self, catalogue: &Catalogue) -> Vec<Arc<Item>> {
+        let objects = self.objects.iter().filter_map(|index| catalogue.get(*index));
+        objects.map(|object| object.item.clone()).collect()
+    }
+}
+
+/// A file of sequences, checked against a catalogue.
+pub(crate) struct SequenceFile {
+    path: PathBuf,
+    rows: Array2<i64>,
+}
+
+impl SequenceFile {
+    pub(crate) fn read(path: &Path, catalogue: &Catalogue) -> Outcome<Self> {
+        let rows: Array2<i64> = ndarray_npy::read_npy(path).map_err(|error| {
+            Failure::input(format_args!(
+                "{} cannot be read as sequences: {error}; an int64 .npy array of two dimensions is needed",
+                path.display()
+            ))
+        })?;
+        let outside = rows
+            .indexed_iter()
+            .find(|(_, object)| usize::try_from(**object).map_or(true, |index| index >= catalogue.len()));
+        if let Some(((row, column), object)) = outside {
+            return Err(Failure::input(format_args!(
+                "{}: sequence {row} names object {object} at position {column}, but the catalogue has objects \
+                 0 to {}; give the catalogue that the sequences were made for",
+                path.display(),
+                catalogue.len().saturating_sub(1)
+            )));
+        }
+        Ok(Self { path: path.to_owned(), rows })
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.rows.nrows()
+    }
+
+    pub(crate) fn get(&self, index: usize) -> Outcome<Sequence> {
+        if index >= self.len() {
+            return Err(Failure::input(format_args!(
+                "--index {index}: {} has sequences 0 to {}",
+                self.path.display(),
+                self.len().saturating_sub(1)
+            )));
+        }
+        let row = self.rows.row(index);
+        let objects = row.iter().filter_map(|object| usize::try_from(*object).ok());
+        let from = format!("sequence {index} of {}", self.path.display());
+        Ok(Sequence { from, objects: objects.collect() })
+    }
+}
+
+fn find(catalogue: &Catalogue, name: &str) -> Outcome<usize> {
+    let by_index = || name.parse().ok().filter(|index| *index < catalogue.len());
+    catalogue.find(name).map(|(index, _)| index).or_else(by_index).ok_or_else(|| {
+        Failure::input(format_args!(
+            "--items: the catalogue has no object '{name}'; `ppnpack catalogue list` names them"
+        ))
+    })
+}

@@ -1,0 +1,139 @@
+//! Models as the engine sees them: convex hulls and true mass properties, built once per model.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::sync::Arc;
+
+use nalgebra::{Matrix3, Rotation3, SymmetricEigen, UnitQuaternion};
+use ppnpack_catalogue::object::{ConvexPiece, MassProperties, Model};
+use rapier3d::geometry::SharedShape;
+use rapier3d::math::Vector;
+use rapier3d::parry::mass_properties::MassProperties as EngineMass;
+use rapier3d::parry::shape::ConvexPolyhedron;
+use rapier3d::parry::transformation::try_convex_hull;
+
+use crate::convert::{engine_inertia, engine_rotation, engine_vector, metres};
+use crate::error::PhysicsError;
+
+/// Coordinates of a model beyond this are taken for a mistake in its unit, in metres.
+const MAX_COORDINATE_M: f64 = 10.0;
+
+/// The least volume of a convex piece: a tenth of a cubic millimetre.
+const MIN_PIECE_VOLUME_M3: f64 = 1e-10;
+
+/// What all bodies of one model share.
+pub(crate) struct BodyTemplate {
+    pub(crate) model: Arc<Model>,
+    pub(crate) pieces: Vec<SharedShape>,
+    pub(crate) mass: EngineMass,
+    /// The distance from the centre of mass to the farthest vertex, in metres.
+    pub(crate) radius_m: f64,
+}
+
+impl BodyTemplate {
+    fn new(model: &Arc<Model>) -> Result<Self, PhysicsError> {
+        let refused = |reason: String| PhysicsError::Model { model: model.name.clone(), reason };
+        if model.pieces.is_empty() {
+            return Err(refused("it has no convex piece".to_owned()));
+        }
+        let pieces = model
+            .pieces
+            .iter()
+            .enumerate()
+            .map(|(index, piece)| {
+                hull(piece).map_err(|reason| refused(format!("convex piece {index}: {reason}")))
+            })
+            .collect::<Result<_, _>>()?;
+        let mass = engine_mass(&model.mass).map_err(|reason| refused(reason.to_owned()))?;
+        let vertices = model.pieces.iter().flat_map(|piece| &piece.vertices);
+        let centre_of_mass_m = model.mass.centre_of_mass_m;
+        let radius_m =
+            vertices.map(|vertex| (vertex - centre_of_mass_m).norm()).fold(0.0, f64::max);
+        Ok(Self { model: Arc::clone(model), pieces, mass, radius_m })
+    }
+}
+
+/// The hull of a piece.
+///
+/// The engine's own constructor panics on points without volume; this one says what is wrong.
+fn hull(piece: &ConvexPiece) -> Result<SharedShape, String> {
+    let is_sane = |value: &f64| value.abs() <= MAX_COORDINATE_M;
+    if !piece.vertices.iter().all(|vertex| vertex.iter().all(is_sane)) {
+        return Err(format!("a vertex is further than {MAX_COORDINATE_M} m away or not finite"));
+    }
+    let points: Vec<Vector> =
+        piece.vertices.iter().map(|vertex| engine_vector(&vertex.coords)).collect();
+    if points.len() < 4 {
+        return Err(format!("{} vertices enclose no volume", points.len()));
+    }
+    let (vertices, triangles) = try_convex_hull(&points).map_err(|error| error.to_string())?;
+    let corners = |[a, b, c]: &[u32; 3]| {
+        let vertex = |index: &u32| vertices.get(*index as usize).copied();
+        Some((vertex(a)?, vertex(b)?, vertex(c)?))
+    };
+    let inner = points.iter().sum::<Vector>() / points.len() as f32;
+    let volume: f32 = triangles
+        .iter()
+        .filter_map(corners)
+        .map(|(a, b, c)| (a - inner).dot((b - inner).cross(c - inner)) / 6.0)
+        .sum();
+    // The engine takes a flat hull, but finds no depth by which to push it out of what it lies in.
+    if metres(metres(metres(volume.abs())as f32)as f32) < MIN_PIECE_VOLUME_M3 {
+        return Err("its vertices enclose no volume".to_owned());
+    }
+    ConvexPolyhedron::from_convex_mesh(vertices, &triangles)
+        .map(SharedShape::new)
+        .ok_or_else(|| "its hull is degenerate".to_owned())
+}
+
+/// The principal axes are found in double precision: inertias of small items are near 1e-8 kg m^2, where the engine's
+/// own single-precision solver loses them.
+fn engine_mass(mass: &MassProperties) -> Result<EngineMass, &'static str> {
+    if !(mass.mass_kg.is_finite() && mass.mass_kg > 0.0) {
+        return Err("its mass is not a positive number");
+    }
+    if !mass.centre_of_mass_m.iter().all(|value| value.abs() <= MAX_COORDINATE_M) {
+        return Err("its centre of mass is far away or not finite");
+    }
+    let inertia = mass.inertia_kg_m2;
+    let symmetric: Matrix3<f64> = (inertia + inertia.transpose()) * 0.5;
+    if !symmetric.iter().all(|value| value.is_finite()) {
+        return Err("its inertia is not finite");
+    }
+    let eigen = SymmetricEigen::try_new(symmetric, f64::EPSILON, 1000)
+        .ok_or("its inertia has no principal axes")?;
+    if eigen.eigenvalues.min() <= 0.0 {
+        return Err("its inertia is not positive");
+    }
+    let mut axes = eigen.eigenvectors;
+    if axes.determinant() < 0.0 {
+        axes = -axes;
+    }
+    let axes = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
+    let engine = EngineMass::with_principal_inertia_frame(
+        engine_vector(&mass.centre_of_mass_m.coords),
+        mass.mass_kg as f32,
+        engine_inertia(&eigen.eigenvalues),
+        engine_rotation(&axes),
+    );
+    let is_usable = engine.inv_mass.is_finite() && engine.inv_principal_inertia.is_finite();
+    if is_usable { Ok(engine) } else { Err("its mass or inertia is too small") }
+}
+
+/// Templates by model, so that hulls are built once per model and not per body.
+///
+/// The key is the model's address, which stays its own because the template owns the model.
+#[derive(Clone, Default)]
+pub(crate) struct Templates(HashMap<usize, Arc<BodyTemplate>>);
+
+impl Templates {
+    /// The template of a model, built where it is new.
+    pub(crate) fn of(&mut self, model: &Arc<Model>) -> Result<Arc<BodyTemplate>, PhysicsError> {
+        match self.0.entry(Arc::as_ptr(model).addr()) {
+            Entry::Occupied(known) => Ok(Arc::clone(known.get())),
+            Entry::Vacant(vacant) => {
+                Ok(Arc::clone(vacant.insert(Arc::new(BodyTemplate::new(model)?))))
+            }
+        }
+    }
+}

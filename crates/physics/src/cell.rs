@@ -1,0 +1,389 @@
+//! The simulated cell: items are released into a container, settle, and are scanned.
+
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use ppnpack_catalogue::mesh::Mesh;
+use ppnpack_catalogue::object::Model;
+use ppnpack_packing::grid::{ContainerSize, Grid};
+use ppnpack_packing::heightmap::{Scene, Surface};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rapier3d::dynamics::RigidBodyHandle;
+
+use crate::body::{BodyTemplate, Templates};
+use crate::camera::{DepthCamera, DepthImage};
+use crate::container;
+use crate::error::PhysicsError;
+use crate::noise::gaussian;
+use crate::outcome::{
+    BodyId, BodyState, Disturbance, PlacedReport, SettleReport, is_inside, tilt_rad,
+};
+use crate::settings::CellSettings;
+use crate::surface::SurfaceCache;
+use crate::world::{World, WorldState};
+
+/// A planned pose further than this from the container is a mistake, in metres.
+const MAX_DISTANCE_M: f64 = 10.0;
+
+/// A simulated container with what was released into it.
+///
+/// Each cell is independent of every other and uses the calling thread only: for many cells at once, use many threads.
+/// A clone continues exactly like its original.
+#[derive(Clone)]
+pub struct SimulatedCell {
+    settings: Arc<CellSettings>,
+    world: World,
+    bodies: Vec<Body>,
+    next_id: u32,
+    templates: Templates,
+    surfaces: SurfaceCache,
+}
+
+/// A state of a cell to go back to.
+#[derive(Clone)]
+pub struct CellSnapshot {
+    settings: Arc<CellSettings>,
+    state: WorldState,
+    bodies: Vec<Body>,
+    next_id: u32,
+}
+
+#[derive(Clone)]
+struct Body {
+    id: BodyId,
+    template: Arc<BodyTemplate>,
+    handle: RigidBodyHandle,
+}
+
+/// Where a body is, and where its centre of mass.
+#[derive(Clone, Copy)]
+struct Whereabouts {
+    container_from_item: Isometry3<f64>,
+    centre_of_mass_m: Point3<f64>,
+}
+
+/// How a settling phase went.
+struct Phase {
+    steps: usize,
+    lost: Vec<(BodyId, Whereabouts)>,
+}
+
+impl SimulatedCell {
+    /// An empty cell.
+    ///
+    /// # Errors
+    /// [`PhysicsError::Setting`] where a setting is impossible.
+    pub fn new(settings: CellSettings) -> Result<Self, PhysicsError> {
+        settings.validate()?;
+        Ok(Self {
+            world: World::new(&settings),
+            settings: Arc::new(settings),
+            bodies: Vec::new(),
+            next_id: 0,
+            templates: Templates::default(),
+            surfaces: SurfaceCache::default(),
+        })
+    }
+
+    /// Empties the container, as if the cell were new, but keeps the hulls of the models seen so far.
+    pub fn reset(&mut self) {
+        self.world = World::new(&self.settings);
+        self.bodies.clear();
+        self.next_id = 0;
+    }
+
+    /// The cell's settings.
+    pub fn settings(&self) -> &CellSettings {
+        &self.settings
+    }
+
+    /// The container's floor and walls as a mesh in the container frame.
+    pub fn container_mesh(&self) -> Mesh {
+        container::mesh(&self.settings)
+    }
+
+    /// Releases an item above its planned pose, from rest, and lets everything settle.
+    ///
+    /// An item should be planned where the way down is free: one that is released inside another is pushed out
+    /// slowly. On an error nothing has changed.
+    ///
+    /// # Errors
+    /// [`PhysicsError::Model`] where the model has no usable hulls or mass, [`PhysicsError::Pose`] where the pose is
+    /// not finite, not rigid or far away.
+    pub fn place(
+        &mut self,
+        model: &Arc<Model>,
+        container_from_item: &Isometry3<f64>,
+    ) -> Result<PlacedReport, PhysicsError> {
+        let planned = self.checked_pose(model, container_from_item)?;
+        let template = self.templates.of(model)?;
+        let before: Vec<(BodyId, Whereabouts)> = self.whereabouts().collect();
+
+        let id = BodyId(self.next_id);
+        self.next_id += 1;
+        let handle = self.world.insert(&template, &self.release_pose(id, &planned));
+        self.bodies.push(Body { id, template, handle });
+        let phase = self.settle_phase();
+
+        let centre_of_mass_m = planned * model.mass.centre_of_mass_m;
+        let planned = Whereabouts { container_from_item: planned, centre_of_mass_m };
+        Ok(self.report(id, planned, &before, &phase))
+    }
+
+    /// What [`place`](Self::place) would report; the cell stays as it is.
+    ///
+    /// # Errors
+    /// As [`place`](Self::place).
+    pub fn try_place(
+        &mut self,
+        model: &Arc<Model>,
+        container_from_item: &Isometry3<f64>,
+    ) -> Result<PlacedReport, PhysicsError> {
+        let snapshot = self.snapshot();
+        let report = self.place(model, container_from_item);
+        self.restore(&snapshot)?;
+        report
+    }
+
+    /// Lets everything settle for one more phase.
+    pub fn settle(&mut self) -> SettleReport {
+        let phase = self.settle_phase();
+        SettleReport {
+            lost: phase.lost.iter().map(|(id, _)| *id).collect(),
+            still: self.is_still(),
+            simulated_s: phase.steps as f64 * self.settings.solver.timestep_s,
+        }
+    }
+
+    /// The cell's state, to go back to.
+    pub fn snapshot(&self) -> CellSnapshot {
+        CellSnapshot {
+            settings: Arc::clone(&self.settings),
+            state: self.world.state(),
+            bodies: self.bodies.clone(),
+            next_id: self.next_id,
+        }
+    }
+
+    /// Goes back to a state: the cell continues as it did, or would have, from there, bit for bit.
+    ///
+    /// # Errors
+    /// [`PhysicsError::Snapshot`] where the snapshot is of a cell with other settings.
+    pub fn restore(&mut self, snapshot: &CellSnapshot) -> Result<(), PhysicsError> {
+        if snapshot.settings != self.settings {
+            return Err(PhysicsError::Snapshot);
+        }
+        self.world.set_state(snapshot.state.clone());
+        self.bodies.clone_from(&snapshot.bodies);
+        self.next_id = snapshot.next_id;
+        Ok(())
+    }
+
+    /// The bodies in the simulation, in the order in which they were placed.
+    ///
+    /// Bodies that left the container are no longer among them; one that lies on the rim is, and is not inside.
+    pub fn contents(&self) -> Vec<BodyState> {
+        let container = self.settings.container;
+        let state = |body: &Body| {
+            let whereabouts = self.whereabouts_of(body)?;
+            Some(BodyState {
+                id: body.id,
+                model: Arc::clone(&body.template.model),
+                container_from_item: whereabouts.container_from_item,
+                inside: is_inside(container, &whereabouts.centre_of_mass_m),
+            })
+        };
+        self.bodies.iter().filter_map(state).collect()
+    }
+
+    /// Whether every body is at rest: asleep, or slower than the speed at which bodies fall asleep.
+    pub fn is_still(&self) -> bool {
+        let limit_m_s = self.settings.solver.sleep_speed_m_s;
+        self.bodies.iter().all(|body| {
+            self.world.surface_speed_m_s(body.handle, body.template.radius_m) <= limit_m_s
+        })
+    }
+
+    /// The deepest that two touching bodies, or a body and the container, reach into each other, in metres: how far
+    /// the simulation is from rigid contact. It is computed from the hulls at each call.
+    pub fn deepest_overlap_m(&self) -> f64 {
+        self.world.deepest_overlap_m()
+    }
+
+    /// The surface of the content seen from above: each sample is the greatest height of the posed meshes within its
+    /// square; what is outside the grid is left out, and the floor is at 0.
+    ///
+    /// Only bodies whose pose changed since the last scan on an equal grid are computed anew.
+    ///
+    /// # Errors
+    /// [`PhysicsError::Grid`] where the grid is of a container of another size.
+    pub fn scan_surface(&mut self, grid: &Grid) -> Result<Surface, PhysicsError> {
+        let sides = |size: ContainerSize| [size.x_m, size.y_m, size.z_m];
+        let (grid_m, cell_m) = (sides(grid.container()), sides(self.settings.container));
+        if grid_m != cell_m {
+            return Err(PhysicsError::Grid { grid_m, cell_m });
+        }
+        let contents = self.contents();
+        Ok(self.surfaces.scan(grid, &contents))
+    }
+
+    /// The scene that the next placement is planned on: the surface, and the heightmap from it.
+    ///
+    /// # Errors
+    /// As [`scan_surface`](Self::scan_surface).
+    pub fn scan(&mut self, grid: &Grid) -> Result<Scene, PhysicsError> {
+        Ok(Scene::from_surface(grid, self.scan_surface(grid)?)?)
+    }
+
+    /// What a depth camera sees of the container and its content.
+    ///
+    /// # Errors
+    /// [`PhysicsError::Setting`] where the camera is impossible.
+    pub fn render(&self, camera: &DepthCamera) -> Result<DepthImage, PhysicsError> {
+        let container = self.container_mesh();
+        let contents = self.contents();
+        let bodies = contents.iter().map(|body| (&body.model.mesh, body.container_from_item));
+        camera.render(std::iter::once((&container, Isometry3::identity())).chain(bodies))
+    }
+
+    fn checked_pose(
+        &self,
+        model: &Model,
+        container_from_item: &Isometry3<f64>,
+    ) -> Result<Isometry3<f64>, PhysicsError> {
+        let refused = |reason| PhysicsError::Pose { model: model.name.clone(), reason };
+        let rotation = container_from_item.rotation.into_inner();
+        let translation = container_from_item.translation.vector;
+        if !rotation.coords.iter().chain(translation.iter()).all(|value| value.is_finite()) {
+            return Err(refused("not finite"));
+        }
+        if (rotation.norm() - 1.0).abs() > 1e-3 {
+            return Err(refused("not rigid: its rotation is no unit quaternion"));
+        }
+        let size = self.settings.container;
+        let farthest = Vector3::new(size.x_m, size.y_m, size.z_m).add_scalar(MAX_DISTANCE_M);
+        let is_near = |value: f64, limit: f64| (-MAX_DISTANCE_M..=limit).contains(&value);
+        if !translation.iter().zip(farthest.iter()).all(|(value, limit)| is_near(*value, *limit)) {
+            return Err(refused("more than 10 m away from the container"));
+        }
+        let rotation = UnitQuaternion::new_normalize(rotation);
+        Ok(Isometry3::from_parts(Translation3::from(translation), rotation))
+    }
+
+    /// The planned pose, raised by the release height and displaced by the jitter.
+    ///
+    /// The jitter depends on the seed and the body's number alone, so that a placement tried and rolled back has the
+    /// same jitter when it is made.
+    fn release_pose(&self, id: BodyId, planned: &Isometry3<f64>) -> Isometry3<f64> {
+        let release = &self.settings.release;
+        let mut released = *planned;
+        released.translation.z += release.height_m;
+        if release.jitter_m > 0.0 || release.jitter_yaw_rad > 0.0 {
+            let mut random = ChaCha8Rng::seed_from_u64(self.settings.seed);
+            random.set_stream(u64::from(id.0));
+            let mut normal = || gaussian(random.random(), random.random());
+            released.translation.x += release.jitter_m * normal();
+            released.translation.y += release.jitter_m * normal();
+            let yaw_rad = release.jitter_yaw_rad * normal();
+            released.rotation =
+                UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad) * released.rotation;
+        }
+        released
+    }
+
+    fn settle_phase(&mut self) -> Phase {
+        let mut phase = Phase { steps: 0, lost: Vec::new() };
+        for _ in 0..self.settings.settle_steps() {
+            if self.world.is_asleep() {
+                break;
+            }
+            self.world.step();
+            phase.steps += 1;
+            self.remove_lost(&mut phase.lost);
+        }
+        phase
+    }
+
+    /// Takes out the bodies that left the container, and those that the engine gave up on.
+    fn remove_lost(&mut self, lost: &mut Vec<(BodyId, Whereabouts)>) {
+        let container = self.settings.container;
+        let below_m = -self.settings.outcome.lost_margin_m;
+        let beyond_m = self.settings.walls.thickness_m + self.settings.outcome.lost_margin_m;
+        let left = |point: &Point3<f64>| {
+            let is_beyond =
+                |value: f64, side_m: f64| !(-beyond_m..=side_m + beyond_m).contains(&value);
+            point.z < below_m || is_beyond(point.x, container.x_m) || is_beyond(point.y, container.y_m)
+        };
+        let mut index = 0;
+        while let Some(body) = self.bodies.get(index) {
+            match self.whereabouts_of(body) {
+                Some(whereabouts)
+                    if left(&whereabouts.centre_of_mass_m) || self.world.gave_up(body.handle) =>
+                {
+                    self.world.remove(body.handle);
+                    lost.push((body.id, whereabouts));
+                    self.bodies.remove(index);
+                }
+                _ => index += 1,
+            }
+        }
+    }
+
+    fn whereabouts_of(&self, body: &Body) -> Option<Whereabouts> {
+        let container_from_item = self.world.pose(body.handle)?;
+        let centre_of_mass_m = container_from_item * body.template.model.mass.centre_of_mass_m;
+        Some(Whereabouts { container_from_item, centre_of_mass_m })
+    }
+
+    fn whereabouts(&self) -> impl Iterator<Item = (BodyId, Whereabouts)> + '_ {
+        self.bodies.iter().filter_map(|body| Some((body.id, self.whereabouts_of(body)?)))
+    }
+
+    fn report(
+        &self,
+        id: BodyId,
+        planned: Whereabouts,
+        before: &[(BodyId, Whereabouts)],
+        phase: &Phase,
+    ) -> PlacedReport {
+        let after: Vec<(BodyId, Whereabouts)> =
+            self.whereabouts().chain(phase.lost.iter().copied()).collect();
+        let after_of =
+            |id: BodyId| after.iter().find(|(other, _)| *other == id).map(|(_, after)| after);
+        let most_disturbed = before
+            .iter()
+            .filter_map(|(other, before)| {
+                let after = after_of(*other)?;
+                if after.container_from_item == before.container_from_item {
+                    return None;
+                }
+                let moved = after.centre_of_mass_m - before.centre_of_mass_m;
+                let turned = before.container_from_item.rotation.inverse()
+                    * after.container_from_item.rotation;
+                let (moved_m, turned_rad) = (moved.norm(), turned.angle());
+                Some(Disturbance { id: *other, moved_m, turned_rad })
+            })
+            .max_by(|a, b| a.moved_m.total_cmp(&b.moved_m));
+
+        let end = after_of(id).copied().unwrap_or(planned);
+        let moved = end.centre_of_mass_m - planned.centre_of_mass_m;
+        let tilt_rad = tilt_rad(&planned.container_from_item, &end.container_from_item);
+        let is_lost = |id: BodyId| phase.lost.iter().any(|(lost, _)| *lost == id);
+        let lost = is_lost(id);
+        PlacedReport {
+            id,
+            container_from_item: end.container_from_item,
+            slide_m: moved.xy().norm(),
+            height_change_m: moved.z,
+            tilt_rad,
+            toppled: tilt_rad > self.settings.outcome.topple_rad,
+            inside: !lost && is_inside(self.settings.container, &end.centre_of_mass_m),
+            lost,
+            most_disturbed,
+            others_lost: phase.lost.iter().map(|(lost, _)| *lost).filter(|lost| *lost != id).collect(),
+            still: self.is_still(),
+            simulated_s: phase.steps as f64 * self.settings.solver.timestep_s,
+        }
+    }
+}

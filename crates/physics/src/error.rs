@@ -1,0 +1,69 @@
+//! What can go wrong in the simulated cell.
+
+use ppnpack_packing::heightmap::HeightmapError;
+
+/// Why the simulated cell refused something.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PhysicsError {
+    /// A number is outside what is possible.
+    #[error("{what} must be {expected}, but is {value}")]
+    Setting {
+        /// Which number.
+        what: &'static str,
+        /// What is possible.
+        expected: &'static str,
+        /// What was given.
+        value: f64,
+    },
+    /// A pose is not finite, not rigid, or far away from the container.
+    #[error("the planned pose of {model} is {reason}")]
+    Pose {
+        /// The model to be placed.
+        model: String,
+        /// What is wrong with the pose.
+        reason: &'static str,
+    },
+    /// A model has no body that can be simulated.
+    #[error("the model {model} cannot be simulated: {reason}")]
+    Model {
+        /// The model's name.
+        model: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A snapshot was taken of a cell with other settings.
+    #[error("the snapshot was taken of a cell with other settings")]
+    Snapshot,
+    /// The grid of a scan is not that of the cell's container.
+    #[error("the grid is made for a container of {grid_m:?} m, but the cell's is {cell_m:?} m")]
+    Grid {
+        /// The inner sides of the grid's container, in metres.
+        grid_m: [f64; 3],
+        /// The inner sides of the cell's container, in metres.
+        cell_m: [f64; 3],
+    },
+    /// A camera's pose is not finite or not rigid.
+    #[error("the camera's pose is not finite or not rigid")]
+    CameraPose,
+    /// A surface or a heightmap could not be made.
+    #[error(transparent)]
+    Heightmap(#[from] HeightmapError),
+    /// A depth image has no point above the container's floor area.
+    #[error("no pixel of the depth image sees the container's floor area")]
+    NothingSeen,
+}
+
+/// Refuses a number that is not finite or fails a condition.
+pub(crate) fn require(
+    what: &'static str,
+    value: f64,
+    expected: &'static str,
+    holds: impl FnOnce(f64) -> bool,
+) -> Result<(), PhysicsError> {
+    if value.is_finite() && holds(value) {
+        Ok(())
+    } else {
+        Err(PhysicsError::Setting { what, expected, value })
+    }
+}

@@ -1,0 +1,138 @@
+//! What became of a placement, and what lies in the container.
+
+use std::fmt;
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use ppnpack_catalogue::object::Model;
+use ppnpack_packing::grid::ContainerSize;
+use serde::{Deserialize, Serialize};
+
+/// Names a body of one cell; bodies are numbered in the order in which they were placed.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
+pub struct BodyId(pub(crate) u32);
+
+impl BodyId {
+    /// How many bodies were placed before this one.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+impl fmt::Display for BodyId {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "body {}", self.0)
+    }
+}
+
+/// What lies in or on the container.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyState {
+    /// Which body.
+    pub id: BodyId,
+    /// Its geometry.
+    pub model: Arc<Model>,
+    /// Where it is.
+    pub container_from_item: Isometry3<f64>,
+    /// Whether its centre of mass is inside the container.
+    pub inside: bool,
+}
+
+/// What became of a placement by the end of its settling phase.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlacedReport {
+    /// The new body.
+    pub id: BodyId,
+    /// Its pose at the end.
+    pub container_from_item: Isometry3<f64>,
+    /// Horizontal distance of its centre of mass from where it was planned, in metres.
+    pub slide_m: f64,
+    /// Height of its centre of mass above where it was planned, in metres; negative when it sank deeper.
+    pub height_change_m: f64,
+    /// Angle between its upward axis as planned and at the end, in radians; turns about the vertical do not count.
+    pub tilt_rad: f64,
+    /// Whether it tilted by more than the threshold.
+    pub toppled: bool,
+    /// Whether its centre of mass is inside the container: within the inner walls and below the rim.
+    pub inside: bool,
+    /// Whether it left the container and was taken out of the simulation.
+    pub lost: bool,
+    /// The other body that moved most, if any moved.
+    pub most_disturbed: Option<Disturbance>,
+    /// Earlier bodies that left the container in this phase and were taken out.
+    pub others_lost: Vec<BodyId>,
+    /// Whether every body was at rest at the end; where it is `false`, the next phase goes on from the motion.
+    pub still: bool,
+    /// How long the phase took, in seconds of simulated time.
+    pub simulated_s: f64,
+}
+
+impl PlacedReport {
+    /// How far the most disturbed other body moved, in metres; 0 where none moved.
+    pub fn disturbance_m(&self) -> f64 {
+        self.most_disturbed.map_or(0.0, |disturbance| disturbance.moved_m)
+    }
+}
+
+/// How a further settling phase went.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SettleReport {
+    /// Bodies that left the container and were taken out of the simulation.
+    pub lost: Vec<BodyId>,
+    /// Whether every body was at rest at the end.
+    pub still: bool,
+    /// How long the phase took, in seconds of simulated time.
+    pub simulated_s: f64,
+}
+
+/// How a body was moved by what was placed after it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Disturbance {
+    /// Which body.
+    pub id: BodyId,
+    /// How far its centre of mass moved, in metres.
+    pub moved_m: f64,
+    /// By how much it turned, in radians.
+    pub turned_rad: f64,
+}
+
+/// Whether a point is within the inner walls, at or above the floor and at or below the rim.
+pub(crate) fn is_inside(container: ContainerSize, point: &Point3<f64>) -> bool {
+    (0.0..=container.x_m).contains(&point.x)
+        && (0.0..=container.y_m).contains(&point.y)
+        && (0.0..=container.z_m).contains(&point.z)
+}
+
+/// The angle between the vertical and what was vertical before `after * before^-1`, in radians.
+pub(crate) fn tilt_rad(before: &Isometry3<f64>, after: &Isometry3<f64>) -> f64 {
+    let up = after.rotation * before.rotation.inverse_transform_vector(&Vector3::z());
+    up.angle(&Vector3::z())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::UnitQuaternion;
+
+    #[test]
+    fn tilt_ignores_yaw() {
+        let turned = |roll, yaw| {
+            Isometry3::from_parts(
+                nalgebra::Translation3::identity(),
+                UnitQuaternion::from_euler_angles(roll, 0.0, yaw),
+            )
+        };
+        assert!(tilt_rad(&turned(0.7, 0.0), &turned(0.7, 2.0)) < 1e-7);
+        assert!((tilt_rad(&turned(0.7, 1.0), &turned(1.2, 3.0)) - 0.5).abs() < 1e-7);
+    }
+
+    #[test]
+    fn inside_ends_at_the_walls_and_the_rim() {
+        let container = ContainerSize::REFERENCE;
+        assert!(is_inside(container, &Point3::new(0.16, 0.0, 0.3)));
+        assert!(!is_inside(container, &Point3::new(0.16, 0.16, 0.301)));
+        assert!(!is_inside(container, &Point3::new(-0.001, 0.16, 0.1)));
+    }
+}

@@ -1,0 +1,123 @@
+//! The simulated cell as the cell of a packing episode.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use nalgebra::Isometry3;
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_catalogue::object::Model;
+use ppnpack_packing::episode::PackingCell;
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::item::ShapeId;
+use ppnpack_packing::placement::RestingPlacement;
+use ppnpack_packing::plan::{Candidate, StageError};
+
+use crate::cell::SimulatedCell;
+use crate::error::PhysicsError;
+use crate::outcome::{BodyId, BodyState, PlacedReport};
+use crate::settings::CellSettings;
+
+/// What a placement of an episode led to.
+#[derive(Debug, Clone)]
+pub struct Placed {
+    /// The item's place in the sequence of arrivals.
+    pub arrival: usize,
+    /// What became of it by the end of its settling phase.
+    pub report: PlacedReport,
+}
+
+/// A simulated cell that packs the objects of a catalogue.
+pub struct SimulatedPackingCell {
+    cell: SimulatedCell,
+    grid: Grid,
+    models: BTreeMap<ShapeId, Arc<Model>>,
+    placed: Vec<Placed>,
+}
+
+/// An item that the catalogue of the cell does not hold.
+#[derive(Debug, thiserror::Error)]
+#[error("item {0} is not in the catalogue of the simulated cell")]
+struct UnknownItem(String);
+
+impl SimulatedPackingCell {
+    /// An empty cell for the objects of a catalogue, scanned on this grid.
+    ///
+    /// # Errors
+    /// [`PhysicsError::Setting`] where a setting is impossible.
+    pub fn new(
+        settings: CellSettings,
+        grid: &Grid,
+        catalogue: &Catalogue,
+    ) -> Result<Self, PhysicsError> {
+        let objects = catalogue.objects.iter();
+        Ok(Self {
+            cell: SimulatedCell::new(settings)?,
+            grid: grid.clone(),
+            models: objects.map(|object| (object.item.shape(), object.model.clone())).collect(),
+            placed: Vec::new(),
+        })
+    }
+
+    /// What was placed so far, in order.
+    pub fn placed(&self) -> &[Placed] {
+        &self.placed
+    }
+
+    /// What lies in or on the container now, each with its place in the sequence of arrivals.
+    pub fn contents(&self) -> Vec<(usize, BodyState)> {
+        let arrival = |id: BodyId| {
+            self.placed.iter().find(|placed| placed.report.id == id).map(|placed| placed.arrival)
+        };
+        let bodies = self.cell.contents().into_iter();
+        bodies.filter_map(|body| Some((arrival(body.id)?, body))).collect()
+    }
+
+    /// The simulated cell itself.
+    pub fn cell(&self) -> &SimulatedCell {
+        &self.cell
+    }
+
+    /// What placing the candidate there would lead to; the cell stays as it is.
+    ///
+    /// # Errors
+    /// Where the candidate is not of the cell's catalogue, or its model cannot be simulated.
+    pub fn try_place(
+        &mut self,
+        candidate: &Candidate,
+        resting: &RestingPlacement,
+    ) -> Result<PlacedReport, StageError> {
+        let (model, container_from_item) = self.planned(candidate, resting)?;
+        Ok(self.cell.try_place(&model, &container_from_item)?)
+    }
+
+    fn planned(
+        &self,
+        candidate: &Candidate,
+        resting: &RestingPlacement,
+    ) -> Result<(Arc<Model>, Isometry3<f64>), UnknownItem> {
+        let model = self.models.get(&candidate.item.shape());
+        let pose = candidate.item.container_from_item(&self.grid, resting);
+        model
+            .cloned()
+            .zip(pose)
+            .ok_or_else(|| UnknownItem(candidate.item.name().to_string()))
+    }
+}
+
+impl PackingCell for SimulatedPackingCell {
+    fn scan(&mut self) -> Result<Scene, StageError> {
+        Ok(self.cell.scan(&self.grid)?)
+    }
+
+    fn place(&mut self, item: &Candidate, resting: &RestingPlacement) -> Result<(), StageError> {
+        let (model, container_from_item) = self.planned(item, resting)?;
+        let report = self.cell.place(&model, &container_from_item)?;
+        self.placed.push(Placed { arrival: item.arrival, report });
+        Ok(())
+    }
+
+    fn is_inside(&self, arrival: usize) -> bool {
+        self.contents().iter().any(|(placed, body)| *placed == arrival && body.inside)
+    }
+}

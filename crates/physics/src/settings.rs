@@ -1,0 +1,287 @@
+//! The settings of a simulated cell; their defaults are the reference experiment's.
+
+use ppnpack_packing::grid::ContainerSize;
+use serde::{Deserialize, Serialize};
+
+use crate::error::{PhysicsError, require};
+
+/// The most steps of one settling phase.
+const MAX_SETTLE_STEPS: f64 = 1e6;
+
+/// Everything the simulated cell depends on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CellSettings {
+    /// The container's inner size.
+    pub container: ContainerSize,
+    /// Its walls and floor.
+    pub walls: WallSettings,
+    /// Friction and restitution of what touches.
+    pub contact: ContactSettings,
+    /// How items are let go.
+    pub release: ReleaseSettings,
+    /// The longest that bodies are given to settle after a release, in seconds of simulated time.
+    ///
+    /// A phase ends early when all bodies are asleep, since nothing would move any more. The reference's 0.375 s (180
+    /// steps) can end in motion; a few seconds let everything come to rest.
+    pub settle_time_s: f64,
+    /// What is read from the poses at the end.
+    pub outcome: OutcomeSettings,
+    /// The numerical integration.
+    pub solver: SolverSettings,
+    /// Seed of the release jitter; without jitter nothing is random.
+    pub seed: u64,
+}
+
+impl Default for CellSettings {
+    fn default() -> Self {
+        Self {
+            container: ContainerSize::REFERENCE,
+            walls: WallSettings::default(),
+            contact: ContactSettings::default(),
+            release: ReleaseSettings::default(),
+            settle_time_s: 0.375,
+            outcome: OutcomeSettings::default(),
+            solver: SolverSettings::default(),
+            seed: 0,
+        }
+    }
+}
+
+/// The container's walls and floor. The walls end at the rim.
+///
+/// They are thick enough that a body cannot pass their middle within a step: an item released 12 cm above its place at
+/// the rim reaches the floor at 2.9 m/s, which is 6 mm per step of 1/480 s.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct WallSettings {
+    /// Thickness of the walls, outwards, in metres.
+    pub thickness_m: f64,
+    /// Thickness of the floor, downwards, in metres.
+    pub floor_thickness_m: f64,
+}
+
+impl Default for WallSettings {
+    fn default() -> Self {
+        Self { thickness_m: 0.02, floor_thickness_m: 0.05 }
+    }
+}
+
+/// How the coefficients of two touching surfaces combine into one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Combine {
+    /// Their mean: equal surfaces have the pair's coefficient.
+    Average,
+    /// Their product, as in Bullet.
+    Multiply,
+    /// The lesser.
+    Min,
+    /// The greater.
+    Max,
+}
+
+/// Friction and restitution.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ContactSettings {
+    /// Friction coefficient of items.
+    pub item_friction: f64,
+    /// Friction coefficient of walls and floor.
+    pub wall_friction: f64,
+    /// How two friction coefficients combine.
+    pub friction_combine: Combine,
+    /// Restitution of items, walls and floor: 0 does not bounce, 1 bounces back to where it came from.
+    pub restitution: f64,
+}
+
+impl Default for ContactSettings {
+    fn default() -> Self {
+        Self {
+            item_friction: 0.5,
+            wall_friction: 0.3,
+            friction_combine: Combine::Average,
+            restitution: 0.0,
+        }
+    }
+}
+
+/// How items are let go: from rest, above their planned pose, displaced by the robot's error.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ReleaseSettings {
+    /// How far above the planned pose an item is let go, in metres.
+    pub height_m: f64,
+    /// Standard deviation of the horizontal error, per axis, in metres.
+    pub jitter_m: f64,
+    /// Standard deviation of the error in yaw, in radians.
+    pub jitter_yaw_rad: f64,
+}
+
+impl Default for ReleaseSettings {
+    fn default() -> Self {
+        Self { height_m: 0.12, jitter_m: 0.0, jitter_yaw_rad: 0.0 }
+    }
+}
+
+/// Thresholds of the reported outcome.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct OutcomeSettings {
+    /// An item counts as toppled when it tilts by more than this, in radians.
+    pub topple_rad: f64,
+    /// A body is taken out of the simulation when its centre of mass is this far below the floor's upper face or
+    /// outside the walls' outer faces, in metres.
+    pub lost_margin_m: f64,
+}
+
+impl Default for OutcomeSettings {
+    fn default() -> Self {
+        Self { topple_rad: 30.0_f64.to_radians(), lost_margin_m: 0.05 }
+    }
+}
+
+/// The numerical integration.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SolverSettings {
+    /// Time per step, in seconds.
+    pub timestep_s: f64,
+    /// Gravitational acceleration, downwards, in m/s^2.
+    pub gravity_m_s2: f64,
+    /// Substeps per step: more of them make contacts stiffer. With four, a stack of five boxes sinks by 0.1 mm.
+    pub substeps: usize,
+    /// Sweeps over all contacts per substep. With a single one, the corners of a box take its impact unevenly, and it
+    /// slides away from where it lands by some millimetres.
+    pub sweeps: usize,
+    /// The size of typical items, in metres: the contact tolerances (prediction, correction, recycling) scale with it.
+    pub length_scale_m: f64,
+    /// A body may fall asleep while its fastest point is slower than this, in m/s.
+    pub sleep_speed_m_s: f64,
+    /// How long a group of touching bodies has to be that slow to fall asleep, in seconds.
+    pub sleep_time_s: f64,
+}
+
+impl Default for SolverSettings {
+    fn default() -> Self {
+        Self {
+            timestep_s: 1.0 / 480.0,
+            gravity_m_s2: 9.8,
+            substeps: 4,
+            sweeps: 3,
+            length_scale_m: 0.1,
+            sleep_speed_m_s: 0.01,
+            sleep_time_s: 0.1,
+        }
+    }
+}
+
+impl CellSettings {
+    /// Checks that every number is possible.
+    ///
+    /// # Errors
+    /// [`PhysicsError::Setting`] names the first that is not.
+    pub fn validate(&self) -> Result<(), PhysicsError> {
+        let side = "above 1 mm and at most 10 m";
+        let is_side = |value: f64| value > 1e-3 && value <= 10.0;
+        require("the container's x side", self.container.x_m, side, is_side)?;
+        require("the container's y side", self.container.y_m, side, is_side)?;
+        require("the container's height", self.container.z_m, side, is_side)?;
+
+        let thickness = "at least 1 mm and at most 1 m";
+        let is_thickness = |value: f64| (1e-3..=1.0).contains(&value);
+        require("the walls' thickness", self.walls.thickness_m, thickness, is_thickness)?;
+        require("the floor's thickness", self.walls.floor_thickness_m, thickness, is_thickness)?;
+
+        let is_friction = |value: f64| (0.0..=10.0).contains(&value);
+        require("items' friction", self.contact.item_friction, "between 0 and 10", is_friction)?;
+        require("walls' friction", self.contact.wall_friction, "between 0 and 10", is_friction)?;
+        let is_fraction = |value: f64| (0.0..=1.0).contains(&value);
+        require("restitution", self.contact.restitution, "between 0 and 1", is_fraction)?;
+
+        let is_release = |value: f64| (0.0..=2.0).contains(&value);
+        require("the release height", self.release.height_m, "between 0 and 2 m", is_release)?;
+        let is_jitter = |value: f64| (0.0..=0.1).contains(&value);
+        require("the release jitter", self.release.jitter_m, "between 0 and 0.1 m", is_jitter)?;
+        let is_angle = |value: f64| (0.0..=std::f64::consts::PI).contains(&value);
+        require("the yaw jitter", self.release.jitter_yaw_rad, "between 0 and pi", is_angle)?;
+
+        require("the topple threshold", self.outcome.topple_rad, "between 0 and pi", is_angle)?;
+        let is_margin = |value: f64| (0.0..=10.0).contains(&value);
+        require("the lost margin", self.outcome.lost_margin_m, "between 0 and 10 m", is_margin)?;
+
+        self.solver.validate()?;
+        let steps = self.settle_time_s / self.solver.timestep_s;
+        require("the steps of a settling phase", steps, "between 1 and a million", |steps| {
+            (0.5..=MAX_SETTLE_STEPS).contains(&steps)
+        })
+    }
+
+    /// The most steps of a settling phase.
+    pub(crate) fn settle_steps(&self) -> usize {
+        let steps = self.settle_time_s / self.solver.timestep_s;
+        steps.round().clamp(1.0, MAX_SETTLE_STEPS) as usize
+    }
+}
+
+impl SolverSettings {
+    fn validate(&self) -> Result<(), PhysicsError> {
+        require("the time step", self.timestep_s, "above 0 and at most 0.05 s", |value| {
+            value > 1e-6 && value <= 0.05
+        })?;
+        require("gravity", self.gravity_m_s2, "between 0 and 100 m/s^2", |value| {
+            (0.0..=100.0).contains(&value)
+        })?;
+        let is_count = |value: f64| (1.0..=64.0).contains(&value);
+        require("the solver's substeps", self.substeps as f64, "between 1 and 64", is_count)?;
+        require("the solver's sweeps", self.sweeps as f64, "between 1 and 64", is_count)?;
+        require("the length scale", self.length_scale_m, "between 1 mm and 10 m", |value| {
+            (1e-3..=10.0).contains(&value)
+        })?;
+        require("the sleep speed", self.sleep_speed_m_s, "between 0 and 1 m/s", |value| {
+            (0.0..=1.0).contains(&value)
+        })?;
+        require("the sleep time", self.sleep_time_s, "above 0 and at most 60 s", |value| {
+            value > 0.0 && value <= 60.0
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_is_the_reference() {
+        let settings = CellSettings::default();
+        settings.validate().unwrap();
+        assert_eq!(settings.settle_steps(), 180);
+    }
+
+    #[test]
+    fn impossible_numbers_are_named() {
+        let refused = |change: fn(&mut CellSettings)| {
+            let mut settings = CellSettings::default();
+            change(&mut settings);
+            settings.validate().unwrap_err().to_string()
+        };
+        assert!(refused(|s| s.container.x_m = -0.3).contains("x side"));
+        assert!(refused(|s| s.container.z_m = f64::NAN).contains("height"));
+        assert!(refused(|s| s.contact.item_friction = -1.0).contains("friction"));
+        assert!(refused(|s| s.solver.timestep_s = 0.0).contains("time step"));
+        assert!(refused(|s| s.solver.substeps = 0).contains("substeps"));
+        assert!(refused(|s| s.settle_time_s = f64::INFINITY).contains("steps"));
+    }
+
+    #[test]
+    fn settings_left_out_take_the_reference_values() {
+        let settings: CellSettings =
+            serde_json::from_str(r#"{"contact": {"restitution": 0.2}, "seed": 7}"#).unwrap();
+        assert_eq!(settings.contact.item_friction, 0.5);
+        assert_eq!(settings.seed, 7);
+        let written = serde_json::to_string(&settings).unwrap();
+        assert_eq!(serde_json::from_str::<CellSettings>(&written).unwrap(), settings);
+        assert!(serde_json::from_str::<CellSettings>(r#"{"sede": 7}"#).is_err());
+    }
+}

@@ -1,0 +1,105 @@
+//! The content's surface seen from above, computed anew only where bodies moved.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use nalgebra::Isometry3;
+use ppnpack_catalogue::object::Model;
+use ppnpack_catalogue::raster::raise_surface;
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::Surface;
+
+use crate::outcome::{BodyId, BodyState};
+
+/// The surfaces of single bodies, kept between scans.
+#[derive(Clone, Default)]
+pub(crate) struct SurfaceCache {
+    grid: Option<Grid>,
+    patches: BTreeMap<BodyId, Patch>,
+}
+
+/// The surface of one body in one pose: the rectangle of samples that it covers.
+#[derive(Clone)]
+struct Patch {
+    /// Bodies are renumbered when a cell goes back to an earlier state, so the number alone does not tell the model.
+    model: Arc<Model>,
+    container_from_item: Isometry3<f64>,
+    first_x: usize,
+    first_y: usize,
+    /// Samples along y.
+    width: usize,
+    /// Row-major; 0 where the body is absent.
+    heights_m: Vec<f32>,
+}
+
+impl SurfaceCache {
+    /// The surface of the bodies together.
+    pub(crate) fn scan(&mut self, grid: &Grid, bodies: &[BodyState]) -> Surface {
+        if self.grid.as_ref() != Some(grid) {
+            self.grid = Some(grid.clone());
+            self.patches.clear();
+        }
+        let present = |id: &BodyId| bodies.binary_search_by_key(id, |body| body.id).is_ok();
+        self.patches.retain(|id, _| present(id));
+        let mut surface = Surface::empty(grid);
+        for body in bodies {
+            let patch = self
+                .patches
+                .entry(body.id)
+                .and_modify(|patch| {
+                    if !patch.shows(body) {
+                        *patch = Patch::new(grid, body);
+                    }
+                })
+                .or_insert_with(|| Patch::new(grid, body));
+            patch.raise(&mut surface);
+        }
+        surface
+    }
+}
+
+impl Patch {
+    fn new(grid: &Grid, body: &BodyState) -> Self {
+        let mut alone = Surface::empty(grid);
+        raise_surface(&body.model.mesh, &body.container_from_item, &mut alone);
+        let rows = || alone.heights_m().chunks_exact(alone.ny());
+        let is_covered = |height_m: &f32| *height_m > 0.0;
+        let covers = |row: &[f32]| row.iter().any(is_covered);
+        let first_x = rows().position(covers).unwrap_or(0);
+        let past_x = rows().rposition(covers).map_or(0, |last| last + 1);
+        let first_y =
+            rows().filter_map(|row| row.iter().position(is_covered)).min().unwrap_or(0);
+        let past_y = rows()
+            .filter_map(|row| row.iter().rposition(is_covered))
+            .max()
+            .map_or(0, |last| last + 1);
+        let width = past_y.saturating_sub(first_y);
+        let covered = rows().take(past_x).skip(first_x);
+        Self {
+            model: Arc::clone(&body.model),
+            container_from_item: body.container_from_item,
+            first_x,
+            first_y,
+            width,
+            heights_m: covered
+                .flat_map(|row| row.iter().copied().skip(first_y).take(width))
+                .collect(),
+        }
+    }
+
+    fn shows(&self, body: &BodyState) -> bool {
+        Arc::ptr_eq(&self.model, &body.model)
+            && self.container_from_item == body.container_from_item
+    }
+
+    fn raise(&self, surface: &mut Surface) {
+        if self.width == 0 {
+            return;
+        }
+        for (x, row) in self.heights_m.chunks_exact(self.width).enumerate() {
+            for (y, height_m) in row.iter().enumerate() {
+                surface.raise(self.first_x + x, self.first_y + y, *height_m);
+            }
+        }
+    }
+}

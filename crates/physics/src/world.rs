@@ -1,0 +1,295 @@
+//! The rigid-body engine behind the cell: container, bodies, steps.
+
+use nalgebra::Isometry3;
+use rapier3d::dynamics::{
+    CCDSolver, CoefficientCombineRule, ImpulseJointSet, IntegrationParameters, IslandManager,
+    MultibodyJointSet, RigidBody, RigidBodyBuilder, RigidBodyHandle, RigidBodySet, SoftBodySet,
+    SpringCoefficients,
+};
+use rapier3d::geometry::{BroadPhaseBvh, ColliderBuilder, ColliderSet, ContactPair, NarrowPhase};
+use rapier3d::math::Vector;
+use rapier3d::parry::query::contact;
+use rapier3d::pipeline::PhysicsPipeline;
+
+use crate::body::BodyTemplate;
+use crate::convert::{engine_length, engine_pose, engine_vector, isometry, metres};
+use crate::settings::{CellSettings, Combine, ContactSettings, SolverSettings};
+
+/// Frequency of the springs that push two items apart, per substep rate.
+///
+/// The engine's default of 30 Hz is made for 60 steps a second; at 480 it lets a stack sink by millimetres. The stiffest
+/// spring that a substep can resolve is at a fourth of its rate.
+const ITEM_STIFFNESS: f64 = 1.0 / 8.0;
+
+/// Frequency of the springs that push an item out of the walls and the floor, per substep rate.
+const WALL_STIFFNESS: f64 = 1.0 / 4.0;
+
+/// Contacts are sought up to this distance ahead, in length scales: what a released item falls in a step.
+const PREDICTION: f32 = 0.04;
+
+/// Contacts are not computed anew while two bodies move against each other by less than this, in length scales.
+///
+/// The engine's default is five times as much, half a centimetre for items of a decimetre, as large as the items' own
+/// edges and features.
+const RECYCLING: f32 = 0.01;
+
+/// The state of the simulation: a copy of it continues with the same bits.
+#[derive(Clone)]
+pub(crate) struct WorldState {
+    islands: IslandManager,
+    broad_phase: BroadPhaseBvh,
+    narrow_phase: NarrowPhase,
+    bodies: RigidBodySet,
+    colliders: ColliderSet,
+    impulse_joints: ImpulseJointSet,
+    multibody_joints: MultibodyJointSet,
+    soft_bodies: SoftBodySet,
+    ccd_solver: CCDSolver,
+}
+
+/// A state, and what steps it.
+pub(crate) struct World {
+    gravity: Vector,
+    parameters: IntegrationParameters,
+    contact: ContactSettings,
+    /// In the engine's unit of length a second.
+    sleep_speed: f32,
+    sleep_time_s: f32,
+    state: WorldState,
+    /// Working memory of the engine.
+    pipeline: PhysicsPipeline,
+}
+
+impl Clone for World {
+    fn clone(&self) -> Self {
+        Self {
+            gravity: self.gravity,
+            parameters: self.parameters,
+            contact: self.contact.clone(),
+            sleep_speed: self.sleep_speed,
+            sleep_time_s: self.sleep_time_s,
+            state: self.state.clone(),
+            pipeline: PhysicsPipeline::new(),
+        }
+    }
+}
+
+impl World {
+    /// An empty container.
+    pub(crate) fn new(settings: &CellSettings) -> Self {
+        let mut world = Self {
+            gravity: Vector::new(0.0, 0.0, -engine_length(settings.solver.gravity_m_s2)),
+            parameters: parameters(&settings.solver),
+            contact: settings.contact.clone(),
+            sleep_speed: engine_length(settings.solver.sleep_speed_m_s),
+            sleep_time_s: settings.solver.sleep_time_s as f32,
+            state: WorldState {
+                islands: IslandManager::new(),
+                broad_phase: BroadPhaseBvh::default(),
+                narrow_phase: NarrowPhase::new(),
+                bodies: RigidBodySet::new(),
+                colliders: ColliderSet::new(),
+                impulse_joints: ImpulseJointSet::new(),
+                multibody_joints: MultibodyJointSet::new(),
+                soft_bodies: SoftBodySet::new(),
+                ccd_solver: CCDSolver::new(),
+            },
+            pipeline: PhysicsPipeline::new(),
+        };
+        for [lowest, highest] in crate::container::boxes(settings) {
+            let half = (highest - lowest) * 0.5;
+            let [x, y, z] = [half.x, half.y, half.z].map(engine_length);
+            let collider = ColliderBuilder::cuboid(x, y, z)
+                .translation(engine_vector(&nalgebra::center(&lowest, &highest).coords))
+                .friction(world.contact.wall_friction as f32)
+                .friction_combine_rule(combine(world.contact.friction_combine))
+                .restitution(world.contact.restitution as f32);
+            world.state.colliders.insert(collider);
+        }
+        world
+    }
+
+    /// A copy of the state.
+    pub(crate) fn state(&self) -> WorldState {
+        self.state.clone()
+    }
+
+    /// Goes back to a state.
+    ///
+    /// The engine's working memory is made anew: it holds tables of the state that it last stepped, which it would
+    /// take for current.
+    pub(crate) fn set_state(&mut self, state: WorldState) {
+        self.state = state;
+        self.pipeline = PhysicsPipeline::new();
+    }
+
+    /// Adds a body at rest.
+    pub(crate) fn insert(
+        &mut self,
+        template: &BodyTemplate,
+        container_from_item: &Isometry3<f64>,
+    ) -> RigidBodyHandle {
+        let mut body: RigidBody = RigidBodyBuilder::dynamic()
+            .pose(engine_pose(container_from_item))
+            .additional_mass_properties(template.mass)
+            .build();
+        let activation = body.activation_mut();
+        // The engine compares half the speed of the farthest point with the threshold.
+        activation.normalized_linear_threshold =
+            0.5 * self.sleep_speed / self.parameters.length_unit;
+        activation.time_until_sleep = self.sleep_time_s;
+        let state = &mut self.state;
+        let handle = state.bodies.insert(body);
+        for piece in &template.pieces {
+            let collider = ColliderBuilder::new(piece.clone())
+                // The body has the model's mass properties; its pieces add nothing to them.
+                .density(0.0)
+                .friction(self.contact.item_friction as f32)
+                .friction_combine_rule(combine(self.contact.friction_combine))
+                .restitution(self.contact.restitution as f32);
+            state.colliders.insert_with_parent(collider, handle, &mut state.bodies);
+        }
+        handle
+    }
+
+    /// Takes a body out.
+    pub(crate) fn remove(&mut self, handle: RigidBodyHandle) {
+        let state = &mut self.state;
+        state.bodies.remove(
+            handle,
+            &mut state.islands,
+            &mut state.colliders,
+            &mut state.impulse_joints,
+            &mut state.multibody_joints,
+            &mut state.soft_bodies,
+            true,
+        );
+    }
+
+    /// Advances by one time step.
+    pub(crate) fn step(&mut self) {
+        let state = &mut self.state;
+        self.pipeline.step(
+            self.gravity,
+            &self.parameters,
+            &mut state.islands,
+            &mut state.broad_phase,
+            &mut state.narrow_phase,
+            &mut state.bodies,
+            &mut state.colliders,
+            &mut state.impulse_joints,
+            &mut state.multibody_joints,
+            &mut state.soft_bodies,
+            &mut state.ccd_solver,
+            &(),
+            &(),
+        );
+    }
+
+    /// Whether no body is awake, so that further steps change nothing.
+    pub(crate) fn is_asleep(&self) -> bool {
+        self.state.bodies.iter().all(|(_, body)| body.is_sleeping())
+    }
+
+    /// Where a body is.
+    pub(crate) fn pose(&self, handle: RigidBodyHandle) -> Option<Isometry3<f64>> {
+        self.state.bodies.get(handle).map(|body| isometry(body.position()))
+    }
+
+    /// An upper bound of the speed of a body's points, in m/s, where all are within `radius_m` of its centre of mass;
+    /// 0 when it sleeps.
+    pub(crate) fn surface_speed_m_s(&self, handle: RigidBodyHandle, radius_m: f64) -> f64 {
+        match self.state.bodies.get(handle) {
+            Some(body) if !body.is_sleeping() => {
+                let angular_rad_s = f64::from(body.angvel().length());
+                metres(body.linvel().length()) + angular_rad_s * radius_m
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// The deepest that two touching bodies, or a body and the container, reach into each other, in metres.
+    pub(crate) fn deepest_overlap_m(&self) -> f64 {
+        let colliders = &self.state.colliders;
+        let overlap_m = |pair: &ContactPair| {
+            let (first, second) = (colliders.get(pair.collider1)?, colliders.get(pair.collider2)?);
+            let (pose1, pose2) = (first.position(), second.position());
+            let truth = metres(sat(first, second) as f32);
+            let engine = metres(contact(pose1, first.shape(), pose2, second.shape(), 0.0).ok()??.dist);
+            if truth > 0.003 && std::env::var("DBG").is_ok() { 
+                let ext = |c: &rapier3d::geometry::Collider| { let e = c.shape().compute_local_aabb().extents(); (c.parent().map(|h| h.into_raw_parts().0), [metres(e.x)*1e3, metres(e.y)*1e3,metres(e.z)*1e3].map(|x| x as i32), c.shape().as_convex_polyhedron().map(|p| p.points().len()))};
+                eprintln!("truth {:.2} contact {:.2} {:?} {:?}", truth*1e3, engine*1e3, ext(first), ext(second)); }
+            Some(truth)
+        };
+        self.state.narrow_phase.contact_pairs().filter_map(overlap_m).fold(0.0, f64::max)
+    }
+
+    /// Whether the engine disabled a body because its state was no longer finite.
+    pub(crate) fn gave_up(&self, handle: RigidBodyHandle) -> bool {
+        self.state.bodies.get(handle).is_some_and(|body| !body.is_enabled())
+    }
+}
+
+fn combine(rule: Combine) -> CoefficientCombineRule {
+    match rule {
+        Combine::Average => CoefficientCombineRule::Average,
+        Combine::Multiply => CoefficientCombineRule::Multiply,
+        Combine::Min => CoefficientCombineRule::Min,
+        Combine::Max => CoefficientCombineRule::Max,
+    }
+}
+
+fn parameters(solver: &SolverSettings) -> IntegrationParameters {
+    let env = |name: &str, default: f64| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default);
+    let substep_hz = solver.substeps as f64 / solver.timestep_s;
+    let softness = |defaults: SpringCoefficients<f32>, frequency_hz: f64| SpringCoefficients {
+        natural_frequency: frequency_hz as f32,
+        ..defaults
+    };
+    IntegrationParameters {
+        dt: solver.timestep_s as f32,
+        num_solver_iterations: solver.substeps,
+        num_internal_pgs_iterations: solver.sweeps,
+        num_internal_stabilization_iterations: solver.sweeps,
+        contact_softness: softness(
+            SpringCoefficients::contact_defaults(),
+            substep_hz * env("IS", 0.125),
+        ),
+        static_contact_softness: softness(
+            SpringCoefficients::contact_static_defaults(),
+            substep_hz * env("WS", 0.25),
+        ),
+        length_unit: engine_length(solver.length_scale_m),
+        normalized_max_corrective_velocity: env("CORR", 3.0) as f32, contact_clustering: env("CLUSTER", 1.0) > 0.0,  normalized_prediction_distance: env("PRED", 0.04) as f32,
+        normalized_contact_recycle_distance: env("RECYCLE", 0.01) as f32,
+        // Nothing passes the walls' middle within a step.
+        max_ccd_substeps: 0,
+        ..IntegrationParameters::default()
+    }
+}
+
+fn sat(a: &rapier3d::geometry::Collider, b: &rapier3d::geometry::Collider) -> f64 {
+    use nalgebra::Vector3;
+    let get = |c: &rapier3d::geometry::Collider| -> (Vec<Vector3<f64>>, Vec<Vector3<f64>>, Vec<Vector3<f64>>) {
+        let pose = c.position();
+        let v = |p: Vector| { let p = pose.transform_point(p); Vector3::new(p.x as f64, p.y as f64, p.z as f64) };
+        let (pts, idx) = if let Some(p) = c.shape().as_convex_polyhedron() { p.to_trimesh() } else { c.shape().as_cuboid().unwrap().to_trimesh() };
+        let pts: Vec<_> = pts.into_iter().map(v).collect();
+        let (mut n, mut e) = (vec![], vec![]);
+        for t in idx { let [a, b, c] = t.map(|i| pts[i as usize]); if let Some(k) = (b - a).cross(&(c - a)).try_normalize(1e-12) { n.push(k); } for (p, q) in [(a, b), (b, c), (c, a)] { if let Some(d) = (q - p).try_normalize(1e-12) { e.push(d); } } }
+        (pts, n, e)
+    };
+    let (pa, na, ea) = get(a);
+    let (pb, nb, eb) = get(b);
+    let mut best = f64::INFINITY;
+    let mut test = |axis: Vector3<f64>| {
+        let range = |p: &[Vector3<f64>]| p.iter().map(|p| p.dot(&axis)).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        let ((la, ha), (lb, hb)) = (range(&pa), range(&pb));
+        let d = (ha - lb).min(hb - la);
+        if d < best { best = d; }
+        d > 0.0
+    };
+    for n in na.iter().chain(&nb) { if !test(*n) { return best; } }
+    for x in &ea { for y in &eb { if let Some(n) = x.cross(y).try_normalize(1e-6) { if !test(n) { return best; } } } }
+    best
+}

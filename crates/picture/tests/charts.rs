@@ -1,0 +1,190 @@
+//! Charts: their SVG is well formed and holds all texts, and odd data gives a chart without it.
+#![allow(clippy::unwrap_used, reason = "a panic is a failing test")]
+
+use ppnpack_picture::{Bar, Bars, Curve, Interval, Lines, PlotPoint, PointSeries, Scatter, Size};
+
+fn size() -> Size {
+    Size::new(640, 400).unwrap()
+}
+
+fn point(label: &str, x: f64, y: f64) -> PlotPoint {
+    let y_interval = Some(Interval {
+        low: y - 1.0,
+        high: y + 1.0,
+    });
+    PlotPoint {
+        label: label.to_owned(),
+        x,
+        y,
+        x_interval: None,
+        y_interval,
+    }
+}
+
+fn scatter() -> Scatter {
+    Scatter {
+        title: "Compactness & time".to_owned(),
+        x_label: "decision time (ms)".to_owned(),
+        y_label: "compactness (%)".to_owned(),
+        logarithmic_x: true,
+        series: vec![
+            PointSeries {
+                name: "this run".to_owned(),
+                reference: false,
+                points: vec![point("SDFM", 1.5, 56.8), point("random <1>", 0.02, 39.9)],
+            },
+            PointSeries {
+                name: "published".to_owned(),
+                reference: true,
+                points: vec![point("PPN-Pack", 430.0, 55.9)],
+            },
+        ],
+    }
+}
+
+fn bars() -> Bars {
+    let bar = |label: &str, value| Bar {
+        label: label.to_owned(),
+        value,
+        ..Bar::default()
+    };
+    Bars {
+        title: "Packed items".to_owned(),
+        value_label: "items".to_owned(),
+        decimals: 1,
+        bars: vec![
+            bar("SDFM", 40.77),
+            bar("lost", f64::NAN),
+            bar("negative", -3.0),
+        ],
+    }
+}
+
+fn lines() -> Lines {
+    let odd = vec![
+        [0.0, 0.0],
+        [1.0, 10.0],
+        [2.0, f64::NAN],
+        [f64::INFINITY, 4.0],
+        [3.0, 30.0],
+    ];
+    Lines {
+        title: "Utilisation".to_owned(),
+        x_label: "step".to_owned(),
+        y_label: "%".to_owned(),
+        curves: vec![
+            Curve {
+                name: "DBL".to_owned(),
+                points: odd,
+            },
+            Curve::default(),
+        ],
+    }
+}
+
+/// Every element is closed in order, and no attribute holds something that is not a number where one belongs.
+fn assert_well_formed(svg: &str) {
+    let mut open = Vec::new();
+    for tag in svg.split('<').skip(1) {
+        let (inside, text) = tag.split_once('>').unwrap();
+        assert!(!text.contains('>'), "{tag}");
+        if let Some(name) = inside.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name));
+        } else if !inside.ends_with('/') {
+            open.push(inside.split(' ').next().unwrap());
+        }
+        assert_eq!(inside.matches('"').count() % 2, 0, "{inside}");
+        assert!(
+            !inside.contains("NaN") && !inside.contains("inf"),
+            "{inside}"
+        );
+    }
+    assert!(open.is_empty(), "{open:?}");
+}
+
+#[test]
+fn svg_is_well_formed_and_holds_all_texts() {
+    let svg = scatter().to_svg(size());
+    assert_well_formed(&svg);
+    for text in [
+        "Compactness &amp; time",
+        "decision time (ms)",
+        "compactness (%)",
+        ">this run<",
+        ">published<",
+        ">SDFM<",
+        ">PPN-Pack<",
+        "random &lt;1&gt;",
+        ">0.1<",
+        ">100<",
+    ] {
+        assert!(svg.contains(text), "{text} is not in {svg}");
+    }
+    assert_eq!(svg, scatter().to_svg(size()));
+}
+
+#[test]
+fn odd_values_are_left_out() {
+    let svg = lines().to_svg(size());
+    assert_well_formed(&svg);
+    // One line before the gap, one point after it, besides grid, axis and legend.
+    assert_eq!(svg.matches("stroke-width=\"2.25\"").count(), 1);
+    assert_eq!(svg.matches("stroke-width=\"4\"").count(), 1);
+    let svg = bars().to_svg(size());
+    assert_well_formed(&svg);
+    assert!(svg.contains(">40.8<") && svg.contains(">lost<"));
+
+    let mut scatter = scatter();
+    for (x, y) in [
+        (0.0, 1.0),
+        (-1.0, 1.0),
+        (f64::NAN, 1.0),
+        (1.0, f64::INFINITY),
+        (1e300, 1.0),
+    ] {
+        scatter
+            .series
+            .first_mut()
+            .unwrap()
+            .points
+            .push(point("odd", x, y));
+    }
+    let svg = scatter.to_svg(size());
+    assert_well_formed(&svg);
+    assert!(!svg.contains(">odd<"));
+}
+
+#[test]
+fn charts_without_data_or_room_are_still_charts() {
+    for size in [
+        size(),
+        Size::new(1, 1).unwrap(),
+        Size::new(40, 900).unwrap(),
+    ] {
+        for svg in [
+            Scatter::default().to_svg(size),
+            Lines::default().to_svg(size),
+            Bars::default().to_svg(size),
+            scatter().to_svg(size),
+            lines().to_svg(size),
+            bars().to_svg(size),
+        ] {
+            assert_well_formed(&svg);
+        }
+        assert!(Scatter::default().to_image(size).is_ok());
+        assert!(lines().to_image(size).is_ok());
+        assert!(bars().to_image(size).is_ok());
+    }
+}
+
+#[test]
+fn pictures_of_charts_are_twice_as_large_and_not_empty() {
+    let image = scatter().to_image(size()).unwrap();
+    assert_eq!(image.size(), Size::new(1280, 800).unwrap());
+    assert!(image.rgba().iter().filter(|value| **value < 128).count() > 2_000);
+    assert!(
+        scatter()
+            .to_image(Size::new(4_096, 4_096).unwrap())
+            .is_err()
+    );
+}

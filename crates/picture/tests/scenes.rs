@@ -1,0 +1,299 @@
+//! Scenes, sheets and heightmaps: what is in front hides what is behind, equal input gives equal bytes, and odd input
+//! gives a picture or an error.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a panic is a failing test"
+)]
+
+use nalgebra::{Isometry3, Point3};
+use ppnpack_picture::{
+    Camera, Colour, HeightField, Image, Item, PictureError, Scene3d, Size, Tile, TriangleMesh,
+    contact_sheet, heightmap, render,
+};
+
+const RED: Colour = Colour {
+    red: 220,
+    green: 40,
+    blue: 40,
+};
+const BLUE: Colour = Colour {
+    red: 40,
+    green: 40,
+    blue: 220,
+};
+const CONTAINER_M: [f64; 3] = [0.32, 0.32, 0.30];
+
+/// The corners of a cube with an edge of 10 cm on the ground.
+fn cube() -> Vec<Point3<f64>> {
+    (0..8u8)
+        .map(|corner| {
+            let edge = |bit: u8| f64::from(corner >> bit & 1) * 0.1;
+            Point3::new(edge(0), edge(1), edge(2))
+        })
+        .collect()
+}
+
+const CUBE_FACES: [[u32; 3]; 12] = [
+    [0, 2, 1],
+    [1, 2, 3],
+    [4, 5, 6],
+    [5, 7, 6],
+    [0, 1, 4],
+    [1, 5, 4],
+    [2, 6, 3],
+    [3, 6, 7],
+    [0, 4, 2],
+    [2, 4, 6],
+    [1, 3, 5],
+    [3, 7, 5],
+];
+
+fn item(vertices: &[Point3<f64>], at_m: [f64; 3], colour: Colour) -> Item<'_> {
+    Item {
+        mesh: TriangleMesh {
+            vertices,
+            triangles: &CUBE_FACES,
+        },
+        world_from_item: Isometry3::translation(at_m[0], at_m[1], at_m[2]),
+        colour,
+    }
+}
+
+fn small() -> Size {
+    Size::new(160, 120).unwrap()
+}
+
+fn draw(scene: &Scene3d<'_>) -> Image {
+    render(scene, &Camera::looking_into(CONTAINER_M), small()).unwrap()
+}
+
+/// How many pixels are clearly more red than blue, and the reverse.
+fn red_and_blue(image: &Image) -> (usize, usize) {
+    let exceeds = |more: usize, less: usize| {
+        let pixels = image.rgba().chunks_exact(4);
+        pixels
+            .filter(|pixel| i32::from(pixel[more]) > i32::from(pixel[less]) + 60)
+            .count()
+    };
+    (exceeds(0, 2), exceeds(2, 0))
+}
+
+#[test]
+fn the_nearer_item_hides_the_other() {
+    let vertices = cube();
+    // The usual view is from the side of low x and y, and from above.
+    let near = item(&vertices, [0.1, 0.1, 0.1], RED);
+    let far = item(&vertices, [0.13, 0.15, 0.05], BLUE);
+    for items in [vec![near, far], vec![far, near]] {
+        let (red, blue) = red_and_blue(&draw(&Scene3d {
+            items,
+            container_m: None,
+        }));
+        assert!(red > 10 * blue.max(1), "{red} red, {blue} blue");
+    }
+    let (_, alone) = red_and_blue(&draw(&Scene3d {
+        items: vec![far],
+        container_m: None,
+    }));
+    assert!(alone > 300, "{alone} blue");
+}
+
+#[test]
+fn equal_scenes_give_equal_bytes() {
+    let vertices = cube();
+    let scene = Scene3d {
+        items: vec![
+            item(&vertices, [0.1, 0.1, 0.0], RED),
+            item(&vertices, [0.0; 3], BLUE),
+        ],
+        container_m: Some(CONTAINER_M),
+    };
+    assert_eq!(
+        draw(&scene).to_png().unwrap(),
+        draw(&scene).to_png().unwrap()
+    );
+}
+
+#[test]
+fn items_shade_the_floor_and_have_lit_and_dark_sides() {
+    let vertices = cube();
+    let empty = draw(&Scene3d {
+        items: vec![],
+        container_m: Some(CONTAINER_M),
+    });
+    let grey = Colour {
+        red: 160,
+        green: 160,
+        blue: 160,
+    };
+    let items = vec![item(&vertices, [0.1, 0.1, 0.0], grey)];
+    let filled = draw(&Scene3d {
+        items,
+        container_m: Some(CONTAINER_M),
+    });
+    let sum = |image: &Image| {
+        image
+            .rgba()
+            .iter()
+            .map(|value| u64::from(*value))
+            .sum::<u64>()
+    };
+    assert!(sum(&filled) < sum(&empty));
+    let shades: std::collections::BTreeSet<u8> = filled
+        .rgba()
+        .chunks_exact(4)
+        .map(|pixel| pixel[1])
+        .collect();
+    assert!(shades.len() > 60, "{} shades", shades.len());
+}
+
+#[test]
+fn odd_meshes_are_drawn_without_their_odd_parts() {
+    let mut vertices = cube();
+    vertices.push(Point3::new(f64::NAN, 0.0, 0.0));
+    vertices.push(Point3::new(f64::INFINITY, 1e300, 0.0));
+    let mut triangles = CUBE_FACES.to_vec();
+    triangles.extend([[0, 1, 8], [9, 1, 0], [0, 0, 1], [0, 1, 4_000_000]]);
+    let odd = Item {
+        mesh: TriangleMesh {
+            vertices: &vertices,
+            triangles: &triangles,
+        },
+        world_from_item: Isometry3::translation(0.1, 0.1, 0.1),
+        colour: RED,
+    };
+    let lost = Item {
+        world_from_item: Isometry3::translation(f64::NAN, 0.0, 0.0),
+        ..odd
+    };
+    let plain = cube();
+    let expected = draw(&Scene3d {
+        items: vec![item(&plain, [0.1; 3], RED)],
+        container_m: Some(CONTAINER_M),
+    });
+    let found = draw(&Scene3d {
+        items: vec![lost, odd],
+        container_m: Some(CONTAINER_M),
+    });
+    assert_eq!(expected, found);
+}
+
+#[test]
+fn odd_scenes_and_cameras_give_a_picture() {
+    let vertices = cube();
+    let cube = item(&vertices, [0.0; 3], RED);
+    let nowhere = Camera {
+        eye: Point3::origin(),
+        target: Point3::origin(),
+        field_of_view_rad: f64::NAN,
+    };
+    let inside = Camera {
+        eye: Point3::new(0.05, 0.05, 0.05),
+        ..nowhere
+    };
+    for container_m in [
+        None,
+        Some(CONTAINER_M),
+        Some([f64::NAN, -1.0, 0.0]),
+        Some([1e300; 3]),
+    ] {
+        for items in [vec![], vec![cube]] {
+            let scene = Scene3d { items, container_m };
+            for camera in [Camera::overlooking(&scene), nowhere, inside] {
+                render(&scene, &camera, Size::new(17, 40).unwrap()).unwrap();
+            }
+        }
+    }
+}
+
+#[test]
+fn oversized_scenes_are_refused() {
+    let vertices = cube();
+    let triangles = vec![[0, 1, 2]; (1 << 22) + 1];
+    let mesh = TriangleMesh {
+        vertices: &vertices,
+        triangles: &triangles,
+    };
+    let item = Item {
+        mesh,
+        world_from_item: Isometry3::identity(),
+        colour: RED,
+    };
+    let scene = Scene3d {
+        items: vec![item],
+        container_m: None,
+    };
+    let result = render(&scene, &Camera::looking_into(CONTAINER_M), small());
+    assert!(matches!(result, Err(PictureError::SceneTooLarge { .. })));
+}
+
+#[test]
+fn sheets_hold_every_tile() {
+    let vertices = cube();
+    let mesh = TriangleMesh {
+        vertices: &vertices,
+        triangles: &CUBE_FACES,
+    };
+    let tile = |colour| Tile {
+        mesh,
+        colour,
+        name: "cube",
+        detail: "10 × 10 × 10 cm",
+    };
+    let sheet = contact_sheet("Cubes", &[tile(RED), tile(BLUE), tile(RED)], 80).unwrap();
+    let (red, blue) = red_and_blue(&sheet);
+    assert!(blue > 500 && red > 3 * blue / 2, "{red} red, {blue} blue");
+    assert!(contact_sheet("", &[], 80).is_ok());
+    assert!(contact_sheet("", &[], 0).is_err());
+    assert!(contact_sheet("", &[], u32::MAX).is_err());
+}
+
+#[test]
+fn heightmaps_have_x_to_the_right_and_y_up() {
+    // Cell (2, 1) of 3 x 2 is the top right one.
+    let heights_m = [0.0, 0.0, 0.0, 0.0, 0.0, 0.2];
+    let field = HeightField {
+        nx: 3,
+        ny: 2,
+        cell_m: 0.01,
+        heights_m: &heights_m,
+        scale_top_m: None,
+    };
+    let image = heightmap("Heights", &field).unwrap();
+    let yellow = |x: u32, y: u32| image.colour(x, y) == Some(Colour::of_share(1.0));
+    let (width, height) = (720, 480);
+    let (left, top) = (84, 64);
+    assert!(yellow(left + width - 5, top + 5));
+    assert!(!yellow(left + width - 5, top + height - 5) && !yellow(left + 5, top + 5));
+    assert_eq!(image, heightmap("Heights", &field).unwrap());
+}
+
+#[test]
+fn odd_height_fields_give_a_picture_or_an_error() {
+    let field = HeightField {
+        nx: 1,
+        ny: 2,
+        cell_m: 0.01,
+        heights_m: &[],
+        scale_top_m: None,
+    };
+    assert!(matches!(
+        heightmap("", &field),
+        Err(PictureError::HeightCount { .. })
+    ));
+    assert!(heightmap("", &HeightField { nx: 0, ..field }).is_err());
+    for heights_m in [[f64::NAN, f64::INFINITY], [1e308, -1e308], [0.0, 0.0]] {
+        for cell_m in [0.0, f64::NAN, 1e300, -1.0, 1e-300] {
+            for scale_top_m in [None, Some(f64::NAN), Some(0.0), Some(1e308)] {
+                let odd = HeightField {
+                    cell_m,
+                    heights_m: &heights_m,
+                    scale_top_m,
+                    ..field
+                };
+                assert!(heightmap("Odd", &odd).is_ok());
+            }
+        }
+    }
+}
