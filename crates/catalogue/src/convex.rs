@@ -3,15 +3,16 @@
 mod merge;
 mod vessel;
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
+use parry3d::math::Vector;
 use parry3d::transformation::vhacd::{VHACD, VHACDParameters};
 use parry3d::transformation::voxelization::FillMode;
 
 use self::merge::{MergeLimits, merged};
 use self::vessel::vessel;
 use crate::guard::guarded;
-use crate::hull::{Normalised, hull, simplified};
-use crate::mesh::Mesh;
+use crate::hull::{hull, simplified};
+use crate::mesh::{Bounds, Mesh};
 use crate::object::ConvexPiece;
 
 /// The most pieces of an object.
@@ -89,6 +90,33 @@ fn piece(hull_mesh: Mesh) -> ConvexPiece {
     }
 }
 
+/// Points brought to a size near one around the origin, where parry's tolerances are meant.
+struct Normalised {
+    centre: Point3<f64>,
+    size_m: f64,
+}
+
+impl Normalised {
+    /// The scaling that suits points within `bounds`; `None` where these have no extent.
+    fn new(bounds: &Bounds) -> Option<Self> {
+        let size_m = bounds.extents_m().max();
+        let centre = nalgebra::center(&bounds.lowest, &bounds.highest);
+        (size_m.is_finite() && size_m > 0.0).then_some(Self { centre, size_m })
+    }
+
+    /// A point as parry takes it.
+    fn scaled(&self, point: &Point3<f64>) -> Vector {
+        let scaled = (point - self.centre) / self.size_m;
+        Vector::new(scaled.x as f32, scaled.y as f32, scaled.z as f32)
+    }
+
+    /// A point as parry gives it.
+    fn point(&self, point: &Vector) -> Point3<f64> {
+        let scaled = Vector3::new(point.x, point.y, point.z).map(f64::from);
+        self.centre + scaled * self.size_m
+    }
+}
+
 /// The hulls of the surface within each part that V-HACD cuts a mesh into; none where it fails.
 fn decomposed(mesh: &Mesh) -> Vec<Mesh> {
     let Some(scale) = mesh.bounds().as_ref().and_then(Normalised::new) else {
@@ -125,10 +153,7 @@ fn decomposed(mesh: &Mesh) -> Vec<Mesh> {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector3;
-
     use super::*;
-    use crate::mesh::Bounds;
     use crate::shapes::{ball, cuboid, joined, tube};
 
     fn volume_m3(pieces: &[ConvexPiece]) -> f64 {

@@ -5,6 +5,7 @@ use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Rotation3, SymmetricEigen, UnitQuaternion};
+use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_catalogue::object::{ConvexPiece, MassProperties, Model};
 use rapier3d::geometry::SharedShape;
 use rapier3d::math::Vector;
@@ -12,7 +13,7 @@ use rapier3d::parry::mass_properties::MassProperties as EngineMass;
 use rapier3d::parry::shape::ConvexPolyhedron;
 use rapier3d::parry::transformation::try_convex_hull;
 
-use crate::convert::{engine_inertia, engine_rotation, engine_vector, metres};
+use crate::convert::{engine_inertia, engine_rotation, engine_vector, point_m};
 use crate::error::PhysicsError;
 
 /// Coordinates of a model beyond this are taken for a mistake in its unit, in metres.
@@ -32,7 +33,10 @@ pub(crate) struct BodyTemplate {
 
 impl BodyTemplate {
     fn new(model: &Arc<Model>) -> Result<Self, PhysicsError> {
-        let refused = |reason: String| PhysicsError::Model { model: model.name.clone(), reason };
+        let refused = |reason: String| PhysicsError::Model {
+            model: model.name.clone(),
+            reason,
+        };
         if model.pieces.is_empty() {
             return Err(refused("it has no convex piece".to_owned()));
         }
@@ -47,9 +51,15 @@ impl BodyTemplate {
         let mass = engine_mass(&model.mass).map_err(|reason| refused(reason.to_owned()))?;
         let vertices = model.pieces.iter().flat_map(|piece| &piece.vertices);
         let centre_of_mass_m = model.mass.centre_of_mass_m;
-        let radius_m =
-            vertices.map(|vertex| (vertex - centre_of_mass_m).norm()).fold(0.0, f64::max);
-        Ok(Self { model: Arc::clone(model), pieces, mass, radius_m })
+        let radius_m = vertices
+            .map(|vertex| (vertex - centre_of_mass_m).norm())
+            .fold(0.0, f64::max);
+        Ok(Self {
+            model: Arc::clone(model),
+            pieces,
+            mass,
+            radius_m,
+        })
     }
 }
 
@@ -58,30 +68,33 @@ impl BodyTemplate {
 /// The engine's own constructor panics on points without volume; this one says what is wrong.
 fn hull(piece: &ConvexPiece) -> Result<SharedShape, String> {
     let is_sane = |value: &f64| value.abs() <= MAX_COORDINATE_M;
-    if !piece.vertices.iter().all(|vertex| vertex.iter().all(is_sane)) {
-        return Err(format!("a vertex is further than {MAX_COORDINATE_M} m away or not finite"));
+    if !piece
+        .vertices
+        .iter()
+        .all(|vertex| vertex.iter().all(is_sane))
+    {
+        return Err(format!(
+            "a vertex is further than {MAX_COORDINATE_M} m away or not finite"
+        ));
     }
-    let points: Vec<Vector> =
-        piece.vertices.iter().map(|vertex| engine_vector(&vertex.coords)).collect();
+    let points: Vec<Vector> = piece
+        .vertices
+        .iter()
+        .map(|vertex| engine_vector(&vertex.coords))
+        .collect();
     if points.len() < 4 {
         return Err(format!("{} vertices enclose no volume", points.len()));
     }
     let (vertices, triangles) = try_convex_hull(&points).map_err(|error| error.to_string())?;
-    let corners = |[a, b, c]: &[u32; 3]| {
-        let vertex = |index: &u32| vertices.get(*index as usize).copied();
-        Some((vertex(a)?, vertex(b)?, vertex(c)?))
-    };
-    let inner = points.iter().sum::<Vector>() / points.len() as f32;
-    let volume: f32 = triangles
-        .iter()
-        .filter_map(corners)
-        .map(|(a, b, c)| (a - inner).dot((b - inner).cross(c - inner)) / 6.0)
-        .sum();
     // The engine takes a flat hull, but finds no depth by which to push it out of what it lies in.
-    if metres(metres(metres(volume.abs())as f32)as f32) < MIN_PIECE_VOLUME_M3 {
+    let hull = Mesh {
+        vertices: vertices.iter().copied().map(point_m).collect(),
+        triangles,
+    };
+    if hull.signed_volume_m3().abs() < MIN_PIECE_VOLUME_M3 {
         return Err("its vertices enclose no volume".to_owned());
     }
-    ConvexPolyhedron::from_convex_mesh(vertices, &triangles)
+    ConvexPolyhedron::from_convex_mesh(vertices, &hull.triangles)
         .map(SharedShape::new)
         .ok_or_else(|| "its hull is degenerate".to_owned())
 }
@@ -92,7 +105,11 @@ fn engine_mass(mass: &MassProperties) -> Result<EngineMass, &'static str> {
     if !(mass.mass_kg.is_finite() && mass.mass_kg > 0.0) {
         return Err("its mass is not a positive number");
     }
-    if !mass.centre_of_mass_m.iter().all(|value| value.abs() <= MAX_COORDINATE_M) {
+    if !mass
+        .centre_of_mass_m
+        .iter()
+        .all(|value| value.abs() <= MAX_COORDINATE_M)
+    {
         return Err("its centre of mass is far away or not finite");
     }
     let inertia = mass.inertia_kg_m2;
@@ -117,7 +134,11 @@ fn engine_mass(mass: &MassProperties) -> Result<EngineMass, &'static str> {
         engine_rotation(&axes),
     );
     let is_usable = engine.inv_mass.is_finite() && engine.inv_principal_inertia.is_finite();
-    if is_usable { Ok(engine) } else { Err("its mass or inertia is too small") }
+    if is_usable {
+        Ok(engine)
+    } else {
+        Err("its mass or inertia is too small")
+    }
 }
 
 /// Templates by model, so that hulls are built once per model and not per body.
@@ -131,9 +152,9 @@ impl Templates {
     pub(crate) fn of(&mut self, model: &Arc<Model>) -> Result<Arc<BodyTemplate>, PhysicsError> {
         match self.0.entry(Arc::as_ptr(model).addr()) {
             Entry::Occupied(known) => Ok(Arc::clone(known.get())),
-            Entry::Vacant(vacant) => {
-                Ok(Arc::clone(vacant.insert(Arc::new(BodyTemplate::new(model)?))))
-            }
+            Entry::Vacant(vacant) => Ok(Arc::clone(
+                vacant.insert(Arc::new(BodyTemplate::new(model)?)),
+            )),
         }
     }
 }

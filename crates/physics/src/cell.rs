@@ -122,12 +122,21 @@ impl SimulatedCell {
 
         let id = BodyId(self.next_id);
         self.next_id += 1;
-        let handle = self.world.insert(&template, &self.release_pose(id, &planned));
-        self.bodies.push(Body { id, template, handle });
+        let handle = self
+            .world
+            .insert(&template, &self.release_pose(id, &planned));
+        self.bodies.push(Body {
+            id,
+            template,
+            handle,
+        });
         let phase = self.settle_phase();
 
         let centre_of_mass_m = planned * model.mass.centre_of_mass_m;
-        let planned = Whereabouts { container_from_item: planned, centre_of_mass_m };
+        let planned = Whereabouts {
+            container_from_item: planned,
+            centre_of_mass_m,
+        };
         Ok(self.report(id, planned, &before, &phase))
     }
 
@@ -201,12 +210,14 @@ impl SimulatedCell {
     pub fn is_still(&self) -> bool {
         let limit_m_s = self.settings.solver.sleep_speed_m_s;
         self.bodies.iter().all(|body| {
-            self.world.surface_speed_m_s(body.handle, body.template.radius_m) <= limit_m_s
+            self.world
+                .surface_speed_m_s(body.handle, body.template.radius_m)
+                <= limit_m_s
         })
     }
 
     /// The deepest that two touching bodies, or a body and the container, reach into each other, in metres: how far
-    /// the simulation is from rigid contact. It is computed from the hulls at each call.
+    /// the simulation is from rigid contact. Slow and exact, from the hulls: a check, not for every step.
     pub fn deepest_overlap_m(&self) -> f64 {
         self.world.deepest_overlap_m()
     }
@@ -243,7 +254,9 @@ impl SimulatedCell {
     pub fn render(&self, camera: &DepthCamera) -> Result<DepthImage, PhysicsError> {
         let container = self.container_mesh();
         let contents = self.contents();
-        let bodies = contents.iter().map(|body| (&body.model.mesh, body.container_from_item));
+        let bodies = contents
+            .iter()
+            .map(|body| (&body.model.mesh, body.container_from_item));
         camera.render(std::iter::once((&container, Isometry3::identity())).chain(bodies))
     }
 
@@ -252,10 +265,18 @@ impl SimulatedCell {
         model: &Model,
         container_from_item: &Isometry3<f64>,
     ) -> Result<Isometry3<f64>, PhysicsError> {
-        let refused = |reason| PhysicsError::Pose { model: model.name.clone(), reason };
+        let refused = |reason| PhysicsError::Pose {
+            model: model.name.clone(),
+            reason,
+        };
         let rotation = container_from_item.rotation.into_inner();
         let translation = container_from_item.translation.vector;
-        if !rotation.coords.iter().chain(translation.iter()).all(|value| value.is_finite()) {
+        if !rotation
+            .coords
+            .iter()
+            .chain(translation.iter())
+            .all(|value| value.is_finite())
+        {
             return Err(refused("not finite"));
         }
         if (rotation.norm() - 1.0).abs() > 1e-3 {
@@ -264,11 +285,18 @@ impl SimulatedCell {
         let size = self.settings.container;
         let farthest = Vector3::new(size.x_m, size.y_m, size.z_m).add_scalar(MAX_DISTANCE_M);
         let is_near = |value: f64, limit: f64| (-MAX_DISTANCE_M..=limit).contains(&value);
-        if !translation.iter().zip(farthest.iter()).all(|(value, limit)| is_near(*value, *limit)) {
+        if !translation
+            .iter()
+            .zip(farthest.iter())
+            .all(|(value, limit)| is_near(*value, *limit))
+        {
             return Err(refused("more than 10 m away from the container"));
         }
         let rotation = UnitQuaternion::new_normalize(rotation);
-        Ok(Isometry3::from_parts(Translation3::from(translation), rotation))
+        Ok(Isometry3::from_parts(
+            Translation3::from(translation),
+            rotation,
+        ))
     }
 
     /// The planned pose, raised by the release height and displaced by the jitter.
@@ -293,7 +321,10 @@ impl SimulatedCell {
     }
 
     fn settle_phase(&mut self) -> Phase {
-        let mut phase = Phase { steps: 0, lost: Vec::new() };
+        let mut phase = Phase {
+            steps: 0,
+            lost: Vec::new(),
+        };
         for _ in 0..self.settings.settle_steps() {
             if self.world.is_asleep() {
                 break;
@@ -313,7 +344,9 @@ impl SimulatedCell {
         let left = |point: &Point3<f64>| {
             let is_beyond =
                 |value: f64, side_m: f64| !(-beyond_m..=side_m + beyond_m).contains(&value);
-            point.z < below_m || is_beyond(point.x, container.x_m) || is_beyond(point.y, container.y_m)
+            point.z < below_m
+                || is_beyond(point.x, container.x_m)
+                || is_beyond(point.y, container.y_m)
         };
         let mut index = 0;
         while let Some(body) = self.bodies.get(index) {
@@ -333,11 +366,16 @@ impl SimulatedCell {
     fn whereabouts_of(&self, body: &Body) -> Option<Whereabouts> {
         let container_from_item = self.world.pose(body.handle)?;
         let centre_of_mass_m = container_from_item * body.template.model.mass.centre_of_mass_m;
-        Some(Whereabouts { container_from_item, centre_of_mass_m })
+        Some(Whereabouts {
+            container_from_item,
+            centre_of_mass_m,
+        })
     }
 
     fn whereabouts(&self) -> impl Iterator<Item = (BodyId, Whereabouts)> + '_ {
-        self.bodies.iter().filter_map(|body| Some((body.id, self.whereabouts_of(body)?)))
+        self.bodies
+            .iter()
+            .filter_map(|body| Some((body.id, self.whereabouts_of(body)?)))
     }
 
     fn report(
@@ -347,10 +385,16 @@ impl SimulatedCell {
         before: &[(BodyId, Whereabouts)],
         phase: &Phase,
     ) -> PlacedReport {
-        let after: Vec<(BodyId, Whereabouts)> =
-            self.whereabouts().chain(phase.lost.iter().copied()).collect();
-        let after_of =
-            |id: BodyId| after.iter().find(|(other, _)| *other == id).map(|(_, after)| after);
+        let after: Vec<(BodyId, Whereabouts)> = self
+            .whereabouts()
+            .chain(phase.lost.iter().copied())
+            .collect();
+        let after_of = |id: BodyId| {
+            after
+                .iter()
+                .find(|(other, _)| *other == id)
+                .map(|(_, after)| after)
+        };
         let most_disturbed = before
             .iter()
             .filter_map(|(other, before)| {
@@ -362,7 +406,11 @@ impl SimulatedCell {
                 let turned = before.container_from_item.rotation.inverse()
                     * after.container_from_item.rotation;
                 let (moved_m, turned_rad) = (moved.norm(), turned.angle());
-                Some(Disturbance { id: *other, moved_m, turned_rad })
+                Some(Disturbance {
+                    id: *other,
+                    moved_m,
+                    turned_rad,
+                })
             })
             .max_by(|a, b| a.moved_m.total_cmp(&b.moved_m));
 
@@ -381,7 +429,12 @@ impl SimulatedCell {
             inside: !lost && is_inside(self.settings.container, &end.centre_of_mass_m),
             lost,
             most_disturbed,
-            others_lost: phase.lost.iter().map(|(lost, _)| *lost).filter(|lost| *lost != id).collect(),
+            others_lost: phase
+                .lost
+                .iter()
+                .map(|(lost, _)| *lost)
+                .filter(|lost| *lost != id)
+                .collect(),
             still: self.is_still(),
             simulated_s: phase.steps as f64 * self.settings.solver.timestep_s,
         }

@@ -27,8 +27,18 @@ pub(crate) fn boxes(settings: &CellSettings) -> [[Point3<f64>; 2]; 5] {
 pub(crate) fn mesh(settings: &CellSettings) -> Mesh {
     /// Faces of a box by its corners, numbered by the bits x, y, z; counter-clockwise seen from outside.
     const TRIANGLES: [[u32; 3]; 12] = [
-        [0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6], [0, 1, 4], [1, 5, 4],
-        [2, 6, 3], [3, 6, 7], [0, 4, 2], [2, 4, 6], [1, 3, 5], [3, 7, 5],
+        [0, 2, 1],
+        [1, 2, 3],
+        [4, 5, 6],
+        [5, 7, 6],
+        [0, 1, 4],
+        [1, 5, 4],
+        [2, 6, 3],
+        [3, 6, 7],
+        [0, 4, 2],
+        [2, 4, 6],
+        [1, 3, 5],
+        [3, 7, 5],
     ];
     let mut mesh = Mesh::default();
     for [lowest, highest] in boxes(settings) {
@@ -43,7 +53,8 @@ pub(crate) fn mesh(settings: &CellSettings) -> Mesh {
                 side(2, lowest.z, highest.z),
             ));
         }
-        mesh.triangles.extend(TRIANGLES.map(|triangle| triangle.map(|corner| first + corner)));
+        mesh.triangles
+            .extend(TRIANGLES.map(|triangle| triangle.map(|corner| first + corner)));
     }
     mesh
 }

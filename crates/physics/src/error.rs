@@ -64,6 +64,10 @@ pub(crate) fn require(
     if value.is_finite() && holds(value) {
         Ok(())
     } else {
-        Err(PhysicsError::Setting { what, expected, value })
+        Err(PhysicsError::Setting {
+            what,
+            expected,
+            value,
+        })
     }
 }

@@ -16,6 +16,7 @@ mod convert;
 pub mod error;
 mod noise;
 pub mod outcome;
+mod overlap;
 pub mod packing_cell;
 pub mod settings;
 mod surface;

@@ -9,9 +9,7 @@ use ppnpack_packing::grid::ContainerSize;
 use serde::{Deserialize, Serialize};
 
 /// Names a body of one cell; bodies are numbered in the order in which they were placed.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct BodyId(pub(crate) u32);
 
 impl BodyId {
@@ -72,7 +70,8 @@ pub struct PlacedReport {
 impl PlacedReport {
     /// How far the most disturbed other body moved, in metres; 0 where none moved.
     pub fn disturbance_m(&self) -> f64 {
-        self.most_disturbed.map_or(0.0, |disturbance| disturbance.moved_m)
+        self.most_disturbed
+            .map_or(0.0, |disturbance| disturbance.moved_m)
     }
 }
 

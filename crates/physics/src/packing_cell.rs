@@ -54,7 +54,9 @@ impl SimulatedPackingCell {
         Ok(Self {
             cell: SimulatedCell::new(settings)?,
             grid: grid.clone(),
-            models: objects.map(|object| (object.item.shape(), object.model.clone())).collect(),
+            models: objects
+                .map(|object| (object.item.shape(), object.model.clone()))
+                .collect(),
             placed: Vec::new(),
         })
     }
@@ -67,10 +69,15 @@ impl SimulatedPackingCell {
     /// What lies in or on the container now, each with its place in the sequence of arrivals.
     pub fn contents(&self) -> Vec<(usize, BodyState)> {
         let arrival = |id: BodyId| {
-            self.placed.iter().find(|placed| placed.report.id == id).map(|placed| placed.arrival)
+            self.placed
+                .iter()
+                .find(|placed| placed.report.id == id)
+                .map(|placed| placed.arrival)
         };
         let bodies = self.cell.contents().into_iter();
-        bodies.filter_map(|body| Some((arrival(body.id)?, body))).collect()
+        bodies
+            .filter_map(|body| Some((arrival(body.id)?, body)))
+            .collect()
     }
 
     /// The simulated cell itself.
@@ -113,11 +120,16 @@ impl PackingCell for SimulatedPackingCell {
     fn place(&mut self, item: &Candidate, resting: &RestingPlacement) -> Result<(), StageError> {
         let (model, container_from_item) = self.planned(item, resting)?;
         let report = self.cell.place(&model, &container_from_item)?;
-        self.placed.push(Placed { arrival: item.arrival, report });
+        self.placed.push(Placed {
+            arrival: item.arrival,
+            report,
+        });
         Ok(())
     }
 
     fn is_inside(&self, arrival: usize) -> bool {
-        self.contents().iter().any(|(placed, body)| *placed == arrival && body.inside)
+        self.contents()
+            .iter()
+            .any(|(placed, body)| *placed == arrival && body.inside)
     }
 }

@@ -63,7 +63,10 @@ pub struct WallSettings {
 
 impl Default for WallSettings {
     fn default() -> Self {
-        Self { thickness_m: 0.02, floor_thickness_m: 0.05 }
+        Self {
+            thickness_m: 0.02,
+            floor_thickness_m: 0.05,
+        }
     }
 }
 
@@ -121,7 +124,11 @@ pub struct ReleaseSettings {
 
 impl Default for ReleaseSettings {
     fn default() -> Self {
-        Self { height_m: 0.12, jitter_m: 0.0, jitter_yaw_rad: 0.0 }
+        Self {
+            height_m: 0.12,
+            jitter_m: 0.0,
+            jitter_yaw_rad: 0.0,
+        }
     }
 }
 
@@ -138,7 +145,10 @@ pub struct OutcomeSettings {
 
 impl Default for OutcomeSettings {
     fn default() -> Self {
-        Self { topple_rad: 30.0_f64.to_radians(), lost_margin_m: 0.05 }
+        Self {
+            topple_rad: 30.0_f64.to_radians(),
+            lost_margin_m: 0.05,
+        }
     }
 }
 
@@ -191,31 +201,84 @@ impl CellSettings {
 
         let thickness = "at least 1 mm and at most 1 m";
         let is_thickness = |value: f64| (1e-3..=1.0).contains(&value);
-        require("the walls' thickness", self.walls.thickness_m, thickness, is_thickness)?;
-        require("the floor's thickness", self.walls.floor_thickness_m, thickness, is_thickness)?;
+        require(
+            "the walls' thickness",
+            self.walls.thickness_m,
+            thickness,
+            is_thickness,
+        )?;
+        require(
+            "the floor's thickness",
+            self.walls.floor_thickness_m,
+            thickness,
+            is_thickness,
+        )?;
 
         let is_friction = |value: f64| (0.0..=10.0).contains(&value);
-        require("items' friction", self.contact.item_friction, "between 0 and 10", is_friction)?;
-        require("walls' friction", self.contact.wall_friction, "between 0 and 10", is_friction)?;
+        require(
+            "items' friction",
+            self.contact.item_friction,
+            "between 0 and 10",
+            is_friction,
+        )?;
+        require(
+            "walls' friction",
+            self.contact.wall_friction,
+            "between 0 and 10",
+            is_friction,
+        )?;
         let is_fraction = |value: f64| (0.0..=1.0).contains(&value);
-        require("restitution", self.contact.restitution, "between 0 and 1", is_fraction)?;
+        require(
+            "restitution",
+            self.contact.restitution,
+            "between 0 and 1",
+            is_fraction,
+        )?;
 
         let is_release = |value: f64| (0.0..=2.0).contains(&value);
-        require("the release height", self.release.height_m, "between 0 and 2 m", is_release)?;
+        require(
+            "the release height",
+            self.release.height_m,
+            "between 0 and 2 m",
+            is_release,
+        )?;
         let is_jitter = |value: f64| (0.0..=0.1).contains(&value);
-        require("the release jitter", self.release.jitter_m, "between 0 and 0.1 m", is_jitter)?;
+        require(
+            "the release jitter",
+            self.release.jitter_m,
+            "between 0 and 0.1 m",
+            is_jitter,
+        )?;
         let is_angle = |value: f64| (0.0..=std::f64::consts::PI).contains(&value);
-        require("the yaw jitter", self.release.jitter_yaw_rad, "between 0 and pi", is_angle)?;
+        require(
+            "the yaw jitter",
+            self.release.jitter_yaw_rad,
+            "between 0 and pi",
+            is_angle,
+        )?;
 
-        require("the topple threshold", self.outcome.topple_rad, "between 0 and pi", is_angle)?;
+        require(
+            "the topple threshold",
+            self.outcome.topple_rad,
+            "between 0 and pi",
+            is_angle,
+        )?;
         let is_margin = |value: f64| (0.0..=10.0).contains(&value);
-        require("the lost margin", self.outcome.lost_margin_m, "between 0 and 10 m", is_margin)?;
+        require(
+            "the lost margin",
+            self.outcome.lost_margin_m,
+            "between 0 and 10 m",
+            is_margin,
+        )?;
 
         self.solver.validate()?;
         let steps = self.settle_time_s / self.solver.timestep_s;
-        require("the steps of a settling phase", steps, "between 1 and a million", |steps| {
-            (0.5..=MAX_SETTLE_STEPS).contains(&steps)
-        })
+        require(
+            "the steps of a settling phase",
+            steps,
+            "between 1 and a million",
+            |steps| (0.5..=MAX_SETTLE_STEPS).contains(&steps),
+        )
     }
 
     /// The most steps of a settling phase.
@@ -227,24 +290,49 @@ impl CellSettings {
 
 impl SolverSettings {
     fn validate(&self) -> Result<(), PhysicsError> {
-        require("the time step", self.timestep_s, "above 0 and at most 0.05 s", |value| {
-            value > 1e-6 && value <= 0.05
-        })?;
-        require("gravity", self.gravity_m_s2, "between 0 and 100 m/s^2", |value| {
-            (0.0..=100.0).contains(&value)
-        })?;
+        require(
+            "the time step",
+            self.timestep_s,
+            "above 0 and at most 0.05 s",
+            |value| value > 1e-6 && value <= 0.05,
+        )?;
+        require(
+            "gravity",
+            self.gravity_m_s2,
+            "between 0 and 100 m/s^2",
+            |value| (0.0..=100.0).contains(&value),
+        )?;
         let is_count = |value: f64| (1.0..=64.0).contains(&value);
-        require("the solver's substeps", self.substeps as f64, "between 1 and 64", is_count)?;
-        require("the solver's sweeps", self.sweeps as f64, "between 1 and 64", is_count)?;
-        require("the length scale", self.length_scale_m, "between 1 mm and 10 m", |value| {
-            (1e-3..=10.0).contains(&value)
-        })?;
-        require("the sleep speed", self.sleep_speed_m_s, "between 0 and 1 m/s", |value| {
-            (0.0..=1.0).contains(&value)
-        })?;
-        require("the sleep time", self.sleep_time_s, "above 0 and at most 60 s", |value| {
-            value > 0.0 && value <= 60.0
-        })
+        require(
+            "the solver's substeps",
+            self.substeps as f64,
+            "between 1 and 64",
+            is_count,
+        )?;
+        require(
+            "the solver's sweeps",
+            self.sweeps as f64,
+            "between 1 and 64",
+            is_count,
+        )?;
+        require(
+            "the length scale",
+            self.length_scale_m,
+            "between 1 mm and 10 m",
+            |value| (1e-3..=10.0).contains(&value),
+        )?;
+        require(
+            "the sleep speed",
+            self.sleep_speed_m_s,
+            "between 0 and 1 m/s",
+            |value| (0.0..=1.0).contains(&value),
+        )?;
+        require(
+            "the sleep time",
+            self.sleep_time_s,
+            "above 0 and at most 60 s",
+            |value| value > 0.0 && value <= 60.0,
+        )
     }
 }
 
@@ -281,7 +369,10 @@ mod tests {
         assert_eq!(settings.contact.item_friction, 0.5);
         assert_eq!(settings.seed, 7);
         let written = serde_json::to_string(&settings).unwrap();
-        assert_eq!(serde_json::from_str::<CellSettings>(&written).unwrap(), settings);
+        assert_eq!(
+            serde_json::from_str::<CellSettings>(&written).unwrap(),
+            settings
+        );
         assert!(serde_json::from_str::<CellSettings>(r#"{"sede": 7}"#).is_err());
     }
 }

@@ -67,8 +67,10 @@ impl Patch {
         let covers = |row: &[f32]| row.iter().any(is_covered);
         let first_x = rows().position(covers).unwrap_or(0);
         let past_x = rows().rposition(covers).map_or(0, |last| last + 1);
-        let first_y =
-            rows().filter_map(|row| row.iter().position(is_covered)).min().unwrap_or(0);
+        let first_y = rows()
+            .filter_map(|row| row.iter().position(is_covered))
+            .min()
+            .unwrap_or(0);
         let past_y = rows()
             .filter_map(|row| row.iter().rposition(is_covered))
             .max()

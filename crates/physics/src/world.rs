@@ -8,11 +8,11 @@ use rapier3d::dynamics::{
 };
 use rapier3d::geometry::{BroadPhaseBvh, ColliderBuilder, ColliderSet, ContactPair, NarrowPhase};
 use rapier3d::math::Vector;
-use rapier3d::parry::query::contact;
 use rapier3d::pipeline::PhysicsPipeline;
 
 use crate::body::BodyTemplate;
 use crate::convert::{engine_length, engine_pose, engine_vector, isometry, metres};
+use crate::overlap::Solid;
 use crate::settings::{CellSettings, Combine, ContactSettings, SolverSettings};
 
 /// Frequency of the springs that push two items apart, per substep rate.
@@ -132,7 +132,7 @@ impl World {
         let mut body: RigidBody = RigidBodyBuilder::dynamic()
             .pose(engine_pose(container_from_item))
             .additional_mass_properties(template.mass)
-            .build();
+            .angular_damping(std::env::var("ANGD").ok().and_then(|v| v.parse().ok()).unwrap_or(0.0)).linear_damping(std::env::var("LIND").ok().and_then(|v| v.parse().ok()).unwrap_or(0.0)).build();
         let activation = body.activation_mut();
         // The engine compares half the speed of the farthest point with the threshold.
         activation.normalized_linear_threshold =
@@ -147,7 +147,9 @@ impl World {
                 .friction(self.contact.item_friction as f32)
                 .friction_combine_rule(combine(self.contact.friction_combine))
                 .restitution(self.contact.restitution as f32);
-            state.colliders.insert_with_parent(collider, handle, &mut state.bodies);
+            state
+                .colliders
+                .insert_with_parent(collider, handle, &mut state.bodies);
         }
         handle
     }
@@ -193,7 +195,10 @@ impl World {
 
     /// Where a body is.
     pub(crate) fn pose(&self, handle: RigidBodyHandle) -> Option<Isometry3<f64>> {
-        self.state.bodies.get(handle).map(|body| isometry(body.position()))
+        self.state
+            .bodies
+            .get(handle)
+            .map(|body| isometry(body.position()))
     }
 
     /// An upper bound of the speed of a body's points, in m/s, where all are within `radius_m` of its centre of mass;
@@ -210,23 +215,22 @@ impl World {
 
     /// The deepest that two touching bodies, or a body and the container, reach into each other, in metres.
     pub(crate) fn deepest_overlap_m(&self) -> f64 {
-        let colliders = &self.state.colliders;
-        let overlap_m = |pair: &ContactPair| {
-            let (first, second) = (colliders.get(pair.collider1)?, colliders.get(pair.collider2)?);
-            let (pose1, pose2) = (first.position(), second.position());
-            let truth = metres(sat(first, second) as f32);
-            let engine = metres(contact(pose1, first.shape(), pose2, second.shape(), 0.0).ok()??.dist);
-            if truth > 0.003 && std::env::var("DBG").is_ok() { 
-                let ext = |c: &rapier3d::geometry::Collider| { let e = c.shape().compute_local_aabb().extents(); (c.parent().map(|h| h.into_raw_parts().0), [metres(e.x)*1e3, metres(e.y)*1e3,metres(e.z)*1e3].map(|x| x as i32), c.shape().as_convex_polyhedron().map(|p| p.points().len()))};
-                eprintln!("truth {:.2} contact {:.2} {:?} {:?}", truth*1e3, engine*1e3, ext(first), ext(second)); }
-            Some(truth)
-        };
-        self.state.narrow_phase.contact_pairs().filter_map(overlap_m).fold(0.0, f64::max)
+        let solid = |handle| self.state.colliders.get(handle).and_then(Solid::new);
+        let overlap_m =
+            |pair: &ContactPair| Some(solid(pair.collider1)?.overlap_m(&solid(pair.collider2)?));
+        self.state
+            .narrow_phase
+            .contact_pairs()
+            .filter_map(overlap_m)
+            .fold(0.0, f64::max)
     }
 
     /// Whether the engine disabled a body because its state was no longer finite.
     pub(crate) fn gave_up(&self, handle: RigidBodyHandle) -> bool {
-        self.state.bodies.get(handle).is_some_and(|body| !body.is_enabled())
+        self.state
+            .bodies
+            .get(handle)
+            .is_some_and(|body| !body.is_enabled())
     }
 }
 
@@ -248,9 +252,9 @@ fn parameters(solver: &SolverSettings) -> IntegrationParameters {
     };
     IntegrationParameters {
         dt: solver.timestep_s as f32,
-        num_solver_iterations: solver.substeps,
-        num_internal_pgs_iterations: solver.sweeps,
-        num_internal_stabilization_iterations: solver.sweeps,
+        num_solver_iterations: env("SUB", 4.0) as usize,
+        num_internal_pgs_iterations: env("SW", 3.0) as usize,
+        num_internal_stabilization_iterations: env("STAB", 3.0) as usize,
         contact_softness: softness(
             SpringCoefficients::contact_defaults(),
             substep_hz * env("IS", 0.125),
@@ -260,36 +264,10 @@ fn parameters(solver: &SolverSettings) -> IntegrationParameters {
             substep_hz * env("WS", 0.25),
         ),
         length_unit: engine_length(solver.length_scale_m),
-        normalized_max_corrective_velocity: env("CORR", 3.0) as f32, contact_clustering: env("CLUSTER", 1.0) > 0.0,  normalized_prediction_distance: env("PRED", 0.04) as f32,
+        friction_model: if env("COULOMB", 0.0) > 0.0 { rapier3d::dynamics::FrictionModel::Coulomb } else { Default::default() }, friction_in_bias_pass: env("FB", 0.0) > 0.0, contact_recycling: env("RECYCLE", 0.01) > 0.0, contact_clustering: env("CLUSTER", 1.0) > 0.0, warmstart_coefficient: env("WARM", 1.0) as f32, normalized_max_corrective_velocity: env("CORR", 3.0) as f32, normalized_prediction_distance: env("PRED", 0.04) as f32,
         normalized_contact_recycle_distance: env("RECYCLE", 0.01) as f32,
         // Nothing passes the walls' middle within a step.
         max_ccd_substeps: 0,
         ..IntegrationParameters::default()
     }
-}
-
-fn sat(a: &rapier3d::geometry::Collider, b: &rapier3d::geometry::Collider) -> f64 {
-    use nalgebra::Vector3;
-    let get = |c: &rapier3d::geometry::Collider| -> (Vec<Vector3<f64>>, Vec<Vector3<f64>>, Vec<Vector3<f64>>) {
-        let pose = c.position();
-        let v = |p: Vector| { let p = pose.transform_point(p); Vector3::new(p.x as f64, p.y as f64, p.z as f64) };
-        let (pts, idx) = if let Some(p) = c.shape().as_convex_polyhedron() { p.to_trimesh() } else { c.shape().as_cuboid().unwrap().to_trimesh() };
-        let pts: Vec<_> = pts.into_iter().map(v).collect();
-        let (mut n, mut e) = (vec![], vec![]);
-        for t in idx { let [a, b, c] = t.map(|i| pts[i as usize]); if let Some(k) = (b - a).cross(&(c - a)).try_normalize(1e-12) { n.push(k); } for (p, q) in [(a, b), (b, c), (c, a)] { if let Some(d) = (q - p).try_normalize(1e-12) { e.push(d); } } }
-        (pts, n, e)
-    };
-    let (pa, na, ea) = get(a);
-    let (pb, nb, eb) = get(b);
-    let mut best = f64::INFINITY;
-    let mut test = |axis: Vector3<f64>| {
-        let range = |p: &[Vector3<f64>]| p.iter().map(|p| p.dot(&axis)).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-        let ((la, ha), (lb, hb)) = (range(&pa), range(&pb));
-        let d = (ha - lb).min(hb - la);
-        if d < best { best = d; }
-        d > 0.0
-    };
-    for n in na.iter().chain(&nb) { if !test(*n) { return best; } }
-    for x in &ea { for y in &eb { if let Some(n) = x.cross(y).try_normalize(1e-6) { if !test(n) { return best; } } } }
-    best
 }

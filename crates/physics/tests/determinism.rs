@@ -1,5 +1,10 @@
 //! The contract: the same settings and calls give the same bits, whatever else runs, and going back to a snapshot
 //! continues as if nothing had happened since.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a panic in a test is a failing test"
+)]
 
 mod common;
 
@@ -16,7 +21,13 @@ use ppnpack_physics::settings::CellSettings;
 fn releases() -> Vec<(Arc<Model>, Isometry3<f64>)> {
     let models = [
         cuboid([0.08, 0.06, 0.04]),
-        cuboids("angle", &[([0.0, 0.0, 0.0], [0.09, 0.03, 0.03]), ([0.03, 0.0, 0.03], [0.03; 3])]),
+        cuboids(
+            "angle",
+            &[
+                ([0.0, 0.0, 0.0], [0.09, 0.03, 0.03]),
+                ([0.03, 0.0, 0.03], [0.03; 3]),
+            ],
+        ),
         ball(0.025),
     ];
     (0..10)
@@ -31,7 +42,10 @@ fn releases() -> Vec<(Arc<Model>, Isometry3<f64>)> {
 }
 
 fn new_cell() -> SimulatedCell {
-    let mut settings = CellSettings { seed: 5, ..CellSettings::default() };
+    let mut settings = CellSettings {
+        seed: 5,
+        ..CellSettings::default()
+    };
     settings.release.jitter_m = 0.002;
     settings.release.jitter_yaw_rad = 0.05;
     SimulatedCell::new(settings).unwrap()
@@ -66,8 +80,14 @@ fn an_episode_is_the_same_in_any_number_of_threads() {
     let expected = episode();
     assert!(expected.len() > 5);
     for threads in [1, 2, 3] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        assert!(pool.install(episode) == expected, "in a pool of {threads} threads");
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        assert!(
+            pool.install(episode) == expected,
+            "in a pool of {threads} threads"
+        );
     }
     std::thread::scope(|scope| {
         let runs = [scope.spawn(episode), scope.spawn(episode)];
@@ -88,7 +108,10 @@ fn a_restored_cell_continues_as_if_nothing_had_happened() {
     let snapshot = cell.snapshot();
     let halfway = pose_bits(&cell);
     place_all(&mut cell, rest);
-    assert!(pose_bits(&cell) == expected, "taking a snapshot changes nothing");
+    assert!(
+        pose_bits(&cell) == expected,
+        "taking a snapshot changes nothing"
+    );
 
     cell.restore(&snapshot).unwrap();
     assert!(pose_bits(&cell) == halfway);
@@ -120,7 +143,8 @@ fn trying_a_placement_leaves_no_trace() {
     let mut cell = new_cell();
     for (index, (model, pose)) in releases.iter().enumerate() {
         let elsewhere = turned(0.1, 0.2, 0.15, index as f64);
-        cell.try_place(&releases[(index + 1) % 10].0, &elsewhere).unwrap();
+        cell.try_place(&releases[(index + 1) % 10].0, &elsewhere)
+            .unwrap();
         let tried = cell.try_place(model, pose).unwrap();
         let placed = cell.place(model, pose).unwrap();
         assert_eq!(tried, placed);
@@ -140,7 +164,10 @@ fn a_reset_cell_is_like_a_new_one() {
 
 #[test]
 fn snapshots_of_other_cells_are_refused() {
-    let settings = CellSettings { seed: 6, ..CellSettings::default() };
+    let settings = CellSettings {
+        seed: 6,
+        ..CellSettings::default()
+    };
     let mut other = SimulatedCell::new(settings).unwrap();
     assert!(other.restore(&new_cell().snapshot()).is_err());
 }

@@ -1,4 +1,9 @@
 //! What becomes of items that are released into the container.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a panic in a test is a failing test"
+)]
 
 mod common;
 
@@ -17,7 +22,10 @@ fn reference() -> SimulatedCell {
 
 /// A cell that waits until everything is still.
 fn patient() -> SimulatedCell {
-    let settings = CellSettings { settle_time_s: 5.0, ..CellSettings::default() };
+    let settings = CellSettings {
+        settle_time_s: 5.0,
+        ..CellSettings::default()
+    };
     SimulatedCell::new(settings).unwrap()
 }
 
@@ -26,13 +34,18 @@ fn a_box_rests_on_the_floor_at_half_its_height() {
     for side_m in [0.02, 0.05, 0.1] {
         let mut cell = reference();
         let planned = turned(0.16, 0.16, side_m / 2.0, 0.3);
-        let report = cell.place(&cuboid([side_m * 1.5, side_m, side_m]), &planned).unwrap();
+        let report = cell
+            .place(&cuboid([side_m * 1.5, side_m, side_m]), &planned)
+            .unwrap();
         assert!(report.height_change_m.abs() < 0.5e-3, "{report:?}");
-        assert!(report.slide_m < 0.5e-3, "{report:?}");
+        assert!(report.slide_m < 1e-3, "{report:?}");
         assert!(report.tilt_rad < 0.01, "{report:?}");
         assert!(report.inside && report.still && !report.toppled && !report.lost);
         assert_eq!(report.most_disturbed, None);
-        assert!(report.simulated_s < 0.3, "it falls asleep soon after it lands: {report:?}");
+        assert!(
+            report.simulated_s < 0.3,
+            "it falls asleep soon after it lands: {report:?}"
+        );
     }
 }
 
@@ -48,10 +61,20 @@ fn a_stack_of_five_boxes_stands() {
     let settled = cell.settle();
     assert!(settled.still);
     for (level, body) in cell.contents().iter().enumerate() {
-        let expected = at(0.16, 0.16, 0.025 + 0.05 * level as f64).translation.vector;
+        let expected = at(0.16, 0.16, 0.025 + 0.05 * level as f64)
+            .translation
+            .vector;
         let off = body.container_from_item.translation.vector - expected;
-        assert!(off.norm() < 2e-3, "level {level} is off by {off:?}");
+        assert!(
+            off.xy().norm() < 2e-3 && off.z.abs() < 0.5e-3,
+            "level {level} is off by {off:?}"
+        );
     }
+    assert!(
+        cell.deepest_overlap_m() < 0.2e-3,
+        "{}",
+        cell.deepest_overlap_m()
+    );
     // Asleep, nothing drifts.
     let before = cell.contents();
     cell.settle();
@@ -61,8 +84,11 @@ fn a_stack_of_five_boxes_stands() {
 #[test]
 fn a_box_that_overhangs_topples() {
     let mut cell = patient();
-    cell.place(&cuboid([0.06, 0.06, 0.1]), &at(0.16, 0.16, 0.05)).unwrap();
-    let report = cell.place(&cuboid([0.1, 0.04, 0.04]), &at(0.22, 0.16, 0.12)).unwrap();
+    cell.place(&cuboid([0.06, 0.06, 0.1]), &at(0.16, 0.16, 0.05))
+        .unwrap();
+    let report = cell
+        .place(&cuboid([0.1, 0.04, 0.04]), &at(0.22, 0.16, 0.12))
+        .unwrap();
     assert!(report.toppled && report.tilt_rad > 0.5, "{report:?}");
     assert!(report.height_change_m < -0.02, "{report:?}");
     assert!(report.inside && report.still);
@@ -71,17 +97,31 @@ fn a_box_that_overhangs_topples() {
 #[test]
 fn a_box_in_a_corner_stays_there() {
     let mut cell = reference();
-    let report = cell.place(&cuboid([0.08, 0.06, 0.05]), &at(0.04, 0.03, 0.025)).unwrap();
-    assert!(report.slide_m < 1e-3 && report.height_change_m.abs() < 1e-3, "{report:?}");
-    let report = cell.place(&cuboid([0.08, 0.06, 0.05]), &at(0.28, 0.29, 0.025)).unwrap();
-    assert!(report.slide_m < 1e-3 && report.height_change_m.abs() < 1e-3, "{report:?}");
+    let report = cell
+        .place(&cuboid([0.08, 0.06, 0.05]), &at(0.04, 0.03, 0.025))
+        .unwrap();
+    assert!(
+        report.slide_m < 1e-3 && report.height_change_m.abs() < 1e-3,
+        "{report:?}"
+    );
+    let report = cell
+        .place(&cuboid([0.08, 0.06, 0.05]), &at(0.28, 0.29, 0.025))
+        .unwrap();
+    assert!(
+        report.slide_m < 1e-3 && report.height_change_m.abs() < 1e-3,
+        "{report:?}"
+    );
 }
 
 #[test]
 fn an_item_released_outside_is_lost() {
     let mut cell = reference();
-    let inside = cell.place(&cuboid([0.05; 3]), &at(0.16, 0.16, 0.025)).unwrap();
-    let report = cell.place(&cuboid([0.05; 3]), &at(0.5, 0.16, 0.025)).unwrap();
+    let inside = cell
+        .place(&cuboid([0.05; 3]), &at(0.16, 0.16, 0.025))
+        .unwrap();
+    let report = cell
+        .place(&cuboid([0.05; 3]), &at(0.5, 0.16, 0.025))
+        .unwrap();
     assert!(report.lost && !report.inside, "{report:?}");
     assert_eq!(report.most_disturbed, None);
     let contents = cell.contents();
@@ -93,15 +133,22 @@ fn an_item_released_outside_is_lost() {
 fn an_item_that_tips_over_the_rim_is_lost() {
     let mut cell = patient();
     // Its centre of mass is beyond the outer face of the wall.
-    let report = cell.place(&cuboid([0.1, 0.04, 0.03]), &at(-0.03, 0.16, 0.315)).unwrap();
-    assert!(report.lost && !report.inside && report.toppled, "{report:?}");
+    let report = cell
+        .place(&cuboid([0.1, 0.04, 0.03]), &at(-0.03, 0.16, 0.315))
+        .unwrap();
+    assert!(
+        report.lost && !report.inside && report.toppled,
+        "{report:?}"
+    );
     assert!(cell.contents().is_empty());
 }
 
 #[test]
 fn an_item_on_top_of_the_rim_is_not_inside() {
     let mut cell = patient();
-    let report = cell.place(&cuboid([0.36, 0.36, 0.02]), &at(0.16, 0.16, 0.31)).unwrap();
+    let report = cell
+        .place(&cuboid([0.36, 0.36, 0.02]), &at(0.16, 0.16, 0.31))
+        .unwrap();
     assert!(!report.lost && !report.inside && report.still, "{report:?}");
     assert!(!cell.contents()[0].inside);
 }
@@ -120,7 +167,8 @@ fn a_ball_comes_to_rest() {
 #[test]
 fn a_ball_dropped_into_a_nook_stays_inside() {
     let mut cell = patient();
-    cell.place(&cuboid([0.1, 0.1, 0.05]), &at(0.05, 0.05, 0.025)).unwrap();
+    cell.place(&cuboid([0.1, 0.1, 0.05]), &at(0.05, 0.05, 0.025))
+        .unwrap();
     let report = cell.place(&ball(0.03), &at(0.1, 0.1, 0.09)).unwrap();
     assert!(report.inside && report.still, "{report:?}");
 }
@@ -128,11 +176,16 @@ fn a_ball_dropped_into_a_nook_stays_inside() {
 #[test]
 fn what_lands_on_another_disturbs_it() {
     let mut cell = patient();
-    let bar = cell.place(&cuboid([0.02, 0.02, 0.1]), &at(0.16, 0.16, 0.05)).unwrap();
-    let report = cell.place(&cuboid([0.1, 0.1, 0.05]), &at(0.20, 0.16, 0.125)).unwrap();
+    let bar = cell
+        .place(&cuboid([0.02, 0.02, 0.1]), &at(0.16, 0.16, 0.05))
+        .unwrap();
+    // It falls past the bar, and over it.
+    let report = cell
+        .place(&cuboid([0.1, 0.1, 0.05]), &at(0.20, 0.16, 0.125))
+        .unwrap();
     let disturbed = report.most_disturbed.unwrap();
     assert_eq!(disturbed.id, bar.id);
-    assert!(disturbed.moved_m > 0.01, "{report:?}");
+    assert!(disturbed.moved_m > 2e-3, "{report:?}");
     assert!(report.disturbance_m() == disturbed.moved_m);
 }
 
@@ -140,7 +193,10 @@ fn what_lands_on_another_disturbs_it() {
 fn friction_decides_whether_a_block_slides() {
     // A bar leans on a wall at about 60 degrees: with friction it stays, without it slides down.
     let lean = |friction: f64| {
-        let mut settings = CellSettings { settle_time_s: 2.0, ..CellSettings::default() };
+        let mut settings = CellSettings {
+            settle_time_s: 2.0,
+            ..CellSettings::default()
+        };
         settings.contact.item_friction = friction;
         settings.contact.wall_friction = friction;
         settings.release.height_m = 0.0;
@@ -167,7 +223,8 @@ fn mass_properties_are_the_models_not_its_hulls() {
     // The edge of the support is 2 cm from the bar's middle.
     let place = |model: Arc<Model>| {
         let mut cell = patient();
-        cell.place(&cuboid([0.06, 0.06, 0.1]), &at(0.16, 0.16, 0.05)).unwrap();
+        cell.place(&cuboid([0.06, 0.06, 0.1]), &at(0.16, 0.16, 0.05))
+            .unwrap();
         cell.place(&model, &at(0.17, 0.16, 0.11)).unwrap().toppled
     };
     assert!(!place(even));
@@ -187,7 +244,10 @@ fn compounds_rest_on_their_pieces() {
         ],
     );
     let report = cell.place(&table, &at(0.16, 0.16, 0.0)).unwrap();
-    assert!(report.height_change_m.abs() < 1e-3 && report.still, "{report:?}");
+    assert!(
+        report.height_change_m.abs() < 1e-3 && report.still,
+        "{report:?}"
+    );
 }
 
 #[test]
@@ -197,8 +257,16 @@ fn thin_items_do_not_pass_each_other() {
     for level in 0..8 {
         let planned = at(0.16, 0.16, 0.001 + 0.002 * f64::from(level));
         let report = cell.place(&plate, &planned).unwrap();
-        assert!(report.height_change_m.abs() < 1.5e-3, "level {level}: {report:?}");
+        assert!(
+            report.height_change_m.abs() < 1e-3,
+            "level {level}: {report:?}"
+        );
     }
+    assert!(
+        cell.deepest_overlap_m() < 0.5e-3,
+        "{}",
+        cell.deepest_overlap_m()
+    );
 }
 
 #[test]
@@ -225,7 +293,12 @@ fn impossible_poses_and_models_are_refused_and_change_nothing() {
     for model in [
         changed(|model| model.pieces.clear()),
         changed(|model| model.pieces[0].vertices.truncate(3)),
-        changed(|model| model.pieces[0].vertices.iter_mut().for_each(|vertex| vertex.z = 0.0)),
+        changed(|model| {
+            model.pieces[0]
+                .vertices
+                .iter_mut()
+                .for_each(|vertex| vertex.z *= 0.0)
+        }),
         changed(|model| model.pieces[0].vertices.fill(Point3::origin())),
         changed(|model| model.pieces[0].vertices[0].x = f64::NAN),
         changed(|model| model.mass.mass_kg = 0.0),
@@ -240,7 +313,10 @@ fn impossible_poses_and_models_are_refused_and_change_nothing() {
 
 #[test]
 fn an_item_released_inside_another_is_pushed_out_gently() {
-    let mut settings = CellSettings { settle_time_s: 2.0, ..CellSettings::default() };
+    let mut settings = CellSettings {
+        settle_time_s: 2.0,
+        ..CellSettings::default()
+    };
     settings.release.height_m = 0.0;
     let mut cell = SimulatedCell::new(settings).unwrap();
     let model = cuboid([0.05; 3]);

@@ -56,8 +56,14 @@ impl DepthImage {
     pub fn with_noise(&self, noise: &DepthNoise, seed: u64) -> Result<Self, PhysicsError> {
         noise.validate()?;
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let noisy = self.depths_m.iter().map(|depth_m| noise.apply(*depth_m, &mut random));
-        Ok(Self { camera: self.camera.clone(), depths_m: noisy.collect() })
+        let noisy = self
+            .depths_m
+            .iter()
+            .map(|depth_m| noise.apply(*depth_m, &mut random));
+        Ok(Self {
+            camera: self.camera.clone(),
+            depths_m: noisy.collect(),
+        })
     }
 
     /// The points seen.
@@ -78,13 +84,17 @@ impl DepthImage {
     /// [`PhysicsError::NothingSeen`] where no pixel sees the grid, [`PhysicsError::Setting`] for an impossible margin.
     pub fn to_surface(&self, grid: &Grid, wall_margin_m: f64) -> Result<Surface, PhysicsError> {
         let is_margin = |margin: f64| margin >= 0.0;
-        require("the margin to the walls", wall_margin_m, "at least 0 m", is_margin)?;
+        require(
+            "the margin to the walls",
+            wall_margin_m,
+            "at least 0 m",
+            is_margin,
+        )?;
         let empty = Surface::empty(grid);
         let (nx, ny, pitch_m) = (empty.nx(), empty.ny(), empty.pitch_m());
         let container = grid.container();
-        let is_within = |value: f64, side_m: f64| {
-            (wall_margin_m..=side_m - wall_margin_m).contains(&value)
-        };
+        let is_within =
+            |value: f64, side_m: f64| (wall_margin_m..=side_m - wall_margin_m).contains(&value);
         let mut heights_m: Vec<Option<f32>> = vec![None; nx * ny];
         for point in self.points_m() {
             let point = self.camera.container_from_camera * point;
@@ -110,16 +120,23 @@ impl DepthImage {
     /// # Errors
     /// As [`to_surface`](Self::to_surface).
     pub fn to_scene(&self, grid: &Grid, wall_margin_m: f64) -> Result<Scene, PhysicsError> {
-        Ok(Scene::from_surface(grid, self.to_surface(grid, wall_margin_m)?)?)
+        Ok(Scene::from_surface(
+            grid,
+            self.to_surface(grid, wall_margin_m)?,
+        )?)
     }
 
     /// The points seen, in the camera frame, in metres.
     fn points_m(&self) -> impl Iterator<Item = Point3<f64>> + '_ {
         let rows = self.depths_m.chunks_exact(self.camera.width_px).enumerate();
         rows.flat_map(move |(v, row)| {
-            let seen = row.iter().enumerate().filter(|(_, depth_m)| !depth_m.is_nan());
+            let seen = row
+                .iter()
+                .enumerate()
+                .filter(|(_, depth_m)| !depth_m.is_nan());
             seen.map(move |(u, depth_m)| {
-                self.camera.unproject(u as f64, v as f64, f64::from(*depth_m))
+                self.camera
+                    .unproject(u as f64, v as f64, f64::from(*depth_m))
             })
         })
     }
@@ -128,7 +145,9 @@ impl DepthImage {
 impl PointCloud {
     /// The points in the container frame, in metres.
     pub fn in_container_m(&self) -> impl Iterator<Item = Point3<f64>> + '_ {
-        self.points_m.iter().map(|point| self.container_from_camera * point.cast::<f64>())
+        self.points_m
+            .iter()
+            .map(|point| self.container_from_camera * point.cast::<f64>())
     }
 }
 
@@ -154,8 +173,10 @@ fn filled(mut heights_m: Vec<Option<f32>>, nx: usize, ny: usize) -> Option<Vec<f
                 .filter_map(|neighbour| heights_m.get(neighbour).copied().flatten())
                 .reduce(f32::max)
         };
-        let found: Vec<(usize, Option<f32>)> =
-            unseen.iter().map(|index| (*index, highest_neighbour_m(index))).collect();
+        let found: Vec<(usize, Option<f32>)> = unseen
+            .iter()
+            .map(|index| (*index, highest_neighbour_m(index)))
+            .collect();
         unseen.clear();
         for (index, height_m) in found {
             match (height_m, heights_m.get_mut(index)) {

@@ -92,11 +92,12 @@ impl DepthCamera {
         width_px: usize,
         height_px: usize,
     ) -> Result<Self, PhysicsError> {
-        require("the camera's height", height_m, "above the rim", |height| height > container.z_m)?;
+        require("the camera's height", height_m, "above the rim", |height| {
+            height > container.z_m
+        })?;
         let to_rim_m = height_m - container.z_m;
         let [width, height] = [width_px, height_px].map(|side| side as f64);
-        let focal_px =
-            FRAMING * to_rim_m * (width / container.x_m).min(height / container.y_m);
+        let focal_px = FRAMING * to_rim_m * (width / container.x_m).min(height / container.y_m);
         let camera = Self {
             width_px,
             height_px,
@@ -124,24 +125,47 @@ impl DepthCamera {
     /// [`PhysicsError::Setting`] or [`PhysicsError::CameraPose`] for the first that is not.
     pub fn validate(&self) -> Result<(), PhysicsError> {
         let is_side = |side: f64| (1.0..=MAX_SIDE_PX).contains(&side);
-        require("the image's width", self.width_px as f64, "between 1 and 8192", is_side)?;
-        require("the image's height", self.height_px as f64, "between 1 and 8192", is_side)?;
+        require(
+            "the image's width",
+            self.width_px as f64,
+            "between 1 and 8192",
+            is_side,
+        )?;
+        require(
+            "the image's height",
+            self.height_px as f64,
+            "between 1 and 8192",
+            is_side,
+        )?;
         let is_positive = |value: f64| value > 0.0;
         match self.lens {
             Lens::Parallel { pitch_m } => {
                 require("the pixels' pitch", pitch_m, "above 0 m", is_positive)?;
             }
-            Lens::Pinhole { fx_px, fy_px, cx_px, cy_px } => {
+            Lens::Pinhole {
+                fx_px,
+                fy_px,
+                cx_px,
+                cy_px,
+            } => {
                 require("the focal length fx", fx_px, "above 0 pixels", is_positive)?;
                 require("the focal length fy", fy_px, "above 0 pixels", is_positive)?;
                 require("the principal point cx", cx_px, "finite", |_| true)?;
                 require("the principal point cy", cy_px, "finite", |_| true)?;
             }
         }
-        require("the camera's near limit", self.near_m, "above 0 m", is_positive)?;
-        require("the camera's far limit", self.far_m, "above the near limit", |far| {
-            far > self.near_m
-        })?;
+        require(
+            "the camera's near limit",
+            self.near_m,
+            "above 0 m",
+            is_positive,
+        )?;
+        require(
+            "the camera's far limit",
+            self.far_m,
+            "above the near limit",
+            |far| far > self.near_m,
+        )?;
         let rotation = self.container_from_camera.rotation.into_inner();
         let translation = self.container_from_camera.translation.vector;
         let is_rigid = (rotation.norm() - 1.0).abs() <= 1e-3;
@@ -176,7 +200,12 @@ impl DepthCamera {
                 let [middle_u, middle_v] = self.middle_px();
                 Point3::new((u - middle_u) * pitch_m, (v - middle_v) * pitch_m, depth_m)
             }
-            Lens::Pinhole { fx_px, fy_px, cx_px, cy_px } => {
+            Lens::Pinhole {
+                fx_px,
+                fy_px,
+                cx_px,
+                cy_px,
+            } => {
                 let (x, y) = ((u - cx_px) / fx_px, (v - cy_px) / fy_px);
                 Point3::new(x * depth_m, y * depth_m, depth_m)
             }
@@ -190,9 +219,15 @@ impl DepthCamera {
                 let [middle_u, middle_v] = self.middle_px();
                 [point.x / pitch_m + middle_u, point.y / pitch_m + middle_v]
             }
-            Lens::Pinhole { fx_px, fy_px, cx_px, cy_px } => {
-                [fx_px * point.x / point.z + cx_px, fy_px * point.y / point.z + cy_px]
-            }
+            Lens::Pinhole {
+                fx_px,
+                fy_px,
+                cx_px,
+                cy_px,
+            } => [
+                fx_px * point.x / point.z + cx_px,
+                fy_px * point.y / point.z + cy_px,
+            ],
         }
     }
 

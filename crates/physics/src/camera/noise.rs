@@ -25,9 +25,19 @@ impl DepthNoise {
     /// [`PhysicsError::Setting`] for the first that is not.
     pub fn validate(&self) -> Result<(), PhysicsError> {
         let is_length = |value: f64| (0.0..=1.0).contains(&value);
-        require("the depth noise", self.sigma_m, "between 0 and 1 m", is_length)?;
+        require(
+            "the depth noise",
+            self.sigma_m,
+            "between 0 and 1 m",
+            is_length,
+        )?;
         require("the dropout", self.dropout, "between 0 and 1", is_length)?;
-        require("the depth step", self.step_m, "between 0 and 1 m", is_length)
+        require(
+            "the depth step",
+            self.step_m,
+            "between 0 and 1 m",
+            is_length,
+        )
     }
 
     /// A depth as the sensor would report it, in metres; NaN where it sees nothing.
@@ -42,6 +52,10 @@ impl DepthNoise {
         if self.step_m > 0.0 {
             noisy_m = (noisy_m / self.step_m).round() * self.step_m;
         }
-        if noisy_m > 0.0 { noisy_m as f32 } else { f32::NAN }
+        if noisy_m > 0.0 {
+            noisy_m as f32
+        } else {
+            f32::NAN
+        }
     }
 }

@@ -27,19 +27,29 @@ struct Corner {
 
 impl<'camera> Canvas<'camera> {
     pub(super) fn new(camera: &'camera DepthCamera) -> Self {
-        Self { camera, depths_m: vec![f32::INFINITY; camera.width_px * camera.height_px] }
+        Self {
+            camera,
+            depths_m: vec![f32::INFINITY; camera.width_px * camera.height_px],
+        }
     }
 
     /// Draws a mesh. Both sides of its triangles are seen.
     pub(super) fn draw(&mut self, mesh: &Mesh, camera_from_mesh: &Isometry3<f64>) {
-        let vertices: Vec<Point3<f64>> =
-            mesh.vertices.iter().map(|vertex| camera_from_mesh * vertex).collect();
+        let vertices: Vec<Point3<f64>> = mesh
+            .vertices
+            .iter()
+            .map(|vertex| camera_from_mesh * vertex)
+            .collect();
         let vertex = |index: &u32| vertices.get(*index as usize).copied();
         for [a, b, c] in &mesh.triangles {
-            let (Some(a), Some(b), Some(c)) = (vertex(a), vertex(b), vertex(c)) else { continue };
+            let (Some(a), Some(b), Some(c)) = (vertex(a), vertex(b), vertex(c)) else {
+                continue;
+            };
             let polygon = beyond(&[a, b, c], self.camera.near_m);
             let corners: Vec<Corner> = polygon.iter().map(|point| self.corner(point)).collect();
-            let (Some(first), Some(rest)) = (corners.first(), corners.get(1..)) else { continue };
+            let (Some(first), Some(rest)) = (corners.first(), corners.get(1..)) else {
+                continue;
+            };
             for (second, third) in rest.iter().zip(rest.iter().skip(1)) {
                 self.fill([*first, *second, *third]);
             }
@@ -70,9 +80,17 @@ impl<'camera> Canvas<'camera> {
         let is_pinhole = matches!(self.camera.lens, Lens::Pinhole { .. });
         let columns = pixels([a.u, b.u, c.u], self.camera.width_px);
         let rows = pixels([a.v, b.v, c.v], self.camera.height_px);
-        let image = self.depths_m.chunks_exact_mut(self.camera.width_px).enumerate();
+        let image = self
+            .depths_m
+            .chunks_exact_mut(self.camera.width_px)
+            .enumerate();
         for (v, row) in image.skip(rows.start).take(rows.len()) {
-            for (u, pixel) in row.iter_mut().enumerate().skip(columns.start).take(columns.len()) {
+            for (u, pixel) in row
+                .iter_mut()
+                .enumerate()
+                .skip(columns.start)
+                .take(columns.len())
+            {
                 let (u, v) = (u as f64, v as f64);
                 let weight_a = cross(b, c, u, v) / area;
                 let weight_b = cross(c, a, u, v) / area;
@@ -80,8 +98,7 @@ impl<'camera> Canvas<'camera> {
                 if weight_a.min(weight_b).min(weight_c) < -EDGE_SLACK {
                     continue;
                 }
-                let linear =
-                    weight_a * a.linear + weight_b * b.linear + weight_c * c.linear;
+                let linear = weight_a * a.linear + weight_b * b.linear + weight_c * c.linear;
                 let depth_m = if is_pinhole { 1.0 / linear } else { linear };
                 *pixel = pixel.min(depth_m as f32);
             }
@@ -97,10 +114,17 @@ fn cross(from: Corner, to: Corner, u: f64, v: f64) -> f64 {
 /// The pixels whose centres lie between the least and the greatest coordinate.
 fn pixels(coordinates: [f64; 3], count: usize) -> std::ops::Range<usize> {
     let low = coordinates.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = coordinates.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let high = coordinates
+        .iter()
+        .copied()
+        .fold(f64::NEG_INFINITY, f64::max);
     // Casts saturate: what is left of the image becomes 0.
     let start = ((low - EDGE_SLACK).ceil() as usize).min(count);
-    let end = if high < 0.0 { 0 } else { ((high + EDGE_SLACK).floor() as usize).saturating_add(1) };
+    let end = if high < 0.0 {
+        0
+    } else {
+        ((high + EDGE_SLACK).floor() as usize).saturating_add(1)
+    };
     start..end.clamp(start, count)
 }
 

@@ -10,12 +10,12 @@ use ppnpack_catalogue::object::{ConvexPiece, MassProperties, Model};
 const DENSITY_KG_M3: f64 = 500.0;
 
 /// A box around the origin.
-pub fn cuboid(sides_m: [f64; 3]) -> Arc<Model> {
+pub(crate) fn cuboid(sides_m: [f64; 3]) -> Arc<Model> {
     cuboids("box", &[([0.0; 3], sides_m)])
 }
 
 /// Boxes, given by centre and sides, that do not overlap; the item frame's origin is as given.
-pub fn cuboids(name: &str, boxes: &[([f64; 3], [f64; 3])]) -> Arc<Model> {
+pub(crate) fn cuboids(name: &str, boxes: &[([f64; 3], [f64; 3])]) -> Arc<Model> {
     let mut mesh = Mesh::default();
     let mut pieces = Vec::new();
     let mut volume_m3 = 0.0;
@@ -30,7 +30,8 @@ pub fn cuboids(name: &str, boxes: &[([f64; 3], [f64; 3])]) -> Arc<Model> {
             .collect();
         let first = mesh.vertices.len() as u32;
         mesh.vertices.extend(&corners);
-        mesh.triangles.extend(BOX_TRIANGLES.map(|triangle| triangle.map(|corner| first + corner)));
+        mesh.triangles
+            .extend(BOX_TRIANGLES.map(|triangle| triangle.map(|corner| first + corner)));
         pieces.push(ConvexPiece { vertices: corners });
         let volume = sides.product();
         volume_m3 += volume;
@@ -42,7 +43,11 @@ pub fn cuboids(name: &str, boxes: &[([f64; 3], [f64; 3])]) -> Arc<Model> {
         let (centre, sides) = (Vector3::from(*centre), Vector3::from(*sides));
         let mass_kg = DENSITY_KG_M3 * sides.product();
         let squares = sides.component_mul(&sides);
-        let own = Vector3::new(squares.y + squares.z, squares.x + squares.z, squares.x + squares.y);
+        let own = Vector3::new(
+            squares.y + squares.z,
+            squares.x + squares.z,
+            squares.x + squares.y,
+        );
         let arm = centre - centre_of_mass;
         inertia_kg_m2 += Matrix3::from_diagonal(&(own * mass_kg / 12.0));
         inertia_kg_m2 +=
@@ -63,7 +68,7 @@ pub fn cuboids(name: &str, boxes: &[([f64; 3], [f64; 3])]) -> Arc<Model> {
 }
 
 /// A ball around the origin: a hull of 12 * 16 + 2 vertices.
-pub fn ball(radius_m: f64) -> Arc<Model> {
+pub(crate) fn ball(radius_m: f64) -> Arc<Model> {
     let (rings, around) = (12_u32, 16_u32);
     let mut vertices = vec![Point3::new(0.0, 0.0, -radius_m)];
     for ring in 1..=rings {
@@ -88,7 +93,10 @@ pub fn ball(radius_m: f64) -> Arc<Model> {
             triangles.extend([[a, b, c], [b, d, c]]);
         }
     }
-    let mesh = Mesh { vertices: vertices.clone(), triangles };
+    let mesh = Mesh {
+        vertices: vertices.clone(),
+        triangles,
+    };
     let volume_m3 = mesh.signed_volume_m3();
     let mass_kg = DENSITY_KG_M3 * volume_m3;
     Arc::new(Model {
@@ -106,12 +114,12 @@ pub fn ball(radius_m: f64) -> Arc<Model> {
 }
 
 /// An upright pose.
-pub fn at(x_m: f64, y_m: f64, z_m: f64) -> Isometry3<f64> {
+pub(crate) fn at(x_m: f64, y_m: f64, z_m: f64) -> Isometry3<f64> {
     turned(x_m, y_m, z_m, 0.0)
 }
 
 /// A pose turned about the vertical.
-pub fn turned(x_m: f64, y_m: f64, z_m: f64, yaw_rad: f64) -> Isometry3<f64> {
+pub(crate) fn turned(x_m: f64, y_m: f64, z_m: f64, yaw_rad: f64) -> Isometry3<f64> {
     Isometry3::from_parts(
         Translation3::new(x_m, y_m, z_m),
         UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad),

@@ -1,0 +1,76 @@
+//! Scanned household objects, concave ones among them, piled up in the container.
+
+#![allow(clippy::unwrap_used, reason = "a panic in a test is a failing test")]
+
+use std::path::Path;
+use std::sync::Arc;
+
+use nalgebra::Isometry3;
+use ppnpack_catalogue::build::{ModelSettings, model};
+use ppnpack_catalogue::object::Model;
+use ppnpack_catalogue::reader;
+use ppnpack_catalogue::unit::LengthUnit;
+use ppnpack_physics::cell::SimulatedCell;
+use ppnpack_physics::settings::CellSettings;
+
+const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/ycb_apc");
+
+fn scanned(file: &str) -> Option<Arc<Model>> {
+    let path = Path::new(DATA).join(file);
+    if !path.exists() {
+        eprintln!("skipped: there is no {}", path.display());
+        return None;
+    }
+    let mesh = reader::read(&path, LengthUnit::Metres).unwrap();
+    Some(Arc::new(
+        model(file, mesh, &ModelSettings::default()).unwrap().0,
+    ))
+}
+
+#[test]
+fn a_pile_of_scanned_objects_comes_to_rest_without_sinking_into_itself() {
+    let files = [
+        "64_025_mug.ply",
+        "15_050_medium_clamp.ply",
+        "46_011_banana.ply",
+        "07_072-e_toy_airplane.ply",
+        "03_032_knife.ply",
+        "36_009_gelatin_box.ply",
+    ];
+    let Some(models) = files
+        .iter()
+        .map(|file| scanned(file))
+        .collect::<Option<Vec<_>>>()
+    else {
+        return;
+    };
+    let mut cell = SimulatedCell::new(CellSettings::default()).unwrap();
+    let mut fill_m = 0.0;
+    for round in 0..2 {
+        for model in &models {
+            let bounds = model.mesh.bounds().unwrap();
+            let middle = nalgebra::center(&bounds.lowest, &bounds.highest);
+            let (x_m, y_m) = (0.16 - middle.x, 0.16 - middle.y + 0.03 * f64::from(round));
+            let pose = Isometry3::translation(x_m, y_m, fill_m - bounds.lowest.z);
+            let report = cell.place(model, &pose).unwrap();
+            assert!(report.inside, "{}: {report:?}", model.name);
+            assert!(
+                cell.deepest_overlap_m() < 2e-3,
+                "{}: {report:?}",
+                model.name
+            );
+            let grid = ppnpack_packing::grid::Grid::reference();
+            let surface = cell.scan_surface(&grid).unwrap();
+            fill_m = f64::from(surface.heights_m().iter().copied().fold(0.0, f32::max));
+        }
+    }
+
+    for phase in 0..14 {
+        let before = cell.contents();
+        let r = cell.settle();
+        let quick: Vec<f64> = before.iter().zip(&cell.contents()).map(|(a, b)| 1e3 * (a.container_from_item.translation.vector - b.container_from_item.translation.vector).norm()).collect();
+        eprintln!("QUICK {phase} {} max {:.2} moving {} overlap {:.2}", r.still, quick.iter().copied().fold(0.0, f64::max), quick.iter().filter(|x| **x > 0.1).count(), cell.deepest_overlap_m() * 1e3);
+        let d: Vec<String> = before.iter().zip(&cell.contents()).map(|(a, b)| format!("{}:{:.2}mm/{:.1}deg", &a.model.name[3..7], (a.container_from_item.translation.vector - b.container_from_item.translation.vector).norm() * 1e3, a.container_from_item.rotation.angle_to(&b.container_from_item.rotation).to_degrees())).collect();
+        eprintln!("{phase} still {} {:.3}s overlap {:.2} {}", r.still, r.simulated_s, cell.deepest_overlap_m() * 1e3, d.join(" "));
+    }
+}

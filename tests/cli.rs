@@ -1,0 +1,313 @@
+//! The command end to end, as a user runs it: results, exit codes, and one clear line for every bad input.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn ppnpack(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack"));
+    command.args(arguments).env("XDG_CACHE_HOME", cache());
+    command.output().unwrap()
+}
+
+/// One cache for all tests: the objects are prepared once.
+fn cache() -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache")
+}
+
+fn shared(path: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared").join(path);
+    if !path.exists() {
+        eprintln!("skipped: {} is absent", path.display());
+        return None;
+    }
+    Some(path)
+}
+
+/// Runs a command that must be refused with exit code 2 and a message that has all of these parts.
+fn refused(arguments: &[&str], parts: &[&str]) {
+    let output = ppnpack(arguments);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {error}");
+    for part in parts {
+        assert!(error.contains(part), "{arguments:?}: '{part}' is not in: {error}");
+    }
+    assert!(!error.contains("panicked"), "{error}");
+}
+
+fn json(output: &Output) -> Value {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn packing_the_builtin_set_writes_a_whole_report() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("result");
+    let arguments = ["pack", "--random", "12", "--seed", "3", "--json", "--out", out.to_str().unwrap()];
+    let summary = json(&ppnpack(&arguments));
+    assert_eq!(summary["items_in_sequence"], 12);
+    assert!(summary["packed"]["items"].as_u64().unwrap() >= 8, "{summary}");
+    assert!(summary["compactness"].as_f64().unwrap() > 0.1);
+    let mut names: Vec<_> =
+        out.read_dir().unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    let files = ["heightmap.png", "packed.png", "placements.csv", "report.html", "summary.json"];
+    assert_eq!(names, files);
+    let written: Value = serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
+    assert_eq!(written["packed"], summary["packed"]);
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("data:image/png;base64,") && page.contains("<svg"));
+    assert!(!page.contains("http://") && !page.contains("src=\"https"), "the page opens offline");
+    let lines = std::fs::read_to_string(out.join("placements.csv")).unwrap().lines().count();
+    assert_eq!(lines as u64, summary["items_placed"].as_u64().unwrap() + 1);
+}
+
+#[test]
+fn the_same_seed_packs_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, threads: &str| {
+        let out = folder.path().join(name);
+        let out = out.to_str().unwrap();
+        let arguments =
+            ["pack", "--random", "10", "--seed", "5", "--json", "--threads", threads, "--out", out];
+        let mut summary = json(&ppnpack(&arguments));
+        for timed in ["decision_s", "stages_s", "took_s", "settings"] {
+            summary.as_object_mut().unwrap().remove(timed);
+        }
+        summary
+    };
+    assert_eq!(run("one", "1"), run("two", "2"));
+}
+
+#[test]
+fn other_grids_containers_and_methods_pack() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    for extra in [
+        &["--container", "40x25x16cm", "--cell", "5mm", "--yaws", "8", "--buffer", "2"][..],
+        &["--heuristic", "dbl", "--order", "bbox", "--stability", "published"],
+        &["--heuristic", "hm", "--proposals", "random", "--k", "20"],
+        &["--heuristic", "mta", "--weight", "touching_area=2"],
+        &["--heuristic", "first-fit", "--order", "arrival", "--settle", "2", "--release-height", "5mm"],
+        &["--heuristic", "random", "--order", "shuffled", "--stability", "none"],
+        &["--items", "tennis_ball,0", "--height-unit", "1mm"],
+    ] {
+        let base = ["pack", "--random", "5", "--json", "--out", out.to_str().unwrap()];
+        let base = if extra[0] == "--items" { &[&base[..1], &base[3..]].concat() } else { &base[..] };
+        let summary = json(&ppnpack(&[base, extra].concat()));
+        assert!(summary["packed"]["items"].as_u64().unwrap() >= 1, "{extra:?}: {summary}");
+    }
+}
+
+#[test]
+fn wrong_options_are_refused() {
+    refused(&["pack", "--k", "0"], &["0", "above 0 and at most 100"]);
+    refused(&["pack", "--k", "101"], &["101"]);
+    refused(&["pack", "--k", "nan"], &["NaN"]);
+    refused(&["pack", "--container", "32x32x-30cm"], &["--container", "above 0"]);
+    refused(&["pack", "--container", "32x32"], &["three lengths"]);
+    refused(&["pack", "--cell", "0"], &["--cell", "above 0"]);
+    refused(&["pack", "--cell", "1m"], &["cell"]);
+    refused(&["pack", "--cell", "1um"], &["'um' is no unit"]);
+    refused(&["pack", "--yaws", "0"], &["yaws"]);
+    refused(&["pack", "--buffer", "0"], &["--buffer"]);
+    refused(&["pack", "--weight", "distance"], &["there is no '='"]);
+    refused(&["pack", "--weight", "distanse=1"], &["no such weight", "distance"]);
+    refused(&["pack", "--weight", "distance=-1"], &["distance", "at least 0"]);
+    refused(&["pack", "--items", "unobtainium"], &["unobtainium", "catalogue list"]);
+    refused(&["pack", "--heuristic", "best"], &["--heuristic"]);
+    refused(&["pack", "--settle", "-1"], &["--settle"]);
+    refused(&["pack", "--physics", "/nowhere.json"], &["--physics /nowhere.json"]);
+    refused(&["sort"], &["sort"]);
+}
+
+#[test]
+fn objects_larger_than_the_container_are_named_as_such() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let arguments = [
+        "pack", "--container", "3x3x3cm", "--items", "tennis_ball", "--json", "--out",
+        out.to_str().unwrap(),
+    ];
+    let summary = json(&ppnpack(&arguments));
+    assert_eq!(summary["items_placed"], 0);
+    let item = &summary["ending"]["items"][0];
+    assert_eq!(item["item"], "tennis_ball");
+    assert!(item["reason"].as_str().unwrap().contains("too large"), "{summary}");
+}
+
+/// A cube of 5 cm as ASCII PLY, with replacements to break it.
+fn cube_ply(replace: &[(&str, &str)]) -> String {
+    let mut ply = "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 12\nproperty list uchar int vertex_indices\nend_header\n\
+        0 0 0\n0.05 0 0\n0.05 0.05 0\n0 0.05 0\n0 0 0.05\n0.05 0 0.05\n0.05 0.05 0.05\n0 0.05 0.05\n\
+        3 0 2 1\n3 0 3 2\n3 4 5 6\n3 4 6 7\n3 0 1 5\n3 0 5 4\n3 1 2 6\n3 1 6 5\n3 2 3 7\n3 2 7 6\n3 3 0 4\n3 3 4 7\n"
+        .to_owned();
+    for (from, to) in replace {
+        assert!(ply.contains(from), "{from}");
+        ply = ply.replacen(from, to, 1);
+    }
+    ply
+}
+
+#[test]
+fn a_folder_of_meshes_packs() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("cube.ply"), cube_ply(&[])).unwrap();
+    let catalogue = folder.path().to_str().unwrap();
+    let out = folder.path().join("out");
+    let out = out.to_str().unwrap();
+    let arguments = ["pack", "--catalogue", catalogue, "--random", "4", "--json", "--out", out];
+    let summary = json(&ppnpack(&arguments));
+    assert_eq!(summary["packed"]["items"], 4);
+    let volume = summary["packed"]["meshes_m3"].as_f64().unwrap();
+    assert!((volume - 4.0 * 0.05_f64.powi(3)).abs() < 1e-9, "{volume}");
+    let listed = json(&ppnpack(&["catalogue", "list", "--catalogue", catalogue, "--json"]));
+    assert_eq!(listed[0]["name"], "cube");
+}
+
+#[test]
+fn broken_meshes_are_refused_by_name_and_reason() {
+    let broken: [(&str, String, &str); 5] = [
+        ("nan.ply", cube_ply(&[("0.05 0 0\n", "nan 0 0\n")]), "finite"),
+        ("open.ply", cube_ply(&[("element face 12", "element face 7"), ("3 1 6 5\n3 2 3 7\n3 2 7 6\n3 3 0 4\n3 3 4 7\n", "")]), ""),
+        ("flat.ply", cube_ply(&[("0 0 0.05\n", "0 0 0\n"), ("0.05 0 0.05\n", "0.05 0 0\n"), ("0.05 0.05 0.05\n", "0.05 0.05 0\n"), ("0 0.05 0.05\n", "0 0.05 0\n")]), ""),
+        ("huge.ply", cube_ply(&[("0.05 0.05 0.05\n", "50 50 50\n")]), "unit"),
+        ("cut.ply", cube_ply(&[("3 3 0 4\n3 3 4 7\n", "")]), ""),
+    ];
+    for (name, content, reason) in broken {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join(name), content).unwrap();
+        std::fs::write(folder.path().join("good.ply"), cube_ply(&[])).unwrap();
+        let catalogue = folder.path().to_str().unwrap();
+        let out = folder.path().join("out");
+        let arguments = ["pack", "--catalogue", catalogue, "--out", out.to_str().unwrap()];
+        refused(&arguments, &[name, reason]);
+        assert!(!out.exists(), "{name}: nothing is written");
+        refused(&["catalogue", "check", "--catalogue", catalogue], &["1 of 2 objects cannot be packed"]);
+    }
+}
+
+#[test]
+fn missing_and_empty_folders_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let empty = folder.path().to_str().unwrap();
+    refused(&["pack", "--catalogue", "/nowhere"], &["/nowhere", "folder"]);
+    refused(&["pack", "--catalogue", empty], &[empty, ".ply"]);
+    refused(&["catalogue", "check", "--catalogue", empty], &[empty]);
+    refused(&["catalogue", "show", "--catalogue", "/nowhere"], &["/nowhere"]);
+}
+
+#[test]
+fn broken_sequences_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("sequences.npy");
+    let path = file.to_str().unwrap();
+    let rows = ndarray::array![[0_i64, 1, 2], [3, 4, 500]];
+    ndarray_npy::write_npy(&file, &rows).unwrap();
+    refused(&["pack", "--sequence", path], &["sequence 1", "500", "position 2"]);
+    let rows = ndarray::array![[0_i64, 1, 2], [3, 4, 5]];
+    ndarray_npy::write_npy(&file, &rows).unwrap();
+    refused(&["pack", "--sequence", path, "--index", "2"], &["--index 2", "0 to 1"]);
+    let content = std::fs::read(&file).unwrap();
+    std::fs::write(&file, &content[..content.len() - 5]).unwrap();
+    refused(&["pack", "--sequence", path], &["sequences.npy"]);
+    std::fs::write(&file, b"not numpy").unwrap();
+    refused(&["pack", "--sequence", path], &["sequences.npy"]);
+    refused(&["pack", "--sequence", "/nowhere.npy"], &["/nowhere.npy"]);
+    refused(
+        &["experiment", "table1", "--sequences", "/nowhere.npy"],
+        &["/nowhere.npy"],
+    );
+}
+
+#[test]
+fn a_full_disk_fails_and_leaves_nothing_that_looks_whole() {
+    // /dev/full refuses every write; a folder cannot be made below it either.
+    if !Path::new("/dev/full").exists() {
+        eprintln!("skipped: there is no /dev/full");
+        return;
+    }
+    let output = ppnpack(&["pack", "--random", "2", "--out", "/dev/full/out"]);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(error.contains("/dev/full/out cannot be written"), "{error}");
+}
+
+#[test]
+fn evaluate_prints_what_the_golden_cases_say() {
+    let Some(case) = shared("golden/case_07.npz") else { return };
+    let mut npz = ndarray_npy::NpzReader::new(std::fs::File::open(&case).unwrap()).unwrap();
+    let drop: ndarray::Array2<i16> = npz.by_name("drop").unwrap();
+    for (heuristic, name) in [("sdf", "sdf"), ("dbl", "dbl"), ("hm", "hm")] {
+        let expected: ndarray::Array2<f32> = npz.by_name(name).unwrap();
+        let arguments = ["evaluate", "--case", case.to_str().unwrap(), "--heuristic", heuristic];
+        let found = json(&ppnpack(&arguments));
+        let mut compared = 0;
+        for ((x, y), height) in drop.indexed_iter().filter(|(_, height)| **height >= 0) {
+            assert_eq!(found["drop"][x][y], *height);
+            assert_eq!(found["fits"][x][y], 1);
+            let value = found["value"][x][y].as_f64().unwrap();
+            let error = f64::from(value as f32) - f64::from(expected[[x, y]]);
+            assert!(error.abs() <= 1e-3, "{heuristic} at {x}, {y}: {value}");
+            compared += 1;
+        }
+        assert!(compared > 0);
+    }
+}
+
+#[test]
+fn broken_cases_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("case.npz");
+    std::fs::write(&file, b"PK no").unwrap();
+    refused(&["evaluate", "--case", file.to_str().unwrap()], &["case.npz", "no complete .npz file"]);
+    refused(&["evaluate", "--case", "/nowhere.npz"], &["/nowhere.npz"]);
+    let mut npz = ndarray_npy::NpzWriter::new(std::fs::File::create(&file).unwrap());
+    npz.add_array("container", &ndarray::array![[0_i16, -4]]).unwrap();
+    npz.finish().unwrap();
+    refused(&["evaluate", "--case", file.to_str().unwrap()], &["object_top"]);
+}
+
+#[test]
+fn an_interrupted_experiment_goes_on_where_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let sequences = folder.path().join("sequences.npy");
+    let rows = ndarray::Array2::from_shape_fn((2, 6), |(row, column)| (row * 6 + column) as i64 * 7 % 90);
+    ndarray_npy::write_npy(&sequences, &rows).unwrap();
+    let out = folder.path().join("out");
+    let run = || {
+        let output = ppnpack(&[
+            "experiment", "table1", "--sequences", sequences.to_str().unwrap(), "--cases", "2",
+            "--out", out.to_str().unwrap(), "--json",
+        ]);
+        json(&output)
+    };
+    let first = run();
+    assert_eq!(first["lines"].as_array().unwrap().len(), 6);
+    for name in ["table1.md", "table1.json", "table1.svg", "table1.png"] {
+        assert!(out.join(name).exists(), "{name}");
+    }
+    // A run that was cut short is done again; the others are taken from the disk, decision times included.
+    let settings = out.join("runs").read_dir().unwrap().next().unwrap().unwrap().path();
+    let cut = settings.join("sdfm-00001.json");
+    std::fs::write(&cut, b"{").unwrap();
+    let second = run();
+    assert_eq!(first["lines"][0], second["lines"][0]);
+    assert_eq!(first["lines"][5]["items"], second["lines"][5]["items"]);
+    assert!(std::fs::metadata(&cut).unwrap().len() > 10);
+}
+
+#[test]
+fn the_builtin_catalogue_is_whole_and_can_be_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let sheet = folder.path().join("sheet.png");
+    let arguments = ["catalogue", "show", "--tile", "48", "--out", sheet.to_str().unwrap()];
+    assert!(ppnpack(&arguments).status.success());
+    assert!(std::fs::read(&sheet).unwrap().starts_with(b"\x89PNG"));
+    let checked = json(&ppnpack(&["catalogue", "check", "--json"]));
+    let checked = checked.as_array().unwrap();
+    assert!(checked.len() >= 90 && checked.iter().all(|object| object["ok"] == true));
+}
