@@ -1,5 +1,7 @@
 //! The command end to end, as a user runs it: results, exit codes, and one clear line for every bad input.
 
+#![allow(clippy::unwrap_used, reason = "a panic in a test is a failing test")]
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -17,7 +19,9 @@ fn cache() -> PathBuf {
 }
 
 fn shared(path: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared").join(path);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../../shared")
+        .join(path);
     if !path.exists() {
         eprintln!("skipped: {} is absent", path.display());
         return None;
@@ -31,13 +35,20 @@ fn refused(arguments: &[&str], parts: &[&str]) {
     let error = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{arguments:?}: {error}");
     for part in parts {
-        assert!(error.contains(part), "{arguments:?}: '{part}' is not in: {error}");
+        assert!(
+            error.contains(part),
+            "{arguments:?}: '{part}' is not in: {error}"
+        );
     }
     assert!(!error.contains("panicked"), "{error}");
 }
 
 fn json(output: &Output) -> Value {
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
@@ -45,22 +56,50 @@ fn json(output: &Output) -> Value {
 fn packing_the_builtin_set_writes_a_whole_report() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("result");
-    let arguments = ["pack", "--random", "12", "--seed", "3", "--json", "--out", out.to_str().unwrap()];
+    let arguments = [
+        "pack",
+        "--random",
+        "12",
+        "--seed",
+        "3",
+        "--json",
+        "--out",
+        out.to_str().unwrap(),
+    ];
     let summary = json(&ppnpack(&arguments));
     assert_eq!(summary["items_in_sequence"], 12);
-    assert!(summary["packed"]["items"].as_u64().unwrap() >= 8, "{summary}");
+    assert!(
+        summary["packed"]["items"].as_u64().unwrap() >= 8,
+        "{summary}"
+    );
     assert!(summary["compactness"].as_f64().unwrap() > 0.1);
-    let mut names: Vec<_> =
-        out.read_dir().unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    let mut names: Vec<_> = out
+        .read_dir()
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
     names.sort();
-    let files = ["heightmap.png", "packed.png", "placements.csv", "report.html", "summary.json"];
+    let files = [
+        "heightmap.png",
+        "packed.png",
+        "placements.csv",
+        "report.html",
+        "summary.json",
+    ];
     assert_eq!(names, files);
-    let written: Value = serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
+    let written: Value =
+        serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
     assert_eq!(written["packed"], summary["packed"]);
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
     assert!(page.contains("data:image/png;base64,") && page.contains("<svg"));
-    assert!(!page.contains("http://") && !page.contains("src=\"https"), "the page opens offline");
-    let lines = std::fs::read_to_string(out.join("placements.csv")).unwrap().lines().count();
+    assert!(
+        !page.contains("http://") && !page.contains("src=\"https"),
+        "the page opens offline"
+    );
+    let lines = std::fs::read_to_string(out.join("placements.csv"))
+        .unwrap()
+        .lines()
+        .count();
     assert_eq!(lines as u64, summary["items_placed"].as_u64().unwrap() + 1);
 }
 
@@ -70,8 +109,18 @@ fn the_same_seed_packs_the_same() {
     let run = |name: &str, threads: &str| {
         let out = folder.path().join(name);
         let out = out.to_str().unwrap();
-        let arguments =
-            ["pack", "--random", "10", "--seed", "5", "--json", "--threads", threads, "--out", out];
+        let arguments = [
+            "pack",
+            "--random",
+            "10",
+            "--seed",
+            "5",
+            "--json",
+            "--threads",
+            threads,
+            "--out",
+            out,
+        ];
         let mut summary = json(&ppnpack(&arguments));
         for timed in ["decision_s", "stages_s", "took_s", "settings"] {
             summary.as_object_mut().unwrap().remove(timed);
@@ -86,18 +135,64 @@ fn other_grids_containers_and_methods_pack() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     for extra in [
-        &["--container", "40x25x16cm", "--cell", "5mm", "--yaws", "8", "--buffer", "2"][..],
-        &["--heuristic", "dbl", "--order", "bbox", "--stability", "published"],
+        &[
+            "--container",
+            "40x25x16cm",
+            "--cell",
+            "5mm",
+            "--yaws",
+            "8",
+            "--buffer",
+            "2",
+        ][..],
+        &[
+            "--heuristic",
+            "dbl",
+            "--order",
+            "bbox",
+            "--stability",
+            "published",
+        ],
         &["--heuristic", "hm", "--proposals", "random", "--k", "20"],
         &["--heuristic", "mta", "--weight", "touching_area=2"],
-        &["--heuristic", "first-fit", "--order", "arrival", "--settle", "2", "--release-height", "5mm"],
-        &["--heuristic", "random", "--order", "shuffled", "--stability", "none"],
+        &[
+            "--heuristic",
+            "first-fit",
+            "--order",
+            "arrival",
+            "--settle",
+            "2",
+            "--release-height",
+            "5mm",
+        ],
+        &[
+            "--heuristic",
+            "random",
+            "--order",
+            "shuffled",
+            "--stability",
+            "none",
+        ],
         &["--items", "tennis_ball,0", "--height-unit", "1mm"],
     ] {
-        let base = ["pack", "--random", "5", "--json", "--out", out.to_str().unwrap()];
-        let base = if extra[0] == "--items" { &[&base[..1], &base[3..]].concat() } else { &base[..] };
+        let base = [
+            "pack",
+            "--random",
+            "5",
+            "--json",
+            "--out",
+            out.to_str().unwrap(),
+        ];
+        let base = if extra[0] == "--items" {
+            &[&base[..1], &base[3..]].concat()
+        } else {
+            &base[..]
+        };
         let summary = json(&ppnpack(&[base, extra].concat()));
-        assert!(summary["packed"]["items"].as_u64().unwrap() >= 1, "{extra:?}: {summary}");
+        assert!(
+            summary["packed"]["items"].as_u64().unwrap() >= 1,
+            "{extra:?}: {summary}"
+        );
     }
 }
 
@@ -106,7 +201,10 @@ fn wrong_options_are_refused() {
     refused(&["pack", "--k", "0"], &["0", "above 0 and at most 100"]);
     refused(&["pack", "--k", "101"], &["101"]);
     refused(&["pack", "--k", "nan"], &["NaN"]);
-    refused(&["pack", "--container", "32x32x-30cm"], &["--container", "above 0"]);
+    refused(
+        &["pack", "--container", "32x32x-30cm"],
+        &["--container", "above 0"],
+    );
     refused(&["pack", "--container", "32x32"], &["three lengths"]);
     refused(&["pack", "--cell", "0"], &["--cell", "above 0"]);
     refused(&["pack", "--cell", "1m"], &["cell"]);
@@ -114,12 +212,24 @@ fn wrong_options_are_refused() {
     refused(&["pack", "--yaws", "0"], &["yaws"]);
     refused(&["pack", "--buffer", "0"], &["--buffer"]);
     refused(&["pack", "--weight", "distance"], &["there is no '='"]);
-    refused(&["pack", "--weight", "distanse=1"], &["no such weight", "distance"]);
-    refused(&["pack", "--weight", "distance=-1"], &["distance", "at least 0"]);
-    refused(&["pack", "--items", "unobtainium"], &["unobtainium", "catalogue list"]);
+    refused(
+        &["pack", "--weight", "distanse=1"],
+        &["no such weight", "distance"],
+    );
+    refused(
+        &["pack", "--weight", "distance=-1"],
+        &["distance", "at least 0"],
+    );
+    refused(
+        &["pack", "--items", "unobtainium"],
+        &["unobtainium", "catalogue list"],
+    );
     refused(&["pack", "--heuristic", "best"], &["--heuristic"]);
     refused(&["pack", "--settle", "-1"], &["--settle"]);
-    refused(&["pack", "--physics", "/nowhere.json"], &["--physics /nowhere.json"]);
+    refused(
+        &["pack", "--physics", "/nowhere.json"],
+        &["--physics /nowhere.json"],
+    );
     refused(&["sort"], &["sort"]);
 }
 
@@ -128,14 +238,23 @@ fn objects_larger_than_the_container_are_named_as_such() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let arguments = [
-        "pack", "--container", "3x3x3cm", "--items", "tennis_ball", "--json", "--out",
+        "pack",
+        "--container",
+        "3x3x3cm",
+        "--items",
+        "tennis_ball",
+        "--json",
+        "--out",
         out.to_str().unwrap(),
     ];
     let summary = json(&ppnpack(&arguments));
     assert_eq!(summary["items_placed"], 0);
     let item = &summary["ending"]["items"][0];
     assert_eq!(item["item"], "tennis_ball");
-    assert!(item["reason"].as_str().unwrap().contains("too large"), "{summary}");
+    assert!(
+        item["reason"].as_str().unwrap().contains("too large"),
+        "{summary}"
+    );
 }
 
 /// A cube of 5 cm as ASCII PLY, with replacements to break it.
@@ -159,22 +278,61 @@ fn a_folder_of_meshes_packs() {
     let catalogue = folder.path().to_str().unwrap();
     let out = folder.path().join("out");
     let out = out.to_str().unwrap();
-    let arguments = ["pack", "--catalogue", catalogue, "--random", "4", "--json", "--out", out];
+    let arguments = [
+        "pack",
+        "--catalogue",
+        catalogue,
+        "--random",
+        "4",
+        "--json",
+        "--out",
+        out,
+    ];
     let summary = json(&ppnpack(&arguments));
     assert_eq!(summary["packed"]["items"], 4);
     let volume = summary["packed"]["meshes_m3"].as_f64().unwrap();
     assert!((volume - 4.0 * 0.05_f64.powi(3)).abs() < 1e-9, "{volume}");
-    let listed = json(&ppnpack(&["catalogue", "list", "--catalogue", catalogue, "--json"]));
+    let listed = json(&ppnpack(&[
+        "catalogue",
+        "list",
+        "--catalogue",
+        catalogue,
+        "--json",
+    ]));
     assert_eq!(listed[0]["name"], "cube");
 }
 
 #[test]
 fn broken_meshes_are_refused_by_name_and_reason() {
     let broken: [(&str, String, &str); 5] = [
-        ("nan.ply", cube_ply(&[("0.05 0 0\n", "nan 0 0\n")]), "finite"),
-        ("open.ply", cube_ply(&[("element face 12", "element face 7"), ("3 1 6 5\n3 2 3 7\n3 2 7 6\n3 3 0 4\n3 3 4 7\n", "")]), ""),
-        ("flat.ply", cube_ply(&[("0 0 0.05\n", "0 0 0\n"), ("0.05 0 0.05\n", "0.05 0 0\n"), ("0.05 0.05 0.05\n", "0.05 0.05 0\n"), ("0 0.05 0.05\n", "0 0.05 0\n")]), ""),
-        ("huge.ply", cube_ply(&[("0.05 0.05 0.05\n", "50 50 50\n")]), "unit"),
+        (
+            "nan.ply",
+            cube_ply(&[("0.05 0 0\n", "nan 0 0\n")]),
+            "finite",
+        ),
+        (
+            "open.ply",
+            cube_ply(&[
+                ("element face 12", "element face 7"),
+                ("3 1 6 5\n3 2 3 7\n3 2 7 6\n3 3 0 4\n3 3 4 7\n", ""),
+            ]),
+            "",
+        ),
+        (
+            "flat.ply",
+            cube_ply(&[
+                ("0 0 0.05\n", "0 0 0\n"),
+                ("0.05 0 0.05\n", "0.05 0 0\n"),
+                ("0.05 0.05 0.05\n", "0.05 0.05 0\n"),
+                ("0 0.05 0.05\n", "0 0.05 0\n"),
+            ]),
+            "",
+        ),
+        (
+            "huge.ply",
+            cube_ply(&[("0.05 0.05 0.05\n", "50 50 50\n")]),
+            "unit",
+        ),
         ("cut.ply", cube_ply(&[("3 3 0 4\n3 3 4 7\n", "")]), ""),
     ];
     for (name, content, reason) in broken {
@@ -183,10 +341,19 @@ fn broken_meshes_are_refused_by_name_and_reason() {
         std::fs::write(folder.path().join("good.ply"), cube_ply(&[])).unwrap();
         let catalogue = folder.path().to_str().unwrap();
         let out = folder.path().join("out");
-        let arguments = ["pack", "--catalogue", catalogue, "--out", out.to_str().unwrap()];
+        let arguments = [
+            "pack",
+            "--catalogue",
+            catalogue,
+            "--out",
+            out.to_str().unwrap(),
+        ];
         refused(&arguments, &[name, reason]);
         assert!(!out.exists(), "{name}: nothing is written");
-        refused(&["catalogue", "check", "--catalogue", catalogue], &["1 of 2 objects cannot be packed"]);
+        refused(
+            &["catalogue", "check", "--catalogue", catalogue],
+            &["1 of 2 objects cannot be packed"],
+        );
     }
 }
 
@@ -194,10 +361,16 @@ fn broken_meshes_are_refused_by_name_and_reason() {
 fn missing_and_empty_folders_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let empty = folder.path().to_str().unwrap();
-    refused(&["pack", "--catalogue", "/nowhere"], &["/nowhere", "folder"]);
+    refused(
+        &["pack", "--catalogue", "/nowhere"],
+        &["/nowhere", "folder"],
+    );
     refused(&["pack", "--catalogue", empty], &[empty, ".ply"]);
     refused(&["catalogue", "check", "--catalogue", empty], &[empty]);
-    refused(&["catalogue", "show", "--catalogue", "/nowhere"], &["/nowhere"]);
+    refused(
+        &["catalogue", "show", "--catalogue", "/nowhere"],
+        &["/nowhere"],
+    );
 }
 
 #[test]
@@ -207,10 +380,16 @@ fn broken_sequences_are_refused() {
     let path = file.to_str().unwrap();
     let rows = ndarray::array![[0_i64, 1, 2], [3, 4, 500]];
     ndarray_npy::write_npy(&file, &rows).unwrap();
-    refused(&["pack", "--sequence", path], &["sequence 1", "500", "position 2"]);
+    refused(
+        &["pack", "--sequence", path],
+        &["sequence 1", "500", "position 2"],
+    );
     let rows = ndarray::array![[0_i64, 1, 2], [3, 4, 5]];
     ndarray_npy::write_npy(&file, &rows).unwrap();
-    refused(&["pack", "--sequence", path, "--index", "2"], &["--index 2", "0 to 1"]);
+    refused(
+        &["pack", "--sequence", path, "--index", "2"],
+        &["--index 2", "0 to 1"],
+    );
     let content = std::fs::read(&file).unwrap();
     std::fs::write(&file, &content[..content.len() - 5]).unwrap();
     refused(&["pack", "--sequence", path], &["sequences.npy"]);
@@ -238,12 +417,20 @@ fn a_full_disk_fails_and_leaves_nothing_that_looks_whole() {
 
 #[test]
 fn evaluate_prints_what_the_golden_cases_say() {
-    let Some(case) = shared("golden/case_07.npz") else { return };
+    let Some(case) = shared("golden/case_07.npz") else {
+        return;
+    };
     let mut npz = ndarray_npy::NpzReader::new(std::fs::File::open(&case).unwrap()).unwrap();
     let drop: ndarray::Array2<i16> = npz.by_name("drop").unwrap();
     for (heuristic, name) in [("sdf", "sdf"), ("dbl", "dbl"), ("hm", "hm")] {
         let expected: ndarray::Array2<f32> = npz.by_name(name).unwrap();
-        let arguments = ["evaluate", "--case", case.to_str().unwrap(), "--heuristic", heuristic];
+        let arguments = [
+            "evaluate",
+            "--case",
+            case.to_str().unwrap(),
+            "--heuristic",
+            heuristic,
+        ];
         let found = json(&ppnpack(&arguments));
         let mut compared = 0;
         for ((x, y), height) in drop.indexed_iter().filter(|(_, height)| **height >= 0) {
@@ -263,25 +450,40 @@ fn broken_cases_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("case.npz");
     std::fs::write(&file, b"PK no").unwrap();
-    refused(&["evaluate", "--case", file.to_str().unwrap()], &["case.npz", "no complete .npz file"]);
+    refused(
+        &["evaluate", "--case", file.to_str().unwrap()],
+        &["case.npz", "no complete .npz file"],
+    );
     refused(&["evaluate", "--case", "/nowhere.npz"], &["/nowhere.npz"]);
     let mut npz = ndarray_npy::NpzWriter::new(std::fs::File::create(&file).unwrap());
-    npz.add_array("container", &ndarray::array![[0_i16, -4]]).unwrap();
+    npz.add_array("container", &ndarray::array![[0_i16, -4]])
+        .unwrap();
     npz.finish().unwrap();
-    refused(&["evaluate", "--case", file.to_str().unwrap()], &["object_top"]);
+    refused(
+        &["evaluate", "--case", file.to_str().unwrap()],
+        &["object_top"],
+    );
 }
 
 #[test]
 fn an_interrupted_experiment_goes_on_where_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let sequences = folder.path().join("sequences.npy");
-    let rows = ndarray::Array2::from_shape_fn((2, 6), |(row, column)| (row * 6 + column) as i64 * 7 % 90);
+    let rows =
+        ndarray::Array2::from_shape_fn((2, 6), |(row, column)| (row * 6 + column) as i64 * 7 % 90);
     ndarray_npy::write_npy(&sequences, &rows).unwrap();
     let out = folder.path().join("out");
     let run = || {
         let output = ppnpack(&[
-            "experiment", "table1", "--sequences", sequences.to_str().unwrap(), "--cases", "2",
-            "--out", out.to_str().unwrap(), "--json",
+            "experiment",
+            "table1",
+            "--sequences",
+            sequences.to_str().unwrap(),
+            "--cases",
+            "2",
+            "--out",
+            out.to_str().unwrap(),
+            "--json",
         ]);
         json(&output)
     };
@@ -291,7 +493,14 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
         assert!(out.join(name).exists(), "{name}");
     }
     // A run that was cut short is done again; the others are taken from the disk, decision times included.
-    let settings = out.join("runs").read_dir().unwrap().next().unwrap().unwrap().path();
+    let settings = out
+        .join("runs")
+        .read_dir()
+        .unwrap()
+        .next()
+        .unwrap()
+        .unwrap()
+        .path();
     let cut = settings.join("sdfm-00001.json");
     std::fs::write(&cut, b"{").unwrap();
     let second = run();
@@ -304,7 +513,14 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
 fn the_builtin_catalogue_is_whole_and_can_be_shown() {
     let folder = tempfile::tempdir().unwrap();
     let sheet = folder.path().join("sheet.png");
-    let arguments = ["catalogue", "show", "--tile", "48", "--out", sheet.to_str().unwrap()];
+    let arguments = [
+        "catalogue",
+        "show",
+        "--tile",
+        "48",
+        "--out",
+        sheet.to_str().unwrap(),
+    ];
     assert!(ppnpack(&arguments).status.success());
     assert!(std::fs::read(&sheet).unwrap().starts_with(b"\x89PNG"));
     let checked = json(&ppnpack(&["catalogue", "check", "--json"]));

@@ -3,13 +3,21 @@
 /// Parses a positive length such as `1cm`, `2.5mm`, `0.01m` or `0.01`; gives metres.
 pub(crate) fn parse_length(text: &str) -> Result<f64, String> {
     let metres = with_unit(text)?;
-    if metres > 0.0 { Ok(metres) } else { Err(format!("'{text}' must be above 0")) }
+    if metres > 0.0 {
+        Ok(metres)
+    } else {
+        Err(format!("'{text}' must be above 0"))
+    }
 }
 
 /// Parses a length of at least 0; gives metres.
 pub(crate) fn parse_distance(text: &str) -> Result<f64, String> {
     let metres = with_unit(text)?;
-    if metres >= 0.0 { Ok(metres) } else { Err(format!("'{text}' must not be negative")) }
+    if metres >= 0.0 {
+        Ok(metres)
+    } else {
+        Err(format!("'{text}' must not be negative"))
+    }
 }
 
 /// Parses the three inner lengths of a container, such as `32x32x30cm`; gives metres.
@@ -20,9 +28,9 @@ pub(crate) fn parse_size(text: &str) -> Result<[f64; 3], String> {
         .split(['x', 'X'])
         .map(|side| parse_length(&format!("{side}{unit}")))
         .collect::<Result<_, _>>()?;
-    sides.try_into().map_err(|_| {
-        format!("'{text}' must be three lengths with one unit, such as 32x32x30cm")
-    })
+    sides
+        .try_into()
+        .map_err(|_| format!("'{text}' must be three lengths with one unit, such as 32x32x30cm"))
 }
 
 fn with_unit(text: &str) -> Result<f64, String> {
@@ -33,14 +41,22 @@ fn with_unit(text: &str) -> Result<f64, String> {
         "cm" => 0.01,
         "mm" => 0.001,
         "in" => 0.0254,
-        unit => return Err(format!("'{unit}' is no unit of length: use m, cm, mm or in")),
+        unit => {
+            return Err(format!(
+                "'{unit}' is no unit of length: use m, cm, mm or in"
+            ));
+        }
     };
     let number: f64 = number
         .parse()
         .map_err(|_| format!("'{text}' is no length: write it like 1cm, 2.5mm or 0.01m"))?;
     // Rounding to a picometre keeps 0.1 mm steps exact: 0.2 cm is 0.002 m and not 0.0020000000000000003 m.
     let metres = (number * metres * 1e12).round() / 1e12;
-    if metres.is_finite() { Ok(metres) } else { Err(format!("'{text}' is not finite")) }
+    if metres.is_finite() {
+        Ok(metres)
+    } else {
+        Err(format!("'{text}' is not finite"))
+    }
 }
 
 #[cfg(test)]

@@ -251,7 +251,9 @@ impl StabilityOption {
     pub(crate) fn checks(self) -> Vec<BoxedCheck> {
         match self {
             Self::Physical => {
-                vec![Box::new(PhysicalStability::new(PhysicalStabilitySettings::default()))]
+                vec![Box::new(PhysicalStability::new(
+                    PhysicalStabilitySettings::default(),
+                ))]
             }
             Self::Published => vec![Box::new(PublishedStability::default())],
             Self::None => vec![],
@@ -293,9 +295,10 @@ impl Method {
     pub(crate) fn planner(&self, grid: &Grid, threads: u32) -> Outcome<Planner> {
         let proposer: Box<dyn Proposer> = match self.random_percent {
             None => Box::new(ProposeAll),
-            Some(percent) => {
-                Box::new(ProposeRandom::new(Percent::new(percent).or_input()?, self.seed))
-            }
+            Some(percent) => Box::new(ProposeRandom::new(
+                Percent::new(percent).or_input()?,
+                self.seed,
+            )),
         };
         let settings = SearchSettings {
             heuristic: self.heuristic,
@@ -305,11 +308,19 @@ impl Method {
         };
         let mut search = Search::new(grid, &settings).or_input()?;
         if threads > 1 {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads as usize).build();
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads as usize)
+                .build();
             search = search.with_pool(Arc::new(pool.or_input()?));
         }
         let checks = self.stability.checks();
-        Ok(Planner::new(proposer, Box::new(search), checks, self.order, self.seed))
+        Ok(Planner::new(
+            proposer,
+            Box::new(search),
+            checks,
+            self.order,
+            self.seed,
+        ))
     }
 }
 
@@ -378,14 +389,14 @@ fn weights(assignments: &[String]) -> Outcome<Weights> {
         let value: f64 = value.parse().map_err(|_| wrong("the value is no number"))?;
         named.insert(name.to_owned(), serde_json::json!(value));
     }
-    let weights: Weights =
-        serde_json::from_value(serde_json::Value::Object(named)).or_input()?;
+    let weights: Weights = serde_json::from_value(serde_json::Value::Object(named)).or_input()?;
     weights.validate().or_input()?;
     Ok(weights)
 }
 
 fn parse_unit(text: &str) -> Result<LengthUnit, String> {
-    text.parse().map_err(|error: ppnpack_catalogue::unit::UnknownUnit| error.to_string())
+    text.parse()
+        .map_err(|error: ppnpack_catalogue::unit::UnknownUnit| error.to_string())
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -11,7 +11,9 @@ use tempfile::{NamedTempFile, TempDir};
 /// # Errors
 /// What kept it from being written, with the path and a remedy.
 pub(crate) fn write_whole(path: &Path, content: &[u8]) -> anyhow::Result<()> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
     let write = || -> std::io::Result<()> {
         std::fs::create_dir_all(folder)?;
@@ -36,7 +38,10 @@ fn readable_by_all(file: &std::fs::File) -> std::io::Result<()> {
 }
 
 fn cannot_write(path: &Path) -> String {
-    format!("{} cannot be written: free some space, or choose another --out", path.display())
+    format!(
+        "{} cannot be written: free some space, or choose another --out",
+        path.display()
+    )
 }
 
 /// A folder of result files that appear in their place only when all of them are complete.
@@ -52,10 +57,16 @@ impl StagedFolder {
     pub(crate) fn new(target: &Path) -> anyhow::Result<Self> {
         let create = || -> std::io::Result<TempDir> {
             std::fs::create_dir_all(target)?;
-            tempfile::Builder::new().prefix(".unfinished-").tempdir_in(target)
+            tempfile::Builder::new()
+                .prefix(".unfinished-")
+                .tempdir_in(target)
         };
         let staging = create().with_context(|| cannot_write(target))?;
-        Ok(Self { target: target.to_owned(), staging, names: Vec::new() })
+        Ok(Self {
+            target: target.to_owned(),
+            staging,
+            names: Vec::new(),
+        })
     }
 
     /// Adds a file.
@@ -110,7 +121,11 @@ mod tests {
         assert!(!target.join("a.txt").exists());
         staged.publish().unwrap();
         assert_eq!(std::fs::read(target.join("a.txt")).unwrap(), b"one");
-        assert_eq!(target.read_dir().unwrap().count(), 1, "the staging folder is gone");
+        assert_eq!(
+            target.read_dir().unwrap().count(),
+            1,
+            "the staging folder is gone"
+        );
     }
 
     #[test]

@@ -22,11 +22,21 @@ pub(crate) struct SequenceOptions {
     pub(crate) sequence: Option<PathBuf>,
 
     /// Which sequence of the file, from 0
-    #[arg(long, value_name = "NUMBER", default_value_t = 0, requires = "sequence")]
+    #[arg(
+        long,
+        value_name = "NUMBER",
+        default_value_t = 0,
+        requires = "sequence"
+    )]
     pub(crate) index: usize,
 
     /// The objects by name or index, separated by commas
-    #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with = "random")]
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        conflicts_with = "random"
+    )]
     pub(crate) items: Vec<String>,
 
     /// How many objects to draw at random, see --seed [default: 80]
@@ -50,19 +60,30 @@ impl SequenceOptions {
         if !self.items.is_empty() {
             let objects = self.items.iter().map(|item| find(catalogue, item));
             let objects = objects.collect::<Result<_, _>>()?;
-            return Ok(Sequence { from: "--items".to_owned(), objects });
+            return Ok(Sequence {
+                from: "--items".to_owned(),
+                objects,
+            });
         }
         let count = self.random.unwrap_or(80);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let objects = (0..count).map(|_| random.random_range(0..catalogue.len())).collect();
-        Ok(Sequence { from: format!("{count} at random, seed {seed}"), objects })
+        let objects = (0..count)
+            .map(|_| random.random_range(0..catalogue.len()))
+            .collect();
+        Ok(Sequence {
+            from: format!("{count} at random, seed {seed}"),
+            objects,
+        })
     }
 }
 
 impl Sequence {
     /// The items themselves.
     pub(crate) fn items(&self, catalogue: &Catalogue) -> Vec<Arc<Item>> {
-        let objects = self.objects.iter().filter_map(|index| catalogue.get(*index));
+        let objects = self
+            .objects
+            .iter()
+            .filter_map(|index| catalogue.get(*index));
         objects.map(|object| object.item.clone()).collect()
     }
 }
@@ -81,9 +102,9 @@ impl SequenceFile {
                 path.display()
             ))
         })?;
-        let outside = rows
-            .indexed_iter()
-            .find(|(_, object)| usize::try_from(**object).map_or(true, |index| index >= catalogue.len()));
+        let outside = rows.indexed_iter().find(|(_, object)| {
+            usize::try_from(**object).map_or(true, |index| index >= catalogue.len())
+        });
         if let Some(((row, column), object)) = outside {
             return Err(Failure::input(format_args!(
                 "{}: sequence {row} names object {object} at position {column}, but the catalogue has objects \
@@ -92,7 +113,10 @@ impl SequenceFile {
                 catalogue.len().saturating_sub(1)
             )));
         }
-        Ok(Self { path: path.to_owned(), rows })
+        Ok(Self {
+            path: path.to_owned(),
+            rows,
+        })
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -108,17 +132,26 @@ impl SequenceFile {
             )));
         }
         let row = self.rows.row(index);
-        let objects = row.iter().filter_map(|object| usize::try_from(*object).ok());
+        let objects = row
+            .iter()
+            .filter_map(|object| usize::try_from(*object).ok());
         let from = format!("sequence {index} of {}", self.path.display());
-        Ok(Sequence { from, objects: objects.collect() })
+        Ok(Sequence {
+            from,
+            objects: objects.collect(),
+        })
     }
 }
 
 fn find(catalogue: &Catalogue, name: &str) -> Outcome<usize> {
     let by_index = || name.parse().ok().filter(|index| *index < catalogue.len());
-    catalogue.find(name).map(|(index, _)| index).or_else(by_index).ok_or_else(|| {
-        Failure::input(format_args!(
-            "--items: the catalogue has no object '{name}'; `ppnpack catalogue list` names them"
-        ))
-    })
+    catalogue
+        .find(name)
+        .map(|(index, _)| index)
+        .or_else(by_index)
+        .ok_or_else(|| {
+            Failure::input(format_args!(
+                "--items: the catalogue has no object '{name}'; `ppnpack catalogue list` names them"
+            ))
+        })
 }

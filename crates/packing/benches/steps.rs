@@ -17,14 +17,17 @@ use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
 use ppnpack_packing::item::Item;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::plan::{Candidate, Evaluator, Planner, StepInput};
-use ppnpack_packing::proposals::{Percent, ProposeAll, ProposeRandom, Proposals, Proposer};
+use ppnpack_packing::proposals::{Percent, Proposals, ProposeAll, ProposeRandom, Proposer};
 use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::{PhysicalStability, PublishedStability};
 use ppnpack_packing::survey::survey;
 
 /// Cell, yaws and a name.
-const GRIDS: [(f64, usize, &str); 3] =
-    [(0.01, 4, "1 cm, 4 yaws"), (0.005, 8, "5 mm, 8 yaws"), (0.0025, 16, "2.5 mm, 16 yaws")];
+const GRIDS: [(f64, usize, &str); 3] = [
+    (0.01, 4, "1 cm, 4 yaws"),
+    (0.005, 8, "5 mm, 8 yaws"),
+    (0.0025, 16, "2.5 mm, 16 yaws"),
+];
 
 const BUFFER: usize = 5;
 
@@ -39,24 +42,52 @@ impl Setting {
     fn new((cell_m, yaws, name): (f64, usize, &'static str)) -> Self {
         let resolution = Resolution::new(cell_m, 0.002, Yaws::half_turn(yaws).unwrap()).unwrap();
         let grid = Grid::new(ContainerSize::REFERENCE, resolution).unwrap();
-        let source = std::env::var("PPNPACK_BENCH_OBJECTS")
-            .map_or(Source::Builtin, |folder| Source::Folder(PathBuf::from(folder)));
+        let source = std::env::var("PPNPACK_BENCH_OBJECTS").map_or(Source::Builtin, |folder| {
+            Source::Folder(PathBuf::from(folder))
+        });
         let catalogue =
             Catalogue::load(&source, &Settings::default(), grid.resolution(), &|_, _| {}).unwrap();
         // 37 is coprime to the usual catalogue sizes, so this visits all objects in a mixed order.
         let objects = (0..80).map(|arrival| (arrival * 37 + 11) % catalogue.len());
-        let sequence: Vec<Arc<Item>> =
-            objects.map(|object| catalogue.get(object).unwrap().item.clone()).collect();
-        let mut recorder = Recorder { grid: grid.clone(), sequence: sequence.clone(), taken: vec![], steps: vec![] };
-        let mut planner = planner(&grid, Box::new(ProposeAll), vec![Box::new(PublishedStability::default())]);
-        play(&grid, &mut planner, &mut IdealCell::new(&grid), sequence, BUFFER, &mut recorder).unwrap();
-        Self { name, grid, steps: recorder.steps }
+        let sequence: Vec<Arc<Item>> = objects
+            .map(|object| catalogue.get(object).unwrap().item.clone())
+            .collect();
+        let mut recorder = Recorder {
+            grid: grid.clone(),
+            sequence: sequence.clone(),
+            taken: vec![],
+            steps: vec![],
+        };
+        let mut planner = planner(
+            &grid,
+            Box::new(ProposeAll),
+            vec![Box::new(PublishedStability::default())],
+        );
+        play(
+            &grid,
+            &mut planner,
+            &mut IdealCell::new(&grid),
+            sequence,
+            BUFFER,
+            &mut recorder,
+        )
+        .unwrap();
+        Self {
+            name,
+            grid,
+            steps: recorder.steps,
+        }
     }
 
     /// The step at which the container is half full, and the same with every cell one unit higher.
     fn half_full(&self) -> ([&Scene; 1], Scene, &[Candidate]) {
         let (scene, candidates) = &self.steps[self.steps.len() / 2];
-        let raised = scene.heightmap().heights().iter().map(|height| height + 1).collect();
+        let raised = scene
+            .heightmap()
+            .heights()
+            .iter()
+            .map(|height| height + 1)
+            .collect();
         let raised = Heightmap::from_units(self.grid.nx(), self.grid.ny(), raised).unwrap();
         ([scene], with_surface(&self.grid, &raised), candidates)
     }
@@ -75,9 +106,13 @@ impl Observer for Recorder {
         let waiting = (0..self.sequence.len()).filter(|arrival| !self.taken.contains(arrival));
         let candidates = waiting
             .take(BUFFER)
-            .map(|arrival| Candidate { arrival, item: self.sequence[arrival].clone() })
+            .map(|arrival| Candidate {
+                arrival,
+                item: self.sequence[arrival].clone(),
+            })
             .collect();
-        self.steps.push((with_surface(&self.grid, scene.heightmap()), candidates));
+        self.steps
+            .push((with_surface(&self.grid, scene.heightmap()), candidates));
         self.taken.push(step.candidate.arrival);
     }
 }
@@ -98,8 +133,16 @@ fn with_surface(grid: &Grid, heightmap: &Heightmap) -> Scene {
 
 fn search(grid: &Grid, heuristic: Heuristic) -> Search {
     let order = Order::Balance;
-    Search::new(grid, &SearchSettings { heuristic, order, weights: Weights::default(), seed: 0 })
-        .unwrap()
+    Search::new(
+        grid,
+        &SearchSettings {
+            heuristic,
+            order,
+            weights: Weights::default(),
+            seed: 0,
+        },
+    )
+    .unwrap()
 }
 
 fn planner(grid: &Grid, proposer: Box<dyn Proposer>, checks: Vec<BoxedCheck>) -> Planner {
@@ -123,61 +166,99 @@ fn steps(criterion: &mut Criterion) {
                 bencher.iter(|| {
                     step += 1;
                     let scene = if step % 2 == 0 { scene } else { &raised };
-                    let input = StepInput { grid, scene, candidates, step };
+                    let input = StepInput {
+                        grid,
+                        scene,
+                        candidates,
+                        step,
+                    };
                     black_box(planner.plan(&input).unwrap().choice())
                 });
             });
         };
         let published: Vec<BoxedCheck> = vec![Box::new(PublishedStability::default())];
-        alternate("SDFM, published stability", planner(grid, Box::new(ProposeAll), published));
-        alternate("SDFM, physical stability", planner(grid, Box::new(ProposeAll), physical()));
+        alternate(
+            "SDFM, published stability",
+            planner(grid, Box::new(ProposeAll), published),
+        );
+        alternate(
+            "SDFM, physical stability",
+            planner(grid, Box::new(ProposeAll), physical()),
+        );
         let five = Percent::new(5.0).unwrap();
         alternate(
             "SDFM on a random 5 %",
             planner(grid, Box::new(ProposeRandom::new(five, 0)), physical()),
         );
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(2)
+            .build()
+            .unwrap();
         let two_threads = search(grid, Heuristic::Sdfm).with_pool(Arc::new(pool));
         alternate(
             "SDFM, two threads",
-            Planner::new(Box::new(ProposeAll), Box::new(two_threads), physical(), Order::Balance, 0),
+            Planner::new(
+                Box::new(ProposeAll),
+                Box::new(two_threads),
+                physical(),
+                Order::Balance,
+                0,
+            ),
         );
         for heuristic in [Heuristic::Dbl, Heuristic::Hm, Heuristic::Mta] {
             let search = search(grid, heuristic);
             alternate(
                 &format!("{heuristic:?}"),
-                Planner::new(Box::new(ProposeAll), Box::new(search), physical(), Order::Balance, 0),
+                Planner::new(
+                    Box::new(ProposeAll),
+                    Box::new(search),
+                    physical(),
+                    Order::Balance,
+                    0,
+                ),
             );
         }
         drop(alternate);
         // Consecutive steps of an episode, whose search keeps what did not change.
         let mut planner = planner(grid, Box::new(ProposeAll), physical());
-        group.bench_function(BenchmarkId::new("SDFM, mean over an episode", name), |bencher| {
-            bencher.iter_custom(|iterations| {
-                let started = std::time::Instant::now();
-                for _ in 0..iterations {
-                    for (step, (scene, candidates)) in setting.steps.iter().enumerate() {
-                        let step = step as u64;
-                        let input = StepInput { grid, scene, candidates, step };
-                        black_box(planner.plan(&input).unwrap().choice());
+        group.bench_function(
+            BenchmarkId::new("SDFM, mean over an episode", name),
+            |bencher| {
+                bencher.iter_custom(|iterations| {
+                    let started = std::time::Instant::now();
+                    for _ in 0..iterations {
+                        for (step, (scene, candidates)) in setting.steps.iter().enumerate() {
+                            let step = step as u64;
+                            let input = StepInput {
+                                grid,
+                                scene,
+                                candidates,
+                                step,
+                            };
+                            black_box(planner.plan(&input).unwrap().choice());
+                        }
                     }
-                }
-                started.elapsed() / setting.steps.len() as u32
-            });
-        });
+                    started.elapsed() / setting.steps.len() as u32
+                });
+            },
+        );
         // What the search saves: every value of every placement.
         group.sample_size(10);
-        group.bench_function(BenchmarkId::new("SDFM, every value computed", name), |bencher| {
-            bencher.iter(|| {
-                for candidate in candidates {
-                    for view in candidate.item.views() {
-                        let weights = Weights::default();
-                        let heightmap = scene.heightmap();
-                        black_box(survey(grid, heightmap, view, Heuristic::Sdfm, &weights)).unwrap();
+        group.bench_function(
+            BenchmarkId::new("SDFM, every value computed", name),
+            |bencher| {
+                bencher.iter(|| {
+                    for candidate in candidates {
+                        for view in candidate.item.views() {
+                            let weights = Weights::default();
+                            let heightmap = scene.heightmap();
+                            black_box(survey(grid, heightmap, view, Heuristic::Sdfm, &weights))
+                                .unwrap();
+                        }
                     }
-                }
-            });
-        });
+                });
+            },
+        );
         group.finish();
     }
 }
@@ -190,7 +271,12 @@ fn kernels(criterion: &mut Criterion) {
         group.sample_size(30);
         // Ranking by first-fit takes the resting heights and nothing else until its first value is asked for.
         let mut proposals = Proposals::default();
-        let input = StepInput { grid, scene, candidates, step: 0 };
+        let input = StepInput {
+            grid,
+            scene,
+            candidates,
+            step: 0,
+        };
         ProposeAll.propose(&input, &mut proposals).unwrap();
         let buffer: Vec<usize> = (0..candidates.len()).collect();
         for (label, heuristic) in [
@@ -203,7 +289,12 @@ fn kernels(criterion: &mut Criterion) {
                 bencher.iter(|| {
                     step += 1;
                     let scene = if step % 2 == 0 { scene } else { &raised };
-                    let input = StepInput { grid, scene, candidates, step };
+                    let input = StepInput {
+                        grid,
+                        scene,
+                        candidates,
+                        step,
+                    };
                     search.rank(&input, &buffer, &proposals).unwrap();
                 });
             });
@@ -211,34 +302,57 @@ fn kernels(criterion: &mut Criterion) {
         // 256 placements of SDFM's ranking, checked one by one.
         let mut search = search(grid, Heuristic::Sdfm);
         search.rank(&input, &buffer, &proposals).unwrap();
-        let ranked: Vec<_> =
-            std::iter::from_fn(|| search.next_best(&input).unwrap()).take(256).collect();
+        let ranked: Vec<_> = std::iter::from_fn(|| search.next_best(&input).unwrap())
+            .take(256)
+            .collect();
         let mut published = PublishedStability::default();
         let mut physical = PhysicalStability::new(Default::default());
         let view = |at: &ppnpack_packing::plan::Evaluated| {
             &candidates[at.candidate].item.views()[at.resting.placement.yaw]
         };
-        group.bench_function(BenchmarkId::new("published stability x 256", name), |bencher| {
-            bencher.iter(|| {
-                for at in &ranked {
-                    black_box(published.is_stable(grid, scene.heightmap(), view(at), &at.resting));
-                }
-            });
-        });
-        group.bench_function(BenchmarkId::new("physical stability x 256", name), |bencher| {
-            bencher.iter(|| {
-                for at in &ranked {
-                    black_box(physical.is_stable(grid, scene, view(at), &at.resting));
-                }
-            });
-        });
-        group.bench_function(BenchmarkId::new("values of all placements of an item", name), |bencher| {
-            bencher.iter_batched(
-                || &candidates[0].item.views()[0],
-                |view| survey(grid, scene.heightmap(), view, Heuristic::Sdfm, &Weights::default()),
-                BatchSize::SmallInput,
-            );
-        });
+        group.bench_function(
+            BenchmarkId::new("published stability x 256", name),
+            |bencher| {
+                bencher.iter(|| {
+                    for at in &ranked {
+                        black_box(published.is_stable(
+                            grid,
+                            scene.heightmap(),
+                            view(at),
+                            &at.resting,
+                        ));
+                    }
+                });
+            },
+        );
+        group.bench_function(
+            BenchmarkId::new("physical stability x 256", name),
+            |bencher| {
+                bencher.iter(|| {
+                    for at in &ranked {
+                        black_box(physical.is_stable(grid, scene, view(at), &at.resting));
+                    }
+                });
+            },
+        );
+        group.bench_function(
+            BenchmarkId::new("values of all placements of an item", name),
+            |bencher| {
+                bencher.iter_batched(
+                    || &candidates[0].item.views()[0],
+                    |view| {
+                        survey(
+                            grid,
+                            scene.heightmap(),
+                            view,
+                            Heuristic::Sdfm,
+                            &Weights::default(),
+                        )
+                    },
+                    BatchSize::SmallInput,
+                );
+            },
+        );
         group.finish();
     }
 }

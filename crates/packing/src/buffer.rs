@@ -18,7 +18,11 @@ impl Buffer {
     pub fn new(sequence: Vec<Arc<Item>>, capacity: usize) -> Self {
         let capacity = capacity.max(1);
         let arrivals = sequence.into_iter().enumerate();
-        let mut buffer = Self { candidates: Vec::with_capacity(capacity), capacity, arrivals };
+        let mut buffer = Self {
+            candidates: Vec::with_capacity(capacity),
+            capacity,
+            arrivals,
+        };
         buffer.refill();
         buffer
     }

@@ -14,7 +14,10 @@ pub const DISTANCE_TRUNCATION: usize = DISTANCE_LEVELS + 1;
 pub(crate) fn level_reach(grid: &Grid, step: usize) -> (usize, Units) {
     let resolution = grid.resolution();
     let reach_m = DISTANCE_STEP_M * step as f64;
-    (resolution.cells_within(reach_m), resolution.units_below(reach_m))
+    (
+        resolution.cells_within(reach_m),
+        resolution.units_below(reach_m),
+    )
 }
 
 /// The heights from which on a voxel is further than 1, 2, ... steps from content, walls and floor.
@@ -67,7 +70,9 @@ fn dilate(
         let heights = heightmap.row(x);
         let row = along_y.row_mut(x);
         row.fill(WALL);
-        let Some(inner) = row.get_mut(inner_y.clone()) else { continue };
+        let Some(inner) = row.get_mut(inner_y.clone()) else {
+            continue;
+        };
         inner.fill(0);
         for window in heights.windows(inner.len().max(1)).take(2 * radius + 1) {
             raise(inner, window, 0);

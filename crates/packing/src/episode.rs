@@ -8,7 +8,9 @@ use crate::heightmap::Scene;
 use crate::item::Item;
 use crate::metrics::{Metrics, PackedVolume};
 use crate::placement::RestingPlacement;
-use crate::plan::{Candidate, Evaluated, Plan, PlanError, Planner, Reason, StageError, StepInput, Timings};
+use crate::plan::{
+    Candidate, Evaluated, Plan, PlanError, Planner, Reason, StageError, StepInput, Timings,
+};
 
 /// The cell that an episode is played in: simulated, real, or only imagined.
 pub trait PackingCell {
@@ -85,8 +87,16 @@ pub struct Episode {
 impl Episode {
     /// The mean decision time per packed item, in seconds; 0 where nothing was packed.
     pub fn mean_decision_s(&self) -> f64 {
-        let total: f64 = self.steps.iter().map(|step| step.timings.total().as_secs_f64()).sum();
-        if self.steps.is_empty() { 0.0 } else { total / self.steps.len() as f64 }
+        let total: f64 = self
+            .steps
+            .iter()
+            .map(|step| step.timings.total().as_secs_f64())
+            .sum();
+        if self.steps.is_empty() {
+            0.0
+        } else {
+            total / self.steps.len() as f64
+        }
     }
 }
 
@@ -122,17 +132,30 @@ pub fn play(
         if buffer.candidates().is_empty() {
             break Ending::AllPacked;
         }
-        let input = StepInput { grid, scene: &scene, candidates: buffer.candidates(), step };
+        let input = StepInput {
+            grid,
+            scene: &scene,
+            candidates: buffer.candidates(),
+            step,
+        };
         let plan = planner.plan(&input)?;
         let Some(choice) = plan.choice() else {
             break Ending::NothingFits(reasons(buffer.candidates(), plan));
         };
         let alternatives = plan.alternatives().to_vec();
         let timings = plan.timings();
-        let Some(candidate) = buffer.take(choice.candidate) else { break Ending::AllPacked };
+        let Some(candidate) = buffer.take(choice.candidate) else {
+            break Ending::AllPacked;
+        };
         cell.place(&candidate, &choice.resting)
             .map_err(|source| EpisodeError::Cell { step, source })?;
-        steps.push(Step { step, candidate, choice, alternatives, timings });
+        steps.push(Step {
+            step,
+            candidate,
+            choice,
+            alternatives,
+            timings,
+        });
         if let Some(step) = steps.last() {
             observer.on_step(step, &scene);
         }
@@ -140,23 +163,34 @@ pub fn play(
     };
     let packed = packed_volume(grid, &steps, cell);
     let metrics = Metrics::new(grid, scene.heightmap(), packed);
-    Ok(Episode { steps, ending, scene, metrics })
+    Ok(Episode {
+        steps,
+        ending,
+        scene,
+        metrics,
+    })
 }
 
 fn scan(cell: &mut dyn PackingCell, step: u64) -> Result<Scene, EpisodeError> {
-    cell.scan().map_err(|source| EpisodeError::Cell { step, source })
+    cell.scan()
+        .map_err(|source| EpisodeError::Cell { step, source })
 }
 
 fn reasons(candidates: &[Candidate], plan: &Plan) -> Vec<(Candidate, Reason)> {
     let reports = candidates.iter().zip(plan.candidates());
-    reports.filter_map(|(held, report)| Some((held.clone(), report.reason?))).collect()
+    reports
+        .filter_map(|(held, report)| Some((held.clone(), report.reason?)))
+        .collect()
 }
 
 fn packed_volume(grid: &Grid, steps: &[Step], cell: &dyn PackingCell) -> PackedVolume {
     let resolution = grid.resolution();
     let voxel_m3 = resolution.cell_m() * resolution.cell_m() * resolution.height_unit_m();
     let mut packed = PackedVolume::default();
-    for step in steps.iter().filter(|step| cell.is_inside(step.candidate.arrival)) {
+    for step in steps
+        .iter()
+        .filter(|step| cell.is_inside(step.candidate.arrival))
+    {
         let item = &step.candidate.item;
         let view = item.views().get(step.choice.resting.placement.yaw);
         packed.items += 1;
@@ -178,7 +212,11 @@ impl IdealCell {
     /// An empty cell.
     pub fn new(grid: &Grid) -> Self {
         let scene = Scene::from_heightmap(crate::heightmap::Heightmap::empty(grid));
-        Self { grid: grid.clone(), scene, placed: Vec::new() }
+        Self {
+            grid: grid.clone(),
+            scene,
+            placed: Vec::new(),
+        }
     }
 }
 
@@ -188,7 +226,9 @@ impl PackingCell for IdealCell {
     }
 
     fn place(&mut self, item: &Candidate, resting: &RestingPlacement) -> Result<(), StageError> {
-        let Some(view) = item.item.views().get(resting.placement.yaw) else { return Ok(()) };
+        let Some(view) = item.item.views().get(resting.placement.yaw) else {
+            return Ok(());
+        };
         let mut heightmap = self.scene.heightmap().clone();
         for (index, (top, bottom)) in view.top().iter().zip(view.bottom()).enumerate() {
             let (x, y) = (index / view.ny(), index % view.ny());

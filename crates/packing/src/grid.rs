@@ -85,7 +85,11 @@ impl Yaws {
         if count == 0 || count > 360 {
             return Err(GridError::Yaws);
         }
-        Ok(Self((0..count).map(|yaw| range_rad * yaw as f64 / count as f64).collect()))
+        Ok(Self(
+            (0..count)
+                .map(|yaw| range_rad * yaw as f64 / count as f64)
+                .collect(),
+        ))
     }
 
     /// The angles, in radians.
@@ -115,13 +119,23 @@ impl Resolution {
     pub fn new(cell_m: f64, height_unit_m: f64, yaws: Yaws) -> Result<Self, GridError> {
         positive("the cell", cell_m)?;
         positive("the height unit", height_unit_m)?;
-        Ok(Self { cell_m, height_unit_m, yaws })
+        Ok(Self {
+            cell_m,
+            height_unit_m,
+            yaws,
+        })
     }
 
     /// The paper's: cells of 1 cm, heights in units of 0.2 cm, 4 yaws over half a turn.
     pub fn reference() -> Self {
-        let yaws = (0..4).map(|yaw| f64::from(yaw) * std::f64::consts::FRAC_PI_4).collect();
-        Self { cell_m: 0.01, height_unit_m: 0.002, yaws: Yaws(yaws) }
+        let yaws = (0..4)
+            .map(|yaw| f64::from(yaw) * std::f64::consts::FRAC_PI_4)
+            .collect();
+        Self {
+            cell_m: 0.01,
+            height_unit_m: 0.002,
+            yaws: Yaws(yaws),
+        }
     }
 
     /// The edge of a cell, in metres.
@@ -141,7 +155,9 @@ impl Resolution {
 
     /// How many samples of a fine surface lie along a cell's edge; their pitch is at most 2.5 mm.
     pub fn samples_per_cell(&self) -> usize {
-        (self.cell_m / SURFACE_PITCH_M - DIVISION_SLACK).ceil().max(1.0) as usize
+        (self.cell_m / SURFACE_PITCH_M - DIVISION_SLACK)
+            .ceil()
+            .max(1.0) as usize
     }
 
     /// The distance between two samples of a fine surface, in metres.
@@ -180,7 +196,11 @@ pub struct ContainerSize {
 
 impl ContainerSize {
     /// The paper's container: 32 x 32 x 30 cm.
-    pub const REFERENCE: Self = Self { x_m: 0.32, y_m: 0.32, z_m: 0.30 };
+    pub const REFERENCE: Self = Self {
+        x_m: 0.32,
+        y_m: 0.32,
+        z_m: 0.30,
+    };
 }
 
 /// A container seen as a grid of cells with heights in units.
@@ -209,7 +229,11 @@ impl Grid {
             let cell_m = resolution.cell_m;
             let cells = (length_m / cell_m + DIVISION_SLACK).floor();
             if cells < 1.0 || cells > MAX_CELLS as f64 {
-                return Err(GridError::Cells { side, cells, cell_m });
+                return Err(GridError::Cells {
+                    side,
+                    cells,
+                    cell_m,
+                });
             }
             Ok(cells as usize)
         };
@@ -220,13 +244,25 @@ impl Grid {
         if units < 1.0 || units > f64::from(MAX_UNITS) {
             return Err(GridError::HeightUnits { units, unit_m });
         }
-        Ok(Self { container, resolution, nx, ny, rim: units as Units })
+        Ok(Self {
+            container,
+            resolution,
+            nx,
+            ny,
+            rim: units as Units,
+        })
     }
 
     /// The paper's: 32 x 32 cells of 1 cm, 150 units of 0.2 cm, 4 yaws.
     pub fn reference() -> Self {
         let container = ContainerSize::REFERENCE;
-        Self { container, resolution: Resolution::reference(), nx: 32, ny: 32, rim: 150 }
+        Self {
+            container,
+            resolution: Resolution::reference(),
+            nx: 32,
+            ny: 32,
+            rim: 150,
+        }
     }
 
     /// The container's inner size.
@@ -261,7 +297,11 @@ impl Grid {
 }
 
 fn positive(what: &'static str, value: f64) -> Result<(), GridError> {
-    if value.is_finite() && value > 0.0 { Ok(()) } else { Err(GridError::NotPositive { what, value }) }
+    if value.is_finite() && value > 0.0 {
+        Ok(())
+    } else {
+        Err(GridError::NotPositive { what, value })
+    }
 }
 
 #[cfg(test)]
@@ -296,11 +336,26 @@ mod tests {
     fn impossible_grids_are_refused() {
         let size = |x_m, z_m| ContainerSize { x_m, y_m: 0.3, z_m };
         let grid = |container| Grid::new(container, Resolution::reference());
-        assert!(matches!(grid(size(-0.3, 0.3)), Err(GridError::NotPositive { .. })));
-        assert!(matches!(grid(size(f64::NAN, 0.3)), Err(GridError::NotPositive { .. })));
-        assert!(matches!(grid(size(0.001, 0.3)), Err(GridError::Cells { side: "x", .. })));
-        assert!(matches!(grid(size(100.0, 0.3)), Err(GridError::Cells { side: "x", .. })));
-        assert!(matches!(grid(size(0.3, 100.0)), Err(GridError::HeightUnits { .. })));
+        assert!(matches!(
+            grid(size(-0.3, 0.3)),
+            Err(GridError::NotPositive { .. })
+        ));
+        assert!(matches!(
+            grid(size(f64::NAN, 0.3)),
+            Err(GridError::NotPositive { .. })
+        ));
+        assert!(matches!(
+            grid(size(0.001, 0.3)),
+            Err(GridError::Cells { side: "x", .. })
+        ));
+        assert!(matches!(
+            grid(size(100.0, 0.3)),
+            Err(GridError::Cells { side: "x", .. })
+        ));
+        assert!(matches!(
+            grid(size(0.3, 100.0)),
+            Err(GridError::HeightUnits { .. })
+        ));
         assert!(Yaws::half_turn(0).is_err());
     }
 }

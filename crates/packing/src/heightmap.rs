@@ -45,7 +45,11 @@ pub struct Heightmap {
 impl Heightmap {
     /// An empty container.
     pub fn empty(grid: &Grid) -> Self {
-        Self { nx: grid.nx(), ny: grid.ny(), heights: vec![0; grid.nx() * grid.ny()] }
+        Self {
+            nx: grid.nx(),
+            ny: grid.ny(),
+            heights: vec![0; grid.nx() * grid.ny()],
+        }
     }
 
     /// A heightmap of `nx` x `ny` cells from its heights in units, row-major.
@@ -54,10 +58,16 @@ impl Heightmap {
     /// [`HeightmapError`] where the count differs or a height is negative or above [`MAX_UNITS`].
     pub fn from_units(nx: usize, ny: usize, heights: Vec<Units>) -> Result<Self, HeightmapError> {
         if heights.len() != nx * ny {
-            return Err(HeightmapError::Size { nx, ny, found: heights.len() });
+            return Err(HeightmapError::Size {
+                nx,
+                ny,
+                found: heights.len(),
+            });
         }
-        if let Some((index, height)) =
-            heights.iter().enumerate().find(|(_, height)| !(0..=MAX_UNITS).contains(*height))
+        if let Some((index, height)) = heights
+            .iter()
+            .enumerate()
+            .find(|(_, height)| !(0..=MAX_UNITS).contains(*height))
         {
             return Err(HeightmapError::Height {
                 x: index / ny,
@@ -86,12 +96,18 @@ impl Heightmap {
 
     /// The heights of the cells with index `x` along x.
     pub fn row(&self, x: usize) -> &[Units] {
-        self.heights.get(x * self.ny..(x + 1) * self.ny).unwrap_or(&[])
+        self.heights
+            .get(x * self.ny..(x + 1) * self.ny)
+            .unwrap_or(&[])
     }
 
     /// The height of a cell, in units; `None` outside the grid.
     pub fn get(&self, x: usize, y: usize) -> Option<Units> {
-        if y < self.ny { self.heights.get(x * self.ny + y).copied() } else { None }
+        if y < self.ny {
+            self.heights.get(x * self.ny + y).copied()
+        } else {
+            None
+        }
     }
 
     /// Raises a cell to at least `height` units; nothing happens outside the grid.
@@ -127,7 +143,12 @@ impl Surface {
     pub fn empty(grid: &Grid) -> Self {
         let samples = grid.resolution().samples_per_cell();
         let (nx, ny) = (grid.nx() * samples, grid.ny() * samples);
-        Self { nx, ny, pitch_m: grid.resolution().surface_pitch_m(), heights_m: vec![0.0; nx * ny] }
+        Self {
+            nx,
+            ny,
+            pitch_m: grid.resolution().surface_pitch_m(),
+            heights_m: vec![0.0; nx * ny],
+        }
     }
 
     /// A surface of `nx` x `ny` samples, `pitch_m` apart, from its heights in metres, row-major.
@@ -141,7 +162,11 @@ impl Surface {
         heights_m: Vec<f32>,
     ) -> Result<Self, HeightmapError> {
         if heights_m.len() != nx * ny {
-            return Err(HeightmapError::Size { nx, ny, found: heights_m.len() });
+            return Err(HeightmapError::Size {
+                nx,
+                ny,
+                found: heights_m.len(),
+            });
         }
         if let Some((index, height)) = heights_m
             .iter()
@@ -155,7 +180,12 @@ impl Surface {
                 limit: f64::INFINITY,
             });
         }
-        Ok(Self { nx, ny, pitch_m, heights_m })
+        Ok(Self {
+            nx,
+            ny,
+            pitch_m,
+            heights_m,
+        })
     }
 
     /// Samples along x.
@@ -198,7 +228,10 @@ pub struct Scene {
 impl Scene {
     /// A scene known by its heightmap alone.
     pub fn from_heightmap(heightmap: Heightmap) -> Self {
-        Self { heightmap, surface: None }
+        Self {
+            heightmap,
+            surface: None,
+        }
     }
 
     /// A scene from its fine surface: each cell takes the greatest sample within it, rounded up to a unit.
@@ -210,7 +243,11 @@ impl Scene {
         let (nx, ny) = (grid.nx(), grid.ny());
         if surface.nx != nx * samples || surface.ny != ny * samples {
             let found = surface.heights_m.len();
-            return Err(HeightmapError::Size { nx: nx * samples, ny: ny * samples, found });
+            return Err(HeightmapError::Size {
+                nx: nx * samples,
+                ny: ny * samples,
+                found,
+            });
         }
         let mut heightmap = Heightmap::empty(grid);
         for (x, row) in surface.heights_m.chunks_exact(surface.ny).enumerate() {
@@ -220,7 +257,10 @@ impl Scene {
                 heightmap.raise(x / samples, y, height);
             }
         }
-        Ok(Self { heightmap, surface: Some(surface) })
+        Ok(Self {
+            heightmap,
+            surface: Some(surface),
+        })
     }
 
     /// The container's heightmap.
@@ -245,12 +285,23 @@ mod tests {
         surface.raise(4 * 3 + 2, 4 * 5 + 3, 0.0101);
         let scene = Scene::from_surface(&grid, surface).unwrap();
         assert_eq!(scene.heightmap().get(3, 5), Some(6));
-        assert_eq!(scene.heightmap().heights().iter().map(|height| i32::from(*height)).sum::<i32>(), 6);
+        assert_eq!(
+            scene
+                .heightmap()
+                .heights()
+                .iter()
+                .map(|height| i32::from(*height))
+                .sum::<i32>(),
+            6
+        );
     }
 
     #[test]
     fn heightmaps_of_wrong_size_or_value_are_refused() {
-        assert!(matches!(Heightmap::from_units(2, 2, vec![0; 3]), Err(HeightmapError::Size { .. })));
+        assert!(matches!(
+            Heightmap::from_units(2, 2, vec![0; 3]),
+            Err(HeightmapError::Size { .. })
+        ));
         assert!(matches!(
             Heightmap::from_units(2, 2, vec![0, 0, 0, -1]),
             Err(HeightmapError::Height { x: 1, y: 1, .. })

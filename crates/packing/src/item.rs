@@ -123,14 +123,25 @@ impl ItemView {
             if found == nx * ny {
                 Ok(())
             } else {
-                Err(ItemError::Size { item: item.to_owned(), map, nx, ny, found })
+                Err(ItemError::Size {
+                    item: item.to_owned(),
+                    map,
+                    nx,
+                    ny,
+                    found,
+                })
             }
         };
         sized("upper surface", nx, ny, surfaces.top.len())?;
         sized("lower surface", nx, ny, surfaces.bottom.len())?;
         if let Some(underside) = &surfaces.underside {
             let samples = underside.samples_per_cell;
-            sized("underside", nx * samples, ny * samples, underside.heights_m.len())?;
+            sized(
+                "underside",
+                nx * samples,
+                ny * samples,
+                underside.heights_m.len(),
+            )?;
         }
         let (mut height, mut lowest, mut voxel_count) = (0, Units::MAX, 0_u64);
         let mut sums = Columns::default();
@@ -144,7 +155,13 @@ impl ItemView {
             }
             if *bottom < 0 || *top <= *bottom || *top > MAX_UNITS {
                 let (top, bottom) = (*top, *bottom);
-                return Err(ItemError::Surfaces { item: item.to_owned(), x, y, top, bottom });
+                return Err(ItemError::Surfaces {
+                    item: item.to_owned(),
+                    x,
+                    y,
+                    top,
+                    bottom,
+                });
             }
             height = height.max(*top);
             lowest = lowest.min(*bottom);
@@ -155,11 +172,20 @@ impl ItemView {
             moment += nalgebra::Vector2::new(x as f64 + 0.5, y as f64 + 0.5) * column as f64;
         }
         if lowest != 0 {
-            return Err(ItemError::Empty { item: item.to_owned() });
+            return Err(ItemError::Empty {
+                item: item.to_owned(),
+            });
         }
         let centroid_cells = Point2::from(moment / voxel_count as f64);
         let layout = ViewLayout::new(nx, ny, &surfaces.top, &surfaces.bottom);
-        Ok(Self { surfaces, height, voxel_count, centroid_cells, columns: sums, layout })
+        Ok(Self {
+            surfaces,
+            height,
+            voxel_count,
+            centroid_cells,
+            columns: sums,
+            layout,
+        })
     }
 
     /// Footprint cells along x.
@@ -217,7 +243,9 @@ impl ItemView {
 
     /// The centre of mass over the footprint, in metres from its corner; the voxels' mean where it is not known.
     pub fn centre_of_mass_m(&self, cell_m: f64) -> Point2<f64> {
-        self.surfaces.centre_of_mass_m.unwrap_or(self.centroid_cells * cell_m)
+        self.surfaces
+            .centre_of_mass_m
+            .unwrap_or(self.centroid_cells * cell_m)
     }
 
     /// The item frame's origin, seen from the footprint's corner at the lowest point, in metres.
@@ -251,12 +279,21 @@ impl Item {
     ) -> Result<Self, ItemError> {
         static NEXT: AtomicU64 = AtomicU64::new(0);
         if views.is_empty() {
-            return Err(ItemError::NoView { item: name.to_owned() });
+            return Err(ItemError::NoView {
+                item: name.to_owned(),
+            });
         }
-        let views =
-            views.into_iter().map(|view| ItemView::new(name, view)).collect::<Result<_, _>>()?;
+        let views = views
+            .into_iter()
+            .map(|view| ItemView::new(name, view))
+            .collect::<Result<_, _>>()?;
         let shape = ShapeId(NEXT.fetch_add(1, Ordering::Relaxed));
-        Ok(Self { shape, name: name.into(), views, mesh_volume_m3 })
+        Ok(Self {
+            shape,
+            name: name.into(),
+            views,
+            mesh_volume_m3,
+        })
     }
 
     /// The item's shape, for caches.
@@ -293,7 +330,11 @@ impl Item {
         placement: &RestingPlacement,
     ) -> Option<Isometry3<f64>> {
         let view = self.views.get(placement.placement.yaw)?;
-        let yaw_rad = grid.resolution().yaws().radians().get(placement.placement.yaw)?;
+        let yaw_rad = grid
+            .resolution()
+            .yaws()
+            .radians()
+            .get(placement.placement.yaw)?;
         let cell_m = grid.resolution().cell_m();
         let corner = Vector3::new(
             placement.placement.x as f64 * cell_m,
@@ -326,17 +367,35 @@ mod tests {
     fn a_view_counts_its_voxels_and_their_mean() {
         let item = Item::new("ell", vec![surfaces(1, 2, vec![4, 2], vec![0, 1])], 0.0).unwrap();
         let view = &item.views()[0];
-        assert_eq!((view.voxel_count(), view.box_voxel_count(), view.height()), (5, 8, 4));
+        assert_eq!(
+            (view.voxel_count(), view.box_voxel_count(), view.height()),
+            (5, 8, 4)
+        );
         assert!((view.centroid_cells() - Point2::new(0.5, 0.7)).norm() < 1e-12);
     }
 
     #[test]
     fn impossible_items_are_refused() {
         let make = |view| Item::new("bad", vec![view], 0.0);
-        assert!(matches!(make(surfaces(1, 2, vec![1], vec![0, 0])), Err(ItemError::Size { .. })));
-        assert!(matches!(make(surfaces(1, 1, vec![1], vec![1])), Err(ItemError::Surfaces { .. })));
-        assert!(matches!(make(surfaces(1, 1, vec![2], vec![1])), Err(ItemError::Empty { .. })));
-        assert!(matches!(make(surfaces(1, 1, vec![0], vec![-1])), Err(ItemError::Empty { .. })));
-        assert!(matches!(Item::new("none", vec![], 0.0), Err(ItemError::NoView { .. })));
+        assert!(matches!(
+            make(surfaces(1, 2, vec![1], vec![0, 0])),
+            Err(ItemError::Size { .. })
+        ));
+        assert!(matches!(
+            make(surfaces(1, 1, vec![1], vec![1])),
+            Err(ItemError::Surfaces { .. })
+        ));
+        assert!(matches!(
+            make(surfaces(1, 1, vec![2], vec![1])),
+            Err(ItemError::Empty { .. })
+        ));
+        assert!(matches!(
+            make(surfaces(1, 1, vec![0], vec![-1])),
+            Err(ItemError::Empty { .. })
+        ));
+        assert!(matches!(
+            Item::new("none", vec![], 0.0),
+            Err(ItemError::NoView { .. })
+        ));
     }
 }

@@ -41,7 +41,12 @@ impl PaddedMap {
     pub(crate) fn new(nx: usize, ny: usize) -> Self {
         let stride = ny.next_multiple_of(LANES) + LANES;
         // The last row's blocks may reach past its end by the padding of one more row.
-        Self { nx, ny, stride, cells: vec![WALL; (nx + 1) * stride] }
+        Self {
+            nx,
+            ny,
+            stride,
+            cells: vec![WALL; (nx + 1) * stride],
+        }
     }
 
     pub(crate) fn stride(&self) -> usize {
@@ -105,7 +110,11 @@ impl ViewLayout {
             }
             let thickness = top - bottom;
             let padded = x * row_stride + y;
-            layout.cells.push(Cell { x: x as u16, y: y as u16, bottom: *bottom });
+            layout.cells.push(Cell {
+                x: x as u16,
+                y: y as u16,
+                bottom: *bottom,
+            });
             layout.top[padded] = *top;
             layout.thickness[padded] = thickness;
             layout.bottom[padded] = *bottom;
@@ -124,7 +133,11 @@ pub(crate) const DISTANCE_LEVELS: usize = 4;
 /// Resting heights of the [`LANES`] placements whose footprints start at cell index `base` and after it along y:
 /// `k = max(0, max over footprint cells of (container - item bottom))`.
 #[inline(always)]
-pub(crate) fn resting_heights(container: &PaddedMap, base: usize, view: &ItemView) -> [Units; LANES] {
+pub(crate) fn resting_heights(
+    container: &PaddedMap,
+    base: usize,
+    view: &ItemView,
+) -> [Units; LANES] {
     let mut heights = [0; LANES];
     for cell in &view.layout().cells {
         let start = base + usize::from(cell.x) * container.stride + usize::from(cell.y);
@@ -255,13 +268,20 @@ pub(crate) fn contact(
     let (nx, ny) = container.size();
     let beside = |x: usize, y: usize, dx: isize, dy: isize| {
         let (x, y) = (x.wrapping_add_signed(dx), y.wrapping_add_signed(dy));
-        if x < nx && y < ny { container.cells[x * container.stride + y] } else { WALL }
+        if x < nx && y < ny {
+            container.cells[x * container.stride + y]
+        } else {
+            WALL
+        }
     };
     for (index, (top, bottom)) in view.top().iter().zip(view.bottom()).enumerate() {
         if *bottom == ABSENT {
             continue;
         }
-        let (x, y) = (placement.0 + index / view.ny(), placement.1 + index % view.ny());
+        let (x, y) = (
+            placement.0 + index / view.ny(),
+            placement.1 + index % view.ny(),
+        );
         let (lowest, highest) = (height + bottom, height + top);
         contact.floor_faces += u64::from(beside(x, y, 0, 0) == lowest);
         for (dx, dy) in [(-1, 0), (1, 0), (0, -1), (0, 1)] {

@@ -103,7 +103,10 @@ impl Weights {
             ("surface_volume", self.surface_volume),
             ("touching_area", self.touching_area),
         ];
-        match named.into_iter().find(|(_, value)| !value.is_finite() || *value < 0.0) {
+        match named
+            .into_iter()
+            .find(|(_, value)| !value.is_finite() || *value < 0.0)
+        {
             Some((name, value)) => Err(WeightError { name, value }),
             None => Ok(()),
         }
@@ -127,7 +130,12 @@ pub(crate) struct Objective {
 
 impl Objective {
     /// `balanced` adds the size-balancing term.
-    pub(crate) fn new(grid: &Grid, heuristic: Heuristic, weights: &Weights, balanced: bool) -> Self {
+    pub(crate) fn new(
+        grid: &Grid,
+        heuristic: Heuristic,
+        weights: &Weights,
+        balanced: bool,
+    ) -> Self {
         let unit = grid.resolution().height_unit_m() / REFERENCE_UNIT_M;
         let cell = grid.resolution().cell_m() / REFERENCE_CELL_M;
         let unit_cm = unit * REFERENCE_UNIT_M / REFERENCE_CELL_M;
@@ -199,7 +207,10 @@ impl Objective {
 
     fn largest_contact(&self, view: &ItemView) -> f64 {
         let cells = (view.nx() * view.ny()) as u64;
-        let contact = Contact { floor_faces: cells, side_faces: 4 * view.voxel_count() };
+        let contact = Contact {
+            floor_faces: cells,
+            side_faces: 4 * view.voxel_count(),
+        };
         self.contact_area(contact)
     }
 }
@@ -226,6 +237,10 @@ pub(crate) struct ViewTerms {
 impl ViewTerms {
     pub(crate) fn new(objective: &Objective, view: &ItemView) -> Self {
         let columns = view.columns();
-        Self { constant: objective.constant(view), cells: columns.cells, top_sum: columns.top_sum }
+        Self {
+            constant: objective.constant(view),
+            cells: columns.cells,
+            top_sum: columns.top_sum,
+        }
     }
 }

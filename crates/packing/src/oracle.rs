@@ -22,16 +22,20 @@ fn columns(
 ) -> impl Iterator<Item = (usize, usize, i32, i32)> {
     let height = i32::from(height);
     let cells = view.top().iter().zip(view.bottom()).enumerate();
-    cells.filter(|(_, (_, bottom))| **bottom != ABSENT).map(move |(index, (top, bottom))| {
-        let (x, y) = (at.x + index / view.ny(), at.y + index % view.ny());
-        (x, y, height + i32::from(*bottom), height + i32::from(*top))
-    })
+    cells
+        .filter(|(_, (_, bottom))| **bottom != ABSENT)
+        .map(move |(index, (top, bottom))| {
+            let (x, y) = (at.x + index / view.ny(), at.y + index % view.ny());
+            (x, y, height + i32::from(*bottom), height + i32::from(*top))
+        })
 }
 
 /// The content's height at a cell that may lie outside, where the wall is.
 fn content(heightmap: &Heightmap, x: i64, y: i64) -> i32 {
     let inside = usize::try_from(x).ok().zip(usize::try_from(y).ok());
-    inside.and_then(|(x, y)| heightmap.get(x, y)).map_or(i32::MAX, i32::from)
+    inside
+        .and_then(|(x, y)| heightmap.get(x, y))
+        .map_or(i32::MAX, i32::from)
 }
 
 /// Resting height: the lowest from which the item can be lifted straight up without touching content.
@@ -50,7 +54,10 @@ pub fn resting_height(heightmap: &Heightmap, view: &ItemView, at: Placement) -> 
 /// `D` of the voxel above cell `(x, y)` whose lower face is at `z` units: the Chebyshev distance to the nearest voxel
 /// of content, wall or floor, in steps, rounded up and truncated.
 pub fn distance(grid: &Grid, heightmap: &Heightmap, x: usize, y: usize, z: i32) -> u32 {
-    let (cell_m, unit_m) = (grid.resolution().cell_m(), grid.resolution().height_unit_m());
+    let (cell_m, unit_m) = (
+        grid.resolution().cell_m(),
+        grid.resolution().height_unit_m(),
+    );
     let reach = (DISTANCE_STEP_M * DISTANCE_TRUNCATION as f64 / cell_m).ceil() as i64 + 1;
     let mut nearest = DISTANCE_TRUNCATION as u32;
     for dx in -reach..=reach {
@@ -91,7 +98,9 @@ pub fn mean_distance_by_column(
     at: Placement,
     height: Units,
 ) -> f64 {
-    let reach = grid.resolution().units_above(DISTANCE_STEP_M * DISTANCE_TRUNCATION as f64);
+    let reach = grid
+        .resolution()
+        .units_above(DISTANCE_STEP_M * DISTANCE_TRUNCATION as f64);
     let far = i32::from(heightmap.max()) + i32::from(reach) + 1;
     let sum: u64 = columns(view, at, height)
         .map(|(x, y, lowest, highest)| {
@@ -121,7 +130,11 @@ pub fn value(
     let corner = weights.corner * (at.x + at.y) as f64 * cell_cm;
     let voxels = view.voxel_count() as f64;
     let share = |of: f64| 1.0 - (voxels / of).cbrt();
-    let balance = if balanced { weights.balance * share(grid.voxel_count()) } else { 0.0 };
+    let balance = if balanced {
+        weights.balance * share(grid.voxel_count())
+    } else {
+        0.0
+    };
     match heuristic {
         Heuristic::Sdfm => {
             let distance = weights.distance * mean_distance(grid, heightmap, view, at, height);
@@ -164,9 +177,17 @@ fn touching_area_cm2(
         for z in lowest..highest {
             let (x, y) = (x as i64, y as i64);
             let below_is_full = z == 0 || z - 1 < content(heightmap, x, y);
-            area += if below_is_full { cell_cm * cell_cm } else { 0.0 };
+            area += if below_is_full {
+                cell_cm * cell_cm
+            } else {
+                0.0
+            };
             for (x, y) in [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)] {
-                area += if z < content(heightmap, x, y) { cell_cm * unit_cm } else { 0.0 };
+                area += if z < content(heightmap, x, y) {
+                    cell_cm * unit_cm
+                } else {
+                    0.0
+                };
             }
         }
     }

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use rand::seq::SliceRandom;
 use rand::SeedableRng;
+use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
@@ -266,10 +266,14 @@ impl Planner {
         validate(input)?;
         self.plan.ranked.clear();
         self.plan.candidates.clear();
-        self.plan.candidates.resize(input.candidates.len(), CandidateReport::default());
+        self.plan
+            .candidates
+            .resize(input.candidates.len(), CandidateReport::default());
         self.plan.timings = Timings::default();
         let started = Instant::now();
-        self.proposer.propose(input, &mut self.proposals).map_err(PlanError::Propose)?;
+        self.proposer
+            .propose(input, &mut self.proposals)
+            .map_err(PlanError::Propose)?;
         self.plan.timings.propose = started.elapsed();
 
         self.arrange(input);
@@ -293,12 +297,15 @@ impl Planner {
         match self.order {
             Order::Balance | Order::Arrival => {}
             Order::BboxVolume => self.sequence.sort_unstable_by_key(|candidate| {
-                let volume =
-                    input.candidates.get(*candidate).map_or(0, |held| held.item.box_voxel_count());
+                let volume = input
+                    .candidates
+                    .get(*candidate)
+                    .map_or(0, |held| held.item.box_voxel_count());
                 (std::cmp::Reverse(volume), *candidate)
             }),
             Order::Shuffled => {
-                let mut random = ChaCha8Rng::seed_from_u64(crate::random::mix(self.seed, input.step));
+                let mut random =
+                    ChaCha8Rng::seed_from_u64(crate::random::mix(self.seed, input.step));
                 self.sequence.shuffle(&mut random);
             }
         }
@@ -315,11 +322,16 @@ impl Planner {
         self.rejections.clear();
         self.rejections.resize(group.len() * checks, 0);
         let started = Instant::now();
-        self.evaluator.rank(input, group, &self.proposals).map_err(PlanError::Evaluate)?;
+        self.evaluator
+            .rank(input, group, &self.proposals)
+            .map_err(PlanError::Evaluate)?;
         self.plan.timings.evaluate += started.elapsed();
         let exhausted = loop {
             let started = Instant::now();
-            let best = self.evaluator.next_best(input).map_err(PlanError::Evaluate)?;
+            let best = self
+                .evaluator
+                .next_best(input)
+                .map_err(PlanError::Evaluate)?;
             let ranked = Instant::now();
             self.plan.timings.evaluate += ranked - started;
             let Some(best) = best else { break true };
@@ -332,20 +344,34 @@ impl Planner {
                 }
                 continue;
             };
-            let position = group.iter().position(|candidate| *candidate == best.candidate);
+            let position = group
+                .iter()
+                .position(|candidate| *candidate == best.candidate);
             let count = position.and_then(|at| self.rejections.get_mut(at * checks + check));
             if let Some(count) = count {
                 *count += 1;
             }
         };
         for (position, candidate) in group.iter().enumerate() {
-            let rejections = self.rejections.get(position * checks..(position + 1) * checks);
-            let Some(report) = self.plan.candidates.get_mut(*candidate) else { continue };
+            let rejections = self
+                .rejections
+                .get(position * checks..(position + 1) * checks);
+            let Some(report) = self.plan.candidates.get_mut(*candidate) else {
+                continue;
+            };
             report.counts = self.evaluator.counts(*candidate);
             report.rejected = rejections.unwrap_or(&[]).iter().sum();
-            let placed = self.plan.ranked.iter().any(|ranked| ranked.candidate == *candidate);
+            let placed = self
+                .plan
+                .ranked
+                .iter()
+                .any(|ranked| ranked.candidate == *candidate);
             if exhausted && !placed {
-                report.reason = Some(reason(&report.counts, rejections.unwrap_or(&[]), &self.checks));
+                report.reason = Some(reason(
+                    &report.counts,
+                    rejections.unwrap_or(&[]),
+                    &self.checks,
+                ));
             }
         }
         Ok(())
@@ -360,7 +386,11 @@ fn validate(input: &StepInput<'_>) -> Result<(), PlanError> {
         return Err(PlanError::SceneSize { expected, found });
     }
     let expected = input.grid.resolution().yaws().count();
-    match input.candidates.iter().find(|candidate| candidate.item.views().len() != expected) {
+    match input
+        .candidates
+        .iter()
+        .find(|candidate| candidate.item.views().len() != expected)
+    {
         Some(candidate) => Err(PlanError::Yaws {
             item: candidate.item.name().to_string(),
             expected,
@@ -376,11 +406,16 @@ fn refusal(
     input: &StepInput<'_>,
     placement: &Evaluated,
 ) -> Result<Option<usize>, PlanError> {
-    let Some(candidate) = input.candidates.get(placement.candidate) else { return Ok(None) };
+    let Some(candidate) = input.candidates.get(placement.candidate) else {
+        return Ok(None);
+    };
     for (index, check) in checks.iter_mut().enumerate() {
         let valid = check
             .is_valid(input, candidate, &placement.resting)
-            .map_err(|source| PlanError::Check { check: check.name(), source })?;
+            .map_err(|source| PlanError::Check {
+                check: check.name(),
+                source,
+            })?;
         if !valid {
             return Ok(Some(index));
         }
@@ -395,7 +430,10 @@ fn reason(counts: &PlacementCounts, rejections: &[u64], checks: &[BoxedCheck]) -
     if counts.proposed == 0 {
         return Reason::NotProposed;
     }
-    let most = rejections.iter().zip(checks).max_by_key(|(count, _)| **count);
+    let most = rejections
+        .iter()
+        .zip(checks)
+        .max_by_key(|(count, _)| **count);
     match most {
         Some((count, check)) if counts.fitting > 0 && *count > 0 => Reason::Rejected(check.name()),
         _ => Reason::NoFit,

@@ -100,7 +100,11 @@ impl Percent {
     /// # Errors
     /// [`PercentError`] where it is not above 0 and at most 100.
     pub fn new(percent: f64) -> Result<Self, PercentError> {
-        if percent > 0.0 && percent <= 100.0 { Ok(Self(percent)) } else { Err(PercentError(percent)) }
+        if percent > 0.0 && percent <= 100.0 {
+            Ok(Self(percent))
+        } else {
+            Err(PercentError(percent))
+        }
     }
 
     /// The share of a number of placements, rounded up.
@@ -137,12 +141,14 @@ impl Proposer for ProposeRandom {
             let mut wanted = self.share.of(possible);
             // Selection sampling (Knuth, algorithm S): one pass, each subset equally likely, in order.
             let mut left = possible;
-            proposals.push(possible_placements(input.grid, &candidate.item).filter(|_| {
-                let chosen = random.random_range(0..left.max(1)) < wanted;
-                left = left.saturating_sub(1);
-                wanted -= u64::from(chosen);
-                chosen
-            }));
+            proposals.push(
+                possible_placements(input.grid, &candidate.item).filter(|_| {
+                    let chosen = random.random_range(0..left.max(1)) < wanted;
+                    left = left.saturating_sub(1);
+                    wanted -= u64::from(chosen);
+                    chosen
+                }),
+            );
         }
         Ok(())
     }
@@ -159,11 +165,14 @@ pub fn possible_count(grid: &Grid, item: &Item) -> u64 {
 /// The placements of an item that lie within the container, by yaw, x, y.
 pub fn possible_placements(grid: &Grid, item: &Item) -> impl Iterator<Item = Placement> {
     let (nx, ny) = (grid.nx(), grid.ny());
-    item.views().iter().enumerate().flat_map(move |(yaw, view)| {
-        let along_y = offsets(ny, view.ny());
-        (0..offsets(nx, view.nx()))
-            .flat_map(move |x| (0..along_y).map(move |y| Placement { yaw, x, y }))
-    })
+    item.views()
+        .iter()
+        .enumerate()
+        .flat_map(move |(yaw, view)| {
+            let along_y = offsets(ny, view.ny());
+            (0..offsets(nx, view.nx()))
+                .flat_map(move |x| (0..along_y).map(move |y| Placement { yaw, x, y }))
+        })
 }
 
 fn offsets(cells: usize, footprint: usize) -> usize {

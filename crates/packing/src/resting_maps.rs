@@ -26,13 +26,23 @@ pub(crate) struct RestingMap {
 impl RestingMap {
     pub(crate) fn sized_for(grid: &Grid) -> Self {
         let heights = Vec::with_capacity(grid.nx() * grid.ny().next_multiple_of(LANES));
-        Self { nx: 0, ny: 0, stride: 0, heights, version: 0 }
+        Self {
+            nx: 0,
+            ny: 0,
+            stride: 0,
+            heights,
+            version: 0,
+        }
     }
 
     pub(crate) fn reset(&mut self, container: &PaddedMap, view: &ItemView, height: Units) {
         let (nx, ny) = container.size();
         self.nx = (nx + 1).saturating_sub(view.nx());
-        self.ny = if self.nx == 0 { 0 } else { (ny + 1).saturating_sub(view.ny()) };
+        self.ny = if self.nx == 0 {
+            0
+        } else {
+            (ny + 1).saturating_sub(view.ny())
+        };
         self.nx = if self.ny == 0 { 0 } else { self.nx };
         self.stride = self.ny.next_multiple_of(LANES);
         self.heights.clear();
@@ -110,11 +120,20 @@ impl RestingMaps {
             if row == heights {
                 continue;
             }
-            let mut differing = row.iter().zip(heights).enumerate().filter(|(_, (a, b))| a != b);
-            let Some((first, _)) = differing.next() else { continue };
+            let mut differing = row
+                .iter()
+                .zip(heights)
+                .enumerate()
+                .filter(|(_, (a, b))| a != b);
+            let Some((first, _)) = differing.next() else {
+                continue;
+            };
             let last = differing.next_back().map_or(first, |(y, _)| y);
             row.copy_from_slice(heights);
-            let change = change.get_or_insert(Change { x: (x, x), y: (first, last) });
+            let change = change.get_or_insert(Change {
+                x: (x, x),
+                y: (first, last),
+            });
             change.x.1 = x;
             change.y = (change.y.0.min(first), change.y.1.max(last));
         }
@@ -131,7 +150,11 @@ impl RestingMaps {
         self.capacity = SPARE_SHAPES;
         for item in buffer {
             self.capacity += 1;
-            if let Some(maps) = self.shapes.iter_mut().find(|maps| maps.shape == item.shape()) {
+            if let Some(maps) = self
+                .shapes
+                .iter_mut()
+                .find(|maps| maps.shape == item.shape())
+            {
                 maps.last_used = self.uses;
             }
         }
@@ -145,7 +168,10 @@ impl RestingMaps {
 
     /// The maps of a prepared shape, one per yaw.
     pub(crate) fn views(&self, shape: ShapeId) -> &[RestingMap] {
-        self.shapes.iter().find(|maps| maps.shape == shape).map_or(&[], |maps| &maps.views)
+        self.shapes
+            .iter()
+            .find(|maps| maps.shape == shape)
+            .map_or(&[], |maps| &maps.views)
     }
 
     /// Gives the item's shape a slot: its own, else a new one, else that of the shape longest unused.
@@ -155,22 +181,41 @@ impl RestingMaps {
             return;
         }
         if self.shapes.len() < self.capacity {
-            let views = item.views().iter().map(|_| RestingMap::sized_for(&self.grid)).collect();
-            self.shapes.push(ShapeMaps { shape: item.shape(), last_used: uses, views });
+            let views = item
+                .views()
+                .iter()
+                .map(|_| RestingMap::sized_for(&self.grid))
+                .collect();
+            self.shapes.push(ShapeMaps {
+                shape: item.shape(),
+                last_used: uses,
+                views,
+            });
             return;
         }
         // There are more slots than items in the buffer, so the shape longest unused is not in it.
         if let Some(maps) = self.shapes.iter_mut().min_by_key(|maps| maps.last_used) {
             maps.shape = item.shape();
             maps.last_used = uses;
-            maps.views.resize_with(item.views().len(), || RestingMap::sized_for(&self.grid));
+            maps.views
+                .resize_with(item.views().len(), || RestingMap::sized_for(&self.grid));
             maps.views.iter_mut().for_each(|map| map.version = 0);
         }
     }
 
     fn refresh(&mut self, item: &Item, pool: Option<&rayon::ThreadPool>) {
-        let Self { arch, container, version, change, .. } = self;
-        let Some(maps) = self.shapes.iter_mut().find(|maps| maps.shape == item.shape()) else {
+        let Self {
+            arch,
+            container,
+            version,
+            change,
+            ..
+        } = self;
+        let Some(maps) = self
+            .shapes
+            .iter_mut()
+            .find(|maps| maps.shape == item.shape())
+        else {
             return;
         };
         let refresh = |(map, view): (&mut RestingMap, &ItemView)| {
@@ -181,13 +226,21 @@ impl RestingMaps {
             if change.is_none() {
                 map.reset(container, view, 0);
             }
-            arch.dispatch(Fill { container, view, map, change });
+            arch.dispatch(Fill {
+                container,
+                view,
+                map,
+                change,
+            });
             map.version = *version;
         };
         match pool {
             None => maps.views.iter_mut().zip(item.views()).for_each(refresh),
             Some(pool) => pool.install(|| {
-                maps.views.par_iter_mut().zip(item.views().par_iter()).for_each(refresh);
+                maps.views
+                    .par_iter_mut()
+                    .zip(item.views().par_iter())
+                    .for_each(refresh);
             }),
         }
     }
@@ -206,16 +259,22 @@ impl WithSimd for Fill<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let Self { container, view, map, change } = self;
+        let Self {
+            container,
+            view,
+            map,
+            change,
+        } = self;
         let affected = |change: (usize, usize), footprint: usize, placements: usize| {
             let first = (change.0 + 1).saturating_sub(footprint);
             first.min(placements)..(change.1 + 1).min(placements)
         };
         let (rows, columns) = match change {
             None => (0..map.nx, 0..map.ny),
-            Some(change) => {
-                (affected(change.x, view.nx(), map.nx), affected(change.y, view.ny(), map.ny))
-            }
+            Some(change) => (
+                affected(change.x, view.nx(), map.nx),
+                affected(change.y, view.ny(), map.ny),
+            ),
         };
         let blocks = columns.start / LANES..columns.end.div_ceil(LANES);
         for x in rows {

@@ -87,7 +87,10 @@ impl Eq for Level {}
 impl Ord for Level {
     fn cmp(&self, other: &Self) -> Ordering {
         let key = |level: &Self| (level.view, level.height);
-        other.bound.total_cmp(&self.bound).then_with(|| key(other).cmp(&key(self)))
+        other
+            .bound
+            .total_cmp(&self.bound)
+            .then_with(|| key(other).cmp(&key(self)))
     }
 }
 impl PartialOrd for Level {
@@ -99,7 +102,11 @@ impl Eq for Ready {}
 impl Ord for Ready {
     fn cmp(&self, other: &Self) -> Ordering {
         let key = |ready: &Self| (ready.0.candidate, ready.0.resting.placement);
-        other.0.value.total_cmp(&self.0.value).then_with(|| key(other).cmp(&key(self)))
+        other
+            .0
+            .value
+            .total_cmp(&self.0.value)
+            .then_with(|| key(other).cmp(&key(self)))
     }
 }
 impl PartialOrd for Ready {
@@ -165,7 +172,10 @@ impl Search {
             && let Some(distance) = &mut self.distance
         {
             let heightmap = input.scene.heightmap();
-            self.arch.dispatch(UpdateDistance { distance, heightmap });
+            self.arch.dispatch(UpdateDistance {
+                distance,
+                heightmap,
+            });
             self.distance_is_stale = false;
         }
     }
@@ -173,7 +183,11 @@ impl Search {
     /// Enters the views of a candidate that have a proposed placement below the rim.
     fn enter(&mut self, candidate: usize, held: &Candidate, proposals: CandidateProposals<'_>) {
         let mut counts = PlacementCounts::default();
-        let is_low_enough = held.item.views().iter().any(|view| view.height() <= self.grid.rim());
+        let is_low_enough = held
+            .item
+            .views()
+            .iter()
+            .any(|view| view.height() <= self.grid.rim());
         if is_low_enough {
             counts.possible = possible_count(&self.grid, &held.item);
         }
@@ -197,8 +211,18 @@ impl Search {
             let Some(height) = found.lowest else { continue };
             let terms = ViewTerms::new(&self.objective, view);
             let bound = self.objective.lower_bound(view, &terms, height);
-            self.levels.push(Level { bound, view: self.views.len(), height });
-            self.views.push(ViewState { candidate, yaw, terms, limit, sparse });
+            self.levels.push(Level {
+                bound,
+                view: self.views.len(),
+                height,
+            });
+            self.views.push(ViewState {
+                candidate,
+                yaw,
+                terms,
+                limit,
+                sparse,
+            });
         }
         if let Some(entry) = self.counts.get_mut(candidate) {
             *entry = counts;
@@ -215,29 +239,57 @@ impl Search {
         let container = self.resting.container();
         if let Some(map) = self.sparse.get_mut(index) {
             map.reset(container, view, NOT_PROPOSED);
-            self.arch.dispatch(FillProposed { container, view, yaw, placements, map });
+            self.arch.dispatch(FillProposed {
+                container,
+                view,
+                yaw,
+                placements,
+                map,
+            });
         }
         index
     }
 
     /// Expands levels until the least value found is below every bound left, or a batch is full.
     fn expand(&mut self, input: &StepInput<'_>) {
-        let batch = if self.pool.is_some() { PARALLEL_BATCH } else { 1 };
+        let batch = if self.pool.is_some() {
+            PARALLEL_BATCH
+        } else {
+            1
+        };
         while let Some(level) = self.levels.peek().copied() {
-            let is_settled = self.ready.peek().is_some_and(|best| best.0.value < level.bound);
+            let is_settled = self
+                .ready
+                .peek()
+                .is_some_and(|best| best.0.value < level.bound);
             if is_settled || self.pending.len() >= batch {
                 break;
             }
             self.levels.pop();
-            let Some(state) = self.views.get(level.view).copied() else { continue };
-            let Some(held) = input.candidates.get(state.candidate) else { continue };
+            let Some(state) = self.views.get(level.view).copied() else {
+                continue;
+            };
+            let Some(held) = input.candidates.get(state.candidate) else {
+                continue;
+            };
             let map = map_of(&self.resting, &self.sparse, held, state.yaw, state.sparse);
-            let (Some(map), Some(view)) = (map, held.item.views().get(state.yaw)) else { continue };
+            let (Some(map), Some(view)) = (map, held.item.views().get(state.yaw)) else {
+                continue;
+            };
             let pending = &mut self.pending;
-            let next = self.arch.dispatch(Collect { map, level, limit: state.limit, pending });
+            let next = self.arch.dispatch(Collect {
+                map,
+                level,
+                limit: state.limit,
+                pending,
+            });
             if let Some(height) = next {
                 let bound = self.objective.lower_bound(view, &state.terms, height);
-                self.levels.push(Level { bound, height, ..level });
+                self.levels.push(Level {
+                    bound,
+                    height,
+                    ..level
+                });
             }
         }
         self.evaluate_pending(input);
@@ -245,22 +297,42 @@ impl Search {
 
     fn evaluate_pending(&mut self, input: &StepInput<'_>) {
         let mut pending = std::mem::take(&mut self.pending);
-        let evaluation = Evaluation { search: self, input };
+        let evaluation = Evaluation {
+            search: self,
+            input,
+        };
         match &self.pool {
             Some(pool) if pending.len() > PARALLEL_BATCH / 4 => pool.install(|| {
-                let share = pending.len().div_ceil(2 * pool.current_num_threads()).max(1);
+                let share = pending
+                    .len()
+                    .div_ceil(2 * pool.current_num_threads())
+                    .max(1);
                 pending
                     .par_chunks_mut(share)
                     .for_each(|chunk| self.arch.dispatch(EvaluateAll { evaluation, chunk }));
             }),
-            _ => self.arch.dispatch(EvaluateAll { evaluation, chunk: &mut pending }),
+            _ => self.arch.dispatch(EvaluateAll {
+                evaluation,
+                chunk: &mut pending,
+            }),
         }
         let views = &self.views;
         self.ready.extend(pending.drain(..).filter_map(|found| {
             let state = views.get(found.view)?;
-            let placement = Placement { yaw: state.yaw, x: found.x, y: found.y };
-            let resting = RestingPlacement { placement, resting_height: found.height };
-            Some(Ready(Evaluated { candidate: state.candidate, resting, value: found.value }))
+            let placement = Placement {
+                yaw: state.yaw,
+                x: found.x,
+                y: found.y,
+            };
+            let resting = RestingPlacement {
+                placement,
+                resting_height: found.height,
+            };
+            Some(Ready(Evaluated {
+                candidate: state.candidate,
+                resting,
+                value: found.value,
+            }))
         }));
         self.pending = pending;
     }
@@ -279,11 +351,15 @@ impl Evaluator for Search {
         self.ready.clear();
         self.sparse_used = 0;
         self.counts.clear();
-        self.counts.resize(input.candidates.len(), PlacementCounts::default());
+        self.counts
+            .resize(input.candidates.len(), PlacementCounts::default());
         let held = |candidate: &usize| input.candidates.get(*candidate);
-        self.resting.keep(input.candidates.iter().map(|held| &*held.item));
+        self.resting
+            .keep(input.candidates.iter().map(|held| &*held.item));
         for candidate in group {
-            let Some(held) = held(candidate) else { continue };
+            let Some(held) = held(candidate) else {
+                continue;
+            };
             let proposals = proposals.of(*candidate);
             if proposals == CandidateProposals::All {
                 self.resting.prepare(&held.item, self.pool.as_deref());
@@ -354,7 +430,13 @@ impl WithSimd for FillProposed<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let Self { container, view, yaw, placements, map } = self;
+        let Self {
+            container,
+            view,
+            yaw,
+            placements,
+            map,
+        } = self;
         for Placement { x, y, .. } in placements.iter().filter(|placement| placement.yaw == yaw) {
             if *x < map.nx && *y < map.ny {
                 let base = x * container.stride() + y;
@@ -395,7 +477,11 @@ impl WithSimd for Summarise<'_> {
             proposed += u64::from(row_proposed);
             fitting += u64::from(row_fitting);
         }
-        Summary { proposed, fitting, lowest: (fitting > 0).then_some(lowest) }
+        Summary {
+            proposed,
+            fitting,
+            lowest: (fitting > 0).then_some(lowest),
+        }
     }
 }
 
@@ -412,18 +498,36 @@ impl WithSimd for Collect<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) -> Option<Units> {
-        let Self { map, level: Level { view, height, .. }, limit, pending } = self;
+        let Self {
+            map,
+            level: Level { view, height, .. },
+            limit,
+            pending,
+        } = self;
         let mut next = NOT_PROPOSED;
         for (x, row) in map.rows().enumerate() {
             let row = row.get(..map.ny).unwrap_or(&[]);
             let mut found = false;
             for other in row {
                 found |= *other == height;
-                next = next.min(if *other > height { *other } else { NOT_PROPOSED });
+                next = next.min(if *other > height {
+                    *other
+                } else {
+                    NOT_PROPOSED
+                });
             }
             if found {
-                let of_level = row.iter().enumerate().filter(|(_, other)| **other == height);
-                pending.extend(of_level.map(|(y, _)| Pending { view, x, y, height, value: 0.0 }));
+                let of_level = row
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, other)| **other == height);
+                pending.extend(of_level.map(|(y, _)| Pending {
+                    view,
+                    x,
+                    y,
+                    height,
+                    value: 0.0,
+                }));
             }
         }
         (next <= limit).then_some(next)
@@ -440,9 +544,18 @@ struct Evaluation<'a> {
 impl Evaluation<'_> {
     #[inline(always)]
     fn value(&self, at: &Pending) -> f64 {
-        let Search { objective, resting, distance, views, seed, .. } = self.search;
+        let Search {
+            objective,
+            resting,
+            distance,
+            views,
+            seed,
+            ..
+        } = self.search;
         let Pending { x, y, height, .. } = *at;
-        let Some(state) = views.get(at.view) else { return f64::INFINITY };
+        let Some(state) = views.get(at.view) else {
+            return f64::INFINITY;
+        };
         let held = self.input.candidates.get(state.candidate);
         let Some((held, view)) =
             held.and_then(|held| Some((held, held.item.views().get(state.yaw)?)))
@@ -454,7 +567,9 @@ impl Evaluation<'_> {
         let constant = state.terms.constant;
         match objective.heuristic {
             Heuristic::Sdfm => {
-                let Some(distance) = distance else { return f64::INFINITY };
+                let Some(distance) = distance else {
+                    return f64::INFINITY;
+                };
                 let sum = distance_sum(distance.levels(), base, view, height);
                 objective.sdfm(height, sum as f64 / view.voxel_count() as f64, constant)
             }
@@ -463,16 +578,13 @@ impl Evaluation<'_> {
                 let columns = columns_after(container, base, view, height);
                 objective.hm(columns, x, y, constant)
             }
-            Heuristic::Mta => {
-                objective.mta(contact(container, (x, y), view, height), constant)
-            }
+            Heuristic::Mta => objective.mta(contact(container, (x, y), view, height), constant),
             Heuristic::FirstFit => {
                 let (nx, ny) = container.size();
                 ((state.yaw * nx + x) * ny + y) as f64
             }
             Heuristic::Random => {
-                let of_item =
-                    random::mix(random::mix(*seed, self.input.step), held.arrival as u64);
+                let of_item = random::mix(random::mix(*seed, self.input.step), held.arrival as u64);
                 let (nx, ny) = container.size();
                 let of_placement = ((state.yaw * nx + x) * ny + y) as u64;
                 random::unit(random::mix(of_item, of_placement))

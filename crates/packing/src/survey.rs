@@ -60,18 +60,31 @@ pub fn survey(
                     objective.sdfm(height, sum as f64 / view.voxel_count() as f64, constant)
                 }
                 Heuristic::Dbl => objective.dbl(height, x, y, constant),
-                Heuristic::Hm => {
-                    objective.hm(columns_after(&container, base, view, height), x, y, constant)
-                }
+                Heuristic::Hm => objective.hm(
+                    columns_after(&container, base, view, height),
+                    x,
+                    y,
+                    constant,
+                ),
                 Heuristic::Mta => {
                     objective.mta(contact(&container, (x, y), view, height), constant)
                 }
                 Heuristic::FirstFit | Heuristic::Random => 0.0,
             };
             let placement = Placement { yaw: 0, x, y };
-            let resting = RestingPlacement { placement, resting_height: height };
+            let resting = RestingPlacement {
+                placement,
+                resting_height: height,
+            };
             let is_stable = stability.is_stable(grid, heightmap, view, &resting);
-            surveyed.push(Surveyed { x, y, resting_height: height, fits, is_stable, value });
+            surveyed.push(Surveyed {
+                x,
+                y,
+                resting_height: height,
+                fits,
+                is_stable,
+                value,
+            });
         }
     }
     Ok(surveyed)

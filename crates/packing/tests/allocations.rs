@@ -25,8 +25,18 @@ fn item(nx: usize, ny: usize, height: i16) -> Arc<Item> {
     Arc::new(Item::new("box", vec![surfaces; 4], 0.0).unwrap())
 }
 
-fn planner(grid: &Grid, proposer: Box<dyn Proposer>, heuristic: Heuristic, order: Order) -> Planner {
-    let settings = SearchSettings { heuristic, order, weights: Weights::default(), seed: 1 };
+fn planner(
+    grid: &Grid,
+    proposer: Box<dyn Proposer>,
+    heuristic: Heuristic,
+    order: Order,
+) -> Planner {
+    let settings = SearchSettings {
+        heuristic,
+        order,
+        weights: Weights::default(),
+        seed: 1,
+    };
     let search = Search::new(grid, &settings).unwrap();
     let checks: Vec<BoxedCheck> = vec![
         Box::new(PublishedStability::default()),
@@ -46,10 +56,20 @@ fn a_step_allocates_nothing_after_warm_up() {
     let mut changed = half_full.clone();
     changed.raise(3, 4, 60);
     let scenes = [Heightmap::empty(&grid), half_full, changed].map(Scene::from_heightmap);
-    let kinds: Vec<Arc<Item>> = (3..12).map(|size| item(size, size + 1, 4 * size as i16)).collect();
-    let sources: [fn(Percent) -> Box<dyn Proposer>; 2] =
-        [|_| Box::new(ProposeAll), |share| Box::new(ProposeRandom::new(share, 3))];
-    for heuristic in [Heuristic::Sdfm, Heuristic::Dbl, Heuristic::Hm, Heuristic::Mta, Heuristic::Random] {
+    let kinds: Vec<Arc<Item>> = (3..12)
+        .map(|size| item(size, size + 1, 4 * size as i16))
+        .collect();
+    let sources: [fn(Percent) -> Box<dyn Proposer>; 2] = [
+        |_| Box::new(ProposeAll),
+        |share| Box::new(ProposeRandom::new(share, 3)),
+    ];
+    for heuristic in [
+        Heuristic::Sdfm,
+        Heuristic::Dbl,
+        Heuristic::Hm,
+        Heuristic::Mta,
+        Heuristic::Random,
+    ] {
         for order in [Order::Balance, Order::BboxVolume, Order::Shuffled] {
             for source in sources {
                 let mut planner = planner(&grid, source(share), heuristic, order);
@@ -57,20 +77,31 @@ fn a_step_allocates_nothing_after_warm_up() {
                     .map(|step| {
                         let held = (0..5).map(|slot| kinds[(step + slot) % kinds.len()].clone());
                         let held = held.enumerate();
-                        held.map(|(arrival, item)| Candidate { arrival, item }).collect()
+                        held.map(|(arrival, item)| Candidate { arrival, item })
+                            .collect()
                     })
                     .collect();
                 let mut play = || {
                     for (step, candidates) in steps.iter().enumerate() {
                         let scene = &scenes[step % scenes.len()];
                         let step = step as u64;
-                        planner.plan(&StepInput { grid: &grid, scene, candidates, step }).unwrap();
+                        planner
+                            .plan(&StepInput {
+                                grid: &grid,
+                                scene,
+                                candidates,
+                                step,
+                            })
+                            .unwrap();
                     }
                 };
                 play();
                 play();
                 let counted = allocation_counter::measure(play);
-                assert_eq!(counted.count_total, 0, "{heuristic:?} {order:?}: {counted:?}");
+                assert_eq!(
+                    counted.count_total, 0,
+                    "{heuristic:?} {order:?}: {counted:?}"
+                );
             }
         }
     }

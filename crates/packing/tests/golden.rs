@@ -26,7 +26,10 @@ struct Case {
 }
 
 fn folder() -> Option<PathBuf> {
-    let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/golden"));
+    let folder = PathBuf::from(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../../shared/golden"
+    ));
     if !folder.is_dir() {
         eprintln!("skipped: no golden vectors at {}", folder.display());
         return None;
@@ -56,7 +59,10 @@ fn read(path: &PathBuf) -> Case {
     )
     .unwrap();
     assert_eq!(item.views()[0].height(), height.into_scalar());
-    let mut map = |name: &str| npz.by_name::<ndarray::OwnedRepr<f32>, ndarray::Ix2>(name).unwrap();
+    let mut map = |name: &str| {
+        npz.by_name::<ndarray::OwnedRepr<f32>, ndarray::Ix2>(name)
+            .unwrap()
+    };
     Case {
         name: path.file_name().unwrap().to_string_lossy().into_owned(),
         heightmap: Heightmap::from_units(32, 32, container.into_iter().collect()).unwrap(),
@@ -77,8 +83,11 @@ fn all_golden_cases_are_met() {
     let Some(folder) = folder() else { return };
     let grid = Grid::reference();
     let weights = Weights::default();
-    let mut paths: Vec<PathBuf> =
-        folder.read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
+    let mut paths: Vec<PathBuf> = folder
+        .read_dir()
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect();
     paths.sort();
     assert_eq!(paths.len(), 40);
     let mut compared = 0;
@@ -90,7 +99,11 @@ fn all_golden_cases_are_met() {
             for found in surveyed {
                 let at = (found.x, found.y);
                 let place = format!("{} {heuristic:?} at {at:?}", case.name);
-                let placement = Placement { yaw: 0, x: found.x, y: found.y };
+                let placement = Placement {
+                    yaw: 0,
+                    x: found.x,
+                    y: found.y,
+                };
                 let height = found.resting_height;
                 if case.drop[at] < 0 {
                     // The vectors refuse a top that exactly reaches the rim; the engine accepts it.
@@ -103,21 +116,40 @@ fn all_golden_cases_are_met() {
                 let expected = f64::from(expected[at]);
                 // The vectors are stored as f32, whose steps exceed the tolerance for the largest values.
                 let error = (f64::from(found.value as f32) - expected).abs();
-                assert!(error <= 1e-3, "{place}: {} instead of {expected}", found.value);
+                assert!(
+                    error <= 1e-3,
+                    "{place}: {} instead of {expected}",
+                    found.value
+                );
                 if *heuristic != Heuristic::Sdfm {
                     continue;
                 }
-                let resting = RestingPlacement { placement, resting_height: height };
-                let depth = PublishedStability::default()
-                    .depth_cells(&grid, &case.heightmap, view, &resting);
+                let resting = RestingPlacement {
+                    placement,
+                    resting_height: height,
+                };
+                let depth = PublishedStability::default().depth_cells(
+                    &grid,
+                    &case.heightmap,
+                    view,
+                    &resting,
+                );
                 if (depth - 0.5).abs() > 1e-6 {
-                    assert_eq!(found.is_stable, case.stable[at] == 1, "{place}: depth {depth}");
+                    assert_eq!(
+                        found.is_stable,
+                        case.stable[at] == 1,
+                        "{place}: depth {depth}"
+                    );
                 }
             }
         }
         // The oracle is far slower, so it is compared on a thinned set of placements.
         for (index, expected) in case.distance.indexed_iter().step_by(29) {
-            let placement = Placement { yaw: 0, x: index.0, y: index.1 };
+            let placement = Placement {
+                yaw: 0,
+                x: index.0,
+                y: index.1,
+            };
             let height = case.drop[index];
             if height < 0 {
                 continue;
@@ -125,8 +157,15 @@ fn all_golden_cases_are_met() {
             let found =
                 2.5 * oracle::mean_distance(&grid, &case.heightmap, view, placement, height);
             let error = (found - f64::from(*expected)).abs();
-            assert!(error <= 1e-3, "{} at {index:?}: {found} instead of {expected}", case.name);
-            assert_eq!(oracle::resting_height(&case.heightmap, view, placement), Some(height));
+            assert!(
+                error <= 1e-3,
+                "{} at {index:?}: {found} instead of {expected}",
+                case.name
+            );
+            assert_eq!(
+                oracle::resting_height(&case.heightmap, view, placement),
+                Some(height)
+            );
         }
     }
     assert!(compared > 10_000, "only {compared} placements compared");

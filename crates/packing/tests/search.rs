@@ -27,12 +27,22 @@ const HEURISTICS: [Heuristic; 6] = [
 ];
 
 fn settings(heuristic: Heuristic, order: Order) -> SearchSettings {
-    SearchSettings { heuristic, order, weights: Weights::default(), seed: 7 }
+    SearchSettings {
+        heuristic,
+        order,
+        weights: Weights::default(),
+        seed: 7,
+    }
 }
 
 fn candidates(items: &[Arc<Item>]) -> Vec<Candidate> {
     let arrivals = items.iter().enumerate();
-    arrivals.map(|(arrival, item)| Candidate { arrival, item: item.clone() }).collect()
+    arrivals
+        .map(|(arrival, item)| Candidate {
+            arrival,
+            item: item.clone(),
+        })
+        .collect()
 }
 
 fn ranking(search: &mut Search, input: &StepInput<'_>, proposals: &Proposals) -> Vec<Evaluated> {
@@ -56,7 +66,9 @@ fn sorted(input: &StepInput<'_>, heuristic: Heuristic) -> Vec<(f64, usize, Place
             for x in 0..input.grid.nx() {
                 for y in 0..input.grid.ny() {
                     let at = Placement { yaw, x, y };
-                    let Some(height) = oracle::resting_height(heightmap, view, at) else { continue };
+                    let Some(height) = oracle::resting_height(heightmap, view, at) else {
+                        continue;
+                    };
                     if height + view.height() <= input.grid.rim() {
                         let objective = (heuristic, &Weights::default(), true);
                         let value =
@@ -217,11 +229,19 @@ fn random_placements_are_spread_over_all_valid_ones() {
     let mut search = Search::new(&grid, &settings(Heuristic::Random, Order::Shuffled)).unwrap();
     let mut quadrants = [0; 8];
     for step in 0..4000 {
-        let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step };
+        let input = StepInput {
+            grid: &grid,
+            scene: &scene,
+            candidates: &held,
+            step,
+        };
         let group = [0];
         search.rank(&input, &group, &all(&input)).unwrap();
         let Placement { yaw, x, y } = search.next_best(&input).unwrap().unwrap().resting.placement;
         quadrants[(yaw / 2) * 4 + (x / 16) * 2 + y / 16] += 1;
     }
-    assert!(quadrants.iter().all(|count| (400..=600).contains(count)), "{quadrants:?}");
+    assert!(
+        quadrants.iter().all(|count| (400..=600).contains(count)),
+        "{quadrants:?}"
+    );
 }

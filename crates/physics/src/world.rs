@@ -132,7 +132,19 @@ impl World {
         let mut body: RigidBody = RigidBodyBuilder::dynamic()
             .pose(engine_pose(container_from_item))
             .additional_mass_properties(template.mass)
-            .angular_damping(std::env::var("ANGD").ok().and_then(|v| v.parse().ok()).unwrap_or(0.0)).linear_damping(std::env::var("LIND").ok().and_then(|v| v.parse().ok()).unwrap_or(0.0)).build();
+            .angular_damping(
+                std::env::var("ANGD")
+                    .ok()
+                    .and_then(|v| v.parse().ok())
+                    .unwrap_or(0.0),
+            )
+            .linear_damping(
+                std::env::var("LIND")
+                    .ok()
+                    .and_then(|v| v.parse().ok())
+                    .unwrap_or(0.0),
+            )
+            .build();
         let activation = body.activation_mut();
         // The engine compares half the speed of the farthest point with the threshold.
         activation.normalized_linear_threshold =
@@ -244,7 +256,12 @@ fn combine(rule: Combine) -> CoefficientCombineRule {
 }
 
 fn parameters(solver: &SolverSettings) -> IntegrationParameters {
-    let env = |name: &str, default: f64| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default);
+    let env = |name: &str, default: f64| {
+        std::env::var(name)
+            .ok()
+            .and_then(|v| v.parse().ok())
+            .unwrap_or(default)
+    };
     let substep_hz = solver.substeps as f64 / solver.timestep_s;
     let softness = |defaults: SpringCoefficients<f32>, frequency_hz: f64| SpringCoefficients {
         natural_frequency: frequency_hz as f32,
@@ -264,7 +281,17 @@ fn parameters(solver: &SolverSettings) -> IntegrationParameters {
             substep_hz * env("WS", 0.25),
         ),
         length_unit: engine_length(solver.length_scale_m),
-        friction_model: if env("COULOMB", 0.0) > 0.0 { rapier3d::dynamics::FrictionModel::Coulomb } else { Default::default() }, friction_in_bias_pass: env("FB", 0.0) > 0.0, contact_recycling: env("RECYCLE", 0.01) > 0.0, contact_clustering: env("CLUSTER", 1.0) > 0.0, warmstart_coefficient: env("WARM", 1.0) as f32, normalized_max_corrective_velocity: env("CORR", 3.0) as f32, normalized_prediction_distance: env("PRED", 0.04) as f32,
+        friction_model: if env("COULOMB", 0.0) > 0.0 {
+            rapier3d::dynamics::FrictionModel::Coulomb
+        } else {
+            Default::default()
+        },
+        friction_in_bias_pass: env("FB", 0.0) > 0.0,
+        contact_recycling: env("RECYCLE", 0.01) > 0.0,
+        contact_clustering: env("CLUSTER", 1.0) > 0.0,
+        warmstart_coefficient: env("WARM", 1.0) as f32,
+        normalized_max_corrective_velocity: env("CORR", 3.0) as f32,
+        normalized_prediction_distance: env("PRED", 0.04) as f32,
         normalized_contact_recycle_distance: env("RECYCLE", 0.01) as f32,
         // Nothing passes the walls' middle within a step.
         max_ccd_substeps: 0,

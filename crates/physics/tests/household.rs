@@ -68,9 +68,46 @@ fn a_pile_of_scanned_objects_comes_to_rest_without_sinking_into_itself() {
     for phase in 0..14 {
         let before = cell.contents();
         let r = cell.settle();
-        let quick: Vec<f64> = before.iter().zip(&cell.contents()).map(|(a, b)| 1e3 * (a.container_from_item.translation.vector - b.container_from_item.translation.vector).norm()).collect();
-        eprintln!("QUICK {phase} {} max {:.2} moving {} overlap {:.2}", r.still, quick.iter().copied().fold(0.0, f64::max), quick.iter().filter(|x| **x > 0.1).count(), cell.deepest_overlap_m() * 1e3);
-        let d: Vec<String> = before.iter().zip(&cell.contents()).map(|(a, b)| format!("{}:{:.2}mm/{:.1}deg", &a.model.name[3..7], (a.container_from_item.translation.vector - b.container_from_item.translation.vector).norm() * 1e3, a.container_from_item.rotation.angle_to(&b.container_from_item.rotation).to_degrees())).collect();
-        eprintln!("{phase} still {} {:.3}s overlap {:.2} {}", r.still, r.simulated_s, cell.deepest_overlap_m() * 1e3, d.join(" "));
+        let quick: Vec<f64> = before
+            .iter()
+            .zip(&cell.contents())
+            .map(|(a, b)| {
+                1e3 * (a.container_from_item.translation.vector
+                    - b.container_from_item.translation.vector)
+                    .norm()
+            })
+            .collect();
+        eprintln!(
+            "QUICK {phase} {} max {:.2} moving {} overlap {:.2}",
+            r.still,
+            quick.iter().copied().fold(0.0, f64::max),
+            quick.iter().filter(|x| **x > 0.1).count(),
+            cell.deepest_overlap_m() * 1e3
+        );
+        let d: Vec<String> = before
+            .iter()
+            .zip(&cell.contents())
+            .map(|(a, b)| {
+                format!(
+                    "{}:{:.2}mm/{:.1}deg",
+                    &a.model.name[3..7],
+                    (a.container_from_item.translation.vector
+                        - b.container_from_item.translation.vector)
+                        .norm()
+                        * 1e3,
+                    a.container_from_item
+                        .rotation
+                        .angle_to(&b.container_from_item.rotation)
+                        .to_degrees()
+                )
+            })
+            .collect();
+        eprintln!(
+            "{phase} still {} {:.3}s overlap {:.2} {}",
+            r.still,
+            r.simulated_s,
+            cell.deepest_overlap_m() * 1e3,
+            d.join(" ")
+        );
     }
 }

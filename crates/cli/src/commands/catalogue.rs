@@ -90,7 +90,10 @@ impl ListedObject {
 }
 
 fn extents_m(model: &Model) -> [f64; 3] {
-    model.mesh.bounds().map_or([0.0; 3], |bounds| bounds.extents_m().into())
+    model
+        .mesh
+        .bounds()
+        .map_or([0.0; 3], |bounds| bounds.extents_m().into())
 }
 
 fn centimetres([x, y, z]: [f64; 3]) -> String {
@@ -100,8 +103,9 @@ fn centimetres([x, y, z]: [f64; 3]) -> String {
 fn list(listing: &Listing) -> Outcome {
     let catalogue = listing.options.load(&Resolution::reference())?;
     let objects = catalogue.objects.iter().enumerate();
-    let objects: Vec<ListedObject> =
-        objects.map(|(index, object)| ListedObject::new(index, &object.model)).collect();
+    let objects: Vec<ListedObject> = objects
+        .map(|(index, object)| ListedObject::new(index, &object.model))
+        .collect();
     if listing.json {
         return Ok(print_json(&objects)?);
     }
@@ -125,18 +129,28 @@ fn list(listing: &Listing) -> Outcome {
 fn check(listing: &Listing) -> Outcome {
     let (source, settings) = (listing.options.source(), listing.options.settings());
     let reports = inspect(&source, &settings).or_input()?;
-    let bad = reports.iter().filter(|report| report.outcome.is_err()).count();
+    let bad = reports
+        .iter()
+        .filter(|report| report.outcome.is_err())
+        .count();
     if listing.json {
         print_json(&reports.iter().map(CheckedObject::new).collect::<Vec<_>>())?;
     } else {
         for report in &reports {
             print_line(&line(report))?;
         }
-        print_line(&format!("{} of {} objects can be packed", reports.len() - bad, reports.len()))?;
+        print_line(&format!(
+            "{} of {} objects can be packed",
+            reports.len() - bad,
+            reports.len()
+        ))?;
     }
     match bad {
         0 => Ok(()),
-        bad => Err(Failure::input(format_args!("{bad} of {} objects cannot be packed", reports.len()))),
+        bad => Err(Failure::input(format_args!(
+            "{bad} of {} objects cannot be packed",
+            reports.len()
+        ))),
     }
 }
 
@@ -155,7 +169,9 @@ impl CheckedObject {
             path: report.path.display().to_string(),
             ok: report.outcome.is_ok(),
             error: report.outcome.as_ref().err().map(ToString::to_string),
-            repairs: repairs.map_or(vec![], |repairs| repairs.iter().map(ToString::to_string).collect()),
+            repairs: repairs.map_or(vec![], |repairs| {
+                repairs.iter().map(ToString::to_string).collect()
+            }),
         }
     }
 }
@@ -166,15 +182,27 @@ fn line(report: &ObjectReport) -> String {
         Err(error) => format!("BAD  {path} {error}"),
         Ok(summary) => {
             let repairs: Vec<String> = summary.repairs.iter().map(ToString::to_string).collect();
-            let repaired = if repairs.is_empty() { String::new() } else { format!("; {}", repairs.join("; ")) };
-            format!("ok   {path}: {} triangles, {:.0} cm³{repaired}", summary.triangles, summary.volume_m3 * 1e6)
+            let repaired = if repairs.is_empty() {
+                String::new()
+            } else {
+                format!("; {}", repairs.join("; "))
+            };
+            format!(
+                "ok   {path}: {} triangles, {:.0} cm³{repaired}",
+                summary.triangles,
+                summary.volume_m3 * 1e6
+            )
         }
     }
 }
 
 fn show(options: &CatalogueOptions, out: &std::path::Path, tile_px: u32) -> Outcome {
     let catalogue = options.load(&Resolution::reference())?;
-    let details: Vec<String> = catalogue.objects.iter().map(|object| detail(&object.model)).collect();
+    let details: Vec<String> = catalogue
+        .objects
+        .iter()
+        .map(|object| detail(&object.model))
+        .collect();
     let tiles: Vec<Tile<'_>> = catalogue
         .objects
         .iter()
@@ -201,5 +229,9 @@ fn title(options: &CatalogueOptions, catalogue: &Catalogue) -> String {
 }
 
 fn detail(model: &Model) -> String {
-    format!("{}, {:.0} cm³", centimetres(extents_m(model)), model.volume_m3 * 1e6)
+    format!(
+        "{}, {:.0} cm³",
+        centimetres(extents_m(model)),
+        model.volume_m3 * 1e6
+    )
 }

@@ -75,7 +75,10 @@ pub(crate) fn run(arguments: &EvaluateArguments) -> Outcome {
         CaseHeuristic::Hm => Heuristic::Hm,
         CaseHeuristic::Mta => Heuristic::Mta,
     };
-    let view = item.views().first().ok_or_else(|| Failure::input("the object has no view"))?;
+    let view = item
+        .views()
+        .first()
+        .ok_or_else(|| Failure::input("the object has no view"))?;
     let surveyed = survey(&grid, &heightmap, view, heuristic, &Weights::default()).or_input()?;
     print_json(&tables(&surveyed))?;
     Ok(())
@@ -84,7 +87,9 @@ pub(crate) fn run(arguments: &EvaluateArguments) -> Outcome {
 fn tables(surveyed: &[Surveyed]) -> Evaluation {
     let rows: Vec<&[Surveyed]> = surveyed.chunk_by(|a, b| a.x == b.x).collect();
     fn table<T>(rows: &[&[Surveyed]], entry: impl Fn(&Surveyed) -> T) -> Vec<Vec<T>> {
-        rows.iter().map(|row| row.iter().map(&entry).collect()).collect()
+        rows.iter()
+            .map(|row| row.iter().map(&entry).collect())
+            .collect()
     }
     Evaluation {
         drop: table(&rows, |at| if at.fits { at.resting_height } else { -1 }),
@@ -103,7 +108,10 @@ fn read(path: &Path) -> Outcome<(Heightmap, Item)> {
         NpzReader::new(file).map_err(|error| wrong("is no complete .npz file", &error))?;
     let mut map = |name: &str| -> Outcome<Array2<i16>> {
         npz.by_name(name).map_err(|error| {
-            wrong(&format!("has no readable int16 [x, y] array '{name}'"), &error)
+            wrong(
+                &format!("has no readable int16 [x, y] array '{name}'"),
+                &error,
+            )
         })
     };
     let (container, top, bottom) = (map("container")?, map("object_top")?, map("object_bottom")?);

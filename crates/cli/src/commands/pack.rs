@@ -51,7 +51,9 @@ pub(crate) fn run(arguments: &PackArguments) -> Outcome {
     let method = arguments.method.method()?;
     let physics = arguments.physics.settings(&grid, method.seed)?;
     let threads = arguments.method.threads;
-    let mut planner = method.planner(&grid, threads)?.with_alternatives(ALTERNATIVES);
+    let mut planner = method
+        .planner(&grid, threads)?
+        .with_alternatives(ALTERNATIVES);
     let catalogue = arguments.catalogue.load(grid.resolution())?;
     let sequence = arguments.sequence.sequence(&catalogue, method.seed)?;
 
@@ -89,7 +91,10 @@ pub(crate) fn run(arguments: &PackArguments) -> Outcome {
         print_json(&summary)?;
     } else {
         print_line(&report::table::summary(&packing, &summary))?;
-        print_line(&format!("Report: {}", arguments.out.join("report.html").display()))?;
+        print_line(&format!(
+            "Report: {}",
+            arguments.out.join("report.html").display()
+        ))?;
     }
     Ok(())
 }

@@ -41,7 +41,11 @@ pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
         let body = packing.contents.iter().find(|(other, _)| *other == arrival);
         let pose = body.map(|(_, body)| body.container_from_item);
         let resting = step.choice.resting;
-        let yaw = resolution.yaws().radians().get(resting.placement.yaw).copied();
+        let yaw = resolution
+            .yaws()
+            .radians()
+            .get(resting.placement.yaw)
+            .copied();
         let line = Line {
             step: step.step,
             arrival,
@@ -67,7 +71,11 @@ pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
             end_qy: pose.map(|pose| pose.rotation.j),
             end_qz: pose.map(|pose| pose.rotation.k),
         };
-        writer.serialize(line).context("placements.csv cannot be encoded")?;
+        writer
+            .serialize(line)
+            .context("placements.csv cannot be encoded")?;
     }
-    writer.into_inner().context("placements.csv cannot be encoded")
+    writer
+        .into_inner()
+        .context("placements.csv cannot be encoded")
 }

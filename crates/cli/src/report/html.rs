@@ -1,7 +1,5 @@
 //! `report.html`: one page that needs nothing else.
 
-use std::fmt::Write;
-
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
@@ -33,9 +31,18 @@ pub(super) fn page(packing: &Packing, summary: &Summary, pictures: &Pictures) ->
     let mut body = String::new();
     let metrics = &summary.metrics;
     let tiles = [
-        ("items packed", format!("{} / {}", metrics.packed.items, summary.items_in_sequence)),
-        ("compactness (voxels)", format!("{:.1} %", metrics.compactness * 100.0)),
-        ("container filled", format!("{:.1} %", metrics.utilisation * 100.0)),
+        (
+            "items packed",
+            format!("{} / {}", metrics.packed.items, summary.items_in_sequence),
+        ),
+        (
+            "compactness (voxels)",
+            format!("{:.1} %", metrics.compactness * 100.0),
+        ),
+        (
+            "container filled",
+            format!("{:.1} %", metrics.utilisation * 100.0),
+        ),
         ("decision per item", duration(summary.decision_s.mean)),
     ];
     let subtitle = format!(
@@ -47,33 +54,42 @@ pub(super) fn page(packing: &Packing, summary: &Summary, pictures: &Pictures) ->
         settings.grid.nx(),
         settings.grid.ny(),
     );
-    let _ = write!(body, "<h1>Packing report</h1><p class=sub>{}</p>", escape(&subtitle));
+    body.push_str(&format!(
+        "<h1>Packing report</h1><p class=sub>{}</p>",
+        escape(&subtitle)
+    ));
     body.push_str("<div class=tiles>");
     for (name, value) in tiles {
-        let _ = write!(body, "<div class=tile><b>{}</b><span>{name}</span></div>", escape(&value));
+        body.push_str(&format!(
+            "<div class=tile><b>{}</b><span>{name}</span></div>",
+            escape(&value)
+        ));
     }
     body.push_str("</div>");
     image(&mut body, &pictures.packed_png, "The packed container");
-    let _ = write!(
-        body,
+    body.push_str(&format!(
         "<div class=pair><div>{}</div><div>{}</div></div>",
         pictures.utilisation_svg, pictures.decisions_svg
-    );
+    ));
     body.push_str("<h2>Figures</h2><div class=pair><table>");
     for (name, value) in figures(packing, summary) {
-        let _ = write!(body, "<tr><th>{name}</th><td>{}</td></tr>", escape(&value));
+        body.push_str(&format!(
+            "<tr><th>{name}</th><td>{}</td></tr>",
+            escape(&value)
+        ));
     }
     body.push_str("</table>");
-    image(&mut body, &pictures.heightmap_png, "The heightmap at the end");
+    image(
+        &mut body,
+        &pictures.heightmap_png,
+        "The heightmap at the end",
+    );
     body.push_str("</div>");
     unplaceable(&mut body, &summary.ending);
     steps(&mut body, packing);
     let shown = serde_json::to_string_pretty(settings).unwrap_or_default();
-    let _ = write!(
-        body,
-        "<h2>Settings</h2><details><summary>Everything this run depended on</summary><pre>{}</pre></details>",
-        escape(&shown)
-    );
+    body.push_str(&format!("<h2>Settings</h2><details><summary>Everything this run depended on</summary><pre>{}</pre></details>",
+        escape(&shown)));
     format!(
         "<!doctype html><html lang=en><meta charset=utf-8>\
          <meta name=viewport content=\"width=device-width, initial-scale=1\">\
@@ -83,22 +99,25 @@ pub(super) fn page(packing: &Packing, summary: &Summary, pictures: &Pictures) ->
 
 fn image(body: &mut String, png: &[u8], what: &str) {
     let data = STANDARD.encode(png);
-    let _ = write!(body, "<img alt=\"{what}\" src=\"data:image/png;base64,{data}\">");
+    body.push_str(&format!(
+        "<img alt=\"{what}\" src=\"data:image/png;base64,{data}\">"
+    ));
 }
 
 fn unplaceable(body: &mut String, ending: &EndingSummary) {
-    let EndingSummary::NothingFits { items } = ending else { return };
+    let EndingSummary::NothingFits { items } = ending else {
+        return;
+    };
     body.push_str(
         "<h2>What could not be placed</h2><table><tr><th class=n>Arrival<th>Item<th>Why</tr>",
     );
     for item in items {
-        let _ = write!(
-            body,
+        body.push_str(&format!(
             "<tr><td class=n>{}<td>{}<td>{}</tr>",
             item.arrival,
             escape(&item.item),
             escape(&item.reason)
-        );
+        ));
     }
     body.push_str("</table>");
 }
@@ -115,15 +134,28 @@ fn steps(body: &mut String, packing: &Packing) {
     );
     for (step, placed) in packing.episode.steps.iter().zip(&packing.placed) {
         let arrival = step.candidate.arrival;
-        let inside =
-            packing.contents.iter().any(|(other, body)| *other == arrival && body.inside);
+        let inside = packing
+            .contents
+            .iter()
+            .any(|(other, body)| *other == arrival && body.inside);
         let at = step.choice.resting;
-        let yaw = resolution.yaws().radians().get(at.placement.yaw).copied().unwrap_or_default();
-        let alternatives: Vec<String> =
-            step.alternatives.iter().map(|other| format!("{:.2}", other.value)).collect();
-        let class = if placed.report.toppled || !inside { " class=bad" } else { "" };
-        let _ = write!(
-            body,
+        let yaw = resolution
+            .yaws()
+            .radians()
+            .get(at.placement.yaw)
+            .copied()
+            .unwrap_or_default();
+        let alternatives: Vec<String> = step
+            .alternatives
+            .iter()
+            .map(|other| format!("{:.2}", other.value))
+            .collect();
+        let class = if placed.report.toppled || !inside {
+            " class=bad"
+        } else {
+            ""
+        };
+        body.push_str(&format!(
             "<tr{class}><td class=n>{}<td class=n>{arrival}<td>{}<td class=n>{:.0}<td class=n>{:.1}\
              <td class=n>{:.1}<td class=n>{:.1}<td class=n>{:.2}<td>{}<td class=n>{}<td class=n>{}\
              <td class=n>{}<td class=n>{:.1}<td class=n>{:.0}</tr>",
@@ -139,12 +171,15 @@ fn steps(body: &mut String, packing: &Packing) {
             duration(step.timings.evaluate.as_secs_f64()),
             duration(step.timings.check.as_secs_f64()),
             placed.report.slide_m * 1e3,
-            placed.report.tilt_rad.to_degrees(),
-        );
+            placed.report.tilt_rad.to_degrees()
+        ));
     }
     body.push_str("</table></div>");
 }
 
 fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
 }

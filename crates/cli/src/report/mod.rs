@@ -54,7 +54,10 @@ pub(crate) fn write(packing: &Packing, summary: &Summary, folder: &Path) -> anyh
     files.add("packed.png", &pictures.packed_png)?;
     files.add("heightmap.png", &pictures.heightmap_png)?;
     files.add("placements.csv", &csv::placements(packing)?)?;
-    files.add("report.html", html::page(packing, summary, &pictures).as_bytes())?;
+    files.add(
+        "report.html",
+        html::page(packing, summary, &pictures).as_bytes(),
+    )?;
     let json = serde_json::to_vec_pretty(summary).context("the summary cannot be encoded")?;
     files.add("summary.json", &json)?;
     files.publish()

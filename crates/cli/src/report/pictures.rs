@@ -46,8 +46,11 @@ fn packed(packing: &Packing) -> anyhow::Result<Vec<u8>> {
 fn heights(packing: &Packing) -> anyhow::Result<Vec<u8>> {
     let (grid, map) = (&packing.settings.grid, packing.episode.scene.heightmap());
     let unit_m = grid.resolution().height_unit_m();
-    let heights_m: Vec<f64> =
-        map.heights().iter().map(|height| f64::from(*height) * unit_m).collect();
+    let heights_m: Vec<f64> = map
+        .heights()
+        .iter()
+        .map(|height| f64::from(*height) * unit_m)
+        .collect();
     let field = HeightField {
         nx: map.nx(),
         ny: map.ny(),
@@ -74,7 +77,10 @@ fn utilisation(packing: &Packing) -> anyhow::Result<String> {
         title: "Container filled".to_owned(),
         x_label: "Items placed".to_owned(),
         y_label: "Filled by meshes (%)".to_owned(),
-        curves: vec![Curve { name: String::new(), points }],
+        curves: vec![Curve {
+            name: String::new(),
+            points,
+        }],
     };
     Ok(chart.to_svg(Size::new(720, 380)?))
 }
@@ -82,13 +88,21 @@ fn utilisation(packing: &Packing) -> anyhow::Result<String> {
 fn decisions(packing: &Packing) -> anyhow::Result<String> {
     let steps = packing.episode.steps.iter();
     let points = steps
-        .map(|step| [(step.step + 1) as f64, step.timings.total().as_secs_f64() * 1e3])
+        .map(|step| {
+            [
+                (step.step + 1) as f64,
+                step.timings.total().as_secs_f64() * 1e3,
+            ]
+        })
         .collect();
     let chart = Lines {
         title: "Decision time".to_owned(),
         x_label: "Item".to_owned(),
         y_label: "Time (ms)".to_owned(),
-        curves: vec![Curve { name: String::new(), points }],
+        curves: vec![Curve {
+            name: String::new(),
+            points,
+        }],
     };
     Ok(chart.to_svg(Size::new(720, 380)?))
 }

@@ -27,7 +27,10 @@ pub(crate) fn summary(packing: &Packing, summary: &Summary) -> String {
     }
     if let EndingSummary::NothingFits { items } = &summary.ending {
         for item in items {
-            row("could not be placed", format!("{}: {}", item.item, item.reason));
+            row(
+                "could not be placed",
+                format!("{}: {}", item.item, item.reason),
+            );
         }
     }
     table.to_string()
@@ -46,12 +49,22 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
     let ending = match &summary.ending {
         EndingSummary::AllPacked => "everything is packed".to_owned(),
         EndingSummary::NothingFits { items } => {
-            format!("none of the {} items in the buffer has a valid placement", items.len())
+            format!(
+                "none of the {} items in the buffer has a valid placement",
+                items.len()
+            )
         }
     };
     vec![
         ("Sequence", sequence.from.clone()),
-        ("Packed", format!("{} of {} items{fallen}", metrics.packed.items, sequence.objects.len())),
+        (
+            "Packed",
+            format!(
+                "{} of {} items{fallen}",
+                metrics.packed.items,
+                sequence.objects.len()
+            ),
+        ),
         ("Volume of the meshes", cm3(metrics.packed.meshes_m3)),
         ("Volume of the voxels", cm3(metrics.packed.voxels_m3)),
         ("Compactness (voxels)", percent(metrics.compactness)),

@@ -23,7 +23,10 @@ pub struct PhysicalStabilitySettings {
 
 impl Default for PhysicalStabilitySettings {
     fn default() -> Self {
-        Self { contact_tolerance_m: 0.002, margin_m: 0.002 }
+        Self {
+            contact_tolerance_m: 0.002,
+            margin_m: 0.002,
+        }
     }
 }
 
@@ -41,7 +44,10 @@ pub struct PhysicalStability {
 impl PhysicalStability {
     /// The test with these settings.
     pub fn new(settings: PhysicalStabilitySettings) -> Self {
-        Self { settings, polygon: SupportPolygon::default() }
+        Self {
+            settings,
+            polygon: SupportPolygon::default(),
+        }
     }
 
     /// Whether a view at a placement is stable.
@@ -63,10 +69,16 @@ impl PhysicalStability {
         view: &ItemView,
         resting: &RestingPlacement,
     ) -> f64 {
-        let Placement { x: corner_x, y: corner_y, .. } = resting.placement;
+        let Placement {
+            x: corner_x,
+            y: corner_y,
+            ..
+        } = resting.placement;
         let resolution = grid.resolution();
         let samples = resolution.samples_per_cell();
-        let underside = view.underside().filter(|known| known.samples_per_cell == samples);
+        let underside = view
+            .underside()
+            .filter(|known| known.samples_per_cell == samples);
         if let (Some(surface), Some(underside)) = (scene.surface(), underside) {
             let ny = underside.ny;
             self.find_contacts(underside.nx, resolution.surface_pitch_m(), |x| {
@@ -79,16 +91,24 @@ impl PhysicalStability {
             let unit_m = resolution.height_unit_m() as f32;
             let ny = view.ny();
             self.find_contacts(view.nx(), resolution.cell_m(), |x| {
-                let below = scene.heightmap().row(corner_x + x).get(corner_y..).unwrap_or(&[]);
+                let below = scene
+                    .heightmap()
+                    .row(corner_x + x)
+                    .get(corner_y..)
+                    .unwrap_or(&[]);
                 let lower = view.bottom().get(x * ny..(x + 1) * ny).unwrap_or(&[]);
                 below.iter().zip(lower).map(move |(below, bottom)| {
-                    let lower_m =
-                        if *bottom == ABSENT { f32::INFINITY } else { f32::from(*bottom) * unit_m };
+                    let lower_m = if *bottom == ABSENT {
+                        f32::INFINITY
+                    } else {
+                        f32::from(*bottom) * unit_m
+                    };
                     (f32::from(*below) * unit_m, lower_m)
                 })
             });
         }
-        self.polygon.depth(view.centre_of_mass_m(resolution.cell_m()))
+        self.polygon
+            .depth(view.centre_of_mass_m(resolution.cell_m()))
     }
 
     /// Lowers the underside onto the content and collects the contacts.
@@ -109,7 +129,10 @@ impl PhysicalStability {
             let is_contact = |(below, lower): (f32, f32)| below - lower >= touching;
             let first = row(x).position(is_contact);
             let Some(first) = first else { continue };
-            let last = row(x).enumerate().filter(|(_, pair)| is_contact(*pair)).last();
+            let last = row(x)
+                .enumerate()
+                .filter(|(_, pair)| is_contact(*pair))
+                .last();
             for y in [first, last.map_or(first, |(y, _)| y)] {
                 let sample = Point2::new(x as f64 + 0.5, y as f64 + 0.5);
                 self.polygon.add(sample * pitch_m);

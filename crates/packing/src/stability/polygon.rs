@@ -43,7 +43,8 @@ impl SupportPolygon {
 
     /// Andrew's monotone chain, counter-clockwise, without collinear points.
     fn build(&mut self) {
-        self.contacts.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+        self.contacts
+            .sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
         self.contacts.dedup();
         self.hull.clear();
         for contact in &self.contacts {
@@ -74,13 +75,22 @@ mod tests {
 
     fn depth(contacts: &[(f64, f64)], point: (f64, f64)) -> f64 {
         let mut polygon = SupportPolygon::default();
-        contacts.iter().for_each(|(x, y)| polygon.add(Point2::new(*x, *y)));
+        contacts
+            .iter()
+            .for_each(|(x, y)| polygon.add(Point2::new(*x, *y)));
         polygon.depth(Point2::new(point.0, point.1))
     }
 
     #[test]
     fn depth_is_the_distance_to_the_nearest_edge() {
-        let square = [(0.0, 0.0), (0.0, 4.0), (2.0, 2.0), (4.0, 0.0), (4.0, 4.0), (4.0, 2.0)];
+        let square = [
+            (0.0, 0.0),
+            (0.0, 4.0),
+            (2.0, 2.0),
+            (4.0, 0.0),
+            (4.0, 4.0),
+            (4.0, 2.0),
+        ];
         assert!((depth(&square, (1.0, 2.0)) - 1.0).abs() < 1e-12);
         assert!((depth(&square, (5.0, 2.0)) + 1.0).abs() < 1e-12);
         let triangle = [(0.0, 0.0), (4.0, 0.0), (0.0, 4.0)];
@@ -89,7 +99,11 @@ mod tests {
 
     #[test]
     fn points_and_lines_support_nothing() {
-        for contacts in [&[][..], &[(1.0, 1.0)], &[(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)]] {
+        for contacts in [
+            &[][..],
+            &[(1.0, 1.0)],
+            &[(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)],
+        ] {
             assert_eq!(depth(contacts, (1.0, 1.0)), f64::NEG_INFINITY);
         }
     }

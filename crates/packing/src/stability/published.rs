@@ -56,7 +56,10 @@ impl PublishedStability {
             }
         };
         self.polygon.clear();
-        let rows = view.top().chunks_exact(view.ny()).zip(view.bottom().chunks_exact(view.ny()));
+        let rows = view
+            .top()
+            .chunks_exact(view.ny())
+            .zip(view.bottom().chunks_exact(view.ny()));
         for (x, (tops, bottoms)) in rows.enumerate() {
             let below = heightmap.row(resting.placement.x + x);
             let below = below.get(resting.placement.y..).unwrap_or(&[]);
@@ -69,7 +72,10 @@ impl PublishedStability {
             // Only a row's outermost contacts can be corners of the hull.
             if let Some(first) = contacts.next() {
                 self.polygon.add(first);
-                contacts.next_back().into_iter().for_each(|last| self.polygon.add(last));
+                contacts
+                    .next_back()
+                    .into_iter()
+                    .for_each(|last| self.polygon.add(last));
             }
         }
         self.polygon.depth(view.centroid_cells())

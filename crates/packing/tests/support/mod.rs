@@ -13,8 +13,15 @@ use proptest::prelude::*;
 pub fn grids() -> impl Strategy<Value = Grid> {
     let cells = prop_oneof![Just(0.01), Just(0.005), Just(0.02), 0.004..0.03];
     let units = prop_oneof![Just(0.002), Just(0.001), Just(0.005), 0.0008..0.01];
-    (1_usize..14, 1_usize..14, 5_i16..60, cells, units, 1_usize..4).prop_map(
-        |(nx, ny, rim, cell_m, unit_m, yaws)| {
+    (
+        1_usize..14,
+        1_usize..14,
+        5_i16..60,
+        cells,
+        units,
+        1_usize..4,
+    )
+        .prop_map(|(nx, ny, rim, cell_m, unit_m, yaws)| {
             let resolution = Resolution::new(cell_m, unit_m, Yaws::half_turn(yaws).unwrap());
             let container = ContainerSize {
                 x_m: nx as f64 * cell_m,
@@ -22,8 +29,7 @@ pub fn grids() -> impl Strategy<Value = Grid> {
                 z_m: f64::from(rim) * unit_m,
             };
             Grid::new(container, resolution.unwrap()).unwrap()
-        },
-    )
+        })
 }
 
 /// A container whose content is steps, so that flat parts and cliffs both occur.
@@ -48,8 +54,7 @@ pub fn heightmaps(grid: &Grid) -> impl Strategy<Value = Heightmap> + use<> {
 pub fn views() -> impl Strategy<Value = ViewSurfaces> {
     (1_usize..7, 1_usize..7).prop_flat_map(|(nx, ny)| {
         let cell = (0_i16..6, 1_i16..20, 0_u8..5);
-        proptest::collection::vec(cell, nx * ny)
-            .prop_map(move |cells| surfaces(nx, ny, &cells))
+        proptest::collection::vec(cell, nx * ny).prop_map(move |cells| surfaces(nx, ny, &cells))
     })
 }
 

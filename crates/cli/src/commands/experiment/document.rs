@@ -19,8 +19,12 @@ pub(super) fn write(path: &Path, generated: &str) -> Outcome {
 /// The processor that figures were measured on.
 pub(super) fn machine() -> String {
     let cpus = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = cpus.lines().find_map(|line| line.strip_prefix("model name"));
-    let model = model.and_then(|line| line.split(':').nth(1)).map_or("unknown processor", str::trim);
+    let model = cpus
+        .lines()
+        .find_map(|line| line.strip_prefix("model name"));
+    let model = model
+        .and_then(|line| line.split(':').nth(1))
+        .map_or("unknown processor", str::trim);
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     format!("{model}, {cores} cores")
 }
@@ -39,6 +43,9 @@ mod tests {
         std::fs::write(&path, text).unwrap();
         write(&path, "two").unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
-        assert!(text.starts_with("two\n") && text.ends_with("by hand\n"), "{text}");
+        assert!(
+            text.starts_with("two\n") && text.ends_with("by hand\n"),
+            "{text}"
+        );
     }
 }

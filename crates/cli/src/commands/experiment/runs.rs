@@ -32,7 +32,10 @@ impl Runs {
 
     /// Keeps a finished run.
     pub(super) fn save(&self, name: &str, run: &impl Serialize) -> Outcome {
-        Ok(write_whole(&self.path(name), &serde_json::to_vec(run).or_run()?)?)
+        Ok(write_whole(
+            &self.path(name),
+            &serde_json::to_vec(run).or_run()?,
+        )?)
     }
 
     fn path(&self, name: &str) -> PathBuf {

@@ -1,6 +1,5 @@
 //! `ppnpack experiment stability`: both stability tests against what the simulated cell does.
 
-use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -11,7 +10,7 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::plan::{Candidate, Evaluated, Evaluator, Planner, StepInput};
-use ppnpack_packing::proposals::{ProposeAll, Proposals, Proposer};
+use ppnpack_packing::proposals::{Proposals, ProposeAll, Proposer};
 use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::{
     PhysicalStability, PhysicalStabilitySettings, PublishedStability,
@@ -83,7 +82,7 @@ pub(super) struct StabilityArguments {
 const RELEASE_HEIGHTS_M: [f64; 2] = [0.005, 0.12];
 
 /// Items are tried every so many packed ones.
-const STEPS_BETWEEN_SCENES: usize = 4;
+const STEPS_BETWEEN_SCENES: u64 = 4;
 
 /// Items drawn for a sequence.
 const SEQUENCE_LENGTH: usize = 60;
@@ -154,21 +153,34 @@ pub(super) fn run(arguments: &StabilityArguments) -> Outcome {
         placements: arguments.placements as usize,
         seed: arguments.seed,
     };
-    let kept = arguments.runs.clone().unwrap_or_else(|| arguments.out.join("runs"));
+    let kept = arguments
+        .runs
+        .clone()
+        .unwrap_or_else(|| arguments.out.join("runs"));
     let runs = Runs::new(&kept, &settings)?;
     let jobs: Vec<(u64, usize)> = (0..u64::from(arguments.sequences))
         .flat_map(|sequence| (0..RELEASE_HEIGHTS_M.len()).map(move |release| (sequence, release)))
         .collect();
-    workers::for_each("Trying placements", &jobs, workers::default_count(), |job| {
-        if runs.load::<Vec<Trial>>(&name(*job)).is_none() {
-            runs.save(&name(*job), &Trials::new(&catalogue, &settings, *job)?.play()?)?;
-        }
-        Ok(())
-    })?;
+    workers::for_each(
+        "Trying placements",
+        &jobs,
+        workers::default_count(),
+        |job| {
+            if runs.load::<Vec<Trial>>(&name(*job)).is_none() {
+                runs.save(
+                    &name(*job),
+                    &Trials::new(&catalogue, &settings, *job)?.play()?,
+                )?;
+            }
+            Ok(())
+        },
+    )?;
     let mut trials = Vec::new();
     for job in jobs {
         let run: Option<Vec<Trial>> = runs.load(&name(job));
-        trials.extend(run.ok_or_else(|| Failure::Run(anyhow::anyhow!("the run {} is gone", name(job))))?);
+        trials.extend(
+            run.ok_or_else(|| Failure::Run(anyhow::anyhow!("the run {} is gone", name(job))))?,
+        );
     }
     publish(arguments, &settings, &trials)
 }
@@ -236,15 +248,31 @@ impl<'a> Trials<'a> {
     fn play(mut self) -> Outcome<Vec<Trial>> {
         let grid = &self.settings.grid;
         for step in 0.. {
-            let scene = self.cell.scan().map_err(anyhow::Error::from_boxed).or_run()?;
+            let scene = self
+                .cell
+                .scan()
+                .map_err(anyhow::Error::from_boxed)
+                .or_run()?;
             let candidates = self.buffer.candidates().to_vec();
-            let input = StepInput { grid, scene: &scene, candidates: &candidates, step };
-            if step as usize % STEPS_BETWEEN_SCENES == 0 {
+            let input = StepInput {
+                grid,
+                scene: &scene,
+                candidates: &candidates,
+                step,
+            };
+            if step.is_multiple_of(STEPS_BETWEEN_SCENES) {
                 self.try_placements(&input)?;
             }
-            let Some(choice) = self.planner.plan(&input).or_run()?.choice() else { break };
-            let Some(taken) = self.buffer.take(choice.candidate) else { break };
-            self.cell.place(&taken, &choice.resting).map_err(anyhow::Error::from_boxed).or_run()?;
+            let Some(choice) = self.planner.plan(&input).or_run()?.choice() else {
+                break;
+            };
+            let Some(taken) = self.buffer.take(choice.candidate) else {
+                break;
+            };
+            self.cell
+                .place(&taken, &choice.resting)
+                .map_err(anyhow::Error::from_boxed)
+                .or_run()?;
         }
         Ok(self.trials)
     }
@@ -252,11 +280,20 @@ impl<'a> Trials<'a> {
     fn try_placements(&mut self, input: &StepInput<'_>) -> Outcome {
         for (index, candidate) in input.candidates.iter().enumerate() {
             let mut proposals = Proposals::default();
-            ProposeAll.propose(input, &mut proposals).map_err(anyhow::Error::from_boxed).or_run()?;
-            self.ranking.rank(input, &[index], &proposals).map_err(anyhow::Error::from_boxed).or_run()?;
+            ProposeAll
+                .propose(input, &mut proposals)
+                .map_err(anyhow::Error::from_boxed)
+                .or_run()?;
+            self.ranking
+                .rank(input, &[index], &proposals)
+                .map_err(anyhow::Error::from_boxed)
+                .or_run()?;
             let mut ranked = Vec::new();
-            while let Some(next) =
-                self.ranking.next_best(input).map_err(anyhow::Error::from_boxed).or_run()?
+            while let Some(next) = self
+                .ranking
+                .next_best(input)
+                .map_err(anyhow::Error::from_boxed)
+                .or_run()?
             {
                 ranked.push(next);
             }
@@ -286,7 +323,8 @@ impl<'a> Trials<'a> {
     ) -> Outcome<Trial> {
         let grid = &self.settings.grid;
         let view = candidate.item.views().get(at.resting.placement.yaw);
-        let view = view.ok_or_else(|| Failure::Run(anyhow::anyhow!("the placement has no view")))?;
+        let view =
+            view.ok_or_else(|| Failure::Run(anyhow::anyhow!("the placement has no view")))?;
         let report = self
             .cell
             .try_place(candidate, &at.resting)
@@ -298,7 +336,9 @@ impl<'a> Trials<'a> {
             drawn,
             is_small: view.nx().min(view.ny()) <= SMALL_CELLS,
             release_m: self.release_m,
-            published: self.published.is_stable(grid, scene.heightmap(), view, &at.resting),
+            published: self
+                .published
+                .is_stable(grid, scene.heightmap(), view, &at.resting),
             physical: depth_m >= self.settings.physical.margin_m,
             depth_m: depth_m.is_finite().then_some(depth_m),
             slide_m: report.slide_m,
@@ -321,15 +361,25 @@ struct Tally {
 }
 
 fn tallies(trials: &[Trial]) -> Vec<Tally> {
-    type Group = (&'static str, fn(&Trial) -> bool);
-    let groups: [Group; 4] = [
-        ("anywhere", |trial| trial.drawn == Drawn::Anywhere && !trial.is_small),
-        ("SDFM's best", |trial| trial.drawn == Drawn::Best && !trial.is_small),
-        ("small items, anywhere", |trial| trial.drawn == Drawn::Anywhere && trial.is_small),
-        ("small items, SDFM's best", |trial| trial.drawn == Drawn::Best && trial.is_small),
+    type Named = (&'static str, fn(&Trial) -> bool);
+    let groups: [Named; 4] = [
+        ("anywhere", |trial| {
+            trial.drawn == Drawn::Anywhere && !trial.is_small
+        }),
+        ("SDFM's best", |trial| {
+            trial.drawn == Drawn::Best && !trial.is_small
+        }),
+        ("small items, anywhere", |trial| {
+            trial.drawn == Drawn::Anywhere && trial.is_small
+        }),
+        ("small items, SDFM's best", |trial| {
+            trial.drawn == Drawn::Best && trial.is_small
+        }),
     ];
-    let tests: [(&'static str, fn(&Trial) -> bool); 2] =
-        [("published", |trial| trial.published), ("physical", |trial| trial.physical)];
+    let tests: [Named; 2] = [
+        ("published", |trial| trial.published),
+        ("physical", |trial| trial.physical),
+    ];
     let mut tallies = Vec::new();
     for release_m in RELEASE_HEIGHTS_M {
         for (placements, is_in) in groups {
@@ -363,7 +413,10 @@ struct Results<'a> {
 }
 
 fn publish(arguments: &StabilityArguments, settings: &Settings, trials: &[Trial]) -> Outcome {
-    let results = Results { settings, tallies: tallies(trials) };
+    let results = Results {
+        settings,
+        tallies: tallies(trials),
+    };
     let markdown = markdown(&results, trials.len());
     let json = serde_json::to_vec_pretty(&results).or_run()?;
     write_whole(&arguments.out.join("stability.json"), &json)?;
@@ -379,7 +432,10 @@ fn publish(arguments: &StabilityArguments, settings: &Settings, trials: &[Trial]
 }
 
 fn markdown(results: &Results<'_>, trials: usize) -> String {
-    let PhysicalStabilitySettings { contact_tolerance_m, margin_m } = results.settings.physical;
+    let PhysicalStabilitySettings {
+        contact_tolerance_m,
+        margin_m,
+    } = results.settings.physical;
     let mut text = format!(
         "# Stability tests against the simulated cell\n\n\
          {trials} placements tried in partly packed containers, on cells of {} cm. An item stood if, when everything \
@@ -395,17 +451,16 @@ fn markdown(results: &Results<'_>, trials: usize) -> String {
         margin_m * 1e3,
     );
     for tally in &results.tallies {
-        let _ = writeln!(
-            text,
-            "| {:.1} cm above | {} | {} | {} | {} | {} | {} |",
+        text.push_str(&format!(
+            "| {:.1} cm above | {} | {} | {} | {} | {} | {} |\n",
             tally.release_m * 100.0,
             tally.placements,
             tally.test,
             tally.trials,
             percent(tally.accepted, tally.trials),
             percent(tally.accepted_toppled_or_slid, tally.accepted),
-            percent(tally.rejected_but_stood, tally.trials - tally.accepted),
-        );
+            percent(tally.rejected_but_stood, tally.trials - tally.accepted)
+        ));
     }
     text
 }

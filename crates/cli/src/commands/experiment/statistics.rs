@@ -23,7 +23,10 @@ impl Mean {
         let mean = values.iter().sum::<f64>() / count;
         let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
         let variance = squares / (count - 1.0).max(1.0);
-        Self { mean, half_width: NORMAL_95 * (variance / count).sqrt() }
+        Self {
+            mean,
+            half_width: NORMAL_95 * (variance / count).sqrt(),
+        }
     }
 
     /// The mean and its interval with so many decimals.
@@ -32,13 +35,20 @@ impl Mean {
     }
 
     pub(super) fn scaled(&self, factor: f64) -> Self {
-        Self { mean: self.mean * factor, half_width: self.half_width * factor }
+        Self {
+            mean: self.mean * factor,
+            half_width: self.half_width * factor,
+        }
     }
 }
 
 /// A count out of a total, as a share in percent.
 pub(super) fn percent(count: usize, total: usize) -> String {
-    if total == 0 { "–".to_owned() } else { format!("{:.1} %", 100.0 * count as f64 / total as f64) }
+    if total == 0 {
+        "–".to_owned()
+    } else {
+        format!("{:.1} %", 100.0 * count as f64 / total as f64)
+    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,5 @@
 //! `ppnpack experiment table1`: packing heuristics compared over test sequences.
 
-use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -98,7 +97,12 @@ const fn published(
     compactness_percent: f64,
     items: f64,
 ) -> Published {
-    Published { decision_s, voxels_cm3, compactness_percent, items }
+    Published {
+        decision_s,
+        voxels_cm3,
+        compactness_percent,
+        items,
+    }
 }
 
 /// Sequences that the yardstick was run on.
@@ -239,18 +243,29 @@ pub(super) fn run(arguments: &Table1Arguments) -> Outcome {
         stability: arguments.stability,
         seed: arguments.seed,
     };
-    let kept = arguments.runs.clone().unwrap_or_else(|| arguments.out.join("runs"));
+    let kept = arguments
+        .runs
+        .clone()
+        .unwrap_or_else(|| arguments.out.join("runs"));
     let runs = Runs::new(&kept, &settings)?;
-    let jobs: Vec<(usize, &Row)> =
-        (0..cases).flat_map(|case| ROWS.iter().map(move |row| (case, row))).collect();
+    let jobs: Vec<(usize, &Row)> = (0..cases)
+        .flat_map(|case| ROWS.iter().map(move |row| (case, row)))
+        .collect();
     let cores = workers::default_count();
     let workers = arguments.workers.unwrap_or(cores).clamp(1, cores);
     workers::for_each("Packing sequences", &jobs, workers, |(case, row)| {
         pack(&catalogue, &settings, &sequences, &runs, *case, row)
     })?;
-    let lines = ROWS.iter().map(|row| line(&runs, row, cases)).collect::<Outcome<Vec<_>>>()?;
-    let results =
-        Results { machine: document::machine(), workers, settings: &settings, lines };
+    let lines = ROWS
+        .iter()
+        .map(|row| line(&runs, row, cases))
+        .collect::<Outcome<Vec<_>>>()?;
+    let results = Results {
+        machine: document::machine(),
+        workers,
+        settings: &settings,
+        lines,
+    };
     publish(arguments, &results)
 }
 
@@ -281,7 +296,10 @@ fn pack(
         buffer: settings.buffer,
         seed: settings.seed.wrapping_add(case as u64),
     };
-    let physics = CellSettings { seed: method.seed, ..settings.physics.clone() };
+    let physics = CellSettings {
+        seed: method.seed,
+        ..settings.physics.clone()
+    };
     let mut planner = method.planner(&settings.grid, 1)?;
     let (episode, _) = simulate(
         catalogue,
@@ -343,7 +361,10 @@ fn publish(arguments: &Table1Arguments, results: &Results<'_>) -> Outcome {
     let folder = &arguments.out;
     let chart = scatter(results);
     let size = Size::new(900, 600).or_run()?;
-    let png = chart.to_image(size).and_then(|image| image.to_png()).or_run()?;
+    let png = chart
+        .to_image(size)
+        .and_then(|image| image.to_png())
+        .or_run()?;
     let markdown = markdown(results);
     write_whole(&folder.join("table1.svg"), chart.to_svg(size).as_bytes())?;
     write_whole(&folder.join("table1.png"), &png)?;
@@ -354,7 +375,10 @@ fn publish(arguments: &Table1Arguments, results: &Results<'_>) -> Outcome {
         print_json(results)?;
     } else {
         print_line(&markdown)?;
-        print_line(&format!("Written to {}", folder.join("table1.md").display()))?;
+        print_line(&format!(
+            "Written to {}",
+            folder.join("table1.md").display()
+        ))?;
     }
     Ok(())
 }
@@ -377,15 +401,17 @@ fn markdown(results: &Results<'_>) -> String {
         settings.grid.ny(),
         settings.grid.resolution().yaws().count(),
         settings.buffer,
-        serde_json::to_value(settings.stability).ok().and_then(|name| name.as_str().map(str::to_owned)).unwrap_or_default(),
+        serde_json::to_value(settings.stability)
+            .ok()
+            .and_then(|name| name.as_str().map(str::to_owned))
+            .unwrap_or_default(),
         results.machine,
         results.workers,
     );
     for line in &results.lines {
         let Line { paper, .. } = line;
-        let _ = writeln!(
-            text,
-            "| {} | {} ms [{} s] | {} [{:.1}] | {} [{:.0}] | {} [{:.1}] | {} | {} | {:.2} |",
+        text.push_str(&format!(
+            "| {} | {} ms [{} s] | {} [{:.1}] | {} [{:.0}] | {} [{:.1}] | {} | {} | {:.2} |\n",
             line.method,
             line.decision_s.scaled(1e3).shown(3),
             paper.decision_s.unwrap_or_default(),
@@ -397,32 +423,31 @@ fn markdown(results: &Results<'_>) -> String {
             paper.compactness_percent,
             line.meshes_cm3.shown(0),
             line.mesh_compactness_percent.shown(1),
-            line.fallen_out.mean,
-        );
+            line.fallen_out.mean
+        ));
     }
     text.push_str("\n![Compactness against decision time](table1.svg)\n");
-    let compared: Vec<_> =
-        results.lines.iter().filter_map(|line| Some((line, line.yardstick.as_ref()?))).collect();
+    let compared: Vec<_> = results
+        .lines
+        .iter()
+        .filter_map(|line| Some((line, line.yardstick.as_ref()?)))
+        .collect();
     if !compared.is_empty() {
-        let _ = write!(
-            text,
-            "\n## The first {YARDSTICK_CASES} sequences\n\nIn brackets an independent run of the published methods on \
+        text.push_str(&format!("\n## The first {YARDSTICK_CASES} sequences\n\nIn brackets an independent run of the published methods on \
              the same meshes and sequences in PyBullet.\n\n\
-             | method | compactness (%) | items packed | voxel volume (cm³) |\n|---|---|---|---|\n"
-        );
+             | method | compactness (%) | items packed | voxel volume (cm³) |\n|---|---|---|---|\n"));
         for (line, comparison) in compared {
             let other = comparison.published;
-            let _ = writeln!(
-                text,
-                "| {} | {} [{:.1}] | {} [{:.1}] | {} [{:.0}] |",
+            text.push_str(&format!(
+                "| {} | {} [{:.1}] | {} [{:.1}] | {} [{:.0}] |\n",
                 line.method,
                 comparison.compactness_percent.shown(1),
                 other.compactness_percent,
                 comparison.items.shown(1),
                 other.items,
                 comparison.voxels_cm3.shown(0),
-                other.voxels_cm3,
-            );
+                other.voxels_cm3
+            ));
         }
     }
     text
@@ -448,12 +473,23 @@ fn scatter(results: &Results<'_>) -> Scatter {
         y_label: "Compactness (%)".to_owned(),
         logarithmic_x: true,
         series: vec![
-            PointSeries { name: "ppnpack".to_owned(), reference: false, points: ours.collect() },
-            PointSeries { name: "paper".to_owned(), reference: true, points: paper.collect() },
+            PointSeries {
+                name: "ppnpack".to_owned(),
+                reference: false,
+                points: ours.collect(),
+            },
+            PointSeries {
+                name: "paper".to_owned(),
+                reference: true,
+                points: paper.collect(),
+            },
         ],
     }
 }
 
 fn interval(mean: &Mean) -> Interval {
-    Interval { low: mean.mean - mean.half_width, high: mean.mean + mean.half_width }
+    Interval {
+        low: mean.mean - mean.half_width,
+        high: mean.mean + mean.half_width,
+    }
 }
