@@ -37,7 +37,7 @@ pub(crate) struct CatalogueOptions {
     pub(crate) unit: LengthUnit,
 
     /// The density of objects whose mass is not known, in kg/m^3
-    #[arg(long, value_name = "KG_M3", default_value_t = 400.0, value_parser = positive)]
+    #[arg(long, value_name = "KG_M3", default_value_t = 400.0, value_parser = positive, allow_hyphen_values = true)]
     pub(crate) density: f64,
 
     /// The pose in which objects are packed
@@ -100,15 +100,15 @@ impl CatalogueOptions {
 #[command(next_help_heading = "Container and grid")]
 pub(crate) struct GridOptions {
     /// The container's inner size
-    #[arg(long, value_name = "XxYxZ", default_value = "32x32x30cm", value_parser = parse_size)]
+    #[arg(long, value_name = "XxYxZ", allow_hyphen_values = true, default_value = "32x32x30cm", value_parser = parse_size)]
     pub(crate) container: Sides,
 
     /// The edge of a grid cell
-    #[arg(long, value_name = "LENGTH", default_value = "1cm", value_parser = parse_length)]
+    #[arg(long, value_name = "LENGTH", default_value = "1cm", value_parser = parse_length, allow_hyphen_values = true)]
     pub(crate) cell: f64,
 
     /// One unit of height
-    #[arg(long, value_name = "LENGTH", default_value = "2mm", value_parser = parse_length)]
+    #[arg(long, value_name = "LENGTH", default_value = "2mm", value_parser = parse_length, allow_hyphen_values = true)]
     pub(crate) height_unit: f64,
 
     /// How many yaws, evenly over half a turn
@@ -148,7 +148,12 @@ pub(crate) struct MethodOptions {
     pub(crate) proposals: ProposalsOption,
 
     /// The share of placements that is proposed, in percent
-    #[arg(long = "k", value_name = "PERCENT", default_value_t = 5.0)]
+    #[arg(
+        long = "k",
+        value_name = "PERCENT",
+        default_value_t = 5.0,
+        allow_hyphen_values = true
+    )]
     pub(crate) percent: f64,
 
     /// The stability test: `physical` for real cells, `published` for comparisons with the paper
@@ -329,11 +334,11 @@ impl Method {
 #[command(next_help_heading = "Simulated cell")]
 pub(crate) struct PhysicsOptions {
     /// How far above its planned height an item is released
-    #[arg(long, value_name = "LENGTH", value_parser = parse_distance)]
+    #[arg(long, value_name = "LENGTH", value_parser = parse_distance, allow_hyphen_values = true)]
     pub(crate) release_height: Option<f64>,
 
     /// The longest that items are given to settle after each placement, in seconds
-    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
     pub(crate) settle: Option<f64>,
 
     /// A JSON file with any settings of the simulated cell

@@ -26,3 +26,8 @@ mod resting_maps;
 pub mod search;
 pub mod stability;
 pub mod survey;
+
+/// Compiles the example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

@@ -99,12 +99,13 @@ pub struct ContactSettings {
     pub restitution: f64,
 }
 
+/// The reference's coefficients, combined as its engine combines them: 0.25 between items, 0.15 at walls and floor.
 impl Default for ContactSettings {
     fn default() -> Self {
         Self {
             item_friction: 0.5,
             wall_friction: 0.3,
-            friction_combine: Combine::Average,
+            friction_combine: Combine::Multiply,
             restitution: 0.0,
         }
     }
@@ -160,7 +161,8 @@ pub struct SolverSettings {
     pub timestep_s: f64,
     /// Gravitational acceleration, downwards, in m/s^2.
     pub gravity_m_s2: f64,
-    /// Substeps per step: more of them make contacts stiffer. With four, a stack of five boxes sinks by 0.1 mm.
+    /// Substeps per step: more of them make contacts stiffer. With four, stacked boxes reach into each other by less
+    /// than 0.2 mm.
     pub substeps: usize,
     /// Sweeps over all contacts per substep. With a single one, the corners of a box take its impact unevenly, and it
     /// slides away from where it lands by some millimetres.

@@ -15,17 +15,11 @@ use crate::convert::{engine_length, engine_pose, engine_vector, isometry, metres
 use crate::overlap::Solid;
 use crate::settings::{CellSettings, Combine, ContactSettings, SolverSettings};
 
-/// Frequency of the springs that push two items apart, per substep rate.
+/// Frequency of the springs that push out what overlaps, per substep rate.
 ///
 /// The engine's default of 30 Hz is made for 60 steps a second; at 480 it lets a stack sink by millimetres. The stiffest
-/// spring that a substep can resolve is at a fourth of its rate.
-const ITEM_STIFFNESS: f64 = 1.0 / 8.0;
-
-/// Frequency of the springs that push an item out of the walls and the floor, per substep rate.
-const WALL_STIFFNESS: f64 = 1.0 / 4.0;
-
-/// Contacts are sought up to this distance ahead, in length scales: what a released item falls in a step.
-const PREDICTION: f32 = 0.04;
+/// spring that a substep can resolve is at a fourth of its rate, but there light items rattle between others for ever.
+const STIFFNESS: f64 = 1.0 / 8.0;
 
 /// Contacts are not computed anew while two bodies move against each other by less than this, in length scales.
 ///
@@ -132,18 +126,6 @@ impl World {
         let mut body: RigidBody = RigidBodyBuilder::dynamic()
             .pose(engine_pose(container_from_item))
             .additional_mass_properties(template.mass)
-            .angular_damping(
-                std::env::var("ANGD")
-                    .ok()
-                    .and_then(|v| v.parse().ok())
-                    .unwrap_or(0.0),
-            )
-            .linear_damping(
-                std::env::var("LIND")
-                    .ok()
-                    .and_then(|v| v.parse().ok())
-                    .unwrap_or(0.0),
-            )
             .build();
         let activation = body.activation_mut();
         // The engine compares half the speed of the farthest point with the threshold.
@@ -256,43 +238,20 @@ fn combine(rule: Combine) -> CoefficientCombineRule {
 }
 
 fn parameters(solver: &SolverSettings) -> IntegrationParameters {
-    let env = |name: &str, default: f64| {
-        std::env::var(name)
-            .ok()
-            .and_then(|v| v.parse().ok())
-            .unwrap_or(default)
-    };
     let substep_hz = solver.substeps as f64 / solver.timestep_s;
-    let softness = |defaults: SpringCoefficients<f32>, frequency_hz: f64| SpringCoefficients {
-        natural_frequency: frequency_hz as f32,
-        ..defaults
+    let softness = SpringCoefficients {
+        natural_frequency: (substep_hz * STIFFNESS) as f32,
+        ..SpringCoefficients::contact_defaults()
     };
     IntegrationParameters {
         dt: solver.timestep_s as f32,
-        num_solver_iterations: env("SUB", 4.0) as usize,
-        num_internal_pgs_iterations: env("SW", 3.0) as usize,
-        num_internal_stabilization_iterations: env("STAB", 3.0) as usize,
-        contact_softness: softness(
-            SpringCoefficients::contact_defaults(),
-            substep_hz * env("IS", 0.125),
-        ),
-        static_contact_softness: softness(
-            SpringCoefficients::contact_static_defaults(),
-            substep_hz * env("WS", 0.25),
-        ),
+        num_solver_iterations: solver.substeps,
+        num_internal_pgs_iterations: solver.sweeps,
+        num_internal_stabilization_iterations: solver.sweeps,
+        contact_softness: softness,
+        static_contact_softness: softness,
         length_unit: engine_length(solver.length_scale_m),
-        friction_model: if env("COULOMB", 0.0) > 0.0 {
-            rapier3d::dynamics::FrictionModel::Coulomb
-        } else {
-            Default::default()
-        },
-        friction_in_bias_pass: env("FB", 0.0) > 0.0,
-        contact_recycling: env("RECYCLE", 0.01) > 0.0,
-        contact_clustering: env("CLUSTER", 1.0) > 0.0,
-        warmstart_coefficient: env("WARM", 1.0) as f32,
-        normalized_max_corrective_velocity: env("CORR", 3.0) as f32,
-        normalized_prediction_distance: env("PRED", 0.04) as f32,
-        normalized_contact_recycle_distance: env("RECYCLE", 0.01) as f32,
+        normalized_contact_recycle_distance: RECYCLING,
         // Nothing passes the walls' middle within a step.
         max_ccd_substeps: 0,
         ..IntegrationParameters::default()

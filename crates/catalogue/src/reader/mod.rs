@@ -45,6 +45,15 @@ pub enum ReadError {
     },
 }
 
+impl ReadError {
+    /// A malformed file, with what its parser says put into one line.
+    fn malformed(format: &'static str, reason: &str) -> Self {
+        let words: Vec<&str> = reason.split_whitespace().collect();
+        let reason = words.join(" ").trim_end_matches('.').to_owned();
+        Self::Format { format, reason }
+    }
+}
+
 /// A mesh file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Format {

@@ -7,10 +7,7 @@ use super::ReadError;
 use crate::mesh::Mesh;
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
-    let malformed = |reason: String| ReadError::Format {
-        format: "OBJ",
-        reason,
-    };
+    let malformed = |reason: String| ReadError::malformed("OBJ", &reason);
     let options = LoadOptions {
         triangulate: true,
         ignore_points: true,

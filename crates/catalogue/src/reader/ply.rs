@@ -95,10 +95,7 @@ fn least_bytes(element: &ElementDef, encoding: Encoding) -> usize {
 }
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
-    let malformed = |reason: String| ReadError::Format {
-        format: "PLY",
-        reason,
-    };
+    let malformed = |reason: String| ReadError::malformed("PLY", &reason);
     let mut reader = Reader::new(bytes);
     let vertices = Parser::<Vertex>::new();
     let header = vertices

@@ -13,10 +13,7 @@ const HEADER_BYTES: usize = 84;
 const TRIANGLE_BYTES: usize = 50;
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
-    let malformed = |reason: String| ReadError::Format {
-        format: "STL",
-        reason,
-    };
+    let malformed = |reason: String| ReadError::malformed("STL", &reason);
     let read = match binary_triangles(bytes) {
         // Many programs begin the comment of a binary file with "solid", the mark of an ASCII file.
         Some(count) if bytes.len() == HEADER_BYTES + count * TRIANGLE_BYTES => {

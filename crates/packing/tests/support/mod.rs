@@ -10,7 +10,7 @@ use ppnpack_packing::item::{ABSENT, Item, ViewSurfaces};
 use proptest::prelude::*;
 
 /// A grid of up to 14 x 14 cells with odd cell sizes and height units among them.
-pub fn grids() -> impl Strategy<Value = Grid> {
+pub(crate) fn grids() -> impl Strategy<Value = Grid> {
     let cells = prop_oneof![Just(0.01), Just(0.005), Just(0.02), 0.004..0.03];
     let units = prop_oneof![Just(0.002), Just(0.001), Just(0.005), 0.0008..0.01];
     (
@@ -33,7 +33,7 @@ pub fn grids() -> impl Strategy<Value = Grid> {
 }
 
 /// A container whose content is steps, so that flat parts and cliffs both occur.
-pub fn heightmaps(grid: &Grid) -> impl Strategy<Value = Heightmap> + use<> {
+pub(crate) fn heightmaps(grid: &Grid) -> impl Strategy<Value = Heightmap> + use<> {
     let (nx, ny, rim) = (grid.nx(), grid.ny(), grid.rim());
     let steps = proptest::collection::vec((0..nx, 0..ny, 1..=nx, 1..=ny, 0..=rim), 0..6);
     let empty = Heightmap::empty(grid);
@@ -51,7 +51,7 @@ pub fn heightmaps(grid: &Grid) -> impl Strategy<Value = Heightmap> + use<> {
 }
 
 /// A view with holes and an uneven underside.
-pub fn views() -> impl Strategy<Value = ViewSurfaces> {
+pub(crate) fn views() -> impl Strategy<Value = ViewSurfaces> {
     (1_usize..7, 1_usize..7).prop_flat_map(|(nx, ny)| {
         let cell = (0_i16..6, 1_i16..20, 0_u8..5);
         proptest::collection::vec(cell, nx * ny).prop_map(move |cells| surfaces(nx, ny, &cells))
@@ -84,13 +84,15 @@ fn surfaces(nx: usize, ny: usize, cells: &[(i16, i16, u8)]) -> ViewSurfaces {
 }
 
 /// An item with this many yaws.
-pub fn items(yaws: usize) -> impl Strategy<Value = Arc<Item>> {
+pub(crate) fn items(yaws: usize) -> impl Strategy<Value = Arc<Item>> {
     proptest::collection::vec(views(), yaws)
         .prop_map(|views| Arc::new(Item::new("random", views, 0.0).unwrap()))
 }
 
 /// A grid, its content, and some items for it.
-pub fn scenes(items_up_to: usize) -> impl Strategy<Value = (Grid, Heightmap, Vec<Arc<Item>>)> {
+pub(crate) fn scenes(
+    items_up_to: usize,
+) -> impl Strategy<Value = (Grid, Heightmap, Vec<Arc<Item>>)> {
     grids().prop_flat_map(move |grid| {
         let yaws = grid.resolution().yaws().count();
         let held = proptest::collection::vec(items(yaws), 1..=items_up_to);
