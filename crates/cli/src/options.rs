@@ -17,6 +17,7 @@ use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::{
     PhysicalStability, PhysicalStabilitySettings, PublishedStability,
 };
+use ppnpack_physics::packing_cell::Scan;
 use ppnpack_physics::settings::CellSettings;
 use serde::{Deserialize, Serialize};
 
@@ -341,12 +342,39 @@ pub(crate) struct PhysicsOptions {
     #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
     pub(crate) settle: Option<f64>,
 
+    /// How the container is seen [default: exact; camera for comparisons with the paper]
+    #[arg(long, value_enum)]
+    pub(crate) scan: Option<ScanOption>,
+
     /// A JSON file with any settings of the simulated cell
     #[arg(long, value_name = "FILE")]
     pub(crate) physics: Option<PathBuf>,
 }
 
+/// See [`Scan`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ScanOption {
+    /// The greatest height in each cell
+    Exact,
+    /// The height at the middle of each cell, as a camera with one pixel per cell gives it
+    Camera,
+}
+
+impl From<ScanOption> for Scan {
+    fn from(option: ScanOption) -> Self {
+        match option {
+            ScanOption::Exact => Self::Exact,
+            ScanOption::Camera => Self::Camera,
+        }
+    }
+}
+
 impl PhysicsOptions {
+    /// How the container is seen.
+    pub(crate) fn scan(&self, default: Scan) -> Scan {
+        self.scan.map_or(default, Scan::from)
+    }
+
     pub(crate) fn settings(&self, grid: &Grid, seed: u64) -> Outcome<CellSettings> {
         let mut settings = match &self.physics {
             None => CellSettings::default(),

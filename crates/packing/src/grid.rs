@@ -177,6 +177,13 @@ impl Resolution {
         units.clamp(0.0, f64::from(MAX_UNITS)) as Units
     }
 
+    /// The number of units nearest to `height_m`.
+    pub fn units_nearest(&self, height_m: f64) -> Units {
+        (height_m / self.height_unit_m)
+            .round()
+            .clamp(0.0, f64::from(MAX_UNITS)) as Units
+    }
+
     /// `length_m` in whole cells, rounded down.
     pub(crate) fn cells_within(&self, length_m: f64) -> usize {
         (length_m / self.cell_m + DIVISION_SLACK).floor().max(0.0) as usize

@@ -208,6 +208,21 @@ impl Surface {
         &self.heights_m
     }
 
+    /// How many samples lie along a cell's edge, where that is what the grid's resolution asks for.
+    fn samples_per_cell(&self, grid: &Grid) -> Result<usize, HeightmapError> {
+        let samples = grid.resolution().samples_per_cell();
+        let (nx, ny) = (grid.nx() * samples, grid.ny() * samples);
+        if (self.nx, self.ny) == (nx, ny) {
+            Ok(samples)
+        } else {
+            Err(HeightmapError::Size {
+                nx,
+                ny,
+                found: self.heights_m.len(),
+            })
+        }
+    }
+
     /// Raises a sample to at least `height_m`; nothing happens outside the surface.
     pub fn raise(&mut self, x: usize, y: usize, height_m: f32) {
         if y < self.ny
@@ -239,22 +254,37 @@ impl Scene {
     /// # Errors
     /// [`HeightmapError::Size`] where the surface is not sampled as the grid's resolution asks.
     pub fn from_surface(grid: &Grid, surface: Surface) -> Result<Self, HeightmapError> {
-        let samples = grid.resolution().samples_per_cell();
-        let (nx, ny) = (grid.nx(), grid.ny());
-        if surface.nx != nx * samples || surface.ny != ny * samples {
-            let found = surface.heights_m.len();
-            return Err(HeightmapError::Size {
-                nx: nx * samples,
-                ny: ny * samples,
-                found,
-            });
-        }
+        let samples = surface.samples_per_cell(grid)?;
         let mut heightmap = Heightmap::empty(grid);
         for (x, row) in surface.heights_m.chunks_exact(surface.ny).enumerate() {
             for (y, cell) in row.chunks_exact(samples).enumerate() {
                 let height_m = cell.iter().copied().fold(0.0_f32, f32::max);
                 let height = grid.resolution().units_above(f64::from(height_m));
                 heightmap.raise(x / samples, y, height);
+            }
+        }
+        Ok(Self {
+            heightmap,
+            surface: Some(surface),
+        })
+    }
+
+    /// A scene as a camera with one pixel per cell sees it: each cell takes the sample at its middle, rounded to the
+    /// nearest unit. What stands up between the middles is missed, so an item may touch it on its way down.
+    ///
+    /// # Errors
+    /// [`HeightmapError::Size`] where the surface is not sampled as the grid's resolution asks.
+    pub fn from_surface_at_middles(grid: &Grid, surface: Surface) -> Result<Self, HeightmapError> {
+        let samples = surface.samples_per_cell(grid)?;
+        let mut heightmap = Heightmap::empty(grid);
+        let rows = surface
+            .heights_m
+            .chunks_exact(surface.ny)
+            .skip(samples / 2)
+            .step_by(samples);
+        for (x, row) in rows.enumerate() {
+            for (y, height_m) in row.iter().skip(samples / 2).step_by(samples).enumerate() {
+                heightmap.raise(x, y, grid.resolution().units_nearest(f64::from(*height_m)));
             }
         }
         Ok(Self {
@@ -294,6 +324,17 @@ mod tests {
                 .sum::<i32>(),
             6
         );
+    }
+
+    #[test]
+    fn a_camera_sees_the_middle_of_each_cell() {
+        let grid = Grid::reference();
+        let mut surface = Surface::empty(&grid);
+        surface.raise(4 * 3 + 2, 4 * 5 + 2, 0.0109);
+        surface.raise(4 * 8, 4 * 5, 0.2);
+        let scene = Scene::from_surface_at_middles(&grid, surface).unwrap();
+        assert_eq!(scene.heightmap().get(3, 5), Some(5));
+        assert_eq!(scene.heightmap().get(8, 5), Some(0));
     }
 
     #[test]

@@ -12,6 +12,7 @@ use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::ShapeId;
 use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_packing::plan::{Candidate, StageError};
+use serde::{Deserialize, Serialize};
 
 use crate::cell::SimulatedCell;
 use crate::error::PhysicsError;
@@ -27,12 +28,24 @@ pub struct Placed {
     pub report: PlacedReport,
 }
 
+/// How the simulated cell sees its container.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scan {
+    /// Each cell has the greatest height of the content in it: no item is planned into another.
+    #[default]
+    Exact,
+    /// Each cell has the height at its middle, as a camera with one pixel per cell gives it.
+    Camera,
+}
+
 /// A simulated cell that packs the objects of a catalogue.
 pub struct SimulatedPackingCell {
     cell: SimulatedCell,
     grid: Grid,
     models: BTreeMap<ShapeId, Arc<Model>>,
     placed: Vec<Placed>,
+    scan: Scan,
 }
 
 /// An item that the catalogue of the cell does not hold.
@@ -49,6 +62,7 @@ impl SimulatedPackingCell {
         settings: CellSettings,
         grid: &Grid,
         catalogue: &Catalogue,
+        scan: Scan,
     ) -> Result<Self, PhysicsError> {
         let objects = catalogue.objects.iter();
         Ok(Self {
@@ -58,6 +72,7 @@ impl SimulatedPackingCell {
                 .map(|object| (object.item.shape(), object.model.clone()))
                 .collect(),
             placed: Vec::new(),
+            scan,
         })
     }
 
@@ -114,7 +129,11 @@ impl SimulatedPackingCell {
 
 impl PackingCell for SimulatedPackingCell {
     fn scan(&mut self) -> Result<Scene, StageError> {
-        Ok(self.cell.scan(&self.grid)?)
+        let surface = self.cell.scan_surface(&self.grid)?;
+        Ok(match self.scan {
+            Scan::Exact => Scene::from_surface(&self.grid, surface)?,
+            Scan::Camera => Scene::from_surface_at_middles(&self.grid, surface)?,
+        })
     }
 
     fn place(&mut self, item: &Candidate, resting: &RestingPlacement) -> Result<(), StageError> {

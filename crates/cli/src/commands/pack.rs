@@ -7,6 +7,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 use ppnpack_packing::episode::{Observer, Step};
 use ppnpack_packing::heightmap::Scene;
+use ppnpack_physics::packing_cell::Scan;
 
 use crate::failure::Outcome;
 use crate::options::{CatalogueOptions, GridOptions, MethodOptions, PhysicsOptions};
@@ -50,6 +51,7 @@ pub(crate) fn run(arguments: &PackArguments) -> Outcome {
     let grid = arguments.grid.grid()?;
     let method = arguments.method.method()?;
     let physics = arguments.physics.settings(&grid, method.seed)?;
+    let scan = arguments.physics.scan(Scan::Exact);
     let threads = arguments.method.threads;
     let mut planner = method
         .planner(&grid, threads)?
@@ -63,7 +65,7 @@ pub(crate) fn run(arguments: &PackArguments) -> Outcome {
         &catalogue,
         &grid,
         &sequence,
-        physics.clone(),
+        (physics.clone(), scan),
         &mut planner,
         method.buffer,
         &mut watch,
@@ -79,6 +81,7 @@ pub(crate) fn run(arguments: &PackArguments) -> Outcome {
             method,
             threads,
             physics,
+            scan,
         },
         episode,
         contents: cell.contents(),

@@ -13,7 +13,7 @@ use anyhow::Context;
 use ppnpack_packing::episode::Episode;
 use ppnpack_packing::grid::Grid;
 use ppnpack_physics::outcome::BodyState;
-use ppnpack_physics::packing_cell::Placed;
+use ppnpack_physics::packing_cell::{Placed, Scan};
 use ppnpack_physics::settings::CellSettings;
 use serde::Serialize;
 
@@ -33,6 +33,7 @@ pub(crate) struct Settings {
     pub(crate) method: Method,
     pub(crate) threads: u32,
     pub(crate) physics: CellSettings,
+    pub(crate) scan: Scan,
 }
 
 /// A packed sequence.

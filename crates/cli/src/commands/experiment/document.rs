@@ -16,6 +16,14 @@ pub(super) fn write(path: &Path, generated: &str) -> Outcome {
     Ok(write_whole(path, document.as_bytes())?)
 }
 
+/// The name of an enum's variant, as files spell it.
+pub(super) fn name_of(variant: &impl serde::Serialize) -> String {
+    match serde_json::to_value(variant) {
+        Ok(serde_json::Value::String(name)) => name,
+        _ => String::new(),
+    }
+}
+
 /// The processor that figures were measured on.
 pub(super) fn machine() -> String {
     let cpus = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();

@@ -15,7 +15,7 @@ use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::{
     PhysicalStability, PhysicalStabilitySettings, PublishedStability,
 };
-use ppnpack_physics::packing_cell::SimulatedPackingCell;
+use ppnpack_physics::packing_cell::{Scan, SimulatedPackingCell};
 use ppnpack_physics::settings::CellSettings;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -226,7 +226,7 @@ impl<'a> Trials<'a> {
         let physical = PhysicalStability::new(settings.physical);
         Ok(Self {
             settings,
-            cell: SimulatedPackingCell::new(physics, grid, catalogue).or_input()?,
+            cell: SimulatedPackingCell::new(physics, grid, catalogue, Scan::Exact).or_input()?,
             buffer: Buffer::new(items.collect(), 5),
             planner: Planner::new(
                 Box::new(ProposeAll),

@@ -6,6 +6,7 @@ use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_physics::packing_cell::Scan;
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_picture::{Interval, PlotPoint, PointSeries, Scatter, Size};
 use serde::{Deserialize, Serialize};
@@ -166,6 +167,7 @@ struct Settings {
     catalogue_hash: String,
     grid: Grid,
     physics: CellSettings,
+    scan: Scan,
     buffer: usize,
     stability: StabilityOption,
     seed: u64,
@@ -239,6 +241,7 @@ pub(super) fn run(arguments: &Table1Arguments) -> Outcome {
         catalogue_hash: catalogue.content_hash(),
         grid,
         physics,
+        scan: arguments.physics.scan(Scan::Camera),
         buffer: arguments.buffer as usize,
         stability: arguments.stability,
         seed: arguments.seed,
@@ -305,7 +308,7 @@ fn pack(
         catalogue,
         &settings.grid,
         &sequence,
-        physics,
+        (physics, settings.scan),
         &mut planner,
         method.buffer,
         &mut (),
@@ -389,7 +392,7 @@ fn markdown(results: &Results<'_>) -> String {
     let cases = results.lines.first().map_or(0, |line| line.cases);
     let mut text = format!(
         "# Table 1: packing heuristics\n\n\
-         {cases} sequences, container {:.0} x {:.0} x {:.0} cm, {} x {} cells, {} yaws, buffer {}, {} stability test. \
+         {cases} sequences, container {:.0} x {:.0} x {:.0} cm, {} x {} cells, {} yaws, buffer {}, {} stability test, {} scan. \
          Machine: {}; {} sequences at once, each on one core. Intervals are 95 % confidence intervals over the \
          sequences. The paper's figures (2,000 sequences, its own meshes and machine) are in brackets.\n\n\
          | method | decision per item | items packed | voxel volume (cm³) | compactness (%) | mesh volume (cm³) | \
@@ -401,10 +404,8 @@ fn markdown(results: &Results<'_>) -> String {
         settings.grid.ny(),
         settings.grid.resolution().yaws().count(),
         settings.buffer,
-        serde_json::to_value(settings.stability)
-            .ok()
-            .and_then(|name| name.as_str().map(str::to_owned))
-            .unwrap_or_default(),
+        document::name_of(&settings.stability),
+        document::name_of(&settings.scan),
         results.machine,
         results.workers,
     );
