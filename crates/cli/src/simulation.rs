@@ -4,10 +4,10 @@ use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::episode::{Episode, Observer, play};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::plan::Planner;
-use ppnpack_physics::packing_cell::{Scan, SimulatedPackingCell};
-use ppnpack_physics::settings::CellSettings;
+use ppnpack_physics::packing_cell::SimulatedPackingCell;
 
 use crate::failure::{OrInput, OrRun, Outcome};
+use crate::options::Simulated;
 use crate::sequence::Sequence;
 
 /// Packs a sequence; gives the episode and the cell as it was left.
@@ -15,12 +15,14 @@ pub(crate) fn simulate(
     catalogue: &Catalogue,
     grid: &Grid,
     sequence: &Sequence,
-    (settings, scan): (CellSettings, Scan),
+    simulated: &Simulated,
     planner: &mut Planner,
     buffer: usize,
     observer: &mut dyn Observer,
 ) -> Outcome<(Episode, SimulatedPackingCell)> {
-    let mut cell = SimulatedPackingCell::new(settings, grid, catalogue, scan).or_input()?;
+    let mut cell =
+        SimulatedPackingCell::new(simulated.cell.clone(), grid, catalogue, simulated.scan)
+            .or_input()?;
     let items = sequence.items(catalogue);
     let episode = play(grid, planner, &mut cell, items, buffer, observer).or_run()?;
     Ok((episode, cell))

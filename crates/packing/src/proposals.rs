@@ -107,6 +107,11 @@ impl Percent {
         }
     }
 
+    /// The share, in percent.
+    pub fn percent(self) -> f64 {
+        self.0
+    }
+
     /// The share of a number of placements, rounded up.
     pub fn of(self, placements: u64) -> u64 {
         (placements as f64 * self.0 / 100.0).ceil() as u64

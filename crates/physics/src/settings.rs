@@ -190,6 +190,19 @@ impl Default for SolverSettings {
 }
 
 impl CellSettings {
+    /// A robot that lays items down: let go 1 cm above their place, given up to 2 s to come to rest.
+    pub fn robot() -> Self {
+        let release = ReleaseSettings {
+            height_m: 0.01,
+            ..ReleaseSettings::default()
+        };
+        Self {
+            release,
+            settle_time_s: 2.0,
+            ..Self::default()
+        }
+    }
+
     /// Checks that every number is possible.
     ///
     /// # Errors

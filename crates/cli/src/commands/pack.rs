@@ -7,10 +7,9 @@ use clap::Args;
 use indicatif::ProgressBar;
 use ppnpack_packing::episode::{Observer, Step};
 use ppnpack_packing::heightmap::Scene;
-use ppnpack_physics::packing_cell::Scan;
 
 use crate::failure::Outcome;
-use crate::options::{CatalogueOptions, GridOptions, MethodOptions, PhysicsOptions};
+use crate::options::{CatalogueOptions, Conditions, GridOptions, MethodOptions, PhysicsOptions};
 use crate::output::{print_json, print_line};
 use crate::progress;
 use crate::report::{self, Packing, Settings};
@@ -50,8 +49,9 @@ const ALTERNATIVES: usize = 3;
 pub(crate) fn run(arguments: &PackArguments) -> Outcome {
     let grid = arguments.grid.grid()?;
     let method = arguments.method.method()?;
-    let physics = arguments.physics.settings(&grid, method.seed)?;
-    let scan = arguments.physics.scan(Scan::Exact);
+    let simulated = arguments
+        .physics
+        .simulated(&grid, method.seed, Conditions::Robot)?;
     let threads = arguments.method.threads;
     let mut planner = method
         .planner(&grid, threads)?
@@ -65,7 +65,7 @@ pub(crate) fn run(arguments: &PackArguments) -> Outcome {
         &catalogue,
         &grid,
         &sequence,
-        (physics.clone(), scan),
+        &simulated,
         &mut planner,
         method.buffer,
         &mut watch,
@@ -80,8 +80,7 @@ pub(crate) fn run(arguments: &PackArguments) -> Outcome {
             grid,
             method,
             threads,
-            physics,
-            scan,
+            simulated,
         },
         episode,
         contents: cell.contents(),

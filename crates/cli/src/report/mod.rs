@@ -13,11 +13,10 @@ use anyhow::Context;
 use ppnpack_packing::episode::Episode;
 use ppnpack_packing::grid::Grid;
 use ppnpack_physics::outcome::BodyState;
-use ppnpack_physics::packing_cell::{Placed, Scan};
-use ppnpack_physics::settings::CellSettings;
+use ppnpack_physics::packing_cell::Placed;
 use serde::Serialize;
 
-use crate::options::Method;
+use crate::options::{Method, Simulated};
 use crate::output::StagedFolder;
 use crate::sequence::Sequence;
 pub(crate) use summary::Summary;
@@ -32,8 +31,7 @@ pub(crate) struct Settings {
     pub(crate) grid: Grid,
     pub(crate) method: Method,
     pub(crate) threads: u32,
-    pub(crate) physics: CellSettings,
-    pub(crate) scan: Scan,
+    pub(crate) simulated: Simulated,
 }
 
 /// A packed sequence.

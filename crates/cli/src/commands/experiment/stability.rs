@@ -26,7 +26,7 @@ use super::runs::Runs;
 use super::statistics::percent;
 use super::workers;
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
-use crate::options::{CatalogueOptions, GridOptions, PhysicsOptions};
+use crate::options::{CatalogueOptions, Conditions, GridOptions, PhysicsOptions};
 use crate::output::{print_json, print_line, write_whole};
 
 /// Tries placements in half-packed containers and compares both stability tests with what becomes of the items.
@@ -62,7 +62,7 @@ pub(super) struct StabilityArguments {
     tolerance: f64,
 
     /// The margin of the physical test
-    #[arg(long, value_name = "LENGTH", default_value = "2mm", value_parser = crate::length::parse_distance)]
+    #[arg(long, value_name = "LENGTH", default_value = "3mm", value_parser = crate::length::parse_distance)]
     margin: f64,
 
     /// Where stability.md and stability.json are written
@@ -105,6 +105,7 @@ struct Settings {
     catalogue_hash: String,
     grid: Grid,
     physics: CellSettings,
+    scan: Scan,
     physical: PhysicalStabilitySettings,
     placements: usize,
     seed: u64,
@@ -138,7 +139,10 @@ struct Trial {
 
 pub(super) fn run(arguments: &StabilityArguments) -> Outcome {
     let grid = arguments.grid.grid()?;
-    let mut physics = arguments.physics.settings(&grid, arguments.seed)?;
+    let simulated = arguments
+        .physics
+        .simulated(&grid, arguments.seed, Conditions::Robot)?;
+    let mut physics = simulated.cell;
     physics.settle_time_s = arguments.physics.settle.unwrap_or(SETTLE_S);
     let catalogue = arguments.catalogue.load(grid.resolution())?;
     let settings = Settings {
@@ -146,6 +150,7 @@ pub(super) fn run(arguments: &StabilityArguments) -> Outcome {
         catalogue_hash: catalogue.content_hash(),
         grid,
         physics,
+        scan: simulated.scan,
         physical: PhysicalStabilitySettings {
             contact_tolerance_m: arguments.tolerance,
             margin_m: arguments.margin,
@@ -226,7 +231,7 @@ impl<'a> Trials<'a> {
         let physical = PhysicalStability::new(settings.physical);
         Ok(Self {
             settings,
-            cell: SimulatedPackingCell::new(physics, grid, catalogue, Scan::Exact).or_input()?,
+            cell: SimulatedPackingCell::new(physics, grid, catalogue, settings.scan).or_input()?,
             buffer: Buffer::new(items.collect(), 5),
             planner: Planner::new(
                 Box::new(ProposeAll),

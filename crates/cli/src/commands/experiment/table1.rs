@@ -6,8 +6,6 @@ use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
-use ppnpack_physics::packing_cell::Scan;
-use ppnpack_physics::settings::CellSettings;
 use ppnpack_picture::{Interval, PlotPoint, PointSeries, Scatter, Size};
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +14,9 @@ use super::runs::Runs;
 use super::statistics::Mean;
 use super::workers;
 use crate::failure::{Failure, OrRun, Outcome};
-use crate::options::{CatalogueOptions, GridOptions, Method, PhysicsOptions, StabilityOption};
+use crate::options::{
+    CatalogueOptions, Conditions, GridOptions, Method, PhysicsOptions, Simulated, StabilityOption,
+};
 use crate::output::{print_json, print_line, write_whole};
 use crate::sequence::SequenceFile;
 use crate::simulation::simulate;
@@ -166,8 +166,7 @@ struct Settings {
     version: &'static str,
     catalogue_hash: String,
     grid: Grid,
-    physics: CellSettings,
-    scan: Scan,
+    simulated: Simulated,
     buffer: usize,
     stability: StabilityOption,
     seed: u64,
@@ -225,7 +224,9 @@ struct Results<'a> {
 
 pub(super) fn run(arguments: &Table1Arguments) -> Outcome {
     let grid = arguments.grid.grid()?;
-    let physics = arguments.physics.settings(&grid, arguments.seed)?;
+    let simulated = arguments
+        .physics
+        .simulated(&grid, arguments.seed, Conditions::Reference)?;
     let catalogue = arguments.catalogue.load(grid.resolution())?;
     let sequences = SequenceFile::read(&arguments.sequences, &catalogue)?;
     let cases = arguments.cases as usize;
@@ -240,8 +241,7 @@ pub(super) fn run(arguments: &Table1Arguments) -> Outcome {
         version: env!("CARGO_PKG_VERSION"),
         catalogue_hash: catalogue.content_hash(),
         grid,
-        physics,
-        scan: arguments.physics.scan(Scan::Camera),
+        simulated,
         buffer: arguments.buffer as usize,
         stability: arguments.stability,
         seed: arguments.seed,
@@ -299,16 +299,14 @@ fn pack(
         buffer: settings.buffer,
         seed: settings.seed.wrapping_add(case as u64),
     };
-    let physics = CellSettings {
-        seed: method.seed,
-        ..settings.physics.clone()
-    };
+    let mut simulated = settings.simulated.clone();
+    simulated.cell.seed = method.seed;
     let mut planner = method.planner(&settings.grid, 1)?;
     let (episode, _) = simulate(
         catalogue,
         &settings.grid,
         &sequence,
-        (physics, settings.scan),
+        &simulated,
         &mut planner,
         method.buffer,
         &mut (),
@@ -405,7 +403,7 @@ fn markdown(results: &Results<'_>) -> String {
         settings.grid.resolution().yaws().count(),
         settings.buffer,
         document::name_of(&settings.stability),
-        document::name_of(&settings.scan),
+        document::name_of(&settings.simulated.scan),
         results.machine,
         results.workers,
     );

@@ -5,23 +5,26 @@
 //! the expensive terms are computed for the few placements near the best alone, and the order of values, ties
 //! included, is that of a full sort.
 
+mod evaluation;
+mod passes;
+
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::sync::Arc;
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Arch;
 use rayon::prelude::*;
 
 use crate::distance::DistanceLevels;
 use crate::grid::{Grid, Units};
 use crate::item::ItemView;
-use crate::kernel::{columns_after, contact, distance_sum, resting_height};
 use crate::objective::{Heuristic, Objective, Order, ViewTerms, WeightError, Weights};
 use crate::placement::{Placement, RestingPlacement};
 use crate::plan::{Candidate, Evaluated, Evaluator, PlacementCounts, StageError, StepInput};
 use crate::proposals::{CandidateProposals, Proposals, possible_count};
-use crate::random;
 use crate::resting_maps::{RestingMap, RestingMaps};
+use evaluation::{EvaluateAll, Evaluation};
+use passes::{Collect, FillProposed, Summarise, UpdateDistance};
 
 /// Placements evaluated together when a second thread is at hand.
 const PARALLEL_BATCH: usize = 1024;
@@ -399,212 +402,5 @@ fn map_of<'a>(
     match sparse_index {
         Some(index) => sparse.get(index),
         None => resting.views(held.item.shape()).get(yaw),
-    }
-}
-
-struct UpdateDistance<'a> {
-    distance: &'a mut DistanceLevels,
-    heightmap: &'a crate::heightmap::Heightmap,
-}
-
-impl WithSimd for UpdateDistance<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
-        self.distance.update(self.heightmap);
-    }
-}
-
-/// Computes the resting heights of a view's proposed placements.
-struct FillProposed<'a> {
-    container: &'a crate::kernel::PaddedMap,
-    view: &'a ItemView,
-    yaw: usize,
-    placements: &'a [Placement],
-    map: &'a mut RestingMap,
-}
-
-impl WithSimd for FillProposed<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
-        let Self {
-            container,
-            view,
-            yaw,
-            placements,
-            map,
-        } = self;
-        for Placement { x, y, .. } in placements.iter().filter(|placement| placement.yaw == yaw) {
-            if *x < map.nx && *y < map.ny {
-                let base = x * container.stride() + y;
-                map.set(*x, *y, resting_height(container, base, view));
-            }
-        }
-    }
-}
-
-/// What a map holds.
-#[derive(Debug, Clone, Copy, Default)]
-struct Summary {
-    proposed: u64,
-    fitting: u64,
-    lowest: Option<Units>,
-}
-
-struct Summarise<'a> {
-    map: &'a RestingMap,
-    limit: Units,
-}
-
-impl WithSimd for Summarise<'_> {
-    type Output = Summary;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) -> Summary {
-        let Self { map, limit } = self;
-        let (mut proposed, mut fitting, mut lowest) = (0, 0, NOT_PROPOSED);
-        for row in map.rows() {
-            let row = row.get(..map.ny).unwrap_or(&[]);
-            let (mut row_proposed, mut row_fitting) = (0_u16, 0_u16);
-            for height in row {
-                row_proposed += u16::from(*height != NOT_PROPOSED);
-                row_fitting += u16::from(*height <= limit);
-                lowest = lowest.min(*height);
-            }
-            proposed += u64::from(row_proposed);
-            fitting += u64::from(row_fitting);
-        }
-        Summary {
-            proposed,
-            fitting,
-            lowest: (fitting > 0).then_some(lowest),
-        }
-    }
-}
-
-/// Collects the placements of a level; gives the next greater resting height of its view that fits.
-struct Collect<'a> {
-    map: &'a RestingMap,
-    level: Level,
-    limit: Units,
-    pending: &'a mut Vec<Pending>,
-}
-
-impl WithSimd for Collect<'_> {
-    type Output = Option<Units>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) -> Option<Units> {
-        let Self {
-            map,
-            level: Level { view, height, .. },
-            limit,
-            pending,
-        } = self;
-        let mut next = NOT_PROPOSED;
-        for (x, row) in map.rows().enumerate() {
-            let row = row.get(..map.ny).unwrap_or(&[]);
-            let mut found = false;
-            for other in row {
-                found |= *other == height;
-                next = next.min(if *other > height {
-                    *other
-                } else {
-                    NOT_PROPOSED
-                });
-            }
-            if found {
-                let of_level = row
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, other)| **other == height);
-                pending.extend(of_level.map(|(y, _)| Pending {
-                    view,
-                    x,
-                    y,
-                    height,
-                    value: 0.0,
-                }));
-            }
-        }
-        (next <= limit).then_some(next)
-    }
-}
-
-/// What the values of placements are computed from.
-#[derive(Clone, Copy)]
-struct Evaluation<'a> {
-    search: &'a Search,
-    input: &'a StepInput<'a>,
-}
-
-impl Evaluation<'_> {
-    #[inline(always)]
-    fn value(&self, at: &Pending) -> f64 {
-        let Search {
-            objective,
-            resting,
-            distance,
-            views,
-            seed,
-            ..
-        } = self.search;
-        let Pending { x, y, height, .. } = *at;
-        let Some(state) = views.get(at.view) else {
-            return f64::INFINITY;
-        };
-        let held = self.input.candidates.get(state.candidate);
-        let Some((held, view)) =
-            held.and_then(|held| Some((held, held.item.views().get(state.yaw)?)))
-        else {
-            return f64::INFINITY;
-        };
-        let container = resting.container();
-        let base = x * container.stride() + y;
-        let constant = state.terms.constant;
-        match objective.heuristic {
-            Heuristic::Sdfm => {
-                let Some(distance) = distance else {
-                    return f64::INFINITY;
-                };
-                let sum = distance_sum(distance.levels(), base, view, height);
-                objective.sdfm(height, sum as f64 / view.voxel_count() as f64, constant)
-            }
-            Heuristic::Dbl => objective.dbl(height, x, y, constant),
-            Heuristic::Hm => {
-                let columns = columns_after(container, base, view, height);
-                objective.hm(columns, x, y, constant)
-            }
-            Heuristic::Mta => objective.mta(contact(container, (x, y), view, height), constant),
-            Heuristic::FirstFit => {
-                let (nx, ny) = container.size();
-                ((state.yaw * nx + x) * ny + y) as f64
-            }
-            Heuristic::Random => {
-                let of_item = random::mix(random::mix(*seed, self.input.step), held.arrival as u64);
-                let (nx, ny) = container.size();
-                let of_placement = ((state.yaw * nx + x) * ny + y) as u64;
-                random::unit(random::mix(of_item, of_placement))
-            }
-        }
-    }
-}
-
-struct EvaluateAll<'a> {
-    evaluation: Evaluation<'a>,
-    chunk: &'a mut [Pending],
-}
-
-impl WithSimd for EvaluateAll<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
-        for pending in self.chunk {
-            pending.value = self.evaluation.value(pending);
-        }
     }
 }

@@ -1,0 +1,138 @@
+//! Options that several commands share, and what they stand for.
+
+mod method;
+mod physics;
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use ppnpack_catalogue::build::Pose;
+use ppnpack_catalogue::cache::CacheDir;
+use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
+use ppnpack_catalogue::unit::LengthUnit;
+use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
+
+use crate::failure::{OrInput, Outcome};
+use crate::length::{parse_length, parse_size};
+use crate::progress;
+pub(crate) use method::{Method, MethodOptions, StabilityOption};
+pub(crate) use physics::{Conditions, PhysicsOptions, Simulated};
+
+/// Which objects there are.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Objects")]
+pub(crate) struct CatalogueOptions {
+    /// `builtin`, the household set that needs no files, or a folder of .ply, .obj or .stl meshes
+    #[arg(long, value_name = "builtin|DIR", default_value = "builtin")]
+    pub(crate) catalogue: String,
+
+    /// The unit of the folder's mesh files where its objects.csv gives none
+    #[arg(long, value_name = "UNIT", default_value = "m", value_parser = parse_unit)]
+    pub(crate) unit: LengthUnit,
+
+    /// The density of objects whose mass is not known, in kg/m^3
+    #[arg(long, value_name = "KG_M3", default_value_t = 400.0, value_parser = positive, allow_hyphen_values = true)]
+    pub(crate) density: f64,
+
+    /// The pose in which objects are packed
+    #[arg(long, value_enum, default_value = "as-given")]
+    pub(crate) pose: PoseOption,
+
+    /// Where processed meshes are kept between runs (default: the user's cache folder)
+    #[arg(long, value_name = "DIR")]
+    pub(crate) cache: Option<PathBuf>,
+}
+
+/// See [`Pose`].
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum PoseOption {
+    /// As the mesh has it, z up
+    AsGiven,
+    /// The most probable resting pose
+    MostProbable,
+}
+
+impl CatalogueOptions {
+    pub(crate) fn source(&self) -> Source {
+        match self.catalogue.as_str() {
+            "builtin" => Source::Builtin,
+            folder => Source::Folder(folder.into()),
+        }
+    }
+
+    pub(crate) fn settings(&self) -> Settings {
+        Settings {
+            unit: self.unit,
+            density_kg_m3: self.density,
+            pose: match self.pose {
+                PoseOption::AsGiven => Pose::AsGiven,
+                PoseOption::MostProbable => Pose::MostProbable,
+            },
+            cache: self.cache.clone().map_or(CacheDir::User, CacheDir::At),
+        }
+    }
+
+    /// Loads the catalogue, with a progress bar.
+    pub(crate) fn load(&self, resolution: &Resolution) -> Outcome<Catalogue> {
+        let bar = progress::bar("Preparing objects", 0);
+        let loaded = Catalogue::load(
+            &self.source(),
+            &self.settings(),
+            resolution,
+            &|done, total| {
+                bar.set_length(total as u64);
+                bar.set_position(done as u64);
+            },
+        );
+        bar.finish_and_clear();
+        loaded.or_input()
+    }
+}
+
+/// The container and how finely it is planned.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Container and grid")]
+pub(crate) struct GridOptions {
+    /// The container's inner size
+    #[arg(long, value_name = "XxYxZ", allow_hyphen_values = true, default_value = "32x32x30cm", value_parser = parse_size)]
+    pub(crate) container: Sides,
+
+    /// The edge of a grid cell
+    #[arg(long, value_name = "LENGTH", default_value = "1cm", value_parser = parse_length, allow_hyphen_values = true)]
+    pub(crate) cell: f64,
+
+    /// One unit of height
+    #[arg(long, value_name = "LENGTH", default_value = "2mm", value_parser = parse_length, allow_hyphen_values = true)]
+    pub(crate) height_unit: f64,
+
+    /// How many yaws, evenly over half a turn
+    #[arg(long, value_name = "COUNT", default_value_t = 4)]
+    pub(crate) yaws: usize,
+}
+
+/// The three inner lengths of a container, in metres.
+type Sides = [f64; 3];
+
+impl GridOptions {
+    pub(crate) fn resolution(&self) -> Outcome<Resolution> {
+        let yaws = Yaws::half_turn(self.yaws).or_input()?;
+        Resolution::new(self.cell, self.height_unit, yaws).or_input()
+    }
+
+    pub(crate) fn grid(&self) -> Outcome<Grid> {
+        let [x_m, y_m, z_m] = self.container;
+        Grid::new(ContainerSize { x_m, y_m, z_m }, self.resolution()?).or_input()
+    }
+}
+
+fn parse_unit(text: &str) -> Result<LengthUnit, String> {
+    text.parse()
+        .map_err(|error: ppnpack_catalogue::unit::UnknownUnit| error.to_string())
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("must be a number above 0".to_owned()),
+    }
+}

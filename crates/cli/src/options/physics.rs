@@ -1,0 +1,136 @@
+//! Options of the simulated cell.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use ppnpack_packing::grid::Grid;
+use ppnpack_physics::packing_cell::Scan;
+use ppnpack_physics::settings::CellSettings;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::positive;
+use crate::failure::{Failure, OrInput, Outcome};
+use crate::length::parse_distance;
+
+/// The simulated cell.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Simulated cell")]
+pub(crate) struct PhysicsOptions {
+    /// How items are released and seen [default: robot to pack, reference in experiments]
+    #[arg(long, value_enum)]
+    pub(crate) conditions: Option<Conditions>,
+
+    /// How far above its planned height an item is released [default: that of the conditions]
+    #[arg(long, value_name = "LENGTH", value_parser = parse_distance, allow_hyphen_values = true)]
+    pub(crate) release_height: Option<f64>,
+
+    /// The longest that items are given to settle after each placement, in seconds
+    /// [default: that of the conditions]
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
+    pub(crate) settle: Option<f64>,
+
+    /// How the container is seen [default: that of the conditions]
+    #[arg(long, value_enum)]
+    pub(crate) scan: Option<ScanOption>,
+
+    /// A JSON file with any settings of the simulated cell, over those of the conditions
+    #[arg(long, value_name = "FILE")]
+    pub(crate) physics: Option<PathBuf>,
+}
+
+/// How items are released and seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Conditions {
+    /// Laid down from 1 cm, given 2 s to settle, every cell seen exactly
+    Robot,
+    /// The paper's: dropped from 12 cm, given 0.375 s, seen by a camera with one pixel per cell
+    Reference,
+}
+
+/// See [`Scan`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ScanOption {
+    /// The greatest height in each cell
+    Exact,
+    /// The height at the middle of each cell, as a camera with one pixel per cell gives it
+    Camera,
+}
+
+impl From<ScanOption> for Scan {
+    fn from(option: ScanOption) -> Self {
+        match option {
+            ScanOption::Exact => Self::Exact,
+            ScanOption::Camera => Self::Camera,
+        }
+    }
+}
+
+/// What a simulated cell is made with.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Simulated {
+    pub(crate) scan: Scan,
+    pub(crate) cell: CellSettings,
+}
+
+impl Simulated {
+    fn under(conditions: Conditions) -> Self {
+        match conditions {
+            Conditions::Robot => Self {
+                scan: Scan::Exact,
+                cell: CellSettings::robot(),
+            },
+            Conditions::Reference => Self {
+                scan: Scan::Camera,
+                cell: CellSettings::default(),
+            },
+        }
+    }
+}
+
+impl PhysicsOptions {
+    /// The simulated cell for a grid, under these conditions unless others are asked for.
+    pub(crate) fn simulated(
+        &self,
+        grid: &Grid,
+        seed: u64,
+        default: Conditions,
+    ) -> Outcome<Simulated> {
+        let mut simulated = Simulated::under(self.conditions.unwrap_or(default));
+        if let Some(path) = &self.physics {
+            simulated.cell = with_file(&simulated.cell, path)?;
+        }
+        let cell = &mut simulated.cell;
+        cell.container = grid.container();
+        cell.seed = seed;
+        cell.release.height_m = self.release_height.unwrap_or(cell.release.height_m);
+        cell.settle_time_s = self.settle.unwrap_or(cell.settle_time_s);
+        cell.validate().or_input()?;
+        simulated.scan = self.scan.map_or(simulated.scan, Scan::from);
+        Ok(simulated)
+    }
+}
+
+/// Settings with those of a JSON file over them.
+fn with_file(base: &CellSettings, path: &Path) -> Outcome<CellSettings> {
+    let wrong = |error: &dyn std::fmt::Display| {
+        Failure::input(format_args!("--physics {}: {error}", path.display()))
+    };
+    let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
+    let file: Value = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
+    let mut settings = serde_json::to_value(base).or_input()?;
+    overlay(&mut settings, file);
+    serde_json::from_value(settings).map_err(|error| wrong(&error))
+}
+
+/// Puts the entries of one JSON value over those of another, object by object.
+fn overlay(base: &mut Value, over: Value) {
+    match (base, over) {
+        (Value::Object(base), Value::Object(over)) => {
+            for (name, value) in over {
+                overlay(base.entry(name).or_insert(Value::Null), value);
+            }
+        }
+        (base, over) => *base = over,
+    }
+}
