@@ -3,6 +3,12 @@
 //! The container is half full, packed by SDFM itself. Objects are the built-in household set, or those of the folder
 //! in `PPNPACK_BENCH_OBJECTS`. Every iteration sees another container than the one before, all cells changed, so that
 //! nothing kept from the last step helps, except in `episode`, which replays consecutive steps.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    missing_docs,
+    reason = "a panic here is a failing run"
+)]
 
 use std::hint::black_box;
 use std::path::PathBuf;
@@ -161,11 +167,15 @@ fn steps(criterion: &mut Criterion) {
         let mut group = criterion.benchmark_group("step");
         group.sample_size(30);
         let mut alternate = |label: &str, mut planner: Planner| {
-            let mut step = 0;
+            let mut step = 0_u64;
             group.bench_function(BenchmarkId::new(label, name), |bencher| {
                 bencher.iter(|| {
                     step += 1;
-                    let scene = if step % 2 == 0 { scene } else { &raised };
+                    let scene = if step.is_multiple_of(2) {
+                        scene
+                    } else {
+                        &raised
+                    };
                     let input = StepInput {
                         grid,
                         scene,
@@ -221,7 +231,6 @@ fn steps(criterion: &mut Criterion) {
                 ),
             );
         }
-        drop(alternate);
         // Consecutive steps of an episode, whose search keeps what did not change.
         let mut planner = planner(grid, Box::new(ProposeAll), physical());
         group.bench_function(
@@ -291,7 +300,11 @@ fn kernels(criterion: &mut Criterion) {
             group.bench_function(BenchmarkId::new(label, name), |bencher| {
                 bencher.iter(|| {
                     step += 1;
-                    let scene = if step % 2 == 0 { scene } else { &raised };
+                    let scene = if step.is_multiple_of(2) {
+                        scene
+                    } else {
+                        &raised
+                    };
                     let input = StepInput {
                         grid,
                         scene,

@@ -1,4 +1,9 @@
 //! A step allocates nothing once its buffers have grown.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a panic in a test is a failing test"
+)]
 
 use std::sync::Arc;
 

@@ -1,4 +1,9 @@
 //! The golden vectors of the published heuristics: 40 single-object evaluations on the reference grid.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a panic in a test is a failing test"
+)]
 
 use std::fs::File;
 use std::path::PathBuf;

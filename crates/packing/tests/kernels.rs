@@ -1,4 +1,9 @@
 //! Every fast kernel against its slow, plain reference, on random containers, items, grids and yaws.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a panic in a test is a failing test"
+)]
 
 use ppnpack_packing::objective::{Heuristic, Weights};
 use ppnpack_packing::oracle;
@@ -10,7 +15,7 @@ use proptest::prelude::*;
 mod support;
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(192))]
+    #![proptest_config(ProptestConfig::with_cases(512))]
 
     #[test]
     fn resting_heights_and_values_equal_the_oracle((grid, heightmap, items) in support::scenes(1)) {

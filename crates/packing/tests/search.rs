@@ -1,4 +1,9 @@
 //! The best-first search against a full sort, its caches, threads and proposals.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a panic in a test is a failing test"
+)]
 
 use std::sync::Arc;
 
@@ -84,7 +89,7 @@ fn sorted(input: &StepInput<'_>, heuristic: Heuristic) -> Vec<(f64, usize, Place
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(96))]
+    #![proptest_config(ProptestConfig::with_cases(384))]
 
     #[test]
     fn the_search_gives_what_a_full_sort_gives(
