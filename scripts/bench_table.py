@@ -40,7 +40,8 @@ def main():
     print("# Benchmarks\n")
     print(f"Machine: {machine()}, {os.cpu_count()} cores. One thread unless a row says otherwise. "
           f"Objects: {'the folder ' + pathlib.Path(objects).name if objects else 'the built-in set'}. "
-          "Medians with 95 % intervals, from one run of `scripts/bench`; what is measured is said in "
+          "'Every value computed' is the engine's plain survey of all placements, without bounds and without the "
+          "processor's wider vectors. Medians with 95 % intervals, from one run of `scripts/bench`; what is measured is said in "
           "`crates/packing/benches/steps.rs` and `crates/physics/benches/episode.rs`.")
     base = {parameter: values[0] for _, function, parameter, values in rows if function == BASE}
     for group in dict.fromkeys(row[0] for row in rows):
