@@ -215,26 +215,3 @@ proptest! {
         }
     }
 }
-
-#[test]
-#[ignore = "a measurement: run with --release --nocapture"]
-fn time_of_two_thousand_triangles() {
-    let mesh = ball(0.16, 40, 26);
-    let raster = Raster {
-        origin: Point2::new(-0.16, -0.16),
-        ..raster(128, 0.0025)
-    };
-    let start = std::time::Instant::now();
-    let mut visits = 0;
-    for _ in 0..100 {
-        for triangle in mesh.corners() {
-            rasterise(&triangle, &raster, |_, _, _, _| visits += 1);
-        }
-    }
-    eprintln!(
-        "{} triangles, {} squares: {:?}",
-        mesh.triangles.len(),
-        visits / 100,
-        start.elapsed() / 100
-    );
-}
