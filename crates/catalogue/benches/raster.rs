@@ -1,6 +1,9 @@
 //! Rasterising the household set, and making the items of a whole catalogue from it.
 #![allow(missing_docs, reason = "criterion's macros make undocumented items")]
-#![allow(clippy::unwrap_used, reason = "a bench that cannot run should say so at once")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a bench that cannot run should say so at once"
+)]
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use nalgebra::Isometry3;
@@ -14,10 +17,19 @@ fn raster(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("raster");
     group.sample_size(20);
     let reference = Resolution::reference();
-    let catalogue =
-        Catalogue::load(&Source::Builtin, &Settings::default(), &reference, &|_, _| {}).unwrap();
+    let catalogue = Catalogue::load(
+        &Source::Builtin,
+        &Settings::default(),
+        &reference,
+        &|_, _| {},
+    )
+    .unwrap();
     let largest = catalogue.objects.iter().max_by(|a, b| {
-        a.model.mesh.triangles.len().cmp(&b.model.mesh.triangles.len())
+        a.model
+            .mesh
+            .triangles
+            .len()
+            .cmp(&b.model.mesh.triangles.len())
     });
     let model = largest.unwrap().model.clone();
     let pose = Isometry3::translation(0.16, 0.16, 0.0);

@@ -8,7 +8,7 @@ use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use proptest::prelude::*;
 
 use super::*;
-use crate::shapes::{ball, cuboid};
+use crate::shapes::cuboid;
 
 fn raster(n: usize, pitch_m: f64) -> Raster {
     Raster {
