@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::item::Item;
-use crate::plan::Candidate;
+use crate::step::Candidate;
 
 /// A sequence of arriving items seen through a buffer of limited size.
 #[derive(Debug, Clone)]

@@ -1,7 +1,7 @@
 //! Validity: may an item be placed there at all?
 
 use crate::placement::RestingPlacement;
-use crate::plan::{Candidate, StageError, StepInput};
+use crate::step::{Candidate, StageError, StepInput};
 
 /// How long a check takes, so that the cheap ones go first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

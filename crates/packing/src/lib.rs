@@ -25,6 +25,7 @@ mod random;
 mod resting_maps;
 pub mod search;
 pub mod stability;
+pub mod step;
 pub mod survey;
 
 /// Compiles the example of the README.

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::item::Item;
 use crate::placement::Placement;
-use crate::plan::{StageError, StepInput};
+use crate::step::{StageError, StepInput};
 use crate::{grid::Grid, random};
 
 /// The placements proposed for one candidate.

@@ -5,8 +5,8 @@ use pulp::{Simd, WithSimd};
 use super::{Pending, Search};
 use crate::kernel::{columns_after, contact, distance_sum};
 use crate::objective::Heuristic;
-use crate::plan::StepInput;
 use crate::random;
+use crate::step::StepInput;
 
 /// What the values of placements are computed from.
 #[derive(Clone, Copy)]

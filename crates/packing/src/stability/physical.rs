@@ -9,7 +9,7 @@ use crate::grid::Grid;
 use crate::heightmap::Scene;
 use crate::item::{ABSENT, ItemView};
 use crate::placement::{Placement, RestingPlacement};
-use crate::plan::{Candidate, StageError, StepInput};
+use crate::step::{Candidate, StageError, StepInput};
 
 /// What the physical stability test asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -8,7 +8,7 @@ use crate::grid::{Grid, Units};
 use crate::heightmap::Heightmap;
 use crate::item::{ABSENT, ItemView};
 use crate::placement::RestingPlacement;
-use crate::plan::{Candidate, StageError, StepInput};
+use crate::step::{Candidate, StageError, StepInput};
 
 /// Contact is counted over this height: 5 units of 0.2 cm in the paper.
 const CONTACT_HEIGHT_M: f64 = 0.01;
