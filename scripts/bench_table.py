@@ -42,7 +42,7 @@ def main():
           f"Objects: {'the folder ' + pathlib.Path(objects).name if objects else 'the built-in set'}. "
           "'Every value computed' is the engine's plain survey of all placements, without bounds and without the "
           "processor's wider vectors. Medians with 95 % intervals, from one run of `scripts/bench`; what is measured is said in "
-          "`crates/packing/benches/steps.rs` and `crates/physics/benches/episode.rs`.")
+          "the `benches` folders of the crates.")
     base = {parameter: values[0] for _, function, parameter, values in rows if function == BASE}
     for group in dict.fromkeys(row[0] for row in rows):
         print(f"\n## {group}\n")
