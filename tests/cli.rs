@@ -325,7 +325,7 @@ fn broken_meshes_are_refused_by_name_and_reason() {
                 ("element face 12", "element face 7"),
                 ("3 1 6 5\n3 2 3 7\n3 2 7 6\n3 3 0 4\n3 3 4 7\n", ""),
             ]),
-            "",
+            "is not closed",
         ),
         (
             "flat.ply",
@@ -335,14 +335,18 @@ fn broken_meshes_are_refused_by_name_and_reason() {
                 ("0.05 0.05 0.05\n", "0.05 0.05 0\n"),
                 ("0 0.05 0.05\n", "0 0.05 0\n"),
             ]),
-            "",
+            "has no thickness",
         ),
         (
             "huge.ply",
             cube_ply(&[("0.05 0.05 0.05\n", "50 50 50\n")]),
             "unit",
         ),
-        ("cut.ply", cube_ply(&[("3 3 0 4\n3 3 4 7\n", "")]), ""),
+        (
+            "cut.ply",
+            cube_ply(&[("3 3 0 4\n3 3 4 7\n", "")]),
+            "Unexpected end of file",
+        ),
     ];
     for (name, content, reason) in broken {
         let folder = tempfile::tempdir().unwrap();
