@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::item::Item;
 use rayon::prelude::*;
 
 use crate::build::Pose;
@@ -210,6 +211,14 @@ impl Catalogue {
             .iter()
             .enumerate()
             .find(|(_, object)| object.model.name == name)
+    }
+
+    /// The items of all objects, by index.
+    pub fn items(&self) -> Vec<Arc<Item>> {
+        self.objects
+            .iter()
+            .map(|object| object.item.clone())
+            .collect()
     }
 
     /// How many objects there are.

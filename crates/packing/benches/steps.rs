@@ -17,6 +17,7 @@ use std::sync::Arc;
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
 use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
 use ppnpack_packing::check::BoxedCheck;
+use ppnpack_packing::coarse::{CoarseGrid, CoarseToFine, Coarsening};
 use ppnpack_packing::episode::{IdealCell, Observer, Step, play};
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
@@ -24,7 +25,7 @@ use ppnpack_packing::item::Item;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::plan::{Candidate, Evaluator, Planner, StepInput};
 use ppnpack_packing::proposals::{Percent, Proposals, ProposeAll, ProposeRandom, Proposer};
-use ppnpack_packing::search::{Search, SearchSettings};
+use ppnpack_packing::search::{ProposeBest, Search, SearchSettings};
 use ppnpack_packing::stability::{PhysicalStability, PublishedStability};
 use ppnpack_packing::survey::survey;
 
@@ -58,12 +59,7 @@ impl Setting {
         let sequence: Vec<Arc<Item>> = objects
             .map(|object| catalogue.get(object).unwrap().item.clone())
             .collect();
-        let mut recorder = Recorder {
-            grid: grid.clone(),
-            sequence: sequence.clone(),
-            taken: vec![],
-            steps: vec![],
-        };
+        let mut recorder = Recorder { steps: vec![] };
         let mut planner = planner(
             &grid,
             Box::new(ProposeAll),
@@ -101,25 +97,13 @@ impl Setting {
 
 /// Records the scenes and buffers of an episode.
 struct Recorder {
-    grid: Grid,
-    sequence: Vec<Arc<Item>>,
-    taken: Vec<usize>,
     steps: Vec<(Scene, Vec<Candidate>)>,
 }
 
 impl Observer for Recorder {
-    fn on_step(&mut self, step: &Step, scene: &Scene) {
-        let waiting = (0..self.sequence.len()).filter(|arrival| !self.taken.contains(arrival));
-        let candidates = waiting
-            .take(BUFFER)
-            .map(|arrival| Candidate {
-                arrival,
-                item: self.sequence[arrival].clone(),
-            })
-            .collect();
-        self.steps
-            .push((with_surface(&self.grid, scene.heightmap()), candidates));
-        self.taken.push(step.candidate.arrival);
+    fn on_step(&mut self, _step: &Step, input: &StepInput<'_>) {
+        let scene = with_surface(input.grid, input.scene.heightmap());
+        self.steps.push((scene, input.candidates.to_vec()));
     }
 }
 
@@ -137,18 +121,25 @@ fn with_surface(grid: &Grid, heightmap: &Heightmap) -> Scene {
     Scene::from_surface(grid, surface).unwrap()
 }
 
+fn settings(heuristic: Heuristic) -> SearchSettings {
+    SearchSettings {
+        heuristic,
+        order: Order::Balance,
+        weights: Weights::default(),
+        seed: 0,
+    }
+}
+
 fn search(grid: &Grid, heuristic: Heuristic) -> Search {
-    let order = Order::Balance;
-    Search::new(
-        grid,
-        &SearchSettings {
-            heuristic,
-            order,
-            weights: Weights::default(),
-            seed: 0,
-        },
-    )
-    .unwrap()
+    Search::new(grid, &settings(heuristic)).unwrap()
+}
+
+/// The heuristic's best 5 % on a coarser grid.
+fn coarse_search(grid: &Grid, coarsening: Coarsening) -> Box<dyn Proposer> {
+    let grids = CoarseGrid::new(grid, coarsening).unwrap();
+    let share = Percent::new(5.0).unwrap();
+    let best = ProposeBest::new(grids.coarse(), &settings(Heuristic::Sdfm), share).unwrap();
+    Box::new(CoarseToFine::new(grids, Box::new(best)))
 }
 
 fn planner(grid: &Grid, proposer: Box<dyn Proposer>, checks: Vec<BoxedCheck>) -> Planner {
@@ -200,6 +191,13 @@ fn steps(criterion: &mut Criterion) {
             "SDFM on a random 5 %",
             planner(grid, Box::new(ProposeRandom::new(five, 0)), physical()),
         );
+        for coarsening in coarsenings(grid) {
+            let Coarsening { cells, yaws } = coarsening;
+            alternate(
+                &format!("SDFM on 5 % of {cells}-fold cells, every {yaws}. yaw"),
+                planner(grid, coarse_search(grid, coarsening), physical()),
+            );
+        }
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(2)
             .build()
@@ -273,6 +271,17 @@ fn steps(criterion: &mut Criterion) {
         );
         group.finish();
     }
+}
+
+/// Those that bring a grid to 1 cm and coarser.
+fn coarsenings(grid: &Grid) -> Vec<Coarsening> {
+    let at_1_cm = Coarsening::towards(grid, 0.01, usize::MAX).cells.max(2);
+    let yaws = [1, 2, 4];
+    yaws.map(|yaws| Coarsening {
+        cells: at_1_cm,
+        yaws,
+    })
+    .into()
 }
 
 fn kernels(criterion: &mut Criterion) {

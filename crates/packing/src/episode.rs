@@ -60,6 +60,8 @@ pub struct Step {
     pub alternatives: Vec<Evaluated>,
     /// Time from the heightmap to the choice.
     pub timings: Timings,
+    /// Why it was not planned on the proposals that were wanted, where it was not.
+    pub degraded: Option<String>,
 }
 
 /// Why an episode ended.
@@ -102,13 +104,13 @@ impl Episode {
 
 /// Watches an episode as it goes.
 pub trait Observer {
-    /// A step was planned and carried out; `scene` is what it was planned on.
-    fn on_step(&mut self, step: &Step, scene: &Scene);
+    /// A step was planned and carried out; `input` is what it was planned on, with the candidates it chose among.
+    fn on_step(&mut self, step: &Step, input: &StepInput<'_>);
 }
 
 /// Watches nothing.
 impl Observer for () {
-    fn on_step(&mut self, _step: &Step, _scene: &Scene) {}
+    fn on_step(&mut self, _step: &Step, _input: &StepInput<'_>) {}
 }
 
 /// Plays an episode.
@@ -144,7 +146,8 @@ pub fn play(
         };
         let alternatives = plan.alternatives().to_vec();
         let timings = plan.timings();
-        let Some(candidate) = buffer.take(choice.candidate) else {
+        let degraded = plan.degraded().map(str::to_owned);
+        let Some(candidate) = input.candidates.get(choice.candidate).cloned() else {
             break Ending::AllPacked;
         };
         cell.place(&candidate, &choice.resting)
@@ -155,10 +158,12 @@ pub fn play(
             choice,
             alternatives,
             timings,
+            degraded,
         });
         if let Some(step) = steps.last() {
-            observer.on_step(step, &scene);
+            observer.on_step(step, &input);
         }
+        buffer.take(choice.candidate);
         scene = scan(cell, step)?;
     };
     let packed = packed_volume(grid, &steps, cell);

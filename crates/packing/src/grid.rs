@@ -92,6 +92,12 @@ impl Yaws {
         ))
     }
 
+    /// Every `step`-th of these yaws, from the first; all of them for a step of 0.
+    #[must_use]
+    pub fn every(&self, step: usize) -> Self {
+        Self(self.0.iter().copied().step_by(step.max(1)).collect())
+    }
+
     /// The angles, in radians.
     pub fn radians(&self) -> &[f64] {
         &self.0

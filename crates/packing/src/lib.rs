@@ -9,6 +9,7 @@
 
 pub mod buffer;
 pub mod check;
+pub mod coarse;
 pub mod distance;
 pub mod episode;
 pub mod grid;
@@ -22,6 +23,7 @@ pub mod placement;
 pub mod plan;
 pub mod proposals;
 mod random;
+pub mod resting;
 mod resting_maps;
 pub mod search;
 pub mod stability;

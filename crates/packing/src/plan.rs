@@ -137,6 +137,8 @@ pub struct Plan {
     ranked: Vec<Evaluated>,
     candidates: Vec<CandidateReport>,
     timings: Timings,
+    degraded: Option<String>,
+    is_widened: bool,
 }
 
 impl Plan {
@@ -155,13 +157,25 @@ impl Plan {
         &self.candidates
     }
 
+    /// Why the step was not planned on the proposals that were wanted, where it was not: the answer is as good, but
+    /// took longer.
+    pub fn degraded(&self) -> Option<&str> {
+        self.degraded.as_deref()
+    }
+
+    /// Whether none of the proposals was valid, so that all placements were searched.
+    pub fn is_widened(&self) -> bool {
+        self.is_widened
+    }
+
     /// Time per stage.
     pub fn timings(&self) -> Timings {
         self.timings
     }
 }
 
-/// Plans steps by Algorithm 1: propose, rank, check from the best value down, take the first valid placement.
+/// Plans steps by Algorithm 1: propose, rank, check from the best value down, take the first valid placement. Where no
+/// proposal of any candidate is valid, all placements are searched before the buffer is given up.
 pub struct Planner {
     proposer: Box<dyn Proposer>,
     evaluator: Box<dyn Evaluator>,
@@ -219,24 +233,37 @@ impl Planner {
             .candidates
             .resize(input.candidates.len(), CandidateReport::default());
         self.plan.timings = Timings::default();
+        self.plan.is_widened = false;
         let started = Instant::now();
         self.proposer
             .propose(input, &mut self.proposals)
             .map_err(PlanError::Propose)?;
         self.plan.timings.propose = started.elapsed();
+        self.plan.degraded = self.proposals.degraded().map(str::to_owned);
 
         self.arrange(input);
-        if self.order == Order::Balance {
-            self.search(input, 0..self.sequence.len())?;
-        } else {
-            for position in 0..self.sequence.len() {
-                self.search(input, position..position + 1)?;
-                if self.plan.choice().is_some() {
-                    break;
-                }
-            }
+        self.search_all(input)?;
+        if self.plan.choice().is_none() && self.proposals.is_pruned() {
+            // Better late than not at all: an item is given up only where no placement is valid.
+            self.proposals.widen();
+            self.plan.is_widened = true;
+            self.search_all(input)?;
         }
         Ok(&self.plan)
+    }
+
+    /// Searches the candidates in their order until one has a valid placement.
+    fn search_all(&mut self, input: &StepInput<'_>) -> Result<(), PlanError> {
+        if self.order == Order::Balance {
+            return self.search(input, 0..self.sequence.len());
+        }
+        for position in 0..self.sequence.len() {
+            self.search(input, position..position + 1)?;
+            if self.plan.choice().is_some() {
+                break;
+            }
+        }
+        Ok(())
     }
 
     /// Brings the candidates into the order in which they are searched.

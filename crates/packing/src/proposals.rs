@@ -23,6 +23,8 @@ pub struct Proposals {
     placements: Vec<Placement>,
     /// Per candidate: the range of its placements, or `None` for all.
     ranges: Vec<Option<std::ops::Range<usize>>>,
+    /// Why these are not the proposals that were wanted.
+    degraded: Option<String>,
 }
 
 impl Proposals {
@@ -30,6 +32,17 @@ impl Proposals {
     pub fn clear(&mut self) {
         self.placements.clear();
         self.ranges.clear();
+        self.degraded = None;
+    }
+
+    /// Says that these proposals stand in for those that were wanted, and why.
+    pub fn degrade(&mut self, reason: impl Into<String>) {
+        self.degraded = Some(reason.into());
+    }
+
+    /// Why these proposals stand in for others, where they do.
+    pub fn degraded(&self) -> Option<&str> {
+        self.degraded.as_deref()
     }
 
     /// Adds the next candidate, with every possible placement.
@@ -42,6 +55,17 @@ impl Proposals {
         let start = self.placements.len();
         self.placements.extend(placements);
         self.ranges.push(Some(start..self.placements.len()));
+    }
+
+    /// Whether some placement of some candidate is not proposed, as far as is known without counting.
+    pub(crate) fn is_pruned(&self) -> bool {
+        self.ranges.iter().any(Option::is_some)
+    }
+
+    /// Proposes everything for all candidates.
+    pub(crate) fn widen(&mut self) {
+        self.placements.clear();
+        self.ranges.fill(None);
     }
 
     /// What is proposed for a candidate.
@@ -81,6 +105,63 @@ impl Proposer for ProposeAll {
     ) -> Result<(), StageError> {
         proposals.clear();
         input.candidates.iter().for_each(|_| proposals.push_all());
+        Ok(())
+    }
+}
+
+/// A proposer whose failure does not end the planning: the search is exhaustive then, and the plan says why.
+pub struct OrExhaustive {
+    proposer: Result<Box<dyn Proposer>, String>,
+    reason: Option<String>,
+}
+
+impl OrExhaustive {
+    /// Asks a proposer, as long as it answers.
+    pub fn new(proposer: Box<dyn Proposer>) -> Self {
+        Self {
+            proposer: Ok(proposer),
+            reason: None,
+        }
+    }
+
+    /// Stands in for a proposer that is not there, for this reason.
+    pub fn instead(reason: impl Into<String>) -> Self {
+        Self {
+            proposer: Err(reason.into()),
+            reason: None,
+        }
+    }
+
+    /// Logs a reason when it is new.
+    fn note(&mut self, reason: Option<String>) {
+        if self.reason != reason {
+            match &reason {
+                Some(reason) => tracing::warn!(reason, "searching exhaustively"),
+                None => tracing::info!("the proposer answers again"),
+            }
+            self.reason = reason;
+        }
+    }
+}
+
+impl Proposer for OrExhaustive {
+    fn propose(
+        &mut self,
+        input: &StepInput<'_>,
+        proposals: &mut Proposals,
+    ) -> Result<(), StageError> {
+        let reason = match &mut self.proposer {
+            Ok(proposer) => proposer
+                .propose(input, proposals)
+                .err()
+                .map(|error| error.to_string()),
+            Err(reason) => Some(reason.clone()),
+        };
+        if let Some(reason) = &reason {
+            ProposeAll.propose(input, proposals)?;
+            proposals.degrade(reason.as_str());
+        }
+        self.note(reason);
         Ok(())
     }
 }
@@ -187,6 +268,67 @@ fn offsets(cells: usize, footprint: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Fails every second time.
+    struct Unsteady(u32);
+
+    impl Proposer for Unsteady {
+        fn propose(
+            &mut self,
+            input: &StepInput<'_>,
+            proposals: &mut Proposals,
+        ) -> Result<(), StageError> {
+            self.0 += 1;
+            proposals.clear();
+            if self.0.is_multiple_of(2) {
+                return Err("out of order".into());
+            }
+            input.candidates.iter().for_each(|_| proposals.push([]));
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_failing_proposer_gives_way_to_the_exhaustive_search_and_the_reason_is_kept() {
+        use crate::heightmap::{Heightmap, Scene};
+        use crate::item::ViewSurfaces;
+        let grid = Grid::reference();
+        let view = ViewSurfaces {
+            nx: 1,
+            ny: 1,
+            top: vec![1],
+            bottom: vec![0],
+            underside: None,
+            origin_from_corner_m: nalgebra::Vector3::zeros(),
+            centre_of_mass_m: None,
+        };
+        let item = Item::new("cube", vec![view; 4], 0.0).unwrap();
+        let scene = Scene::from_heightmap(Heightmap::empty(&grid));
+        let candidates = [crate::step::Candidate {
+            arrival: 0,
+            item: std::sync::Arc::new(item),
+        }];
+        let input = StepInput {
+            grid: &grid,
+            scene: &scene,
+            candidates: &candidates,
+            step: 0,
+        };
+        let mut proposals = Proposals::default();
+        let mut proposer = OrExhaustive::new(Box::new(Unsteady(0)));
+        for round in 0..4 {
+            proposer.propose(&input, &mut proposals).unwrap();
+            let fails = round % 2 == 1;
+            let expected = fails.then_some("out of order");
+            assert_eq!(proposals.degraded(), expected, "round {round}");
+            let all = proposals.of(0) == CandidateProposals::All;
+            assert_eq!(all, fails, "round {round}");
+        }
+        let mut absent = OrExhaustive::instead("no weights");
+        absent.propose(&input, &mut proposals).unwrap();
+        assert_eq!(proposals.degraded(), Some("no weights"));
+        assert_eq!(proposals.of(0), CandidateProposals::All);
+    }
 
     #[test]
     fn shares_outside_0_to_100_are_refused() {

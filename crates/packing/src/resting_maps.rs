@@ -50,14 +50,6 @@ impl RestingMap {
         self.version = 0;
     }
 
-    pub(crate) fn set(&mut self, x: usize, y: usize, height: Units) {
-        if y < self.ny
-            && let Some(cell) = self.heights.get_mut(x * self.stride + y)
-        {
-            *cell = height;
-        }
-    }
-
     pub(crate) fn rows(&self) -> impl Iterator<Item = &[Units]> {
         self.heights.chunks_exact(self.stride.max(1))
     }

@@ -6,10 +6,17 @@ use std::time::Instant;
 use clap::Args;
 use indicatif::ProgressBar;
 use ppnpack_packing::episode::{Observer, Step};
-use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::proposals::{OrExhaustive, Proposer};
+use ppnpack_packing::step::StepInput;
 
-use crate::failure::Outcome;
-use crate::options::{CatalogueOptions, Conditions, GridOptions, MethodOptions, PhysicsOptions};
+use crate::failure::{Failure, Outcome};
+use crate::fastest;
+use crate::network::Backend;
+use crate::options::{
+    CatalogueOptions, Conditions, GridOptions, Method, MethodOptions, Network, PhysicsOptions,
+    ProposalSource,
+};
 use crate::output::{print_json, print_line};
 use crate::progress;
 use crate::report::{self, Packing, Settings};
@@ -46,18 +53,39 @@ pub(crate) struct PackArguments {
 /// Valid placements kept beside each choice, for the report.
 const ALTERNATIVES: usize = 3;
 
-pub(crate) fn run(arguments: &PackArguments) -> Outcome {
+pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
     let grid = arguments.grid.grid()?;
-    let method = arguments.method.method()?;
+    let proposals = &arguments.method.proposals;
+    if proposals.uses_network() {
+        backend.prepare();
+    }
+    let model = proposals.read_model()?;
+    let sources = proposals.sources(&grid, model.as_ref())?;
+    let first = sources.first().cloned().unwrap_or(ProposalSource::All);
+    let mut method = arguments.method.method(first)?;
     let simulated = arguments
         .physics
         .simulated(&grid, method.seed, Conditions::Robot)?;
     let threads = arguments.method.threads;
-    let mut planner = method
-        .planner(&grid, threads)?
-        .with_alternatives(ALTERNATIVES);
     let catalogue = arguments.catalogue.load(grid.resolution())?;
     let sequence = arguments.sequence.sequence(&catalogue, method.seed)?;
+    let items = sequence.items(&catalogue);
+    let network = model.as_ref().map(|model| Network {
+        backend,
+        model,
+        device: proposals.device(),
+        items: &items,
+    });
+    let mut costs = Vec::new();
+    if sources.len() > 1 {
+        costs = fastest::measure(&method, &sources, &grid, &items, threads, network)?;
+        if let Some(fastest) = costs.first() {
+            method.proposals = fastest.proposals.clone();
+        }
+    }
+    let mut planner = method
+        .planner_with(proposer(&method, &grid, network)?, &grid, threads)?
+        .with_alternatives(ALTERNATIVES);
 
     let started = Instant::now();
     let mut watch = Progress(progress::bar("Packing", sequence.objects.len() as u64));
@@ -79,6 +107,7 @@ pub(crate) fn run(arguments: &PackArguments) -> Outcome {
             sequence,
             grid,
             method,
+            costs,
             threads,
             simulated,
         },
@@ -101,10 +130,26 @@ pub(crate) fn run(arguments: &PackArguments) -> Outcome {
     Ok(())
 }
 
+/// The method's proposals. A network that cannot run, now or later, gives way to the exhaustive search.
+fn proposer(
+    method: &Method,
+    grid: &Grid,
+    network: Option<Network<'_>>,
+) -> Outcome<Box<dyn Proposer>> {
+    let is_network = method.proposals.is_network();
+    match method.proposer(grid, network) {
+        Ok(proposer) if is_network => Ok(Box::new(OrExhaustive::new(proposer))),
+        Err(Failure::Run(error)) if is_network => {
+            Ok(Box::new(OrExhaustive::instead(format!("{error:#}"))))
+        }
+        other => other,
+    }
+}
+
 struct Progress(ProgressBar);
 
 impl Observer for Progress {
-    fn on_step(&mut self, _step: &Step, _scene: &Scene) {
+    fn on_step(&mut self, _step: &Step, _input: &StepInput<'_>) {
         self.0.inc(1);
     }
 }

@@ -7,13 +7,14 @@ use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::plan::Planner;
-use ppnpack_packing::proposals::{Percent, ProposeAll, ProposeRandom, Proposer};
+use ppnpack_packing::proposals::Proposer;
 use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::{
     PhysicalStability, PhysicalStabilitySettings, PublishedStability,
 };
 use serde::{Deserialize, Serialize};
 
+use super::proposals::{Network, ProposalOptions, ProposalSource};
 use crate::failure::{Failure, OrInput, Outcome};
 
 /// How placements are found and judged.
@@ -28,18 +29,8 @@ pub(crate) struct MethodOptions {
     #[arg(long, value_enum, default_value = "balance")]
     pub(crate) order: OrderOption,
 
-    /// Which placements are evaluated
-    #[arg(long, value_enum, default_value = "all")]
-    pub(crate) proposals: ProposalsOption,
-
-    /// The share of placements that is proposed, in percent
-    #[arg(
-        long = "k",
-        value_name = "PERCENT",
-        default_value_t = 5.0,
-        allow_hyphen_values = true
-    )]
-    pub(crate) percent: f64,
+    #[command(flatten)]
+    pub(crate) proposals: ProposalOptions,
 
     /// The stability test: `physical` for real cells, `published` for comparisons with the paper
     #[arg(long, value_enum, default_value = "physical")]
@@ -116,15 +107,6 @@ impl From<OrderOption> for Order {
     }
 }
 
-/// Where proposals come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ProposalsOption {
-    /// Every placement: the exhaustive search
-    All,
-    /// A random share of them, see --k
-    Random,
-}
-
 /// Which stability test placements must pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -156,8 +138,7 @@ impl StabilityOption {
 pub(crate) struct Method {
     pub(crate) heuristic: Heuristic,
     pub(crate) order: Order,
-    /// The random share of placements that is evaluated, in percent; all of them where there is none.
-    pub(crate) random_percent: Option<f64>,
+    pub(crate) proposals: ProposalSource,
     pub(crate) stability: StabilityOption,
     pub(crate) weights: Weights,
     pub(crate) buffer: usize,
@@ -165,13 +146,12 @@ pub(crate) struct Method {
 }
 
 impl MethodOptions {
-    pub(crate) fn method(&self) -> Outcome<Method> {
-        let share = Percent::new(self.percent).or_input()?;
-        let random = self.proposals == ProposalsOption::Random;
+    /// The method with these proposals.
+    pub(crate) fn method(&self, proposals: ProposalSource) -> Outcome<Method> {
         Ok(Method {
             heuristic: self.heuristic.into(),
             order: self.order.into(),
-            random_percent: random.then_some(share.percent()),
+            proposals,
             stability: self.stability,
             weights: weights(&self.weights)?,
             buffer: self.buffer as usize,
@@ -181,22 +161,43 @@ impl MethodOptions {
 }
 
 impl Method {
-    /// The planner that follows this method on `threads` threads.
-    pub(crate) fn planner(&self, grid: &Grid, threads: u32) -> Outcome<Planner> {
-        let proposer: Box<dyn Proposer> = match self.random_percent {
-            None => Box::new(ProposeAll),
-            Some(percent) => Box::new(ProposeRandom::new(
-                Percent::new(percent).or_input()?,
-                self.seed,
-            )),
-        };
-        let settings = SearchSettings {
+    /// The planner that follows this method on `threads` threads; `network` is the one that it names, if any.
+    pub(crate) fn planner(
+        &self,
+        grid: &Grid,
+        threads: u32,
+        network: Option<Network<'_>>,
+    ) -> Outcome<Planner> {
+        let proposer = self.proposer(grid, network)?;
+        self.planner_with(proposer, grid, threads)
+    }
+
+    /// Where this method's proposals come from.
+    pub(crate) fn proposer(
+        &self,
+        grid: &Grid,
+        network: Option<Network<'_>>,
+    ) -> Outcome<Box<dyn Proposer>> {
+        self.proposals.open(grid, &self.search_settings(), network)
+    }
+
+    fn search_settings(&self) -> SearchSettings {
+        SearchSettings {
             heuristic: self.heuristic,
             order: self.order,
             weights: self.weights,
             seed: self.seed,
-        };
-        let mut search = Search::new(grid, &settings).or_input()?;
+        }
+    }
+
+    /// The planner that follows this method on other proposals.
+    pub(crate) fn planner_with(
+        &self,
+        proposer: Box<dyn Proposer>,
+        grid: &Grid,
+        threads: u32,
+    ) -> Outcome<Planner> {
+        let mut search = Search::new(grid, &self.search_settings()).or_input()?;
         if threads > 1 {
             let pool = rayon::ThreadPoolBuilder::new()
                 .num_threads(threads as usize)

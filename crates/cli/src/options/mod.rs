@@ -2,6 +2,7 @@
 
 mod method;
 mod physics;
+mod proposals;
 
 use std::path::PathBuf;
 
@@ -17,6 +18,7 @@ use crate::length::{parse_length, parse_size};
 use crate::progress;
 pub(crate) use method::{Method, MethodOptions, StabilityOption};
 pub(crate) use physics::{Conditions, PhysicsOptions, Simulated};
+pub(crate) use proposals::{DeviceOption, Network, ProposalSource, read_model};
 
 /// Which objects there are.
 #[derive(Debug, Clone, Args)]

@@ -16,6 +16,7 @@ use ppnpack_physics::outcome::BodyState;
 use ppnpack_physics::packing_cell::Placed;
 use serde::Serialize;
 
+use crate::fastest::Cost;
 use crate::options::{Method, Simulated};
 use crate::output::StagedFolder;
 use crate::sequence::Sequence;
@@ -30,6 +31,9 @@ pub(crate) struct Settings {
     pub(crate) sequence: Sequence,
     pub(crate) grid: Grid,
     pub(crate) method: Method,
+    /// What each source of proposals was measured to cost, where the fastest was asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) costs: Vec<Cost>,
     pub(crate) threads: u32,
     pub(crate) simulated: Simulated,
 }

@@ -1,5 +1,6 @@
 //! The figures of a packing.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use ppnpack_packing::episode::Ending;
@@ -23,6 +24,8 @@ pub(crate) struct Summary {
     pub(crate) decision_s: Spread,
     /// Mean time per packed item in each stage, in seconds.
     pub(crate) stages_s: Stages,
+    /// Why steps were searched exhaustively instead of on the proposals asked for; empty where none was.
+    pub(crate) degraded: Vec<Degraded>,
     pub(crate) took_s: f64,
     pub(crate) ending: EndingSummary,
     pub(crate) settings: Settings,
@@ -41,6 +44,13 @@ pub(crate) struct Stages {
     pub(crate) propose: f64,
     pub(crate) evaluate: f64,
     pub(crate) check: f64,
+}
+
+/// Steps that were searched exhaustively, and why.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub(crate) struct Degraded {
+    pub(crate) reason: String,
+    pub(crate) steps: usize,
 }
 
 /// Why the episode ended.
@@ -97,10 +107,28 @@ impl Packing {
                 evaluate: mean(|timings| timings.evaluate),
                 check: mean(|timings| timings.check),
             },
+            degraded: self.degraded(),
             took_s: self.took.as_secs_f64(),
             ending: self.ending(),
             settings: self.settings.clone(),
         }
+    }
+
+    fn degraded(&self) -> Vec<Degraded> {
+        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+        for reason in self
+            .episode
+            .steps
+            .iter()
+            .filter_map(|step| step.degraded.as_deref())
+        {
+            *counts.entry(reason).or_default() += 1;
+        }
+        let counts = counts.into_iter().map(|(reason, steps)| Degraded {
+            reason: reason.to_owned(),
+            steps,
+        });
+        counts.collect()
     }
 
     fn ending(&self) -> EndingSummary {

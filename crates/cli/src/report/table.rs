@@ -5,6 +5,7 @@ use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
 
 use super::summary::EndingSummary;
 use super::{Packing, Summary};
+use crate::fastest::Cost;
 
 /// Seconds for people.
 pub(crate) fn duration(seconds: f64) -> String {
@@ -24,6 +25,10 @@ pub(crate) fn summary(packing: &Packing, summary: &Summary) -> String {
     };
     for (name, value) in figures(packing, summary) {
         row(name, value);
+    }
+    for degraded in &summary.degraded {
+        let text = format!("{} steps: {}", degraded.steps, degraded.reason);
+        row("searched exhaustively", text);
     }
     if let EndingSummary::NothingFits { items } = &summary.ending {
         for item in items {
@@ -57,6 +62,7 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
     };
     vec![
         ("Sequence", sequence.from.clone()),
+        ("Proposals", proposals(packing)),
         (
             "Packed",
             format!(
@@ -83,4 +89,19 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
         ("Whole run", duration(summary.took_s)),
         ("Ended because", ending),
     ]
+}
+
+/// Where proposals came from; where the fastest source was asked for, what each was measured to cost.
+fn proposals(packing: &Packing) -> String {
+    let settings = &packing.settings;
+    let cost = |cost: &Cost| match cost.decision_s {
+        Some(seconds) => format!("{} {}", cost.proposals, duration(seconds)),
+        None => format!("{} cannot be used here", cost.proposals),
+    };
+    let chosen = &settings.method.proposals;
+    if settings.costs.is_empty() {
+        return chosen.to_string();
+    }
+    let costs: Vec<String> = settings.costs.iter().map(cost).collect();
+    format!("{chosen}, the fastest measured ({})", costs.join("; "))
 }

@@ -7,6 +7,8 @@
 
 mod evaluation;
 mod passes;
+mod propose;
+mod proposed;
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -17,20 +19,21 @@ use rayon::prelude::*;
 
 use crate::distance::DistanceLevels;
 use crate::grid::{Grid, Units};
-use crate::item::ItemView;
 use crate::objective::{Heuristic, Objective, Order, ViewTerms, WeightError, Weights};
 use crate::placement::{Placement, RestingPlacement};
 use crate::plan::{Candidate, Evaluated, Evaluator, PlacementCounts, StageError, StepInput};
 use crate::proposals::{CandidateProposals, Proposals, possible_count};
 use crate::resting_maps::{RestingMap, RestingMaps};
 use evaluation::{EvaluateAll, Evaluation};
-use passes::{Collect, FillProposed, Summarise, UpdateDistance};
+use passes::{Collect, Summarise, UpdateDistance};
+pub use propose::ProposeBest;
+use proposed::{ProposedView, ProposedViews};
 
 /// Placements evaluated together when a second thread is at hand.
 const PARALLEL_BATCH: usize = 1024;
 
-/// Stands for a placement that was not proposed.
-const NOT_PROPOSED: Units = Units::MAX;
+/// Above every resting height.
+const NO_HEIGHT: Units = Units::MAX;
 
 /// Evaluates a heuristic over proposals on this machine.
 #[derive(Debug)]
@@ -44,9 +47,7 @@ pub struct Search {
     distance: Option<DistanceLevels>,
     distance_is_stale: bool,
     views: Vec<ViewState>,
-    /// Maps of views of which only some placements are proposed; the first `sparse_used` are in use.
-    sparse: Vec<RestingMap>,
-    sparse_used: usize,
+    proposed: ProposedViews,
     counts: Vec<PlacementCounts>,
     levels: BinaryHeap<Level>,
     pending: Vec<Pending>,
@@ -61,8 +62,23 @@ struct ViewState {
     terms: ViewTerms,
     /// The greatest resting height that fits below the rim.
     limit: Units,
-    /// Index of its sparse map, where only some placements are proposed.
-    sparse: Option<usize>,
+    /// Index of its proposed placements, where those are not all.
+    proposed: Option<usize>,
+}
+
+/// The placements of a view that take part.
+#[derive(Clone, Copy)]
+enum Placements<'a> {
+    All(&'a RestingMap),
+    Some(&'a ProposedView),
+}
+
+/// What a view's placements amount to.
+#[derive(Debug, Clone, Copy, Default)]
+struct Summary {
+    proposed: u64,
+    fitting: u64,
+    lowest: Option<Units>,
 }
 
 /// The placements of a view with one resting height.
@@ -150,8 +166,7 @@ impl Search {
             distance: needs_distance.then(|| DistanceLevels::new(grid)),
             distance_is_stale: true,
             views: Vec::new(),
-            sparse: Vec::new(),
-            sparse_used: 0,
+            proposed: ProposedViews::new(grid),
             counts: Vec::new(),
             levels: BinaryHeap::new(),
             pending: Vec::new(),
@@ -194,22 +209,23 @@ impl Search {
         if is_low_enough {
             counts.possible = possible_count(&self.grid, &held.item);
         }
+        let first_proposed = match proposals {
+            CandidateProposals::All => None,
+            CandidateProposals::Some(placements) => {
+                let container = self.resting.container();
+                Some(self.proposed.add(container, &held.item, placements))
+            }
+        };
         for (yaw, view) in held.item.views().iter().enumerate() {
             let limit = self.grid.rim() - view.height().min(self.grid.rim() + 1);
-            let sparse = match proposals {
-                CandidateProposals::All => None,
-                CandidateProposals::Some(placements) => {
-                    Some(self.enter_sparse(yaw, view, placements))
-                }
-            };
-            let Some(map) = map_of(&self.resting, &self.sparse, held, yaw, sparse) else {
+            let proposed = first_proposed.map(|first| first + yaw);
+            let Some(found) = self
+                .placements(held, yaw, proposed)
+                .map(|placements| self.summary(placements, limit))
+            else {
                 continue;
             };
-            let found = self.arch.dispatch(Summarise { map, limit });
-            counts.proposed += match sparse {
-                None => (map.nx * map.ny) as u64,
-                Some(_) => found.proposed,
-            };
+            counts.proposed += found.proposed;
             counts.fitting += found.fitting;
             let Some(height) = found.lowest else { continue };
             let terms = ViewTerms::new(&self.objective, view);
@@ -224,7 +240,7 @@ impl Search {
                 yaw,
                 terms,
                 limit,
-                sparse,
+                proposed,
             });
         }
         if let Some(entry) = self.counts.get_mut(candidate) {
@@ -232,25 +248,27 @@ impl Search {
         }
     }
 
-    /// Computes the resting heights of the proposed placements of a view alone; returns the index of their map.
-    fn enter_sparse(&mut self, yaw: usize, view: &ItemView, placements: &[Placement]) -> usize {
-        let index = self.sparse_used;
-        self.sparse_used += 1;
-        if index == self.sparse.len() {
-            self.sparse.push(RestingMap::sized_for(&self.grid));
+    /// The placements of a view that take part.
+    fn placements(
+        &self,
+        held: &Candidate,
+        yaw: usize,
+        proposed: Option<usize>,
+    ) -> Option<Placements<'_>> {
+        match proposed {
+            Some(index) => self.proposed.get(index).map(Placements::Some),
+            None => {
+                let maps = self.resting.views(held.item.shape());
+                maps.get(yaw).map(Placements::All)
+            }
         }
-        let container = self.resting.container();
-        if let Some(map) = self.sparse.get_mut(index) {
-            map.reset(container, view, NOT_PROPOSED);
-            self.arch.dispatch(FillProposed {
-                container,
-                view,
-                yaw,
-                placements,
-                map,
-            });
+    }
+
+    fn summary(&self, placements: Placements<'_>, limit: Units) -> Summary {
+        match placements {
+            Placements::All(map) => self.arch.dispatch(Summarise { map, limit }),
+            Placements::Some(proposed) => proposed.summary(limit),
         }
-        index
     }
 
     /// Expands levels until the least value found is below every bound left, or a batch is full.
@@ -275,17 +293,23 @@ impl Search {
             let Some(held) = input.candidates.get(state.candidate) else {
                 continue;
             };
-            let map = map_of(&self.resting, &self.sparse, held, state.yaw, state.sparse);
-            let (Some(map), Some(view)) = (map, held.item.views().get(state.yaw)) else {
+            let Some(view) = held.item.views().get(state.yaw) else {
                 continue;
             };
-            let pending = &mut self.pending;
-            let next = self.arch.dispatch(Collect {
-                map,
-                level,
-                limit: state.limit,
-                pending,
-            });
+            let mut pending = std::mem::take(&mut self.pending);
+            let next = match self.placements(held, state.yaw, state.proposed) {
+                Some(Placements::All(map)) => self.arch.dispatch(Collect {
+                    map,
+                    level,
+                    limit: state.limit,
+                    pending: &mut pending,
+                }),
+                Some(Placements::Some(proposed)) => {
+                    proposed.collect(level, state.limit, &mut pending)
+                }
+                None => None,
+            };
+            self.pending = pending;
             if let Some(height) = next {
                 let bound = self.objective.lower_bound(view, &state.terms, height);
                 self.levels.push(Level {
@@ -352,7 +376,7 @@ impl Evaluator for Search {
         self.views.clear();
         self.levels.clear();
         self.ready.clear();
-        self.sparse_used = 0;
+        self.proposed.clear();
         self.counts.clear();
         self.counts
             .resize(input.candidates.len(), PlacementCounts::default());
@@ -388,19 +412,5 @@ impl Evaluator for Search {
 
     fn counts(&self, candidate: usize) -> PlacementCounts {
         self.counts.get(candidate).copied().unwrap_or_default()
-    }
-}
-
-/// The map that holds a view's resting heights.
-fn map_of<'a>(
-    resting: &'a RestingMaps,
-    sparse: &'a [RestingMap],
-    held: &Candidate,
-    yaw: usize,
-    sparse_index: Option<usize>,
-) -> Option<&'a RestingMap> {
-    match sparse_index {
-        Some(index) => sparse.get(index),
-        None => resting.views(held.item.shape()).get(yaw),
     }
 }

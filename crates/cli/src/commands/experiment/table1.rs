@@ -3,23 +3,25 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_model::weights::Model;
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::objective::{Heuristic, Order};
 use ppnpack_picture::{Interval, PlotPoint, PointSeries, Scatter, Size};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
+use super::comparison::{Contender, Means, Run, Setting, pack_all};
 use super::document;
+use super::network::NetworkOptions;
 use super::runs::Runs;
 use super::statistics::Mean;
 use super::workers;
 use crate::failure::{Failure, OrRun, Outcome};
+use crate::network::Backend;
 use crate::options::{
-    CatalogueOptions, Conditions, GridOptions, Method, PhysicsOptions, Simulated, StabilityOption,
+    CatalogueOptions, Conditions, GridOptions, PhysicsOptions, ProposalSource, StabilityOption,
 };
 use crate::output::{print_json, print_line, write_whole};
-use crate::sequence::SequenceFile;
-use crate::simulation::simulate;
+use crate::sequence::{Sequence, SequenceFile};
 
 /// Packs the first test sequences with each packing heuristic and compares them.
 #[derive(Debug, Args)]
@@ -40,6 +42,9 @@ pub(super) struct Table1Arguments {
 
     #[command(flatten)]
     physics: PhysicsOptions,
+
+    #[command(flatten)]
+    network: NetworkOptions,
 
     /// How many items the robot may choose among
     #[arg(long, value_name = "COUNT", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
@@ -83,9 +88,10 @@ struct Published {
 /// A row of the table.
 struct Row {
     name: &'static str,
-    key: &'static str,
     heuristic: Heuristic,
     order: Order,
+    /// Whether placements are proposed by the network.
+    is_network: bool,
     /// Table I of the paper: 2,000 sequences.
     paper: Published,
     /// The published methods run independently on these meshes in another simulator, first 20 sequences.
@@ -109,96 +115,71 @@ const fn published(
 /// Sequences that the yardstick was run on.
 const YARDSTICK_CASES: usize = 20;
 
-const ROWS: [Row; 6] = [
+const ROWS: [Row; 7] = [
     Row {
         name: "Random",
-        key: "random",
         heuristic: Heuristic::Random,
         order: Order::Shuffled,
+        is_network: false,
         paper: published(Some(0.05), 10_905.0, 39.9, 27.54),
         yardstick: Some(published(None, 10_998.0, 38.8, 28.9)),
     },
     Row {
         name: "DBL (BBox)",
-        key: "dbl-bbox",
         heuristic: Heuristic::Dbl,
         order: Order::BboxVolume,
+        is_network: false,
         paper: published(Some(0.82), 15_073.0, 50.2, 37.17),
         yardstick: Some(published(None, 14_425.0, 47.2, 38.2)),
     },
     Row {
         name: "HM (BBox)",
-        key: "hm-bbox",
         heuristic: Heuristic::Hm,
         order: Order::BboxVolume,
+        is_network: false,
         paper: published(Some(0.83), 15_496.0, 51.7, 38.60),
         yardstick: Some(published(None, 14_276.0, 47.7, 38.5)),
     },
     Row {
         name: "DBL (Balance)",
-        key: "dbl-balance",
         heuristic: Heuristic::Dbl,
         order: Order::Balance,
+        is_network: false,
         paper: published(Some(1.90), 15_117.0, 50.3, 36.21),
         yardstick: None,
     },
     Row {
         name: "HM (Balance)",
-        key: "hm-balance",
         heuristic: Heuristic::Hm,
         order: Order::Balance,
+        is_network: false,
         paper: published(Some(1.64), 14_094.0, 49.2, 38.43),
         yardstick: None,
     },
     Row {
-        name: "SDFM",
-        key: "sdfm",
+        name: "PPN-Pack",
         heuristic: Heuristic::Sdfm,
         order: Order::Balance,
+        is_network: true,
+        paper: published(Some(0.43), 16_525.0, 55.9, 39.88),
+        yardstick: None,
+    },
+    Row {
+        name: "SDFM",
+        heuristic: Heuristic::Sdfm,
+        order: Order::Balance,
+        is_network: false,
         paper: published(Some(1.86), 16_897.0, 56.8, 40.77),
         yardstick: Some(published(None, 16_298.0, 55.0, 42.7)),
     },
 ];
 
-/// What all runs of an experiment share.
-#[derive(Debug, Serialize)]
-struct Settings {
-    version: &'static str,
-    catalogue_hash: String,
-    grid: Grid,
-    simulated: Simulated,
-    buffer: usize,
-    stability: StabilityOption,
-    seed: u64,
-}
-
-/// One packed sequence.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-struct Run {
-    objects: Vec<usize>,
-    decision_s: f64,
-    items: usize,
-    placed: usize,
-    voxels_m3: f64,
-    meshes_m3: f64,
-    compactness: f64,
-    mesh_compactness: f64,
-    height_m: f64,
-}
-
 /// A row of the results.
 #[derive(Debug, Serialize)]
 struct Line {
-    method: &'static str,
-    cases: usize,
-    decision_s: Mean,
-    items: Mean,
-    fallen_out: Mean,
-    voxels_cm3: Mean,
-    meshes_cm3: Mean,
-    compactness_percent: Mean,
-    mesh_compactness_percent: Mean,
-    height_m: Mean,
+    method: String,
+    #[serde(flatten)]
+    means: Means,
     paper: Published,
     #[serde(skip_serializing_if = "Option::is_none")]
     yardstick: Option<Comparison>,
@@ -218,26 +199,32 @@ struct Comparison {
 struct Results<'a> {
     machine: String,
     workers: usize,
-    settings: &'a Settings,
+    settings: &'a Setting,
+    /// Why the network's rows are missing, where they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    without_network: Option<String>,
     lines: Vec<Line>,
 }
 
-pub(super) fn run(arguments: &Table1Arguments) -> Outcome {
+pub(super) fn run(arguments: &Table1Arguments, backend: &dyn Backend) -> Outcome {
     let grid = arguments.grid.grid()?;
     let simulated = arguments
         .physics
         .simulated(&grid, arguments.seed, Conditions::Reference)?;
     let catalogue = arguments.catalogue.load(grid.resolution())?;
-    let sequences = SequenceFile::read(&arguments.sequences, &catalogue)?;
+    let file = SequenceFile::read(&arguments.sequences, &catalogue)?;
     let cases = arguments.cases as usize;
-    if cases > sequences.len() {
+    if cases > file.len() {
         return Err(Failure::input(format_args!(
             "--cases {cases}: {} has {} sequences",
             arguments.sequences.display(),
-            sequences.len()
+            file.len()
         )));
     }
-    let settings = Settings {
+    let sequences: Vec<Sequence> = (0..cases)
+        .map(|case| file.get(case))
+        .collect::<Outcome<_>>()?;
+    let settings = Setting {
         version: env!("CARGO_PKG_VERSION"),
         catalogue_hash: catalogue.content_hash(),
         grid,
@@ -251,111 +238,87 @@ pub(super) fn run(arguments: &Table1Arguments) -> Outcome {
         .clone()
         .unwrap_or_else(|| arguments.out.join("runs"));
     let runs = Runs::new(&kept, &settings)?;
-    let jobs: Vec<(usize, &Row)> = (0..cases)
-        .flat_map(|case| ROWS.iter().map(move |row| (case, row)))
+    let available = arguments.network.find(backend, &settings.grid)?;
+    let rows: Vec<(&Row, Contender)> = ROWS
+        .iter()
+        .filter(|row| !row.is_network || available.is_ok())
+        .map(|row| {
+            (
+                row,
+                contender(row, &settings.grid, &arguments.network, &available),
+            )
+        })
+        .collect();
+    let contenders: Vec<Contender> = rows
+        .iter()
+        .map(|(_, contender)| contender.clone())
         .collect();
     let cores = workers::default_count();
     let workers = arguments.workers.unwrap_or(cores).clamp(1, cores);
-    workers::for_each("Packing sequences", &jobs, workers, |(case, row)| {
-        pack(&catalogue, &settings, &sequences, &runs, *case, row)
-    })?;
-    let lines = ROWS
-        .iter()
-        .map(|row| line(&runs, row, cases))
-        .collect::<Outcome<Vec<_>>>()?;
+    let items = catalogue.items();
+    let network = available
+        .as_ref()
+        .ok()
+        .map(|model| arguments.network.of(backend, model, &items));
+    let packed = pack_all(
+        &catalogue,
+        &settings,
+        &contenders,
+        &sequences,
+        &runs,
+        workers,
+        network,
+    )?;
+    let lines = rows.iter().zip(&packed);
     let results = Results {
         machine: document::machine(),
         workers,
         settings: &settings,
-        lines,
+        without_network: available.as_ref().err().cloned(),
+        lines: lines
+            .map(|((row, contender), runs)| line(row, contender, runs))
+            .collect(),
     };
     publish(arguments, &results)
 }
 
-fn name(row: &Row, case: usize) -> String {
-    format!("{}-{case:05}", row.key)
-}
-
-/// Packs one sequence with one method, unless that is done already.
-fn pack(
-    catalogue: &Catalogue,
-    settings: &Settings,
-    sequences: &SequenceFile,
-    runs: &Runs,
-    case: usize,
+fn contender(
     row: &Row,
-) -> Outcome {
-    let sequence = sequences.get(case)?;
-    let finished: Option<Run> = runs.load(&name(row, case));
-    if finished.is_some_and(|run| run.objects == sequence.objects) {
-        return Ok(());
-    }
-    let method = Method {
+    grid: &Grid,
+    network: &NetworkOptions,
+    model: &Result<Model, String>,
+) -> Contender {
+    let (name, proposals) = match model {
+        Ok(model) if row.is_network => (
+            format!("{} (K = {} %)", row.name, network.percent()),
+            network.source(grid, model),
+        ),
+        _ => (row.name.to_owned(), ProposalSource::All),
+    };
+    Contender {
+        name,
         heuristic: row.heuristic,
         order: row.order,
-        random_percent: None,
-        stability: settings.stability,
-        weights: Weights::default(),
-        buffer: settings.buffer,
-        seed: settings.seed.wrapping_add(case as u64),
-    };
-    let mut simulated = settings.simulated.clone();
-    simulated.cell.seed = method.seed;
-    let mut planner = method.planner(&settings.grid, 1)?;
-    let (episode, _) = simulate(
-        catalogue,
-        &settings.grid,
-        &sequence,
-        &simulated,
-        &mut planner,
-        method.buffer,
-        &mut (),
-    )?;
-    let height = episode.scene.heightmap().max();
-    let run = Run {
-        objects: sequence.objects,
-        decision_s: episode.mean_decision_s(),
-        items: episode.metrics.packed.items,
-        placed: episode.steps.len(),
-        voxels_m3: episode.metrics.packed.voxels_m3,
-        meshes_m3: episode.metrics.packed.meshes_m3,
-        compactness: episode.metrics.compactness,
-        mesh_compactness: episode.metrics.mesh_compactness,
-        height_m: f64::from(height) * settings.grid.resolution().height_unit_m(),
-    };
-    runs.save(&name(row, case), &run)
+        proposals,
+    }
 }
 
-fn line(runs: &Runs, row: &Row, cases: usize) -> Outcome<Line> {
-    let all: Vec<Run> = (0..cases)
-        .map(|case| {
-            let missing = || Failure::Run(anyhow::anyhow!("the run {} is gone", name(row, case)));
-            runs.load(&name(row, case)).ok_or_else(missing)
-        })
-        .collect::<Outcome<_>>()?;
-    let mean = |value: fn(&Run) -> f64| Mean::of(all.iter().map(value));
-    let first = |value: fn(&Run) -> f64| Mean::of(all.iter().take(YARDSTICK_CASES).map(value));
-    let yardstick = row.yardstick.filter(|_| cases >= YARDSTICK_CASES);
-    Ok(Line {
-        method: row.name,
-        cases,
-        decision_s: mean(|run| run.decision_s),
-        items: mean(|run| run.items as f64),
-        fallen_out: mean(|run| (run.placed - run.items) as f64),
-        voxels_cm3: mean(|run| run.voxels_m3 * 1e6),
-        meshes_cm3: mean(|run| run.meshes_m3 * 1e6),
-        compactness_percent: mean(|run| run.compactness * 100.0),
-        mesh_compactness_percent: mean(|run| run.mesh_compactness * 100.0),
-        height_m: mean(|run| run.height_m),
+fn line(row: &Row, contender: &Contender, runs: &[Run]) -> Line {
+    let first = runs.get(..YARDSTICK_CASES);
+    let mean = |value: fn(&Run) -> f64| Mean::of(first.unwrap_or(&[]).iter().map(value));
+    let yardstick = row.yardstick.filter(|_| first.is_some());
+    Line {
+        method: contender.name.clone(),
+        means: Means::of(runs),
         paper: row.paper,
         yardstick: yardstick.map(|published| Comparison {
             cases: YARDSTICK_CASES,
-            compactness_percent: first(|run| run.compactness * 100.0),
-            items: first(|run| run.items as f64),
-            voxels_cm3: first(|run| run.voxels_m3 * 1e6),
+            compactness_percent: mean(|run| run.compactness * 100.0),
+            items: mean(|run| run.items as f64),
+            voxels_cm3: mean(|run| run.voxels_m3 * 1e6),
             published,
         }),
-    })
+    }
 }
 
 fn publish(arguments: &Table1Arguments, results: &Results<'_>) -> Outcome {
@@ -387,7 +350,7 @@ fn publish(arguments: &Table1Arguments, results: &Results<'_>) -> Outcome {
 fn markdown(results: &Results<'_>) -> String {
     let settings = results.settings;
     let container = settings.grid.container();
-    let cases = results.lines.first().map_or(0, |line| line.cases);
+    let cases = results.lines.first().map_or(0, |line| line.means.cases);
     let mut text = format!(
         "# Table 1: packing heuristics\n\n\
          {cases} sequences, container {:.0} x {:.0} x {:.0} cm, {} x {} cells, {} yaws, buffer {}, {} stability test, {} scan. \
@@ -408,22 +371,25 @@ fn markdown(results: &Results<'_>) -> String {
         results.workers,
     );
     for line in &results.lines {
-        let Line { paper, .. } = line;
+        let Line { paper, means, .. } = line;
         text.push_str(&format!(
             "| {} | {} ms [{} s] | {} [{:.1}] | {} [{:.0}] | {} [{:.1}] | {} | {} | {:.2} |\n",
             line.method,
-            line.decision_s.scaled(1e3).shown(3),
+            means.decision_s.scaled(1e3).shown(3),
             paper.decision_s.unwrap_or_default(),
-            line.items.shown(1),
+            means.items.shown(1),
             paper.items,
-            line.voxels_cm3.shown(0),
+            means.voxels_cm3.shown(0),
             paper.voxels_cm3,
-            line.compactness_percent.shown(1),
+            means.compactness_percent.shown(1),
             paper.compactness_percent,
-            line.meshes_cm3.shown(0),
-            line.mesh_compactness_percent.shown(1),
-            line.fallen_out.mean
+            means.meshes_cm3.shown(0),
+            means.mesh_compactness_percent.shown(1),
+            means.fallen_out.mean
         ));
+    }
+    if let Some(reason) = &results.without_network {
+        text.push_str(&format!("\nPPN-Pack is missing: {reason}.\n"));
     }
     text.push_str("\n![Compactness against decision time](table1.svg)\n");
     let compared: Vec<_> = results
@@ -454,14 +420,14 @@ fn markdown(results: &Results<'_>) -> String {
 
 fn scatter(results: &Results<'_>) -> Scatter {
     let ours = results.lines.iter().map(|line| PlotPoint {
-        label: line.method.to_owned(),
-        x: line.decision_s.mean * 1e3,
-        y: line.compactness_percent.mean,
-        x_interval: Some(interval(&line.decision_s.scaled(1e3))),
-        y_interval: Some(interval(&line.compactness_percent)),
+        label: line.method.clone(),
+        x: line.means.decision_s.mean * 1e3,
+        y: line.means.compactness_percent.mean,
+        x_interval: Some(interval(&line.means.decision_s.scaled(1e3))),
+        y_interval: Some(interval(&line.means.compactness_percent)),
     });
     let paper = results.lines.iter().map(|line| PlotPoint {
-        label: line.method.to_owned(),
+        label: line.method.clone(),
         x: line.paper.decision_s.unwrap_or_default() * 1e3,
         y: line.paper.compactness_percent,
         ..PlotPoint::default()

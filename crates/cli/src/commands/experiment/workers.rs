@@ -7,12 +7,12 @@ use crate::failure::Outcome;
 use crate::progress;
 
 /// How many workers there are by default: one per core, so that each times its decisions undisturbed.
-pub(super) fn default_count() -> usize {
+pub(crate) fn default_count() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Does all jobs, each on one thread, with a progress bar. The first failure ends the work after the jobs under way.
-pub(super) fn for_each<J: Sync>(
+pub(crate) fn for_each<J: Sync>(
     what: &'static str,
     jobs: &[J],
     workers: usize,

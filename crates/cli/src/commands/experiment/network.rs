@@ -1,0 +1,81 @@
+//! The network that an experiment compares.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::Args;
+use ppnpack_model::weights::Model;
+use ppnpack_packing::coarse::Coarsening;
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::item::Item;
+
+use crate::failure::{Failure, Outcome};
+use crate::network::Backend;
+use crate::options::{DeviceOption, Network, ProposalSource, read_model};
+
+/// Which network proposes.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Network")]
+pub(super) struct NetworkOptions {
+    /// The network's weights, a .safetensors file with its .json card beside it [default: those that ship]
+    #[arg(long, value_name = "FILE")]
+    model: Option<PathBuf>,
+
+    /// Where the network runs
+    #[arg(long, value_enum, default_value = "cpu")]
+    device: DeviceOption,
+
+    /// The share of placements that the network proposes, in percent
+    #[arg(
+        long = "k",
+        value_name = "PERCENT",
+        default_value_t = 5.0,
+        allow_hyphen_values = true
+    )]
+    percent: f64,
+}
+
+impl NetworkOptions {
+    pub(super) fn percent(&self) -> f64 {
+        self.percent
+    }
+
+    /// The model; or, where nothing here can run a network, the reason. Files that cannot be used are an error.
+    pub(super) fn find(
+        &self,
+        backend: &dyn Backend,
+        grid: &Grid,
+    ) -> Outcome<Result<Model, String>> {
+        let model = read_model(self.model.as_deref())?;
+        let network = self.of(backend, &model, &[]);
+        let not_coarser = Coarsening { cells: 1, yaws: 1 };
+        match network.open(grid, not_coarser, self.percent) {
+            Ok(_) => Ok(Ok(model)),
+            Err(Failure::Run(error)) => {
+                let reason = format!("{error:#}");
+                tracing::warn!(reason, "comparing without the network");
+                Ok(Err(reason))
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    pub(super) fn of<'a>(
+        &self,
+        backend: &'a dyn Backend,
+        model: &'a Model,
+        items: &'a [Arc<Item>],
+    ) -> Network<'a> {
+        Network {
+            backend,
+            model,
+            device: self.device.into(),
+            items,
+        }
+    }
+
+    /// The network as a source of proposals.
+    pub(super) fn source(&self, grid: &Grid, model: &Model) -> ProposalSource {
+        ProposalSource::network(grid, self.percent, model)
+    }
+}

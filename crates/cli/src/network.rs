@@ -1,0 +1,70 @@
+//! What needs libtorch, as seen from the commands: they know it only through [`Backend`].
+
+use std::sync::Arc;
+
+use anyhow::Result;
+use ppnpack_model::card::ModelCard;
+use ppnpack_model::report::EpochReport;
+use ppnpack_model::settings::{Device, TrainingRequest};
+use ppnpack_model::weights::Model;
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::item::Item;
+use ppnpack_packing::proposals::{Percent, Proposer};
+
+/// How a network proposes.
+#[derive(Debug, Clone, Copy)]
+pub struct Proposing<'a> {
+    /// The grid that it proposes on.
+    pub grid: &'a Grid,
+    /// The share of an item's placements that it proposes.
+    pub share: Percent,
+    /// Where it runs.
+    pub device: Device,
+    /// The items that are known ahead of time.
+    pub items: &'a [Arc<Item>],
+}
+
+/// What a training tells of its progress.
+#[derive(Debug, Clone)]
+pub enum TrainingEvent {
+    /// The data is being read.
+    Reading {
+        /// Parts done.
+        done: usize,
+        /// All parts.
+        total: usize,
+    },
+    /// A batch is done.
+    Batch {
+        /// Batches done, over all epochs.
+        done: u64,
+        /// All batches, over all epochs.
+        total: u64,
+        /// The mean loss of the epoch so far.
+        loss: f64,
+    },
+    /// An epoch is done.
+    Epoch(EpochReport),
+}
+
+/// Opens and trains networks.
+pub trait Backend: Sync {
+    /// Called before a command that may use a network; the backend may hand this process over to one that can.
+    fn prepare(&self) {}
+
+    /// A proposer that runs a model.
+    ///
+    /// # Errors
+    /// Why the network cannot run here, with a remedy.
+    fn open(&self, model: &Model, how: &Proposing<'_>) -> Result<Box<dyn Proposer>>;
+
+    /// Trains a network, or goes on training; gives the card of the model that it leaves in the request's folder.
+    ///
+    /// # Errors
+    /// What kept the training from its end.
+    fn train(
+        &self,
+        request: &TrainingRequest,
+        watch: &mut dyn FnMut(TrainingEvent),
+    ) -> Result<ModelCard>;
+}

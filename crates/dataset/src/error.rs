@@ -1,0 +1,99 @@
+//! What can be wrong with a dataset.
+
+use std::path::PathBuf;
+
+/// Why a dataset could not be written or read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DatasetError {
+    /// A file cannot be read.
+    #[error("{} cannot be read: {source}; give the folder of a finished dataset", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A file cannot be written.
+    #[error("{} cannot be written: {source}; free some space, or choose another folder", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A file is of another version of the format.
+    #[error(
+        "{} has version {found} of the format, but this program reads version {}: make the dataset \
+         anew, or use the program that made it",
+        path.display(),
+        crate::settings::FORMAT_VERSION
+    )]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// Its version.
+        found: u64,
+    },
+    /// A file is not what it should be.
+    #[error("{} is damaged: {reason}; generate the dataset again, which keeps its intact files", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The folder has data made with other settings.
+    #[error(
+        "{} holds data made with other settings ({difference}): ask for the same settings, or choose another folder",
+        folder.display()
+    )]
+    OtherSettings {
+        /// The folder.
+        folder: PathBuf,
+        /// Which settings, with both values.
+        difference: String,
+    },
+    /// The folder has more sequences than were asked for.
+    #[error(
+        "{} holds a dataset of {found} sequences, more than the {asked} asked for: ask for at least as many, or \
+         choose another folder",
+        folder.display()
+    )]
+    MoreSequences {
+        /// The folder.
+        folder: PathBuf,
+        /// How many it has.
+        found: u32,
+        /// How many were asked for.
+        asked: u32,
+    },
+    /// Another process writes into the folder.
+    #[error("another process is writing into {}: wait for it, or choose another folder", folder.display())]
+    InUse {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// Settings that no dataset can have.
+    #[error("a dataset cannot have these settings: {0}")]
+    Settings(String),
+    /// A recorded sequence that does not fit the settings; the program that recorded it is wrong.
+    #[error("the record of sequence {sequence} cannot be kept: {reason}")]
+    Record {
+        /// The sequence.
+        sequence: u32,
+        /// What is wrong.
+        reason: String,
+    },
+    /// Sequences are missing when the dataset is to be finished.
+    #[error(
+        "{} sequences are still missing, the first is {first}: play them before finishing",
+        count
+    )]
+    Unfinished {
+        /// How many.
+        count: usize,
+        /// The first of them.
+        first: u32,
+    },
+}

@@ -1,0 +1,158 @@
+//! The labels of a step: which placements of each candidate the exhaustive search finds best.
+
+use ppnpack_packing::check::BoxedCheck;
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::objective::WeightError;
+use ppnpack_packing::placement::RestingPlacement;
+use ppnpack_packing::plan::{Evaluated, Evaluator};
+use ppnpack_packing::proposals::Proposals;
+use ppnpack_packing::search::{Search, SearchSettings};
+use ppnpack_packing::step::{Candidate, StageError, StepInput};
+
+use crate::record::{Corner, YawOptima};
+use crate::values::Values;
+
+/// Values that differ by less than this are ties: equal values that were added up in another order.
+pub const TIE_TOLERANCE: f64 = 1e-9;
+
+/// Labels candidates by an exhaustive search with validity checks.
+pub struct Expert {
+    search: Search,
+    checks: Vec<BoxedCheck>,
+    proposals: Proposals,
+    with_values: bool,
+}
+
+/// What the expert says of a candidate.
+pub(crate) struct Labels {
+    pub(crate) yaws: Vec<YawOptima>,
+    pub(crate) values: Option<Values>,
+}
+
+impl Expert {
+    /// An expert that judges as `settings` say; `with_values` also keeps the value of every placement.
+    ///
+    /// # Errors
+    /// [`WeightError`] where a weight is negative or not finite.
+    pub fn new(
+        grid: &Grid,
+        settings: &SearchSettings,
+        mut checks: Vec<BoxedCheck>,
+        with_values: bool,
+    ) -> Result<Self, WeightError> {
+        checks.sort_by_key(|check| check.cost());
+        Ok(Self {
+            search: Search::new(grid, settings)?,
+            checks,
+            proposals: Proposals::default(),
+            with_values,
+        })
+    }
+
+    /// Labels a candidate of a step: placements by increasing value, until every yaw has its optimum with all ties.
+    pub(crate) fn label(
+        &mut self,
+        input: &StepInput<'_>,
+        candidate: usize,
+    ) -> Result<Labels, StageError> {
+        let Some(held) = input.candidates.get(candidate) else {
+            return Err(format!("the buffer has no candidate {candidate}").into());
+        };
+        let views = held.item.views();
+        let mut optima: Vec<Optimum> = views.iter().map(|_| Optimum::default()).collect();
+        let mut values = self
+            .with_values
+            .then(|| Values::none_valid(input.grid, &held.item));
+        self.rank(input, candidate)?;
+        while let Some(found) = self.search.next_best(input)? {
+            let placement = found.resting.placement;
+            let Some(optimum) = optima.get_mut(placement.yaw) else {
+                continue;
+            };
+            optimum.settle(found.value);
+            let is_wanted = !optimum.is_settled || values.is_some();
+            if is_wanted && is_valid(&mut self.checks, input, held, &found.resting)? {
+                optimum.add(&found);
+                if let Some(values) = &mut values {
+                    values.enter(&placement, found.value);
+                }
+            }
+            if values.is_none() && optima.iter().all(|optimum| optimum.is_settled) {
+                break;
+            }
+        }
+        Ok(Labels {
+            yaws: optima.into_iter().map(Optimum::finish).collect(),
+            values,
+        })
+    }
+
+    /// Starts ranking every placement of a candidate.
+    fn rank(&mut self, input: &StepInput<'_>, candidate: usize) -> Result<(), StageError> {
+        self.proposals.clear();
+        let all = input.candidates.iter();
+        all.for_each(|_| self.proposals.push_all());
+        self.search.rank(input, &[candidate], &self.proposals)
+    }
+}
+
+/// The optimum of a yaw while it is looked for.
+struct Optimum {
+    value: f64,
+    placements: Vec<Corner>,
+    /// Whether all ties are found.
+    is_settled: bool,
+}
+
+impl Default for Optimum {
+    fn default() -> Self {
+        Self {
+            value: f64::INFINITY,
+            placements: Vec::new(),
+            is_settled: false,
+        }
+    }
+}
+
+impl Optimum {
+    /// Values come in increasing order: a greater one than the ties' says that there are no more of them.
+    fn settle(&mut self, value: f64) {
+        self.is_settled |= value > self.value + TIE_TOLERANCE;
+    }
+
+    /// Adds a valid placement, if it is among the best.
+    fn add(&mut self, found: &Evaluated) {
+        if self.is_settled {
+            return;
+        }
+        self.value = self.value.min(found.value);
+        let placement = found.resting.placement;
+        // A grid has at most 2048 cells along a side.
+        self.placements.push(Corner {
+            x: placement.x as u16,
+            y: placement.y as u16,
+        });
+    }
+
+    fn finish(mut self) -> YawOptima {
+        self.placements.sort_unstable();
+        YawOptima {
+            value: self.value,
+            placements: self.placements,
+        }
+    }
+}
+
+fn is_valid(
+    checks: &mut [BoxedCheck],
+    input: &StepInput<'_>,
+    held: &Candidate,
+    resting: &RestingPlacement,
+) -> Result<bool, StageError> {
+    for check in checks {
+        if !check.is_valid(input, held, resting)? {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}

@@ -1,0 +1,38 @@
+//! Training data of placement proposal networks: what an exhaustive expert sees and prefers, step by step.
+//!
+//! A dataset is a folder. `manifest.json` says what it was made with and names the other files with their digests;
+//! `items.bin` has the heightmap pairs of all objects; each `shard-NNNNN.bin` the steps of some consecutive sequences. A
+//! step has the container's heightmap, and for each candidate of the buffer the optimal valid placements per yaw, with
+//! all ties, and optionally the value of every placement.
+//!
+//! Writing: a [`Recorder`] watches an episode and asks the [`Expert`] for the labels; a [`DatasetWriter`] keeps
+//! finished sequences so that a killed run goes on where it was. Reading: [`Dataset`].
+//!
+//! Sequence `i` is drawn from `(seed, i)` alone ([`draw`]), so the files depend neither on how many sequences there are
+//! nor on the order in which they were played. [`Split::of`] parts them 9 to 1.
+
+mod draw;
+mod error;
+mod expert;
+mod files;
+mod items;
+mod manifest;
+mod reader;
+mod record;
+mod recorder;
+mod settings;
+mod shard;
+mod validate;
+mod values;
+mod writer;
+
+pub use draw::{Drawn, draw};
+pub use error::DatasetError;
+pub use expert::{Expert, TIE_TOLERANCE};
+pub use manifest::{FileEntry, MANIFEST_FILE, Manifest, ShardEntry};
+pub use reader::{Dataset, Split};
+pub use record::{CandidateRecord, Corner, SequenceRecord, StepRecord, YawOptima};
+pub use recorder::Recorder;
+pub use settings::{ExpertSettings, FORMAT_VERSION, SETTINGS_FILE, Settings};
+pub use values::{VALUE_STEP, Values, YawValues};
+pub use writer::DatasetWriter;

@@ -1,0 +1,140 @@
+//! What a dataset is made with. Two datasets with equal settings have equal sequences.
+
+use std::collections::BTreeMap;
+
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::error::DatasetError;
+
+/// The version of the files' format; readers refuse others.
+pub const FORMAT_VERSION: u32 = 1;
+
+/// The file of a dataset's settings, written before anything else.
+pub const SETTINGS_FILE: &str = "settings.json";
+
+/// What a dataset is made with.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// The version of the files' format.
+    pub format_version: u32,
+    /// The version of the program that makes it.
+    pub package_version: String,
+    /// The digest of the catalogue, in hexadecimal.
+    pub catalogue_hash: String,
+    /// How many objects the catalogue has.
+    pub objects: u32,
+    /// The container's grid.
+    pub grid: Grid,
+    /// Who packs, and how.
+    pub expert: ExpertSettings,
+    /// The simulated cell, as its crate describes it.
+    pub cell: Value,
+    /// The seed that sequences are drawn with.
+    pub seed: u64,
+    /// Objects in a sequence.
+    pub length: u32,
+    /// Whether the value of every placement is kept.
+    pub has_values: bool,
+    /// Sequences in a shard; the last may have fewer.
+    pub sequences_per_shard: u32,
+}
+
+/// How the expert packs: an exhaustive search of this heuristic.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ExpertSettings {
+    /// What placements are judged by.
+    pub heuristic: Heuristic,
+    /// How the items of the buffer compete.
+    pub order: Order,
+    /// The weights of the heuristic's terms.
+    pub weights: Weights,
+    /// The name of the stability test.
+    pub stability: String,
+    /// How many items there are to choose among.
+    pub buffer: u32,
+}
+
+impl Settings {
+    /// Checks everything that readers rely on.
+    pub(crate) fn validate(&self) -> Result<(), DatasetError> {
+        let refuse = |what: String| Err(DatasetError::Settings(what));
+        let within = |what: &str, value: u32, most: u32| {
+            if (1..=most).contains(&value) {
+                Ok(())
+            } else {
+                refuse(format!("{what} must be 1 to {most}, but is {value}"))
+            }
+        };
+        within("the number of objects", self.objects, 1_000_000)?;
+        within("the length of a sequence", self.length, 100_000)?;
+        within("the buffer", self.expert.buffer, 1000)?;
+        within(
+            "the number of sequences in a shard",
+            self.sequences_per_shard,
+            10_000,
+        )?;
+        let resolution = self.grid.resolution();
+        if !(1..=360).contains(&resolution.yaws().count()) {
+            return refuse("the grid must have 1 to 360 yaws".to_owned());
+        }
+        match Grid::new(self.grid.container(), resolution.clone()) {
+            Ok(grid) if grid == self.grid => Ok(()),
+            Ok(_) => refuse("the grid's cells do not follow from the container's size".to_owned()),
+            Err(error) => refuse(error.to_string()),
+        }
+    }
+
+    /// The digest of all settings.
+    pub(crate) fn hash(&self) -> blake3::Hash {
+        let leaves: Vec<String> = leaves(self)
+            .into_iter()
+            .map(|(name, value)| format!("{name}={value}\n"))
+            .collect();
+        blake3::hash(leaves.concat().as_bytes())
+    }
+
+    /// Which settings differ from those of `found`, with both values; `None` where all are equal.
+    pub(crate) fn difference(&self, found: &Value) -> Option<String> {
+        let (asked, found) = (leaves(self), leaves(found));
+        let names: std::collections::BTreeSet<&String> = asked.keys().chain(found.keys()).collect();
+        let text = |value: Option<&String>| value.map_or("absent", String::as_str).to_owned();
+        let differing: Vec<String> = names
+            .into_iter()
+            .filter(|name| asked.get(*name) != found.get(*name))
+            .map(|name| {
+                let (there, here) = (text(found.get(name)), text(asked.get(name)));
+                format!("{name} is {there} there, {here} is asked for")
+            })
+            .collect();
+        (!differing.is_empty()).then(|| differing.join("; "))
+    }
+}
+
+/// Every setting by its path, sorted: independent of the order in which a file has them.
+fn leaves(settings: &impl Serialize) -> BTreeMap<String, String> {
+    let mut leaves = BTreeMap::new();
+    // Only maps with keys that are no text fail, and settings have none.
+    collect(
+        "",
+        &serde_json::to_value(settings).unwrap_or_default(),
+        &mut leaves,
+    );
+    leaves
+}
+
+fn collect(path: &str, value: &Value, leaves: &mut BTreeMap<String, String>) {
+    match value {
+        Value::Object(entries) => {
+            for (name, entry) in entries {
+                let separator = if path.is_empty() { "" } else { "." };
+                collect(&format!("{path}{separator}{name}"), entry, leaves);
+            }
+        }
+        leaf => {
+            leaves.insert(path.to_owned(), leaf.to_string());
+        }
+    }
+}

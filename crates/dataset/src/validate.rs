@@ -1,0 +1,98 @@
+//! Whether a record is one that the expert can have made.
+
+use ppnpack_packing::grid::MAX_UNITS;
+
+use crate::record::{CandidateRecord, StepRecord, YawOptima};
+use crate::shard::Layout;
+use crate::values::offsets;
+
+/// Checks the steps of a sequence; gives what is wrong.
+pub(crate) fn steps(layout: &Layout, sequence: u32, steps: &[StepRecord]) -> Result<(), String> {
+    steps
+        .iter()
+        .enumerate()
+        .try_for_each(|(index, found)| step(layout, sequence, index, found))
+}
+
+/// Checks the step with an index within a sequence; gives what is wrong.
+pub(crate) fn step(
+    layout: &Layout,
+    sequence: u32,
+    index: usize,
+    step: &StepRecord,
+) -> Result<(), String> {
+    let settings = &layout.settings;
+    let refuse = |what: String| Err(format!("step {index} of sequence {sequence}: {what}"));
+    if (step.sequence, step.step as usize) != (sequence, index) || index >= settings.length as usize
+    {
+        return refuse("its numbers are wrong".to_owned());
+    }
+    let cells = settings.grid.nx() * settings.grid.ny();
+    if step.heightmap.len() != cells {
+        return refuse(format!(
+            "it has {} heights instead of {cells}",
+            step.heightmap.len()
+        ));
+    }
+    let wrong = |height: &&i16| !(0..=MAX_UNITS).contains(*height);
+    if let Some(height) = step.heightmap.iter().find(wrong) {
+        return refuse(format!(
+            "the height {height} is not within 0 and {MAX_UNITS}"
+        ));
+    }
+    let (found, most) = (step.candidates.len(), settings.expert.buffer as usize);
+    if !(1..=most).contains(&found) {
+        return refuse(format!(
+            "it has {found} candidates, and 1 to {most} are possible"
+        ));
+    }
+    step.candidates
+        .iter()
+        .try_for_each(|found| candidate(layout, found))
+        .or_else(refuse)
+}
+
+fn candidate(layout: &Layout, candidate: &CandidateRecord) -> Result<(), String> {
+    let object = candidate.object;
+    let Some(item) = layout.items.get(object as usize) else {
+        return Err(format!("there is no object {object}"));
+    };
+    if candidate.yaws.len() != item.views().len() {
+        return Err(format!("object {object} has {} yaws", candidate.yaws.len()));
+    }
+    for (view, optima) in item.views().iter().zip(&candidate.yaws) {
+        yaw(offsets(&layout.settings.grid, view), optima)
+            .map_err(|what| format!("object {object}: {what}"))?;
+    }
+    Ok(())
+}
+
+/// Checks the optima of a view with this many placements along x and y.
+fn yaw((nx, ny): (usize, usize), optima: &YawOptima) -> Result<(), String> {
+    let has_value = if optima.placements.is_empty() {
+        optima.value == f64::INFINITY
+    } else {
+        optima.value.is_finite()
+    };
+    if !has_value {
+        let count = optima.placements.len();
+        return Err(format!(
+            "{count} placements cannot have the value {}",
+            optima.value
+        ));
+    }
+    if !optima.placements.is_sorted_by(|a, b| a < b) {
+        return Err("its placements are out of order".to_owned());
+    }
+    let outside = optima
+        .placements
+        .iter()
+        .find(|corner| usize::from(corner.x) >= nx || usize::from(corner.y) >= ny);
+    match outside {
+        Some(corner) => Err(format!(
+            "its placement ({}, {}) is not possible",
+            corner.x, corner.y
+        )),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,75 @@
+//! Model cards: what a file of weights is, where it comes from and how good it is.
+
+use serde::{Deserialize, Serialize};
+
+use crate::architecture::Architecture;
+use crate::settings::{Device, TrainingSettings};
+
+/// The version of the card's and the weights' form; another one is refused.
+pub const FORMAT: u32 = 1;
+
+/// How often the optimum was among the best-scored share of the placements.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Accuracy {
+    /// `K`: the share of all placements, in percent.
+    pub percent: f64,
+    /// The part of the test candidates whose optimum was among them, from 0 to 1.
+    pub share: f64,
+}
+
+/// The data that a network was trained on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DataFacts {
+    /// The dataset's hash.
+    pub hash: String,
+    /// The hash of the catalogue that it was made with.
+    pub catalogue_hash: String,
+    /// Length of a cell's edge, in metres.
+    pub cell_m: f64,
+    /// One unit of height, in metres.
+    pub height_unit_m: f64,
+    /// How many yaws.
+    pub yaws: usize,
+    /// The container's inner lengths, in metres.
+    pub container_m: [f64; 3],
+    /// Candidates of the training split that have a valid placement.
+    pub training_candidates: u64,
+    /// Candidates of the test split that have a valid placement.
+    pub test_candidates: u64,
+}
+
+/// What made a model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Versions {
+    /// This software.
+    pub ppnpack: String,
+    /// libtorch.
+    pub libtorch: String,
+}
+
+/// A model card.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ModelCard {
+    /// [`FORMAT`].
+    pub format: u32,
+    /// The network.
+    pub architecture: Architecture,
+    /// How many numbers were trained.
+    pub parameters: u64,
+    /// The blake3 hash of the weights' file, in hexadecimal.
+    pub weights_blake3: String,
+    /// What it was trained on.
+    pub data: DataFacts,
+    /// How it was trained.
+    pub training: TrainingSettings,
+    /// Where it was trained.
+    pub device: Device,
+    /// Time spent on training, in seconds.
+    pub training_s: f64,
+    /// The epoch, from 1, that the weights are from.
+    pub epoch: usize,
+    /// Accuracy on the test split, by increasing share.
+    pub accuracy: Vec<Accuracy>,
+    /// What made it.
+    pub versions: Versions,
+}

@@ -1,0 +1,265 @@
+//! A coarser grid over the same container.
+
+use serde::{Deserialize, Serialize};
+
+use crate::grid::{Grid, GridError, Resolution};
+use crate::item::ItemView;
+use crate::placement::Placement;
+
+/// How many times coarser a grid is: 1 and more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Coarsening {
+    /// Fine cells along a side of a coarse one.
+    pub cells: usize,
+    /// Every how many-th yaw the coarse grid has.
+    pub yaws: usize,
+}
+
+impl Coarsening {
+    /// The coarsening that brings a grid nearest to cells of `cell_m` and, at most, `yaws` yaws.
+    pub fn towards(grid: &Grid, cell_m: f64, yaws: usize) -> Self {
+        let cells = (cell_m / grid.resolution().cell_m()).round().max(1.0);
+        Self {
+            cells: cells as usize,
+            yaws: grid
+                .resolution()
+                .yaws()
+                .count()
+                .div_ceil(yaws.max(1))
+                .max(1),
+        }
+    }
+
+    /// Whether the coarse grid is the fine one.
+    pub fn is_none(self) -> bool {
+        self == Self { cells: 1, yaws: 1 }
+    }
+}
+
+/// Why a grid cannot be made coarser.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CoarseGridError {
+    /// A factor of 0.
+    #[error("a grid cannot be made 0 times coarser")]
+    Zero,
+    /// The coarse grid is not possible.
+    #[error("{cells} x {cells} cells of the grid make no coarse cell: {source}")]
+    Grid {
+        /// Fine cells along a side of a coarse one.
+        cells: usize,
+        /// What is wrong with it.
+        source: GridError,
+    },
+}
+
+/// A grid and a coarser one over the same container.
+///
+/// The regions of a view's coarse placements partition the fine placements of all views whose yaw is nearest: a fine
+/// placement belongs to the coarse one with the nearest footprint centre.
+#[derive(Debug, Clone)]
+pub struct CoarseGrid {
+    fine: Grid,
+    coarse: Grid,
+    cells: usize,
+    /// Per coarse yaw: the fine yaws nearest to it.
+    fine_yaws: Vec<Vec<usize>>,
+    yaw_step: usize,
+}
+
+impl CoarseGrid {
+    /// The grid that is this much coarser.
+    ///
+    /// # Errors
+    /// [`CoarseGridError`] where a factor is 0 or a coarse cell larger than the container.
+    pub fn new(fine: &Grid, coarsening: Coarsening) -> Result<Self, CoarseGridError> {
+        let Coarsening { cells, yaws } = coarsening;
+        if cells == 0 || yaws == 0 {
+            return Err(CoarseGridError::Zero);
+        }
+        let resolution = fine.resolution();
+        let every = resolution.yaws().every(yaws);
+        let cell_m = resolution.cell_m() * cells as f64;
+        let coarse = Resolution::new(cell_m, resolution.height_unit_m(), every)
+            .and_then(|resolution| Grid::new(fine.container(), resolution))
+            .map_err(|source| CoarseGridError::Grid { cells, source })?;
+        let mut fine_yaws = vec![Vec::new(); coarse.resolution().yaws().count()];
+        for (yaw, angle) in resolution.yaws().radians().iter().enumerate() {
+            let nearest = nearest(*angle, coarse.resolution().yaws().radians());
+            if let Some(yaws) = fine_yaws.get_mut(nearest) {
+                yaws.push(yaw);
+            }
+        }
+        Ok(Self {
+            fine: fine.clone(),
+            coarse,
+            cells,
+            fine_yaws,
+            yaw_step: yaws,
+        })
+    }
+
+    /// The coarse grid.
+    pub fn coarse(&self) -> &Grid {
+        &self.coarse
+    }
+
+    /// The fine grid.
+    pub fn fine(&self) -> &Grid {
+        &self.fine
+    }
+
+    /// Fine cells along a side of a coarse one.
+    pub(super) fn cells(&self) -> usize {
+        self.cells
+    }
+
+    /// Every how many-th yaw is one of the coarse grid.
+    pub(super) fn yaw_step(&self) -> usize {
+        self.yaw_step
+    }
+
+    /// The fine placements that a coarse one stands for, by yaw, x, y; `fine` and `coarse` are the views of an item
+    /// on the two grids.
+    pub fn region<'a>(
+        &'a self,
+        fine: &'a [ItemView],
+        coarse: &'a [ItemView],
+        at: Placement,
+    ) -> impl Iterator<Item = Placement> + 'a {
+        let yaws = self.fine_yaws.get(at.yaw).map_or(&[][..], Vec::as_slice);
+        let coarse = coarse.get(at.yaw);
+        let views = yaws.iter().filter_map(move |yaw| {
+            let (fine, coarse) = (fine.get(*yaw)?, coarse?);
+            Some((*yaw, fine, coarse))
+        });
+        views.flat_map(move |(yaw, fine, coarse)| {
+            let sides = |along: fn(&Grid) -> usize| (along(&self.fine), along(&self.coarse));
+            let xs = self.span(sides(Grid::nx), (fine.nx(), coarse.nx()), at.x);
+            let ys = self.span(sides(Grid::ny), (fine.ny(), coarse.ny()), at.y);
+            xs.flat_map(move |x| ys.clone().map(move |y| Placement { yaw, x, y }))
+        })
+    }
+
+    /// The fine corners along one side that belong to a coarse corner. Cells of the container and of the footprint
+    /// are given as (fine, coarse).
+    fn span(
+        &self,
+        container: (usize, usize),
+        footprint: (usize, usize),
+        corner: usize,
+    ) -> std::ops::Range<usize> {
+        let fine_corners = (container.0 + 1).saturating_sub(footprint.0);
+        let coarse_corners = (container.1 + 1).saturating_sub(footprint.1);
+        // In half cells, so that centres are whole numbers: the fine corner x belongs to the coarse corner X with
+        // X - 1/2 <= (x + nx / 2) / cells - NX / 2 < X + 1/2, and those beyond the first and last to these.
+        let first = |corner: usize| {
+            let twice = (2 * corner + footprint.1) * self.cells;
+            twice.saturating_sub(self.cells + footprint.0).div_ceil(2)
+        };
+        let start = if corner == 0 { 0 } else { first(corner) };
+        let end = if corner + 1 >= coarse_corners {
+            fine_corners
+        } else {
+            first(corner + 1)
+        };
+        start.min(fine_corners)..end.min(fine_corners)
+    }
+}
+
+/// The index of the nearest of some angles, the first of equally near ones.
+fn nearest(angle_rad: f64, angles_rad: &[f64]) -> usize {
+    let distance = |other: f64| {
+        let turn = (angle_rad - other).rem_euclid(std::f64::consts::TAU);
+        turn.min(std::f64::consts::TAU - turn)
+    };
+    let by_distance =
+        |a: &(usize, &f64), b: &(usize, &f64)| distance(*a.1).total_cmp(&distance(*b.1));
+    angles_rad
+        .iter()
+        .enumerate()
+        .min_by(by_distance)
+        .map_or(0, |(index, _)| index)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::{ContainerSize, Yaws};
+
+    fn grid(cell_m: f64, yaws: Yaws) -> Grid {
+        let resolution = Resolution::new(cell_m, 0.002, yaws).unwrap();
+        Grid::new(ContainerSize::REFERENCE, resolution).unwrap()
+    }
+
+    #[test]
+    fn spans_of_all_coarse_corners_partition_the_fine_ones() {
+        for (cells, fine_cells) in [(1, 32), (2, 65), (3, 64), (4, 128), (5, 33)] {
+            let size = ContainerSize {
+                x_m: 0.01 * f64::from(fine_cells),
+                ..ContainerSize::REFERENCE
+            };
+            let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(4).unwrap()).unwrap();
+            let fine = Grid::new(size, resolution).unwrap();
+            let grids = CoarseGrid::new(&fine, Coarsening { cells, yaws: 1 }).unwrap();
+            for footprint in 1..=fine.nx() {
+                let coarse_footprint = footprint.div_ceil(cells);
+                if coarse_footprint > grids.coarse().nx() {
+                    continue;
+                }
+                let corners = grids.coarse().nx() + 1 - coarse_footprint;
+                let mut next = 0;
+                for corner in 0..corners {
+                    let container = (fine.nx(), grids.coarse().nx());
+                    let span = grids.span(container, (footprint, coarse_footprint), corner);
+                    assert_eq!(
+                        span.start, next,
+                        "{cells} {fine_cells} {footprint} {corner}"
+                    );
+                    next = span.end;
+                }
+                assert_eq!(
+                    next,
+                    fine.nx() + 1 - footprint,
+                    "{cells} {fine_cells} {footprint}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn yaws_go_to_the_nearest_coarse_one() {
+        let half = grid(0.0025, Yaws::half_turn(16).unwrap());
+        let grids = CoarseGrid::new(&half, Coarsening { cells: 4, yaws: 4 }).unwrap();
+        assert_eq!((grids.coarse().nx(), grids.coarse().ny()), (32, 32));
+        assert_eq!(
+            grids.coarse().resolution().yaws(),
+            Grid::reference().resolution().yaws()
+        );
+        assert_eq!(grids.fine_yaws[0], [0, 1, 2]);
+        assert_eq!(grids.fine_yaws[3], [11, 12, 13, 14, 15]);
+        let full = grid(0.01, Yaws::full_turn(8).unwrap());
+        let grids = CoarseGrid::new(&full, Coarsening { cells: 1, yaws: 4 }).unwrap();
+        assert_eq!(grids.fine_yaws[0], [0, 1, 2, 6, 7]);
+    }
+
+    #[test]
+    fn coarsening_goes_towards_a_cell_and_a_number_of_yaws() {
+        let fine = grid(0.0025, Yaws::half_turn(16).unwrap());
+        let expected = Coarsening { cells: 4, yaws: 4 };
+        assert_eq!(Coarsening::towards(&fine, 0.01, 4), expected);
+        assert!(Coarsening::towards(&Grid::reference(), 0.01, 4).is_none());
+        assert!(Coarsening::towards(&Grid::reference(), 0.001, 10).is_none());
+    }
+
+    #[test]
+    fn impossible_coarsenings_are_refused() {
+        let fine = Grid::reference();
+        let coarsened = |cells, yaws| CoarseGrid::new(&fine, Coarsening { cells, yaws });
+        assert_eq!(coarsened(0, 1).unwrap_err(), CoarseGridError::Zero);
+        assert!(matches!(
+            coarsened(33, 1),
+            Err(CoarseGridError::Grid { cells: 33, .. })
+        ));
+    }
+}

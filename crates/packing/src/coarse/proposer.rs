@@ -1,0 +1,115 @@
+//! A proposer of the coarse grid that proposes for the fine one.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::CoarseGrid;
+use crate::heightmap::Scene;
+use crate::item::{Item, ItemError, ShapeId};
+use crate::plan::Candidate;
+use crate::proposals::{CandidateProposals, Proposals, Proposer, possible_count};
+use crate::step::{StageError, StepInput};
+
+/// Items whose coarse views are kept.
+const KEPT_ITEMS: usize = 512;
+
+/// Proposes, for the fine grid, the regions of what another proposer proposes on the coarse one.
+///
+/// An item whose footprint does not fit the coarse container at any yaw has few placements; all are proposed.
+pub struct CoarseToFine {
+    grids: CoarseGrid,
+    proposer: Box<dyn Proposer>,
+    items: HashMap<ShapeId, CoarseItem>,
+    uses: u64,
+    proposals: Proposals,
+}
+
+#[derive(Debug)]
+struct CoarseItem {
+    item: Arc<Item>,
+    last_used: u64,
+}
+
+impl CoarseToFine {
+    /// `proposer` is one for the coarse grid.
+    pub fn new(grids: CoarseGrid, proposer: Box<dyn Proposer>) -> Self {
+        Self {
+            grids,
+            proposer,
+            items: HashMap::new(),
+            uses: 0,
+            proposals: Proposals::default(),
+        }
+    }
+
+    /// Takes over the coarse views of items that are known ahead of time, as many as are kept.
+    #[must_use]
+    pub fn with_items(mut self, items: impl Iterator<Item = (ShapeId, Arc<Item>)>) -> Self {
+        let items = items.take(KEPT_ITEMS);
+        let kept = items.map(|(shape, item)| (shape, CoarseItem { item, last_used: 0 }));
+        self.items.extend(kept);
+        self
+    }
+
+    fn coarse_item(&mut self, item: &Item) -> Result<Arc<Item>, ItemError> {
+        if let Some(kept) = self.items.get_mut(&item.shape()) {
+            kept.last_used = self.uses;
+            return Ok(kept.item.clone());
+        }
+        if self.items.len() >= KEPT_ITEMS {
+            let oldest = self.items.iter().min_by_key(|(_, kept)| kept.last_used);
+            if let Some(shape) = oldest.map(|(shape, _)| *shape) {
+                self.items.remove(&shape);
+            }
+        }
+        let coarse = Arc::new(self.grids.item(item)?);
+        let kept = CoarseItem {
+            item: coarse.clone(),
+            last_used: self.uses,
+        };
+        self.items.insert(item.shape(), kept);
+        Ok(coarse)
+    }
+}
+
+impl Proposer for CoarseToFine {
+    fn propose(
+        &mut self,
+        input: &StepInput<'_>,
+        proposals: &mut Proposals,
+    ) -> Result<(), StageError> {
+        self.uses += 1;
+        let candidates = input.candidates.iter().map(|candidate| {
+            Ok(Candidate {
+                arrival: candidate.arrival,
+                item: self.coarse_item(&candidate.item)?,
+            })
+        });
+        let candidates = candidates.collect::<Result<Vec<_>, ItemError>>()?;
+        let scene = Scene::from_heightmap(self.grids.pool(input.scene.heightmap()));
+        let coarse = StepInput {
+            grid: self.grids.coarse(),
+            scene: &scene,
+            candidates: &candidates,
+            step: input.step,
+        };
+        self.proposer.propose(&coarse, &mut self.proposals)?;
+        proposals.clear();
+        if let Some(reason) = self.proposals.degraded() {
+            proposals.degrade(reason);
+        }
+        for (index, (fine, coarse)) in input.candidates.iter().zip(&candidates).enumerate() {
+            match self.proposals.of(index) {
+                CandidateProposals::Some(placements)
+                    if possible_count(self.grids.coarse(), &coarse.item) > 0 =>
+                {
+                    let (fine, coarse) = (fine.item.views(), coarse.item.views());
+                    let regions = placements.iter();
+                    proposals.push(regions.flat_map(|at| self.grids.region(fine, coarse, *at)));
+                }
+                _ => proposals.push_all(),
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,115 @@
+//! Proposing with the shipped network: a step's candidates on one container, their features cached.
+//!
+//! Objects are the built-in household set, or those of the folder in `PPNPACK_BENCH_OBJECTS`. The container is half
+//! full, packed by SDFM; another one at each iteration.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    missing_docs,
+    reason = "a panic here is a failing run"
+)]
+
+use std::hint::black_box;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
+use ppnpack_model::settings::Device;
+use ppnpack_model::weights::Model;
+use ppnpack_packing::check::BoxedCheck;
+use ppnpack_packing::episode::{IdealCell, Observer, Step, play};
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::item::Item;
+use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::plan::{Candidate, Planner, StepInput};
+use ppnpack_packing::proposals::{Percent, Proposals, ProposeAll, Proposer};
+use ppnpack_packing::search::{Search, SearchSettings};
+use ppnpack_packing::stability::PublishedStability;
+use ppnpack_ppn::proposer::NetworkProposer;
+
+#[derive(Default)]
+struct Recorder(Vec<(Scene, Vec<Candidate>)>);
+
+impl Observer for Recorder {
+    fn on_step(&mut self, _step: &Step, input: &StepInput<'_>) {
+        self.0
+            .push((input.scene.clone(), input.candidates.to_vec()));
+    }
+}
+
+/// The steps of an episode, with the buffer each was planned for.
+fn steps(grid: &Grid, buffer: usize) -> Vec<(Scene, Vec<Candidate>)> {
+    let source = std::env::var("PPNPACK_BENCH_OBJECTS").map_or(Source::Builtin, |folder| {
+        Source::Folder(PathBuf::from(folder))
+    });
+    let catalogue =
+        Catalogue::load(&source, &Settings::default(), grid.resolution(), &|_, _| {}).unwrap();
+    // 37 is coprime to the usual catalogue sizes, so this visits all objects in a mixed order.
+    let objects = (0..80).map(|arrival| (arrival * 37 + 11) % catalogue.len());
+    let sequence: Vec<Arc<Item>> = objects
+        .map(|object| catalogue.get(object).unwrap().item.clone())
+        .collect();
+    let settings = SearchSettings {
+        heuristic: Heuristic::Sdfm,
+        order: Order::Balance,
+        weights: Weights::default(),
+        seed: 0,
+    };
+    let search = Box::new(Search::new(grid, &settings).unwrap());
+    let checks: Vec<BoxedCheck> = vec![Box::new(PublishedStability::default())];
+    let mut planner = Planner::new(Box::new(ProposeAll), search, checks, Order::Balance, 0);
+    let mut recorder = Recorder::default();
+    let mut cell = IdealCell::new(grid);
+    play(
+        grid,
+        &mut planner,
+        &mut cell,
+        sequence,
+        buffer,
+        &mut recorder,
+    )
+    .unwrap();
+    recorder.0
+}
+
+fn proposing(criterion: &mut Criterion) {
+    let grid = Grid::reference();
+    let steps = steps(&grid, 5);
+    // From a quarter to three quarters of the episode.
+    let half_full = &steps[steps.len() / 4..3 * steps.len() / 4];
+    let model = std::env::var("PPNPACK_BENCH_MODEL").map_or_else(
+        |_| Model::shipped().unwrap(),
+        |path| Model::read(&PathBuf::from(path)).unwrap(),
+    );
+    let share = Percent::new(5.0).unwrap();
+    let mut proposer = NetworkProposer::new(&model, &grid, share, Device::Cpu, &[]).unwrap();
+    let mut proposals = Proposals::default();
+    let mut propose = |index: usize, candidates: usize| {
+        let (scene, buffer) = &half_full[index % half_full.len()];
+        let input = StepInput {
+            grid: &grid,
+            scene,
+            candidates: &buffer[..candidates.min(buffer.len())],
+            step: 0,
+        };
+        proposer.propose(black_box(&input), &mut proposals).unwrap();
+    };
+    (0..half_full.len()).for_each(|index| propose(index, 5));
+    let mut group = criterion.benchmark_group("propose");
+    for candidates in [1, 5] {
+        let id = BenchmarkId::new("32 x 32 cells, 4 yaws, K = 5 %", candidates);
+        group.bench_function(id, |bencher| {
+            let mut index = 0;
+            bencher.iter(|| {
+                index += 1;
+                propose(index, candidates);
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, proposing);
+criterion_main!(benches);

@@ -1,0 +1,79 @@
+//! Files of tensors: written whole or not at all.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::Path;
+
+use ppnpack_model::weights::{WeightTensor, to_bytes};
+use tch::{Device, Kind, TchError, Tensor};
+
+use crate::error::NetworkError;
+
+/// Writes a file so that it either has all of its content or does not change.
+pub(crate) fn write_whole(path: &Path, content: &[u8]) -> Result<(), NetworkError> {
+    let write = || -> std::io::Result<()> {
+        let folder = path.parent().unwrap_or(Path::new("."));
+        std::fs::create_dir_all(folder)?;
+        let mut file = tempfile::NamedTempFile::new_in(folder)?;
+        file.write_all(content)?;
+        file.as_file().sync_all()?;
+        file.persist(path)?;
+        Ok(())
+    };
+    write().map_err(|source| NetworkError::File {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// A tensor's values in plain memory.
+pub(crate) fn to_plain(tensor: &Tensor) -> Result<WeightTensor, TchError> {
+    let flat = tensor
+        .f_detach()?
+        .f_to(Device::Cpu)?
+        .f_to_kind(Kind::Float)?
+        .f_contiguous()?
+        .f_view(-1)?;
+    Ok(WeightTensor {
+        shape: tensor.size().iter().map(|side| *side as usize).collect(),
+        values: Vec::try_from(flat)?,
+    })
+}
+
+/// Named tensors in plain memory.
+pub(crate) fn all_to_plain<'a>(
+    tensors: impl Iterator<Item = (String, &'a Tensor)>,
+) -> Result<BTreeMap<String, WeightTensor>, TchError> {
+    tensors
+        .map(|(name, tensor)| Ok((name, to_plain(tensor)?)))
+        .collect()
+}
+
+/// The bytes of a `.safetensors` file.
+pub(crate) fn safetensors(
+    tensors: &BTreeMap<String, WeightTensor>,
+    metadata: Option<(&str, String)>,
+) -> Result<Vec<u8>, NetworkError> {
+    Ok(to_bytes(tensors, metadata)?)
+}
+
+/// Takes values over into a tensor of the network; they must have its shape.
+pub(crate) fn copy_into(
+    origin: &str,
+    name: &str,
+    values: &WeightTensor,
+    tensor: &Tensor,
+) -> Result<(), NetworkError> {
+    let found: Vec<i64> = values.shape.iter().map(|side| *side as i64).collect();
+    if found != tensor.size() {
+        return Err(NetworkError::Shape {
+            origin: origin.to_owned(),
+            tensor: name.to_owned(),
+            expected: tensor.size(),
+            found,
+        });
+    }
+    let source = Tensor::f_from_slice(&values.values)?.f_view(found.as_slice())?;
+    tch::no_grad(|| tensor.shallow_clone().f_copy_(&source))?;
+    Ok(())
+}

@@ -1,0 +1,353 @@
+//! Running a network: scores for every placement of a step's candidates.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use ppnpack_model::architecture::Fusion;
+use ppnpack_model::settings::Device;
+use ppnpack_model::weights::Model;
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::Heightmap;
+use ppnpack_packing::item::{Item, ItemView, ShapeId};
+use ppnpack_packing::placement::Placement;
+use ppnpack_packing::proposals::Percent;
+use ppnpack_packing::resting::RestingHeights;
+use tch::{TchError, Tensor};
+
+use crate::correlation::{PaddedFeatures, SparseKernel};
+use crate::error::NetworkError;
+use crate::files::copy_into;
+use crate::maps::{Layout, canvas, limit, lowest};
+use crate::network::{CONTAINER_CHANNELS, Network, RESTING_CHANNELS, VIEW_CHANNELS, ViewFeatures};
+use crate::runtime;
+use crate::symmetry::Symmetry;
+
+/// Items whose features are kept: a few megabytes.
+const KEPT_ITEMS: usize = 512;
+
+/// A network ready to score placements on one grid.
+#[derive(Debug)]
+pub(crate) struct Inference {
+    grid: Grid,
+    device: tch::Device,
+    network: Network,
+    layout: Layout,
+    resting: RestingHeights,
+    features: HashMap<ShapeId, ItemFeatures>,
+    uses: u64,
+    /// How far an item's views may reach from their centre, in cells; where the processor's own correlation is used.
+    margin: Option<usize>,
+}
+
+/// What is kept of an item: its features do not depend on the container.
+#[derive(Debug)]
+struct ItemFeatures {
+    views: KeptViews,
+    last_used: u64,
+}
+
+/// The features of an item's views, in the form that they are fused in.
+#[derive(Debug)]
+enum KeptViews {
+    /// For the processor's own correlation: per resolution, one kernel per view.
+    Sparse(Vec<Vec<SparseKernel>>),
+    /// For libtorch: `[R, C_i, K_i, K_i]` per resolution, on canvases of one size.
+    Dense(ViewFeatures),
+}
+
+/// The scores of a step's candidates. Maps are by candidate and yaw, cells as the layout orders them.
+#[derive(Debug)]
+pub(crate) struct Scores {
+    scores: Vec<f32>,
+    fits: Vec<bool>,
+}
+
+impl Inference {
+    /// Takes a model over; its weights must be those of its architecture.
+    pub(crate) fn new(model: &Model, grid: &Grid, device: Device) -> Result<Self, NetworkError> {
+        let device = runtime::device(device)?;
+        let architecture = &model.card().architecture;
+        let (network, parameters) = Network::new(architecture, device)?;
+        let (origin, given) = (model.origin(), model.tensors());
+        for (name, tensor) in parameters.tensors() {
+            let values = given.get(name).ok_or_else(|| NetworkError::MissingTensor {
+                origin: origin.to_owned(),
+                tensor: name.clone(),
+            })?;
+            copy_into(origin, name, values, tensor)?;
+        }
+        if let Some(name) = given
+            .keys()
+            .find(|name| !parameters.tensors().contains_key(*name))
+        {
+            return Err(NetworkError::UnknownTensor {
+                origin: origin.to_owned(),
+                tensor: name.clone(),
+            });
+        }
+        let network = tch::no_grad(|| network.folded())?;
+        let layout = Layout::new(grid, architecture.stride(), Symmetry::default());
+        let uses_own = device == tch::Device::Cpu && architecture.fusion == Fusion::Correlation;
+        Ok(Self {
+            margin: uses_own.then_some(layout.padded.nx.max(layout.padded.ny)),
+            layout,
+            resting: RestingHeights::new(grid),
+            grid: grid.clone(),
+            device,
+            network,
+            features: HashMap::new(),
+            uses: 0,
+        })
+    }
+
+    /// Runs the network a few times, so that libtorch has chosen its kernels before the first step.
+    pub(crate) fn warmed_up(self) -> Result<Self, NetworkError> {
+        let shape = |channels, side: usize| [1, channels, side as i64, side as i64];
+        let kind = (tch::Kind::Float, self.device);
+        tch::no_grad(|| -> Result<(), NetworkError> {
+            let stride = self.network.architecture().stride();
+            let padded = self.layout.padded;
+            let sides = [CONTAINER_CHANNELS, padded.nx as i64, padded.ny as i64];
+            for _ in 0..3 {
+                let container = Tensor::f_zeros([1, sides[0], sides[1], sides[2]], kind)?;
+                let containers = self.network.encode_containers(&container)?;
+                let views = Tensor::f_zeros(shape(VIEW_CHANNELS, stride), kind)?;
+                let views = self.network.encode_views(&views)?;
+                let views = views.iter().map(|features| features.f_unsqueeze(0));
+                let views = views.collect::<Result<Vec<_>, _>>()?;
+                let fused = self.network.fuse(&containers, &views)?;
+                let cells = self.layout.cells() as i64;
+                let resting = Tensor::f_zeros([1, RESTING_CHANNELS, cells], kind)?;
+                let takes_resting = self.network.architecture().resting_heights;
+                let scores = self
+                    .network
+                    .score(&fused, takes_resting.then_some(&resting))?;
+                drop(scores.f_to(tch::Device::Cpu)?);
+            }
+            Ok(())
+        })?;
+        Ok(self)
+    }
+
+    /// Computes the features of items ahead of time, as many as are kept.
+    pub(crate) fn prepare(&mut self, items: &[Arc<Item>]) -> Result<(), NetworkError> {
+        let mut prepare = items.iter().take(KEPT_ITEMS);
+        tch::no_grad(|| prepare.try_for_each(|item| self.remember(item)))
+    }
+
+    /// Per item, its best-scored placements: `share` of all placements, best first; equal scores by yaw, then cell.
+    pub(crate) fn best(
+        &mut self,
+        heightmap: &Heightmap,
+        items: &[&Item],
+        share: Percent,
+    ) -> Result<Vec<Vec<Placement>>, NetworkError> {
+        let scores = self.score(heightmap, items)?;
+        let cells = self.layout.cells();
+        let mut first = 0;
+        let mut best = Vec::with_capacity(items.len());
+        for item in items {
+            let maps = item.views().len();
+            let range = first * cells..(first + maps) * cells;
+            first += maps;
+            let scores_of = scores.scores.get(range.clone()).unwrap_or(&[]);
+            let fits = scores.fits.get(range).unwrap_or(&[]);
+            let mut ranked: Vec<(f32, usize)> = Vec::new();
+            for (index, (score, fits)) in scores_of.iter().zip(fits).enumerate() {
+                if !fits {
+                    continue;
+                }
+                if !score.is_finite() {
+                    return Err(NetworkError::NotFinite {
+                        item: item.name().to_string(),
+                    });
+                }
+                ranked.push((*score, index));
+            }
+            let all = (maps * self.grid.nx() * self.grid.ny()) as u64;
+            let wanted = share.of(all) as usize;
+            let order =
+                |a: &(f32, usize), b: &(f32, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+            if wanted < ranked.len() {
+                ranked.select_nth_unstable_by(wanted, order);
+                ranked.truncate(wanted);
+            }
+            ranked.sort_unstable_by(order);
+            let placements = ranked.iter().filter_map(|(_, index)| {
+                let (yaw, cell) = (index / cells, index % cells);
+                let (x, y) = self.layout.corner_of(cell, item.views().get(yaw)?)?;
+                Some(Placement { yaw, x, y })
+            });
+            best.push(placements.collect());
+        }
+        Ok(best)
+    }
+
+    /// The scores of all items' placements, and where they fit.
+    pub(crate) fn score(
+        &mut self,
+        heightmap: &Heightmap,
+        items: &[&Item],
+    ) -> Result<Scores, NetworkError> {
+        self.uses += 1;
+        self.resting.update(heightmap, items.iter().copied());
+        let cells = self.layout.cells();
+        let maps: usize = items.iter().map(|item| item.views().len()).sum();
+        let mut fits = vec![false; maps * cells];
+        let mut resting = vec![0.0; maps * RESTING_CHANNELS as usize * cells];
+        self.write_resting(items, &mut resting, &mut fits);
+        if maps == 0 {
+            let scores = Vec::new();
+            return Ok(Scores { scores, fits });
+        }
+        let scores = tch::no_grad(|| self.run(heightmap, items, &resting))?;
+        Ok(Scores { scores, fits })
+    }
+
+    fn write_resting(&mut self, items: &[&Item], resting: &mut [f32], fits: &mut [bool]) {
+        let cells = self.layout.cells();
+        let mut outputs = resting
+            .chunks_exact_mut(RESTING_CHANNELS as usize * cells)
+            .zip(fits.chunks_exact_mut(cells));
+        for item in items {
+            let lowest = lowest(&self.grid, item, self.resting.of(item));
+            for (view, heights) in item.views().iter().zip(self.resting.of(item)) {
+                let limit = limit(&self.grid, view);
+                if let Some((resting, fits)) = outputs.next() {
+                    self.layout
+                        .write_resting(view, heights, limit, lowest, resting, fits);
+                }
+            }
+        }
+    }
+
+    /// Runs the network; the scores are in the items' order.
+    fn run(
+        &mut self,
+        heightmap: &Heightmap,
+        items: &[&Item],
+        resting: &[f32],
+    ) -> Result<Vec<f32>, NetworkError> {
+        let cells = self.layout.cells() as i64;
+        let containers = self.encode_container(heightmap)?;
+        for item in items {
+            self.remember(item)?;
+        }
+        let fused = match self.margin {
+            Some(margin) => self.fuse_sparse(&containers, items, margin)?,
+            None => self.fuse_dense(&containers, items)?,
+        };
+        let resting = if self.network.architecture().resting_heights {
+            let all = Tensor::f_from_slice(resting)?.f_view([-1, RESTING_CHANNELS, cells])?;
+            Some(all.f_to(self.device)?)
+        } else {
+            None
+        };
+        let scores = self.network.score(&fused, resting.as_ref())?;
+        let scores = scores.f_to(tch::Device::Cpu)?.f_contiguous()?.f_view(-1)?;
+        Ok(Vec::try_from(scores)?)
+    }
+
+    /// Fuses with the processor's own correlation.
+    fn fuse_sparse(
+        &self,
+        containers: &[Tensor],
+        items: &[&Item],
+        margin: usize,
+    ) -> Result<Vec<Tensor>, NetworkError> {
+        let fused = containers.iter().enumerate().map(|(level, container)| {
+            let kernels = items.iter().flat_map(|item| {
+                let kept = self.features.get(&item.shape());
+                match kept.map(|kept| &kept.views) {
+                    Some(KeptViews::Sparse(levels)) => levels.get(level).map_or(&[][..], |l| l),
+                    _ => &[],
+                }
+            });
+            let kernels: Vec<&SparseKernel> = kernels.collect();
+            PaddedFeatures::new(container, margin >> (level + 1))?.correlate(&kernels)
+        });
+        Ok(fused.collect::<Result<_, _>>()?)
+    }
+
+    /// Fuses with libtorch.
+    fn fuse_dense(
+        &self,
+        containers: &[Tensor],
+        items: &[&Item],
+    ) -> Result<Vec<Tensor>, NetworkError> {
+        let views = (0..containers.len()).map(|level| {
+            let of_level =
+                items
+                    .iter()
+                    .filter_map(|item| match &self.features.get(&item.shape())?.views {
+                        KeptViews::Dense(views) => views.get(level),
+                        KeptViews::Sparse(_) => None,
+                    });
+            let of_level: Vec<&Tensor> = of_level.collect();
+            Tensor::f_cat(&of_level, 0)?.f_unsqueeze(0)
+        });
+        let views: Vec<Tensor> = views.collect::<Result<_, _>>()?;
+        Ok(self.network.fuse(containers, &views)?)
+    }
+
+    fn encode_container(&self, heightmap: &Heightmap) -> Result<Vec<Tensor>, NetworkError> {
+        let padded = self.layout.padded;
+        let mut maps = vec![0.0; CONTAINER_CHANNELS as usize * self.layout.cells()];
+        self.layout.write_container(heightmap.heights(), &mut maps);
+        let shape = [1, CONTAINER_CHANNELS, padded.nx as i64, padded.ny as i64];
+        let maps = Tensor::f_from_slice(&maps)?.f_view(shape)?;
+        Ok(self.network.encode_containers(&maps.f_to(self.device)?)?)
+    }
+
+    /// Makes sure that an item's features are kept.
+    fn remember(&mut self, item: &Item) -> Result<(), NetworkError> {
+        if let Some(kept) = self.features.get_mut(&item.shape()) {
+            kept.last_used = self.uses;
+            return Ok(());
+        }
+        if self.features.len() >= KEPT_ITEMS {
+            let oldest = self.features.iter().min_by_key(|(_, kept)| kept.last_used);
+            if let Some(shape) = oldest.map(|(shape, _)| *shape) {
+                self.features.remove(&shape);
+            }
+        }
+        let layout = self.layout;
+        let admitted = |view: &&ItemView| layout.admits(view);
+        let stride = self.network.architecture().stride();
+        let side = match self.margin {
+            Some(_) => canvas(item.views().iter().filter(admitted), stride),
+            None => layout.padded.nx.max(layout.padded.ny),
+        };
+        let size = VIEW_CHANNELS as usize * side * side;
+        let mut maps = vec![0.0; item.views().len() * size];
+        for (view, out) in item.views().iter().zip(maps.chunks_exact_mut(size)) {
+            if layout.admits(view) {
+                layout.write_view(view, side, out);
+            }
+        }
+        let shape = [-1, VIEW_CHANNELS, side as i64, side as i64];
+        let maps = Tensor::f_from_slice(&maps)?.f_view(shape)?;
+        let views = self.network.encode_views(&maps.f_to(self.device)?)?;
+        let views = match self.margin {
+            Some(_) => KeptViews::Sparse(sparse(&views)?),
+            None => KeptViews::Dense(views),
+        };
+        let last_used = self.uses;
+        let kept = ItemFeatures { views, last_used };
+        self.features.insert(item.shape(), kept);
+        Ok(())
+    }
+}
+
+/// The kernels of features `[R, C_i, K_i, K_i]` per resolution.
+fn sparse(features: &[Tensor]) -> Result<Vec<Vec<SparseKernel>>, TchError> {
+    let levels = features.iter().map(|features| {
+        let (views, ..) = features.size4()?;
+        let views = (0..views).map(|view| SparseKernel::new(&features.f_get(view)?));
+        views.collect()
+    });
+    levels.collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,294 @@
+use nalgebra::Vector3;
+use ppnpack_model::architecture::{Architecture, Normalisation};
+use ppnpack_model::card::{DataFacts, FORMAT, ModelCard, Versions};
+use ppnpack_model::settings::TrainingSettings;
+use ppnpack_packing::item::ViewSurfaces;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::*;
+use crate::files::{all_to_plain, safetensors};
+use crate::network::Parameters;
+
+/// A network with random weights and running statistics, as a model.
+fn model(architecture: &Architecture, change: impl Fn(&Parameters)) -> Model {
+    tch::manual_seed(7);
+    let (_, parameters) = Network::new(architecture, tch::Device::Cpu).unwrap();
+    change(&parameters);
+    let tensors = parameters.tensors().iter();
+    let tensors = all_to_plain(tensors.map(|(name, tensor)| (name.clone(), tensor))).unwrap();
+    let bytes = safetensors(&tensors, None).unwrap();
+    let card = ModelCard {
+        format: FORMAT,
+        architecture: architecture.clone(),
+        parameters: 0,
+        weights_blake3: blake3::hash(&bytes).to_hex().to_string(),
+        data: DataFacts {
+            hash: String::new(),
+            catalogue_hash: String::new(),
+            cell_m: 0.01,
+            height_unit_m: 0.002,
+            yaws: 4,
+            container_m: [0.32, 0.32, 0.3],
+            training_candidates: 0,
+            test_candidates: 0,
+        },
+        training: TrainingSettings::default(),
+        device: Device::Cpu,
+        training_s: 0.0,
+        epoch: 0,
+        accuracy: vec![],
+        versions: Versions {
+            ppnpack: String::new(),
+            libtorch: String::new(),
+        },
+    };
+    Model::new("a test", &bytes, card).unwrap()
+}
+
+fn plain(architecture: &Architecture) -> Model {
+    model(architecture, |_| ())
+}
+
+/// Items with bumpy surfaces, from a few cells to larger than the container.
+fn items(count: u64) -> Vec<Item> {
+    let make = |seed| {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let views = (0..4).map(|_| {
+            let (nx, ny) = (random.random_range(1..36), random.random_range(1..20));
+            let mut bottom: Vec<i16> = (0..nx * ny).map(|_| random.random_range(-1..9)).collect();
+            bottom[0] = 0;
+            let top = bottom
+                .iter()
+                .map(|bottom| bottom + random.random_range(1..40));
+            ViewSurfaces {
+                nx,
+                ny,
+                top: top.collect(),
+                bottom,
+                underside: None,
+                origin_from_corner_m: Vector3::zeros(),
+                centre_of_mass_m: None,
+            }
+        });
+        Item::new(&format!("item {seed}"), views.collect(), 1e-4).unwrap()
+    };
+    (0..count).map(make).collect()
+}
+
+fn heightmap(grid: &Grid, seed: u64) -> Heightmap {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let heights = (0..grid.nx() * grid.ny()).map(|_| random.random_range(0..100));
+    Heightmap::from_units(grid.nx(), grid.ny(), heights.collect()).unwrap()
+}
+
+fn close(a: &[f32], b: &[f32]) {
+    assert_eq!(a.len(), b.len());
+    for (a, b) in a.iter().zip(b) {
+        assert!((a - b).abs() <= 1e-4 * (1.0 + a.abs()), "{a} and {b}");
+    }
+}
+
+#[test]
+fn a_batch_gives_what_single_runs_give_and_caches_change_nothing() {
+    let grid = Grid::reference();
+    let model = plain(&Architecture::default());
+    let (items, scene) = (items(5), heightmap(&grid, 1));
+    let all: Vec<&Item> = items.iter().collect();
+    let mut batched = Inference::new(&model, &grid, Device::Cpu).unwrap();
+    let together = batched.score(&scene, &all).unwrap();
+    let again = batched.score(&scene, &all).unwrap();
+    assert_eq!(together.scores, again.scores, "from the cache");
+    let cells = together.scores.len() / (4 * items.len());
+    for (index, item) in items.iter().enumerate() {
+        let mut single = Inference::new(&model, &grid, Device::Cpu).unwrap();
+        single.score(&heightmap(&grid, 2), &[item]).unwrap();
+        let alone = single.score(&scene, &[item]).unwrap();
+        let range = 4 * index * cells..4 * (index + 1) * cells;
+        close(&alone.scores, &together.scores[range.clone()]);
+        assert_eq!(alone.fits, together.fits[range]);
+    }
+}
+
+#[test]
+fn the_sparse_path_and_folding_change_nothing() {
+    let grid = Grid::reference();
+    let shaken = |parameters: &Parameters| {
+        for (name, tensor) in parameters.tensors() {
+            if name.ends_with("mean") || name.ends_with("variance") || name.ends_with("shift") {
+                tch::no_grad(|| drop(tensor.shallow_clone().uniform_(0.5, 1.5)));
+            }
+        }
+    };
+    for normalisation in [Normalisation::Batch, Normalisation::None] {
+        let architecture = Architecture {
+            normalisation,
+            ..Architecture::default()
+        };
+        let model = model(&architecture, shaken);
+        let items = items(3);
+        let all: Vec<&Item> = items.iter().collect();
+        let scene = heightmap(&grid, 3);
+        let mut sparse = Inference::new(&model, &grid, Device::Cpu).unwrap();
+        let expected = sparse.score(&scene, &all).unwrap();
+        // The same on libtorch's own correlation, with normalisation left in place.
+        let mut dense = Inference::new(&model, &grid, Device::Cpu).unwrap();
+        dense.margin = None;
+        let (mut unfolded, parameters) = Network::new(&architecture, tch::Device::Cpu).unwrap();
+        for (name, tensor) in parameters.tensors() {
+            copy_into("a test", name, &model.tensors()[name], tensor).unwrap();
+        }
+        unfolded.set_training(false);
+        dense.network = unfolded;
+        let found = dense.score(&scene, &all).unwrap();
+        close(&expected.scores, &found.scores);
+    }
+}
+
+#[test]
+fn every_proposal_fits_and_no_placement_is_proposed_twice() {
+    let grid = Grid::reference();
+    let model = plain(&Architecture::default());
+    let (items, scene) = (items(6), heightmap(&grid, 4));
+    let all: Vec<&Item> = items.iter().collect();
+    let mut inference = Inference::new(&model, &grid, Device::Cpu).unwrap();
+    let mut resting = RestingHeights::new(&grid);
+    resting.update(&scene, all.iter().copied());
+    for percent in [0.02, 5.0, 100.0] {
+        let share = Percent::new(percent).unwrap();
+        let best = inference.best(&scene, &all, share).unwrap();
+        for (item, proposed) in items.iter().zip(best) {
+            let fitting: std::collections::BTreeSet<Placement> = resting
+                .of(item)
+                .zip(item.views())
+                .enumerate()
+                .flat_map(|(yaw, (map, view))| {
+                    let limit = grid.rim() - view.height();
+                    let rows = map.rows().enumerate();
+                    let fitting = rows.flat_map(move |(x, row)| {
+                        let fits = row.iter().enumerate().filter(move |(_, k)| **k <= limit);
+                        fits.map(move |(y, _)| Placement { yaw, x, y })
+                    });
+                    fitting.collect::<Vec<_>>()
+                })
+                .collect();
+            let wanted = share.of(4 * 32 * 32) as usize;
+            assert_eq!(proposed.len(), wanted.min(fitting.len()), "{}", item.name());
+            let distinct: std::collections::BTreeSet<_> = proposed.iter().copied().collect();
+            assert_eq!(distinct.len(), proposed.len());
+            assert!(distinct.is_subset(&fitting));
+        }
+    }
+}
+
+#[test]
+fn cells_and_placements_are_one_to_one() {
+    let grid = Grid::reference();
+    let layout = Layout::new(&grid, 16, Symmetry::default());
+    for item in items(4) {
+        for view in item.views().iter().filter(|view| layout.admits(view)) {
+            let mut seen = std::collections::BTreeSet::new();
+            for x in 0..=grid.nx() - view.nx() {
+                for y in 0..=grid.ny() - view.ny() {
+                    let cell = layout.cell_of((x, y), view);
+                    assert!(cell < layout.cells() && seen.insert(cell));
+                    assert_eq!(layout.corner_of(cell, view), Some((x, y)));
+                }
+            }
+            let others = (0..layout.cells()).filter(|cell| !seen.contains(cell));
+            assert!(
+                others
+                    .into_iter()
+                    .all(|cell| layout.corner_of(cell, view).is_none())
+            );
+        }
+    }
+}
+
+#[test]
+fn containers_of_any_size_and_any_number_of_yaws_are_served() {
+    use ppnpack_packing::grid::{ContainerSize, Resolution, Yaws};
+    let size = ContainerSize {
+        x_m: 0.41,
+        y_m: 0.23,
+        z_m: 0.2,
+    };
+    let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(4).unwrap()).unwrap();
+    let grid = Grid::new(size, resolution).unwrap();
+    let model = plain(&Architecture::default());
+    let items = items(2);
+    let all: Vec<&Item> = items.iter().collect();
+    let mut inference = Inference::new(&model, &grid, Device::Cpu).unwrap();
+    let share = Percent::new(10.0).unwrap();
+    for proposed in inference.best(&heightmap(&grid, 5), &all, share).unwrap() {
+        assert!(!proposed.is_empty());
+    }
+}
+
+#[test]
+fn weights_of_another_architecture_are_refused() {
+    let grid = Grid::reference();
+    let open = |card: Architecture, weights: Architecture| {
+        let weights = plain(&weights);
+        let tensors = safetensors(weights.tensors(), None).unwrap();
+        let mut other = weights.card().clone();
+        other.architecture = card;
+        let model = Model::new("a test", &tensors, other).unwrap();
+        Inference::new(&model, &grid, Device::Cpu)
+    };
+    let narrow = Architecture {
+        widths: vec![4, 4],
+        ..Architecture::default()
+    };
+    let wide = Architecture {
+        widths: vec![4, 8],
+        ..Architecture::default()
+    };
+    let without = Architecture {
+        resting_heights: false,
+        ..narrow.clone()
+    };
+    let error = open(narrow.clone(), wide).unwrap_err();
+    assert!(matches!(error, NetworkError::Shape { .. }), "{error}");
+    let error = open(narrow.clone(), without.clone()).unwrap_err();
+    assert!(
+        matches!(error, NetworkError::MissingTensor { .. }),
+        "{error}"
+    );
+    let error = open(without, narrow).unwrap_err();
+    assert!(
+        matches!(error, NetworkError::UnknownTensor { .. }),
+        "{error}"
+    );
+}
+
+#[test]
+fn scores_that_are_no_numbers_are_refused() {
+    let grid = Grid::reference();
+    let model = plain(&Architecture::default());
+    let mut inference = Inference::new(&model, &grid, Device::Cpu).unwrap();
+    let (mut broken, parameters) =
+        Network::new(&Architecture::default(), tch::Device::Cpu).unwrap();
+    broken.set_training(false);
+    tch::no_grad(|| {
+        let score = &parameters.tensors()["head.score.bias"];
+        drop(score.shallow_clone().fill_(f64::NAN));
+    });
+    inference.network = broken;
+    let items = items(1);
+    let share = Percent::new(5.0).unwrap();
+    let error = inference
+        .best(&heightmap(&grid, 6), &[&items[0]], share)
+        .unwrap_err();
+    assert!(matches!(error, NetworkError::NotFinite { .. }), "{error}");
+}
+
+#[test]
+fn networks_without_a_cuda_device_say_so() {
+    if tch::Cuda::is_available() {
+        return;
+    }
+    let model = plain(&Architecture::default());
+    let error = Inference::new(&model, &Grid::reference(), Device::Cuda).unwrap_err();
+    assert!(error.to_string().contains("no CUDA device"), "{error}");
+}

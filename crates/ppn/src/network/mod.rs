@@ -1,0 +1,139 @@
+//! The placement proposal network.
+
+mod decoder;
+mod encoder;
+mod fusion;
+mod layers;
+mod parameters;
+
+use tch::{Device, TchError, Tensor};
+
+use ppnpack_model::architecture::Architecture;
+
+use decoder::Decoder;
+pub(crate) use decoder::RESTING_CHANNELS;
+use encoder::{Encoder, halved};
+pub(crate) use fusion::fuse;
+pub(crate) use parameters::Parameters;
+
+/// Channels of a container: height in decimetres, and 1 inside.
+pub(crate) const CONTAINER_CHANNELS: i64 = 2;
+/// Channels of a view: upper surface and lower surface in decimetres, and 1 where there is material.
+pub(crate) const VIEW_CHANNELS: i64 = 3;
+
+/// Features of containers, from the finest resolution: `[S, C_i, X / 2^(i+1), Y / 2^(i+1)]`.
+pub(crate) type ContainerFeatures = Vec<Tensor>;
+/// Features of views, from the finest resolution: `[V, C_i, K / 2^(i+1), K / 2^(i+1)]`.
+pub(crate) type ViewFeatures = Vec<Tensor>;
+
+/// The network's layers.
+#[derive(Debug)]
+pub(crate) struct Network {
+    architecture: Architecture,
+    container: Encoder,
+    item: Encoder,
+    decoder: Decoder,
+    is_training: bool,
+}
+
+impl Network {
+    /// A network with random weights, ready to be trained, and its named tensors.
+    pub(crate) fn new(
+        architecture: &Architecture,
+        device: Device,
+    ) -> Result<(Self, Parameters), TchError> {
+        let mut parameters = Parameters::new(device);
+        let registry = &mut parameters;
+        let network = Self {
+            architecture: architecture.clone(),
+            container: Encoder::new(registry, "container", CONTAINER_CHANNELS, architecture)?,
+            item: Encoder::new(registry, "item", VIEW_CHANNELS, architecture)?,
+            decoder: Decoder::new(registry, architecture)?,
+            is_training: true,
+        };
+        Ok((network, parameters))
+    }
+
+    /// Whether normalisation uses the batch's statistics, and updates the running ones.
+    pub(crate) fn set_training(&mut self, is_training: bool) {
+        self.is_training = is_training;
+    }
+
+    /// The same function for inference: normalisation is folded into the convolutions.
+    pub(crate) fn folded(&self) -> Result<Self, TchError> {
+        Ok(Self {
+            architecture: self.architecture.clone(),
+            container: self.container.folded()?,
+            item: self.item.folded()?,
+            decoder: self.decoder.folded()?,
+            is_training: false,
+        })
+    }
+
+    /// `maps` is `[S, CONTAINER_CHANNELS, X, Y]`, sides a multiple of [`Architecture::stride`].
+    pub(crate) fn encode_containers(&self, maps: &Tensor) -> Result<ContainerFeatures, TchError> {
+        self.container.forward(maps, None, self.is_training)
+    }
+
+    /// `views` is `[V, VIEW_CHANNELS, K, K]`, `K` a multiple of the stride, the footprint's centre at `K / 2`.
+    ///
+    /// Features are limited to the footprint and divided by its cells, so that neither the canvas around it nor its
+    /// size changes the scale of a correlation.
+    pub(crate) fn encode_views(&self, views: &Tensor) -> Result<ViewFeatures, TchError> {
+        let mut mask = views.f_narrow(1, VIEW_CHANNELS - 1, 1)?;
+        let features = self.item.forward(views, Some(&mask), self.is_training)?;
+        features
+            .into_iter()
+            .map(|features| {
+                mask = halved(&mask)?;
+                let cells = mask.f_sum_dim_intlist([1_i64, 2, 3].as_slice(), true, None)?;
+                features.f_div(&cells.f_clamp_min(1.0)?)
+            })
+            .collect()
+    }
+
+    /// Brings the features of `V` views and of each of `S` containers together: `views` is `[S, V, C_i, K_i, K_i]` per
+    /// resolution, the result `[C'_i, S V, X / 2^(i+1), Y / 2^(i+1)]`.
+    pub(crate) fn fuse(
+        &self,
+        containers: &[Tensor],
+        views: &[Tensor],
+    ) -> Result<Vec<Tensor>, TchError> {
+        let both = containers.iter().zip(views);
+        both.map(|(container, views)| fuse(self.architecture.fusion, container, views))
+            .collect()
+    }
+
+    /// Scores of `N` maps from their fused features, and from `resting`, `[N, RESTING_CHANNELS, L]`, where the network
+    /// takes it: `[N, L]`, lower is better. The `L = X Y` cells of a map are in the order of
+    /// [`Layout::cell_of`](crate::maps::Layout::cell_of): by phase.
+    pub(crate) fn score(
+        &self,
+        fused: &[Tensor],
+        resting: Option<&Tensor>,
+    ) -> Result<Tensor, TchError> {
+        let by_phase = match resting {
+            Some(resting) => {
+                let (maps, channels, cells) = resting.size3()?;
+                let phases = resting.f_view([maps, channels, 4, cells / 4])?;
+                let phases = phases.f_permute([2, 1, 0, 3])?;
+                Some(phases.f_reshape([4, channels, maps * cells / 4])?)
+            }
+            None => None,
+        };
+        let maps = match fused.first() {
+            Some(fused) => fused.size4()?.1,
+            None => 0,
+        };
+        let scores = self
+            .decoder
+            .forward(fused, by_phase.as_ref(), self.is_training)?;
+        let by_map = scores.f_view([4, maps, -1])?;
+        by_map.f_permute([1, 0, 2])?.f_reshape([maps, -1])
+    }
+
+    /// What the network looks like.
+    pub(crate) fn architecture(&self) -> &Architecture {
+        &self.architecture
+    }
+}

@@ -1,0 +1,17 @@
+//! libtorch itself: its version and devices.
+
+use ppnpack_model::settings::Device;
+
+use crate::error::NetworkError;
+
+/// The version of libtorch that this is built for.
+pub const LIBTORCH_VERSION: &str = "2.11.0";
+
+/// The device asked for.
+pub(crate) fn device(device: Device) -> Result<tch::Device, NetworkError> {
+    match device {
+        Device::Cpu => Ok(tch::Device::Cpu),
+        Device::Cuda if tch::Cuda::is_available() => Ok(tch::Device::Cuda(0)),
+        Device::Cuda => Err(NetworkError::NoCuda),
+    }
+}

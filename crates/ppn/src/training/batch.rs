@@ -1,0 +1,329 @@
+//! Batches: steps of a dataset as tensors.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use ppnpack_dataset::StepRecord;
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::Heightmap;
+use ppnpack_packing::item::{Item, ItemView};
+use ppnpack_packing::resting::RestingHeights;
+use tch::{Device, Kind, TchError, Tensor};
+
+use crate::maps::{Layout, canvas, limit, lowest};
+use crate::network::{CONTAINER_CHANNELS, RESTING_CHANNELS, VIEW_CHANNELS};
+use crate::symmetry::Symmetry;
+
+/// How far above the optimum values are told apart by regression, in units of the objective.
+const GREATEST_VALUE: f32 = 40.0;
+/// What the values are divided by for regression.
+const VALUE_SCALE: f32 = 10.0;
+
+/// A batch of `S` steps with up to `B` candidates of `R` yaws each, in plain memory; `N = S B`, `L = X Y`.
+#[derive(Debug)]
+pub(crate) struct Batch {
+    steps: i64,
+    candidates: i64,
+    yaws: i64,
+    size: (i64, i64),
+    side: i64,
+    possible: f64,
+    /// `[S, CONTAINER_CHANNELS, X, Y]`.
+    containers: Vec<f32>,
+    /// `[U, VIEW_CHANNELS, side, side]`: the views that occur.
+    views: Vec<f32>,
+    /// `[S B R]`: indices into the views.
+    slots: Vec<i64>,
+    /// `[S B R, RESTING_CHANNELS, L]`.
+    resting: Vec<f32>,
+    /// `[S B R, L]`: where the view stays below the rim.
+    fits: Vec<bool>,
+    /// `[S B R, L]`: the optima per yaw.
+    optimal: Vec<bool>,
+    /// `[S B R, L]`: the optima over all yaws.
+    best: Vec<bool>,
+    /// `[S B R, L]`: values above the optimum, scaled and cut off; empty where they are not asked for.
+    values: Vec<f32>,
+}
+
+/// A batch on a device.
+#[derive(Debug)]
+pub(crate) struct BatchTensors {
+    pub(crate) containers: Tensor,
+    pub(crate) views: Tensor,
+    pub(crate) slots: Tensor,
+    pub(crate) resting: Tensor,
+    pub(crate) labels: Labels,
+    /// `[S, B R]`.
+    pub(crate) shape: (i64, i64),
+}
+
+/// What a batch's scores are judged by.
+#[derive(Debug)]
+pub(crate) struct Labels {
+    /// `[N, R, L]`.
+    pub(crate) fits: Tensor,
+    /// `[N, R, L]`.
+    pub(crate) optimal: Tensor,
+    /// `[N, R, L]`.
+    pub(crate) best: Tensor,
+    /// `[N, R, L]`.
+    pub(crate) values: Option<Tensor>,
+    /// `|P|`: yaws times the container's cells.
+    pub(crate) possible: f64,
+}
+
+/// Makes batches; keeps what is the same for all.
+#[derive(Debug)]
+pub(crate) struct BatchMaker {
+    grid: Grid,
+    items: Vec<Arc<Item>>,
+    stride: usize,
+    needs_values: bool,
+    resting: RestingHeights,
+}
+
+impl BatchMaker {
+    pub(crate) fn new(grid: &Grid, items: &[Arc<Item>], stride: usize, needs_values: bool) -> Self {
+        Self {
+            grid: grid.clone(),
+            items: items.to_vec(),
+            stride,
+            needs_values,
+            resting: RestingHeights::new(grid),
+        }
+    }
+
+    /// A batch of these steps, as the symmetry shows them.
+    pub(crate) fn make(&mut self, steps: &[&StepRecord], symmetry: Symmetry) -> Batch {
+        let layout = Layout::new(&self.grid, self.stride, symmetry);
+        let yaws = self.grid.resolution().yaws().count();
+        let candidates = steps.iter().map(|step| step.candidates.len()).max();
+        let candidates = candidates.unwrap_or(0);
+        let first_slots = self.number_objects(steps);
+        let admitted = first_slots
+            .keys()
+            .filter_map(|object| self.items.get(*object));
+        let admitted = admitted.flat_map(|item| item.views());
+        let side = canvas(admitted.filter(|view| layout.admits(view)), self.stride);
+        let cells = layout.cells();
+        let maps = steps.len() * candidates * yaws;
+        let mut batch = Batch {
+            steps: steps.len() as i64,
+            candidates: candidates as i64,
+            yaws: yaws as i64,
+            size: (layout.padded.nx as i64, layout.padded.ny as i64),
+            side: side as i64,
+            possible: (yaws * self.grid.nx() * self.grid.ny()) as f64,
+            containers: vec![0.0; steps.len() * CONTAINER_CHANNELS as usize * cells],
+            views: self.write_views(&layout, &first_slots, side),
+            slots: vec![0; maps],
+            resting: vec![0.0; maps * RESTING_CHANNELS as usize * cells],
+            fits: vec![false; maps * cells],
+            optimal: vec![false; maps * cells],
+            best: vec![false; maps * cells],
+            values: vec![0.0; if self.needs_values { maps * cells } else { 0 }],
+        };
+        let containers = batch
+            .containers
+            .chunks_exact_mut(CONTAINER_CHANNELS as usize * cells);
+        for (step, container) in steps.iter().zip(containers) {
+            layout.write_container(&step.heightmap, container);
+        }
+        for (index, step) in steps.iter().enumerate() {
+            self.write_step(
+                &layout,
+                &first_slots,
+                step,
+                index * candidates * yaws,
+                &mut batch,
+            );
+        }
+        batch
+    }
+
+    /// Per object that occurs, the index of its first view.
+    fn number_objects(&self, steps: &[&StepRecord]) -> BTreeMap<usize, usize> {
+        let candidates = steps.iter().flat_map(|step| &step.candidates);
+        let mut slots: BTreeMap<usize, usize> = candidates
+            .map(|candidate| (candidate.object as usize, 0))
+            .collect();
+        let mut next = 0;
+        for (object, slot) in &mut slots {
+            *slot = next;
+            next += self.items.get(*object).map_or(0, |item| item.views().len());
+        }
+        slots
+    }
+
+    fn write_views(
+        &self,
+        layout: &Layout,
+        first_slots: &BTreeMap<usize, usize>,
+        side: usize,
+    ) -> Vec<f32> {
+        let items = first_slots
+            .keys()
+            .filter_map(|object| self.items.get(*object));
+        let views: Vec<&ItemView> = items.flat_map(|item| item.views()).collect();
+        let size = VIEW_CHANNELS as usize * side * side;
+        let mut out = vec![0.0; views.len() * size];
+        for (view, out) in views.into_iter().zip(out.chunks_exact_mut(size)) {
+            if layout.admits(view) {
+                layout.write_view(view, side, out);
+            }
+        }
+        out
+    }
+
+    /// Writes a step's candidates from the map with index `first` on.
+    fn write_step(
+        &mut self,
+        layout: &Layout,
+        first_slots: &BTreeMap<usize, usize>,
+        step: &StepRecord,
+        first: usize,
+        batch: &mut Batch,
+    ) {
+        let cells = layout.cells();
+        let channels = RESTING_CHANNELS as usize * cells;
+        let (nx, ny) = (self.grid.nx(), self.grid.ny());
+        let Ok(heightmap) = Heightmap::from_units(nx, ny, step.heightmap.clone()) else {
+            return;
+        };
+        let held = |object: u32| self.items.get(object as usize);
+        let items: Vec<Option<Arc<Item>>> = step
+            .candidates
+            .iter()
+            .map(|candidate| held(candidate.object).cloned())
+            .collect();
+        let present = items.iter().flatten().map(|item| &**item);
+        self.resting.update(&heightmap, present);
+        let yaws = batch.yaws as usize;
+        for (position, (candidate, item)) in step.candidates.iter().zip(items).enumerate() {
+            let Some(item) = item else { continue };
+            let lowest = lowest(&self.grid, &item, self.resting.of(&item));
+            let slot = first_slots.get(&(candidate.object as usize)).copied();
+            let slot = slot.unwrap_or(0);
+            for (yaw, (view, heights)) in
+                item.views().iter().zip(self.resting.of(&item)).enumerate()
+            {
+                let map = first + position * yaws + yaw;
+                let range = map * cells..(map + 1) * cells;
+                if let Some(entry) = batch.slots.get_mut(map) {
+                    *entry = (slot + yaw) as i64;
+                }
+                if let (Some(resting), Some(fits)) = (
+                    batch.resting.get_mut(map * channels..(map + 1) * channels),
+                    batch.fits.get_mut(range.clone()),
+                ) {
+                    let limit = limit(&self.grid, view);
+                    layout.write_resting(view, heights, limit, lowest, resting, fits);
+                }
+                let optima = candidate
+                    .yaws
+                    .get(yaw)
+                    .map_or(&[][..], |optima| &optima.placements);
+                if let Some(optimal) = batch.optimal.get_mut(range.clone()) {
+                    let corners = optima
+                        .iter()
+                        .map(|at| (usize::from(at.x), usize::from(at.y)));
+                    mark(layout, view, corners, optimal);
+                }
+                if let Some(best) = batch.best.get_mut(range.clone()) {
+                    let of_yaw = candidate.best().filter(|placement| placement.yaw == yaw);
+                    mark(
+                        layout,
+                        view,
+                        of_yaw.map(|placement| (placement.x, placement.y)),
+                        best,
+                    );
+                }
+                if let (Some(values), Some(kept)) =
+                    (batch.values.get_mut(range), candidate.values.as_ref())
+                {
+                    values.fill(GREATEST_VALUE / VALUE_SCALE);
+                    let Some(kept) = kept.yaws().get(yaw) else {
+                        continue;
+                    };
+                    let along_y = kept.size().1.max(1);
+                    for (index, value) in kept.all_above_best().enumerate() {
+                        let at = layout.cell_of((index / along_y, index % along_y), view);
+                        if let Some(entry) = values.get_mut(at) {
+                            *entry = value.min(GREATEST_VALUE) / VALUE_SCALE;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn mark(
+    layout: &Layout,
+    view: &ItemView,
+    corners: impl Iterator<Item = (usize, usize)>,
+    out: &mut [bool],
+) {
+    for corner in corners {
+        if let Some(entry) = out.get_mut(layout.cell_of(corner, view)) {
+            *entry = true;
+        }
+    }
+}
+
+impl Batch {
+    /// How many steps the batch has.
+    pub(crate) fn len(&self) -> usize {
+        self.steps as usize
+    }
+
+    /// Copies the batch to a device.
+    pub(crate) fn to(&self, device: Device) -> Result<BatchTensors, TchError> {
+        let (nx, ny) = self.size;
+        let maps = self.steps * self.candidates * self.yaws;
+        let floats = |values: &[f32], shape: &[i64]| {
+            Tensor::f_from_slice(values)?.f_view(shape)?.f_to(device)
+        };
+        let per_candidate = [self.steps * self.candidates, self.yaws, nx * ny];
+        let mask = |values: &[bool]| {
+            Tensor::f_from_slice(values)?
+                .f_view(per_candidate)?
+                .f_to(device)
+        };
+        let values = if self.values.is_empty() {
+            None
+        } else {
+            Some(floats(&self.values, &per_candidate)?)
+        };
+        Ok(BatchTensors {
+            containers: floats(&self.containers, &[self.steps, CONTAINER_CHANNELS, nx, ny])?,
+            views: floats(&self.views, &[-1, VIEW_CHANNELS, self.side, self.side])?,
+            slots: Tensor::f_from_slice(&self.slots)?.f_to(device)?,
+            resting: floats(&self.resting, &[maps, RESTING_CHANNELS, nx * ny])?,
+            labels: Labels {
+                fits: mask(&self.fits)?,
+                optimal: mask(&self.optimal)?,
+                best: mask(&self.best)?,
+                values,
+                possible: self.possible,
+            },
+            shape: (self.steps, self.candidates * self.yaws),
+        })
+    }
+}
+
+impl BatchTensors {
+    /// The named tensors, to look at a batch that went wrong.
+    pub(crate) fn named(&self) -> Result<Vec<(&'static str, Tensor)>, TchError> {
+        Ok(vec![
+            ("containers", self.containers.shallow_clone()),
+            ("views", self.views.shallow_clone()),
+            ("slots", self.slots.f_to_kind(Kind::Float)?),
+            ("resting", self.resting.shallow_clone()),
+            ("fits", self.labels.fits.f_to_kind(Kind::Float)?),
+            ("optimal", self.labels.optimal.f_to_kind(Kind::Float)?),
+            ("best", self.labels.best.f_to_kind(Kind::Float)?),
+        ])
+    }
+}

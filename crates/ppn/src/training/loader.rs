@@ -1,0 +1,109 @@
+//! Preparing batches on threads of their own, in a fixed order.
+
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::Scope;
+use std::time::{Duration, Instant};
+
+use ppnpack_dataset::StepRecord;
+use rand::RngExt;
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+
+use super::batch::{Batch, BatchMaker};
+use crate::error::NetworkError;
+use crate::symmetry::Symmetry;
+
+/// Batches that wait to be used, at most.
+const AHEAD: usize = 3;
+
+/// Which steps make up a batch, and how they are shown.
+#[derive(Debug, Clone)]
+pub(crate) struct BatchPlan {
+    pub(crate) steps: Vec<usize>,
+    pub(crate) symmetry: Symmetry,
+}
+
+/// The batches of an epoch: a random order that the seed and the epoch decide.
+pub(crate) fn shuffled(
+    steps: usize,
+    batch: usize,
+    augment: bool,
+    seed: u64,
+    epoch: usize,
+) -> Vec<BatchPlan> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(epoch as u64 + 1);
+    let mut order: Vec<usize> = (0..steps).collect();
+    order.shuffle(&mut random);
+    let plans = order.chunks(batch.max(1)).map(|steps| {
+        let number = if augment {
+            random.random_range(0..Symmetry::COUNT)
+        } else {
+            0
+        };
+        BatchPlan {
+            steps: steps.to_vec(),
+            symmetry: Symmetry::of(number),
+        }
+    });
+    plans.collect()
+}
+
+/// The batches of a pass in order, as the data has it.
+pub(crate) fn in_order(steps: usize, batch: usize) -> Vec<BatchPlan> {
+    let order: Vec<usize> = (0..steps).collect();
+    let plans = order.chunks(batch.max(1)).map(|steps| BatchPlan {
+        steps: steps.to_vec(),
+        symmetry: Symmetry::default(),
+    });
+    plans.collect()
+}
+
+/// Batches as they become ready.
+#[derive(Debug)]
+pub(crate) struct Loader {
+    batches: Receiver<Batch>,
+    waited: Duration,
+}
+
+impl Loader {
+    /// Starts preparing; stops when it is dropped.
+    pub(crate) fn start<'scope>(
+        scope: &'scope Scope<'scope, '_>,
+        mut maker: BatchMaker,
+        steps: &'scope [StepRecord],
+        plans: Vec<BatchPlan>,
+    ) -> Self {
+        let (sender, batches): (SyncSender<Batch>, _) = sync_channel(AHEAD);
+        scope.spawn(move || {
+            for plan in plans {
+                let chosen: Vec<_> = plan
+                    .steps
+                    .iter()
+                    .filter_map(|index| steps.get(*index))
+                    .collect();
+                if sender.send(maker.make(&chosen, plan.symmetry)).is_err() {
+                    break;
+                }
+            }
+        });
+        Self {
+            batches,
+            waited: Duration::ZERO,
+        }
+    }
+
+    /// The next batch.
+    pub(crate) fn next(&mut self) -> Result<Batch, NetworkError> {
+        let started = Instant::now();
+        let batch = self.batches.recv().map_err(|_| NetworkError::Loader)?;
+        self.waited += started.elapsed();
+        Ok(batch)
+    }
+
+    /// Time spent on waiting for batches.
+    pub(crate) fn waited(&self) -> Duration {
+        self.waited
+    }
+}

@@ -1,0 +1,127 @@
+//! AdamW with a learning rate that rises, then falls as a cosine.
+
+use std::collections::BTreeMap;
+
+use tch::{TchError, Tensor};
+
+use crate::network::Parameters;
+
+const DECAY_OF_MEAN: f64 = 0.9;
+const DECAY_OF_SQUARE: f64 = 0.999;
+const EPSILON: f64 = 1e-8;
+/// The part of all batches in which the learning rate rises.
+const RISING_SHARE: f64 = 0.03;
+
+/// AdamW (Loshchilov and Hutter, 2019); its state is plain, so that a checkpoint can hold it.
+#[derive(Debug)]
+pub(crate) struct AdamW {
+    moments: BTreeMap<String, Moments>,
+    weight_decay: f64,
+    updates: u64,
+}
+
+/// Running means of a gradient and of its square.
+#[derive(Debug)]
+pub(crate) struct Moments {
+    pub(crate) mean: Tensor,
+    pub(crate) square: Tensor,
+}
+
+impl AdamW {
+    pub(crate) fn new(parameters: &Parameters, weight_decay: f64) -> Result<Self, TchError> {
+        let moments = parameters.trained().map(|(name, tensor)| {
+            let zeros = || tensor.f_zeros_like();
+            let moments = Moments {
+                mean: zeros()?,
+                square: zeros()?,
+            };
+            Ok((name.clone(), moments))
+        });
+        Ok(Self {
+            moments: moments.collect::<Result<_, TchError>>()?,
+            weight_decay,
+            updates: 0,
+        })
+    }
+
+    /// Changes the parameters by their gradients, and forgets those.
+    pub(crate) fn update(
+        &mut self,
+        parameters: &Parameters,
+        learning_rate: f64,
+    ) -> Result<(), TchError> {
+        self.updates += 1;
+        let count = self.updates as f64;
+        let of_mean = 1.0 - DECAY_OF_MEAN.powf(count);
+        let of_square = 1.0 - DECAY_OF_SQUARE.powf(count);
+        tch::no_grad(|| {
+            for (name, tensor) in parameters.trained() {
+                let gradient = tensor.f_grad()?;
+                let Some(moments) = self.moments.get_mut(name) else {
+                    continue;
+                };
+                if !gradient.defined() {
+                    continue;
+                }
+                let Moments { mean, square } = moments;
+                *mean = mean.f_lerp_(&gradient, 1.0 - DECAY_OF_MEAN)?;
+                let addition = gradient.f_square()?.f_mul_scalar(1.0 - DECAY_OF_SQUARE)?;
+                *square = square.f_mul_scalar_(DECAY_OF_SQUARE)?.f_add_(&addition)?;
+                let deviation = square.f_div_scalar(of_square)?.f_sqrt()?;
+                let change = mean.f_div(&deviation.f_add_scalar(EPSILON)?)?;
+                // Biases and normalisation are not decayed.
+                let decay = if tensor.dim() > 1 {
+                    self.weight_decay
+                } else {
+                    0.0
+                };
+                let change = change.f_mul_scalar(learning_rate / of_mean)?;
+                let mut tensor = tensor.shallow_clone();
+                tensor = tensor.f_mul_scalar_(1.0 - learning_rate * decay)?;
+                drop(tensor.f_sub_(&change)?);
+                drop(gradient.shallow_clone().f_zero_()?);
+            }
+            Ok(())
+        })
+    }
+
+    /// How often it changed the parameters.
+    pub(crate) fn updates(&self) -> u64 {
+        self.updates
+    }
+
+    pub(crate) fn set_updates(&mut self, updates: u64) {
+        self.updates = updates;
+    }
+
+    /// The state by the parameters' names.
+    pub(crate) fn moments(&self) -> &BTreeMap<String, Moments> {
+        &self.moments
+    }
+}
+
+/// The learning rate of a batch: it rises linearly to `peak`, then falls to 0 as a cosine.
+pub(crate) fn learning_rate(peak: f64, batch: u64, batches: u64) -> f64 {
+    let (at, all) = (batch as f64 + 1.0, batches.max(1) as f64);
+    let rising = (all * RISING_SHARE).max(1.0);
+    if at <= rising {
+        return peak * at / rising;
+    }
+    let fallen = (at - rising) / (all - rising).max(1.0);
+    peak * 0.5 * (1.0 + (std::f64::consts::PI * fallen).cos())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_learning_rate_rises_and_falls() {
+        let rates: Vec<f64> = (0..100)
+            .map(|batch| learning_rate(1.0, batch, 100))
+            .collect();
+        assert!((rates[0] - 1.0 / 3.0).abs() < 1e-9 && (rates[2] - 1.0).abs() < 1e-9);
+        assert!(rates[2..].windows(2).all(|pair| pair[1] < pair[0]));
+        assert!(rates[99].abs() < 1e-9);
+    }
+}

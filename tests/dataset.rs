@@ -1,0 +1,215 @@
+//! `ppnpack dataset` end to end: whole files whatever happens, and one clear line for every bad input.
+
+#![allow(clippy::unwrap_used, reason = "a panic in a test is a failing test")]
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::sync::LazyLock;
+use std::time::{Duration, Instant};
+
+use ppnpack_dataset::{Dataset, MANIFEST_FILE, Split, draw};
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// The boxes that are packed, in metres.
+const BOXES: [[f64; 3]; 3] = [[0.08, 0.06, 0.04], [0.05, 0.05, 0.10], [0.12, 0.04, 0.03]];
+
+/// A folder of meshes, made once and only a few: every run loads them all.
+static CATALOGUE: LazyLock<TempDir> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().unwrap();
+    for (index, sides_m) in BOXES.iter().enumerate() {
+        let path = folder.path().join(format!("box{index}.obj"));
+        std::fs::write(path, box_obj(*sides_m)).unwrap();
+    }
+    folder
+});
+
+fn box_obj([x_m, y_m, z_m]: [f64; 3]) -> String {
+    let corners = (0..8).map(|corner| {
+        let side = |bit: i32, length_m: f64| if corner & bit == 0 { 0.0 } else { length_m };
+        format!("v {} {} {}\n", side(1, x_m), side(2, y_m), side(4, z_m))
+    });
+    let quads = [
+        [1, 3, 4, 2],
+        [5, 6, 8, 7],
+        [1, 2, 6, 5],
+        [3, 7, 8, 4],
+        [1, 5, 7, 3],
+        [2, 4, 8, 6],
+    ];
+    let faces = quads.map(|[a, b, c, d]| format!("f {a} {b} {c}\nf {a} {c} {d}\n"));
+    corners.chain(faces).collect()
+}
+
+fn command(out: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack"));
+    command
+        .args(["dataset", "--length", "3", "--buffer", "2", "--catalogue"])
+        .arg(CATALOGUE.path())
+        .arg("--cache")
+        .arg(CATALOGUE.path().join("cache"))
+        .arg("--out")
+        .arg(out)
+        .args(arguments);
+    command
+}
+
+fn ppnpack(out: &Path, arguments: &[&str]) -> Output {
+    command(out, arguments).output().unwrap()
+}
+
+fn json(output: &Output) -> Value {
+    assert!(output.status.success(), "{}", error(output));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn error(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Every file of a folder with its content, but for the lock.
+fn content(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let files = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
+    files
+        .filter(|path| !path.ends_with(".lock"))
+        .map(|path| {
+            let name = path.file_name().unwrap().into();
+            (name, std::fs::read(&path).unwrap())
+        })
+        .collect()
+}
+
+#[test]
+fn a_killed_run_goes_on_and_ends_with_the_same_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let (straight, killed) = (folder.path().join("straight"), folder.path().join("killed"));
+    let arguments = ["--sequences", "25", "--values", "--json"];
+    let summary = json(&ppnpack(
+        &straight,
+        &[&arguments[..], &["--workers", "3"]].concat(),
+    ));
+
+    let mut child = command(&killed, &[&arguments[..], &["--workers", "1"]].concat())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let shard = killed.join("shard-00000.bin");
+    let started = Instant::now();
+    while !shard.exists() {
+        assert!(
+            started.elapsed() < Duration::from_secs(120),
+            "no shard appears"
+        );
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(!killed.join(MANIFEST_FILE).exists());
+    assert!(!killed.join("shard-00002.bin").exists());
+    let kept = std::fs::metadata(&shard).unwrap().modified().unwrap();
+
+    let again = ppnpack(&killed, &arguments);
+    assert_eq!(json(&again), summary);
+    assert_eq!(content(&killed), content(&straight));
+    let modified = std::fs::metadata(&shard).unwrap().modified().unwrap();
+    assert_eq!(modified, kept, "the finished shard is kept");
+
+    std::fs::write(&shard, b"PPNSHARD").unwrap();
+    let repaired = ppnpack(&killed, &arguments);
+    assert_eq!(json(&repaired), summary);
+    assert!(
+        error(&repaired).contains("shard-00000.bin"),
+        "{}",
+        error(&repaired)
+    );
+    assert_eq!(content(&killed), content(&straight));
+}
+
+#[test]
+fn a_dataset_has_what_was_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("data");
+    let summary = json(&ppnpack(
+        &out,
+        &["--sequences", "10", "--seed", "5", "--json"],
+    ));
+    let dataset = Dataset::open(&out).unwrap();
+    assert_eq!(summary["hash"], dataset.hash());
+    assert_eq!(summary["sequences"], 10);
+    let steps = [Split::Train, Split::Test].map(|split| dataset.load(split, &|_, _| {}).unwrap());
+    assert_eq!(summary["steps"], steps.iter().map(Vec::len).sum::<usize>());
+    let objects = u32::try_from(dataset.items().len()).unwrap();
+    for step in steps.iter().flatten() {
+        let drawn = draw(5, step.sequence, 3, objects);
+        assert!(
+            step.candidates
+                .iter()
+                .all(|held| drawn.objects.contains(&held.object))
+        );
+        assert!(step.candidates.len() <= 2 && step.heightmap.len() == 32 * 32);
+        assert!(
+            step.candidates
+                .iter()
+                .any(|held| held.best().next().is_some())
+        );
+    }
+    let [train, _] = steps;
+    let first: Vec<u32> = train
+        .first()
+        .map(|step| step.candidates.iter().map(|held| held.object).collect())
+        .unwrap();
+    assert!(draw(5, 0, 3, objects).objects.starts_with(&first));
+}
+
+#[test]
+fn folders_and_sequences_that_must_not_be_used_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("data");
+    let refused = |arguments: &[&str], parts: &[&str]| {
+        let output = ppnpack(&out, arguments);
+        let error = error(&output);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {error}");
+        assert_eq!(error.trim_end().lines().count(), 1, "{error}");
+        for part in parts {
+            assert!(error.contains(part), "'{part}' is not in: {error}");
+        }
+    };
+    assert!(ppnpack(&out, &["--sequences", "1"]).status.success());
+    refused(
+        &["--sequences", "1", "--seed", "1", "--values"],
+        &[
+            "other settings",
+            "seed is 0 there, 1 is asked for",
+            "has_values is false there",
+        ],
+    );
+    let objects = u32::try_from(Dataset::open(&out).unwrap().items().len()).unwrap();
+
+    // The file's sequences are longer than those that are drawn.
+    let file = folder.path().join("test.npy");
+    let mut known = draw(0, 3, 3, objects).objects;
+    known.push(0);
+    let row = known.into_iter().map(i64::from).collect();
+    let rows = ndarray::Array2::from_shape_vec((1, 4), row).unwrap();
+    ndarray_npy::write_npy(&file, &rows).unwrap();
+    let never = file.to_str().unwrap();
+    refused(
+        &["--sequences", "4", "--never", never],
+        &["sequence 3 is sequence 0 of", "choose another seed"],
+    );
+    assert!(
+        ppnpack(&out, &["--sequences", "3", "--never", never])
+            .status
+            .success()
+    );
+    refused(
+        &["--sequences", "1"],
+        &["3 sequences, more than the 1 asked for"],
+    );
+    refused(&["--never", "/nowhere.npy"], &["/nowhere.npy"]);
+    std::fs::write(out.join("settings.json"), b"{").unwrap();
+    refused(&["--sequences", "3"], &["settings.json is damaged"]);
+}
