@@ -1,0 +1,212 @@
+//! The network end to end: training that a kill does not change, packing with it, and what happens without it.
+
+#![allow(clippy::unwrap_used, reason = "a panic in a test is a failing test")]
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use serde_json::Value;
+
+fn ppnpack(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack-torch"));
+    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
+    command.args(arguments).env("XDG_CACHE_HOME", cache);
+    command
+}
+
+fn run(arguments: &[&str]) -> Output {
+    ppnpack(arguments).output().unwrap()
+}
+
+fn succeed(arguments: &[&str]) -> Output {
+    let output = run(arguments);
+    assert!(
+        output.status.success(),
+        "{arguments:?}: {}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    output
+}
+
+/// A dataset of a few steps, with a sequence for the test split.
+fn dataset(folder: &Path) -> PathBuf {
+    let out = folder.join("dataset");
+    succeed(&[
+        "dataset",
+        "--sequences",
+        "10",
+        "--length",
+        "6",
+        "--buffer",
+        "2",
+        "--out",
+        out.to_str().unwrap(),
+    ]);
+    out
+}
+
+const SMALL: [&str; 9] = [
+    "train", "--widths", "4,4", "--head", "4", "--batch", "4", "--epochs", "3",
+];
+
+fn training<'a>(dataset: &'a Path, out: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
+    let mut arguments = SMALL.to_vec();
+    arguments.extend(["--dataset", dataset.to_str().unwrap()]);
+    arguments.extend(["--out", out.to_str().unwrap()]);
+    arguments.extend(more);
+    arguments
+}
+
+#[test]
+fn a_training_killed_and_resumed_ends_like_one_that_was_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let dataset = dataset(folder.path());
+    let (whole, killed) = (folder.path().join("whole"), folder.path().join("killed"));
+    succeed(&training(&dataset, &whole, &[]));
+
+    let mut child = ppnpack(&training(&dataset, &killed, &[]))
+        .stderr(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    assert!(lines.any(|line| line.unwrap().starts_with("epoch 1:")));
+    // SIGKILL: nothing can be saved any more.
+    child.kill().unwrap();
+    child.wait().unwrap();
+    succeed(&training(&dataset, &killed, &["--resume"]));
+
+    let weights = |folder: &Path| std::fs::read(folder.join("model.safetensors")).unwrap();
+    assert!(weights(&whole) == weights(&killed), "the weights differ");
+    let accuracy = |folder: &Path| {
+        let card = std::fs::read(folder.join("model.json")).unwrap();
+        let card: Value = serde_json::from_slice(&card).unwrap();
+        card["accuracy"].clone()
+    };
+    assert_eq!(accuracy(&whole), accuracy(&killed));
+    for name in ["accuracy.svg", "loss.svg", "epochs.json"] {
+        assert!(killed.join(name).exists(), "{name}");
+    }
+    // A checkpoint of another training is not gone on with.
+    let other = training(&dataset, &killed, &["--resume", "--seed", "9"]);
+    let refused = run(&other);
+    assert!(!refused.status.success());
+    let message = String::from_utf8_lossy(&refused.stderr);
+    assert!(message.contains("checkpoint"), "{message}");
+    // What was trained can propose.
+    let model = whole.join("model.safetensors");
+    let summary = pack(folder.path(), &["--model", model.to_str().unwrap()]);
+    assert_eq!(summary["degraded"], serde_json::json!([]), "{summary}");
+}
+
+#[test]
+fn a_loss_that_is_no_number_stops_the_training_and_keeps_the_batch() {
+    let folder = tempfile::tempdir().unwrap();
+    let dataset = dataset(folder.path());
+    let out = folder.path().join("out");
+    let output = run(&training(&dataset, &out, &["--learning-rate", "1e30"]));
+    assert!(!output.status.success());
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(message.contains("bad-batch.safetensors"), "{message}");
+    assert!(out.join("bad-batch.safetensors").exists());
+}
+
+/// Packs with the network; gives the summary.
+fn pack(folder: &Path, more: &[&str]) -> Value {
+    let out = folder.join("packed");
+    let mut arguments = vec!["pack", "--random", "10", "--seed", "4", "--json"];
+    arguments.extend(["--out", out.to_str().unwrap()]);
+    if !more.contains(&"--proposals") {
+        arguments.extend(["--proposals", "network"]);
+    }
+    arguments.extend(more);
+    serde_json::from_slice(&succeed(&arguments).stdout).unwrap()
+}
+
+#[test]
+fn the_shipped_network_packs_on_its_own_grid_and_on_others() {
+    let folder = tempfile::tempdir().unwrap();
+    for grid in [
+        &[][..],
+        &["--cell", "5mm", "--yaws", "8"],
+        &["--container", "25x41x20cm", "--yaws", "3"],
+    ] {
+        let summary = pack(folder.path(), grid);
+        assert_eq!(summary["degraded"], serde_json::json!([]), "{summary}");
+        assert_eq!(
+            summary["settings"]["method"]["proposals"]["from"],
+            "network"
+        );
+        assert!(
+            summary["packed"]["items"].as_u64().unwrap() >= 6,
+            "{summary}"
+        );
+        assert!(summary["stages_s"]["propose"].as_f64().unwrap() > 0.0);
+    }
+}
+
+#[test]
+fn packing_with_the_network_repeats_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    let packed = || {
+        let mut summary = pack(folder.path(), &["--k", "3"]);
+        for timed in ["decision_s", "stages_s", "took_s"] {
+            summary.as_object_mut().unwrap().remove(timed);
+        }
+        summary
+    };
+    assert_eq!(packed(), packed());
+}
+
+#[test]
+fn the_fastest_source_is_chosen_by_what_was_measured() {
+    let folder = tempfile::tempdir().unwrap();
+    let summary = pack(folder.path(), &["--proposals", "auto"]);
+    let costs = summary["settings"]["costs"].as_array().unwrap();
+    let seconds: Vec<f64> = costs
+        .iter()
+        .map(|cost| cost["decision_s"].as_f64().unwrap())
+        .collect();
+    assert_eq!(seconds.len(), 3, "{costs:?}");
+    assert!(seconds.is_sorted() && seconds.iter().all(|seconds| *seconds > 0.0));
+    let chosen = &summary["settings"]["method"]["proposals"];
+    assert_eq!(costs.first().map(|cost| &cost["proposals"]), Some(chosen));
+}
+
+#[test]
+fn the_command_without_libtorch_hands_over_to_the_one_with_it() {
+    let torch = Path::new(env!("CARGO_BIN_EXE_ppnpack-torch"));
+    let program = torch.with_file_name("ppnpack");
+    if !program.exists() {
+        eprintln!("skipped: {} is not built", program.display());
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let output = Command::new(program)
+        .args(["pack", "--random", "4", "--json", "--proposals", "network"])
+        .args(["--out", out.to_str().unwrap()])
+        .env(
+            "XDG_CACHE_HOME",
+            Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache"),
+        )
+        .output()
+        .unwrap();
+    assert!(output.status.success());
+    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(summary["degraded"], serde_json::json!([]), "{summary}");
+}
+
+#[test]
+fn cuda_that_is_not_there_gives_way_to_the_exhaustive_search_with_the_reason() {
+    if Path::new("/dev/nvidia0").exists() {
+        eprintln!("skipped: there is a CUDA device");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let summary = pack(folder.path(), &["--device", "cuda"]);
+    let degraded = summary["degraded"].as_array().unwrap();
+    let reason = degraded.first().unwrap()["reason"].as_str().unwrap();
+    assert!(reason.contains("CUDA"), "{reason}");
+}
