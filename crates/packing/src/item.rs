@@ -177,7 +177,7 @@ impl ItemView {
             });
         }
         let centroid_cells = Point2::from(moment / voxel_count as f64);
-        let layout = ViewLayout::new(nx, ny, &surfaces.top, &surfaces.bottom);
+        let layout = ViewLayout::new(ny, &surfaces.top, &surfaces.bottom);
         Ok(Self {
             surfaces,
             height,

@@ -74,55 +74,70 @@ struct Cell {
     bottom: Units,
 }
 
+/// Up to [`ROW_LANES`] footprint cells along y, of which the first has material.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Block {
+    /// The first cell.
+    x: u16,
+    y: u16,
+    /// Lower surface ([`NOTHING_BELOW`] where absent).
+    bottom: [Units; ROW_LANES],
+    /// Upper surface (0 where absent).
+    top: [Units; ROW_LANES],
+    /// Upper minus lower surface (0 where absent).
+    thickness: [Units; ROW_LANES],
+}
+
 /// An item's view laid out for the loops.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ViewLayout {
+    /// For many placements at once: the cells with material.
     cells: Vec<Cell>,
-    row_stride: usize,
-    /// Per row, padded: upper surface (0 where absent).
-    top: Vec<Units>,
-    /// Per row, padded: upper minus lower surface (0 where absent).
-    thickness: Vec<Units>,
-    /// Per row, padded: lower surface ([`NOTHING_BELOW`] where absent).
-    bottom: Vec<Units>,
-    /// Rows whose clamped sums are sure to fit an `i16` lane together; 0 where only a block's are.
-    rows_per_flush: usize,
+    /// For one placement: the same cells, gathered along y.
+    blocks: Vec<Block>,
+    /// Blocks whose clamped sums are sure to fit an `i16` lane together.
+    blocks_per_flush: usize,
     voxel_count: u64,
 }
 
 impl ViewLayout {
-    pub(crate) fn new(nx: usize, ny: usize, top: &[Units], bottom: &[Units]) -> Self {
-        let row_stride = ny.next_multiple_of(ROW_LANES);
+    pub(crate) fn new(ny: usize, top: &[Units], bottom: &[Units]) -> Self {
         let mut layout = Self {
             cells: Vec::new(),
-            row_stride,
-            top: vec![0; nx * row_stride],
-            thickness: vec![0; nx * row_stride],
-            bottom: vec![NOTHING_BELOW; nx * row_stride],
-            rows_per_flush: 1,
+            blocks: Vec::new(),
+            blocks_per_flush: 1,
             voxel_count: 0,
         };
         let mut thickest = 1;
         for (index, (top, bottom)) in top.iter().zip(bottom).enumerate() {
-            let (x, y) = (index / ny, index % ny);
             if *bottom == ABSENT {
                 continue;
             }
+            let (x, y) = ((index / ny) as u16, (index % ny) as u16);
+            let bottom = *bottom;
             let thickness = top - bottom;
-            let padded = x * row_stride + y;
-            layout.cells.push(Cell {
-                x: x as u16,
-                y: y as u16,
-                bottom: *bottom,
-            });
-            layout.top[padded] = *top;
-            layout.thickness[padded] = thickness;
-            layout.bottom[padded] = *bottom;
+            layout.cells.push(Cell { x, y, bottom });
+            let reaches = |block: &Block| block.x == x && y < block.y + ROW_LANES as u16;
+            if !layout.blocks.last().is_some_and(reaches) {
+                layout.blocks.push(Block {
+                    x,
+                    y,
+                    bottom: [NOTHING_BELOW; ROW_LANES],
+                    top: [0; ROW_LANES],
+                    thickness: [0; ROW_LANES],
+                });
+            }
+            if let Some(block) = layout.blocks.last_mut() {
+                let lane = usize::from(y - block.y);
+                block.bottom[lane] = bottom;
+                block.top[lane] = *top;
+                block.thickness[lane] = thickness;
+            }
             layout.voxel_count += thickness as u64;
             thickest = thickest.max(thickness);
         }
-        let per_row = DISTANCE_LEVELS * (row_stride / ROW_LANES) * thickest as usize;
-        layout.rows_per_flush = Units::MAX as usize / per_row;
+        let per_block = DISTANCE_LEVELS * thickest as usize;
+        layout.blocks_per_flush = (Units::MAX as usize / per_block).max(1);
         layout
     }
 }
@@ -152,15 +167,12 @@ pub(crate) fn resting_heights(
 /// Resting height of the one placement whose footprint starts at cell index `base`.
 #[inline(always)]
 pub(crate) fn resting_height(container: &PaddedMap, base: usize, view: &ItemView) -> Units {
-    let layout = view.layout();
     let mut heights = [0; ROW_LANES];
-    for (x, bottoms) in layout.bottom.chunks_exact(layout.row_stride).enumerate() {
-        let start = base + x * container.stride;
-        for (block, bottom) in bottoms.as_chunks::<ROW_LANES>().0.iter().enumerate() {
-            let below: &[Units; ROW_LANES] = lanes(&container.cells, start + block * ROW_LANES);
-            for lane in 0..ROW_LANES {
-                heights[lane] = heights[lane].max(below[lane] - bottom[lane]);
-            }
+    for block in &view.layout().blocks {
+        let start = base + usize::from(block.x) * container.stride + usize::from(block.y);
+        let below: &[Units; ROW_LANES] = lanes(&container.cells, start);
+        for lane in 0..ROW_LANES {
+            heights[lane] = heights[lane].max(below[lane] - block.bottom[lane]);
         }
     }
     heights.into_iter().fold(0, Units::max)
@@ -182,28 +194,18 @@ pub(crate) fn distance_sum(
     let mut total = layout.voxel_count;
     let mut sums = [0; ROW_LANES];
     let mut pending = 0;
-    let tops = layout.top.chunks_exact(layout.row_stride);
-    let rows = tops.zip(layout.thickness.chunks_exact(layout.row_stride));
-    for (x, (tops, thicknesses)) in rows.enumerate() {
-        if pending >= layout.rows_per_flush {
+    for block in &layout.blocks {
+        if pending >= layout.blocks_per_flush {
             total += flush(&mut sums);
             pending = 0;
         }
         pending += 1;
-        let row = base + x * stride;
-        let tops = tops.as_chunks::<ROW_LANES>().0;
-        let thicknesses = thicknesses.as_chunks::<ROW_LANES>().0;
-        for (block, (top, thickness)) in tops.iter().zip(thicknesses).enumerate() {
-            let start = row + block * ROW_LANES;
-            for level in levels {
-                let thresholds: &[Units; ROW_LANES] = lanes(&level.cells, start);
-                for lane in 0..ROW_LANES {
-                    let above = height + top[lane] - thresholds[lane];
-                    sums[lane] += above.max(0).min(thickness[lane]);
-                }
-            }
-            if layout.rows_per_flush == 0 {
-                total += flush(&mut sums);
+        let start = base + usize::from(block.x) * stride + usize::from(block.y);
+        for level in levels {
+            let thresholds: &[Units; ROW_LANES] = lanes(&level.cells, start);
+            for lane in 0..ROW_LANES {
+                let above = height + block.top[lane] - thresholds[lane];
+                sums[lane] += above.max(0).min(block.thickness[lane]);
             }
         }
     }
@@ -233,20 +235,23 @@ pub(crate) fn columns_after(
     view: &ItemView,
     height: Units,
 ) -> i64 {
-    let layout = view.layout();
     let mut total = 0;
     for x in 0..view.nx() {
         let start = base + x * container.stride;
         let below = &container.cells[start..start + view.ny()];
-        let row = x * layout.row_stride;
-        let tops = &layout.top[row..row + view.ny()];
-        let thicknesses = &layout.thickness[row..row + view.ny()];
+        let row = x * view.ny();
+        let tops = &view.top()[row..row + view.ny()];
+        let bottoms = &view.bottom()[row..row + view.ny()];
         let row_sum: i32 = below
             .iter()
             .zip(tops)
-            .zip(thicknesses)
-            .map(|((below, top), thickness)| {
-                i32::from(if *thickness > 0 { height + top } else { *below })
+            .zip(bottoms)
+            .map(|((below, top), bottom)| {
+                i32::from(if *bottom == ABSENT {
+                    *below
+                } else {
+                    height + top
+                })
             })
             .sum();
         total += i64::from(row_sum);

@@ -166,7 +166,10 @@ impl Proposer for OrExhaustive {
     }
 }
 
-/// The share of placements that is proposed, in percent: `K`.
+/// The share of all placements `|P|` that is proposed, in percent: `K`.
+///
+/// `|P|` counts every yaw and cell of the grid ([`all_count`]), as the paper does. Some of these placements leave the
+/// container, so `K` % of `|P|` is a larger share of those that are possible.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub struct Percent(f64);
 
@@ -199,7 +202,7 @@ impl Percent {
     }
 }
 
-/// Proposes a random share of each candidate's possible placements.
+/// Proposes `K` % of `|P|` for each candidate, drawn from its possible placements; all of them where they are fewer.
 #[derive(Debug, Clone)]
 pub struct ProposeRandom {
     share: Percent,
@@ -224,7 +227,10 @@ impl Proposer for ProposeRandom {
             let stream = random::mix(random::mix(self.seed, input.step), candidate.arrival as u64);
             let mut random = ChaCha8Rng::seed_from_u64(stream);
             let possible = possible_count(input.grid, &candidate.item);
-            let mut wanted = self.share.of(possible);
+            let mut wanted = self
+                .share
+                .of(all_count(input.grid, &candidate.item))
+                .min(possible);
             // Selection sampling (Knuth, algorithm S): one pass, each subset equally likely, in order.
             let mut left = possible;
             proposals.push(
@@ -238,6 +244,11 @@ impl Proposer for ProposeRandom {
         }
         Ok(())
     }
+}
+
+/// All placements `|P|` of an item: its yaws times the container's cells.
+pub fn all_count(grid: &Grid, item: &Item) -> u64 {
+    (item.views().len() * grid.nx() * grid.ny()) as u64
 }
 
 /// How many placements of an item lie within the container, over all yaws.

@@ -16,8 +16,8 @@ use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::placement::Placement;
 use ppnpack_packing::plan::{Candidate, Evaluator, StepInput};
 use ppnpack_packing::proposals::{
-    CandidateProposals, Percent, Proposals, ProposeAll, ProposeRandom, Proposer, possible_count,
-    possible_placements,
+    CandidateProposals, Percent, Proposals, ProposeAll, ProposeRandom, Proposer, all_count,
+    possible_count, possible_placements,
 };
 use ppnpack_packing::search::{ProposeBest, Search, SearchSettings};
 use proptest::prelude::*;
@@ -146,7 +146,7 @@ proptest! {
             let mut search = Search::new(&grid, &settings()).unwrap();
             search.rank(&input, &[index], &all).unwrap();
             let ranking = std::iter::from_fn(|| search.next_best(&input).unwrap());
-            let wanted = share.of(possible_count(&grid, &candidate.item)) as usize;
+            let wanted = share.of(all_count(&grid, &candidate.item)) as usize;
             let expected: Vec<Placement> =
                 ranking.map(|found| found.resting.placement).take(wanted).collect();
             prop_assert_eq!(proposals.of(index), CandidateProposals::Some(&expected));

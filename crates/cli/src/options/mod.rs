@@ -18,7 +18,9 @@ use crate::length::{parse_length, parse_size};
 use crate::progress;
 pub(crate) use method::{Method, MethodOptions, StabilityOption};
 pub(crate) use physics::{Conditions, PhysicsOptions, Simulated};
-pub(crate) use proposals::{DeviceOption, Network, ProposalSource, read_model};
+pub(crate) use proposals::{
+    DeviceOption, Network, PROPOSAL_YAWS, ProposalSource, at_least_one, read_model,
+};
 
 /// Which objects there are.
 #[derive(Debug, Clone, Args)]

@@ -21,7 +21,7 @@ use crate::network::{Backend, Proposing};
 const PROPOSAL_CELL_M: f64 = 0.01;
 
 /// The yaws that proposals are made for on grids with more.
-const PROPOSAL_YAWS: usize = 4;
+pub(crate) const PROPOSAL_YAWS: usize = 4;
 
 /// Where proposals come from.
 #[derive(Debug, Clone, Args)]
@@ -46,7 +46,7 @@ pub(crate) struct ProposalOptions {
     proposal_cell: Option<f64>,
 
     /// How many yaws at most the network or the coarse search proposes for; the others follow the nearest
-    #[arg(long, value_name = "COUNT", default_value_t = PROPOSAL_YAWS)]
+    #[arg(long, value_name = "COUNT", default_value_t = PROPOSAL_YAWS, value_parser = at_least_one)]
     proposal_yaws: usize,
 
     /// The network's weights, a .safetensors file with its .json card beside it [default: those that ship]
@@ -120,19 +120,19 @@ pub(crate) enum ProposalSource {
 }
 
 impl ProposalSource {
-    /// A coarse search of this share, with the defaults for a grid.
-    pub(crate) fn coarse(grid: &Grid, percent: f64) -> Self {
+    /// A coarse search of this share for so many yaws at most, with the default cell for a grid.
+    pub(crate) fn coarse(grid: &Grid, percent: f64, yaws: usize) -> Self {
         Self::Coarse {
             percent,
-            coarsening: coarse_search(grid, None, PROPOSAL_YAWS),
+            coarsening: coarse_search(grid, None, yaws),
         }
     }
 
-    /// A network's share, with the defaults for a grid.
-    pub(crate) fn network(grid: &Grid, percent: f64, model: &Model) -> Self {
+    /// A network's share for so many yaws at most, with the default cell for a grid.
+    pub(crate) fn network(grid: &Grid, percent: f64, yaws: usize, model: &Model) -> Self {
         Self::Network {
             percent,
-            coarsening: Coarsening::towards(grid, PROPOSAL_CELL_M, PROPOSAL_YAWS),
+            coarsening: Coarsening::towards(grid, PROPOSAL_CELL_M, yaws),
             model: model.card().weights_blake3.clone(),
         }
     }
@@ -189,6 +189,14 @@ impl std::fmt::Display for ProposalSource {
             Self::Coarse { percent, .. } => write!(formatter, "coarse, K = {percent} %"),
             Self::Network { percent, .. } => write!(formatter, "network, K = {percent} %"),
         }
+    }
+}
+
+/// Parses a number of yaws.
+pub(crate) fn at_least_one(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count) if count > 0 => Ok(count),
+        _ => Err("must be a whole number of at least 1".to_owned()),
     }
 }
 
@@ -275,9 +283,6 @@ impl ProposalOptions {
         model: Option<&Model>,
     ) -> Outcome<Vec<ProposalSource>> {
         let percent = Percent::new(self.percent).or_input()?.percent();
-        if self.proposal_yaws == 0 {
-            return Err(Failure::input("--proposal-yaws must be at least 1"));
-        }
         let coarse = ProposalSource::Coarse {
             percent,
             coarsening: coarse_search(grid, self.proposal_cell, self.proposal_yaws),

@@ -5,10 +5,10 @@ use crate::grid::Grid;
 use crate::objective::WeightError;
 use crate::placement::Placement;
 use crate::plan::{Evaluator, StepInput};
-use crate::proposals::{Percent, Proposals, ProposeAll, Proposer, possible_count};
+use crate::proposals::{Percent, Proposals, ProposeAll, Proposer, all_count};
 use crate::step::StageError;
 
-/// Proposes the share of each candidate's possible placements that a heuristic ranks best, best first.
+/// Proposes the placements of each candidate that a heuristic ranks best, best first: a share of all its placements.
 ///
 /// On the planner's own grid that is a whole exhaustive search more; behind
 /// [`CoarseToFine`](crate::coarse::CoarseToFine) it is the coarse search, what a network has to beat.
@@ -48,7 +48,7 @@ impl Proposer for ProposeBest {
         proposals.clear();
         ProposeAll.propose(input, &mut self.all)?;
         for (index, candidate) in input.candidates.iter().enumerate() {
-            let wanted = self.share.of(possible_count(input.grid, &candidate.item));
+            let wanted = self.share.of(all_count(input.grid, &candidate.item));
             self.search.rank(input, &[index], &self.all)?;
             self.best.clear();
             for _ in 0..wanted {

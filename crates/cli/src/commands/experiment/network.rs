@@ -11,7 +11,7 @@ use ppnpack_packing::item::Item;
 
 use crate::failure::{Failure, Outcome};
 use crate::network::Backend;
-use crate::options::{DeviceOption, Network, ProposalSource, read_model};
+use crate::options::{DeviceOption, Network, PROPOSAL_YAWS, ProposalSource, read_model};
 
 /// Which network proposes.
 #[derive(Debug, Args)]
@@ -76,6 +76,6 @@ impl NetworkOptions {
 
     /// The network as a source of proposals.
     pub(super) fn source(&self, grid: &Grid, model: &Model) -> ProposalSource {
-        ProposalSource::network(grid, self.percent, model)
+        ProposalSource::network(grid, self.percent, PROPOSAL_YAWS, model)
     }
 }

@@ -18,7 +18,8 @@ use super::workers;
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::network::Backend;
 use crate::options::{
-    CatalogueOptions, Conditions, PhysicsOptions, ProposalSource, StabilityOption,
+    CatalogueOptions, Conditions, PROPOSAL_YAWS, PhysicsOptions, ProposalSource, StabilityOption,
+    at_least_one,
 };
 use crate::output::{print_json, print_line, write_whole};
 use crate::sequence::{Sequence, SequenceFile};
@@ -51,9 +52,13 @@ pub(super) struct ParetoArguments {
         long = "shares",
         value_name = "LIST",
         value_delimiter = ',',
-        default_value = "1,5,20"
+        default_value = "0.25,1,5,20"
     )]
     percents: Vec<f64>,
+
+    /// How many yaws at most the network and the coarse search propose for; the others follow the nearest
+    #[arg(long, value_name = "COUNT", default_value_t = PROPOSAL_YAWS, value_parser = at_least_one)]
+    proposal_yaws: usize,
 
     #[command(flatten)]
     physics: PhysicsOptions,
@@ -252,10 +257,11 @@ fn compare(
 /// The exhaustive search first.
 fn contenders(arguments: &ParetoArguments, grid: &Grid, model: Option<&Model>) -> Vec<Contender> {
     let percents = || arguments.percents.iter().copied();
-    let network = |percent| Some(ProposalSource::network(grid, percent, model?));
+    let yaws = arguments.proposal_yaws;
+    let network = |percent| Some(ProposalSource::network(grid, percent, yaws, model?));
     let mut sources = vec![ProposalSource::All];
     sources.extend(percents().filter_map(network));
-    sources.extend(percents().map(|percent| ProposalSource::coarse(grid, percent)));
+    sources.extend(percents().map(|percent| ProposalSource::coarse(grid, percent, yaws)));
     sources.extend(percents().map(|percent| ProposalSource::Random { percent }));
     let contenders = sources.into_iter().map(|proposals| Contender {
         name: proposals.to_string(),
