@@ -84,13 +84,13 @@ impl Decoder {
         for (block, features) in self.blocks.iter().zip(coarser.iter().rev()) {
             let (_, maps, nx, ny) = features.size4()?;
             let input = beside(features, decoded.as_ref())?;
-            let spread = block.forward(&input, training)?.f_relu()?;
-            let spread = spread.f_view([-1, 2, 2, maps, nx, ny])?;
-            let spread = spread.f_permute([0, 3, 4, 1, 5, 2])?;
+            let spread = block.forward(&input, training)?.f_relu_()?;
+            // All maps of a channel as one tall image.
+            let spread = spread.f_view([1, -1, maps * nx, ny])?.f_pixel_shuffle(2)?;
             decoded = Some(spread.f_reshape([-1, maps * 4 * nx * ny])?);
         }
         let input = beside(finest, decoded.as_ref())?;
-        let mixed = self.mixing.forward(&input, training)?.f_relu()?;
+        let mixed = self.mixing.forward(&input, training)?.f_relu_()?;
         let hidden = self.hidden.forward(&mixed, training)?;
         let (four_heads, cells) = hidden.size2()?;
         let mut hidden = hidden.f_view([4, four_heads / 4, cells])?;
@@ -99,10 +99,9 @@ impl Decoder {
             let weight = weight
                 .f_unsqueeze(0)?
                 .f_expand([4, head, channels], false)?;
-            hidden = hidden.f_baddbmm(&weight, resting, 1.0, 1.0)?;
+            hidden = hidden.f_baddbmm_(&weight, resting)?;
         }
-        let hidden = hidden.f_relu()?;
-        self.score.forward_phases(&hidden)
+        self.score.forward_phases(&hidden.f_relu_()?)
     }
 
     pub(super) fn folded(&self) -> Result<Self, TchError> {

@@ -48,7 +48,7 @@ impl Encoder {
         for block in &self.blocks {
             let mut current = features.last().unwrap_or(input).shallow_clone();
             for convolution in block {
-                current = convolution.forward(&current, training)?.f_relu()?;
+                current = convolution.forward(&current, training)?.f_relu_()?;
                 if let Some(mask) = &mask {
                     current = current.f_mul(mask)?;
                 }

@@ -10,6 +10,7 @@ mod statistics;
 mod table1;
 mod table3;
 mod table4;
+mod transfer;
 pub(crate) mod workers;
 
 use clap::{Args, Subcommand};
@@ -32,6 +33,8 @@ enum Experiment {
     Table3(table3::Table3Arguments),
     /// Objects that the network was not trained on (Table IV of the paper)
     Table4(table4::Table4Arguments),
+    /// How often the network finds the optimum on grids that it was not trained on
+    Transfer(transfer::TransferArguments),
     /// Decision time against packed volume, for every way to propose placements, on several grids
     Pareto(pareto::ParetoArguments),
     /// Both stability tests against what the simulated cell does
@@ -52,6 +55,7 @@ pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Out
         Experiment::Table1(arguments) => table1::run(arguments, backend),
         Experiment::Table3(arguments) => table3::run(arguments, backend),
         Experiment::Table4(arguments) => table4::run(arguments, backend),
+        Experiment::Transfer(arguments) => transfer::run(arguments, backend),
         Experiment::Pareto(arguments) => pareto::run(arguments, backend),
         Experiment::Stability(arguments) => stability::run(arguments),
     }
