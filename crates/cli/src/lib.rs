@@ -12,6 +12,7 @@ mod progress;
 mod report;
 mod sequence;
 mod simulation;
+mod workers;
 
 use std::process::ExitCode;
 

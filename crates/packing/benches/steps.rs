@@ -134,10 +134,10 @@ fn search(grid: &Grid, heuristic: Heuristic) -> Search {
     Search::new(grid, &settings(heuristic)).unwrap()
 }
 
-/// The heuristic's best 5 % on a coarser grid.
+/// The heuristic's best 0.5 % on a coarser grid.
 fn coarse_search(grid: &Grid, coarsening: Coarsening) -> Box<dyn Proposer> {
     let grids = CoarseGrid::new(grid, coarsening).unwrap();
-    let share = Percent::new(5.0).unwrap();
+    let share = Percent::new(0.5).unwrap();
     let best = ProposeBest::new(grids.coarse(), &settings(Heuristic::Sdfm), share).unwrap();
     Box::new(CoarseToFine::new(grids, Box::new(best)))
 }
@@ -194,7 +194,7 @@ fn steps(criterion: &mut Criterion) {
         for coarsening in coarsenings(grid) {
             let Coarsening { cells, yaws } = coarsening;
             alternate(
-                &format!("SDFM on 5 % of {cells}-fold cells, every {yaws}. yaw"),
+                &format!("SDFM on 0.5 % of {cells}-fold cells, every {yaws}. yaw"),
                 planner(grid, coarse_search(grid, coarsening), physical()),
             );
         }

@@ -29,7 +29,7 @@ pub(crate) fn level_reach(grid: &Grid, step: usize) -> (usize, Units) {
 pub(crate) struct DistanceLevels {
     reach: [(usize, Units); DISTANCE_LEVELS],
     levels: [PaddedMap; DISTANCE_LEVELS],
-    along_y: PaddedMap,
+    dilation: Dilation,
 }
 
 impl DistanceLevels {
@@ -38,7 +38,7 @@ impl DistanceLevels {
         Self {
             reach: std::array::from_fn(|level| level_reach(grid, level + 1)),
             levels: std::array::from_fn(|_| map()),
-            along_y: map(),
+            dilation: Dilation::new(grid.nx(), grid.ny()),
         }
     }
 
@@ -49,51 +49,104 @@ impl DistanceLevels {
     /// Recomputes all levels for a heightmap of the grid's size.
     #[inline(always)]
     pub(crate) fn update(&mut self, heightmap: &Heightmap) {
+        // Squares add up, so each level is a small dilation of the one before.
+        let dilation = &mut self.dilation;
+        dilation.heights.copy_from_slice(heightmap.heights());
+        let mut dilated = 0;
         for (level, (radius, lift)) in self.levels.iter_mut().zip(self.reach) {
-            dilate(heightmap, radius, lift, &mut self.along_y, level);
+            dilation.dilate(radius - dilated);
+            dilated = radius;
+            dilation.write(radius, lift, level);
         }
     }
 }
 
-/// `out` = the heightmap dilated by a square of `radius` cells, plus `lift`; [`WALL`] within `radius` of a wall.
-#[inline(always)]
-fn dilate(
-    heightmap: &Heightmap,
-    radius: usize,
-    lift: Units,
-    along_y: &mut PaddedMap,
-    out: &mut PaddedMap,
-) {
-    let (nx, ny) = (heightmap.nx(), heightmap.ny());
-    let inner_y = radius..ny.saturating_sub(radius).max(radius);
-    for x in 0..nx {
-        let heights = heightmap.row(x);
-        let row = along_y.row_mut(x);
-        row.fill(WALL);
-        let Some(inner) = row.get_mut(inner_y.clone()) else {
-            continue;
-        };
-        inner.fill(0);
-        for window in heights.windows(inner.len().max(1)).take(2 * radius + 1) {
-            raise(inner, window, 0);
+/// A heightmap that is dilated step by step.
+#[derive(Debug, Clone)]
+struct Dilation {
+    nx: usize,
+    ny: usize,
+    /// Right where the squares of all steps so far lie within the container; something between 0 and the greatest
+    /// height elsewhere.
+    heights: Vec<Units>,
+    row: Vec<Units>,
+}
+
+impl Dilation {
+    fn new(nx: usize, ny: usize) -> Self {
+        Self {
+            nx,
+            ny,
+            heights: vec![0; nx * ny],
+            row: vec![0; ny],
         }
     }
-    for x in 0..nx {
-        let row = out.row_mut(x);
-        if x < radius || x + radius >= nx {
+
+    /// Dilates by a square of `radius` cells around each cell.
+    #[inline(always)]
+    fn dilate(&mut self, radius: usize) {
+        let window = 2 * radius + 1;
+        if window > self.nx || window > self.ny {
+            return;
+        }
+        let Self {
+            ny, heights, row, ..
+        } = self;
+        for heights in heights.chunks_exact_mut(*ny) {
+            for step in doubling(window) {
+                row.copy_from_slice(heights);
+                raise(heights, row.get(step..).unwrap_or(&[]));
+            }
+            // The maximum of the window that starts at a cell belongs to the cell in its middle.
+            heights.copy_within(..*ny - radius, radius);
+        }
+        for step in doubling(window) {
+            let mut rest = heights.as_mut_slice();
+            while rest.len() > step * *ny {
+                let (first, others) = rest.split_at_mut(*ny);
+                raise(
+                    first,
+                    others.get((step - 1) * *ny..step * *ny).unwrap_or(&[]),
+                );
+                rest = others;
+            }
+        }
+        let (cells, shift) = (heights.len(), radius * *ny);
+        heights.copy_within(..cells - shift, shift);
+    }
+
+    /// Writes a level: the heights plus `lift`, and [`WALL`] within `radius` of a wall.
+    #[inline(always)]
+    fn write(&self, radius: usize, lift: Units, level: &mut PaddedMap) {
+        let inner_y = radius..self.ny.saturating_sub(radius).max(radius);
+        for (x, heights) in self.heights.chunks_exact(self.ny).enumerate() {
+            let row = level.row_mut(x);
             row.fill(WALL);
-            continue;
-        }
-        row.fill(0);
-        for other in x - radius..=x + radius {
-            raise(row, along_y.row(other), lift);
+            if x < radius || x + radius >= self.nx {
+                continue;
+            }
+            let inner = row.get_mut(inner_y.clone()).unwrap_or(&mut []);
+            let heights = heights.get(inner_y.clone()).unwrap_or(&[]);
+            for (cell, height) in inner.iter_mut().zip(heights) {
+                *cell = (height + lift).min(WALL);
+            }
         }
     }
 }
 
+/// The offsets at which a running maximum is to be joined with itself to span a window: 1, 2, 4, ... and the rest.
+fn doubling(window: usize) -> impl Iterator<Item = usize> {
+    let mut spanned = 1;
+    std::iter::from_fn(move || {
+        let step = spanned.min(window - spanned);
+        spanned += step;
+        (step > 0).then_some(step)
+    })
+}
+
 #[inline(always)]
-fn raise(row: &mut [Units], heights: &[Units], lift: Units) {
+fn raise(row: &mut [Units], heights: &[Units]) {
     for (cell, height) in row.iter_mut().zip(heights) {
-        *cell = (*cell).max(height + lift).min(WALL);
+        *cell = (*cell).max(*height);
     }
 }

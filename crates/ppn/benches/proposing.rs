@@ -99,7 +99,8 @@ fn proposing(criterion: &mut Criterion) {
     (0..half_full.len()).for_each(|index| propose(index, 5));
     let mut group = criterion.benchmark_group("propose");
     for candidates in [1, 5] {
-        let id = BenchmarkId::new("32 x 32 cells, 4 yaws, K = 5 %", candidates);
+        let what = format!("network's best 5 %, candidates: {candidates}");
+        let id = BenchmarkId::new(what, "1 cm, 4 yaws");
         group.bench_function(id, |bencher| {
             let mut index = 0;
             bencher.iter(|| {

@@ -15,7 +15,6 @@ use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::search::SearchSettings;
 use serde::Serialize;
 
-use super::experiment::workers;
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::options::{
     CatalogueOptions, Conditions, GridOptions, Method, PhysicsOptions, ProposalSource, Simulated,
@@ -24,6 +23,7 @@ use crate::options::{
 use crate::output::{print_json, print_line};
 use crate::sequence::{Sequence, SequenceFile};
 use crate::simulation::simulate;
+use crate::workers;
 
 /// Sequences in a shard: of a killed run at most this many per worker are played again.
 const SEQUENCES_PER_SHARD: u32 = 10;

@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 
 use super::runs::Runs;
 use super::statistics::Mean;
-use super::workers;
-use crate::failure::{Failure, Outcome};
+use crate::failure::{Failure, OrRun, Outcome};
 use crate::options::{Method, Network, ProposalSource, Simulated, StabilityOption};
 use crate::sequence::Sequence;
 use crate::simulation::simulate;
+use crate::workers;
 
 /// What all runs of a comparison share.
 #[derive(Debug, Serialize)]
@@ -151,7 +151,6 @@ pub(super) fn pack_all(
 
 /// The name of a run's file: readable, and another one for another method.
 fn name(contender: &Contender, case: usize) -> Outcome<String> {
-    use crate::failure::OrRun;
     let method = serde_json::to_vec(contender).or_run()?;
     let hash = blake3::hash(&method).to_hex();
     let letters = contender.name.chars().map(|letter| {

@@ -11,7 +11,6 @@ mod table1;
 mod table3;
 mod table4;
 mod transfer;
-pub(crate) mod workers;
 
 use clap::{Args, Subcommand};
 

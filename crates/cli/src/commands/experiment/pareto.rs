@@ -14,7 +14,6 @@ use super::document;
 use super::network::NetworkOptions;
 use super::runs::Runs;
 use super::statistics::Mean;
-use super::workers;
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::network::Backend;
 use crate::options::{
@@ -23,6 +22,7 @@ use crate::options::{
 };
 use crate::output::{print_json, print_line, write_whole};
 use crate::sequence::{Sequence, SequenceFile};
+use crate::workers;
 
 /// Packs test sequences on several grids with every source of proposals at several shares K.
 #[derive(Debug, Args)]

@@ -24,10 +24,10 @@ use serde::{Deserialize, Serialize};
 use super::document;
 use super::runs::Runs;
 use super::statistics::percent;
-use super::workers;
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::options::{CatalogueOptions, Conditions, GridOptions, PhysicsOptions};
 use crate::output::{print_json, print_line, write_whole};
+use crate::workers;
 
 /// Tries placements in half-packed containers and compares both stability tests with what becomes of the items.
 ///

@@ -14,7 +14,6 @@ use super::document;
 use super::network::NetworkOptions;
 use super::runs::Runs;
 use super::statistics::Mean;
-use super::workers;
 use crate::failure::{Failure, OrRun, Outcome};
 use crate::network::Backend;
 use crate::options::{
@@ -22,6 +21,7 @@ use crate::options::{
 };
 use crate::output::{print_json, print_line, write_whole};
 use crate::sequence::{Sequence, SequenceFile};
+use crate::workers;
 
 /// Packs the first test sequences with each packing heuristic and compares them.
 #[derive(Debug, Args)]

@@ -15,7 +15,6 @@ use super::document;
 use super::network::NetworkOptions;
 use super::runs::Runs;
 use super::statistics::Mean;
-use super::workers;
 use crate::failure::{OrRun, Outcome};
 use crate::network::Backend;
 use crate::options::{
@@ -23,6 +22,7 @@ use crate::options::{
 };
 use crate::output::{print_json, print_line, write_whole};
 use crate::sequence::Sequence;
+use crate::workers;
 
 /// Packs random sequences of unseen objects: at random, with the network's proposals, searching all placements.
 #[derive(Debug, Args)]

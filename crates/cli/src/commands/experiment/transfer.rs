@@ -21,12 +21,12 @@ use super::document;
 use super::network::NetworkOptions;
 use super::runs::Runs;
 use super::statistics::Mean;
-use super::workers;
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::network::Backend;
 use crate::options::{CatalogueOptions, Method, Network, ProposalSource, StabilityOption};
 use crate::output::{print_json, print_line, write_whole};
 use crate::sequence::SequenceFile;
+use crate::workers;
 
 /// Measures on several containers, cells and yaws how often the optimum is among the network's proposals, without
 /// training it anew.
