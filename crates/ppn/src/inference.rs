@@ -14,11 +14,11 @@ use ppnpack_packing::proposals::Percent;
 use ppnpack_packing::resting::RestingHeights;
 use tch::{TchError, Tensor};
 
-use crate::correlation::{PaddedFeatures, SparseKernel};
 use crate::error::NetworkError;
 use crate::files::copy_into;
 use crate::maps::{Layout, canvas, limit, lowest};
 use crate::network::{CONTAINER_CHANNELS, Network, RESTING_CHANNELS, VIEW_CHANNELS, ViewFeatures};
+use crate::processor::{Processor, SparseKernel};
 use crate::runtime;
 use crate::symmetry::Symmetry;
 
@@ -35,8 +35,8 @@ pub(crate) struct Inference {
     resting: RestingHeights,
     features: HashMap<ShapeId, ItemFeatures>,
     uses: u64,
-    /// How far an item's views may reach from their centre, in cells; where the processor's own correlation is used.
-    margin: Option<usize>,
+    /// Runs what comes after the encoders, where libtorch does not.
+    processor: Option<Processor>,
 }
 
 /// What is kept of an item: its features do not depend on the container.
@@ -49,7 +49,7 @@ struct ItemFeatures {
 /// The features of an item's views, in the form that they are fused in.
 #[derive(Debug)]
 enum KeptViews {
-    /// For the processor's own correlation: per resolution, one kernel per view.
+    /// For [`Processor`]: per resolution, one kernel per view.
     Sparse(Vec<Vec<SparseKernel>>),
     /// For libtorch: `[R, C_i, K_i, K_i]` per resolution, on canvases of one size.
     Dense(ViewFeatures),
@@ -88,8 +88,13 @@ impl Inference {
         let network = tch::no_grad(|| network.folded())?;
         let layout = Layout::new(grid, architecture.stride(), Symmetry::default());
         let uses_own = device == tch::Device::Cpu && architecture.fusion == Fusion::Correlation;
+        let processor = if uses_own {
+            Some(Processor::new(&network, layout.padded)?)
+        } else {
+            None
+        };
         Ok(Self {
-            margin: uses_own.then_some(layout.padded.nx.max(layout.padded.ny)),
+            processor,
             layout,
             resting: RestingHeights::new(grid),
             grid: grid.clone(),
@@ -228,15 +233,20 @@ impl Inference {
         items: &[&Item],
         resting: &[f32],
     ) -> Result<Vec<f32>, NetworkError> {
-        let cells = self.layout.cells() as i64;
-        let containers = self.encode_container(heightmap)?;
         for item in items {
             self.remember(item)?;
         }
-        let fused = match self.margin {
-            Some(margin) => self.fuse_sparse(&containers, items, margin)?,
-            None => self.fuse_dense(&containers, items)?,
-        };
+        let mut container = vec![0.0; CONTAINER_CHANNELS as usize * self.layout.cells()];
+        self.layout
+            .write_container(heightmap.heights(), &mut container);
+        if let Some(processor) = &mut self.processor {
+            let levels = self.network.architecture().widths.len();
+            let views = kernels(&self.features, levels, items);
+            return Ok(processor.score(&container, &views, resting));
+        }
+        let cells = self.layout.cells() as i64;
+        let containers = self.encode_container(&container)?;
+        let fused = self.fuse_dense(&containers, items)?;
         let resting = if self.network.architecture().resting_heights {
             let all = Tensor::f_from_slice(resting)?.f_view([-1, RESTING_CHANNELS, cells])?;
             Some(all.f_to(self.device)?)
@@ -246,27 +256,6 @@ impl Inference {
         let scores = self.network.score(&fused, resting.as_ref())?;
         let scores = scores.f_to(tch::Device::Cpu)?.f_contiguous()?.f_view(-1)?;
         Ok(Vec::try_from(scores)?)
-    }
-
-    /// Fuses with the processor's own correlation.
-    fn fuse_sparse(
-        &self,
-        containers: &[Tensor],
-        items: &[&Item],
-        margin: usize,
-    ) -> Result<Vec<Tensor>, NetworkError> {
-        let fused = containers.iter().enumerate().map(|(level, container)| {
-            let kernels = items.iter().flat_map(|item| {
-                let kept = self.features.get(&item.shape());
-                match kept.map(|kept| &kept.views) {
-                    Some(KeptViews::Sparse(levels)) => levels.get(level).map_or(&[][..], |l| l),
-                    _ => &[],
-                }
-            });
-            let kernels: Vec<&SparseKernel> = kernels.collect();
-            PaddedFeatures::new(container, margin >> (level + 1))?.correlate(&kernels)
-        });
-        Ok(fused.collect::<Result<_, _>>()?)
     }
 
     /// Fuses with libtorch.
@@ -290,12 +279,10 @@ impl Inference {
         Ok(self.network.fuse(containers, &views)?)
     }
 
-    fn encode_container(&self, heightmap: &Heightmap) -> Result<Vec<Tensor>, NetworkError> {
+    fn encode_container(&self, maps: &[f32]) -> Result<Vec<Tensor>, NetworkError> {
         let padded = self.layout.padded;
-        let mut maps = vec![0.0; CONTAINER_CHANNELS as usize * self.layout.cells()];
-        self.layout.write_container(heightmap.heights(), &mut maps);
         let shape = [1, CONTAINER_CHANNELS, padded.nx as i64, padded.ny as i64];
-        let maps = Tensor::f_from_slice(&maps)?.f_view(shape)?;
+        let maps = Tensor::f_from_slice(maps)?.f_view(shape)?;
         Ok(self.network.encode_containers(&maps.f_to(self.device)?)?)
     }
 
@@ -314,7 +301,7 @@ impl Inference {
         let layout = self.layout;
         let admitted = |view: &&ItemView| layout.admits(view);
         let stride = self.network.architecture().stride();
-        let side = match self.margin {
+        let side = match self.processor {
             Some(_) => canvas(item.views().iter().filter(admitted), stride),
             None => layout.padded.nx.max(layout.padded.ny),
         };
@@ -328,7 +315,7 @@ impl Inference {
         let shape = [-1, VIEW_CHANNELS, side as i64, side as i64];
         let maps = Tensor::f_from_slice(&maps)?.f_view(shape)?;
         let views = self.network.encode_views(&maps.f_to(self.device)?)?;
-        let views = match self.margin {
+        let views = match self.processor {
             Some(_) => KeptViews::Sparse(sparse(&views)?),
             None => KeptViews::Dense(views),
         };
@@ -337,6 +324,22 @@ impl Inference {
         self.features.insert(item.shape(), kept);
         Ok(())
     }
+}
+
+/// Per resolution, the kernels of the items' views.
+fn kernels<'a>(
+    features: &'a HashMap<ShapeId, ItemFeatures>,
+    levels: usize,
+    items: &[&Item],
+) -> Vec<Vec<&'a SparseKernel>> {
+    let of_level = |level| {
+        let of_item = |item: &&Item| match features.get(&item.shape()).map(|kept| &kept.views) {
+            Some(KeptViews::Sparse(levels)) => levels.get(level).map_or(&[][..], Vec::as_slice),
+            _ => &[],
+        };
+        items.iter().flat_map(of_item).collect()
+    };
+    (0..levels).map(of_level).collect()
 }
 
 /// The kernels of features `[R, C_i, K_i, K_i]` per resolution.

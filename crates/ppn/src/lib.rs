@@ -3,12 +3,12 @@
 //! This is the only crate that links libtorch. [`training::train`] makes a model from a dataset;
 //! [`proposer::NetworkProposer`] proposes placements with one.
 
-mod correlation;
 mod error;
 mod files;
 mod inference;
 mod maps;
 mod network;
+mod processor;
 pub mod proposer;
 mod runtime;
 mod symmetry;

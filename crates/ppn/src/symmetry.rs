@@ -9,7 +9,7 @@ pub(crate) struct Symmetry {
 }
 
 /// A rectangle of cells.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Cells {
     pub(crate) nx: usize,
     pub(crate) ny: usize,

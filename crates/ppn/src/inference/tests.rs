@@ -111,7 +111,7 @@ fn a_batch_gives_what_single_runs_give_and_caches_change_nothing() {
 }
 
 #[test]
-fn the_sparse_path_and_folding_change_nothing() {
+fn the_processors_own_path_and_folding_change_nothing() {
     let grid = Grid::reference();
     let shaken = |parameters: &Parameters| {
         for (name, tensor) in parameters.tensors() {
@@ -129,11 +129,11 @@ fn the_sparse_path_and_folding_change_nothing() {
         let items = items(3);
         let all: Vec<&Item> = items.iter().collect();
         let scene = heightmap(&grid, 3);
-        let mut sparse = Inference::new(&model, &grid, Device::Cpu).unwrap();
-        let expected = sparse.score(&scene, &all).unwrap();
-        // The same on libtorch's own correlation, with normalisation left in place.
+        let mut own = Inference::new(&model, &grid, Device::Cpu).unwrap();
+        let expected = own.score(&scene, &all).unwrap();
+        // The same on libtorch, with normalisation left in place.
         let mut dense = Inference::new(&model, &grid, Device::Cpu).unwrap();
-        dense.margin = None;
+        dense.processor = None;
         let (mut unfolded, parameters) = Network::new(&architecture, tch::Device::Cpu).unwrap();
         for (name, tensor) in parameters.tensors() {
             copy_into("a test", name, &model.tensors()[name], tensor).unwrap();
@@ -275,6 +275,7 @@ fn scores_that_are_no_numbers_are_refused() {
         drop(score.shallow_clone().fill_(f64::NAN));
     });
     inference.network = broken;
+    inference.processor = None;
     let items = items(1);
     let share = Percent::new(5.0).unwrap();
     let error = inference

@@ -11,9 +11,10 @@ use tch::{Device, TchError, Tensor};
 use ppnpack_model::architecture::Architecture;
 
 use decoder::Decoder;
-pub(crate) use decoder::RESTING_CHANNELS;
+pub(crate) use decoder::{DecoderWeights, RESTING_CHANNELS};
 use encoder::{Encoder, halved};
 pub(crate) use fusion::fuse;
+pub(crate) use layers::Linear;
 pub(crate) use parameters::Parameters;
 
 /// Channels of a container: height in decimetres, and 1 inside.
@@ -130,6 +131,16 @@ impl Network {
             .forward(fused, by_phase.as_ref(), self.is_training)?;
         let by_map = scores.f_view([4, maps, -1])?;
         by_map.f_permute([1, 0, 2])?.f_reshape([maps, -1])
+    }
+
+    /// The convolutions of the container's encoder, by block.
+    pub(crate) fn container_weights(&self) -> Result<Vec<[Linear; 2]>, TchError> {
+        tch::no_grad(|| self.container.weights())
+    }
+
+    /// The weights of its decoder.
+    pub(crate) fn decoder_weights(&self) -> Result<DecoderWeights, TchError> {
+        tch::no_grad(|| self.decoder.weights())
     }
 
     /// What the network looks like.

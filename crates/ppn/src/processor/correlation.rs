@@ -6,6 +6,10 @@
 use pulp::{Arch, Simd, WithSimd};
 use tch::{TchError, Tensor};
 
+use super::encoder::Canvas;
+use super::matrix::Matrix;
+use crate::symmetry::Cells;
+
 /// Rows are padded to a multiple of this: cells computed together, at most.
 const LANES: usize = 16;
 /// Rows that are computed together, so that several sums are under way at once.
@@ -14,7 +18,6 @@ const ROWS: usize = 4;
 /// The features of one view at one resolution, where its footprint has material.
 #[derive(Debug, Clone)]
 pub(crate) struct SparseKernel {
-    channels: usize,
     /// Where a cell lies from the footprint's centre.
     offsets: Vec<(isize, isize)>,
     /// Per channel, the value of each cell: `[channels, offsets]`.
@@ -45,7 +48,6 @@ impl SparseKernel {
                 .map(move |cell| at(channel, *cell).unwrap_or(0.0))
         };
         Ok(Self {
-            channels,
             offsets: used.iter().map(offset).collect(),
             weights: (0..channels).flat_map(of_channel).collect(),
         })
@@ -54,7 +56,7 @@ impl SparseKernel {
 
 /// Features of a container at one resolution, with room for kernels to reach over its edge.
 #[derive(Debug, Clone)]
-pub(crate) struct PaddedFeatures {
+pub(super) struct PaddedFeatures {
     channels: usize,
     nx: usize,
     ny: usize,
@@ -64,29 +66,28 @@ pub(crate) struct PaddedFeatures {
 }
 
 impl PaddedFeatures {
-    /// From features `[1, channels, X, Y]`; `margin` is the farthest that a kernel reaches.
-    pub(crate) fn new(features: &Tensor, margin: usize) -> Result<Self, TchError> {
-        let (_, channels, nx, ny) = features.size4()?;
-        let (channels, nx, ny) = (channels as usize, nx as usize, ny as usize);
-        let values: Vec<f32> = Vec::try_from(features.f_contiguous()?.f_view(-1)?)?;
+    /// `margin` is the farthest that a kernel reaches.
+    pub(super) fn new(features: &Canvas, margin: usize) -> Self {
+        let (channels, Cells { nx, ny }) = (features.channels(), features.cells());
         let stride = ny.next_multiple_of(LANES) + 2 * margin;
         let rows = nx.next_multiple_of(ROWS) + 2 * margin;
         let mut padded = vec![0.0; channels * rows * stride];
-        for (index, row) in values.chunks_exact(ny.max(1)).enumerate() {
-            let (channel, x) = (index / nx, index % nx);
-            let start = (channel * rows + margin + x) * stride + margin;
-            if let Some(out) = padded.get_mut(start..start + ny) {
-                out.copy_from_slice(row);
+        for channel in 0..channels {
+            for x in 0..nx {
+                let start = (channel * rows + margin + x) * stride + margin;
+                if let Some(out) = padded.get_mut(start..start + ny) {
+                    out.copy_from_slice(features.row(channel, x));
+                }
             }
         }
-        Ok(Self {
+        Self {
             channels,
             nx,
             ny,
             margin,
             stride,
             values: padded,
-        })
+        }
     }
 
     fn rows(&self) -> usize {
@@ -94,22 +95,20 @@ impl PaddedFeatures {
     }
 
     /// Correlates with all kernels: `[channels, kernels, X, Y]`.
-    pub(crate) fn correlate(&self, kernels: &[&SparseKernel]) -> Result<Tensor, TchError> {
-        let mut out = vec![0.0; self.channels * kernels.len() * self.nx * self.ny];
+    pub(super) fn correlate(&self, kernels: &[&SparseKernel], out: &mut Matrix) {
+        out.reshape(self.channels, kernels.len() * self.nx * self.ny);
         Arch::new().dispatch(Correlate {
             features: self,
             kernels,
-            out: &mut out,
+            out,
         });
-        let shape = [self.channels, kernels.len(), self.nx, self.ny];
-        Tensor::f_from_slice(&out)?.f_view(shape.map(|side| side as i64))
     }
 }
 
 struct Correlate<'a> {
     features: &'a PaddedFeatures,
     kernels: &'a [&'a SparseKernel],
-    out: &'a mut [f32],
+    out: &'a mut Matrix,
 }
 
 impl WithSimd for Correlate<'_> {
@@ -125,15 +124,20 @@ impl WithSimd for Correlate<'_> {
         let cells = features.nx * features.ny;
         let plane = features.rows() * features.stride;
         let mut taps: Vec<(usize, f32)> = Vec::new();
-        for (map, out) in out.chunks_exact_mut(cells.max(1)).enumerate() {
-            let (channel, view) = (map / kernels.len(), map % kernels.len());
-            let Some(kernel) = kernels.get(view).filter(|kernel| channel < kernel.channels) else {
+        let maps = (0..features.channels).flat_map(|channel| {
+            let kernels = kernels.iter().enumerate();
+            kernels.map(move |(view, kernel)| (channel, view, kernel))
+        });
+        for (channel, view, kernel) in maps {
+            let out = out.row_mut(channel);
+            let Some(out) = out.get_mut(view * cells..(view + 1) * cells) else {
                 continue;
             };
             let plane = features.values.get(channel * plane..(channel + 1) * plane);
             let count = kernel.offsets.len();
             let weights = kernel.weights.get(channel * count..(channel + 1) * count);
             let (Some(plane), Some(weights)) = (plane, weights) else {
+                out.fill(0.0);
                 continue;
             };
             taps.clear();
@@ -214,11 +218,20 @@ mod tests {
             let kernels: Vec<SparseKernel> = (0..views)
                 .map(|view| SparseKernel::new(&items.get(view)).unwrap())
                 .collect();
-            let padded = PaddedFeatures::new(&container, side as usize / 2).unwrap();
-            let found = padded
-                .correlate(&kernels.iter().collect::<Vec<_>>())
-                .unwrap();
-            assert_eq!(found.size(), expected.size());
+            let mut canvas = Canvas::default();
+            let cells = Cells {
+                nx: nx as usize,
+                ny: ny as usize,
+            };
+            let values: Vec<f32> = Vec::try_from(container.view(-1)).unwrap();
+            canvas.fill(channels as usize, cells, &values);
+            let padded = PaddedFeatures::new(&canvas, side as usize / 2);
+            let mut found = Matrix::default();
+            padded.correlate(&kernels.iter().collect::<Vec<_>>(), &mut found);
+            let rows: Vec<f32> = (0..found.rows())
+                .flat_map(|row| found.row(row).to_vec())
+                .collect();
+            let found = Tensor::from_slice(&rows).view(expected.size().as_slice());
             let difference = (found - expected).abs().max().double_value(&[]);
             assert!(difference < 1e-4, "{difference}");
         }
