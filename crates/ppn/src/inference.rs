@@ -62,6 +62,28 @@ pub(crate) struct Scores {
     fits: Vec<bool>,
 }
 
+/// A score and where it stands, ordered by both: one integer, as many are compared at every step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Ranked(u64);
+
+impl Ranked {
+    /// `index` is less than 2^32.
+    fn new(score: f32, index: usize) -> Self {
+        let bits = score.to_bits();
+        // Negative numbers are in the reverse order, and below the positive ones.
+        let ordered = if score.is_sign_negative() {
+            !bits
+        } else {
+            bits | 1 << 31
+        };
+        Self(u64::from(ordered) << 32 | index as u64)
+    }
+
+    fn index(self) -> usize {
+        (self.0 & u64::from(u32::MAX)) as usize
+    }
+}
+
 impl Inference {
     /// Takes a model over; its weights must be those of its architecture.
     pub(crate) fn new(model: &Model, grid: &Grid, device: Device) -> Result<Self, NetworkError> {
@@ -157,29 +179,30 @@ impl Inference {
             first += maps;
             let scores_of = scores.scores.get(range.clone()).unwrap_or(&[]);
             let fits = scores.fits.get(range).unwrap_or(&[]);
-            let mut ranked: Vec<(f32, usize)> = Vec::new();
+            let mut ranked: Vec<Ranked> = Vec::with_capacity(scores_of.len());
             for (index, (score, fits)) in scores_of.iter().zip(fits).enumerate() {
-                if !fits {
-                    continue;
+                if *fits {
+                    ranked.push(Ranked::new(*score, index));
                 }
-                if !score.is_finite() {
-                    return Err(NetworkError::NotFinite {
-                        item: item.name().to_string(),
-                    });
-                }
-                ranked.push((*score, index));
+            }
+            if !scores_of
+                .iter()
+                .zip(fits)
+                .all(|(score, fits)| !fits || score.is_finite())
+            {
+                return Err(NetworkError::NotFinite {
+                    item: item.name().to_string(),
+                });
             }
             let all = (maps * self.grid.nx() * self.grid.ny()) as u64;
             let wanted = share.of(all) as usize;
-            let order =
-                |a: &(f32, usize), b: &(f32, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
             if wanted < ranked.len() {
-                ranked.select_nth_unstable_by(wanted, order);
+                ranked.select_nth_unstable(wanted);
                 ranked.truncate(wanted);
             }
-            ranked.sort_unstable_by(order);
-            let placements = ranked.iter().filter_map(|(_, index)| {
-                let (yaw, cell) = (index / cells, index % cells);
+            ranked.sort_unstable();
+            let placements = ranked.iter().filter_map(|ranked| {
+                let (yaw, cell) = (ranked.index() / cells, ranked.index() % cells);
                 let (x, y) = self.layout.corner_of(cell, item.views().get(yaw)?)?;
                 Some(Placement { yaw, x, y })
             });

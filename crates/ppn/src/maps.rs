@@ -142,8 +142,14 @@ impl Layout {
         debug_assert_eq!(out.len(), RESTING_CHANNELS as usize * self.cells());
         let (metric, above_lowest) = out.split_at_mut(self.cells());
         for (x, row) in heights.rows().enumerate() {
-            for (y, height) in row.iter().enumerate() {
-                let at = self.cell_of((x, y), view);
+            // Neighbours are in two phases in turn; within one, they lie a fixed distance apart.
+            let phases = [0, 1].map(|y| {
+                let (first, next) = (self.cell_of((x, y), view), self.cell_of((x, y + 2), view));
+                (first as isize, next as isize - first as isize)
+            });
+            let cells = (0..).flat_map(|pair| phases.map(|(first, step)| first + pair * step));
+            for (height, at) in row.iter().zip(cells) {
+                let at = at as usize;
                 let (Some(metric), Some(above), Some(fits)) = (
                     metric.get_mut(at),
                     above_lowest.get_mut(at),

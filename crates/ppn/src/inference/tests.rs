@@ -182,6 +182,15 @@ fn every_proposal_fits_and_no_placement_is_proposed_twice() {
 }
 
 #[test]
+fn ranks_are_in_the_order_of_scores_then_places() {
+    let scores = [-3.5, -1e-30, -0.0, 0.0, 1e-40, 2.0, 3e30];
+    let ranked: Vec<Ranked> = scores.iter().map(|score| Ranked::new(*score, 9)).collect();
+    assert!(ranked.is_sorted_by(|a, b| a < b));
+    assert!(Ranked::new(1.0, 4) < Ranked::new(1.0, 5));
+    assert_eq!(Ranked::new(-1.0, 123_456).index(), 123_456);
+}
+
+#[test]
 fn cells_and_placements_are_one_to_one() {
     let grid = Grid::reference();
     let layout = Layout::new(&grid, 16, Symmetry::default());

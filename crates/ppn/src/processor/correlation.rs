@@ -10,16 +10,18 @@ use super::encoder::Canvas;
 use super::matrix::Matrix;
 use crate::symmetry::Cells;
 
-/// Rows are padded to a multiple of this: cells computed together, at most.
-const LANES: usize = 16;
-/// Rows that are computed together, so that several sums are under way at once.
-const ROWS: usize = 4;
+/// Vectors whose sums are under way together.
+const VECTORS: usize = 4;
+/// Cells of a tile with the widest vectors there are.
+const WIDEST_TILE: usize = 16 * VECTORS;
 
 /// The features of one view at one resolution, where its footprint has material.
 #[derive(Debug, Clone)]
 pub(crate) struct SparseKernel {
     /// Where a cell lies from the footprint's centre.
     offsets: Vec<(isize, isize)>,
+    /// The greatest distance of a cell from the centre, along either axis.
+    reach: usize,
     /// Per channel, the value of each cell: `[channels, offsets]`.
     weights: Vec<f32>,
 }
@@ -47,61 +49,91 @@ impl SparseKernel {
             used.iter()
                 .map(move |cell| at(channel, *cell).unwrap_or(0.0))
         };
+        let offsets: Vec<(isize, isize)> = used.iter().map(offset).collect();
+        let reach = offsets
+            .iter()
+            .map(|(x, y)| x.unsigned_abs().max(y.unsigned_abs()));
         Ok(Self {
-            offsets: used.iter().map(offset).collect(),
+            reach: reach.max().unwrap_or(0),
+            offsets,
             weights: (0..channels).flat_map(of_channel).collect(),
         })
     }
+
+    /// The cells of a channel's kernel as indices into `features`, from the first cell of a window.
+    fn taps(&self, channel: usize, features: &PaddedFeatures, taps: &mut Vec<(usize, f32)>) {
+        let count = self.offsets.len();
+        let weights = self.weights.get(channel * count..(channel + 1) * count);
+        // After a rectifier many features are 0.
+        let used = self.offsets.iter().zip(weights.unwrap_or(&[]));
+        let used = used.filter(|(_, weight)| **weight != 0.0);
+        let (margin, pitch) = (features.margin, features.pitch());
+        taps.clear();
+        taps.extend(used.filter_map(|((x, y), weight)| {
+            let (x, y) = (
+                margin.checked_add_signed(*x)?,
+                margin.checked_add_signed(*y)?,
+            );
+            Some((x * pitch + y, *weight))
+        }));
+    }
 }
 
-/// Features of a container at one resolution, with room for kernels to reach over its edge.
-#[derive(Debug, Clone)]
+/// Features of a container at one resolution, with zeros where kernels reach over its edge.
+///
+/// Rows lie one after the other with one margin between two, so that a tile may run over the end of a row into the
+/// next: what it computes in between is left out.
+#[derive(Debug, Default)]
 pub(super) struct PaddedFeatures {
     channels: usize,
-    nx: usize,
-    ny: usize,
+    cells: Cells,
     margin: usize,
-    stride: usize,
     values: Vec<f32>,
 }
 
 impl PaddedFeatures {
-    /// `margin` is the farthest that a kernel reaches.
-    pub(super) fn new(features: &Canvas, margin: usize) -> Self {
-        let (channels, Cells { nx, ny }) = (features.channels(), features.cells());
-        let stride = ny.next_multiple_of(LANES) + 2 * margin;
-        let rows = nx.next_multiple_of(ROWS) + 2 * margin;
-        let mut padded = vec![0.0; channels * rows * stride];
-        for channel in 0..channels {
-            for x in 0..nx {
-                let start = (channel * rows + margin + x) * stride + margin;
-                if let Some(out) = padded.get_mut(start..start + ny) {
-                    out.copy_from_slice(features.row(channel, x));
-                }
-            }
-        }
-        Self {
-            channels,
-            nx,
-            ny,
-            margin,
-            stride,
-            values: padded,
-        }
-    }
-
-    fn rows(&self) -> usize {
-        self.nx.next_multiple_of(ROWS) + 2 * self.margin
-    }
-
-    /// Correlates with all kernels: `[channels, kernels, X, Y]`.
-    pub(super) fn correlate(&self, kernels: &[&SparseKernel], out: &mut Matrix) {
-        out.reshape(self.channels, kernels.len() * self.nx * self.ny);
+    /// Correlates features with all kernels: `[channels, kernels, X, Y]`.
+    pub(super) fn correlate(
+        &mut self,
+        features: &Canvas,
+        kernels: &[&SparseKernel],
+        out: &mut Matrix,
+    ) {
+        let reach = kernels.iter().map(|kernel| kernel.reach).max();
+        self.fill(features, reach.unwrap_or(0));
+        let cells = self.cells.nx * self.cells.ny;
+        out.reshape(self.channels, kernels.len() * cells);
         Arch::new().dispatch(Correlate {
             features: self,
             kernels,
             out,
         });
+    }
+
+    /// Takes over what a kernel that reaches no farther than `margin` may look at.
+    fn fill(&mut self, features: &Canvas, margin: usize) {
+        (self.channels, self.cells) = (features.channels(), features.cells());
+        self.margin = margin;
+        let (pitch, plane) = (self.pitch(), self.plane());
+        self.values.clear();
+        self.values.resize(self.channels * plane, 0.0);
+        for (channel, values) in self.values.chunks_exact_mut(plane).enumerate() {
+            for x in 0..self.cells.nx {
+                let start = (margin + x) * pitch + margin;
+                if let Some(out) = values.get_mut(start..start + self.cells.ny) {
+                    out.copy_from_slice(features.row(channel, x));
+                }
+            }
+        }
+    }
+
+    fn pitch(&self) -> usize {
+        self.cells.ny + self.margin
+    }
+
+    /// Room for a last tile with a kernel that reaches as far as it may.
+    fn plane(&self) -> usize {
+        (self.cells.nx + 2 * self.margin) * self.pitch() + self.margin + WIDEST_TILE
     }
 }
 
@@ -116,83 +148,51 @@ impl WithSimd for Correlate<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self {
-            features,
-            kernels,
-            out,
-        } = self;
-        let cells = features.nx * features.ny;
-        let plane = features.rows() * features.stride;
+        let features = self.features;
+        let (Cells { nx, ny }, pitch) = (features.cells, features.pitch());
+        let width = VECTORS * S::F32_LANES;
         let mut taps: Vec<(usize, f32)> = Vec::new();
-        let maps = (0..features.channels).flat_map(|channel| {
-            let kernels = kernels.iter().enumerate();
-            kernels.map(move |(view, kernel)| (channel, view, kernel))
-        });
-        for (channel, view, kernel) in maps {
-            let out = out.row_mut(channel);
-            let Some(out) = out.get_mut(view * cells..(view + 1) * cells) else {
-                continue;
-            };
-            let plane = features.values.get(channel * plane..(channel + 1) * plane);
-            let count = kernel.offsets.len();
-            let weights = kernel.weights.get(channel * count..(channel + 1) * count);
-            let (Some(plane), Some(weights)) = (plane, weights) else {
-                out.fill(0.0);
-                continue;
-            };
-            taps.clear();
-            let margin = features.margin as isize;
-            let used = kernel.offsets.iter().zip(weights);
-            // After a rectifier many features are 0.
-            let used = used.filter(|(_, weight)| **weight != 0.0);
-            taps.extend(used.map(|((x, y), weight)| {
-                let at = (margin + x) * features.stride as isize + margin + y;
-                (at.max(0) as usize, *weight)
-            }));
-            correlate_map(simd, plane, features, &taps, out);
+        let mut sums = vec![0.0; (nx * pitch).next_multiple_of(width)];
+        let planes = features.values.chunks_exact(features.plane());
+        for (channel, plane) in planes.enumerate() {
+            let maps = self.out.row_mut(channel).chunks_exact_mut((nx * ny).max(1));
+            for (kernel, out) in self.kernels.iter().zip(maps) {
+                kernel.taps(channel, features, &mut taps);
+                for (number, out) in sums.chunks_exact_mut(width).enumerate() {
+                    let tile = plane.get(number * width..).unwrap_or(&[]);
+                    let sums = correlate_tile(simd, tile, &taps);
+                    out.copy_from_slice(pulp::bytemuck::cast_slice(&sums));
+                }
+                for (sums, out) in sums.chunks(pitch.max(1)).zip(out.chunks_exact_mut(ny)) {
+                    if let Some(sums) = sums.get(..ny) {
+                        out.copy_from_slice(sums);
+                    }
+                }
+            }
         }
     }
 }
 
-/// One channel with one kernel. `taps` are the kernel's cells as indices from a window's first cell.
+/// A tile of one channel with one kernel. `taps` are the kernel's cells as indices into `plane`, from the window of the
+/// tile's first cell.
 #[inline(always)]
-fn correlate_map<S: Simd>(
-    simd: S,
-    plane: &[f32],
-    features: &PaddedFeatures,
-    taps: &[(usize, f32)],
-    out: &mut [f32],
-) {
-    let (nx, ny, stride) = (features.nx, features.ny, features.stride);
-    for first in (0..nx).step_by(ROWS) {
-        for y in (0..ny).step_by(S::F32_LANES) {
-            let mut sums = [simd.splat_f32s(0.0); ROWS];
-            for (tap, weight) in taps {
-                let at = first * stride + y + tap;
-                // One check for all rows.
-                let Some(windows) = plane.get(at..at + (ROWS - 1) * stride + S::F32_LANES) else {
-                    continue;
-                };
-                let weight = simd.splat_f32s(*weight);
-                for (row, sum) in sums.iter_mut().enumerate() {
-                    let window = windows.get(row * stride..).unwrap_or(&[]);
-                    if let Some(window) = S::as_simd_f32s(window).0.first() {
-                        *sum = simd.mul_add_e_f32s(*window, weight, *sum);
-                    }
-                }
-            }
-            for (row, sum) in sums.iter().enumerate().take(nx - first) {
-                let width = S::F32_LANES.min(ny - y);
-                let start = (first + row) * ny + y;
-                let sum: &[f32] = pulp::bytemuck::cast_slice(std::slice::from_ref(sum));
-                if let (Some(out), Some(sum)) =
-                    (out.get_mut(start..start + width), sum.get(..width))
-                {
-                    out.copy_from_slice(sum);
-                }
-            }
-        }
+fn correlate_tile<S: Simd>(simd: S, plane: &[f32], taps: &[(usize, f32)]) -> [S::f32s; VECTORS] {
+    let mut sums = [simd.splat_f32s(0.0); VECTORS];
+    for (tap, weight) in taps {
+        let window = plane.get(*tap..*tap + VECTORS * S::F32_LANES);
+        let [a, b, c, d] = S::as_simd_f32s(window.unwrap_or(&[])).0 else {
+            continue;
+        };
+        let weight = simd.splat_f32s(*weight);
+        let [w, x, y, z] = sums;
+        sums = [
+            simd.mul_add_e_f32s(*a, weight, w),
+            simd.mul_add_e_f32s(*b, weight, x),
+            simd.mul_add_e_f32s(*c, weight, y),
+            simd.mul_add_e_f32s(*d, weight, z),
+        ];
     }
+    sums
 }
 
 #[cfg(test)]
@@ -225,9 +225,9 @@ mod tests {
             };
             let values: Vec<f32> = Vec::try_from(container.view(-1)).unwrap();
             canvas.fill(channels as usize, cells, &values);
-            let padded = PaddedFeatures::new(&canvas, side as usize / 2);
             let mut found = Matrix::default();
-            padded.correlate(&kernels.iter().collect::<Vec<_>>(), &mut found);
+            let kernels: Vec<&SparseKernel> = kernels.iter().collect();
+            PaddedFeatures::default().correlate(&canvas, &kernels, &mut found);
             let rows: Vec<f32> = (0..found.rows())
                 .flat_map(|row| found.row(row).to_vec())
                 .collect();

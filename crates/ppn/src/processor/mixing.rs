@@ -65,27 +65,7 @@ impl Mixing {
     ) {
         let zero = simd.splat_f32s(0.0);
         for (number, block) in self.blocks.iter().enumerate() {
-            let Some((bias, weights)) = block.split_first() else {
-                continue;
-            };
-            let mut sums = [[zero; VECTORS]; OUTPUTS];
-            for (sums, bias) in sums.iter_mut().zip(bias) {
-                *sums = [simd.splat_f32s(*bias); VECTORS];
-            }
-            let mut weights = weights.iter();
-            for part in inputs.into_iter().flatten() {
-                for (start, weights) in part.starts.iter().zip(weights.by_ref()) {
-                    let row = part.values.get(*start..*start + tile::<S>());
-                    let [first, second] = S::as_simd_f32s(row.unwrap_or(&[])).0 else {
-                        continue;
-                    };
-                    for (sums, weight) in sums.iter_mut().zip(weights) {
-                        let weight = simd.splat_f32s(*weight);
-                        sums[0] = simd.mul_add_e_f32s(*first, weight, sums[0]);
-                        sums[1] = simd.mul_add_e_f32s(*second, weight, sums[1]);
-                    }
-                }
-            }
+            let sums = sums(simd, block, inputs);
             let first = number * OUTPUTS;
             for (sums, output) in sums.iter().zip(first..self.outputs) {
                 let start = output * out.stride;
@@ -100,4 +80,67 @@ impl Mixing {
             }
         }
     }
+}
+
+/// Sums of a block's outputs for one tile.
+type Sums<S> = [[<S as Simd>::f32s; VECTORS]; OUTPUTS];
+
+/// A block's outputs for one tile.
+#[inline(always)]
+fn sums<S: Simd>(simd: S, block: &[[f32; OUTPUTS]], inputs: [Option<Inputs<'_>>; 2]) -> Sums<S> {
+    let Some((bias, weights)) = block.split_first() else {
+        return [[simd.splat_f32s(0.0); VECTORS]; OUTPUTS];
+    };
+    let [a, b, c, d] = *bias;
+    let twice = |bias| [simd.splat_f32s(bias); VECTORS];
+    let mut sums = [twice(a), twice(b), twice(c), twice(d)];
+    let [first, second] = inputs;
+    let inputs_of = |part: Option<Inputs<'_>>| part.map_or(0, |part| part.starts.len());
+    let of_first = inputs_of(first).min(weights.len());
+    let (weights_of_first, weights_of_second) = weights.split_at(of_first);
+    if let Some(first) = first {
+        sums = add(simd, sums, first, weights_of_first);
+    }
+    if let Some(second) = second {
+        sums = add(simd, sums, second, weights_of_second);
+    }
+    sums
+}
+
+/// Adds inputs to sums, which are passed by value and never indexed: so they stay in registers.
+#[inline(always)]
+fn add<S: Simd>(simd: S, sums: Sums<S>, inputs: Inputs<'_>, weights: &[[f32; OUTPUTS]]) -> Sums<S> {
+    let [
+        [mut a0, mut a1],
+        [mut b0, mut b1],
+        [mut c0, mut c1],
+        [mut d0, mut d1],
+    ] = sums;
+    for (start, [a, b, c, d]) in inputs.starts.iter().zip(weights) {
+        let row = inputs.values.get(*start..*start + tile::<S>());
+        let [first, second] = S::as_simd_f32s(row.unwrap_or(&[])).0 else {
+            break;
+        };
+        let a = simd.splat_f32s(*a);
+        (a0, a1) = (
+            simd.mul_add_e_f32s(*first, a, a0),
+            simd.mul_add_e_f32s(*second, a, a1),
+        );
+        let b = simd.splat_f32s(*b);
+        (b0, b1) = (
+            simd.mul_add_e_f32s(*first, b, b0),
+            simd.mul_add_e_f32s(*second, b, b1),
+        );
+        let c = simd.splat_f32s(*c);
+        (c0, c1) = (
+            simd.mul_add_e_f32s(*first, c, c0),
+            simd.mul_add_e_f32s(*second, c, c1),
+        );
+        let d = simd.splat_f32s(*d);
+        (d0, d1) = (
+            simd.mul_add_e_f32s(*first, d, d0),
+            simd.mul_add_e_f32s(*second, d, d1),
+        );
+    }
+    [[a0, a1], [b0, b1], [c0, c1], [d0, d1]]
 }

@@ -27,6 +27,7 @@ pub(crate) struct Processor {
     cells: Cells,
     encoder: Encoder,
     decoder: Decoder,
+    padded: PaddedFeatures,
     fused: Vec<Matrix>,
 }
 
@@ -37,6 +38,7 @@ impl Processor {
         Ok(Self {
             cells,
             fused: encoder.iter().map(|_| Matrix::default()).collect(),
+            padded: PaddedFeatures::default(),
             encoder: Encoder::new(&encoder),
             decoder: Decoder::new(&network.decoder_weights()?),
         })
@@ -53,11 +55,8 @@ impl Processor {
     ) -> Vec<f32> {
         let channels = CONTAINER_CHANNELS as usize;
         let features = self.encoder.encode(channels, self.cells, container);
-        // How far a view may reach from its centre.
-        let reach = self.cells.nx.max(self.cells.ny);
-        let levels = features.iter().zip(views).zip(&mut self.fused);
-        for (level, ((features, kernels), fused)) in levels.enumerate() {
-            PaddedFeatures::new(features, reach >> (level + 1)).correlate(kernels, fused);
+        for ((features, kernels), fused) in features.iter().zip(views).zip(&mut self.fused) {
+            self.padded.correlate(features, kernels, fused);
         }
         let finest = features.first().map(Canvas::cells).unwrap_or_default();
         let maps = views.first().map_or(0, Vec::len);
