@@ -119,9 +119,6 @@ pub enum NetworkError {
     /// Regression needs values that the data does not have.
     #[error("--loss mse needs a dataset with values: make it with `ppnpack dataset --values`")]
     NoValues,
-    /// The thread that runs the network stopped, or cannot be started.
-    #[error("the thread that runs the network is not there")]
-    Thread,
     /// The thread that prepares batches stopped.
     #[error("the thread that prepares batches stopped")]
     Loader,

@@ -267,6 +267,7 @@ impl Inference {
             let views = kernels(&self.features, levels, items);
             return Ok(processor.score(&container, &views, resting));
         }
+        runtime::use_one_thread();
         let cells = self.layout.cells() as i64;
         let containers = self.encode_container(&container)?;
         let fused = self.fuse_dense(&containers, items)?;
@@ -321,6 +322,7 @@ impl Inference {
                 self.features.remove(&shape);
             }
         }
+        runtime::use_one_thread();
         let layout = self.layout;
         let admitted = |view: &&ItemView| layout.admits(view);
         let stride = self.network.architecture().stride();

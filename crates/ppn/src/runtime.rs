@@ -15,3 +15,8 @@ pub(crate) fn device(device: Device) -> Result<tch::Device, NetworkError> {
         Device::Cuda => Err(NetworkError::NoCuda),
     }
 }
+
+/// Keeps libtorch to one thread in what the calling thread asks of it: two on busy cores stall each other.
+pub(crate) fn use_one_thread() {
+    tch::set_num_threads(1);
+}
