@@ -70,14 +70,16 @@ struct Cell {
     bottom: Units,
 }
 
-/// Up to [`ROW_LANES`] footprint cells along y, of which the first has material.
+/// The first of up to [`ROW_LANES`] footprint cells along y; it has material.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Block {
-    /// The first cell.
     x: u16,
     y: u16,
-    /// Lower surface ([`NOTHING_BELOW`] where absent).
-    bottom: [Units; ROW_LANES],
+}
+
+/// The columns over a block's cells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct BlockColumns {
     /// Upper surface (0 where absent).
     top: [Units; ROW_LANES],
     /// Upper minus lower surface (0 where absent).
@@ -89,8 +91,12 @@ struct Block {
 pub(crate) struct ViewLayout {
     /// For many placements at once: the cells with material.
     cells: Vec<Cell>,
-    /// For one placement: the same cells, gathered along y.
+    /// For single placements: the same cells, gathered along y.
     blocks: Vec<Block>,
+    /// Per block the lower surface ([`NOTHING_BELOW`] where absent), apart from the rest: resting heights need no more.
+    bottoms: Vec<[Units; ROW_LANES]>,
+    /// Per block.
+    columns: Vec<BlockColumns>,
     /// Blocks whose clamped sums are sure to fit an `i16` lane together.
     blocks_per_flush: usize,
     voxel_count: u64,
@@ -101,6 +107,8 @@ impl ViewLayout {
         let mut layout = Self {
             cells: Vec::new(),
             blocks: Vec::new(),
+            bottoms: Vec::new(),
+            columns: Vec::new(),
             blocks_per_flush: 1,
             voxel_count: 0,
         };
@@ -115,19 +123,22 @@ impl ViewLayout {
             layout.cells.push(Cell { x, y, bottom });
             let reaches = |block: &Block| block.x == x && y < block.y + ROW_LANES as u16;
             if !layout.blocks.last().is_some_and(reaches) {
-                layout.blocks.push(Block {
-                    x,
-                    y,
-                    bottom: [NOTHING_BELOW; ROW_LANES],
+                layout.blocks.push(Block { x, y });
+                layout.bottoms.push([NOTHING_BELOW; ROW_LANES]);
+                layout.columns.push(BlockColumns {
                     top: [0; ROW_LANES],
                     thickness: [0; ROW_LANES],
                 });
             }
-            if let Some(block) = layout.blocks.last_mut() {
+            if let (Some(block), Some(bottoms), Some(columns)) = (
+                layout.blocks.last(),
+                layout.bottoms.last_mut(),
+                layout.columns.last_mut(),
+            ) {
                 let lane = usize::from(y - block.y);
-                block.bottom[lane] = bottom;
-                block.top[lane] = *top;
-                block.thickness[lane] = thickness;
+                bottoms[lane] = bottom;
+                columns.top[lane] = *top;
+                columns.thickness[lane] = thickness;
             }
             layout.voxel_count += thickness as u64;
             thickest = thickest.max(thickness);
@@ -160,18 +171,83 @@ pub(crate) fn resting_heights(
     heights
 }
 
-/// Resting height of the one placement whose footprint starts at cell index `base`.
-#[inline(always)]
-pub(crate) fn resting_height(container: &PaddedMap, base: usize, view: &ItemView) -> Units {
-    let mut heights = [0; ROW_LANES];
-    for block in &view.layout().blocks {
-        let start = base + usize::from(block.x) * container.stride + usize::from(block.y);
-        let below: &[Units; ROW_LANES] = lanes(&container.cells, start);
-        for lane in 0..ROW_LANES {
-            heights[lane] = heights[lane].max(below[lane] - block.bottom[lane]);
-        }
+/// Where the blocks of a view lie in a container's map, from the footprint's first cell.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct BlockOffsets {
+    /// Increasing.
+    offsets: Vec<u32>,
+    /// Cells from the first to the end of the last block.
+    span: usize,
+}
+
+impl BlockOffsets {
+    pub(crate) fn update(&mut self, container: &PaddedMap, view: &ItemView) {
+        let stride = container.stride as u32;
+        let blocks = view.layout().blocks.iter();
+        self.offsets.clear();
+        self.offsets
+            .extend(blocks.map(|block| u32::from(block.x) * stride + u32::from(block.y)));
+        self.span = self.offsets.last().map_or(0, |last| *last as usize) + ROW_LANES;
     }
-    heights.into_iter().fold(0, Units::max)
+}
+
+/// Single placements computed at once.
+pub(crate) const TOGETHER: usize = 4;
+
+/// Resting heights of the placements of a view whose footprints start at the cell indices `bases`; `blocks` are the
+/// view's.
+#[inline(always)]
+pub(crate) fn resting_heights_at(
+    container: &PaddedMap,
+    bases: [usize; TOGETHER],
+    view: &ItemView,
+    blocks: &BlockOffsets,
+) -> [Units; TOGETHER] {
+    // Windows of one length, so that one check per block covers all; and one array each, as an array of arrays would
+    // go through memory at every block.
+    let [first, second, third, fourth] =
+        bases.map(|base| &container.cells[base..base + blocks.span]);
+    let mut heights = [0; ROW_LANES];
+    let mut heights_of_second = [0; ROW_LANES];
+    let mut heights_of_third = [0; ROW_LANES];
+    let mut heights_of_fourth = [0; ROW_LANES];
+    for (offset, bottom) in blocks.offsets.iter().zip(&view.layout().bottoms) {
+        let offset = *offset as usize;
+        raise(&mut heights, lanes(first, offset), bottom);
+        raise(&mut heights_of_second, lanes(second, offset), bottom);
+        raise(&mut heights_of_third, lanes(third, offset), bottom);
+        raise(&mut heights_of_fourth, lanes(fourth, offset), bottom);
+    }
+    let highest = |heights: [Units; ROW_LANES]| heights.into_iter().fold(0, Units::max);
+    [
+        highest(heights),
+        highest(heights_of_second),
+        highest(heights_of_third),
+        highest(heights_of_fourth),
+    ]
+}
+
+/// Resting height of one placement; see [`resting_heights_at`].
+pub(crate) fn resting_height(
+    container: &PaddedMap,
+    base: usize,
+    view: &ItemView,
+    blocks: &BlockOffsets,
+) -> Units {
+    let [height, ..] = resting_heights_at(container, [base; TOGETHER], view, blocks);
+    height
+}
+
+/// Raises a block's resting heights to where its lower surface meets what is below.
+#[inline(always)]
+fn raise(
+    heights: &mut [Units; ROW_LANES],
+    below: &[Units; ROW_LANES],
+    bottom: &[Units; ROW_LANES],
+) {
+    for lane in 0..ROW_LANES {
+        heights[lane] = heights[lane].max(below[lane] - bottom[lane]);
+    }
 }
 
 /// The sum of `D` over the item's voxels, for the placement at cell index `base` resting at `height`.
@@ -190,7 +266,7 @@ pub(crate) fn distance_sum(
     let mut total = layout.voxel_count;
     let mut sums = [0; ROW_LANES];
     let mut pending = 0;
-    for block in &layout.blocks {
+    for (block, columns) in layout.blocks.iter().zip(&layout.columns) {
         if pending >= layout.blocks_per_flush {
             total += flush(&mut sums);
             pending = 0;
@@ -200,8 +276,8 @@ pub(crate) fn distance_sum(
         for level in levels {
             let thresholds: &[Units; ROW_LANES] = lanes(&level.cells, start);
             for lane in 0..ROW_LANES {
-                let above = height + block.top[lane] - thresholds[lane];
-                sums[lane] += above.max(0).min(block.thickness[lane]);
+                let above = height + columns.top[lane] - thresholds[lane];
+                sums[lane] += above.max(0).min(columns.thickness[lane]);
             }
         }
     }

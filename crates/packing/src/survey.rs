@@ -4,7 +4,9 @@ use crate::distance::DistanceLevels;
 use crate::grid::{Grid, Units};
 use crate::heightmap::Heightmap;
 use crate::item::ItemView;
-use crate::kernel::{PaddedMap, columns_after, contact, distance_sum, resting_height};
+use crate::kernel::{
+    BlockOffsets, PaddedMap, columns_after, contact, distance_sum, resting_height,
+};
 use crate::objective::{Heuristic, Objective, ViewTerms, WeightError, Weights};
 use crate::placement::{Placement, RestingPlacement};
 use crate::stability::PublishedStability;
@@ -47,12 +49,14 @@ pub fn survey(
     let mut distance = DistanceLevels::new(grid);
     distance.update(heightmap);
     let mut stability = PublishedStability::default();
+    let mut blocks = BlockOffsets::default();
+    blocks.update(&container, view);
     let along = |cells: usize, footprint: usize| (cells + 1).saturating_sub(footprint);
     let mut surveyed = Vec::new();
     for x in 0..along(grid.nx(), view.nx()) {
         for y in 0..along(grid.ny(), view.ny()) {
             let base = x * container.stride() + y;
-            let height = resting_height(&container, base, view);
+            let height = resting_height(&container, base, view, &blocks);
             let fits = i32::from(height) + i32::from(view.height()) <= i32::from(grid.rim());
             let value = match heuristic {
                 Heuristic::Sdfm => {

@@ -5,7 +5,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::{Level, NO_HEIGHT, Pending, Summary};
 use crate::grid::{Grid, Units};
 use crate::item::{Item, ItemView};
-use crate::kernel::{PaddedMap, resting_height};
+use crate::kernel::{BlockOffsets, PaddedMap, TOGETHER, resting_heights_at};
 use crate::placement::Placement;
 
 /// The proposed placements of one view, in the order of the proposals, each once.
@@ -30,6 +30,7 @@ pub(super) struct ProposedViews {
     /// Per cell of the container: the last view that had a placement there, which tells repeated proposals.
     seen: Vec<u32>,
     stamp: u32,
+    blocks: BlockOffsets,
 }
 
 impl ProposedViews {
@@ -40,6 +41,7 @@ impl ProposedViews {
             used: 0,
             seen: vec![0; grid.nx() * grid.ny()],
             stamp: 0,
+            blocks: BlockOffsets::default(),
         }
     }
 
@@ -87,6 +89,7 @@ impl ProposedViews {
                 proposed,
                 seen: &mut self.seen,
                 stamp: self.stamp,
+                blocks: &mut self.blocks,
             });
         }
         first
@@ -100,6 +103,7 @@ struct Lower<'a> {
     proposed: &'a mut ProposedView,
     seen: &'a mut [u32],
     stamp: u32,
+    blocks: &'a mut BlockOffsets,
 }
 
 impl WithSimd for Lower<'_> {
@@ -113,6 +117,7 @@ impl WithSimd for Lower<'_> {
             proposed: ProposedView { corners, heights },
             seen,
             stamp,
+            blocks,
         } = self;
         let (nx, ny) = container.size();
         corners.retain(|corner| {
@@ -123,11 +128,22 @@ impl WithSimd for Lower<'_> {
             seen.get_mut(x * ny + y)
                 .is_some_and(|seen| std::mem::replace(seen, stamp) != stamp)
         });
+        if corners.is_empty() {
+            return;
+        }
+        blocks.update(container, view);
         // A loop, as the closure of an iterator would not be compiled for the processor's features.
         heights.reserve(corners.len());
-        for corner in corners.iter() {
-            let base = usize::from(corner.x) * container.stride() + usize::from(corner.y);
-            heights.push(resting_height(container, base, view));
+        for together in corners.chunks(TOGETHER) {
+            // Short of placements, the last one is computed more than once.
+            let mut bases = [0; TOGETHER];
+            let last = together.last().copied().unwrap_or(Corner { x: 0, y: 0 });
+            let filled = together.iter().copied().chain(std::iter::repeat(last));
+            for (base, corner) in bases.iter_mut().zip(filled) {
+                *base = usize::from(corner.x) * container.stride() + usize::from(corner.y);
+            }
+            let found = resting_heights_at(container, bases, view, blocks);
+            heights.extend(found.iter().take(together.len()));
         }
     }
 }

@@ -5,8 +5,8 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::matrix::{Matrix, TILE};
-use super::mixing::{Activation, Mixing, tile};
+use super::matrix::{Inputs, Matrix, TILE};
+use super::mixing::{Activation, Mixing, VECTORS, tile};
 use crate::network::{DecoderWeights, RESTING_CHANNELS};
 use crate::symmetry::Cells;
 
@@ -20,9 +20,8 @@ pub(super) struct Decoder {
     blocks: Vec<Mixing>,
     mixing: Mixing,
     hidden: Mixing,
-    /// Per channel of the head.
+    /// Of the head.
     channels: Vec<HeadChannel>,
-    takes_resting: bool,
     bias: f32,
     scratch: Scratch,
 }
@@ -46,7 +45,6 @@ struct Scratch {
 
 impl Decoder {
     pub(super) fn new(weights: &DecoderWeights) -> Self {
-        let hidden = Mixing::new(&weights.hidden);
         let resting = |channel: usize, input: usize| {
             let at = channel * RESTING_CHANNELS as usize + input;
             weights
@@ -62,9 +60,8 @@ impl Decoder {
         Self {
             blocks: weights.blocks.iter().map(Mixing::new).collect(),
             mixing: Mixing::new(&weights.mixing),
-            hidden,
+            hidden: Mixing::new(&weights.hidden),
             channels: channels.collect(),
-            takes_resting: weights.resting.is_some(),
             bias: weights.score.bias.first().copied().unwrap_or(0.0),
             scratch: Scratch::default(),
         }
@@ -85,7 +82,6 @@ impl Decoder {
             decoder: self,
             fused,
             finest,
-            maps,
             resting,
             scores: &mut scores,
         });
@@ -97,7 +93,6 @@ struct Decode<'a> {
     decoder: &'a mut Decoder,
     fused: &'a [Matrix],
     finest: Cells,
-    maps: usize,
     resting: &'a [f32],
     scores: &'a mut [f32],
 }
@@ -110,101 +105,111 @@ impl WithSimd for Decode<'_> {
         let Some((finest, coarser)) = self.fused.split_first() else {
             return;
         };
-        let mut scratch = std::mem::take(&mut self.decoder.scratch);
-        let mut has_decoded = false;
-        let levels = coarser.iter().enumerate().rev();
-        for ((level, features), block) in levels.zip(&self.decoder.blocks) {
-            scratch.spread.reshape(block.outputs(), features.width());
-            for first in (0..features.width()).step_by(tile::<S>()) {
-                let decoded = has_decoded.then(|| scratch.decoded.tile(first));
-                let inputs = [Some(features.tile(first)), decoded];
-                let mut spread = scratch.spread.tile_mut(first);
-                block.apply(simd, inputs, &mut spread, Activation::Rectified);
-            }
-            shuffle(
-                &scratch.spread,
-                self.finest.ny >> (level + 1),
-                &mut scratch.decoded,
-            );
-            has_decoded = true;
-        }
-        let decoder = &*self.decoder;
-        scratch.mixed.reshape(decoder.mixing.outputs(), TILE);
-        scratch.hidden.reshape(decoder.hidden.outputs(), TILE);
+        self.decoder.decode_coarser(simd, coarser, self.finest.ny);
         let cells = self.finest.nx * self.finest.ny;
-        let resting = self
-            .resting
-            .chunks(RESTING_CHANNELS as usize * PHASES * cells);
-        let mut resting = resting.map(Some).chain(std::iter::repeat(None));
+        let resting = self.resting;
+        let mut resting = resting.chunks_exact(RESTING_CHANNELS as usize * PHASES * cells);
         let scores = self.scores.chunks_exact_mut((PHASES * cells).max(1));
-        for (map, scores) in scores.take(self.maps).enumerate() {
-            let resting = resting.next().flatten().filter(|_| decoder.takes_resting);
+        for (map, scores) in scores.enumerate() {
+            let resting = resting.next();
             for first in (0..cells).step_by(tile::<S>()) {
-                let at = map * cells + first;
-                let decoded = has_decoded.then(|| scratch.decoded.tile(at));
-                let inputs = [Some(finest.tile(at)), decoded];
-                let mut mixed = scratch.mixed.tile_mut(0);
-                let mixing = &decoder.mixing;
-                mixing.apply(simd, inputs, &mut mixed, Activation::Rectified);
-                let inputs = [Some(scratch.mixed.tile(0)), None];
-                let mut hidden = scratch.hidden.tile_mut(0);
-                let layer = &decoder.hidden;
-                layer.apply(simd, inputs, &mut hidden, Activation::None);
-                let hidden = &scratch.hidden;
-                head(simd, decoder, hidden, resting, (first, cells), scores);
+                self.decoder.mix(simd, finest, map * cells + first);
+                self.decoder.score(simd, resting, (first, cells), scores);
             }
         }
-        self.decoder.scratch = scratch;
     }
 }
 
-/// The scores of one tile from its hidden layer, which has the head's channels once per phase. The tile is that from
-/// `first` on of a map's `cells`; `resting` and `scores` are the map's.
-#[inline(always)]
-fn head<S: Simd>(
-    simd: S,
-    decoder: &Decoder,
-    hidden: &Matrix,
-    resting: Option<&[f32]>,
-    (first, cells): (usize, usize),
-    scores: &mut [f32],
-) {
-    let zero = simd.splat_f32s(0.0);
-    let mut rows = (0..hidden.rows()).map(|row| hidden.row(row));
-    let width = tile::<S>().min(cells - first);
-    for phase in 0..PHASES {
-        let mut inputs = [[zero; 2]; RESTING_CHANNELS as usize];
-        for (channel, input) in inputs.iter_mut().enumerate() {
-            let at = (channel * PHASES + phase) * cells + first;
-            if let Some(cells) = resting.and_then(|resting| resting.get(at..at + width)) {
-                load(input, cells);
+impl Decoder {
+    /// Decodes all resolutions but the finest, whose maps have `finest_ny` cells along y.
+    #[inline(always)]
+    fn decode_coarser<S: Simd>(&mut self, simd: S, coarser: &[Matrix], finest_ny: usize) {
+        let Scratch {
+            spread, decoded, ..
+        } = &mut self.scratch;
+        decoded.reshape(0, 0);
+        let levels = coarser.iter().enumerate().rev();
+        for ((level, features), block) in levels.zip(&self.blocks) {
+            spread.reshape(block.outputs(), features.width());
+            for first in (0..features.width()).step_by(tile::<S>()) {
+                let inputs = [features.tile(first), decoded.tile(first)];
+                let mut out = spread.tile_mut(first);
+                block.apply(simd, inputs, &mut out, Activation::Rectified);
             }
+            shuffle(spread, finest_ny >> (level + 1), decoded);
         }
-        let mut sums = [simd.splat_f32s(decoder.bias); 2];
-        for (channel, row) in decoder.channels.iter().zip(&mut rows) {
-            let weights = channel.resting.map(|weight| simd.splat_f32s(weight));
-            let score = simd.splat_f32s(channel.score);
-            for ((lane, hidden), sum) in S::as_simd_f32s(row).0.iter().enumerate().zip(&mut sums) {
-                let mut hidden = *hidden;
-                for (weight, input) in weights.iter().zip(&inputs) {
-                    if let Some(input) = input.get(lane) {
-                        hidden = simd.mul_add_e_f32s(*weight, *input, hidden);
-                    }
+    }
+
+    /// The head's hidden layer for the tile from the cell at `first` on.
+    #[inline(always)]
+    fn mix<S: Simd>(&mut self, simd: S, finest: &Matrix, first: usize) {
+        let Scratch {
+            decoded,
+            mixed,
+            hidden,
+            ..
+        } = &mut self.scratch;
+        mixed.reshape(self.mixing.outputs(), TILE);
+        let inputs = [finest.tile(first), decoded.tile(first)];
+        let mut out = mixed.tile_mut(0);
+        self.mixing
+            .apply(simd, inputs, &mut out, Activation::Rectified);
+        hidden.reshape(self.hidden.outputs(), TILE);
+        let inputs = [mixed.tile(0), Inputs::default()];
+        let mut out = hidden.tile_mut(0);
+        self.hidden.apply(simd, inputs, &mut out, Activation::None);
+    }
+
+    /// The scores of a tile from its hidden layer, which has the head's channels once per phase. The tile is that from
+    /// `first` on of a map's `cells`; `resting` and `scores` are the map's.
+    #[inline(always)]
+    fn score<S: Simd>(
+        &self,
+        simd: S,
+        resting: Option<&[f32]>,
+        (first, cells): (usize, usize),
+        scores: &mut [f32],
+    ) {
+        let zero = simd.splat_f32s(0.0);
+        let hidden = &self.scratch.hidden;
+        let mut rows = (0..hidden.rows()).map(|row| hidden.row(row));
+        let width = tile::<S>().min(cells - first);
+        for phase in 0..PHASES {
+            let mut inputs = [[zero; VECTORS]; RESTING_CHANNELS as usize];
+            for (channel, input) in inputs.iter_mut().enumerate() {
+                let at = (channel * PHASES + phase) * cells + first;
+                if let Some(cells) = resting.and_then(|resting| resting.get(at..at + width)) {
+                    load(input, cells);
                 }
-                *sum = simd.mul_add_e_f32s(simd.max_f32s(hidden, zero), score, *sum);
             }
-        }
-        let at = phase * cells + first;
-        let sums: &[f32] = pulp::bytemuck::cast_slice(&sums);
-        if let (Some(scores), Some(sums)) = (scores.get_mut(at..at + width), sums.get(..width)) {
-            scores.copy_from_slice(sums);
+            let mut sums = [simd.splat_f32s(self.bias); VECTORS];
+            for (channel, row) in self.channels.iter().zip(&mut rows) {
+                let weights = channel.resting.map(|weight| simd.splat_f32s(weight));
+                let score = simd.splat_f32s(channel.score);
+                let vectors = S::as_simd_f32s(row).0.iter().enumerate();
+                for ((lane, hidden), sum) in vectors.zip(&mut sums) {
+                    let mut hidden = *hidden;
+                    for (weight, input) in weights.iter().zip(&inputs) {
+                        if let Some(input) = input.get(lane) {
+                            hidden = simd.mul_add_e_f32s(*weight, *input, hidden);
+                        }
+                    }
+                    *sum = simd.mul_add_e_f32s(simd.max_f32s(hidden, zero), score, *sum);
+                }
+            }
+            let at = phase * cells + first;
+            let sums: &[f32] = pulp::bytemuck::cast_slice(&sums);
+            if let (Some(scores), Some(sums)) = (scores.get_mut(at..at + width), sums.get(..width))
+            {
+                scores.copy_from_slice(sums);
+            }
         }
     }
 }
 
 /// Fills the first lanes.
 #[inline(always)]
-fn load<V: pulp::bytemuck::Pod>(vectors: &mut [V; 2], cells: &[f32]) {
+fn load<V: pulp::bytemuck::Pod>(vectors: &mut [V; VECTORS], cells: &[f32]) {
     let lanes: &mut [f32] = pulp::bytemuck::cast_slice_mut(vectors);
     if let Some(lanes) = lanes.get_mut(..cells.len()) {
         lanes.copy_from_slice(cells);

@@ -172,7 +172,7 @@ fn convolve<S: Simd>(
         };
         layer.apply(
             simd,
-            [Some(inputs), None],
+            [inputs, Inputs::default()],
             &mut outputs,
             Activation::Rectified,
         );

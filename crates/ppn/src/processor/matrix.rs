@@ -60,8 +60,8 @@ impl Matrix {
     }
 }
 
-/// One tile of each of many inputs.
-#[derive(Debug, Clone, Copy)]
+/// One tile of each of many inputs; by default of none.
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Inputs<'a> {
     pub(super) values: &'a [f32],
     /// Where each input's tile begins.

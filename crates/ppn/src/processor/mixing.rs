@@ -8,7 +8,7 @@ use crate::network::Linear;
 /// Outputs and vectors whose sums are under way together: as many as hide the latency of a fused multiply-add, and
 /// few enough to stay in registers with AVX2.
 const OUTPUTS: usize = 4;
-const VECTORS: usize = 2;
+pub(super) const VECTORS: usize = 2;
 
 /// A linear layer with its weights in the order in which they are used.
 #[derive(Debug)]
@@ -59,7 +59,7 @@ impl Mixing {
     pub(super) fn apply<S: Simd>(
         &self,
         simd: S,
-        inputs: [Option<Inputs<'_>>; 2],
+        inputs: [Inputs<'_>; 2],
         out: &mut Outputs<'_>,
         activation: Activation,
     ) {
@@ -87,7 +87,7 @@ type Sums<S> = [[<S as Simd>::f32s; VECTORS]; OUTPUTS];
 
 /// A block's outputs for one tile.
 #[inline(always)]
-fn sums<S: Simd>(simd: S, block: &[[f32; OUTPUTS]], inputs: [Option<Inputs<'_>>; 2]) -> Sums<S> {
+fn sums<S: Simd>(simd: S, block: &[[f32; OUTPUTS]], inputs: [Inputs<'_>; 2]) -> Sums<S> {
     let Some((bias, weights)) = block.split_first() else {
         return [[simd.splat_f32s(0.0); VECTORS]; OUTPUTS];
     };
@@ -95,16 +95,9 @@ fn sums<S: Simd>(simd: S, block: &[[f32; OUTPUTS]], inputs: [Option<Inputs<'_>>;
     let twice = |bias| [simd.splat_f32s(bias); VECTORS];
     let mut sums = [twice(a), twice(b), twice(c), twice(d)];
     let [first, second] = inputs;
-    let inputs_of = |part: Option<Inputs<'_>>| part.map_or(0, |part| part.starts.len());
-    let of_first = inputs_of(first).min(weights.len());
-    let (weights_of_first, weights_of_second) = weights.split_at(of_first);
-    if let Some(first) = first {
-        sums = add(simd, sums, first, weights_of_first);
-    }
-    if let Some(second) = second {
-        sums = add(simd, sums, second, weights_of_second);
-    }
-    sums
+    let (of_first, of_second) = weights.split_at(first.starts.len().min(weights.len()));
+    sums = add(simd, sums, first, of_first);
+    add(simd, sums, second, of_second)
 }
 
 /// Adds inputs to sums, which are passed by value and never indexed: so they stay in registers.
