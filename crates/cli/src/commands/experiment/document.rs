@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
-use crate::failure::Outcome;
-use crate::output::write_whole;
+use serde::Serialize;
+
+use crate::failure::{OrRun, Outcome};
+use crate::output::{print_json, print_line, write_whole};
 
 /// Everything from this line on is written by hand.
 const NOTES: &str = "<!-- Notes: what follows is kept when the experiment is run again. -->";
@@ -14,6 +16,27 @@ pub(super) fn write(path: &Path, generated: &str) -> Outcome {
     let notes = existing.split_once(NOTES).map_or("\n", |(_, notes)| notes);
     let document = format!("{}\n\n{NOTES}{notes}", generated.trim_end());
     Ok(write_whole(path, document.as_bytes())?)
+}
+
+/// Writes an experiment's results as `<name>.json` and its document as `<name>.md`, and prints one of the two.
+pub(super) fn publish(
+    folder: &Path,
+    name: &str,
+    results: &impl Serialize,
+    markdown: &str,
+    as_json: bool,
+) -> Outcome {
+    let json = serde_json::to_vec_pretty(results).or_run()?;
+    write_whole(&folder.join(format!("{name}.json")), &json)?;
+    let path = folder.join(format!("{name}.md"));
+    write(&path, markdown)?;
+    if as_json {
+        print_json(results)?;
+    } else {
+        print_line(markdown)?;
+        print_line(&format!("Written to {}", path.display()))?;
+    }
+    Ok(())
 }
 
 /// The name of an enum's variant, as files spell it.

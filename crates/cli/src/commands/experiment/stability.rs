@@ -26,7 +26,6 @@ use super::runs::Runs;
 use super::statistics::percent;
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::options::{CatalogueOptions, Conditions, GridOptions, PhysicsOptions};
-use crate::output::{print_json, print_line, write_whole};
 use crate::workers;
 
 /// Tries placements in half-packed containers and compares both stability tests with what becomes of the items.
@@ -423,17 +422,13 @@ fn publish(arguments: &StabilityArguments, settings: &Settings, trials: &[Trial]
         tallies: tallies(trials),
     };
     let markdown = markdown(&results, trials.len());
-    let json = serde_json::to_vec_pretty(&results).or_run()?;
-    write_whole(&arguments.out.join("stability.json"), &json)?;
-    let path = arguments.out.join("stability.md");
-    document::write(&path, &markdown)?;
-    if arguments.json {
-        print_json(&results)?;
-    } else {
-        print_line(&markdown)?;
-        print_line(&format!("Written to {}", path.display()))?;
-    }
-    Ok(())
+    document::publish(
+        &arguments.out,
+        "stability",
+        &results,
+        &markdown,
+        arguments.json,
+    )
 }
 
 fn markdown(results: &Results<'_>, trials: usize) -> String {

@@ -19,7 +19,7 @@ use crate::network::Backend;
 use crate::options::{
     CatalogueOptions, Conditions, GridOptions, PhysicsOptions, ProposalSource, StabilityOption,
 };
-use crate::output::{print_json, print_line, write_whole};
+use crate::output::write_whole;
 use crate::sequence::{Sequence, SequenceFile};
 use crate::workers;
 
@@ -332,19 +332,7 @@ fn publish(arguments: &Table1Arguments, results: &Results<'_>) -> Outcome {
     let markdown = markdown(results);
     write_whole(&folder.join("table1.svg"), chart.to_svg(size).as_bytes())?;
     write_whole(&folder.join("table1.png"), &png)?;
-    let json = serde_json::to_vec_pretty(results).or_run()?;
-    write_whole(&folder.join("table1.json"), &json)?;
-    document::write(&folder.join("table1.md"), &markdown)?;
-    if arguments.json {
-        print_json(results)?;
-    } else {
-        print_line(&markdown)?;
-        print_line(&format!(
-            "Written to {}",
-            folder.join("table1.md").display()
-        ))?;
-    }
-    Ok(())
+    document::publish(folder, "table1", results, &markdown, arguments.json)
 }
 
 fn markdown(results: &Results<'_>) -> String {

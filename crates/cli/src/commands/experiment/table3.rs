@@ -15,7 +15,7 @@ use crate::commands::train::{cores, train};
 use crate::failure::{OrRun, Outcome};
 use crate::network::Backend;
 use crate::options::DeviceOption;
-use crate::output::{print_json, print_line, write_whole};
+use crate::output::write_whole;
 
 /// Trains the network and its ablations in the same way, and compares their accuracy on the test split.
 #[derive(Debug, Args)]
@@ -65,7 +65,7 @@ struct Variant {
 }
 
 /// The shares `K` of the paper's table, in percent.
-const SHARES: [f64; 5] = [1.0, 5.0, 8.0, 10.0, 20.0];
+pub(super) const SHARES: [f64; 5] = [1.0, 5.0, 8.0, 10.0, 20.0];
 
 const VARIANTS: [Variant; 4] = [
     Variant {
@@ -177,20 +177,8 @@ fn publish(arguments: &Table3Arguments, results: &Results) -> Outcome {
     let size = Size::new(900, 560).or_run()?;
     let chart = chart(results);
     write_whole(&folder.join("table3.svg"), chart.to_svg(size).as_bytes())?;
-    let json = serde_json::to_vec_pretty(results).or_run()?;
-    write_whole(&folder.join("table3.json"), &json)?;
     let markdown = markdown(results);
-    document::write(&folder.join("table3.md"), &markdown)?;
-    if arguments.json {
-        print_json(results)?;
-    } else {
-        print_line(&markdown)?;
-        print_line(&format!(
-            "Written to {}",
-            folder.join("table3.md").display()
-        ))?;
-    }
-    Ok(())
+    document::publish(folder, "table3", results, &markdown, arguments.json)
 }
 
 fn markdown(results: &Results) -> String {

@@ -20,7 +20,7 @@ use crate::network::Backend;
 use crate::options::{
     CatalogueOptions, Conditions, GridOptions, PhysicsOptions, ProposalSource, StabilityOption,
 };
-use crate::output::{print_json, print_line, write_whole};
+use crate::output::write_whole;
 use crate::sequence::Sequence;
 use crate::workers;
 
@@ -224,20 +224,8 @@ fn publish(arguments: &Table4Arguments, results: &Results<'_>) -> Outcome {
         .or_run()?;
     write_whole(&folder.join("table4.svg"), chart.to_svg(size).as_bytes())?;
     write_whole(&folder.join("table4.png"), &png)?;
-    let json = serde_json::to_vec_pretty(results).or_run()?;
-    write_whole(&folder.join("table4.json"), &json)?;
     let markdown = markdown(results);
-    document::write(&folder.join("table4.md"), &markdown)?;
-    if arguments.json {
-        print_json(results)?;
-    } else {
-        print_line(&markdown)?;
-        print_line(&format!(
-            "Written to {}",
-            folder.join("table4.md").display()
-        ))?;
-    }
-    Ok(())
+    document::publish(folder, "table4", results, &markdown, arguments.json)
 }
 
 fn markdown(results: &Results<'_>) -> String {

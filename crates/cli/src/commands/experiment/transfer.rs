@@ -21,10 +21,11 @@ use super::document;
 use super::network::NetworkOptions;
 use super::runs::Runs;
 use super::statistics::Mean;
+use super::table3::SHARES;
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::network::Backend;
 use crate::options::{CatalogueOptions, Method, Network, ProposalSource, StabilityOption};
-use crate::output::{print_json, print_line, write_whole};
+use crate::output::write_whole;
 use crate::sequence::SequenceFile;
 use crate::workers;
 
@@ -54,9 +55,6 @@ pub(super) struct TransferArguments {
     #[arg(long)]
     json: bool,
 }
-
-/// The shares `K` of the paper's table, in percent.
-const SHARES: [f64; 5] = [1.0, 5.0, 8.0, 10.0, 20.0];
 
 const BUFFER: usize = 5;
 
@@ -276,20 +274,8 @@ fn publish(arguments: &TransferArguments, results: &Results) -> Outcome {
         &folder.join("transfer.svg"),
         chart(results).to_svg(size).as_bytes(),
     )?;
-    let json = serde_json::to_vec_pretty(results).or_run()?;
-    write_whole(&folder.join("transfer.json"), &json)?;
     let markdown = markdown(results);
-    document::write(&folder.join("transfer.md"), &markdown)?;
-    if arguments.json {
-        print_json(results)?;
-    } else {
-        print_line(&markdown)?;
-        print_line(&format!(
-            "Written to {}",
-            folder.join("transfer.md").display()
-        ))?;
-    }
-    Ok(())
+    document::publish(folder, "transfer", results, &markdown, arguments.json)
 }
 
 fn chart(results: &Results) -> Lines {
