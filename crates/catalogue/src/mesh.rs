@@ -42,6 +42,37 @@ impl Bounds {
     pub fn extents_m(&self) -> Vector3<f64> {
         self.highest - self.lowest
     }
+
+    /// The box's surface.
+    pub fn mesh(&self) -> Mesh {
+        /// Faces by corners, whose bits are x, y, z.
+        const TRIANGLES: [[u32; 3]; 12] = [
+            [0, 2, 1],
+            [1, 2, 3],
+            [4, 5, 6],
+            [5, 7, 6],
+            [0, 1, 4],
+            [1, 5, 4],
+            [2, 6, 3],
+            [3, 6, 7],
+            [0, 4, 2],
+            [2, 4, 6],
+            [1, 3, 5],
+            [3, 7, 5],
+        ];
+        let corner = |number: u8| {
+            let side = |bit: u8, low, high| if number >> bit & 1 == 1 { high } else { low };
+            Point3::new(
+                side(0, self.lowest.x, self.highest.x),
+                side(1, self.lowest.y, self.highest.y),
+                side(2, self.lowest.z, self.highest.z),
+            )
+        };
+        Mesh {
+            vertices: (0..8).map(corner).collect(),
+            triangles: TRIANGLES.to_vec(),
+        }
+    }
 }
 
 impl Mesh {
@@ -51,6 +82,14 @@ impl Mesh {
             let vertex = |index: &u32| self.vertices.get(*index as usize).copied();
             Some([vertex(a)?, vertex(b)?, vertex(c)?])
         })
+    }
+
+    /// Adds another mesh beside this one.
+    pub fn append(&mut self, other: &Self) {
+        let first = self.vertices.len() as u32;
+        self.vertices.extend(&other.vertices);
+        let moved = |triangle: &[u32; 3]| triangle.map(|vertex| first + vertex);
+        self.triangles.extend(other.triangles.iter().map(moved));
     }
 
     /// The box around all vertices; `None` for a mesh without any.

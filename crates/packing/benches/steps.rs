@@ -25,7 +25,7 @@ use ppnpack_packing::item::Item;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::plan::{Candidate, Evaluator, Planner, StepInput};
 use ppnpack_packing::proposals::{Percent, Proposals, ProposeAll, ProposeRandom, Proposer};
-use ppnpack_packing::search::{ProposeBest, Search, SearchSettings};
+use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::{PhysicalStability, PublishedStability};
 use ppnpack_packing::survey::survey;
 
@@ -138,13 +138,19 @@ fn search(grid: &Grid, heuristic: Heuristic) -> Search {
 fn coarse_search(grid: &Grid, coarsening: Coarsening) -> Box<dyn Proposer> {
     let grids = CoarseGrid::new(grid, coarsening).unwrap();
     let share = Percent::new(0.5).unwrap();
-    let best = ProposeBest::new(grids.coarse(), &settings(Heuristic::Sdfm), share).unwrap();
-    Box::new(CoarseToFine::new(grids, Box::new(best)))
+    Box::new(CoarseToFine::searching(grids, &settings(Heuristic::Sdfm), share).unwrap())
 }
 
 fn planner(grid: &Grid, proposer: Box<dyn Proposer>, checks: Vec<BoxedCheck>) -> Planner {
     let search = search(grid, Heuristic::Sdfm);
     Planner::new(proposer, Box::new(search), checks, Order::Balance, 0)
+}
+
+/// The same choices, looking only where a bound does not rule out the best.
+fn bounded_planner(grid: &Grid) -> Planner {
+    let search = search(grid, Heuristic::Sdfm).bounded();
+    let order = Order::Balance;
+    Planner::new(Box::new(ProposeAll), Box::new(search), physical(), order, 0)
 }
 
 fn physical() -> Vec<BoxedCheck> {
@@ -186,6 +192,7 @@ fn steps(criterion: &mut Criterion) {
             "SDFM, physical stability",
             planner(grid, Box::new(ProposeAll), physical()),
         );
+        alternate("SDFM, bounded", bounded_planner(grid));
         let five = Percent::new(5.0).unwrap();
         alternate(
             "SDFM on a random 5 %",
@@ -229,11 +236,16 @@ fn steps(criterion: &mut Criterion) {
                 ),
             );
         }
-        // Consecutive steps of an episode, whose search keeps what did not change.
-        let mut planner = planner(grid, Box::new(ProposeAll), physical());
-        group.bench_function(
-            BenchmarkId::new("SDFM, mean over an episode", name),
-            |bencher| {
+        // Consecutive steps of an episode: the search keeps what did not change, unless it is bounded.
+        let planners = [
+            (
+                "SDFM, mean over an episode",
+                planner(grid, Box::new(ProposeAll), physical()),
+            ),
+            ("SDFM, bounded, mean over an episode", bounded_planner(grid)),
+        ];
+        for (label, mut planner) in planners {
+            group.bench_function(BenchmarkId::new(label, name), |bencher| {
                 bencher.iter_custom(|iterations| {
                     let started = std::time::Instant::now();
                     for _ in 0..iterations {
@@ -250,8 +262,8 @@ fn steps(criterion: &mut Criterion) {
                     }
                     started.elapsed() / setting.steps.len() as u32
                 });
-            },
-        );
+            });
+        }
         // What the search saves: every value of every placement.
         group.sample_size(10);
         group.bench_function(

@@ -166,7 +166,7 @@ pub fn play(
         buffer.take(choice.candidate);
         scene = scan(cell, step)?;
     };
-    let packed = packed_volume(grid, &steps, cell);
+    let packed = packed_volume(grid, &steps, |arrival| cell.is_inside(arrival));
     let metrics = Metrics::new(grid, scene.heightmap(), packed);
     Ok(Episode {
         steps,
@@ -188,13 +188,18 @@ fn reasons(candidates: &[Candidate], plan: &Plan) -> Vec<(Candidate, Reason)> {
         .collect()
 }
 
-fn packed_volume(grid: &Grid, steps: &[Step], cell: &dyn PackingCell) -> PackedVolume {
+/// The volume of the items that are inside the container, of those that were placed.
+pub fn packed_volume(
+    grid: &Grid,
+    steps: &[Step],
+    is_inside: impl Fn(usize) -> bool,
+) -> PackedVolume {
     let resolution = grid.resolution();
     let voxel_m3 = resolution.cell_m() * resolution.cell_m() * resolution.height_unit_m();
     let mut packed = PackedVolume::default();
     for step in steps
         .iter()
-        .filter(|step| cell.is_inside(step.candidate.arrival))
+        .filter(|step| is_inside(step.candidate.arrival))
     {
         let item = &step.candidate.item;
         let view = item.views().get(step.choice.resting.placement.yaw);

@@ -13,6 +13,9 @@ pub const MAX_UNITS: Units = 8191;
 /// The most cells along one side of a grid.
 pub const MAX_CELLS: usize = 2048;
 
+/// The most yaws that an item may be placed at.
+pub const MAX_YAWS: usize = 360;
+
 /// Samples of the fine surfaces lie at most this far apart, in metres, whatever the cell.
 const SURFACE_PITCH_M: f64 = 0.0025;
 
@@ -56,7 +59,7 @@ pub enum GridError {
         unit_m: f64,
     },
     /// There is no yaw, or one is not finite.
-    #[error("yaws must be between 1 and 360 finite angles")]
+    #[error("yaws must be between 1 and {MAX_YAWS} finite angles")]
     Yaws,
 }
 
@@ -82,14 +85,24 @@ impl Yaws {
     }
 
     fn spaced(count: usize, range_rad: f64) -> Result<Self, GridError> {
-        if count == 0 || count > 360 {
+        if count > MAX_YAWS {
             return Err(GridError::Yaws);
         }
-        Ok(Self(
-            (0..count)
-                .map(|yaw| range_rad * yaw as f64 / count as f64)
-                .collect(),
-        ))
+        let angle = |yaw: usize| range_rad * yaw as f64 / count as f64;
+        Self::from_radians((0..count).map(angle).collect())
+    }
+
+    /// Yaws at any angles, in radians.
+    ///
+    /// # Errors
+    /// [`GridError::Yaws`] where there are none or over 360, or one is not finite.
+    pub fn from_radians(radians: Vec<f64>) -> Result<Self, GridError> {
+        let are_finite = radians.iter().all(|radian| radian.is_finite());
+        if are_finite && (1..=MAX_YAWS).contains(&radians.len()) {
+            Ok(Self(radians))
+        } else {
+            Err(GridError::Yaws)
+        }
     }
 
     /// Every `step`-th of these yaws, from the first; all of them for a step of 0.
@@ -370,5 +383,9 @@ mod tests {
             Err(GridError::HeightUnits { .. })
         ));
         assert!(Yaws::half_turn(0).is_err());
+        assert!(Yaws::half_turn(usize::MAX).is_err());
+        for radians in [vec![], vec![0.0, f64::NAN], vec![0.0; MAX_YAWS + 1]] {
+            assert_eq!(Yaws::from_radians(radians), Err(GridError::Yaws));
+        }
     }
 }

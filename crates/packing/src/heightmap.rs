@@ -18,6 +18,16 @@ pub enum HeightmapError {
         /// How many heights were given.
         found: usize,
     },
+    /// A map does not cover the grid as its resolution asks.
+    #[error("the {map} has {} x {} values where the grid needs {} x {}", found.0, found.1, expected.0, expected.1)]
+    Sampling {
+        /// `heightmap` or `surface`.
+        map: &'static str,
+        /// Values along x and y that the grid needs.
+        expected: (usize, usize),
+        /// Values along x and y.
+        found: (usize, usize),
+    },
     /// A height is not a number the engine represents.
     #[error("the height {height} of cell ({x}, {y}) is not within 0 and {limit}")]
     Height {
@@ -64,15 +74,11 @@ impl Heightmap {
                 found: heights.len(),
             });
         }
-        if let Some((index, height)) = heights
-            .iter()
-            .enumerate()
-            .find(|(_, height)| !(0..=MAX_UNITS).contains(*height))
-        {
+        if let Some((index, height)) = first_outside(&heights, 0..=MAX_UNITS) {
             return Err(HeightmapError::Height {
                 x: index / ny,
                 y: index % ny,
-                height: f64::from(*height),
+                height: f64::from(height),
                 limit: f64::from(MAX_UNITS),
             });
         }
@@ -168,15 +174,11 @@ impl Surface {
                 found: heights_m.len(),
             });
         }
-        if let Some((index, height)) = heights_m
-            .iter()
-            .enumerate()
-            .find(|(_, height)| !height.is_finite() || **height < 0.0)
-        {
+        if let Some((index, height)) = first_outside(&heights_m, 0.0..=f32::MAX) {
             return Err(HeightmapError::Height {
                 x: index / ny,
                 y: index % ny,
-                height: f64::from(*height),
+                height: f64::from(height),
                 limit: f64::INFINITY,
             });
         }
@@ -211,16 +213,9 @@ impl Surface {
     /// How many samples lie along a cell's edge, where that is what the grid's resolution asks for.
     fn samples_per_cell(&self, grid: &Grid) -> Result<usize, HeightmapError> {
         let samples = grid.resolution().samples_per_cell();
-        let (nx, ny) = (grid.nx() * samples, grid.ny() * samples);
-        if (self.nx, self.ny) == (nx, ny) {
-            Ok(samples)
-        } else {
-            Err(HeightmapError::Size {
-                nx,
-                ny,
-                found: self.heights_m.len(),
-            })
-        }
+        let expected = (grid.nx() * samples, grid.ny() * samples);
+        sampled("surface", expected, (self.nx, self.ny))?;
+        Ok(samples)
     }
 
     /// Raises a sample to at least `height_m`; nothing happens outside the surface.
@@ -233,6 +228,38 @@ impl Surface {
     }
 }
 
+/// The first value outside a range, with its index. As a rule there is none, which a loop without an early exit finds
+/// out many times faster.
+fn first_outside<T: Copy + PartialOrd>(
+    values: &[T],
+    range: std::ops::RangeInclusive<T>,
+) -> Option<(usize, T)> {
+    let are_inside = values
+        .iter()
+        .fold(true, |inside, value| inside & range.contains(value));
+    if are_inside {
+        return None;
+    }
+    let mut values = values.iter().copied().enumerate();
+    values.find(|(_, value)| !range.contains(value))
+}
+
+fn sampled(
+    map: &'static str,
+    expected: (usize, usize),
+    found: (usize, usize),
+) -> Result<(), HeightmapError> {
+    if found == expected {
+        Ok(())
+    } else {
+        Err(HeightmapError::Sampling {
+            map,
+            expected,
+            found,
+        })
+    }
+}
+
 /// What a placement is planned on: the container's heightmap, and its fine surface where the sensor gives one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
@@ -241,6 +268,23 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// A scene from its heightmap, and its fine surface where that is known. Neither is derived from the other.
+    ///
+    /// # Errors
+    /// [`HeightmapError::Sampling`] where one of them does not cover the grid as its resolution asks.
+    pub fn new(
+        grid: &Grid,
+        heightmap: Heightmap,
+        surface: Option<Surface>,
+    ) -> Result<Self, HeightmapError> {
+        let expected = (grid.nx(), grid.ny());
+        sampled("heightmap", expected, (heightmap.nx, heightmap.ny))?;
+        if let Some(surface) = &surface {
+            surface.samples_per_cell(grid)?;
+        }
+        Ok(Self { heightmap, surface })
+    }
+
     /// A scene known by its heightmap alone.
     pub fn from_heightmap(heightmap: Heightmap) -> Self {
         Self {
@@ -249,10 +293,19 @@ impl Scene {
         }
     }
 
+    /// The same scene with another heightmap of its size; the fine surface stays.
+    #[must_use]
+    pub(crate) fn with_heightmap(&self, heightmap: Heightmap) -> Self {
+        Self {
+            heightmap,
+            surface: self.surface.clone(),
+        }
+    }
+
     /// A scene from its fine surface: each cell takes the greatest sample within it, rounded up to a unit.
     ///
     /// # Errors
-    /// [`HeightmapError::Size`] where the surface is not sampled as the grid's resolution asks.
+    /// [`HeightmapError::Sampling`] where the surface is not sampled as the grid's resolution asks.
     pub fn from_surface(grid: &Grid, surface: Surface) -> Result<Self, HeightmapError> {
         let samples = surface.samples_per_cell(grid)?;
         let mut heightmap = Heightmap::empty(grid);
@@ -273,7 +326,7 @@ impl Scene {
     /// nearest unit. What stands up between the middles is missed, so an item may touch it on its way down.
     ///
     /// # Errors
-    /// [`HeightmapError::Size`] where the surface is not sampled as the grid's resolution asks.
+    /// [`HeightmapError::Sampling`] where the surface is not sampled as the grid's resolution asks.
     pub fn from_surface_at_middles(grid: &Grid, surface: Surface) -> Result<Self, HeightmapError> {
         let samples = surface.samples_per_cell(grid)?;
         let mut heightmap = Heightmap::empty(grid);
@@ -348,5 +401,20 @@ mod tests {
             Err(HeightmapError::Height { x: 1, y: 1, .. })
         ));
         assert!(Surface::from_metres(1, 1, 0.01, vec![f32::NAN]).is_err());
+    }
+
+    #[test]
+    fn a_scene_is_made_of_maps_that_cover_its_grid() {
+        let grid = Grid::reference();
+        let surface = |nx, ny| Surface::from_metres(nx, ny, 0.0025, vec![0.0; nx * ny]).unwrap();
+        let heightmap = Heightmap::empty(&grid);
+        assert!(Scene::new(&grid, heightmap.clone(), Some(surface(128, 128))).is_ok());
+        let turned = Heightmap::from_units(64, 16, vec![0; 1024]).unwrap();
+        for (heightmap, surface) in [(turned, None), (heightmap, Some(surface(64, 256)))] {
+            assert!(matches!(
+                Scene::new(&grid, heightmap, surface),
+                Err(HeightmapError::Sampling { .. })
+            ));
+        }
     }
 }

@@ -61,6 +61,15 @@ pub enum ItemError {
     },
 }
 
+/// An item that was made for another number of yaws than a grid has.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("item {item} has {found} yaws, but the grid {expected}")]
+pub struct YawsMismatch {
+    item: String,
+    found: usize,
+    expected: usize,
+}
+
 /// The item's lower surface in metres, sampled finely, for contact that does not depend on the cell.
 ///
 /// Row-major; samples start at the footprint's corner; `f32::INFINITY` where there is no material. Heights are
@@ -188,6 +197,11 @@ impl ItemView {
         })
     }
 
+    /// The surfaces that it was made from; upper ones are 0 where there is no material.
+    pub fn surfaces(&self) -> &ViewSurfaces {
+        &self.surfaces
+    }
+
     /// Footprint cells along x.
     pub fn nx(&self) -> usize {
         self.surfaces.nx
@@ -309,6 +323,22 @@ impl Item {
     /// One view per yaw.
     pub fn views(&self) -> &[ItemView] {
         &self.views
+    }
+
+    /// Whether it has a view for each yaw of a grid.
+    ///
+    /// # Errors
+    /// [`YawsMismatch`] where it has not.
+    pub fn check_yaws(&self, grid: &Grid) -> Result<(), YawsMismatch> {
+        let (found, expected) = (self.views().len(), grid.resolution().yaws().count());
+        if found == expected {
+            return Ok(());
+        }
+        Err(YawsMismatch {
+            item: self.name().to_string(),
+            found,
+            expected,
+        })
     }
 
     /// The volume of the item's mesh, in cubic metres; voxels inflate it, more so on coarse grids.

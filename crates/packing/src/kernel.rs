@@ -53,6 +53,10 @@ impl PaddedMap {
         self.stride
     }
 
+    pub(crate) fn row(&self, x: usize) -> &[Units] {
+        &self.cells[x * self.stride..x * self.stride + self.ny]
+    }
+
     pub(crate) fn row_mut(&mut self, x: usize) -> &mut [Units] {
         &mut self.cells[x * self.stride..x * self.stride + self.ny]
     }

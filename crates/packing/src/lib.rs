@@ -7,6 +7,7 @@
 //!
 //! The crate is pure and synchronous: no wire, no async, no network library.
 
+pub mod blocked;
 pub mod buffer;
 pub mod check;
 pub mod coarse;
@@ -29,6 +30,8 @@ pub mod search;
 pub mod stability;
 pub mod step;
 pub mod survey;
+pub mod valid;
+mod windows;
 
 /// Compiles the example of the README.
 #[cfg(doctest)]

@@ -167,17 +167,32 @@ impl Objective {
         }
     }
 
-    /// A bound that no placement of the view with this resting height is below.
+    /// A bound that no placement of the view with this resting height is below: that of all its placements as a block.
     pub(crate) fn lower_bound(&self, view: &ItemView, terms: &ViewTerms, height: Units) -> f64 {
-        let resting = self.per_unit * f64::from(height);
+        // Every voxel has a distance of at least one step.
+        self.block_bound(view, terms, (0, 0), height, view.voxel_count())
+    }
+
+    /// A bound that no placement of a block is below: one that starts at the cell `at`, whose placements rest at
+    /// `height` at least and have at least this sum of distances. Of the single placement there it is its SDFM or DBL.
+    pub(crate) fn block_bound(
+        &self,
+        view: &ItemView,
+        terms: &ViewTerms,
+        at: (usize, usize),
+        height: Units,
+        distance_sum: u64,
+    ) -> f64 {
+        // The terms are added in the order of the values', so that rounding cannot lift a bound above a value.
         match self.heuristic {
-            // Every voxel has a distance of at least one step. The terms are added in the order of `sdfm`, so that
-            // rounding cannot lift the bound above a value.
-            Heuristic::Sdfm => resting + self.distance + terms.constant,
-            Heuristic::Dbl => resting + terms.constant,
+            Heuristic::Sdfm => {
+                let mean_distance = distance_sum as f64 / view.voxel_count() as f64;
+                self.sdfm(height, mean_distance, terms.constant)
+            }
+            Heuristic::Dbl => self.dbl(height, at.0, at.1, terms.constant),
             Heuristic::Hm => {
-                let columns = terms.cells as f64 * f64::from(height) + terms.top_sum as f64;
-                self.per_column_unit * columns + terms.constant
+                let columns = terms.cells as i64 * i64::from(height) + terms.top_sum;
+                self.hm(columns, at.0, at.1, terms.constant)
             }
             Heuristic::Mta => terms.constant - self.largest_contact(view),
             Heuristic::FirstFit | Heuristic::Random => 0.0,

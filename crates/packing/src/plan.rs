@@ -7,10 +7,12 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::check::{BoxedCheck, ValidityCheck};
+use crate::check::ValidityCheck;
+use crate::item::YawsMismatch;
 use crate::objective::Order;
 use crate::proposals::{Proposals, Proposer};
 pub use crate::step::{Candidate, Evaluated, PlacementCounts, StageError, StepInput};
+use crate::valid::ValidityFilter;
 
 /// Why a step could not be planned. That nothing fits is no error: see [`Plan::choice`].
 #[derive(Debug, thiserror::Error)]
@@ -28,15 +30,8 @@ pub enum PlanError {
         found: (usize, usize),
     },
     /// An item was made for another number of yaws.
-    #[error("item {item} has {found} yaws, but the grid {expected}")]
-    Yaws {
-        /// The item's name.
-        item: String,
-        /// Yaws of the grid.
-        expected: usize,
-        /// Yaws of the item.
-        found: usize,
-    },
+    #[error(transparent)]
+    Yaws(#[from] YawsMismatch),
     /// The proposer failed.
     #[error("proposing placements failed: {0}")]
     Propose(#[source] StageError),
@@ -74,6 +69,12 @@ pub trait Evaluator: Send {
 
     /// The counts of a candidate of the last ranked group.
     fn counts(&self, candidate: usize) -> PlacementCounts;
+
+    /// The placements of a candidate of the last ranked group that were left out because a check refused them, per
+    /// check: of evaluators that ask checks themselves.
+    fn refusals(&self, _candidate: usize) -> &[(&'static str, u64)] {
+        &[]
+    }
 }
 
 /// Why no placement of an item was valid.
@@ -179,13 +180,12 @@ impl Plan {
 pub struct Planner {
     proposer: Box<dyn Proposer>,
     evaluator: Box<dyn Evaluator>,
-    checks: Vec<BoxedCheck>,
+    filter: ValidityFilter,
     order: Order,
     seed: u64,
     alternatives: usize,
     proposals: Proposals,
     sequence: Vec<usize>,
-    rejections: Vec<u64>,
     plan: Plan,
 }
 
@@ -194,21 +194,19 @@ impl Planner {
     pub fn new(
         proposer: Box<dyn Proposer>,
         evaluator: Box<dyn Evaluator>,
-        mut checks: Vec<Box<dyn ValidityCheck>>,
+        checks: Vec<Box<dyn ValidityCheck>>,
         order: Order,
         seed: u64,
     ) -> Self {
-        checks.sort_by_key(|check| check.cost());
         Self {
             proposer,
             evaluator,
-            checks,
+            filter: ValidityFilter::new(checks),
             order,
             seed,
             alternatives: 0,
             proposals: Proposals::default(),
             sequence: Vec::new(),
-            rejections: Vec::new(),
             plan: Plan::default(),
         }
     }
@@ -218,6 +216,11 @@ impl Planner {
     pub fn with_alternatives(mut self, count: usize) -> Self {
         self.alternatives = count;
         self
+    }
+
+    /// Asks for up to `count` valid placements beside the best from now on.
+    pub fn set_alternatives(&mut self, count: usize) {
+        self.alternatives = count;
     }
 
     /// Plans one step. To learn why an item of the buffer cannot be placed although another can, plan with it as the
@@ -294,60 +297,33 @@ impl Planner {
         positions: std::ops::Range<usize>,
     ) -> Result<(), PlanError> {
         let group = self.sequence.get(positions).unwrap_or(&[]);
-        let checks = self.checks.len();
-        self.rejections.clear();
-        self.rejections.resize(group.len() * checks, 0);
-        let started = Instant::now();
-        self.evaluator
-            .rank(input, group, &self.proposals)
-            .map_err(PlanError::Evaluate)?;
-        self.plan.timings.evaluate += started.elapsed();
-        let exhausted = loop {
-            let started = Instant::now();
-            let best = self
-                .evaluator
-                .next_best(input)
-                .map_err(PlanError::Evaluate)?;
-            let ranked = Instant::now();
-            self.plan.timings.evaluate += ranked - started;
-            let Some(best) = best else { break true };
-            let refused_by = refusal(&mut self.checks, input, &best)?;
-            self.plan.timings.check += ranked.elapsed();
-            let Some(check) = refused_by else {
-                self.plan.ranked.push(best);
-                if self.plan.ranked.len() > self.alternatives {
-                    break false;
-                }
-                continue;
-            };
-            let position = group
-                .iter()
-                .position(|candidate| *candidate == best.candidate);
-            let count = position.and_then(|at| self.rejections.get_mut(at * checks + check));
-            if let Some(count) = count {
-                *count += 1;
-            }
-        };
+        let Plan {
+            ranked,
+            candidates,
+            timings,
+            ..
+        } = &mut self.plan;
+        let searched = self.filter.search(
+            &mut *self.evaluator,
+            input,
+            group,
+            &self.proposals,
+            self.alternatives + 1,
+            ranked,
+        )?;
+        timings.evaluate += searched.evaluate;
+        timings.check += searched.check;
         for (position, candidate) in group.iter().enumerate() {
-            let rejections = self
-                .rejections
-                .get(position * checks..(position + 1) * checks);
-            let Some(report) = self.plan.candidates.get_mut(*candidate) else {
+            let Some(report) = candidates.get_mut(*candidate) else {
                 continue;
             };
+            let refused = self.evaluator.refusals(*candidate).iter().copied();
+            let refused = refused.chain(self.filter.refusals(position));
             report.counts = self.evaluator.counts(*candidate);
-            report.rejected = rejections.unwrap_or(&[]).iter().sum();
-            let placed = self
-                .plan
-                .ranked
-                .iter()
-                .any(|ranked| ranked.candidate == *candidate);
-            if exhausted && !placed {
-                report.reason = Some(reason(
-                    &report.counts,
-                    rejections.unwrap_or(&[]),
-                    &self.checks,
-                ));
+            report.rejected = refused.clone().map(|(_, count)| count).sum();
+            let placed = ranked.iter().any(|ranked| ranked.candidate == *candidate);
+            if searched.is_exhausted && !placed {
+                report.reason = Some(reason(&report.counts, refused));
             }
         }
         Ok(())
@@ -361,57 +337,21 @@ fn validate(input: &StepInput<'_>) -> Result<(), PlanError> {
     if found != expected {
         return Err(PlanError::SceneSize { expected, found });
     }
-    let expected = input.grid.resolution().yaws().count();
-    match input
-        .candidates
-        .iter()
-        .find(|candidate| candidate.item.views().len() != expected)
-    {
-        Some(candidate) => Err(PlanError::Yaws {
-            item: candidate.item.name().to_string(),
-            expected,
-            found: candidate.item.views().len(),
-        }),
-        None => Ok(()),
+    for candidate in input.candidates {
+        candidate.item.check_yaws(input.grid)?;
     }
+    Ok(())
 }
 
-/// The index of the first check that refuses a placement.
-fn refusal(
-    checks: &mut [BoxedCheck],
-    input: &StepInput<'_>,
-    placement: &Evaluated,
-) -> Result<Option<usize>, PlanError> {
-    let Some(candidate) = input.candidates.get(placement.candidate) else {
-        return Ok(None);
-    };
-    for (index, check) in checks.iter_mut().enumerate() {
-        let valid = check
-            .is_valid(input, candidate, &placement.resting)
-            .map_err(|source| PlanError::Check {
-                check: check.name(),
-                source,
-            })?;
-        if !valid {
-            return Ok(Some(index));
-        }
-    }
-    Ok(None)
-}
-
-fn reason(counts: &PlacementCounts, rejections: &[u64], checks: &[BoxedCheck]) -> Reason {
+fn reason(counts: &PlacementCounts, refused: impl Iterator<Item = (&'static str, u64)>) -> Reason {
     if counts.possible == 0 {
         return Reason::TooLarge;
     }
     if counts.proposed == 0 {
         return Reason::NotProposed;
     }
-    let most = rejections
-        .iter()
-        .zip(checks)
-        .max_by_key(|(count, _)| **count);
-    match most {
-        Some((count, check)) if counts.fitting > 0 && *count > 0 => Reason::Rejected(check.name()),
+    match refused.max_by_key(|(_, count)| *count) {
+        Some((check, count)) if counts.fitting > 0 && count > 0 => Reason::Rejected(check),
         _ => Reason::NoFit,
     }
 }

@@ -13,16 +13,49 @@ use crate::{grid::Grid, random};
 pub enum CandidateProposals<'a> {
     /// Every possible one.
     All,
+    /// Every possible one at some yaws.
+    AllAt(YawRange),
     /// These. One that leaves the container is never valid.
     Some(&'a [Placement]),
+}
+
+/// Consecutive yaws of a resolution: those from `first` to below `end`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct YawRange {
+    /// Index of the first yaw.
+    pub first: usize,
+    /// Index after the last one.
+    pub end: usize,
+}
+
+impl YawRange {
+    /// All yaws of an item.
+    pub fn all(item: &Item) -> Self {
+        Self {
+            first: 0,
+            end: item.views().len(),
+        }
+    }
+
+    /// Whether a yaw is among them.
+    pub fn contains(self, yaw: usize) -> bool {
+        (self.first..self.end).contains(&yaw)
+    }
+}
+
+/// What is proposed for one candidate, with its placements kept elsewhere.
+#[derive(Debug, Clone)]
+enum Entry {
+    All,
+    AllAt(YawRange),
+    Some(std::ops::Range<usize>),
 }
 
 /// The proposals of a step, per candidate; a candidate that nothing was said of has none.
 #[derive(Debug, Clone, Default)]
 pub struct Proposals {
     placements: Vec<Placement>,
-    /// Per candidate: the range of its placements, or `None` for all.
-    ranges: Vec<Option<std::ops::Range<usize>>>,
+    entries: Vec<Entry>,
     /// Why these are not the proposals that were wanted.
     degraded: Option<String>,
 }
@@ -31,7 +64,7 @@ impl Proposals {
     /// Forgets all proposals, keeping the memory.
     pub fn clear(&mut self) {
         self.placements.clear();
-        self.ranges.clear();
+        self.entries.clear();
         self.degraded = None;
     }
 
@@ -47,32 +80,40 @@ impl Proposals {
 
     /// Adds the next candidate, with every possible placement.
     pub fn push_all(&mut self) {
-        self.ranges.push(None);
+        self.entries.push(Entry::All);
+    }
+
+    /// Adds the next candidate, with every possible placement at these yaws.
+    pub fn push_all_at(&mut self, yaws: YawRange) {
+        self.entries.push(Entry::AllAt(yaws));
     }
 
     /// Adds the next candidate, with these placements.
     pub fn push(&mut self, placements: impl IntoIterator<Item = Placement>) {
         let start = self.placements.len();
         self.placements.extend(placements);
-        self.ranges.push(Some(start..self.placements.len()));
+        let end = self.placements.len();
+        self.entries.push(Entry::Some(start..end));
     }
 
     /// Whether some placement of some candidate is not proposed, as far as is known without counting.
     pub(crate) fn is_pruned(&self) -> bool {
-        self.ranges.iter().any(Option::is_some)
+        let is_all = |entry: &Entry| matches!(entry, Entry::All);
+        !self.entries.iter().all(is_all)
     }
 
     /// Proposes everything for all candidates.
     pub(crate) fn widen(&mut self) {
         self.placements.clear();
-        self.ranges.fill(None);
+        self.entries.fill(Entry::All);
     }
 
     /// What is proposed for a candidate.
     pub fn of(&self, candidate: usize) -> CandidateProposals<'_> {
-        match self.ranges.get(candidate) {
-            Some(None) => CandidateProposals::All,
-            Some(Some(range)) => {
+        match self.entries.get(candidate) {
+            Some(Entry::All) => CandidateProposals::All,
+            Some(Entry::AllAt(yaws)) => CandidateProposals::AllAt(*yaws),
+            Some(Entry::Some(range)) => {
                 CandidateProposals::Some(self.placements.get(range.clone()).unwrap_or(&[]))
             }
             None => CandidateProposals::Some(&[]),
@@ -196,6 +237,12 @@ impl Percent {
         self.0
     }
 
+    /// This many times the share, and all at most.
+    #[must_use]
+    pub(crate) fn times(self, factor: f64) -> Self {
+        Self((self.0 * factor).min(100.0))
+    }
+
     /// The share of a number of placements, rounded up.
     pub fn of(self, placements: u64) -> u64 {
         (placements as f64 * self.0 / 100.0).ceil() as u64
@@ -253,10 +300,25 @@ pub fn all_count(grid: &Grid, item: &Item) -> u64 {
 
 /// How many placements of an item lie within the container, over all yaws.
 pub fn possible_count(grid: &Grid, item: &Item) -> u64 {
-    item.views()
-        .iter()
+    possible_count_at(grid, item, YawRange::all(item))
+}
+
+/// How many placements of an item at some yaws lie within the container.
+pub fn possible_count_at(grid: &Grid, item: &Item, yaws: YawRange) -> u64 {
+    let views = item.views().iter().take(yaws.end).skip(yaws.first);
+    views
         .map(|view| offsets(grid.nx(), view.nx()) as u64 * offsets(grid.ny(), view.ny()) as u64)
         .sum()
+}
+
+/// How many placements of an item lie within the container, over all yaws; 0 for one that is taller than it.
+pub fn possible_count_below_rim(grid: &Grid, item: &Item) -> u64 {
+    let mut views = item.views().iter();
+    if views.any(|view| view.height() <= grid.rim()) {
+        possible_count(grid, item)
+    } else {
+        0
+    }
 }
 
 /// The placements of an item that lie within the container, by yaw, x, y.

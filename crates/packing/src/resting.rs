@@ -3,6 +3,7 @@
 use crate::grid::{Grid, Units};
 use crate::heightmap::Heightmap;
 use crate::item::Item;
+use crate::proposals::YawRange;
 use crate::resting_maps::{RestingMap, RestingMaps};
 
 /// Computes resting heights; keeps those of the last items, and computes again only what a change affects.
@@ -48,7 +49,7 @@ impl RestingHeights {
 
     /// The resting heights of an item, one map per yaw.
     pub fn of(&mut self, item: &Item) -> impl Iterator<Item = ViewRestingHeights<'_>> {
-        self.maps.prepare(item, None);
+        self.maps.prepare(item, YawRange::all(item), None);
         self.maps.views(item.shape()).iter().map(ViewRestingHeights)
     }
 }

@@ -7,6 +7,7 @@ use crate::grid::{Grid, Units};
 use crate::heightmap::Heightmap;
 use crate::item::{Item, ItemView, ShapeId};
 use crate::kernel::{LANES, PaddedMap, resting_heights};
+use crate::proposals::YawRange;
 
 /// Shapes kept beyond those of the current buffer: the ones it held just before.
 const SPARE_SHAPES: usize = 4;
@@ -152,10 +153,15 @@ impl RestingMaps {
         }
     }
 
-    /// Makes the maps of an item's views current, in parallel where a pool is given.
-    pub(crate) fn prepare(&mut self, item: &Item, pool: Option<&rayon::ThreadPool>) {
+    /// Makes the maps of an item's views at some yaws current, in parallel where a pool is given.
+    pub(crate) fn prepare(
+        &mut self,
+        item: &Item,
+        yaws: YawRange,
+        pool: Option<&rayon::ThreadPool>,
+    ) {
         self.admit(item);
-        self.refresh(item, pool);
+        self.refresh(item, yaws, pool);
     }
 
     /// The maps of a prepared shape, one per yaw.
@@ -195,7 +201,7 @@ impl RestingMaps {
         }
     }
 
-    fn refresh(&mut self, item: &Item, pool: Option<&rayon::ThreadPool>) {
+    fn refresh(&mut self, item: &Item, yaws: YawRange, pool: Option<&rayon::ThreadPool>) {
         let Self {
             arch,
             container,
@@ -226,13 +232,13 @@ impl RestingMaps {
             });
             map.version = *version;
         };
+        let maps = maps.views.get_mut(yaws.first..).unwrap_or(&mut []);
+        let views = item.views().get(yaws.first..).unwrap_or(&[]);
+        let count = yaws.end.saturating_sub(yaws.first);
         match pool {
-            None => maps.views.iter_mut().zip(item.views()).for_each(refresh),
+            None => maps.iter_mut().zip(views).take(count).for_each(refresh),
             Some(pool) => pool.install(|| {
-                maps.views
-                    .par_iter_mut()
-                    .zip(item.views().par_iter())
-                    .for_each(refresh);
+                maps.par_iter_mut().zip(views).take(count).for_each(refresh);
             }),
         }
     }

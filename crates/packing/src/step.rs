@@ -52,6 +52,7 @@ pub struct PlacementCounts {
     pub possible: u64,
     /// Those of them that were proposed.
     pub proposed: u64,
-    /// Proposed ones that stay below the rim.
+    /// Proposed ones that stay below the rim; of a search by bounds, those that it looked at, which are all only where
+    /// none was valid.
     pub fitting: u64,
 }

@@ -33,6 +33,7 @@ fn item(nx: usize, ny: usize, height: i16) -> Arc<Item> {
 fn planner(
     grid: &Grid,
     proposer: Box<dyn Proposer>,
+    is_bounded: bool,
     heuristic: Heuristic,
     order: Order,
 ) -> Planner {
@@ -42,7 +43,10 @@ fn planner(
         weights: Weights::default(),
         seed: 1,
     };
-    let search = Search::new(grid, &settings).unwrap();
+    let mut search = Search::new(grid, &settings).unwrap();
+    if is_bounded {
+        search = search.bounded();
+    }
     let checks: Vec<BoxedCheck> = vec![
         Box::new(PublishedStability::default()),
         Box::new(PhysicalStability::new(Default::default())),
@@ -64,10 +68,10 @@ fn a_step_allocates_nothing_after_warm_up() {
     let kinds: Vec<Arc<Item>> = (3..12)
         .map(|size| item(size, size + 1, 4 * size as i16))
         .collect();
-    let sources: [fn(Percent) -> Box<dyn Proposer>; 2] = [
-        |_| Box::new(ProposeAll),
-        |share| Box::new(ProposeRandom::new(share, 3)),
-    ];
+    type Source = fn(Percent) -> Box<dyn Proposer>;
+    let all: Source = |_| Box::new(ProposeAll);
+    let random: Source = |share| Box::new(ProposeRandom::new(share, 3));
+    let sources = [(all, false), (all, true), (random, false)];
     for heuristic in [
         Heuristic::Sdfm,
         Heuristic::Dbl,
@@ -76,8 +80,8 @@ fn a_step_allocates_nothing_after_warm_up() {
         Heuristic::Random,
     ] {
         for order in [Order::Balance, Order::BboxVolume, Order::Shuffled] {
-            for source in sources {
-                let mut planner = planner(&grid, source(share), heuristic, order);
+            for (source, is_bounded) in sources {
+                let mut planner = planner(&grid, source(share), is_bounded, heuristic, order);
                 let steps: Vec<Vec<Candidate>> = (0..12)
                     .map(|step| {
                         let held = (0..5).map(|slot| kinds[(step + slot) % kinds.len()].clone());
@@ -105,7 +109,7 @@ fn a_step_allocates_nothing_after_warm_up() {
                 let counted = allocation_counter::measure(play);
                 assert_eq!(
                     counted.count_total, 0,
-                    "{heuristic:?} {order:?}: {counted:?}"
+                    "{heuristic:?} {order:?}, bounded {is_bounded}: {counted:?}"
                 );
             }
         }

@@ -112,6 +112,7 @@ proptest! {
         for (index, coarse) in coarse.iter().enumerate() {
             let item = &held[index].item;
             match proposals.of(index) {
+                CandidateProposals::AllAt(_) => prop_assert!(false, "some yaws alone"),
                 CandidateProposals::All => {
                     prop_assert_eq!(possible_count(&coarse_grid, coarse), 0);
                 }
@@ -150,6 +151,48 @@ proptest! {
             let expected: Vec<Placement> =
                 ranking.map(|found| found.resting.placement).take(wanted).collect();
             prop_assert_eq!(proposals.of(index), CandidateProposals::Some(&expected));
+        }
+    }
+
+    #[test]
+    fn a_shared_budget_goes_to_the_first_of_the_ranking_of_all(
+        (grid, heightmap, items) in support::scenes(3),
+        percent in 1.0_f64..100.0,
+        wide in 1.0_f64..100.0,
+        order in prop_oneof![Just(Order::Balance), Just(Order::Arrival)],
+    ) {
+        let scene = Scene::from_heightmap(heightmap);
+        let held = candidates(&items);
+        let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step: 0 };
+        let (share, wide) = (Percent::new(percent).unwrap(), Percent::new(wide).unwrap());
+        let settings = SearchSettings { order, ..settings() };
+        let mut among = ProposeRandom::new(wide, 3);
+        let best = ProposeBest::new(&grid, &settings, share).unwrap();
+        let mut proposals = Proposals::default();
+        best.shared_by_candidates()
+            .among(Box::new(among.clone()))
+            .propose(&input, &mut proposals)
+            .unwrap();
+
+        let mut all = Proposals::default();
+        among.propose(&input, &mut all).unwrap();
+        let wanted = |index: usize| share.of(all_count(&grid, &held[index].item)) as usize;
+        let everybody: Vec<usize> = (0..held.len()).collect();
+        let groups = match order {
+            Order::Balance => vec![everybody],
+            _ => everybody.iter().map(|index| vec![*index]).collect(),
+        };
+        let mut expected = vec![Vec::new(); held.len()];
+        for group in groups {
+            let mut search = Search::new(&grid, &settings).unwrap();
+            search.rank(&input, &group, &all).unwrap();
+            let ranking = std::iter::from_fn(|| search.next_best(&input).unwrap());
+            for found in ranking.take(group.iter().copied().map(wanted).sum()) {
+                expected[found.candidate].push(found.resting.placement);
+            }
+        }
+        for (index, expected) in expected.iter().enumerate() {
+            prop_assert_eq!(proposals.of(index), CandidateProposals::Some(expected));
         }
     }
 

@@ -1,7 +1,7 @@
 //! The container as boxes: a floor and four walls around the inner volume.
 
 use nalgebra::Point3;
-use ppnpack_catalogue::mesh::Mesh;
+use ppnpack_catalogue::mesh::{Bounds, Mesh};
 
 use crate::settings::CellSettings;
 
@@ -25,36 +25,9 @@ pub(crate) fn boxes(settings: &CellSettings) -> [[Point3<f64>; 2]; 5] {
 
 /// The container's surface, in the container frame.
 pub(crate) fn mesh(settings: &CellSettings) -> Mesh {
-    /// Faces of a box by its corners, numbered by the bits x, y, z; counter-clockwise seen from outside.
-    const TRIANGLES: [[u32; 3]; 12] = [
-        [0, 2, 1],
-        [1, 2, 3],
-        [4, 5, 6],
-        [5, 7, 6],
-        [0, 1, 4],
-        [1, 5, 4],
-        [2, 6, 3],
-        [3, 6, 7],
-        [0, 4, 2],
-        [2, 4, 6],
-        [1, 3, 5],
-        [3, 7, 5],
-    ];
     let mut mesh = Mesh::default();
     for [lowest, highest] in boxes(settings) {
-        let first = mesh.vertices.len() as u32;
-        for corner in 0..8_u32 {
-            let side = |axis: u32, low: f64, high: f64| {
-                if corner >> axis & 1 == 1 { high } else { low }
-            };
-            mesh.vertices.push(Point3::new(
-                side(0, lowest.x, highest.x),
-                side(1, lowest.y, highest.y),
-                side(2, lowest.z, highest.z),
-            ));
-        }
-        mesh.triangles
-            .extend(TRIANGLES.map(|triangle| triangle.map(|corner| first + corner)));
+        mesh.append(&Bounds { lowest, highest }.mesh());
     }
     mesh
 }

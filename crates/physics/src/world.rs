@@ -148,6 +148,13 @@ impl World {
         handle
     }
 
+    /// Lets a body sleep until the next contact that begins, be it with what it lies on.
+    pub(crate) fn put_to_sleep(&mut self, handle: RigidBodyHandle) {
+        if let Some(body) = self.state.bodies.get_mut(handle) {
+            body.sleep();
+        }
+    }
+
     /// Takes a body out.
     pub(crate) fn remove(&mut self, handle: RigidBodyHandle) {
         let state = &mut self.state;

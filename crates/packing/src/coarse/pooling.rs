@@ -1,4 +1,8 @@
-//! Heightmaps and items on a coarser grid.
+//! Heightmaps and items on a coarser grid, as they are rather than as large as they may be: what is proposed on the coarse
+//! grid need not be safe, as the fine grid decides, and by their greatest heights items and obstacles would grow by up to
+//! a cell, which closes narrow gaps.
+
+use std::ops::Range;
 
 use super::CoarseGrid;
 use crate::grid::Units;
@@ -6,24 +10,38 @@ use crate::heightmap::Heightmap;
 use crate::item::{ABSENT, Item, ItemError, ItemView, ViewSurfaces};
 
 impl CoarseGrid {
-    /// The greatest height of each coarse cell; cells beyond the last whole one count to it.
+    /// The median height of each coarse cell, of an even number the lower one; cells beyond the last whole one count to
+    /// it.
     pub fn pool(&self, heightmap: &Heightmap) -> Heightmap {
-        let coarse = self.coarse();
-        let (last_x, last_y) = (coarse.nx() - 1, coarse.ny() - 1);
-        let mut pooled = Heightmap::empty(coarse);
-        for x in 0..heightmap.nx() {
-            let row = heightmap.row(x);
-            let across = (x / self.cells()).min(last_x);
-            for (y, heights) in row.chunks(self.cells()).enumerate() {
-                let highest = heights.iter().copied().fold(0, Units::max);
-                pooled.raise(across, y.min(last_y), highest);
+        let (nx, ny) = (self.coarse().nx(), self.coarse().ny());
+        let mut pooled = Heightmap::empty(self.coarse());
+        let mut heights = Vec::new();
+        for x in 0..nx {
+            for y in 0..ny {
+                heights.clear();
+                for row in self.fine_cells(x, nx, heightmap.nx()) {
+                    let columns = self.fine_cells(y, ny, heightmap.ny());
+                    heights.extend_from_slice(heightmap.row(row).get(columns).unwrap_or(&[]));
+                }
+                if let Some(middle) = heights.len().checked_sub(1) {
+                    let (_, median, _) = heights.select_nth_unstable(middle / 2);
+                    pooled.raise(x, y, *median);
+                }
             }
         }
         pooled
     }
 
+    /// The fine cells of a coarse one along a side of so many.
+    fn fine_cells(&self, cell: usize, coarse: usize, fine: usize) -> Range<usize> {
+        let first = cell * self.cells();
+        let end = first + self.cells();
+        first..if cell + 1 == coarse { fine } else { end }
+    }
+
     /// An item's views at the coarse yaws: per coarse cell of the footprint the highest upper and the lowest lower
-    /// surface, counted from the footprint's corner.
+    /// surface, counted from the footprint's corner. Cells of which the item covers less than half are left out, unless
+    /// that is all of them.
     ///
     /// # Errors
     /// [`ItemError`] where the item has no view at a yaw of the coarse grid.
@@ -34,26 +52,52 @@ impl CoarseGrid {
     }
 }
 
+/// What an item has in a coarse cell.
+#[derive(Debug, Clone, Copy)]
+struct Column {
+    top: Units,
+    bottom: Units,
+    /// Fine cells with material.
+    covered: usize,
+}
+
 fn pool_view(view: &ItemView, cells: usize) -> ViewSurfaces {
     let (nx, ny) = (view.nx().div_ceil(cells), view.ny().div_ceil(cells));
-    let mut top = vec![0; nx * ny];
-    let mut bottom = vec![ABSENT; nx * ny];
-    let surfaces = view.top().iter().zip(view.bottom());
-    for (index, (upper, lower)) in surfaces.enumerate() {
+    let nothing = Column {
+        top: 0,
+        bottom: Units::MAX,
+        covered: 0,
+    };
+    let mut columns = vec![nothing; nx * ny];
+    for (index, (upper, lower)) in view.top().iter().zip(view.bottom()).enumerate() {
         let (x, y) = (index / view.ny() / cells, index % view.ny() / cells);
-        let cell = x * ny + y;
-        let (Some(top), Some(bottom)) = (top.get_mut(cell), bottom.get_mut(cell)) else {
-            continue;
-        };
-        if *lower != ABSENT {
-            *top = Units::max(*top, *upper);
-            *bottom = if *bottom == ABSENT {
-                *lower
-            } else {
-                Units::min(*bottom, *lower)
-            };
+        if let Some(column) = columns.get_mut(x * ny + y)
+            && *lower != ABSENT
+        {
+            column.top = column.top.max(*upper);
+            column.bottom = column.bottom.min(*lower);
+            column.covered += 1;
         }
     }
+    let is_half = |column: &Column| 2 * column.covered >= cells * cells;
+    let least = if columns.iter().any(is_half) {
+        (cells * cells).div_ceil(2)
+    } else {
+        1
+    };
+    let kept = |column: &&Column| column.covered >= least;
+    // Heights count from the lowest point that is left.
+    let lowest = columns
+        .iter()
+        .filter(kept)
+        .map(|column| column.bottom)
+        .min();
+    let lowest = lowest.unwrap_or(0);
+    let surfaces = columns.iter().map(|column| match kept(&column) {
+        true => (column.top - lowest, column.bottom - lowest),
+        false => (0, ABSENT),
+    });
+    let (top, bottom) = surfaces.unzip();
     ViewSurfaces {
         nx,
         ny,
@@ -73,38 +117,75 @@ mod tests {
     use crate::coarse::Coarsening;
     use crate::grid::Grid;
 
-    #[test]
-    fn blocks_keep_their_highest_and_lowest_surfaces() {
-        let grid = Grid::reference();
-        let grids = CoarseGrid::new(&grid, Coarsening { cells: 3, yaws: 1 }).unwrap();
-        let mut heightmap = Heightmap::empty(&grid);
-        heightmap.raise(4, 5, 7);
-        heightmap.raise(5, 3, 9);
-        heightmap.raise(31, 31, 4);
-        let pooled = grids.pool(&heightmap);
-        assert_eq!((pooled.nx(), pooled.ny()), (10, 10));
-        assert_eq!((pooled.get(1, 1), pooled.get(9, 9)), (Some(9), Some(4)));
-        let total: i32 = pooled
-            .heights()
-            .iter()
-            .map(|height| i32::from(*height))
-            .sum();
-        assert_eq!(total, 13);
+    fn grids(cells: usize) -> CoarseGrid {
+        CoarseGrid::new(&Grid::reference(), Coarsening { cells, yaws: 1 }).unwrap()
+    }
 
+    fn item(nx: usize, ny: usize, top: Vec<Units>, bottom: Vec<Units>) -> Item {
         let view = ViewSurfaces {
-            nx: 1,
-            ny: 7,
-            top: vec![5, 6, 0, 0, 0, 0, 9],
-            bottom: vec![2, 1, ABSENT, ABSENT, ABSENT, ABSENT, 0],
+            nx,
+            ny,
+            top,
+            bottom,
             underside: None,
             origin_from_corner_m: Vector3::zeros(),
             centre_of_mass_m: None,
         };
-        let item = Item::new("bridge", vec![view; 4], 0.0).unwrap();
-        let pooled = grids.item(&item).unwrap();
+        Item::new("item", vec![view; 4], 0.0).unwrap()
+    }
+
+    #[test]
+    fn a_coarse_cell_has_the_median_height_of_its_cells() {
+        // 32 cells make 10 coarse ones of 3, of which the last has 5.
+        let mut heightmap = Heightmap::empty(&Grid::reference());
+        for (x, y) in [(3, 3), (3, 4), (3, 5), (4, 3), (4, 4)] {
+            heightmap.raise(x, y, 9);
+        }
+        heightmap.raise(4, 5, 7);
+        for (x, y) in [(6, 6), (6, 7), (7, 6), (7, 7)] {
+            heightmap.raise(x, y, 9);
+        }
+        for (x, y) in (27..32)
+            .flat_map(|x| (27..32).map(move |y| (x, y)))
+            .take(13)
+        {
+            heightmap.raise(x, y, 4);
+        }
+        let pooled = grids(3).pool(&heightmap);
+        assert_eq!((pooled.nx(), pooled.ny()), (10, 10));
+        let found = [(1, 1), (2, 2), (9, 9)].map(|(x, y)| pooled.get(x, y));
+        assert_eq!(found, [Some(9), Some(0), Some(4)]);
+        let highest = grids(2).pool(&heightmap);
+        assert_eq!(highest.get(3, 3), Some(9));
+        // Of four heights the second.
+        assert_eq!((highest.get(1, 2), highest.get(2, 1)), (Some(0), Some(0)));
+        assert_eq!(highest.get(2, 2), Some(0));
+    }
+
+    #[test]
+    fn an_item_has_the_cells_of_which_it_covers_half() {
+        let bottom = vec![2, 1, ABSENT, ABSENT, ABSENT, ABSENT, 0, 0, 5, ABSENT];
+        let top = vec![5, 6, 0, 0, 0, 0, 9, 8, 7, 0];
+        let bridge = item(2, 5, top, bottom);
+        // Two rows of five cells: coarse cells of 2 x 2 at y = 0, 1 and 2, the last beyond the footprint by half.
+        let pooled = grids(2).item(&bridge).unwrap();
         let view = &pooled.views()[0];
         assert_eq!((view.nx(), view.ny()), (1, 3));
-        assert_eq!(view.bottom(), [1, ABSENT, 0]);
-        assert_eq!((view.top()[0], view.top()[2]), (6, 9));
+        assert_eq!(view.bottom(), [0, 0, ABSENT]);
+        assert_eq!(view.top(), [9, 8, 0]);
+    }
+
+    #[test]
+    fn heights_count_from_the_lowest_point_that_is_left() {
+        // Its foot covers a quarter of a cell.
+        let foot = item(2, 4, vec![9; 8], vec![4, 4, 4, 4, 4, 4, 0, 0]);
+        let view = grids(4).item(&foot).unwrap().views()[0].clone();
+        assert_eq!((view.top(), view.bottom()), (&[9][..], &[0][..]));
+        let needle = item(1, 3, vec![3; 3], vec![0, ABSENT, 1]);
+        let view = grids(3).item(&needle).unwrap().views()[0].clone();
+        assert_eq!((view.top(), view.bottom()), (&[3][..], &[0][..]));
+        let lamp = item(2, 3, vec![9; 6], vec![3, 3, 0, 3, 3, ABSENT]);
+        let view = grids(2).item(&lamp).unwrap().views()[0].clone();
+        assert_eq!((view.top(), view.bottom()), (&[6, 0][..], &[0, ABSENT][..]));
     }
 }

@@ -6,9 +6,14 @@ use std::sync::Arc;
 use super::CoarseGrid;
 use crate::heightmap::Scene;
 use crate::item::{Item, ItemError, ShapeId};
+use crate::objective::WeightError;
 use crate::plan::Candidate;
-use crate::proposals::{CandidateProposals, Proposals, Proposer, possible_count};
+use crate::proposals::{CandidateProposals, Percent, Proposals, Proposer, possible_count};
+use crate::search::{ProposeBest, SearchSettings};
 use crate::step::{StageError, StepInput};
+
+/// How many times more a candidate may be proposed than is kept on average, so that one may get what others do not.
+const WIDER: f64 = 4.0;
 
 /// Items whose coarse views are kept.
 const KEPT_ITEMS: usize = 512;
@@ -40,6 +45,42 @@ impl CoarseToFine {
             uses: 0,
             proposals: Proposals::default(),
         }
+    }
+
+    /// The coarse search: `share` of the coarse placements of all candidates together, those that the heuristic ranks
+    /// best.
+    ///
+    /// # Errors
+    /// [`WeightError`] where a weight is negative or not finite.
+    pub fn searching(
+        grids: CoarseGrid,
+        settings: &SearchSettings,
+        share: Percent,
+    ) -> Result<Self, WeightError> {
+        let best = ProposeBest::new(grids.coarse(), settings, share)?.shared_by_candidates();
+        Ok(Self::new(grids, Box::new(best)))
+    }
+
+    /// Among what `wide` proposes for each candidate on the coarse grid, `share` of the coarse placements of all
+    /// candidates together, those that the heuristic ranks best. `wide` had best propose [`Self::wider`] shares.
+    ///
+    /// The heuristic costs little on the coarse grid, and spares evaluating on the fine one what other candidates beat.
+    ///
+    /// # Errors
+    /// [`WeightError`] where a weight is negative or not finite.
+    pub fn narrowing(
+        grids: CoarseGrid,
+        settings: &SearchSettings,
+        share: Percent,
+        wide: Box<dyn Proposer>,
+    ) -> Result<Self, WeightError> {
+        let best = ProposeBest::new(grids.coarse(), settings, share)?.shared_by_candidates();
+        Ok(Self::new(grids, Box::new(best.among(wide))))
+    }
+
+    /// The share that is proposed for each candidate where `share` is kept of all together.
+    pub fn wider(share: Percent) -> Percent {
+        share.times(WIDER)
     }
 
     /// Takes over the coarse views of items that are known ahead of time, as many as are kept.

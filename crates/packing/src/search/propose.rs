@@ -2,22 +2,25 @@
 
 use super::{Search, SearchSettings};
 use crate::grid::Grid;
-use crate::objective::WeightError;
+use crate::objective::{Order, WeightError};
 use crate::placement::Placement;
 use crate::plan::{Evaluator, StepInput};
 use crate::proposals::{Percent, Proposals, ProposeAll, Proposer, all_count};
-use crate::step::StageError;
+use crate::step::{Candidate, StageError};
 
 /// Proposes the placements of each candidate that a heuristic ranks best, best first: a share of all its placements.
 ///
 /// On the planner's own grid that is a whole exhaustive search more; behind
-/// [`CoarseToFine`](crate::coarse::CoarseToFine) it is the coarse search, what a network has to beat.
-#[derive(Debug)]
+/// [`CoarseToFine`](crate::coarse::CoarseToFine) it is the coarse search, what a network has to beat, or, among another
+/// proposer's proposals, a step between its grid and a finer one.
 pub struct ProposeBest {
     search: Search,
     share: Percent,
-    all: Proposals,
-    best: Vec<Placement>,
+    among: Box<dyn Proposer>,
+    ranked: Proposals,
+    best: Vec<Vec<Placement>>,
+    order: Order,
+    is_shared: bool,
 }
 
 impl ProposeBest {
@@ -33,9 +36,28 @@ impl ProposeBest {
         Ok(Self {
             search: Search::new(grid, settings)?,
             share,
-            all: Proposals::default(),
+            among: Box::new(ProposeAll),
+            ranked: Proposals::default(),
             best: Vec::new(),
+            order: settings.order,
+            is_shared: false,
         })
+    }
+
+    /// Ranks the placements of all candidates together: the share is of all of them, and a candidate that others beat
+    /// gets little of it. Only under [`Order::Balance`] do values of different items compare; under other orders each
+    /// candidate keeps its own share.
+    #[must_use]
+    pub fn shared_by_candidates(mut self) -> Self {
+        self.is_shared = self.order == Order::Balance;
+        self
+    }
+
+    /// Ranks only what another proposer proposes, on the same grid.
+    #[must_use]
+    pub fn among(mut self, proposer: Box<dyn Proposer>) -> Self {
+        self.among = proposer;
+        self
     }
 }
 
@@ -46,18 +68,45 @@ impl Proposer for ProposeBest {
         proposals: &mut Proposals,
     ) -> Result<(), StageError> {
         proposals.clear();
-        ProposeAll.propose(input, &mut self.all)?;
-        for (index, candidate) in input.candidates.iter().enumerate() {
-            let wanted = self.share.of(all_count(input.grid, &candidate.item));
-            self.search.rank(input, &[index], &self.all)?;
-            self.best.clear();
-            for _ in 0..wanted {
-                let Some(next) = self.search.next_best(input)? else {
-                    break;
-                };
-                self.best.push(next.resting.placement);
+        self.among.propose(input, &mut self.ranked)?;
+        if let Some(reason) = self.ranked.degraded() {
+            proposals.degrade(reason);
+        }
+        self.best.resize_with(input.candidates.len(), Vec::new);
+        self.best.iter_mut().for_each(Vec::clear);
+        let wanted = |candidate: &Candidate| self.share.of(all_count(input.grid, &candidate.item));
+        let wanted: Vec<u64> = input.candidates.iter().map(wanted).collect();
+        if self.is_shared {
+            let all: Vec<usize> = (0..input.candidates.len()).collect();
+            self.keep_best(input, &all, wanted.iter().sum())?;
+        } else {
+            for (index, wanted) in wanted.into_iter().enumerate() {
+                self.keep_best(input, &[index], wanted)?;
             }
-            proposals.push(self.best.iter().copied());
+        }
+        for best in &self.best {
+            proposals.push(best.iter().copied());
+        }
+        Ok(())
+    }
+}
+
+impl ProposeBest {
+    /// Keeps the best placements of a group of candidates.
+    fn keep_best(
+        &mut self,
+        input: &StepInput<'_>,
+        group: &[usize],
+        wanted: u64,
+    ) -> Result<(), StageError> {
+        self.search.rank(input, group, &self.ranked)?;
+        for _ in 0..wanted {
+            let Some(next) = self.search.next_best(input)? else {
+                break;
+            };
+            if let Some(best) = self.best.get_mut(next.candidate) {
+                best.push(next.resting.placement);
+            }
         }
         Ok(())
     }

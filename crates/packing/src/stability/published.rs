@@ -84,7 +84,7 @@ impl PublishedStability {
 
 impl ValidityCheck for PublishedStability {
     fn name(&self) -> &'static str {
-        "unstable"
+        "unstable by the published test"
     }
 
     fn cost(&self) -> Cost {

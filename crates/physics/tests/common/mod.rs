@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
-use ppnpack_catalogue::mesh::Mesh;
+use ppnpack_catalogue::mesh::{Bounds, Mesh};
 use ppnpack_catalogue::object::{ConvexPiece, MassProperties, Model};
 
 const DENSITY_KG_M3: f64 = 500.0;
@@ -22,17 +22,15 @@ pub(crate) fn cuboids(name: &str, boxes: &[([f64; 3], [f64; 3])]) -> Arc<Model> 
     let mut moment = Vector3::zeros();
     for (centre, sides) in boxes {
         let (centre, sides) = (Vector3::from(*centre), Vector3::from(*sides));
-        let corners: Vec<Point3<f64>> = (0..8)
-            .map(|corner| {
-                let sign = |axis: usize| if corner >> axis & 1 == 1 { 0.5 } else { -0.5 };
-                Point3::from(centre + sides.component_mul(&Vector3::from_fn(|axis, _| sign(axis))))
-            })
-            .collect();
-        let first = mesh.vertices.len() as u32;
-        mesh.vertices.extend(&corners);
-        mesh.triangles
-            .extend(BOX_TRIANGLES.map(|triangle| triangle.map(|corner| first + corner)));
-        pieces.push(ConvexPiece { vertices: corners });
+        let around = Bounds {
+            lowest: Point3::from(centre - sides / 2.0),
+            highest: Point3::from(centre + sides / 2.0),
+        };
+        let surface = around.mesh();
+        mesh.append(&surface);
+        pieces.push(ConvexPiece {
+            vertices: surface.vertices,
+        });
         let volume = sides.product();
         volume_m3 += volume;
         moment += centre * volume;
@@ -125,19 +123,3 @@ pub(crate) fn turned(x_m: f64, y_m: f64, z_m: f64, yaw_rad: f64) -> Isometry3<f6
         UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad),
     )
 }
-
-/// Faces of a box by its corners, numbered by the bits x, y, z; counter-clockwise seen from outside.
-const BOX_TRIANGLES: [[u32; 3]; 12] = [
-    [0, 2, 1],
-    [1, 2, 3],
-    [4, 5, 6],
-    [5, 7, 6],
-    [0, 1, 4],
-    [1, 5, 4],
-    [2, 6, 3],
-    [3, 6, 7],
-    [0, 4, 2],
-    [2, 4, 6],
-    [1, 3, 5],
-    [3, 7, 5],
-];

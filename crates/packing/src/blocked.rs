@@ -1,0 +1,87 @@
+//! Parts of the container that must stay free of items.
+
+use crate::grid::Grid;
+use crate::heightmap::{Heightmap, Scene};
+
+/// A rectangle of the container's floor, in metres in the container frame. Nothing may be placed above any part of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Region {
+    /// The side with the least x.
+    pub x_min_m: f64,
+    /// The side with the least y.
+    pub y_min_m: f64,
+    /// The side with the greatest x.
+    pub x_max_m: f64,
+    /// The side with the greatest y.
+    pub y_max_m: f64,
+}
+
+impl Region {
+    /// The cells that it meets along one side of the grid.
+    fn cells(min_m: f64, max_m: f64, cell_m: f64, count: usize) -> std::ops::Range<usize> {
+        // Conversions saturate, so a region beyond the container is cut to it.
+        let first = (min_m / cell_m).floor().max(0.0) as usize;
+        let end = (max_m / cell_m).ceil().max(0.0) as usize;
+        first..end.min(count)
+    }
+}
+
+/// The scene with these regions as high as the rim: an item with material above any cell of them would stick out.
+///
+/// The search then leaves such placements out before it computes their values, and the network sees them as walls.
+#[must_use]
+pub fn block(scene: &Scene, grid: &Grid, regions: &[Region]) -> Scene {
+    let mut heightmap: Heightmap = scene.heightmap().clone();
+    let cell_m = grid.resolution().cell_m();
+    for region in regions {
+        for x in Region::cells(region.x_min_m, region.x_max_m, cell_m, grid.nx()) {
+            for y in Region::cells(region.y_min_m, region.y_max_m, cell_m, grid.ny()) {
+                heightmap.raise(x, y, grid.rim());
+            }
+        }
+    }
+    scene.with_heightmap(heightmap)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_cell_that_a_region_meets_is_as_high_as_the_rim() {
+        let grid = Grid::reference();
+        let scene = Scene::from_heightmap(Heightmap::empty(&grid));
+        let region = Region {
+            x_min_m: 0.015,
+            y_min_m: -1.0,
+            x_max_m: 0.03,
+            y_max_m: 0.001,
+        };
+        let blocked = block(&scene, &grid, &[region]);
+        let high: Vec<(usize, usize)> = (0..32)
+            .flat_map(|x| (0..32).map(move |y| (x, y)))
+            .filter(|(x, y)| blocked.heightmap().get(*x, *y) == Some(grid.rim()))
+            .collect();
+        assert_eq!(high, [(1, 0), (2, 0)]);
+    }
+
+    #[test]
+    fn a_region_beyond_the_container_blocks_what_is_within() {
+        let grid = Grid::reference();
+        let scene = Scene::from_heightmap(Heightmap::empty(&grid));
+        let everywhere = Region {
+            x_min_m: f64::NEG_INFINITY,
+            y_min_m: f64::NEG_INFINITY,
+            x_max_m: f64::INFINITY,
+            y_max_m: f64::INFINITY,
+        };
+        let blocked = block(&scene, &grid, &[everywhere]);
+        assert!(
+            blocked
+                .heightmap()
+                .heights()
+                .iter()
+                .all(|height| *height == grid.rim())
+        );
+    }
+}
