@@ -5,7 +5,9 @@ use std::sync::Arc;
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::Model;
 use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::Heightmap;
 use ppnpack_packing::item::Item;
+use ppnpack_packing::placement::Placement;
 use ppnpack_packing::proposals::{Percent, Proposals, Proposer};
 use ppnpack_packing::step::{StageError, StepInput};
 
@@ -39,6 +41,21 @@ impl NetworkProposer {
         let mut inference = Inference::new(model, grid, device)?.warmed_up()?;
         inference.prepare(items)?;
         Ok(Self { inference, share })
+    }
+}
+
+impl NetworkProposer {
+    /// The best-scored placements of some items, best first: `share` of all placements of each.
+    ///
+    /// # Errors
+    /// [`NetworkError`] where the network fails or its scores are not finite.
+    pub fn best(
+        &mut self,
+        heightmap: &Heightmap,
+        items: &[&Item],
+        share: Percent,
+    ) -> Result<Vec<Vec<Placement>>, NetworkError> {
+        self.inference.best(heightmap, items, share)
     }
 }
 
