@@ -1,0 +1,219 @@
+//! Point clouds, read where they lie.
+
+use nalgebra::{Isometry3, Point3};
+
+use super::pose;
+use crate::decode::MAX_POINT_BYTES;
+use crate::error::WireError;
+use crate::limits::count;
+use crate::v1;
+use crate::v1::NumericType;
+
+/// The most bytes from one point to the next.
+const MAX_STRIDE: usize = 1024;
+
+/// Bytes of a point as [`write`] lays it out.
+const POINT_BYTES: usize = 12;
+
+/// The most fields of a point.
+const MAX_FIELDS: usize = 32;
+
+/// A cloud whose layout is checked, so that its points can be looked at one by one.
+#[derive(Debug, Clone)]
+pub struct Cloud<'a> {
+    message: &'a v1::PointCloud,
+    container_from_sensor: Isometry3<f64>,
+    stride: usize,
+    coordinates: [Coordinate; 3],
+}
+
+/// Where a coordinate lies within a point.
+#[derive(Debug, Clone, Copy)]
+struct Coordinate {
+    offset: usize,
+    is_double: bool,
+}
+
+impl Coordinate {
+    /// The coordinate of a point; what no `f32` holds is infinite, a hole.
+    fn of(self, point: &[u8]) -> f32 {
+        let from = point.get(self.offset..).unwrap_or(&[]);
+        if self.is_double {
+            let bytes = from.first_chunk();
+            bytes.map_or(f32::NAN, |bytes| f64::from_le_bytes(*bytes) as f32)
+        } else {
+            let bytes = from.first_chunk();
+            bytes.map_or(f32::NAN, |bytes| f32::from_le_bytes(*bytes))
+        }
+    }
+}
+
+impl<'a> Cloud<'a> {
+    /// The points in the sensor's frame, in metres. Those with a coordinate that is not finite are holes.
+    pub fn points(&self) -> impl ExactSizeIterator<Item = Point3<f32>> + Clone + use<'a> {
+        let [x, y, z] = self.coordinates;
+        let points = self.message.data.chunks_exact(self.stride);
+        points.map(move |point| Point3::new(x.of(point), y.of(point), z.of(point)))
+    }
+
+    /// The message that the cloud lies in.
+    pub fn message(&self) -> &'a v1::PointCloud {
+        self.message
+    }
+
+    /// How many points there are, holes among them.
+    pub fn len(&self) -> usize {
+        self.message.data.len() / self.stride
+    }
+
+    /// Whether there is no point.
+    pub fn is_empty(&self) -> bool {
+        self.message.data.is_empty()
+    }
+
+    /// Where the sensor is.
+    pub fn container_from_sensor(&self) -> &Isometry3<f64> {
+        &self.container_from_sensor
+    }
+
+    /// Counts the clouds of the sensor, from 1.
+    pub fn sequence(&self) -> u64 {
+        self.message.sequence
+    }
+
+    /// The state of the cell when it was captured; 0 where the sensor does not know it.
+    pub fn state_number(&self) -> u64 {
+        self.message.state_number
+    }
+
+    /// When it was captured, in nanoseconds since 1970.
+    pub fn captured_at_ns(&self) -> i64 {
+        self.message.captured_at_ns
+    }
+}
+
+/// Whether a point is a hole: has a coordinate that is not finite.
+pub fn is_hole(point: &Point3<f32>) -> bool {
+    !point.coords.iter().all(|coordinate| coordinate.is_finite())
+}
+
+/// Checks a cloud's layout.
+///
+/// # Errors
+/// [`WireError`] where the pose, the stride, a field or the size of the data is impossible.
+pub fn read(message: &v1::PointCloud) -> Result<Cloud<'_>, WireError> {
+    if message.sequence == 0 {
+        return Err(WireError::invalid("cloud.sequence", "it counts from 1"));
+    }
+    let stride = usize::try_from(message.point_stride).unwrap_or(usize::MAX);
+    count("cloud.point_stride", stride, 1..=MAX_STRIDE)?;
+    count("cloud.fields", message.fields.len(), 0..=MAX_FIELDS)?;
+    for field in &message.fields {
+        check_field(field, stride)?;
+    }
+    let bytes = message.data.len();
+    count("cloud.data", bytes, 0..=MAX_POINT_BYTES)?;
+    if !bytes.is_multiple_of(stride) {
+        return Err(WireError::invalid(
+            "cloud.data",
+            format_args!("{bytes} bytes are no whole number of points of {stride} bytes"),
+        ));
+    }
+    Ok(Cloud {
+        message,
+        container_from_sensor: pose::read_required(
+            "cloud.container_from_sensor",
+            message.container_from_sensor.as_ref(),
+        )?,
+        stride,
+        coordinates: [
+            coordinate(message, "x")?,
+            coordinate(message, "y")?,
+            coordinate(message, "z")?,
+        ],
+    })
+}
+
+fn check_field(field: &v1::PackedField, stride: usize) -> Result<(), WireError> {
+    let size = match field.r#type() {
+        NumericType::Unspecified => {
+            return Err(WireError::invalid(
+                "cloud.fields.type",
+                format_args!("{} is no type that is known", field.r#type),
+            ));
+        }
+        NumericType::Uint8 | NumericType::Int8 => 1,
+        NumericType::Uint16 | NumericType::Int16 => 2,
+        NumericType::Uint32 | NumericType::Int32 | NumericType::Float32 => 4,
+        NumericType::Float64 => 8,
+    };
+    let end = u64::from(field.offset) + size;
+    if end > stride as u64 {
+        return Err(WireError::invalid(
+            "cloud.fields.offset",
+            format_args!("a field ends at byte {end} of a point of {stride}"),
+        ));
+    }
+    Ok(())
+}
+
+fn coordinate(message: &v1::PointCloud, name: &str) -> Result<Coordinate, WireError> {
+    let mut named = message.fields.iter().filter(|field| field.name == name);
+    let (Some(field), None) = (named.next(), named.next()) else {
+        return Err(WireError::invalid(
+            "cloud.fields",
+            format_args!("one field '{name}' is needed"),
+        ));
+    };
+    let is_double = match field.r#type() {
+        NumericType::Float32 => false,
+        NumericType::Float64 => true,
+        _ => {
+            return Err(WireError::invalid(
+                "cloud.fields.type",
+                format_args!("field '{name}' has to be a FLOAT32 or FLOAT64"),
+            ));
+        }
+    };
+    Ok(Coordinate {
+        offset: field.offset as usize,
+        is_double,
+    })
+}
+
+/// When and where a cloud was captured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Capture {
+    /// Counts the clouds of the sensor, from 1.
+    pub sequence: u64,
+    /// In nanoseconds since 1970.
+    pub captured_at_ns: i64,
+    /// The state of the cell; 0 where it is not known.
+    pub state_number: u64,
+    /// Where the sensor is.
+    pub container_from_sensor: Isometry3<f64>,
+}
+
+/// Writes a cloud of points in the sensor's frame, in metres.
+pub fn write(capture: &Capture, points: &[Point3<f32>]) -> v1::PointCloud {
+    let field = |name: &str, offset: u32| v1::PackedField {
+        name: name.to_owned(),
+        offset,
+        r#type: NumericType::Float32.into(),
+    };
+    let mut data = vec![0; points.len() * POINT_BYTES];
+    let slots = data.as_chunks_mut::<POINT_BYTES>().0;
+    for (slot, point) in slots.iter_mut().zip(points) {
+        let coordinates = slot.as_chunks_mut().0.iter_mut().zip(&point.coords);
+        coordinates.for_each(|(bytes, coordinate)| *bytes = coordinate.to_le_bytes());
+    }
+    v1::PointCloud {
+        sequence: capture.sequence,
+        captured_at_ns: capture.captured_at_ns,
+        state_number: capture.state_number,
+        container_from_sensor: Some(pose::write(&capture.container_from_sensor)),
+        point_stride: POINT_BYTES as u32,
+        fields: vec![field("x", 0), field("y", 4), field("z", 8)],
+        data,
+    }
+}

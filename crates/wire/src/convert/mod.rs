@@ -1,0 +1,15 @@
+//! Conversions between messages and types of the domain, one module per message.
+//!
+//! `read` checks everything that the schemas promise and gives the domain's type; `write` is its inverse. What was
+//! written is read as it was, bit for bit, but for the sign of a zero.
+
+pub mod check;
+pub mod cloud;
+mod execution;
+pub mod grid;
+pub mod item;
+mod numbers;
+pub mod objective;
+pub mod placement;
+pub mod pose;
+pub mod scene;

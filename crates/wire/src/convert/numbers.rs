@@ -1,0 +1,64 @@
+//! Many numbers as little-endian bytes.
+
+use ppnpack_packing::grid::Units;
+
+use crate::error::WireError;
+
+/// Heights in units: 16-bit integers.
+pub(super) fn read_units(
+    field: &'static str,
+    bytes: &[u8],
+    size: (usize, usize),
+) -> Result<Vec<Units>, WireError> {
+    let numbers = split(field, bytes, size)?;
+    Ok(numbers.iter().copied().map(Units::from_le_bytes).collect())
+}
+
+/// Heights in metres: 32-bit floats.
+pub(super) fn read_floats(
+    field: &'static str,
+    bytes: &[u8],
+    size: (usize, usize),
+) -> Result<Vec<f32>, WireError> {
+    let numbers = split(field, bytes, size)?;
+    Ok(numbers.iter().copied().map(f32::from_le_bytes).collect())
+}
+
+/// The numbers of a map of `nx` x `ny`, which has to have this size before memory is taken for it.
+fn split<'a, const BYTES: usize>(
+    field: &'static str,
+    bytes: &'a [u8],
+    (nx, ny): (usize, usize),
+) -> Result<&'a [[u8; BYTES]], WireError> {
+    let needed = nx
+        .checked_mul(ny)
+        .and_then(|count| count.checked_mul(BYTES));
+    if needed == Some(bytes.len()) {
+        Ok(bytes.as_chunks().0)
+    } else {
+        Err(WireError::invalid(
+            field,
+            format_args!(
+                "{} bytes where {nx} x {ny} numbers of {BYTES} bytes are needed",
+                bytes.len()
+            ),
+        ))
+    }
+}
+
+pub(super) fn write_units(values: &[Units]) -> Vec<u8> {
+    join(values, |value| value.to_le_bytes())
+}
+
+pub(super) fn write_floats(values: &[f32]) -> Vec<u8> {
+    join(values, |value| value.to_le_bytes())
+}
+
+/// Fills memory taken once, a loop that becomes a copy.
+fn join<T: Copy, const BYTES: usize>(values: &[T], to_bytes: impl Fn(T) -> [u8; BYTES]) -> Vec<u8> {
+    let mut bytes = vec![0; values.len() * BYTES];
+    for (chunk, value) in bytes.as_chunks_mut().0.iter_mut().zip(values) {
+        *chunk = to_bytes(*value);
+    }
+    bytes
+}

@@ -1,0 +1,88 @@
+//! Objectives.
+
+use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::search::SearchSettings;
+
+use crate::error::{WireError, needed};
+use crate::v1;
+
+/// Each heuristic with its number on the wire.
+const HEURISTICS: [(Heuristic, v1::Heuristic); 6] = [
+    (Heuristic::Sdfm, v1::Heuristic::Sdfm),
+    (Heuristic::Dbl, v1::Heuristic::Dbl),
+    (Heuristic::Hm, v1::Heuristic::Hm),
+    (Heuristic::Mta, v1::Heuristic::Mta),
+    (Heuristic::FirstFit, v1::Heuristic::FirstFit),
+    (Heuristic::Random, v1::Heuristic::Random),
+];
+
+/// Reads the objective that a field holds. A search looks at no more of the order than whether it is balanced: where it
+/// is not, it is [`Order::Arrival`].
+///
+/// # Errors
+/// [`WireError`] where there is none, the heuristic is not known, or a weight is negative or not finite.
+pub fn read_required(
+    field: &'static str,
+    message: Option<&v1::Objective>,
+) -> Result<SearchSettings, WireError> {
+    let message = needed(field, message)?;
+    let known = HEURISTICS
+        .iter()
+        .find(|(_, number)| i32::from(*number) == message.heuristic);
+    let Some((heuristic, _)) = known else {
+        return Err(WireError::invalid(
+            "objective.heuristic",
+            format_args!("{} is no heuristic that is known", message.heuristic),
+        ));
+    };
+    let weights = message.weights.as_ref();
+    let weights = weights.map_or_else(Weights::default, read_weights);
+    weights
+        .validate()
+        .map_err(|error| WireError::invalid("objective.weights", error))?;
+    Ok(SearchSettings {
+        heuristic: *heuristic,
+        order: if message.is_balanced {
+            Order::Balance
+        } else {
+            Order::Arrival
+        },
+        weights,
+        seed: message.seed,
+    })
+}
+
+fn read_weights(weights: &v1::Weights) -> Weights {
+    Weights {
+        resting_height: weights.resting_height,
+        distance: weights.distance,
+        box_share: weights.box_share,
+        balance: weights.balance,
+        corner: weights.corner,
+        surface_volume: weights.surface_volume,
+        touching_area: weights.touching_area,
+    }
+}
+
+/// Writes an objective.
+pub fn write(settings: &SearchSettings) -> v1::Objective {
+    let number = HEURISTICS
+        .iter()
+        .find(|(heuristic, _)| *heuristic == settings.heuristic);
+    let number = number.map_or(v1::Heuristic::Unspecified, |(_, number)| *number);
+    let weights = &settings.weights;
+    v1::Objective {
+        heuristic: number.into(),
+        is_balanced: settings.order == Order::Balance,
+        weights: Some(v1::Weights {
+            resting_height: weights.resting_height,
+            distance: weights.distance,
+            box_share: weights.box_share,
+            balance: weights.balance,
+            corner: weights.corner,
+            surface_volume: weights.surface_volume,
+            touching_area: weights.touching_area,
+        }),
+        seed: settings.seed,
+    }
+}

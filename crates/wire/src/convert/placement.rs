@@ -1,0 +1,149 @@
+//! Placements.
+
+use ppnpack_packing::grid::{MAX_CELLS, MAX_UNITS, MAX_YAWS, Units};
+use ppnpack_packing::placement::{Placement, RestingPlacement};
+use ppnpack_packing::step::{Evaluated, PlacementCounts};
+use ppnpack_packing::valid::Tally;
+
+use super::check;
+use crate::error::{WireError, needed};
+use crate::limits::{MAX_CANDIDATES, MAX_PLACEMENTS, count, index, to_index};
+use crate::v1;
+
+fn candidate(field: &'static str, value: u32) -> Result<usize, WireError> {
+    index(field, value, MAX_CANDIDATES)
+}
+
+fn cell(field: &'static str, yaw: u32, x: u32, y: u32) -> Result<Placement, WireError> {
+    Ok(Placement {
+        yaw: index(field, yaw, MAX_YAWS)?,
+        x: index(field, x, MAX_CELLS)?,
+        y: index(field, y, MAX_CELLS)?,
+    })
+}
+
+/// Reads the placements that a field holds in columns. Whether they lie within a container is not checked.
+///
+/// # Errors
+/// [`WireError`] where the columns differ in length, are too long, or hold an index that no grid has.
+pub fn read_all(
+    field: &'static str,
+    message: &v1::Placements,
+) -> Result<Vec<Placement>, WireError> {
+    let v1::Placements { yaw, x, y } = message;
+    count(field, yaw.len(), 0..=MAX_PLACEMENTS)?;
+    count(field, x.len(), yaw.len()..=yaw.len())?;
+    count(field, y.len(), yaw.len()..=yaw.len())?;
+    let columns = yaw.iter().zip(x).zip(y);
+    columns
+        .map(|((yaw, x), y)| cell(field, *yaw, *x, *y))
+        .collect()
+}
+
+/// Writes placements in columns.
+pub fn write_all(placements: impl Iterator<Item = Placement>) -> v1::Placements {
+    let mut columns = v1::Placements::default();
+    for Placement { yaw, x, y } in placements {
+        columns.yaw.push(to_index(yaw));
+        columns.x.push(to_index(x));
+        columns.y.push(to_index(y));
+    }
+    columns
+}
+
+/// Reads a placement with its resting height.
+///
+/// # Errors
+/// [`WireError`] where an index or the height is one that no grid has.
+pub fn read_resting(message: &v1::RestingPlacement) -> Result<RestingPlacement, WireError> {
+    let resting_height = Units::try_from(message.resting_height)
+        .ok()
+        .filter(|height| *height <= MAX_UNITS)
+        .ok_or_else(|| {
+            WireError::invalid(
+                "placement.resting_height",
+                format_args!(
+                    "{} where 0 to {MAX_UNITS} is possible",
+                    message.resting_height
+                ),
+            )
+        })?;
+    Ok(RestingPlacement {
+        placement: cell("placement", message.yaw, message.x, message.y)?,
+        resting_height,
+    })
+}
+
+/// Writes a placement with its resting height.
+pub fn write_resting(resting: &RestingPlacement) -> v1::RestingPlacement {
+    v1::RestingPlacement {
+        yaw: to_index(resting.placement.yaw),
+        x: to_index(resting.placement.x),
+        y: to_index(resting.placement.y),
+        resting_height: u32::try_from(resting.resting_height).unwrap_or(0),
+    }
+}
+
+/// Reads a placement with its value.
+///
+/// # Errors
+/// [`WireError`] where the placement is missing or impossible, or the value is not finite.
+pub fn read_ranked(message: &v1::RankedPlacement) -> Result<Evaluated, WireError> {
+    let resting = needed("ranked_placement.placement", message.placement.as_ref())?;
+    if !message.value.is_finite() {
+        return Err(WireError::invalid(
+            "ranked_placement.value",
+            format_args!("{} where a finite number is needed", message.value),
+        ));
+    }
+    Ok(Evaluated {
+        candidate: candidate("ranked_placement.candidate", message.candidate)?,
+        resting: read_resting(resting)?,
+        value: message.value,
+    })
+}
+
+/// Writes a placement with its value.
+pub fn write_ranked(evaluated: &Evaluated) -> v1::RankedPlacement {
+    v1::RankedPlacement {
+        candidate: to_index(evaluated.candidate),
+        placement: Some(write_resting(&evaluated.resting)),
+        value: evaluated.value,
+    }
+}
+
+/// Reads what became of a candidate's placements.
+///
+/// # Errors
+/// [`WireError`] where the candidate or a check is not possible.
+pub fn read_tally(message: &v1::PlacementCounts) -> Result<Tally, WireError> {
+    let refusals = message.refusals.iter().map(|refusals| {
+        let check = check::read("placement_counts.refusals.check", refusals.check)?;
+        Ok((check::name(check), refusals.count))
+    });
+    Ok(Tally {
+        candidate: candidate("placement_counts.candidate", message.candidate)?,
+        counts: PlacementCounts {
+            possible: message.possible,
+            proposed: message.proposed,
+            fitting: message.fitting,
+        },
+        refusals: refusals.collect::<Result<_, _>>()?,
+    })
+}
+
+/// Writes what became of a candidate's placements. Refusals by checks that the wire does not know are left out.
+pub fn write_tally(tally: &Tally) -> v1::PlacementCounts {
+    let refusals = tally.refusals.iter().map(|(name, count)| v1::Refusals {
+        check: check::from_name(name).into(),
+        count: *count,
+    });
+    let is_known = |refusals: &v1::Refusals| refusals.check() != v1::Check::Unspecified;
+    v1::PlacementCounts {
+        candidate: to_index(tally.candidate),
+        possible: tally.counts.possible,
+        proposed: tally.counts.proposed,
+        fitting: tally.counts.fitting,
+        refusals: refusals.filter(is_known).collect(),
+    }
+}

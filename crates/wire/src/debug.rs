@@ -1,0 +1,308 @@
+//! Streams for people to look at, in Foxglove's public schemas.
+//!
+//! Viewers and recorders know these schemas by name; nothing else depends on them. All coordinates are in the frame
+//! `<cell>/container`.
+
+use foxglove::messages::{
+    self, Color, CubePrimitive, LinePrimitive, PackedElementField, Point3, Quaternion, SceneEntity,
+    SceneEntityDeletion, TextPrimitive, Timestamp, Vector2, Vector3, line_primitive,
+    packed_element_field, scene_entity_deletion,
+};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+use ppnpack_packing::grid::{self, ContainerSize};
+use ppnpack_packing::heightmap::Heightmap;
+use ppnpack_packing::item::Item;
+use prost::bytes::{Buf, BufMut};
+use prost::encoding::{DecodeContext, WireType};
+use prost::{DecodeError, Message, Name};
+
+use crate::convert::cloud::Cloud;
+use crate::keys::Cell;
+use crate::v1;
+
+const BODY: Color = color(0.45, 0.62, 0.80, 0.75);
+const OUTSIDE: Color = color(0.80, 0.30, 0.25, 0.75);
+const DECISION: Color = color(0.95, 0.65, 0.15, 0.6);
+const CONTAINER: Color = color(0.35, 0.35, 0.35, 1.0);
+
+/// A message of Foxglove's with its name, which those of the `foxglove` crate do not tell by prost's trait.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Foxglove<M>(pub M);
+
+/// A message whose schema is Foxglove's.
+pub trait Schema: Message + Default {
+    /// The schema's name, without its package.
+    const NAME: &'static str;
+}
+
+/// [`heightmap`] gives one.
+pub type Grid = Foxglove<messages::Grid>;
+
+/// [`scene`] gives one.
+pub type SceneUpdate = Foxglove<messages::SceneUpdate>;
+
+/// [`cloud`] gives one.
+pub type PointCloud = Foxglove<messages::PointCloud>;
+
+impl Schema for messages::Grid {
+    const NAME: &'static str = "Grid";
+}
+
+impl Schema for messages::SceneUpdate {
+    const NAME: &'static str = "SceneUpdate";
+}
+
+impl Schema for messages::PointCloud {
+    const NAME: &'static str = "PointCloud";
+}
+
+impl<M: Schema> Name for Foxglove<M> {
+    const NAME: &'static str = M::NAME;
+    const PACKAGE: &'static str = "foxglove";
+}
+
+impl<M: Schema> Message for Foxglove<M> {
+    fn encode_raw(&self, buffer: &mut impl BufMut) {
+        self.0.encode_raw(buffer);
+    }
+
+    fn merge_field(
+        &mut self,
+        tag: u32,
+        wire_type: WireType,
+        buffer: &mut impl Buf,
+        context: DecodeContext,
+    ) -> Result<(), DecodeError> {
+        self.0.merge_field(tag, wire_type, buffer, context)
+    }
+
+    fn encoded_len(&self) -> usize {
+        self.0.encoded_len()
+    }
+
+    fn clear(&mut self) {
+        self.0.clear();
+    }
+}
+
+/// A box that stands for an item.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ItemBox {
+    /// Tells it from the others.
+    pub id: String,
+    /// What is written beside it.
+    pub label: String,
+    /// Where its middle is.
+    pub container_from_middle: Isometry3<f64>,
+    /// Its edges, in metres.
+    pub size_m: nalgebra::Vector3<f64>,
+    /// Whether it lies within the container.
+    pub is_inside: bool,
+}
+
+impl ItemBox {
+    /// The bounding box of an item's view at a yaw, where the item is. `None` where the item has no such yaw.
+    ///
+    /// For a placement take its own yaw, which gives an upright box; for a body that lies anyhow take yaw 0.
+    pub fn of(
+        grid: &grid::Grid,
+        item: &Item,
+        yaw: usize,
+        container_from_item: &Isometry3<f64>,
+    ) -> Option<Self> {
+        let view = item.views().get(yaw)?;
+        let yaw_rad = grid.resolution().yaws().radians().get(yaw)?;
+        let cell_m = grid.resolution().cell_m();
+        let size_m = nalgebra::Vector3::new(
+            view.nx() as f64 * cell_m,
+            view.ny() as f64 * cell_m,
+            f64::from(view.height()) * grid.resolution().height_unit_m(),
+        );
+        let item_from_turned =
+            UnitQuaternion::from_axis_angle(&nalgebra::Vector3::z_axis(), -yaw_rad);
+        let middle_from_origin = Translation3::from(size_m / 2.0 - view.origin_from_corner_m());
+        Some(Self {
+            id: String::new(),
+            label: item.name().to_string(),
+            container_from_middle: container_from_item * item_from_turned * middle_from_origin,
+            size_m,
+            is_inside: true,
+        })
+    }
+}
+
+/// The heightmap as a `foxglove.Grid` with the field `height`, in metres.
+pub fn heightmap(
+    cell: &Cell,
+    captured_at_ns: i64,
+    grid: &grid::Grid,
+    heightmap: &Heightmap,
+) -> Grid {
+    let resolution = grid.resolution();
+    let unit_m = resolution.height_unit_m() as f32;
+    // Foxglove's rows go along y.
+    let mut data = Vec::with_capacity(grid.nx() * grid.ny() * 4);
+    for y in 0..grid.ny() {
+        for x in 0..grid.nx() {
+            let height_m = f32::from(heightmap.get(x, y).unwrap_or(0)) * unit_m;
+            data.extend_from_slice(&height_m.to_le_bytes());
+        }
+    }
+    let columns = u32::try_from(grid.nx()).unwrap_or(u32::MAX);
+    Foxglove(messages::Grid {
+        timestamp: Some(timestamp(captured_at_ns)),
+        frame_id: frame(cell),
+        pose: Some(pose(&Isometry3::identity())),
+        column_count: columns,
+        cell_size: Some(Vector2 {
+            x: resolution.cell_m(),
+            y: resolution.cell_m(),
+        }),
+        row_stride: columns.saturating_mul(4),
+        cell_stride: 4,
+        fields: vec![PackedElementField {
+            name: "height".to_owned(),
+            offset: 0,
+            r#type: packed_element_field::NumericType::Float32.into(),
+        }],
+        data: data.into(),
+    })
+}
+
+/// The container, what lies in it and what was decided, as a `foxglove.SceneUpdate` that replaces the one before.
+pub fn scene(
+    cell: &Cell,
+    at_ns: i64,
+    container: ContainerSize,
+    bodies: &[ItemBox],
+    decision: Option<&ItemBox>,
+) -> SceneUpdate {
+    let entity = |id: &str| SceneEntity {
+        timestamp: Some(timestamp(at_ns)),
+        frame_id: frame(cell),
+        id: id.to_owned(),
+        ..SceneEntity::default()
+    };
+    let mut entities = vec![SceneEntity {
+        lines: vec![edges(container)],
+        ..entity("container")
+    }];
+    entities.extend(bodies.iter().map(|body| SceneEntity {
+        cubes: vec![cube(body, if body.is_inside { BODY } else { OUTSIDE })],
+        ..entity(&format!("body/{}", body.id))
+    }));
+    entities.extend(decision.map(|decision| SceneEntity {
+        cubes: vec![cube(decision, DECISION)],
+        texts: vec![label(decision)],
+        ..entity("decision")
+    }));
+    Foxglove(messages::SceneUpdate {
+        deletions: vec![SceneEntityDeletion {
+            timestamp: Some(timestamp(at_ns)),
+            r#type: scene_entity_deletion::Type::All.into(),
+            id: String::new(),
+        }],
+        entities,
+    })
+}
+
+/// A cloud as a `foxglove.PointCloud`, with all of its fields.
+pub fn cloud(cell: &Cell, cloud: &Cloud<'_>) -> PointCloud {
+    let message = cloud.message();
+    let field = |field: &v1::PackedField| PackedElementField {
+        name: field.name.clone(),
+        offset: field.offset,
+        // Numbered alike.
+        r#type: field.r#type,
+    };
+    Foxglove(messages::PointCloud {
+        timestamp: Some(timestamp(message.captured_at_ns)),
+        frame_id: frame(cell),
+        pose: Some(pose(cloud.container_from_sensor())),
+        point_stride: message.point_stride,
+        fields: message.fields.iter().map(field).collect(),
+        data: message.data.clone().into(),
+    })
+}
+
+fn frame(cell: &Cell) -> String {
+    format!("{cell}/container")
+}
+
+/// What lies before 1970 or after 2106 is moved there.
+fn timestamp(at_ns: i64) -> Timestamp {
+    let at_ns = u64::try_from(at_ns).unwrap_or(0);
+    let seconds = u32::try_from(at_ns / 1_000_000_000).unwrap_or(u32::MAX);
+    Timestamp::new(seconds, (at_ns % 1_000_000_000) as u32)
+}
+
+fn pose(pose: &Isometry3<f64>) -> messages::Pose {
+    let rotation = pose.rotation.coords;
+    messages::Pose {
+        position: Some(vector(&pose.translation.vector)),
+        orientation: Some(Quaternion {
+            x: rotation.x,
+            y: rotation.y,
+            z: rotation.z,
+            w: rotation.w,
+        }),
+    }
+}
+
+fn vector(vector: &nalgebra::Vector3<f64>) -> Vector3 {
+    Vector3 {
+        x: vector.x,
+        y: vector.y,
+        z: vector.z,
+    }
+}
+
+const fn color(r: f64, g: f64, b: f64, a: f64) -> Color {
+    Color { r, g, b, a }
+}
+
+fn cube(item: &ItemBox, color: Color) -> CubePrimitive {
+    CubePrimitive {
+        pose: Some(pose(&item.container_from_middle)),
+        size: Some(vector(&item.size_m)),
+        color: Some(color),
+    }
+}
+
+/// The label above a box, facing the viewer.
+fn label(item: &ItemBox) -> TextPrimitive {
+    let above = Translation3::new(0.0, 0.0, item.size_m.z) * item.container_from_middle;
+    TextPrimitive {
+        pose: Some(pose(&above)),
+        billboard: true,
+        font_size: 14.0,
+        scale_invariant: true,
+        color: Some(CONTAINER),
+        text: item.label.clone(),
+    }
+}
+
+/// The twelve edges of the container.
+fn edges(size: ContainerSize) -> LinePrimitive {
+    let corner = |index: u32| Point3 {
+        x: f64::from(index & 1) * size.x_m,
+        y: f64::from((index >> 1) & 1) * size.y_m,
+        z: f64::from((index >> 2) & 1) * size.z_m,
+    };
+    // Two corners share an edge where their indices differ in one bit.
+    let edges = (0..8_u32).flat_map(|from| {
+        let others = [1, 2, 4].map(|bit| from | bit).into_iter();
+        let others = others.filter(move |to| *to != from);
+        others.flat_map(move |to| [from, to])
+    });
+    LinePrimitive {
+        r#type: line_primitive::Type::LineList.into(),
+        pose: Some(pose(&Isometry3::identity())),
+        thickness: 1.5,
+        scale_invariant: true,
+        points: (0..8).map(corner).collect(),
+        color: Some(CONTAINER),
+        colors: Vec::new(),
+        indices: edges.collect(),
+    }
+}

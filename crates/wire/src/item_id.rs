@@ -1,0 +1,41 @@
+//! Items are named by their content.
+
+use prost::Message;
+
+use crate::error::WireError;
+use crate::v1;
+
+/// The id of an item: the BLAKE3 hash of its message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ItemId([u8; 32]);
+
+impl ItemId {
+    /// The id of an item.
+    pub fn of(item: &v1::Item) -> Self {
+        Self(*blake3::hash(&item.encode_to_vec()).as_bytes())
+    }
+
+    /// An id from its 32 bytes.
+    ///
+    /// # Errors
+    /// [`WireError::Invalid`] where there are not 32.
+    pub fn from_bytes(field: &'static str, bytes: &[u8]) -> Result<Self, WireError> {
+        bytes.try_into().map(Self).map_err(|_| {
+            WireError::invalid(
+                field,
+                format_args!("{} bytes where 32 are needed", bytes.len()),
+            )
+        })
+    }
+
+    /// The 32 bytes.
+    pub fn to_bytes(self) -> Vec<u8> {
+        self.0.to_vec()
+    }
+}
+
+impl std::fmt::Display for ItemId {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(blake3::Hash::from(self.0).to_hex().get(..16).unwrap_or(""))
+    }
+}

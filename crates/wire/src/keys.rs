@@ -1,0 +1,413 @@
+//! Every key expression of the wire, built and parsed here and nowhere else.
+//!
+//! | key | what |
+//! |---|---|
+//! | `ppnpack/v1/<cell>/<stream>` | data of a cell |
+//! | `ppnpack/v1/<cell>/rpc/<service>/<method>` | a request to any instance of a service that serves the cell |
+//! | `ppnpack/v1/<cell>/rpc/<service>/<method>/<instance>` | a request to this instance |
+//! | `ppnpack/v1/<cell>/@live/<service>/<instance>` | there while the instance is alive |
+//!
+//! Services that serve any cell are alive under the cell [`ALL_CELLS`], under which every instance also answers the
+//! method `health`.
+
+use std::fmt;
+
+/// What all keys begin with: the name of the protocol and its version.
+const PREFIX: &str = "ppnpack/v1";
+
+/// The cell of what belongs to no single cell. No cell may have this name.
+pub const ALL_CELLS: &str = "all";
+
+/// Why a name or a key was refused.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum KeyError {
+    /// A name has characters that keys cannot have.
+    #[error(
+        "'{name}' is no name of a {what}: 1 to 64 characters of a-z, 0-9, _ and - are possible"
+    )]
+    Name {
+        /// What it names.
+        what: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// A cell has the name that stands for all cells.
+    #[error("a cell cannot be called '{ALL_CELLS}'")]
+    Reserved,
+    /// It is no key of this protocol.
+    #[error("'{0}' is no key of this protocol")]
+    Unknown(String),
+}
+
+/// The name of a cell: 1 to 64 characters of `[a-z0-9_-]`.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Cell(String);
+
+/// The name of a running process of a service: 1 to 64 characters of `[a-z0-9_-]`.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Instance(String);
+
+fn name(what: &'static str, text: &str) -> Result<String, KeyError> {
+    let is_possible = |byte: u8| matches!(byte, b'a'..=b'z' | b'0'..=b'9' | b'_' | b'-');
+    if (1..=64).contains(&text.len()) && text.bytes().all(is_possible) {
+        Ok(text.to_owned())
+    } else {
+        Err(KeyError::Name {
+            what,
+            name: text.chars().take(80).collect(),
+        })
+    }
+}
+
+impl Cell {
+    /// The cell of this name.
+    ///
+    /// # Errors
+    /// [`KeyError::Name`] and [`KeyError::Reserved`].
+    pub fn new(text: &str) -> Result<Self, KeyError> {
+        if text == ALL_CELLS {
+            return Err(KeyError::Reserved);
+        }
+        name("cell", text).map(Self)
+    }
+
+    /// The name.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl Instance {
+    /// The instance of this name.
+    ///
+    /// # Errors
+    /// [`KeyError::Name`].
+    pub fn new(text: &str) -> Result<Self, KeyError> {
+        name("service's instance", text).map(Self)
+    }
+
+    /// The name.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl fmt::Display for Cell {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.0)
+    }
+}
+
+impl fmt::Display for Instance {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.0)
+    }
+}
+
+/// An enum whose variants are chunks of keys.
+macro_rules! chunks {
+    ($(#[$doc:meta])* $name:ident { $($(#[$variant_doc:meta])* $variant:ident = $text:literal,)* }) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum $name {
+            $($(#[$variant_doc])* $variant,)*
+        }
+
+        impl $name {
+            /// All of them.
+            pub const ALL: &[Self] = &[$(Self::$variant,)*];
+
+            /// As it stands in keys.
+            pub fn as_str(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $text,)*
+                }
+            }
+
+            fn parse(text: &str) -> Option<Self> {
+                Self::ALL.iter().copied().find(|known| known.as_str() == text)
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                formatter.write_str(self.as_str())
+            }
+        }
+    };
+}
+
+chunks! {
+    /// What a cell publishes.
+    Stream {
+        /// [`PointCloud`](crate::v1::PointCloud): what the sensor sees.
+        Cloud = "cloud",
+        /// [`Heightmap`](crate::v1::Heightmap): the container's content, from perception.
+        Heightmap = "heightmap",
+        /// [`CellState`](crate::v1::CellState), from the bridge.
+        State = "state",
+        /// [`Outcome`](crate::v1::Outcome): how placements ended, from the bridge.
+        Outcome = "outcome",
+        /// [`Decision`](crate::v1::Decision): what goes where, from the planner.
+        Plan = "plan",
+        /// [`Session`](crate::v1::Session): the packing session, from the planner.
+        Session = "session",
+        /// The heightmap as a `foxglove.Grid`.
+        DebugHeightmap = "debug_heightmap",
+        /// The content and the decision as a `foxglove.SceneUpdate`.
+        DebugScene = "debug_scene",
+        /// The cloud as a `foxglove.PointCloud`.
+        DebugCloud = "debug_cloud",
+    }
+}
+
+chunks! {
+    /// A service.
+    Service {
+        /// Point clouds to heightmaps.
+        Perception = "perception",
+        /// Proposals of the network.
+        Ppn = "ppn",
+        /// Values and validity of placements.
+        Heuristic = "heuristic",
+        /// The cell itself: robot and container.
+        Bridge = "bridge",
+        /// Decisions.
+        Planner = "planner",
+        /// Passes messages on between the others.
+        Router = "router",
+    }
+}
+
+chunks! {
+    /// What can be asked of services.
+    Method {
+        /// Of every service: [`HealthRequest`](crate::v1::HealthRequest).
+        Health = "health",
+        /// Of perception: [`HeightmapRequest`](crate::v1::HeightmapRequest).
+        Heightmap = "heightmap",
+        /// Of ppn: [`ProposeRequest`](crate::v1::ProposeRequest).
+        Propose = "propose",
+        /// Of heuristic: [`EvaluateRequest`](crate::v1::EvaluateRequest).
+        Evaluate = "evaluate",
+        /// Of heuristic: [`ValidateRequest`](crate::v1::ValidateRequest).
+        Validate = "validate",
+        /// Of the bridge: [`PlaceRequest`](crate::v1::PlaceRequest).
+        Place = "place",
+        /// Of the bridge: [`OutcomeRequest`](crate::v1::OutcomeRequest).
+        Outcome = "outcome",
+        /// Of the bridge: [`RenewRequest`](crate::v1::RenewRequest).
+        Renew = "renew",
+        /// Of the bridge: [`CellStateRequest`](crate::v1::CellStateRequest).
+        State = "state",
+        /// Of the planner: [`BeginRequest`](crate::v1::BeginRequest).
+        Begin = "begin",
+        /// Of the planner: [`AnnounceRequest`](crate::v1::AnnounceRequest).
+        Announce = "announce",
+        /// Of the planner: [`WithdrawRequest`](crate::v1::WithdrawRequest).
+        Withdraw = "withdraw",
+        /// Of the planner: [`PlanRequest`](crate::v1::PlanRequest).
+        Plan = "plan",
+        /// Of the planner: [`ReportRequest`](crate::v1::ReportRequest).
+        Report = "report",
+        /// Of the planner: [`ExplainRequest`](crate::v1::ExplainRequest).
+        Explain = "explain",
+        /// Of the planner: [`AutomaticRequest`](crate::v1::AutomaticRequest).
+        Automatic = "automatic",
+        /// Of the planner: [`SessionRequest`](crate::v1::SessionRequest).
+        Session = "session",
+    }
+}
+
+/// A key of the protocol.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum Key {
+    /// Data of a cell.
+    Stream(Cell, Stream),
+    /// A request; `None` for the cell is [`ALL_CELLS`], `None` for the instance any of them.
+    Request(Option<Cell>, Service, Method, Option<Instance>),
+    /// Says that an instance is alive; `None` for the cell is [`ALL_CELLS`].
+    Alive(Option<Cell>, Service, Instance),
+}
+
+impl Key {
+    /// Parses a key.
+    ///
+    /// # Errors
+    /// [`KeyError`] where it is none of this protocol.
+    pub fn parse(text: &str) -> Result<Self, KeyError> {
+        let unknown = || KeyError::Unknown(text.chars().take(200).collect());
+        let rest = text.strip_prefix(PREFIX).ok_or_else(unknown)?;
+        let chunks: Vec<&str> = rest.split('/').collect();
+        let cell = |name: &str| match name {
+            ALL_CELLS => Ok(None),
+            name => Cell::new(name).map(Some),
+        };
+        match chunks.as_slice() {
+            ["", name, stream] => {
+                let stream = Stream::parse(stream).ok_or_else(unknown)?;
+                Ok(Self::Stream(Cell::new(name)?, stream))
+            }
+            ["", name, "rpc", service, method, instance @ ..] => {
+                let service = Service::parse(service).ok_or_else(unknown)?;
+                let method = Method::parse(method).ok_or_else(unknown)?;
+                let instance = match instance {
+                    [] => None,
+                    [instance] => Some(Instance::new(instance)?),
+                    _ => return Err(unknown()),
+                };
+                Ok(Self::Request(cell(name)?, service, method, instance))
+            }
+            ["", name, "@live", service, instance] => {
+                let service = Service::parse(service).ok_or_else(unknown)?;
+                let instance = Instance::new(instance)?;
+                Ok(Self::Alive(cell(name)?, service, instance))
+            }
+            _ => Err(unknown()),
+        }
+    }
+}
+
+impl fmt::Display for Key {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let cell_or_all = |cell: &Option<Cell>| -> String {
+            cell.as_ref().map_or(ALL_CELLS, Cell::as_str).to_owned()
+        };
+        match self {
+            Self::Stream(cell, stream) => write!(formatter, "{PREFIX}/{cell}/{stream}"),
+            Self::Request(cell, service, method, instance) => {
+                let cell = cell_or_all(cell);
+                write!(formatter, "{PREFIX}/{cell}/rpc/{service}/{method}")?;
+                match instance {
+                    Some(instance) => write!(formatter, "/{instance}"),
+                    None => Ok(()),
+                }
+            }
+            Self::Alive(cell, service, instance) => {
+                let cell = cell_or_all(cell);
+                write!(formatter, "{PREFIX}/{cell}/@live/{service}/{instance}")
+            }
+        }
+    }
+}
+
+/// The key expression of a stream of every cell.
+pub fn every_cell(stream: Stream) -> String {
+    format!("{PREFIX}/*/{stream}")
+}
+
+/// The key expressions on which an instance answers a method: those sent to any instance and those sent to it. Without
+/// a cell it answers for every one.
+pub fn answered(
+    cell: Option<&Cell>,
+    service: Service,
+    method: Method,
+    instance: &Instance,
+) -> [String; 2] {
+    let cell = cell.map_or("*", Cell::as_str);
+    let any = format!("{PREFIX}/{cell}/rpc/{service}/{method}");
+    let own = format!("{any}/{instance}");
+    [any, own]
+}
+
+/// The key expression of everything that is alive: of one service, or of all.
+pub fn everything_alive(service: Option<Service>) -> String {
+    let service = service.map_or("*", Service::as_str);
+    format!("{PREFIX}/*/@live/{service}/*")
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn any_of<T: Copy + fmt::Debug + 'static>(all: &'static [T]) -> impl Strategy<Value = T> {
+        proptest::sample::select(all)
+    }
+
+    fn any_cell() -> impl Strategy<Value = Cell> {
+        "[a-z0-9_-]{1,64}".prop_filter_map("reserved", |name| Cell::new(&name).ok())
+    }
+
+    fn any_key() -> impl Strategy<Value = Key> {
+        let instance = || "[a-z0-9_-]{1,64}".prop_map(|name| Instance::new(&name).unwrap());
+        let cell = || proptest::option::of(any_cell());
+        prop_oneof![
+            (any_cell(), any_of(Stream::ALL)).prop_map(|(cell, stream)| Key::Stream(cell, stream)),
+            (
+                cell(),
+                any_of(Service::ALL),
+                any_of(Method::ALL),
+                proptest::option::of(instance())
+            )
+                .prop_map(|(cell, service, method, instance)| Key::Request(
+                    cell, service, method, instance
+                )),
+            (cell(), any_of(Service::ALL), instance())
+                .prop_map(|(cell, service, instance)| Key::Alive(cell, service, instance)),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn every_key_is_parsed_as_it_was_built(key in any_key()) {
+            prop_assert_eq!(Key::parse(&key.to_string()), Ok(key));
+        }
+
+        #[test]
+        fn what_is_parsed_is_built_as_it_was(text in "(ppnpack/v1/)?[a-z@/*-]{0,40}") {
+            if let Ok(key) = Key::parse(&text) {
+                prop_assert_eq!(key.to_string(), text);
+            }
+        }
+    }
+
+    #[test]
+    fn keys_are_what_the_protocol_says() {
+        let cell = Cell::new("cell-1").unwrap();
+        let instance = Instance::new("h1").unwrap();
+        let cases = [
+            (
+                Key::Stream(cell.clone(), Stream::Cloud),
+                "ppnpack/v1/cell-1/cloud",
+            ),
+            (
+                Key::Request(Some(cell.clone()), Service::Planner, Method::Plan, None),
+                "ppnpack/v1/cell-1/rpc/planner/plan",
+            ),
+            (
+                Key::Request(None, Service::Ppn, Method::Health, Some(instance.clone())),
+                "ppnpack/v1/all/rpc/ppn/health/h1",
+            ),
+            (
+                Key::Alive(None, Service::Heuristic, instance),
+                "ppnpack/v1/all/@live/heuristic/h1",
+            ),
+        ];
+        for (key, text) in cases {
+            assert_eq!(key.to_string(), text);
+            assert_eq!(Key::parse(text), Ok(key));
+        }
+    }
+
+    #[test]
+    fn other_names_and_keys_are_refused() {
+        let long = "a".repeat(65);
+        for name in ["", "A", "a/b", "*", "ä", long.as_str()] {
+            assert!(Cell::new(name).is_err(), "{name}");
+        }
+        assert_eq!(Cell::new("all"), Err(KeyError::Reserved));
+        for key in [
+            "ppnpack/v2/c/cloud",
+            "ppnpack/v1/c/clouds",
+            "ppnpack/v1/c/rpc/planner",
+            "ppnpack/v1/c/rpc/planner/plan/a/b",
+            "ppnpack/v1/all/cloud",
+            "ppnpack/v1cell/cloud",
+        ] {
+            assert!(Key::parse(key).is_err(), "{key}");
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! A look at a message's structure before it is decoded.
+//!
+//! Two bytes on the wire can become hundreds in memory: an empty message in a list takes as much as a full one. The
+//! parts of a message are therefore counted, by its schema, before memory is taken for them.
+
+use std::sync::LazyLock;
+
+use prost::Message;
+use prost::encoding::{DecodeContext, WireType, decode_key, decode_varint, skip_field};
+use prost_types::FileDescriptorSet;
+
+use crate::error::WireError;
+
+/// The most messages, strings and byte strings within one message. They take at most some hundred bytes each.
+const MAX_PARTS: usize = 200_000;
+
+/// Messages within messages within messages: no schema here has more.
+const MAX_DEPTH: usize = 16;
+
+const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/descriptors.binpb"));
+
+/// The schema of all messages.
+///
+/// # Errors
+/// Never on a schema that this crate was built with.
+pub fn schema() -> Result<FileDescriptorSet, prost::DecodeError> {
+    FileDescriptorSet::decode(DESCRIPTORS)
+}
+
+/// A message, and the messages that its fields hold, by their numbers.
+struct Shape {
+    name: String,
+    nested: Vec<(u32, usize)>,
+}
+
+static SHAPES: LazyLock<Vec<Shape>> = LazyLock::new(|| {
+    let files = schema().map(|set| set.file).unwrap_or_default();
+    let messages: Vec<_> = files.iter().flat_map(|file| &file.message_type).collect();
+    let shapes = messages.iter().map(|message| {
+        let nested = message.field.iter().filter_map(|field| {
+            let number = u32::try_from(field.number()).ok()?;
+            // Empty for fields that hold no message.
+            let inner = field.type_name().rsplit('.').next()?;
+            let inner = messages
+                .iter()
+                .position(|message| message.name() == inner)?;
+            Some((number, inner))
+        });
+        Shape {
+            name: message.name().to_owned(),
+            nested: nested.collect(),
+        }
+    });
+    shapes.collect()
+});
+
+/// Refuses a message with too many parts, or one that cannot be read to its end.
+pub(crate) fn check(message: &'static str, payload: &[u8]) -> Result<(), WireError> {
+    let mut parts = 0;
+    let shape = SHAPES.iter().find(|shape| shape.name == message);
+    walk(shape, payload, 0, &mut parts).map_err(|trouble| match trouble {
+        Trouble::TooManyParts => WireError::TooManyParts {
+            message,
+            limit: MAX_PARTS,
+        },
+        Trouble::Malformed(reason) => WireError::Malformed { message, reason },
+    })
+}
+
+enum Trouble {
+    TooManyParts,
+    Malformed(String),
+}
+
+impl From<prost::DecodeError> for Trouble {
+    fn from(error: prost::DecodeError) -> Self {
+        Self::Malformed(error.to_string())
+    }
+}
+
+fn walk(
+    shape: Option<&Shape>,
+    payload: &[u8],
+    depth: usize,
+    parts: &mut usize,
+) -> Result<(), Trouble> {
+    if depth > MAX_DEPTH {
+        return Err(Trouble::Malformed("nested too deeply".to_owned()));
+    }
+    let nested = shape.map_or(&[][..], |shape| &shape.nested);
+    let mut rest = payload;
+    while !rest.is_empty() {
+        let (number, wire_type) = decode_key(&mut rest)?;
+        if wire_type != WireType::LengthDelimited {
+            skip_field(wire_type, number, &mut rest, DecodeContext::default())?;
+            continue;
+        }
+        *parts += 1;
+        if *parts > MAX_PARTS {
+            return Err(Trouble::TooManyParts);
+        }
+        let length = decode_varint(&mut rest)?;
+        let (inner, after) = usize::try_from(length)
+            .ok()
+            .and_then(|length| rest.split_at_checked(length))
+            .ok_or_else(|| Trouble::Malformed("it ends early".to_owned()))?;
+        if let Some((_, inner_shape)) = nested.iter().find(|(known, _)| *known == number) {
+            walk(SHAPES.get(*inner_shape), inner, depth + 1, parts)?;
+        }
+        rest = after;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::v1;
+
+    #[test]
+    fn many_empty_parts_are_refused_before_memory_is_taken_for_them() {
+        // Field 2 (views), length 0, over and over.
+        let payload: Vec<u8> = std::iter::repeat_n([0x12, 0x00], MAX_PARTS + 1)
+            .flatten()
+            .collect();
+        assert!(matches!(
+            crate::decode::<v1::Item>(&payload, usize::MAX),
+            Err(WireError::TooManyParts { .. })
+        ));
+        // The same one level down: items (4) of a request for an evaluation.
+        let mut request = vec![0x22];
+        prost::encoding::encode_varint(payload.len() as u64, &mut request);
+        request.extend(&payload);
+        assert!(matches!(
+            crate::decode::<v1::EvaluateRequest>(&request, usize::MAX),
+            Err(WireError::TooManyParts { .. })
+        ));
+    }
+
+    #[test]
+    fn what_cannot_be_read_to_its_end_is_malformed() {
+        for payload in [&[0x12, 0x05, 0x00][..], &[0x12], &[0xff; 12], &[0x0b]] {
+            assert!(matches!(
+                crate::decode::<v1::Item>(payload, usize::MAX),
+                Err(WireError::Malformed { .. })
+            ));
+        }
+    }
+}

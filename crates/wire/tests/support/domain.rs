@@ -1,0 +1,131 @@
+//! Random values of the domain.
+
+use nalgebra::{Isometry3, Point2, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use ppnpack_packing::grid::{ContainerSize, Grid, MAX_UNITS, Resolution, Units, Yaws};
+use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
+use ppnpack_packing::item::{ABSENT, Item, Underside, ViewSurfaces};
+use ppnpack_packing::placement::{Placement, RestingPlacement};
+use proptest::prelude::*;
+
+/// Lengths with all bits of their mantissa in use.
+fn lengths_m() -> impl Strategy<Value = f64> {
+    prop_oneof![Just(0.01), Just(0.0025), 0.001_f64..0.05]
+}
+
+pub(crate) fn grids() -> impl Strategy<Value = Grid> {
+    let yaws = proptest::collection::vec(-10.0_f64..10.0, 1..9);
+    let sides = (1.0_f64..12.0, 1.0_f64..12.0, 1.0_f64..300.0);
+    (lengths_m(), lengths_m(), yaws, sides).prop_map(|(cell_m, unit_m, yaws, (x, y, z))| {
+        let yaws = Yaws::from_radians(yaws).unwrap();
+        let resolution = Resolution::new(cell_m, unit_m, yaws).unwrap();
+        let container = ContainerSize {
+            x_m: x * cell_m,
+            y_m: y * cell_m,
+            z_m: z * unit_m,
+        };
+        Grid::new(container, resolution).unwrap()
+    })
+}
+
+/// Scenes whose heightmap and surface have nothing to do with each other.
+pub(crate) fn scenes() -> impl Strategy<Value = (Grid, Scene)> {
+    grids().prop_flat_map(|grid| {
+        let (nx, ny) = (grid.nx(), grid.ny());
+        let heights = proptest::collection::vec(0..=MAX_UNITS, nx * ny);
+        let empty = Surface::empty(&grid);
+        let (sx, sy, pitch_m) = (empty.nx(), empty.ny(), empty.pitch_m());
+        let heights_m = proptest::collection::vec(any_height_m(), sx * sy);
+        let surface = heights_m
+            .prop_map(move |heights_m| Surface::from_metres(sx, sy, pitch_m, heights_m).unwrap());
+        let surface = proptest::option::of(surface);
+        (Just(grid), heights, surface).prop_map(|(grid, heights, surface)| {
+            let heightmap = Heightmap::from_units(grid.nx(), grid.ny(), heights).unwrap();
+            let scene = Scene::new(&grid, heightmap, surface).unwrap();
+            (grid, scene)
+        })
+    })
+}
+
+fn any_height_m() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        Just(0.0),
+        Just(f32::MAX),
+        Just(f32::MIN_POSITIVE),
+        0.0_f32..1.0
+    ]
+}
+
+fn vectors() -> impl Strategy<Value = Vector3<f64>> {
+    (-2.0_f64..2.0, -2.0_f64..2.0, -2.0_f64..2.0).prop_map(|(x, y, z)| Vector3::new(x, y, z))
+}
+
+fn views() -> impl Strategy<Value = ViewSurfaces> {
+    let cell = (0_i16..6, 1_i16..20, 0_u8..5);
+    let sizes = (1_usize..7, 1_usize..7, 1_usize..4);
+    sizes.prop_flat_map(move |(nx, ny, samples)| {
+        let cells = proptest::collection::vec(cell.clone(), nx * ny);
+        let below = prop_oneof![Just(f32::INFINITY), -0.001_f32..0.5];
+        let below = proptest::collection::vec(below, nx * ny * samples * samples);
+        let underside = below.prop_map(move |heights_m| Underside {
+            nx: nx * samples,
+            ny: ny * samples,
+            samples_per_cell: samples,
+            heights_m,
+        });
+        let underside = proptest::option::of(underside);
+        let centre = proptest::option::of((0.0_f64..0.1, 0.0_f64..0.1));
+        (cells, underside, vectors(), centre).prop_map(move |(cells, underside, origin, centre)| {
+            let (top, bottom) = surfaces(&cells);
+            ViewSurfaces {
+                nx,
+                ny,
+                top,
+                bottom,
+                underside,
+                origin_from_corner_m: origin,
+                centre_of_mass_m: centre.map(|(x, y)| Point2::new(x, y)),
+            }
+        })
+    })
+}
+
+/// Upper and lower surfaces with holes, the first cell at the bottom.
+fn surfaces(cells: &[(i16, i16, u8)]) -> (Vec<Units>, Vec<Units>) {
+    let cell = |(index, (low, thickness, kind)): (usize, &(i16, i16, u8))| match (index, kind) {
+        (0, _) => (*thickness, 0),
+        (_, 0) => (0, ABSENT),
+        _ => (low + thickness, *low),
+    };
+    cells.iter().enumerate().map(cell).unzip()
+}
+
+pub(crate) fn items() -> impl Strategy<Value = Item> {
+    let views = proptest::collection::vec(views(), 1..5);
+    (".{1,60}", views, 0.0_f64..0.01)
+        .prop_map(|(name, views, volume_m3)| Item::new(&name, views, volume_m3).unwrap())
+}
+
+pub(crate) fn placements() -> impl Strategy<Value = Placement> {
+    (0_usize..360, 0_usize..2048, 0_usize..2048).prop_map(|(yaw, x, y)| Placement { yaw, x, y })
+}
+
+pub(crate) fn resting_placements() -> impl Strategy<Value = RestingPlacement> {
+    (placements(), 0..=MAX_UNITS).prop_map(|(placement, resting_height)| RestingPlacement {
+        placement,
+        resting_height,
+    })
+}
+
+pub(crate) fn poses() -> impl Strategy<Value = Isometry3<f64>> {
+    let rotation = (-1.0_f64..1.0, -1.0_f64..1.0, -1.0_f64..1.0, 0.1_f64..1.0);
+    (vectors(), rotation).prop_map(|(position, (x, y, z, w))| {
+        let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+        Isometry3::from_parts(Translation3::from(position), rotation)
+    })
+}
+
+pub(crate) fn points() -> impl Strategy<Value = Vec<Point3<f32>>> {
+    let coordinate = || prop_oneof![Just(f32::NAN), any::<f32>(), -1.0_f32..1.0];
+    let point = (coordinate(), coordinate(), coordinate());
+    proptest::collection::vec(point.prop_map(|(x, y, z)| Point3::new(x, y, z)), 0..40)
+}
