@@ -1,0 +1,242 @@
+//! Who is there: liveliness tokens and those who watch them.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::mpsc::sync_channel;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use ppnpack_wire::header::MAX_TIME_LIMIT;
+use ppnpack_wire::keys::{Cell, Instance, Key, Service, everything_alive};
+use zenoh::liveliness::LivelinessToken;
+use zenoh::pubsub::Subscriber;
+use zenoh::query::Reply;
+use zenoh::sample::{Sample, SampleKind};
+use zenoh::{Session, Wait};
+
+use crate::error::ServiceError;
+use crate::process::{Identity, Process};
+
+/// Says that an instance is there, until it is dropped.
+pub struct Token {
+    _token: LivelinessToken,
+    cell: Option<Cell>,
+    identity: Arc<Identity>,
+}
+
+impl Drop for Token {
+    fn drop(&mut self) {
+        if let Some(cell) = &self.cell {
+            self.identity.remove_cell(cell);
+        }
+    }
+}
+
+/// Says that the process is there for a cell; without one, for all.
+///
+/// # Errors
+/// [`ServiceError::Zenoh`] where the session is closed.
+pub fn announce(process: &Process, cell: Option<&Cell>) -> Result<Token, ServiceError> {
+    let key = Key::Alive(cell.cloned(), process.service(), process.instance().clone()).to_string();
+    let token = process
+        .session()
+        .liveliness()
+        .declare_token(key.clone())
+        .wait()
+        .map_err(|error| ServiceError::zenoh(format!("declaring {key}"), &error))?;
+    let identity = process.identity().clone();
+    if let Some(cell) = cell {
+        identity.add_cell(cell);
+    }
+    Ok(Token {
+        _token: token,
+        cell: cell.cloned(),
+        identity,
+    })
+}
+
+/// An instance that is there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Found {
+    /// Its service.
+    pub service: Service,
+    /// Its name.
+    pub instance: Instance,
+    /// The cells that it is there for; none where it is there for all.
+    pub cells: Vec<Cell>,
+}
+
+/// Everything that is there, sorted.
+///
+/// # Errors
+/// [`ServiceError::Zenoh`] where the session is closed.
+pub fn find(session: &Session, deadline: Instant) -> Result<Vec<Found>, ServiceError> {
+    type Cells = BTreeMap<(Service, Instance), BTreeSet<Cell>>;
+    let found: Arc<Mutex<Cells>> = Arc::default();
+    let (done, all_seen) = sync_channel::<()>(1);
+    let callback = {
+        let found = found.clone();
+        move |reply: Reply| {
+            // Held until Zenoh drops the callback, after the last reply.
+            let _done = &done;
+            let Ok(sample) = reply.into_result() else {
+                return;
+            };
+            if let Ok(Key::Alive(cell, service, instance)) = Key::parse(sample.key_expr().as_str())
+            {
+                let mut found = found.lock().unwrap_or_else(PoisonError::into_inner);
+                found.entry((service, instance)).or_default().extend(cell);
+            }
+        }
+    };
+    let key = everything_alive(None);
+    let limit = deadline.saturating_duration_since(Instant::now());
+    session
+        .liveliness()
+        .get(key.clone())
+        .timeout(limit)
+        .callback(callback)
+        .wait()
+        .map_err(|error| ServiceError::zenoh(format!("looking for {key}"), &error))?;
+    // Nothing is ever sent: the channel ends with the callback.
+    all_seen.recv_timeout(limit).ok();
+    let found = found.lock().unwrap_or_else(PoisonError::into_inner);
+    let found = found.iter().map(|((service, instance), cells)| Found {
+        service: *service,
+        instance: instance.clone(),
+        cells: cells.iter().cloned().collect(),
+    });
+    Ok(found.collect())
+}
+
+/// The instances of a service that are there, kept current.
+pub struct Alive {
+    seen: Arc<Seen>,
+    _subscriber: Subscriber<()>,
+}
+
+#[derive(Default)]
+struct Seen {
+    known: Mutex<Known>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct Known {
+    /// Each with the cell that it is there for; `None`: all.
+    tokens: BTreeSet<(Instance, Option<Cell>)>,
+    /// When those that went did so last; for as long as a request of theirs may wait.
+    left: BTreeMap<Instance, Instant>,
+}
+
+impl Alive {
+    /// Watches a service.
+    ///
+    /// # Errors
+    /// [`ServiceError::Zenoh`] where the session is closed.
+    pub fn watch(session: &Session, service: Service) -> Result<Self, ServiceError> {
+        let seen = Arc::new(Seen::default());
+        let key = everything_alive(Some(service));
+        let callback = {
+            let seen = seen.clone();
+            move |sample: Sample| seen.note(&sample)
+        };
+        let subscriber = session
+            .liveliness()
+            .declare_subscriber(key.clone())
+            .history(true)
+            .callback(callback)
+            .wait()
+            .map_err(|error| ServiceError::zenoh(format!("watching {key}"), &error))?;
+        Ok(Self {
+            seen,
+            _subscriber: subscriber,
+        })
+    }
+
+    /// Those that are there, sorted.
+    pub fn instances(&self) -> Vec<Instance> {
+        distinct(&self.seen.lock().tokens, |_| true)
+    }
+
+    /// Those that are there for this cell or for all, sorted.
+    pub fn serving(&self, cell: &Cell) -> Vec<Instance> {
+        distinct(&self.seen.lock().tokens, |own| {
+            own.is_none_or(|own| own == cell)
+        })
+    }
+
+    /// Whether an instance is there.
+    pub fn is_alive(&self, instance: &Instance) -> bool {
+        let known = self.seen.lock();
+        known.tokens.iter().any(|(own, _)| own == instance)
+    }
+
+    /// Whether an instance has gone since then, even where it came back.
+    pub fn has_left_since(&self, instance: &Instance, since: Instant) -> bool {
+        let known = self.seen.lock();
+        known.left.get(instance).is_some_and(|left| *left >= since)
+    }
+
+    /// Waits until those that are there are as wanted; says whether they are.
+    pub fn wait(&self, deadline: Instant, is_wanted: impl Fn(&[Instance]) -> bool) -> bool {
+        let mut known = self.seen.lock();
+        loop {
+            if is_wanted(&distinct(&known.tokens, |_| true)) {
+                return true;
+            }
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return false;
+            }
+            (known, _) = self
+                .seen
+                .changed
+                .wait_timeout(known, left)
+                .unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+}
+
+impl Seen {
+    fn note(&self, sample: &Sample) {
+        let Ok(Key::Alive(cell, _, instance)) = Key::parse(sample.key_expr().as_str()) else {
+            return;
+        };
+        let mut known = self.lock();
+        match sample.kind() {
+            SampleKind::Put => {
+                known.tokens.insert((instance, cell));
+            }
+            SampleKind::Delete => known.remove(instance, cell, Instant::now()),
+        }
+        self.changed.notify_all();
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Known> {
+        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Known {
+    /// An instance goes with the last of its tokens.
+    fn remove(&mut self, instance: Instance, cell: Option<Cell>, now: Instant) {
+        let token = (instance, cell);
+        self.tokens.remove(&token);
+        let (instance, _) = token;
+        if self.tokens.iter().all(|(own, _)| *own != instance) {
+            self.left
+                .retain(|_, left| now.saturating_duration_since(*left) <= MAX_TIME_LIMIT);
+            self.left.insert(instance, now);
+        }
+    }
+}
+
+fn distinct(
+    tokens: &BTreeSet<(Instance, Option<Cell>)>,
+    is_wanted: impl Fn(Option<&Cell>) -> bool,
+) -> Vec<Instance> {
+    let wanted = tokens.iter().filter(|(_, cell)| is_wanted(cell.as_ref()));
+    let mut instances: Vec<Instance> = wanted.map(|(instance, _)| instance.clone()).collect();
+    instances.dedup();
+    instances
+}

@@ -1,0 +1,142 @@
+//! One configuration from several sources, each value with its origin.
+
+use std::path::Path;
+
+use figment::value::{Dict, Map, Value};
+use figment::{Figment, Metadata, Profile, Provider};
+use serde::de::DeserializeOwned;
+
+use super::{ConfigurationError, Sources, ZenohSettings};
+
+/// What environment variables of the configuration begin with.
+pub const ENVIRONMENT_PREFIX: &str = "PPNPACK__";
+
+/// Values from one origin.
+struct Layer {
+    origin: String,
+    values: Dict,
+}
+
+impl Provider for Layer {
+    fn metadata(&self) -> Metadata {
+        // Keys are shown as they are, whatever the origin.
+        Metadata::named(self.origin.clone()).interpolater(|_, keys| keys.join("."))
+    }
+
+    fn data(&self) -> Result<Map<Profile, Dict>, figment::Error> {
+        Ok(Map::from([(Profile::Default, self.values.clone())]))
+    }
+}
+
+/// One configuration from all sources, on top of how the service reaches Zenoh if nothing else is said.
+pub(super) fn extract<T: DeserializeOwned>(
+    sources: &Sources<'_>,
+    zenoh: &ZenohSettings,
+) -> Result<T, ConfigurationError> {
+    let zenoh = Value::serialize(zenoh).map_err(|error| refused(&error))?;
+    let mut figment = Figment::from(Layer {
+        origin: "the service's defaults".to_owned(),
+        values: Dict::from([("zenoh".to_owned(), zenoh)]),
+    });
+    if let Some(path) = sources.file {
+        figment = figment.merge(file(path)?);
+    }
+    for (name, value) in &sources.environment {
+        if let Some(rest) = name.strip_prefix(ENVIRONMENT_PREFIX) {
+            let key = rest.to_lowercase().replace("__", ".");
+            figment = figment.merge(layer(format!("environment variable {name}"), &key, value)?);
+        }
+    }
+    for assignment in sources.assignments {
+        let (key, value) = assignment
+            .split_once('=')
+            .filter(|(key, _)| !key.trim().is_empty())
+            .ok_or_else(|| ConfigurationError::Assignment(assignment.clone()))?;
+        let key = key.trim();
+        figment = figment.merge(layer(format!("option --set {key}"), key, value.trim())?);
+    }
+    figment.extract().map_err(|error| refused(&error))
+}
+
+fn file(path: &Path) -> Result<Layer, ConfigurationError> {
+    let text = std::fs::read_to_string(path).map_err(|source| ConfigurationError::Unreadable {
+        path: path.to_owned(),
+        source,
+    })?;
+    let not_toml = |reason: String| ConfigurationError::NotToml {
+        path: path.to_owned(),
+        reason,
+    };
+    let table: toml::Table = text
+        .parse()
+        .map_err(|error: toml::de::Error| not_toml(error.to_string().trim_end().to_owned()))?;
+    let values = Value::serialize(table).map_err(|error| not_toml(error.to_string()))?;
+    Ok(Layer {
+        origin: path.display().to_string(),
+        values: values.into_dict().unwrap_or_default(),
+    })
+}
+
+fn layer(origin: String, key: &str, text: &str) -> Result<Layer, ConfigurationError> {
+    let value = Value::serialize(value_of(text)).map_err(|error| refused(&error))?;
+    let values = figment::util::nest(key, value)
+        .into_dict()
+        .unwrap_or_default();
+    Ok(Layer { origin, values })
+}
+
+/// A value of TOML; text that is none stands for itself.
+fn value_of(text: &str) -> toml::Value {
+    let table = format!("value = {text}").parse::<toml::Table>();
+    let value = table
+        .ok()
+        .filter(|table| table.len() == 1)
+        .and_then(|mut table| table.remove("value"));
+    value
+        .filter(|value| !value.is_datetime())
+        .unwrap_or_else(|| toml::Value::String(text.to_owned()))
+}
+
+fn refused(error: &figment::Error) -> ConfigurationError {
+    let key = error.path.join(".");
+    let origin = error
+        .metadata
+        .as_ref()
+        .map(|metadata| metadata.name.to_string());
+    ConfigurationError::Refused {
+        reason: if key.is_empty() {
+            error.kind.to_string()
+        } else {
+            format!("{key}: {}", error.kind)
+        },
+        origin: origin.unwrap_or_else(|| "the configuration as a whole".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_toml_or_text() {
+        for (text, value) in [
+            ("true", toml::Value::Boolean(true)),
+            ("12", toml::Value::Integer(12)),
+            ("\"12\"", toml::Value::String("12".to_owned())),
+            ("planner-2", toml::Value::String("planner-2".to_owned())),
+            (
+                "tcp/127.0.0.1:7447",
+                toml::Value::String("tcp/127.0.0.1:7447".to_owned()),
+            ),
+            ("1979-05-27", toml::Value::String("1979-05-27".to_owned())),
+            (
+                "1\nother = 2",
+                toml::Value::String("1\nother = 2".to_owned()),
+            ),
+            ("", toml::Value::String(String::new())),
+        ] {
+            assert_eq!(value_of(text), value, "{text}");
+        }
+        assert!(value_of("[\"a\", \"b\"]").is_array());
+    }
+}

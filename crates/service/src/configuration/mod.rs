@@ -1,0 +1,254 @@
+//! The configuration of a process: from a file, then the environment, then the command line, each stronger than the
+//! one before.
+//!
+//! ```toml
+//! instance = "planner-1"              # of the service; unlike any other's
+//! shutdown_grace_s = 5.0
+//!
+//! [zenoh]
+//! mode = "client"                     # client, peer or router
+//! connect = ["tcp/127.0.0.1:7447"]
+//!
+//! [admin]
+//! listen = "127.0.0.1:9100"           # port 0: one of the system's choice; "off": none
+//!
+//! [log]
+//! format = "json"                     # json or human
+//! filter = "info,zenoh=warn"
+//!
+//! [telemetry]
+//! otlp = "http://127.0.0.1:4318/v1/traces"
+//!
+//! [service]                           # what the service itself defines
+//! ```
+//!
+//! In the environment, `PPNPACK__ZENOH__CONNECT` is `zenoh.connect`; on the command line `--set zenoh.connect=...`.
+//! Values there are TOML; what is none is text. Text that looks like a number needs quotes of its own.
+
+mod layers;
+mod observability;
+mod secret;
+mod zenoh;
+
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use ppnpack_wire::keys::{Instance, Service};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+pub use self::zenoh::{Endpoints, Mode, TlsSettings, ZenohSettings};
+pub use layers::ENVIRONMENT_PREFIX;
+pub use observability::{AdminListen, AdminSettings, LogFormat, LogSettings, TelemetrySettings};
+pub use secret::Secret;
+
+/// Checks that a setting lies within its limits.
+///
+/// # Errors
+/// What the setting is, and what is possible.
+pub fn in_range<T: PartialOrd + Display + Copy>(
+    name: &str,
+    value: T,
+    limits: RangeInclusive<T>,
+) -> Result<(), String> {
+    if limits.contains(&value) {
+        return Ok(());
+    }
+    let (least, most) = limits.into_inner();
+    Err(format!(
+        "{name} is {value} where {least} to {most} is possible"
+    ))
+}
+
+/// What a service itself has to configure: the section `[service]`. Its types refuse unknown keys
+/// (`#[serde(deny_unknown_fields)]`) and have a default for each.
+pub trait ServiceSettings: Serialize + DeserializeOwned + Default {
+    /// Checks what types cannot; the text says which key is wrong, and what would be right.
+    ///
+    /// # Errors
+    /// Where a value is not possible.
+    fn validate(&self) -> Result<(), String>;
+
+    /// How Zenoh is reached where the configuration does not say it.
+    fn zenoh() -> ZenohSettings {
+        ZenohSettings::default()
+    }
+}
+
+/// A service with nothing to configure.
+impl ServiceSettings for () {
+    fn validate(&self) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+/// Why a configuration was refused.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ConfigurationError {
+    /// The file cannot be read.
+    #[error("the configuration {} cannot be read: {source}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The file is not TOML.
+    #[error("{} is not TOML: {reason}", path.display())]
+    NotToml {
+        /// The file.
+        path: PathBuf,
+        /// What the parser says, with the place.
+        reason: String,
+    },
+    /// `--set` was given something else than an assignment.
+    #[error("'{0}' is no setting: give KEY=VALUE, such as zenoh.mode=client")]
+    Assignment(String),
+    /// A key is not known, or has a value of another kind.
+    #[error("{reason} (from {origin})")]
+    Refused {
+        /// The key and what is wrong.
+        reason: String,
+        /// The file, the environment variable or the option.
+        origin: String,
+    },
+    /// A value is not possible.
+    #[error("{key}: {reason}")]
+    Invalid {
+        /// The key.
+        key: &'static str,
+        /// What is wrong, and what would be right.
+        reason: String,
+    },
+}
+
+impl ConfigurationError {
+    pub(crate) fn invalid(key: &'static str, reason: impl std::fmt::Display) -> Self {
+        Self::Invalid {
+            key,
+            reason: reason.to_string(),
+        }
+    }
+}
+
+/// Where configurations come from.
+#[derive(Debug, Default)]
+pub struct Sources<'a> {
+    /// The file, if there is one.
+    pub file: Option<&'a Path>,
+    /// Environment variables; those without the [`ENVIRONMENT_PREFIX`] are left alone.
+    pub environment: Vec<(String, String)>,
+    /// Assignments `key=value` of the command line.
+    pub assignments: &'a [String],
+}
+
+/// The whole configuration of a process.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(
+    default,
+    deny_unknown_fields,
+    bound(deserialize = "S: ServiceSettings")
+)]
+pub struct Configuration<S> {
+    /// The name of this process among those of its service; the service and "-1" where it is not given.
+    pub instance: String,
+    /// How long what is in flight may take after SIGTERM, in seconds.
+    pub shutdown_grace_s: f64,
+    /// How Zenoh is reached.
+    pub zenoh: ZenohSettings,
+    /// The admin port.
+    pub admin: AdminSettings,
+    /// Logs.
+    pub log: LogSettings,
+    /// Traces.
+    pub telemetry: TelemetrySettings,
+    /// The service's own.
+    pub service: S,
+}
+
+impl<S: ServiceSettings> Default for Configuration<S> {
+    fn default() -> Self {
+        Self {
+            instance: String::new(),
+            shutdown_grace_s: 5.0,
+            zenoh: S::zenoh(),
+            admin: AdminSettings::default(),
+            log: LogSettings::default(),
+            telemetry: TelemetrySettings::default(),
+            service: S::default(),
+        }
+    }
+}
+
+impl<S: ServiceSettings> Configuration<S> {
+    /// Reads and checks a configuration, and fills in what depends on other values.
+    ///
+    /// # Errors
+    /// [`ConfigurationError`]
+    pub fn load(service: Service, sources: &Sources<'_>) -> Result<Self, ConfigurationError> {
+        let mut configuration: Self = layers::extract(sources, &S::zenoh())?;
+        if configuration.instance.is_empty() {
+            configuration.instance = format!("{service}-1");
+        }
+        configuration.zenoh.fill_in();
+        configuration.validate()?;
+        Ok(configuration)
+    }
+
+    fn validate(&self) -> Result<(), ConfigurationError> {
+        self.instance()?;
+        if !(0.0..=3600.0).contains(&self.shutdown_grace_s) {
+            let reason = "0 to 3600 is possible";
+            return Err(ConfigurationError::invalid("shutdown_grace_s", reason));
+        }
+        self.zenoh.validate()?;
+        self.log.validate()?;
+        self.telemetry.validate()?;
+        self.service
+            .validate()
+            .map_err(|reason| ConfigurationError::invalid("service", reason))
+    }
+
+    /// The name of this process.
+    ///
+    /// # Errors
+    /// [`ConfigurationError::Invalid`] where it is none.
+    pub fn instance(&self) -> Result<Instance, ConfigurationError> {
+        Instance::new(&self.instance)
+            .map_err(|error| ConfigurationError::invalid("instance", error))
+    }
+
+    /// How long what is in flight may take at the end.
+    pub fn shutdown_grace(&self) -> Duration {
+        Duration::try_from_secs_f64(self.shutdown_grace_s).unwrap_or_default()
+    }
+
+    /// The configuration as TOML; secrets are `***`.
+    ///
+    /// # Errors
+    /// Where the service has settings that TOML cannot express.
+    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        toml::to_string(self)
+    }
+
+    /// The first 16 hexadecimal digits of the BLAKE3 hash of everything but the instance's name, so that replicas have
+    /// the same one.
+    pub fn hash(&self) -> String {
+        let mut table = toml::Table::try_from(self).unwrap_or_default();
+        table.remove("instance");
+        hash_of(&table)
+    }
+}
+
+/// The first 16 hexadecimal digits of the BLAKE3 hash of settings, as TOML has them.
+pub(crate) fn hash_of(settings: &impl Serialize) -> String {
+    let text = toml::to_string(settings).unwrap_or_default();
+    blake3::hash(text.as_bytes())
+        .to_hex()
+        .chars()
+        .take(16)
+        .collect()
+}

@@ -1,0 +1,134 @@
+//! The settings of the admin port, logs and traces.
+
+use std::net::{Ipv4Addr, SocketAddr};
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use tracing_subscriber::EnvFilter;
+
+use super::ConfigurationError;
+
+/// The admin port: `[admin]`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct AdminSettings {
+    /// Where it listens.
+    pub listen: AdminListen,
+}
+
+/// Where the admin port listens: `"off"`, or an address such as `"127.0.0.1:9100"`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum AdminListen {
+    /// Nowhere.
+    Off,
+    /// There; at port 0 the system chooses one.
+    At(SocketAddr),
+}
+
+impl Default for AdminListen {
+    fn default() -> Self {
+        Self::At(SocketAddr::from((Ipv4Addr::LOCALHOST, 0)))
+    }
+}
+
+impl Serialize for AdminListen {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Off => serializer.serialize_str("off"),
+            Self::At(address) => serializer.collect_str(address),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for AdminListen {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        if text == "off" {
+            return Ok(Self::Off);
+        }
+        text.parse().map(Self::At).map_err(|_| {
+            serde::de::Error::custom(format!(
+                "'{text}' is no address and port such as 127.0.0.1:9100, nor \"off\""
+            ))
+        })
+    }
+}
+
+/// Logs: `[log]`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LogSettings {
+    /// For people or for programs.
+    pub format: LogFormat,
+    /// What is written, as directives of `tracing-subscriber`: `info`, or `info,ppnpack_planner=debug`.
+    pub filter: String,
+}
+
+/// How a line of the log looks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LogFormat {
+    /// One JSON object a line.
+    Json,
+    /// For people.
+    Human,
+}
+
+impl Default for LogSettings {
+    fn default() -> Self {
+        Self {
+            format: LogFormat::Human,
+            filter: "info,zenoh=warn".to_owned(),
+        }
+    }
+}
+
+impl LogSettings {
+    pub(super) fn validate(&self) -> Result<(), ConfigurationError> {
+        self.to_filter().map(drop)
+    }
+
+    pub(crate) fn to_filter(&self) -> Result<EnvFilter, ConfigurationError> {
+        EnvFilter::try_new(&self.filter)
+            .map_err(|error| ConfigurationError::invalid("log.filter", error))
+    }
+}
+
+/// Traces: `[telemetry]`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TelemetrySettings {
+    /// Where spans are sent, as OTLP over HTTP, such as `http://127.0.0.1:4318/v1/traces`. Not given: there are none.
+    pub otlp: Option<String>,
+    /// The share of traces that are recorded, of those that begin here.
+    pub sampled_share: f64,
+}
+
+impl Default for TelemetrySettings {
+    fn default() -> Self {
+        Self {
+            otlp: None,
+            sampled_share: 1.0,
+        }
+    }
+}
+
+impl TelemetrySettings {
+    pub(super) fn validate(&self) -> Result<(), ConfigurationError> {
+        if let Some(endpoint) = &self.otlp
+            && !endpoint.starts_with("http://")
+        {
+            let reason = format!(
+                "'{endpoint}' is no address such as http://127.0.0.1:4318/v1/traces; a collector at hand takes it on from there"
+            );
+            return Err(ConfigurationError::invalid("telemetry.otlp", reason));
+        }
+        if !(0.0..=1.0).contains(&self.sampled_share) {
+            let reason = "0 to 1 is possible";
+            return Err(ConfigurationError::invalid(
+                "telemetry.sampled_share",
+                reason,
+            ));
+        }
+        Ok(())
+    }
+}

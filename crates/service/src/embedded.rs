@@ -1,0 +1,152 @@
+//! Several services in one process: a session that listens on a loopback port of the system's choice, and clients of it.
+
+use std::sync::Arc;
+use std::sync::mpsc::sync_channel;
+use std::time::Duration;
+
+use ppnpack_wire::keys::{Instance, Service};
+use zenoh::query::Reply;
+use zenoh::{Session, Wait};
+
+use crate::configuration::{Endpoints, Mode, ZenohSettings};
+use crate::error::ServiceError;
+use crate::health::Health;
+use crate::process::{Identity, Process};
+use crate::shutdown::Shutdown;
+
+/// How long the hub may take to say where it listens.
+const LOCATOR_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// A router within this process, on a loopback port of the system's choice. It ends when it is dropped.
+pub struct Hub {
+    session: Session,
+    endpoints: Vec<String>,
+    shutdown: Shutdown,
+}
+
+/// Opens a hub on a loopback port of the system's choice. There is no multicast: only who is told its endpoint finds it.
+///
+/// # Errors
+/// [`ServiceError::Zenoh`] where it cannot listen.
+pub fn hub() -> Result<Hub, ServiceError> {
+    hub_at(&[])
+}
+
+/// Opens a hub on these endpoints; on a loopback port of the system's choice where there are none.
+///
+/// # Errors
+/// [`ServiceError::Zenoh`] where it cannot listen on one of them.
+pub fn hub_at(listen: &[String]) -> Result<Hub, ServiceError> {
+    let listen = match listen {
+        [] => vec!["tcp/127.0.0.1:0".to_owned()],
+        given => given.to_vec(),
+    };
+    let settings = ZenohSettings {
+        mode: Mode::Router,
+        listen: Endpoints(listen),
+        ..ZenohSettings::default()
+    };
+    let action = "opening the hub";
+    let mut config = settings.to_zenoh()?;
+    // The hub asks its own admin space which ports the system chose.
+    config
+        .insert_json5("adminspace/enabled", "true")
+        .map_err(|error| ServiceError::zenoh(action, &error))?;
+    let session = zenoh::open(config)
+        .wait()
+        .map_err(|error| ServiceError::zenoh(action, &error))?;
+    let endpoints = locators(&session)?;
+    Ok(Hub {
+        session,
+        endpoints,
+        shutdown: Shutdown::default(),
+    })
+}
+
+impl Hub {
+    /// Where it listens, such as `tcp/127.0.0.1:40123`: for others on this machine.
+    pub fn endpoint(&self) -> &str {
+        let is_loopback = |endpoint: &&String| endpoint.contains("/127.0.0.1:");
+        let loopback = self.endpoints.iter().find(is_loopback);
+        loopback
+            .or(self.endpoints.first())
+            .map_or("", String::as_str)
+    }
+
+    /// All that it listens on.
+    pub fn endpoints(&self) -> &[String] {
+        &self.endpoints
+    }
+
+    /// The wish that all processes on it end.
+    pub fn shutdown(&self) -> &Shutdown {
+        &self.shutdown
+    }
+}
+
+impl Drop for Hub {
+    fn drop(&mut self) {
+        if let Err(error) = self.session.close().wait() {
+            tracing::debug!(%error, "closing the hub");
+        }
+    }
+}
+
+/// A client session on a hub, for who is no service.
+///
+/// # Errors
+/// [`ServiceError::Zenoh`] where there is no hub any more.
+pub fn session(hub: &Hub) -> Result<Session, ServiceError> {
+    let settings = ZenohSettings {
+        connect: Some(Endpoints(vec![hub.endpoint().to_owned()])),
+        ..ZenohSettings::default()
+    };
+    zenoh::open(settings.to_zenoh()?)
+        .wait()
+        .map_err(|error| ServiceError::zenoh("connecting to the hub", &error))
+}
+
+/// What a service runs on, in this process: a client of the hub, with the hub's wish to end and a health of its own.
+///
+/// # Errors
+/// [`ServiceError`] where the instance's name is not possible, or there is no hub any more.
+pub fn process(hub: &Hub, service: Service, instance: &str) -> Result<Process, ServiceError> {
+    let identity = Identity::new(service, Instance::new(instance)?, String::new());
+    Process::new(
+        session(hub)?,
+        Arc::new(identity),
+        Health::default(),
+        hub.shutdown.clone(),
+    )
+}
+
+/// Where a router listens.
+fn locators(session: &Session) -> Result<Vec<String>, ServiceError> {
+    let action = "asking the hub for its ports";
+    let failed = |reason: &str| ServiceError::Zenoh {
+        action: action.to_owned(),
+        reason: reason.to_owned(),
+    };
+    let (sender, replies) = sync_channel::<Reply>(1);
+    session
+        .get(format!("@/{}/router", session.zid()))
+        .callback(move |reply| drop(sender.try_send(reply)))
+        .wait()
+        .map_err(|error| ServiceError::zenoh(action, &error))?;
+    let reply = replies
+        .recv_timeout(LOCATOR_TIMEOUT)
+        .map_err(|_| failed("no answer"))?;
+    let sample = reply.into_result().map_err(|_| failed("an error"))?;
+    let answer: serde_json::Value = serde_json::from_slice(&sample.payload().to_bytes())
+        .map_err(|error| failed(&error.to_string()))?;
+    let locators = answer.get("locators").and_then(serde_json::Value::as_array);
+    let locators = locators
+        .into_iter()
+        .flatten()
+        .filter_map(serde_json::Value::as_str);
+    let locators: Vec<String> = locators.map(str::to_owned).collect();
+    if locators.is_empty() {
+        return Err(failed("it names none"));
+    }
+    Ok(locators)
+}

@@ -1,0 +1,61 @@
+//! Why something of the process did not work.
+
+use std::net::SocketAddr;
+
+use ppnpack_wire::keys::KeyError;
+
+/// What went wrong in running a process.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ServiceError {
+    /// Zenoh refused something.
+    #[error("{action}: {reason}")]
+    Zenoh {
+        /// What was tried.
+        action: String,
+        /// What Zenoh says.
+        reason: String,
+    },
+    /// A name is not possible.
+    #[error(transparent)]
+    Key(#[from] KeyError),
+    /// A setting is not possible.
+    #[error(transparent)]
+    Configuration(#[from] crate::configuration::ConfigurationError),
+    /// The admin port cannot be opened.
+    #[error(
+        "the admin port {address} cannot be opened: {source}; set admin.listen to a free one, or to \"off\""
+    )]
+    Admin {
+        /// The address.
+        address: SocketAddr,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// Logs or traces cannot be set up.
+    #[error("{what} cannot be set up: {reason}")]
+    Observability {
+        /// Logs, traces or metrics.
+        what: &'static str,
+        /// Why.
+        reason: String,
+    },
+    /// The system gives no thread, or none of its means.
+    #[error("{what}: {source}")]
+    System {
+        /// What was asked of it.
+        what: &'static str,
+        /// What it says.
+        source: std::io::Error,
+    },
+}
+
+impl ServiceError {
+    /// What Zenoh refused.
+    pub(crate) fn zenoh(action: impl Into<String>, error: &zenoh::Error) -> Self {
+        Self::Zenoh {
+            action: action.into(),
+            reason: error.to_string(),
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! One HTTP exchange without a library: what the health check and the traces need, and no more.
+
+use std::io::{self, Read, Write};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::time::Duration;
+
+/// The longest answer that is read, in bytes.
+const MAX_ANSWER_BYTES: u64 = 64 << 10;
+
+/// The status and body of an answer.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Answer {
+    pub(crate) status: u16,
+    pub(crate) body: String,
+}
+
+/// Sends a request and reads the answer. `head` is the request line and headers, without those of the length and the
+/// host, each ended by a line break.
+pub(crate) fn exchange(
+    authority: &str,
+    head: &str,
+    body: &[u8],
+    timeout: Duration,
+) -> io::Result<Answer> {
+    let address = authority
+        .to_socket_addrs()?
+        .next()
+        .ok_or_else(|| io::Error::other(format!("{authority} has no address")))?;
+    let mut stream = TcpStream::connect_timeout(&address, timeout)?;
+    stream.set_read_timeout(Some(timeout))?;
+    stream.set_write_timeout(Some(timeout))?;
+    let length = body.len();
+    let fixed =
+        format!("Host: {authority}\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n");
+    stream.write_all(&[head.as_bytes(), fixed.as_bytes(), body].concat())?;
+    let mut answer = Vec::new();
+    stream.take(MAX_ANSWER_BYTES).read_to_end(&mut answer)?;
+    parse(&String::from_utf8_lossy(&answer)).ok_or_else(|| io::Error::other("no answer of HTTP"))
+}
+
+fn parse(answer: &str) -> Option<Answer> {
+    let (head, body) = answer.split_once("\r\n\r\n")?;
+    let mut words = head.lines().next()?.split(' ');
+    words
+        .next()
+        .filter(|version| version.starts_with("HTTP/1."))?;
+    let status = words.next()?.parse().ok()?;
+    let body = body.to_owned();
+    Some(Answer { status, body })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn answers_are_taken_apart() {
+        let answer = parse("HTTP/1.1 503 Service Unavailable\r\nA: b\r\n\r\n{}").unwrap();
+        assert_eq!((answer.status, answer.body.as_str()), (503, "{}"));
+        for text in [
+            "",
+            "HTTP/1.1 200 OK",
+            "SSH-2.0 x\r\n\r\n",
+            "HTTP/1.1 x\r\n\r\n",
+        ] {
+            assert_eq!(parse(text), None, "{text}");
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! How one process of ppnpack runs, whatever service it is.
+//!
+//! A thin binary calls [`main`] with the function that starts its service:
+//!
+//! ```no_run
+//! use std::process::ExitCode;
+//! use std::time::Instant;
+//!
+//! use ppnpack_service::{Process, Running, ServiceSettings};
+//! use ppnpack_wire::keys::Service;
+//! use serde::{Deserialize, Serialize};
+//!
+//! #[derive(Default, Serialize, Deserialize)]
+//! #[serde(default, deny_unknown_fields)]
+//! struct Settings {
+//!     threads: usize,
+//! }
+//!
+//! impl ServiceSettings for Settings {
+//!     fn validate(&self) -> Result<(), String> {
+//!         Ok(())
+//!     }
+//! }
+//!
+//! struct Started;
+//!
+//! impl Running for Started {
+//!     fn finish(self: Box<Self>, _deadline: Instant) -> Result<(), String> {
+//!         Ok(())
+//!     }
+//! }
+//!
+//! fn start(_process: &Process, _settings: Settings) -> anyhow::Result<Box<dyn Running>> {
+//!     Ok(Box::new(Started))
+//! }
+//!
+//! fn main() -> ExitCode {
+//!     ppnpack_service::main(Service::Planner, start)
+//! }
+//! ```
+//!
+//! The process reads its configuration ([`configuration`]), writes logs, opens the admin port, then the Zenoh session,
+//! starts the service, waits for SIGTERM or SIGINT, and finishes within a grace. A service uses [`Process`] and:
+//!
+//! - [`rpc`]: answer requests and make them,
+//! - [`stream`]: publish data and read it,
+//! - [`alive`]: say that it is there, and see who else is,
+//! - [`health`]: say what it needs, and whether it has it,
+//! - [`metrics`] of what happens, to be counted.
+//!
+//! [`embedded`] runs several services in one process.
+//!
+//! Threads: Zenoh's threads only check requests and hand them over to mailboxes with a bound; the service's own threads
+//! work and answer. Nothing here waits without a deadline.
+
+mod admin;
+pub mod alive;
+pub mod configuration;
+pub mod embedded;
+pub mod error;
+pub mod health;
+mod http;
+mod logs;
+pub mod metrics;
+mod payload;
+pub mod process;
+pub mod rpc;
+mod run;
+mod session;
+pub mod shutdown;
+pub mod stream;
+mod telemetry;
+
+pub use admin::ask_ready;
+pub use configuration::ServiceSettings;
+pub use error::ServiceError;
+pub use health::{Health, HealthLatch};
+pub use process::Process;
+pub use run::{Running, join, main};
+pub use shutdown::Shutdown;

@@ -1,0 +1,196 @@
+//! What a process counts. Every metric has its name here and nowhere else.
+
+use std::sync::OnceLock;
+
+use metrics::{Counter, Gauge, Histogram, Key, KeyName, Label, Level, Metadata, SharedString};
+use metrics_exporter_prometheus::{BuildError, Matcher, PrometheusBuilder, PrometheusHandle};
+
+/// Upper bounds of the buckets of durations, in seconds.
+const DURATION_BUCKETS_S: [f64; 16] = [
+    0.0001, 0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0,
+    10.0,
+];
+
+static METADATA: Metadata<'static> = Metadata::new("ppnpack", Level::INFO, None);
+static RECORDER: OnceLock<PrometheusHandle> = OnceLock::new();
+
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Counter,
+    Gauge,
+    Duration,
+}
+
+macro_rules! metrics {
+    ($($(#[$doc:meta])* $variant:ident: $kind:ident = $name:literal, $help:literal;)*) => {
+        /// A metric.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum Metric {
+            $(#[doc = $help] $(#[$doc])* $variant,)*
+        }
+
+        impl Metric {
+            /// All of them.
+            pub const ALL: &[Self] = &[$(Self::$variant,)*];
+
+            /// Its name.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)*
+                }
+            }
+
+            /// What it counts.
+            pub fn help(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $help,)*
+                }
+            }
+
+            fn kind(self) -> Kind {
+                match self {
+                    $(Self::$variant => Kind::$kind,)*
+                }
+            }
+        }
+    };
+}
+
+metrics! {
+    RequestsTotal: Counter = "ppnpack_requests_total",
+        "Requests answered. Labels: service, method, status.";
+    RequestQueueSeconds: Duration = "ppnpack_request_queue_seconds",
+        "How long requests waited for a thread. Labels: service, method.";
+    RequestWorkSeconds: Duration = "ppnpack_request_work_seconds",
+        "How long a thread worked on requests. Labels: service, method.";
+    CallsTotal: Counter = "ppnpack_calls_total",
+        "Requests made of others. Labels: service, method, outcome (ok, refused, no_answer, timed_out, malformed, failed).";
+    CallSeconds: Duration = "ppnpack_call_seconds",
+        "How long others took to answer. Labels: service, method.";
+    StrayRepliesTotal: Counter = "ppnpack_stray_replies_total",
+        "Replies dropped because they came late or belong to another request. Labels: service, method.";
+    MalformedTotal: Counter = "ppnpack_malformed_total",
+        "Messages refused because they are no message of their kind. Labels: kind (the stream, or service and method).";
+    PublishedTotal: Counter = "ppnpack_published_total",
+        "Messages published. Labels: stream.";
+    ReceivedTotal: Counter = "ppnpack_received_total",
+        "Messages received from streams. Labels: stream.";
+    CloudsTotal: Counter = "ppnpack_clouds_total",
+        "Clouds by what became of them. Labels: fate (mapped, replaced, malformed, late, unserved, failed).";
+    OverwrittenTotal: Counter = "ppnpack_overwritten_total",
+        "Messages that a newer one replaced before they were read. Labels: stream.";
+    Ready: Gauge = "ppnpack_ready",
+        "1 while the process is ready, else 0.";
+}
+
+fn key(metric: Metric, labels: &[(&'static str, &str)]) -> Key {
+    let labels: Vec<Label> = labels
+        .iter()
+        .map(|(name, value)| Label::new(*name, (*value).to_owned()))
+        .collect();
+    Key::from_parts(KeyName::from_const_str(metric.name()), labels)
+}
+
+/// The counter of a metric with these labels. Keep it where it is used often.
+pub fn counter(metric: Metric, labels: &[(&'static str, &str)]) -> Counter {
+    metrics::with_recorder(|recorder| recorder.register_counter(&key(metric, labels), &METADATA))
+}
+
+/// The gauge of a metric with these labels. Keep it where it is used often.
+pub fn gauge(metric: Metric, labels: &[(&'static str, &str)]) -> Gauge {
+    metrics::with_recorder(|recorder| recorder.register_gauge(&key(metric, labels), &METADATA))
+}
+
+/// The histogram of a metric with these labels. Keep it where it is used often.
+pub fn histogram(metric: Metric, labels: &[(&'static str, &str)]) -> Histogram {
+    metrics::with_recorder(|recorder| recorder.register_histogram(&key(metric, labels), &METADATA))
+}
+
+/// All metrics as Prometheus reads them; nothing where [`install`] was not called.
+pub fn render() -> String {
+    RECORDER
+        .get()
+        .map(PrometheusHandle::render)
+        .unwrap_or_default()
+}
+
+/// Begins to count in this process. What was asked for before counts nothing. After this, [`tidy`] has to be called
+/// every few seconds.
+///
+/// # Errors
+/// [`BuildError`] where something else counts already.
+pub fn install() -> Result<(), BuildError> {
+    let mut builder = PrometheusBuilder::new();
+    for metric in Metric::ALL {
+        if metric.kind() == Kind::Duration {
+            let name = Matcher::Full(metric.name().to_owned());
+            builder = builder.set_buckets_for_metric(name, &DURATION_BUCKETS_S)?;
+        }
+    }
+    let handle = builder.install_recorder()?;
+    metrics::with_recorder(|recorder| {
+        for metric in Metric::ALL {
+            let name = KeyName::from_const_str(metric.name());
+            let help = SharedString::const_str(metric.help());
+            match metric.kind() {
+                Kind::Counter => recorder.describe_counter(name, None, help),
+                Kind::Gauge => recorder.describe_gauge(name, None, help),
+                Kind::Duration => recorder.describe_histogram(name, None, help),
+            }
+        }
+    });
+    RECORDER.set(handle).ok();
+    Ok(())
+}
+
+/// Sorts what was counted into buckets: until then every value of a histogram takes memory.
+pub fn tidy() {
+    if let Some(handle) = RECORDER.get() {
+        handle.run_upkeep();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_counted_is_shown() {
+        install().unwrap();
+        counter(Metric::PublishedTotal, &[("stream", "plan")]).increment(2);
+        histogram(Metric::CallSeconds, &[("method", "plan")]).record(0.0015);
+        gauge(Metric::Ready, &[]).set(1.0);
+        let text = render();
+        for line in [
+            "ppnpack_published_total{stream=\"plan\"} 2",
+            "ppnpack_call_seconds_bucket{method=\"plan\",le=\"0.002\"} 1",
+            "ppnpack_call_seconds_bucket{method=\"plan\",le=\"0.001\"} 0",
+            "ppnpack_ready 1",
+            "# HELP ppnpack_ready 1 while the process is ready, else 0.",
+        ] {
+            assert!(text.contains(line), "{line} is not in:\n{text}");
+        }
+    }
+
+    #[test]
+    fn names_are_those_of_prometheus() {
+        let mut names: Vec<&str> = Metric::ALL.iter().map(|metric| metric.name()).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), Metric::ALL.len());
+        for metric in Metric::ALL {
+            let name = metric.name();
+            assert!(name.starts_with("ppnpack_"), "{name}");
+            assert_eq!(
+                metric.kind() == Kind::Counter,
+                name.ends_with("_total"),
+                "{name}"
+            );
+            assert_eq!(
+                metric.kind() == Kind::Duration,
+                name.ends_with("_seconds"),
+                "{name}"
+            );
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! What a service runs on.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::thread::JoinHandle;
+use std::time::Instant;
+
+use ppnpack_wire::keys::{Cell, Instance, Service};
+use ppnpack_wire::v1;
+use serde::Serialize;
+use zenoh::Session;
+
+use crate::configuration;
+use crate::error::ServiceError;
+use crate::health::Health;
+use crate::rpc::{self, Listener};
+use crate::shutdown::Shutdown;
+
+/// What a service runs on: its Zenoh session, name, health, and the wish to end. Cheap to clone.
+#[derive(Clone)]
+pub struct Process {
+    inner: Arc<Inner>,
+}
+
+struct Inner {
+    session: Session,
+    identity: Arc<Identity>,
+    health: Health,
+    shutdown: Shutdown,
+    _answers_health: Listener,
+}
+
+/// Who a process is, and what it says of itself.
+pub(crate) struct Identity {
+    pub(crate) service: Service,
+    pub(crate) instance: Instance,
+    /// The hash of its configuration.
+    configuration: Mutex<String>,
+    model: Mutex<Option<String>>,
+    /// The cells that it said it is there for, and how often.
+    cells: Mutex<BTreeMap<Cell, usize>>,
+    started: Instant,
+}
+
+impl Identity {
+    pub(crate) fn new(service: Service, instance: Instance, configuration: String) -> Self {
+        Self {
+            service,
+            instance,
+            configuration: Mutex::new(configuration),
+            model: Mutex::new(None),
+            cells: Mutex::default(),
+            started: Instant::now(),
+        }
+    }
+
+    pub(crate) fn versions(&self, model: Option<&str>) -> v1::Versions {
+        v1::Versions {
+            software: env!("CARGO_PKG_VERSION").to_owned(),
+            model: model.unwrap_or_default().to_owned(),
+            configuration: lock(&self.configuration).clone(),
+            instance: self.instance.to_string(),
+        }
+    }
+
+    pub(crate) fn model(&self) -> Option<String> {
+        lock(&self.model).clone()
+    }
+
+    pub(crate) fn add_cell(&self, cell: &Cell) {
+        *lock(&self.cells).entry(cell.clone()).or_default() += 1;
+    }
+
+    pub(crate) fn remove_cell(&self, cell: &Cell) {
+        let mut cells = lock(&self.cells);
+        match cells.get_mut(cell) {
+            Some(count) if *count > 1 => *count -= 1,
+            _ => drop(cells.remove(cell)),
+        }
+    }
+
+    /// What it answers when asked for its health.
+    pub(crate) fn health_reply(&self, health: &Health) -> v1::HealthReply {
+        v1::HealthReply {
+            header: None,
+            service: self.service.to_string(),
+            is_ready: health.is_ready(),
+            checks: health.report(),
+            uptime_ns: u64::try_from(self.started.elapsed().as_nanos()).unwrap_or(u64::MAX),
+            cells: lock(&self.cells).keys().map(Cell::to_string).collect(),
+        }
+    }
+}
+
+impl Process {
+    /// A process on this session. From here on it answers for its health over Zenoh.
+    pub(crate) fn new(
+        session: Session,
+        identity: Arc<Identity>,
+        health: Health,
+        shutdown: Shutdown,
+    ) -> Result<Self, ServiceError> {
+        let answers_health = rpc::answer_health(&session, &identity, &health)?;
+        let inner = Inner {
+            session,
+            identity,
+            health,
+            shutdown,
+            _answers_health: answers_health,
+        };
+        Ok(Self {
+            inner: Arc::new(inner),
+        })
+    }
+
+    /// Its Zenoh session.
+    pub fn session(&self) -> &Session {
+        &self.inner.session
+    }
+
+    /// Its name among those of its service.
+    pub fn instance(&self) -> &Instance {
+        &self.inner.identity.instance
+    }
+
+    /// Its service.
+    pub fn service(&self) -> Service {
+        self.inner.identity.service
+    }
+
+    /// What makes its answers; `model` where a network takes part.
+    pub fn versions(&self, model: Option<&str>) -> v1::Versions {
+        self.inner.identity.versions(model)
+    }
+
+    /// What it needs, and whether it has it.
+    pub fn health(&self) -> &Health {
+        &self.inner.health
+    }
+
+    /// The wish that it ends.
+    pub fn shutdown(&self) -> &Shutdown {
+        &self.inner.shutdown
+    }
+
+    /// The network that it runs, for `/info`.
+    pub fn set_model(&self, model: Option<String>) {
+        *lock(&self.inner.identity.model) = model;
+    }
+
+    /// The settings whose hash goes into its versions. [`main`](crate::main) has set it; a process of
+    /// [`embedded`](crate::embedded) may.
+    pub fn set_configuration(&self, settings: &impl Serialize) {
+        *lock(&self.inner.identity.configuration) = configuration::hash_of(settings);
+    }
+
+    /// A reference that does not keep the session open.
+    pub(crate) fn downgrade(&self) -> WeakProcess {
+        WeakProcess(Arc::downgrade(&self.inner))
+    }
+
+    pub(crate) fn identity(&self) -> &Arc<Identity> {
+        &self.inner.identity
+    }
+}
+
+/// A reference to a process that does not keep its session open.
+pub(crate) struct WeakProcess(Weak<Inner>);
+
+impl WeakProcess {
+    pub(crate) fn upgrade(&self) -> Option<Process> {
+        self.0.upgrade().map(|inner| Process { inner })
+    }
+}
+
+impl std::fmt::Debug for Process {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "Process({}/{})", self.service(), self.instance())
+    }
+}
+
+/// A thread with a name.
+pub(crate) fn thread<T: Send + 'static>(
+    name: &str,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Result<JoinHandle<T>, ServiceError> {
+    std::thread::Builder::new()
+        .name(name.to_owned())
+        .spawn(work)
+        .map_err(|source| ServiceError::System {
+            what: "starting a thread",
+            source,
+        })
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

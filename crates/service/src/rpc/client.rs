@@ -1,0 +1,325 @@
+//! Requests made of others.
+
+use std::marker::PhantomData;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::time::{Duration, Instant};
+
+use ppnpack_wire::header::RequestHeader;
+use ppnpack_wire::keys::{Cell, Instance, Key, Method, Service};
+use ppnpack_wire::rpc::{Reply as _, Request};
+use ppnpack_wire::v1::{self, Status};
+use ppnpack_wire::{MAX_MESSAGE_BYTES, WireError, encoding_of};
+use tracing::Span;
+use zenoh::bytes::ZBytes;
+use zenoh::qos::{CongestionControl, Priority};
+use zenoh::query::{ConsolidationMode, Reply};
+use zenoh::{Session, Wait};
+
+use super::error::{CallError, Refusal};
+use super::trace;
+use crate::metrics::{self, Metric};
+use crate::payload;
+
+/// How long to wait before a request that nobody answered is sent again: at first, and at most.
+const FIRST_PAUSE: Duration = Duration::from_millis(5);
+const LONGEST_PAUSE: Duration = Duration::from_millis(100);
+
+/// Zenoh keeps a request so much longer than its caller, so that the caller is the one who gives up.
+const ZENOH_MARGIN: Duration = Duration::from_millis(100);
+
+/// The most replies that are kept for the caller to look at.
+const KEPT_REPLIES: usize = 4;
+
+/// Numbers the requests of this operating-system process.
+static REQUESTS: AtomicU64 = AtomicU64::new(0);
+
+/// Asks others. Requests get a fresh id unless they have one, and the time that is left to the deadline as their time
+/// limit.
+#[derive(Debug, Clone)]
+pub struct Client {
+    session: Session,
+    caller: Option<Instance>,
+}
+
+impl Client {
+    /// A client on a session.
+    pub fn new(session: &Session) -> Self {
+        Self {
+            session: session.clone(),
+            caller: None,
+        }
+    }
+
+    /// Asks as this planner: what still waits when it has gone is dropped.
+    #[must_use]
+    pub fn of_planner(mut self, planner: &Instance) -> Self {
+        self.caller = Some(planner.clone());
+        self
+    }
+
+    /// Asks any instance, and again where nobody answers, until the deadline.
+    ///
+    /// # Errors
+    /// [`CallError`]
+    pub fn call<R: Request>(
+        &self,
+        cell: &Cell,
+        request: R,
+        deadline: Instant,
+    ) -> Result<R::Reply, CallError> {
+        self.insist(&Target::of::<R>(cell, None)?, request, deadline)
+    }
+
+    /// Asks this instance, and again where it does not answer, until the deadline.
+    ///
+    /// # Errors
+    /// [`CallError`]
+    pub fn call_instance<R: Request>(
+        &self,
+        cell: &Cell,
+        instance: &Instance,
+        request: R,
+        deadline: Instant,
+    ) -> Result<R::Reply, CallError> {
+        self.insist(&Target::of::<R>(cell, Some(instance))?, request, deadline)
+    }
+
+    /// Asks this instance once, without waiting: several can be asked at the same time.
+    ///
+    /// # Errors
+    /// [`CallError::TimedOut`] and [`CallError::Zenoh`]
+    pub fn begin_instance<R: Request>(
+        &self,
+        cell: &Cell,
+        instance: &Instance,
+        mut request: R,
+        deadline: Instant,
+    ) -> Result<PendingCall<R>, CallError> {
+        self.begin(
+            &Target::of::<R>(cell, Some(instance))?,
+            &mut request,
+            deadline,
+        )
+    }
+
+    /// Asks an instance of a service for its health, and again where it does not answer, until the deadline.
+    ///
+    /// # Errors
+    /// [`CallError`]
+    pub fn health(
+        &self,
+        service: Service,
+        instance: &Instance,
+        deadline: Instant,
+    ) -> Result<v1::HealthReply, CallError> {
+        let target = Target::new(None, service, Method::Health, Some(instance));
+        self.insist(&target, v1::HealthRequest::default(), deadline)
+    }
+
+    fn insist<R: Request>(
+        &self,
+        target: &Target,
+        mut request: R,
+        deadline: Instant,
+    ) -> Result<R::Reply, CallError> {
+        let mut pause = FIRST_PAUSE;
+        loop {
+            match self.begin(target, &mut request, deadline)?.wait() {
+                Err(CallError::NoAnswer { .. }) if Instant::now() + pause < deadline => {
+                    std::thread::sleep(pause);
+                    pause = LONGEST_PAUSE.min(pause * 2);
+                }
+                result => return result,
+            }
+        }
+    }
+
+    fn begin<R: Request>(
+        &self,
+        target: &Target,
+        request: &mut R,
+        deadline: Instant,
+    ) -> Result<PendingCall<R>, CallError> {
+        let began = Instant::now();
+        let time_limit = deadline.saturating_duration_since(began);
+        if time_limit.is_zero() {
+            return Err(CallError::TimedOut);
+        }
+        let request_id = self.set_header(request, time_limit);
+        let Target {
+            service,
+            method,
+            ref key,
+        } = *target;
+        let span = trace::calling(service, method);
+        let (sender, replies) = sync_channel(KEPT_REPLIES);
+        self.session
+            .get(key.as_str())
+            .payload(request.encode_to_vec())
+            .encoding(encoding_of::<R>())
+            .attachment(trace::attachment(&span))
+            // A reply is there when it comes, not when all have come.
+            .consolidation(ConsolidationMode::None)
+            .congestion_control(CongestionControl::Block)
+            .priority(Priority::InteractiveHigh)
+            .express(true)
+            .timeout(time_limit + ZENOH_MARGIN)
+            .callback(move |reply| {
+                // Fails where the caller has left.
+                if sender.try_send(reply).is_err() {
+                    stray(service, method);
+                }
+            })
+            .wait()
+            .map_err(|error| CallError::Zenoh(error.to_string()))?;
+        Ok(PendingCall {
+            replies,
+            request_id,
+            service,
+            method,
+            began,
+            deadline,
+            _span: span,
+            request: PhantomData,
+        })
+    }
+
+    fn set_header<R: Request>(&self, request: &mut R, time_limit: Duration) -> String {
+        let given = request.header().map(|header| header.request_id.clone());
+        let request_id = given.filter(|id| !id.is_empty()).unwrap_or_else(|| {
+            let number = REQUESTS.fetch_add(1, Ordering::Relaxed);
+            format!("{}-{number:x}", self.session.zid())
+        });
+        let header = RequestHeader {
+            request_id: request_id.clone(),
+            time_limit,
+            caller: self.caller.clone(),
+        };
+        request.set_header(header.to_message());
+        request_id
+    }
+}
+
+/// Who is asked what.
+struct Target {
+    service: Service,
+    method: Method,
+    key: String,
+}
+
+impl Target {
+    fn new(
+        cell: Option<&Cell>,
+        service: Service,
+        method: Method,
+        instance: Option<&Instance>,
+    ) -> Self {
+        let key = Key::Request(cell.cloned(), service, method, instance.cloned());
+        Self {
+            service,
+            method,
+            key: key.to_string(),
+        }
+    }
+
+    fn of<R: Request>(cell: &Cell, instance: Option<&Instance>) -> Result<Self, CallError> {
+        let no_service =
+            || CallError::Zenoh("a request to every service: use Client::health".to_owned());
+        let service = R::SERVICE.ok_or_else(no_service)?;
+        Ok(Self::new(Some(cell), service, R::METHOD, instance))
+    }
+}
+
+/// A request that was sent.
+pub struct PendingCall<R: Request> {
+    /// Closed when no more replies can come.
+    replies: Receiver<Reply>,
+    request_id: String,
+    service: Service,
+    method: Method,
+    began: Instant,
+    deadline: Instant,
+    /// Ends with the call.
+    _span: Span,
+    request: PhantomData<fn() -> R>,
+}
+
+impl<R: Request> PendingCall<R> {
+    /// Waits for the answer, until the deadline of the request.
+    ///
+    /// # Errors
+    /// [`CallError`]; nothing is sent again.
+    pub fn wait(self) -> Result<R::Reply, CallError> {
+        let result = self.first_answer();
+        let labels = [
+            ("service", self.service.as_str()),
+            ("method", self.method.as_str()),
+        ];
+        let [service, method] = labels;
+        let outcome = result.as_ref().err().map_or("ok", CallError::outcome);
+        metrics::counter(Metric::CallsTotal, &[service, method, ("outcome", outcome)]).increment(1);
+        metrics::histogram(Metric::CallSeconds, &labels).record(self.began.elapsed());
+        result
+    }
+
+    fn first_answer(&self) -> Result<R::Reply, CallError> {
+        loop {
+            let left = self.deadline.saturating_duration_since(Instant::now());
+            let reply = match self.replies.recv_timeout(left) {
+                Ok(reply) => reply,
+                Err(RecvTimeoutError::Timeout) => return Err(CallError::TimedOut),
+                Err(RecvTimeoutError::Disconnected) => {
+                    let (service, method) = (self.service, self.method);
+                    return Err(CallError::NoAnswer { service, method });
+                }
+            };
+            match reply.into_result() {
+                Ok(sample) => {
+                    if let Some(result) = self.read(sample.payload()) {
+                        return result;
+                    }
+                }
+                Err(error) => {
+                    tracing::debug!(error = ?error.payload(), "an error instead of a reply");
+                }
+            }
+            stray(self.service, self.method);
+        }
+    }
+
+    /// What a reply says; `None` where it belongs to another request.
+    fn read(&self, payload: &ZBytes) -> Option<Result<R::Reply, CallError>> {
+        let reply: R::Reply = match payload::read(payload, MAX_MESSAGE_BYTES) {
+            Ok(reply) => reply,
+            Err(error) => return Some(Err(error.into())),
+        };
+        let Some(header) = reply.header() else {
+            return Some(Err(WireError::Missing { field: "header" }.into()));
+        };
+        let status = header.status();
+        // Who cannot read a request does not know its id.
+        let is_unread = status == Status::Invalid && header.request_id.is_empty();
+        if header.request_id != self.request_id && !is_unread {
+            return None;
+        }
+        Some(match status {
+            Status::Ok => Ok(reply),
+            Status::Unspecified => Err(WireError::Missing {
+                field: "header.status",
+            }
+            .into()),
+            status => Err(CallError::Refused {
+                status,
+                message: header.message.clone(),
+                reply: Refusal::new(payload.to_bytes().into_owned()),
+            }),
+        })
+    }
+}
+
+/// Counts a reply that came late or belongs to another request.
+fn stray(service: Service, method: Method) {
+    let labels = [("service", service.as_str()), ("method", method.as_str())];
+    metrics::counter(Metric::StrayRepliesTotal, &labels).increment(1);
+}

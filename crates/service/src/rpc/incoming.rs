@@ -1,0 +1,281 @@
+//! A request that waits for its answer.
+
+use std::cell::Cell as ThreadCell;
+use std::marker::PhantomData;
+use std::sync::Arc;
+use std::sync::mpsc::{SyncSender, TrySendError};
+use std::time::Instant;
+
+use ::metrics::{Counter, Histogram};
+use ppnpack_wire::encoding_of;
+use ppnpack_wire::header::{self, RequestHeader};
+use ppnpack_wire::keys::{Cell, Method, Service};
+use ppnpack_wire::rpc::{Reply, Request};
+use ppnpack_wire::v1::{self, Status};
+use prost::Message;
+use tracing::Span;
+use zenoh::Wait;
+use zenoh::bytes::Encoding;
+use zenoh::query::Query;
+
+use super::trace;
+use crate::alive::Alive;
+use crate::metrics::{self, Metric};
+use crate::payload::Malformed;
+use crate::process::Identity;
+
+/// The most stages in a reply.
+const MAX_STAGES: usize = 32;
+
+thread_local! {
+    /// What a request is answered with that is dropped without an answer.
+    static WHEN_DROPPED: ThreadCell<(Status, &'static str)> =
+        const { ThreadCell::new((Status::Failed, "the service gave the request up")) };
+}
+
+/// A request that waits for its answer. Dropped without one it is answered with `STATUS_FAILED`.
+pub struct Incoming<R: Request> {
+    pub(super) message: R,
+    pub(super) header: RequestHeader,
+    pub(super) cell: Cell,
+    pub(super) pending: Pending<R>,
+}
+
+/// What is said with an answer.
+#[derive(Debug, Clone, Default)]
+pub struct Done {
+    /// How long the stages of the work took. The wait in the mailbox comes before them by itself, as `queue`.
+    pub stages: Vec<v1::StageTiming>,
+    /// The network that took part.
+    pub model: Option<String>,
+}
+
+impl<R: Request> Incoming<R> {
+    /// The request.
+    pub fn message(&self) -> &R {
+        &self.message
+    }
+
+    /// Takes the request out, and says that work on it begins.
+    pub fn take(&mut self) -> R {
+        self.start();
+        std::mem::take(&mut self.message)
+    }
+
+    /// Says that work on it begins: the time before counts as waiting. The first time counts.
+    pub fn start(&mut self) {
+        self.pending.started.get_or_insert_with(Instant::now);
+    }
+
+    /// Its header.
+    pub fn header(&self) -> &RequestHeader {
+        &self.header
+    }
+
+    /// The cell that it is for.
+    pub fn cell(&self) -> &Cell {
+        &self.cell
+    }
+
+    /// When it came.
+    pub fn received(&self) -> Instant {
+        self.pending.received
+    }
+
+    /// When its caller stops to wait.
+    pub fn deadline(&self) -> Instant {
+        self.received() + self.header.time_limit
+    }
+
+    /// Whether its caller has stopped to wait.
+    pub fn has_expired(&self) -> bool {
+        Instant::now() >= self.deadline()
+    }
+
+    /// The request, where its answer is still waited for: in time, and not by a planner that has gone since it asked.
+    /// Otherwise it is refused.
+    pub fn still_wanted(self, planners: &Alive) -> Option<Self> {
+        if self.has_expired() {
+            self.refuse(Status::TimedOut, "the time limit passed in the queue");
+            return None;
+        }
+        let caller = self.header.caller.as_ref();
+        if caller.is_some_and(|caller| planners.has_left_since(caller, self.received())) {
+            self.refuse(Status::Unavailable, "the planner that asked has gone");
+            return None;
+        }
+        Some(self)
+    }
+
+    /// The span of the work on it. Enter it where the work is done, so that what is called from there belongs to the
+    /// same trace.
+    pub fn span(&self) -> &Span {
+        &self.pending.span
+    }
+
+    /// Answers it.
+    pub fn reply(self, reply: R::Reply, done: Done) {
+        self.pending.reply(reply, done);
+    }
+
+    /// Refuses it.
+    pub fn refuse(self, status: Status, message: impl Into<String>) {
+        self.pending.refuse(status, &message.into());
+    }
+
+    /// Refuses it with a reply that says more.
+    pub fn refuse_with(mut self, reply: R::Reply, status: Status, message: impl Into<String>) {
+        self.pending
+            .answer(reply, status, &message.into(), Done::default());
+    }
+}
+
+/// Sends a request into a bounded mailbox, or refuses it: with `STATUS_BUSY` where the mailbox is full, with
+/// `STATUS_UNAVAILABLE` where nobody reads it any more.
+pub fn deliver<T, R: Request>(
+    mailbox: &SyncSender<T>,
+    incoming: Incoming<R>,
+    wrap: impl FnOnce(Incoming<R>) -> T,
+) {
+    let (status, message, returned) = match mailbox.try_send(wrap(incoming)) {
+        Ok(()) => return,
+        Err(TrySendError::Full(returned)) => (Status::Busy, "the queue is full", returned),
+        Err(TrySendError::Disconnected(returned)) => {
+            (Status::Unavailable, "the service is ending", returned)
+        }
+    };
+    // What was wrapped cannot be unwrapped here, but it can be dropped.
+    let before = WHEN_DROPPED.replace((status, message));
+    drop(returned);
+    WHEN_DROPPED.set(before);
+}
+
+/// What all requests of a method have in common.
+pub(super) struct Answering {
+    identity: Arc<Identity>,
+    service: Service,
+    method: Method,
+    reply_encoding: Encoding,
+    queued: Histogram,
+    worked: Histogram,
+    /// By status.
+    answered: Vec<Counter>,
+    pub(super) malformed: Malformed,
+}
+
+impl Answering {
+    pub(super) fn new<R: Request>(identity: Arc<Identity>, service: Service) -> Self {
+        let method = R::METHOD;
+        let labels = [("service", service.as_str()), ("method", method.as_str())];
+        let answered = (0..)
+            .map_while(|number| Status::try_from(number).ok())
+            .map(|status| {
+                let [service, method] = labels;
+                let status = ("status", status.as_str_name());
+                metrics::counter(Metric::RequestsTotal, &[service, method, status])
+            });
+        Self {
+            identity,
+            service,
+            method,
+            reply_encoding: encoding_of::<R::Reply>().into(),
+            queued: metrics::histogram(Metric::RequestQueueSeconds, &labels),
+            worked: metrics::histogram(Metric::RequestWorkSeconds, &labels),
+            answered: answered.collect(),
+            malformed: Malformed::new(format!("{service}/{method}")),
+        }
+    }
+}
+
+/// The answer that a request still needs.
+pub(super) struct Pending<R: Request> {
+    answering: Arc<Answering>,
+    /// `None` once answered.
+    query: Option<Query>,
+    request_id: String,
+    received: Instant,
+    started: Option<Instant>,
+    span: Span,
+    request: PhantomData<fn(R)>,
+}
+
+impl<R: Request> Pending<R> {
+    pub(super) fn new(answering: Arc<Answering>, query: Query, received: Instant) -> Self {
+        Self {
+            answering,
+            query: Some(query),
+            request_id: String::new(),
+            received,
+            started: None,
+            span: Span::none(),
+            request: PhantomData,
+        }
+    }
+
+    pub(super) fn set_request_id(&mut self, request_id: String) {
+        self.request_id = request_id;
+    }
+
+    /// Begins the span of the work, as a part of the caller's trace.
+    pub(super) fn begin_span(&mut self) {
+        let Answering {
+            service, method, ..
+        } = *self.answering;
+        let attachment = self.query.as_ref().and_then(Query::attachment);
+        self.span = trace::serving(service, method, &self.request_id, attachment);
+    }
+
+    pub(super) fn reply(mut self, reply: R::Reply, done: Done) {
+        self.answer(reply, Status::Ok, "", done);
+    }
+
+    pub(super) fn refuse(mut self, status: Status, message: &str) {
+        self.answer(R::Reply::default(), status, message, Done::default());
+    }
+
+    fn answer(&mut self, mut reply: R::Reply, status: Status, message: &str, done: Done) {
+        let Some(query) = self.query.take() else {
+            return;
+        };
+        let answering = &self.answering;
+        let started = self.started.unwrap_or(self.received);
+        let queued = started.saturating_duration_since(self.received);
+        let mut stages = vec![header::stage("queue", queued)];
+        stages.extend(done.stages);
+        stages.truncate(MAX_STAGES);
+        reply.set_header(v1::ReplyHeader {
+            request_id: std::mem::take(&mut self.request_id),
+            status: status.into(),
+            message: header::text(message),
+            stages,
+            versions: Some(answering.identity.versions(done.model.as_deref())),
+        });
+        // Of the query's qualities, replies have all but this one by themselves.
+        let sent = query
+            .reply(query.key_expr().clone(), reply.encode_to_vec())
+            .encoding(answering.reply_encoding.clone())
+            .express(true)
+            .wait();
+        drop(query);
+        if let Err(error) = sent {
+            tracing::debug!(%error, "an answer cannot be sent");
+        }
+        answering.queued.record(queued);
+        answering.worked.record(started.elapsed());
+        if let Some(counter) = usize::try_from(i32::from(status))
+            .ok()
+            .and_then(|status| answering.answered.get(status))
+        {
+            counter.increment(1);
+        }
+    }
+}
+
+impl<R: Request> Drop for Pending<R> {
+    fn drop(&mut self) {
+        if self.query.is_some() {
+            let (status, message) = WHEN_DROPPED.get();
+            self.answer(R::Reply::default(), status, message, Done::default());
+        }
+    }
+}

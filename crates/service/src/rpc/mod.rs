@@ -1,0 +1,22 @@
+//! Requests and their answers.
+//!
+//! A service declares what it answers with [`listen`]; each request comes as an [`Incoming`], is handed to a thread of
+//! the service by [`deliver`], and is answered from there. A [`Client`] makes requests. Every request carries an id and
+//! a time limit, every answer the id and a status.
+//!
+//! Zenoh's `get` gives no reply at all where nobody is there, where the other dies, and for a moment after a
+//! reconnect. That is no refusal: the client tries again until the deadline. Requests are sent so that a reader that is
+//! slow holds the writer up for at most two seconds; then it is cut off.
+
+mod client;
+mod error;
+mod incoming;
+mod server;
+mod trace;
+
+pub use client::{Client, PendingCall};
+pub use error::{CallError, Refusal};
+pub use incoming::{Done, Incoming, deliver};
+pub(crate) use server::answer_health;
+pub use server::{Listener, listen};
+pub(crate) use trace::TARGET as TRACE_TARGET;

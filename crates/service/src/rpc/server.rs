@@ -1,0 +1,164 @@
+//! What a service answers.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use ppnpack_wire::MAX_MESSAGE_BYTES;
+use ppnpack_wire::header::{self, RequestHeader};
+use ppnpack_wire::keys::{Cell, Key, answered};
+use ppnpack_wire::rpc::Request;
+use ppnpack_wire::v1;
+use zenoh::bytes::ZBytes;
+use zenoh::query::{Query, Queryable};
+use zenoh::{Session, Wait};
+
+use super::incoming::{Answering, Done, Incoming, Pending};
+use crate::error::ServiceError;
+use crate::health::Health;
+use crate::payload;
+use crate::process::{Identity, Process};
+
+/// Answers a method, until it is dropped.
+pub struct Listener {
+    _queryables: [Queryable<()>; 2],
+}
+
+/// A request that was read.
+pub(super) struct Received<R: Request> {
+    message: R,
+    header: RequestHeader,
+    /// `None` for what is sent to no single cell.
+    cell: Option<Cell>,
+    pending: Pending<R>,
+}
+
+/// Answers a method for a cell, or for every cell. `accept` runs on Zenoh's thread: it must only hand the request on.
+/// What is malformed is refused before.
+///
+/// # Errors
+/// [`ServiceError::Zenoh`] where the session is closed.
+pub fn listen<R: Request>(
+    process: &Process,
+    cell: Option<&Cell>,
+    accept: impl Fn(Incoming<R>) + Send + Sync + 'static,
+) -> Result<Listener, ServiceError> {
+    let on_request = move |received: Received<R>| {
+        let Received {
+            message,
+            header,
+            cell,
+            pending,
+        } = received;
+        match cell {
+            Some(cell) => accept(Incoming {
+                message,
+                header,
+                cell,
+                pending,
+            }),
+            None => pending.refuse(v1::Status::Invalid, "send this to a cell, not to all"),
+        }
+    };
+    declare(process.session(), process.identity(), cell, on_request)
+}
+
+/// Answers for the health of a process.
+pub(crate) fn answer_health(
+    session: &Session,
+    identity: &Arc<Identity>,
+    health: &Health,
+) -> Result<Listener, ServiceError> {
+    let on_request = {
+        let identity = identity.clone();
+        let health = health.clone();
+        move |received: Received<v1::HealthRequest>| {
+            let done = Done {
+                model: identity.model(),
+                ..Done::default()
+            };
+            received.pending.reply(identity.health_reply(&health), done);
+        }
+    };
+    declare(session, identity, None, on_request)
+}
+
+fn declare<R: Request>(
+    session: &Session,
+    identity: &Arc<Identity>,
+    cell: Option<&Cell>,
+    on_request: impl Fn(Received<R>) + Send + Sync + 'static,
+) -> Result<Listener, ServiceError> {
+    let service = R::SERVICE.unwrap_or(identity.service);
+    let answering = Arc::new(Answering::new::<R>(identity.clone(), service));
+    let on_request = Arc::new(on_request);
+    let queryable = |key: String| {
+        let answering = answering.clone();
+        let on_request = on_request.clone();
+        let callback = move |query: Query| {
+            if let Some(received) = receive(&answering, query) {
+                on_request(received);
+            }
+        };
+        session
+            .declare_queryable(key.clone())
+            // One answer is enough: Zenoh asks one of several that are complete.
+            .complete(true)
+            .callback(callback)
+            .wait()
+            .map_err(|error| ServiceError::zenoh(format!("declaring {key}"), &error))
+    };
+    let [any, own] = answered(cell, service, R::METHOD, &identity.instance);
+    // In this order, who finds any instance finds this one by its name too.
+    Ok(Listener {
+        _queryables: [queryable(own)?, queryable(any)?],
+    })
+}
+
+/// Reads a request; refuses what is malformed.
+fn receive<R: Request>(answering: &Arc<Answering>, query: Query) -> Option<Received<R>> {
+    let received = Instant::now();
+    let cell = match Key::parse(query.key_expr().as_str()) {
+        Ok(Key::Request(cell, ..)) => cell,
+        _ => {
+            answering.malformed.count(&query.key_expr());
+            query
+                .reply_err("name one cell, service and method")
+                .wait()
+                .ok();
+            return None;
+        }
+    };
+    let read = {
+        let empty = ZBytes::default();
+        payload::read::<R>(query.payload().unwrap_or(&empty), MAX_MESSAGE_BYTES)
+    };
+    let mut pending = Pending::new(answering.clone(), query, received);
+    let checked = read.and_then(|message| {
+        pending.set_request_id(id_of(&message));
+        Ok((RequestHeader::read(message.header())?, message))
+    });
+    match checked {
+        Ok((header, message)) => {
+            pending.begin_span();
+            Some(Received {
+                message,
+                header,
+                cell,
+                pending,
+            })
+        }
+        Err(error) => {
+            answering.malformed.count(&error);
+            pending.refuse(v1::Status::Invalid, &error.to_string());
+            None
+        }
+    }
+}
+
+/// The id of a request, as far as it has one.
+fn id_of(request: &impl Request) -> String {
+    let id = request.header().map_or("", |header| &header.request_id);
+    header::id("header.request_id", id)
+        .unwrap_or_default()
+        .to_owned()
+}

@@ -1,0 +1,249 @@
+//! From start to end of a process.
+
+mod arguments;
+mod signals;
+
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use ppnpack_wire::keys::Service;
+use tokio::runtime::Runtime;
+use zenoh::{Session, Wait};
+
+use crate::admin::{self, Told};
+use crate::configuration::{AdminListen, Configuration, ConfigurationError, ServiceSettings};
+use crate::error::ServiceError;
+use crate::health::Health;
+use crate::process::{Identity, Process, thread};
+use crate::shutdown::Shutdown;
+use crate::telemetry::Telemetry;
+use crate::{logs, metrics, session};
+
+use arguments::{Action, Arguments};
+
+/// The exit code of a wrong command line or configuration (`EX_USAGE`).
+const EXIT_USAGE: u8 = 64;
+
+/// How long the session may take to close, and the traces to be sent.
+const CLOSING_TIMEOUT: Duration = Duration::from_secs(2);
+
+/// What a service may take longer than its grace before it is left behind.
+const GRACE_MARGIN: Duration = Duration::from_millis(500);
+
+/// A started service. Dropping it undeclares everything and ends its threads.
+pub trait Running: Send {
+    /// Undeclares, and finishes what is in flight.
+    ///
+    /// # Errors
+    /// What was left undone at the deadline, for people.
+    fn finish(self: Box<Self>, deadline: Instant) -> Result<(), String>;
+}
+
+/// Waits for threads that were asked to end.
+///
+/// # Errors
+/// Which of them still worked at the deadline.
+pub fn join(threads: Vec<JoinHandle<()>>, deadline: Instant) -> Result<(), String> {
+    let mut left = Vec::new();
+    for thread in threads {
+        let name = thread.thread().name().unwrap_or("a thread").to_owned();
+        let (sender, ended) = sync_channel(1);
+        // A thread cannot be waited for with a limit: another one waits for it.
+        let waiter = self::thread("ending", move || sender.send(thread.join().is_ok()).ok());
+        let limit = deadline.saturating_duration_since(Instant::now());
+        match waiter.map(|_| ended.recv_timeout(limit)) {
+            Ok(Ok(true)) => {}
+            Ok(Ok(false)) => left.push(format!("{name} panicked")),
+            _ => left.push(format!("{name} was still working")),
+        }
+    }
+    if left.is_empty() {
+        Ok(())
+    } else {
+        Err(left.join(", "))
+    }
+}
+
+/// The main of a service's binary: reads the command line and the configuration, runs the service until SIGTERM or
+/// SIGINT, and finishes it within its grace.
+///
+/// Exit codes: 0 done, 1 failed or not ready, 64 a wrong command line or configuration, which is found before any port
+/// is opened.
+pub fn main<S: ServiceSettings>(
+    service: Service,
+    start: impl FnOnce(&Process, S) -> anyhow::Result<Box<dyn Running>>,
+) -> ExitCode {
+    let arguments = match Arguments::read(service) {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            error.print().ok();
+            return ExitCode::from(if error.use_stderr() { EXIT_USAGE } else { 0 });
+        }
+    };
+    let configuration = match load::<S>(service, &arguments) {
+        Ok(configuration) => configuration,
+        Err(error) => {
+            eprintln!("ppnpack-{service}: {error}");
+            return ExitCode::from(EXIT_USAGE);
+        }
+    };
+    match arguments.action() {
+        Action::Validate => done("the configuration is valid"),
+        Action::Print => match configuration.to_toml() {
+            Ok(text) => done(text.trim_end()),
+            Err(error) => failed(service, &error),
+        },
+        Action::CheckHealth => match check_health(&configuration) {
+            Ok(()) => done("ready"),
+            Err(message) => failed(service, &message),
+        },
+        Action::Run => match run(service, configuration, start) {
+            Ok(code) => code,
+            Err(error) => failed(service, &error),
+        },
+    }
+}
+
+fn done(text: &str) -> ExitCode {
+    println!("{text}");
+    ExitCode::SUCCESS
+}
+
+fn failed(service: Service, message: &dyn std::fmt::Display) -> ExitCode {
+    eprintln!("ppnpack-{service}: {message}");
+    ExitCode::FAILURE
+}
+
+fn load<S: ServiceSettings>(
+    service: Service,
+    arguments: &Arguments,
+) -> Result<Configuration<S>, ConfigurationError> {
+    let variables = std::env::vars_os().filter_map(|(name, value)| {
+        Some((
+            name.into_string().ok()?,
+            value.to_string_lossy().into_owned(),
+        ))
+    });
+    Configuration::load(service, &arguments.sources(variables.collect()))
+}
+
+fn check_health<S>(configuration: &Configuration<S>) -> Result<(), String> {
+    match configuration.admin.listen {
+        AdminListen::At(address) if address.port() != 0 => admin::ask_ready(address),
+        _ => Err(
+            "the health check needs admin.listen with a port, such as 127.0.0.1:9100".to_owned(),
+        ),
+    }
+}
+
+fn run<S: ServiceSettings>(
+    service: Service,
+    configuration: Configuration<S>,
+    start: impl FnOnce(&Process, S) -> anyhow::Result<Box<dyn Running>>,
+) -> Result<ExitCode, ServiceError> {
+    let identity = Identity::new(service, configuration.instance()?, configuration.hash());
+    let identity = Arc::new(identity);
+    let telemetry = Telemetry::start(&configuration.telemetry, &identity)?;
+    logs::init(&configuration.log, telemetry.layer())?;
+    let code = match run_logged(identity, configuration, start) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            tracing::error!("{error:#}");
+            ExitCode::FAILURE
+        }
+    };
+    telemetry.finish(CLOSING_TIMEOUT);
+    Ok(code)
+}
+
+fn run_logged<S: ServiceSettings>(
+    identity: Arc<Identity>,
+    configuration: Configuration<S>,
+    start: impl FnOnce(&Process, S) -> anyhow::Result<Box<dyn Running>>,
+) -> anyhow::Result<()> {
+    metrics::install()?;
+    let runtime = runtime()?;
+    let shutdown = Shutdown::default();
+    signals::watch(&runtime, &shutdown)?;
+    let health = Health::default();
+    let serving = health.check("service");
+    let connected = health.check("zenoh");
+    let has_started = Arc::new(AtomicBool::new(false));
+    if let AdminListen::At(address) = configuration.admin.listen {
+        let told = Told {
+            identity: identity.clone(),
+            health: health.clone(),
+            has_started: has_started.clone(),
+        };
+        let address = admin::serve(runtime.handle(), address, told)?;
+        tracing::info!(%address, "admin port open");
+    }
+    let zenoh = &configuration.zenoh;
+    let Some(session) = session::open(zenoh, &connected, &shutdown)? else {
+        tracing::info!("asked to end before there was a connection");
+        return Ok(());
+    };
+    let process = Process::new(session.clone(), identity, health.clone(), shutdown.clone())?;
+    session::watch(&process, zenoh, connected)?;
+    let grace = configuration.shutdown_grace();
+    let running = start(&process, configuration.service)?;
+    serving.pass();
+    has_started.store(true, Ordering::Release);
+    tracing::info!(service = %process.service(), instance = %process.instance(), "started");
+    shutdown.wait();
+    health.end(&serving);
+    finish(running, grace)?;
+    drop(process);
+    close(session)
+}
+
+/// One thread is plenty for signals and the admin port.
+fn runtime() -> Result<Runtime, ServiceError> {
+    tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(1)
+        .thread_name("admin")
+        .enable_all()
+        .build()
+        .map_err(|source| ServiceError::System {
+            what: "starting the admin thread",
+            source,
+        })
+}
+
+/// Finishes what is in flight, and says whether all was finished.
+fn finish(running: Box<dyn Running>, grace: Duration) -> anyhow::Result<()> {
+    tracing::info!(grace_s = grace.as_secs_f64(), "shutting down");
+    let deadline = Instant::now() + grace;
+    match within(grace + GRACE_MARGIN, move || running.finish(deadline))? {
+        Some(Ok(())) => tracing::info!("finished everything that was in flight"),
+        Some(Err(left)) => tracing::warn!(left, "ended before everything was finished"),
+        None => tracing::warn!("the service did not finish within its grace and is left behind"),
+    }
+    Ok(())
+}
+
+fn close(session: Session) -> anyhow::Result<()> {
+    match within(CLOSING_TIMEOUT, move || session.close().wait())? {
+        Some(Ok(())) => {}
+        Some(Err(error)) => tracing::warn!(%error, "closing the Zenoh session"),
+        None => tracing::warn!("the Zenoh session did not close in time"),
+    }
+    Ok(())
+}
+
+/// What work gives, if it gives it in time.
+fn within<T: Send + 'static>(
+    duration: Duration,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Result<Option<T>, ServiceError> {
+    let (sender, receiver) = sync_channel(1);
+    drop(thread("ending", move || sender.send(work()).ok())?);
+    match receiver.recv_timeout(duration) {
+        Ok(value) => Ok(Some(value)),
+        Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => Ok(None),
+    }
+}

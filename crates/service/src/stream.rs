@@ -1,0 +1,214 @@
+//! Data of cells: published and read.
+//!
+//! A publisher never waits for readers: under congestion a message is dropped. A reader takes messages as they come
+//! ([`subscribe`]), or the newest only ([`Latest`]).
+
+use std::marker::PhantomData;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use ::metrics::Counter;
+use ppnpack_wire::keys::{Cell, Key, Stream, every_cell};
+use ppnpack_wire::{WireError, encoding_of};
+use prost::{Message, Name};
+use zenoh::bytes::ZBytes;
+use zenoh::pubsub::Subscriber;
+use zenoh::qos::CongestionControl;
+use zenoh::sample::Sample;
+use zenoh::{Session, Wait};
+
+use crate::error::ServiceError;
+use crate::metrics::{self, Metric};
+use crate::payload::{self, Malformed};
+use crate::process::Process;
+
+/// Publishes a stream of a cell.
+pub struct Publisher<M> {
+    publisher: zenoh::pubsub::Publisher<'static>,
+    published: Counter,
+    message: PhantomData<fn(M)>,
+}
+
+impl<M: Message + Name> Publisher<M> {
+    /// A publisher of this stream.
+    ///
+    /// # Errors
+    /// [`ServiceError::Zenoh`] where the session is closed.
+    pub fn new(process: &Process, cell: &Cell, stream: Stream) -> Result<Self, ServiceError> {
+        let key = Key::Stream(cell.clone(), stream).to_string();
+        let publisher = process
+            .session()
+            .declare_publisher(key.clone())
+            .encoding(encoding_of::<M>())
+            .congestion_control(CongestionControl::Drop)
+            .express(true)
+            .wait()
+            .map_err(|error| ServiceError::zenoh(format!("declaring {key}"), &error))?;
+        Ok(Self {
+            publisher,
+            published: metrics::counter(Metric::PublishedTotal, &[("stream", stream.as_str())]),
+            message: PhantomData,
+        })
+    }
+
+    /// Publishes a message.
+    ///
+    /// # Errors
+    /// [`ServiceError::Zenoh`] where the session is closed.
+    pub fn put(&self, message: &M) -> Result<(), ServiceError> {
+        self.publisher
+            .put(message.encode_to_vec())
+            .wait()
+            .map_err(|error| ServiceError::zenoh("publishing", &error))?;
+        self.published.increment(1);
+        Ok(())
+    }
+}
+
+/// The newest message of a stream of a cell. Older ones are dropped unread; the reader decodes.
+pub struct Latest<M> {
+    slot: Arc<Slot>,
+    limit_bytes: usize,
+    malformed: Malformed,
+    _subscriber: Subscriber<()>,
+    message: PhantomData<fn() -> M>,
+}
+
+#[derive(Default)]
+struct Slot {
+    newest: Mutex<Option<ZBytes>>,
+    arrived: Condvar,
+}
+
+impl<M: Message + Name + Default> Latest<M> {
+    /// Subscribes a stream, of messages of at most `limit_bytes`.
+    ///
+    /// # Errors
+    /// [`ServiceError::Zenoh`] where the session is closed.
+    pub fn subscribe(
+        process: &Process,
+        cell: &Cell,
+        stream: Stream,
+        limit_bytes: usize,
+    ) -> Result<Self, ServiceError> {
+        let slot = Arc::new(Slot::default());
+        let labels = [("stream", stream.as_str())];
+        let received = metrics::counter(Metric::ReceivedTotal, &labels);
+        let overwritten = metrics::counter(Metric::OverwrittenTotal, &labels);
+        let callback = {
+            let slot = slot.clone();
+            move |sample: Sample| {
+                received.increment(1);
+                let older = slot.lock().replace(sample.payload().clone());
+                slot.arrived.notify_one();
+                if older.is_some() {
+                    overwritten.increment(1);
+                }
+            }
+        };
+        let key = Key::Stream(cell.clone(), stream).to_string();
+        Ok(Self {
+            _subscriber: declare(process.session(), &key, callback)?,
+            slot,
+            limit_bytes,
+            malformed: Malformed::new(stream.to_string()),
+            message: PhantomData,
+        })
+    }
+
+    /// The newest message, if it was not taken yet.
+    pub fn take(&self) -> Option<Result<M, WireError>> {
+        let payload = self.slot.lock().take();
+        payload.map(|payload| self.read(&payload))
+    }
+
+    /// Waits for a message that was not taken yet; `None` where none comes before the deadline.
+    pub fn wait(&self, deadline: Instant) -> Option<Result<M, WireError>> {
+        let left = deadline.saturating_duration_since(Instant::now());
+        let (mut newest, _) = self
+            .slot
+            .arrived
+            .wait_timeout_while(self.slot.lock(), left, |newest| newest.is_none())
+            .unwrap_or_else(PoisonError::into_inner);
+        let payload = newest.take();
+        drop(newest);
+        payload.map(|payload| self.read(&payload))
+    }
+
+    fn read(&self, payload: &ZBytes) -> Result<M, WireError> {
+        payload::read(payload, self.limit_bytes).inspect_err(|error| self.malformed.count(error))
+    }
+}
+
+impl Slot {
+    fn lock(&self) -> MutexGuard<'_, Option<ZBytes>> {
+        self.newest.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A subscription, until it is dropped.
+pub struct Subscription {
+    _subscriber: Subscriber<()>,
+}
+
+/// Calls `on_message` with every message of a stream of a cell, or of every cell. It runs on Zenoh's thread: it must
+/// only hand the message over, to something with a bound. What is malformed is counted and logged, at most once a
+/// second.
+///
+/// # Errors
+/// [`ServiceError::Zenoh`] where the session is closed.
+pub fn subscribe<M: Message + Name + Default + 'static>(
+    process: &Process,
+    cell: Option<&Cell>,
+    stream: Stream,
+    limit_bytes: usize,
+    on_message: impl Fn(Cell, M) + Send + Sync + 'static,
+) -> Result<Subscription, ServiceError> {
+    subscribe_in(process.session(), cell, stream, limit_bytes, on_message)
+}
+
+/// The same for who is no service.
+///
+/// # Errors
+/// [`ServiceError::Zenoh`] where the session is closed.
+pub fn subscribe_in<M: Message + Name + Default + 'static>(
+    session: &Session,
+    cell: Option<&Cell>,
+    stream: Stream,
+    limit_bytes: usize,
+    on_message: impl Fn(Cell, M) + Send + Sync + 'static,
+) -> Result<Subscription, ServiceError> {
+    let received = metrics::counter(Metric::ReceivedTotal, &[("stream", stream.as_str())]);
+    let malformed = Malformed::new(stream.to_string());
+    let callback = move |sample: Sample| {
+        received.increment(1);
+        let cell = match Key::parse(sample.key_expr().as_str()) {
+            Ok(Key::Stream(cell, _)) => cell,
+            Ok(_) => return,
+            Err(error) => return malformed.count(&error),
+        };
+        match payload::read(sample.payload(), limit_bytes) {
+            Ok(message) => on_message(cell, message),
+            Err(error) => malformed.count(&error),
+        }
+    };
+    let key = match cell {
+        Some(cell) => Key::Stream(cell.clone(), stream).to_string(),
+        None => every_cell(stream),
+    };
+    Ok(Subscription {
+        _subscriber: declare(session, &key, callback)?,
+    })
+}
+
+fn declare(
+    session: &Session,
+    key: &str,
+    callback: impl Fn(Sample) + Send + Sync + 'static,
+) -> Result<Subscriber<()>, ServiceError> {
+    session
+        .declare_subscriber(key.to_owned())
+        .callback(callback)
+        .wait()
+        .map_err(|error| ServiceError::zenoh(format!("subscribing {key}"), &error))
+}
