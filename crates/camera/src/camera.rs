@@ -1,0 +1,139 @@
+//! The camera and what stands before it.
+
+use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::Intrinsics;
+use crate::buffer::DepthBuffer;
+use crate::error::{CameraError, require};
+use crate::view::View;
+
+/// The most triangles of a scene.
+const MAX_TRIANGLES: usize = 1 << 26;
+
+/// A triangle mesh and its pose. Both sides of its triangles are seen.
+#[derive(Debug, Clone, Copy)]
+pub struct Body<'mesh> {
+    /// Vertex positions in the body's own frame, in metres.
+    pub vertices: &'mesh [Point3<f64>],
+    /// Vertex indices per triangle.
+    pub triangles: &'mesh [[u32; 3]],
+    /// The body's frame in the world.
+    pub world_from_body: Isometry3<f64>,
+}
+
+/// A pinhole depth camera.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DepthCamera {
+    /// How points become pixels.
+    pub intrinsics: Intrinsics,
+    /// The camera's optical frame (x right, y down, z forward) in the world.
+    pub world_from_camera: Isometry3<f64>,
+    /// Nothing nearer than this along z is seen, in metres.
+    pub near_m: f64,
+    /// Nothing farther than this along z is seen, in metres.
+    pub far_m: f64,
+}
+
+impl DepthCamera {
+    /// A camera with the usual range of such sensors, 0.1 to 10 m.
+    pub fn new(intrinsics: Intrinsics, world_from_camera: Isometry3<f64>) -> Self {
+        Self {
+            intrinsics,
+            world_from_camera,
+            near_m: 0.1,
+            far_m: 10.0,
+        }
+    }
+
+    /// A camera at a point that looks straight down. Columns run along the world's x, rows against its y.
+    pub fn looking_down(intrinsics: Intrinsics, at: Point3<f64>) -> Self {
+        let half_turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+        let pose = Isometry3::from_parts(Translation3::from(at), half_turn);
+        Self::new(intrinsics, pose)
+    }
+
+    /// A camera at a point that looks at another, upright: the world's z points up in the image. Straight down, it is
+    /// [`looking_down`](Self::looking_down).
+    pub fn looking_at(intrinsics: Intrinsics, at: Point3<f64>, target: &Point3<f64>) -> Self {
+        let forward = (target - at).try_normalize(1e-12);
+        let axes = forward.and_then(|forward| {
+            let right = forward.cross(&Vector3::z()).try_normalize(1e-6)?;
+            let down = forward.cross(&right);
+            Some(Rotation3::from_basis_unchecked(&[right, down, forward]))
+        });
+        match axes {
+            Some(axes) => {
+                let rotation = UnitQuaternion::from_rotation_matrix(&axes);
+                let pose = Isometry3::from_parts(Translation3::from(at), rotation);
+                Self::new(intrinsics, pose)
+            }
+            None => Self::looking_down(intrinsics, at),
+        }
+    }
+
+    /// Checks that every number is possible.
+    ///
+    /// # Errors
+    /// [`CameraError`] for the first that is not.
+    pub fn validate(&self) -> Result<(), CameraError> {
+        self.intrinsics.validate()?;
+        require("near_m", self.near_m, "more than 0 m", |near| near > 0.0)?;
+        require("far_m", self.far_m, "more than near_m", |far| {
+            far > self.near_m
+        })?;
+        let rotation = self.world_from_camera.rotation.into_inner();
+        let translation = self.world_from_camera.translation.vector;
+        let is_rigid = (rotation.norm() - 1.0).abs() <= 1e-3;
+        if is_rigid && translation.iter().all(|value| value.is_finite()) {
+            Ok(())
+        } else {
+            Err(CameraError::Pose)
+        }
+    }
+
+    /// What a perfect sensor sees of bodies.
+    ///
+    /// # Errors
+    /// As [`validate`](Self::validate), and [`CameraError::SceneTooLarge`].
+    pub fn see(&self, bodies: &[Body<'_>]) -> Result<View, CameraError> {
+        self.validate()?;
+        let triangles: usize = bodies.iter().map(|body| body.triangles.len()).sum();
+        if triangles > MAX_TRIANGLES {
+            return Err(CameraError::SceneTooLarge {
+                limit: MAX_TRIANGLES,
+            });
+        }
+        let camera_from_world = self.world_from_camera.inverse();
+        let mut buffer = DepthBuffer::default();
+        buffer.clear(&self.intrinsics);
+        let mut normals = Vec::with_capacity(triangles);
+        let mut first_facets = Vec::with_capacity(bodies.len());
+        for body in bodies {
+            let first_facet = normals.len() as u32;
+            first_facets.push(first_facet);
+            let camera_from_body = camera_from_world * body.world_from_body;
+            buffer.draw(
+                &self.intrinsics,
+                self.near_m,
+                &camera_from_body,
+                body.vertices,
+                body.triangles,
+                first_facet,
+            );
+            normals.extend(body.triangles.iter().map(|triangle| {
+                let normal = normal(body.vertices, triangle).unwrap_or_else(Vector3::zeros);
+                (camera_from_body.rotation * normal).cast::<f32>()
+            }));
+        }
+        Ok(View::new(self, &buffer, &normals, &first_facets))
+    }
+}
+
+/// The unit normal of a triangle; `None` where it has no area or a vertex is missing.
+fn normal(vertices: &[Point3<f64>], triangle: &[u32; 3]) -> Option<Vector3<f64>> {
+    let [a, b, c] = triangle.map(|index| vertices.get(index as usize));
+    let (a, b, c) = (a?, b?, c?);
+    (b - a).cross(&(c - a)).try_normalize(0.0)
+}

@@ -1,0 +1,78 @@
+//! How points become pixels.
+
+use nalgebra::{Point2, Point3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::error::{CameraError, require};
+
+/// The most pixels along one side of an image.
+const MAX_SIDE: f64 = 8192.0;
+
+/// The intrinsics of a pinhole camera without distortion, named as in camera drivers; in pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Intrinsics {
+    /// Columns of the image.
+    pub width: usize,
+    /// Rows of the image.
+    pub height: usize,
+    /// Focal length along x.
+    pub fx: f64,
+    /// Focal length along y.
+    pub fy: f64,
+    /// Column of the principal point; centres of pixels are whole numbers.
+    pub cx: f64,
+    /// Row of the principal point.
+    pub cy: f64,
+}
+
+impl Intrinsics {
+    /// A camera whose principal point is the middle of the image, with one focal length, in pixels.
+    ///
+    /// # Errors
+    /// As [`validate`](Self::validate).
+    pub fn centred(width: usize, height: usize, focal: f64) -> Result<Self, CameraError> {
+        let intrinsics = Self {
+            width,
+            height,
+            fx: focal,
+            fy: focal,
+            cx: (width as f64 - 1.0) / 2.0,
+            cy: (height as f64 - 1.0) / 2.0,
+        };
+        intrinsics.validate()?;
+        Ok(intrinsics)
+    }
+
+    /// Checks that every number is possible.
+    ///
+    /// # Errors
+    /// [`CameraError::Setting`] names the first that is not.
+    pub fn validate(&self) -> Result<(), CameraError> {
+        let is_side = |side: f64| (1.0..=MAX_SIDE).contains(&side);
+        require("width", self.width as f64, "1 to 8192", is_side)?;
+        require("height", self.height as f64, "1 to 8192", is_side)?;
+        require("fx", self.fx, "a positive number", |focal| focal > 0.0)?;
+        require("fy", self.fy, "a positive number", |focal| focal > 0.0)?;
+        require("cx", self.cx, "a finite number", |_| true)?;
+        require("cy", self.cy, "a finite number", |_| true)
+    }
+
+    /// How many pixels the image has.
+    pub fn pixels(&self) -> usize {
+        self.width * self.height
+    }
+
+    /// Image coordinates `(u, v)` of a point of the camera frame with positive z.
+    pub fn project(&self, point: &Point3<f64>) -> Point2<f64> {
+        Point2::new(
+            self.fx * point.x / point.z + self.cx,
+            self.fy * point.y / point.z + self.cy,
+        )
+    }
+
+    /// The ray through image coordinates, in the camera frame, as long as one metre of depth.
+    pub fn ray(&self, u: f64, v: f64) -> Vector3<f64> {
+        Vector3::new((u - self.cx) / self.fx, (v - self.cy) / self.fy, 1.0)
+    }
+}

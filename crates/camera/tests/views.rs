@@ -1,0 +1,334 @@
+//! Views against a ray caster written as the definition reads, and the noise's statistics.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    reason = "a panic is a failing test"
+)]
+
+use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
+use ppnpack_camera::{Body, CameraError, DepthCamera, DepthEdges, Intrinsics, NoiseModel, View};
+use proptest::prelude::*;
+
+const FLOOR: [Point3<f64>; 4] = [
+    Point3::new(-3.0, -3.0, 0.0),
+    Point3::new(3.0, -3.0, 0.0),
+    Point3::new(3.0, 3.0, 0.0),
+    Point3::new(-3.0, 3.0, 0.0),
+];
+const QUAD: [[u32; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
+
+fn floor_at(height_m: f64) -> Body<'static> {
+    Body {
+        vertices: &FLOOR,
+        triangles: &QUAD,
+        world_from_body: Isometry3::translation(0.0, 0.0, height_m),
+    }
+}
+
+fn above(height_m: f64) -> DepthCamera {
+    let intrinsics = Intrinsics::centred(160, 120, 150.0).unwrap();
+    DepthCamera::looking_down(intrinsics, Point3::new(0.1, -0.2, height_m))
+}
+
+/// The depth and the body that a ray meets first, by solving for each triangle (Moeller and Trumbore).
+fn cast(camera: &DepthCamera, bodies: &[Body<'_>], u: usize, v: usize) -> Option<(f64, usize)> {
+    let camera_from_world = camera.world_from_camera.inverse();
+    let ray = camera.intrinsics.ray(u as f64, v as f64);
+    let mut nearest = None;
+    for (index, body) in bodies.iter().enumerate() {
+        let pose = camera_from_world * body.world_from_body;
+        for triangle in body.triangles {
+            let [a, b, c] = triangle.map(|corner| pose * body.vertices[corner as usize]);
+            let columns = Matrix3::from_columns(&[b - a, c - a, -ray]);
+            let Some(solution) = columns.lu().solve(&-a.coords) else {
+                continue;
+            };
+            let (s, t, depth_m) = (solution.x, solution.y, solution.z);
+            let is_inside = s >= 0.0 && t >= 0.0 && s + t <= 1.0;
+            let is_seen = depth_m >= camera.near_m && depth_m <= camera.far_m;
+            if is_inside && is_seen && nearest.is_none_or(|(other_m, _)| depth_m < other_m) {
+                nearest = Some((depth_m, index));
+            }
+        }
+    }
+    nearest
+}
+
+fn noisy(view: &View, noise: &NoiseModel) -> Vec<Point3<f32>> {
+    view.noisy_points(noise, 3).unwrap().points_m().to_vec()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn every_pixel_sees_what_its_ray_meets_first(
+        corners in prop::collection::vec(prop::array::uniform3(-0.4..0.4_f64), 30),
+        eye in prop::array::uniform3(-0.5..0.5_f64),
+        turn in prop::array::uniform3(-3.0..3.0_f64),
+    ) {
+        let vertices: Vec<Point3<f64>> = corners.into_iter().map(Point3::from).collect();
+        let triangles: Vec<[u32; 3]> = (0..5).map(|first| [3 * first, 3 * first + 1, 3 * first + 2]).collect();
+        let pose = Isometry3::from_parts(
+            Translation3::new(0.1, 0.0, 0.0),
+            UnitQuaternion::from_scaled_axis(Vector3::from(turn)),
+        );
+        let bodies = [
+            Body { vertices: &vertices[..15], triangles: &triangles, world_from_body: pose },
+            Body { vertices: &vertices[15..], triangles: &triangles, world_from_body: pose.inverse() },
+        ];
+        let intrinsics = Intrinsics { width: 24, height: 18, fx: 20.0, fy: 23.0, cx: 10.3, cy: 9.1 };
+        // The eye is among the triangles, so that some reach behind it.
+        let camera = DepthCamera::looking_at(intrinsics, Point3::from(eye), &Point3::origin());
+        let view = camera.see(&bodies).unwrap();
+        let mut differing = 0;
+        for v in 0..intrinsics.height {
+            for u in 0..intrinsics.width {
+                let seen = view.depths_m()[v * intrinsics.width + u];
+                match cast(&camera, &bodies, u, v) {
+                    Some((depth_m, body)) => {
+                        let is_same = (f64::from(seen) - depth_m).abs() < 1e-4 * depth_m.max(1.0);
+                        differing += usize::from(!is_same || view.body_at(u, v) != Some(body));
+                    }
+                    None => differing += usize::from(!seen.is_nan()),
+                }
+            }
+        }
+        // Rays within rounding of an edge may fall on either side.
+        prop_assert!(differing <= 1, "{differing} pixels differ");
+    }
+}
+
+#[test]
+fn a_floor_is_seen_at_its_depth_everywhere() {
+    let view = above(0.9).see(&[floor_at(0.0)]).unwrap();
+    assert!(
+        view.depths_m()
+            .iter()
+            .all(|depth_m| (depth_m - 0.9).abs() < 1e-6)
+    );
+    let camera = above(0.9);
+    for point in view.points().in_world_m(&camera.world_from_camera) {
+        assert!(point.z.abs() < 1e-6);
+    }
+}
+
+#[test]
+fn what_is_nearer_hides_what_is_behind() {
+    let plate = [
+        Point3::new(-0.1, -0.1, 0.0),
+        Point3::new(0.1, -0.1, 0.0),
+        Point3::new(0.1, 0.1, 0.0),
+        Point3::new(-0.1, 0.1, 0.0),
+    ];
+    let plate = Body {
+        vertices: &plate,
+        triangles: &QUAD,
+        world_from_body: Isometry3::translation(0.1, -0.2, 0.3),
+    };
+    for bodies in [[floor_at(0.0), plate], [plate, floor_at(0.0)]] {
+        let nearer = bodies
+            .iter()
+            .position(|body| body.vertices.len() == 4 && body.vertices[0].x > -1.0);
+        let view = above(0.9).see(&bodies).unwrap();
+        assert_eq!(view.body_at(80, 60), nearer);
+        assert_eq!(view.body_at(0, 0), nearer.map(|index| 1 - index));
+        // 0.2 m at 150 px and 0.6 m of depth.
+        let count = view.bodies().filter(|body| *body == nearer).count();
+        assert!((2400..=2601).contains(&count), "{count}");
+        assert_eq!(view.body_at(160, 0), None);
+        assert_eq!(view.body_at(usize::MAX, usize::MAX), None);
+    }
+}
+
+#[test]
+fn an_upright_camera_has_up_above() {
+    let intrinsics = Intrinsics::centred(100, 80, 100.0).unwrap();
+    let camera = DepthCamera::looking_at(intrinsics, Point3::new(1.0, 0.0, 1.0), &Point3::origin());
+    let in_camera = |point: Point3<f64>| camera.world_from_camera.inverse() * point;
+    let middle = intrinsics.project(&in_camera(Point3::origin()));
+    assert!((middle.x - 49.5).abs() < 1e-9 && (middle.y - 39.5).abs() < 1e-9);
+    assert!(intrinsics.project(&in_camera(Point3::new(0.0, 0.0, 0.1))).y < middle.y);
+    assert!(intrinsics.project(&in_camera(Point3::new(0.0, 0.1, 0.0))).x > middle.x);
+}
+
+#[test]
+fn noise_has_the_deviation_and_dropouts_asked_for() {
+    let view = above(0.9).see(&[floor_at(0.0)]).unwrap();
+    let noise = NoiseModel {
+        deviation_per_m2: 0.001,
+        ..NoiseModel::default()
+    };
+    let expected_m = 0.001 + 0.001 * 0.81;
+    let points = noisy(&view, &noise);
+    let truth = view.points();
+    let measured: Vec<f64> = points
+        .iter()
+        .zip(truth.points_m())
+        .filter(|(point, _)| !point.z.is_nan())
+        .map(|(point, truth)| f64::from((point.coords.norm()) - truth.coords.norm()))
+        .collect();
+    let dropped = 1.0 - measured.len() as f64 / points.len() as f64;
+    assert!((dropped - 0.05).abs() < 0.006, "{dropped}");
+    let mean = measured.iter().sum::<f64>() / measured.len() as f64;
+    let variance = measured
+        .iter()
+        .map(|error| (error - mean).powi(2))
+        .sum::<f64>()
+        / measured.len() as f64;
+    assert!(mean.abs() < 5e-5, "{mean}");
+    assert!(
+        (variance.sqrt() - expected_m).abs() < 0.03 * expected_m,
+        "{}",
+        variance.sqrt()
+    );
+    // Points stay on their rays.
+    for (point, truth) in points
+        .iter()
+        .zip(truth.points_m())
+        .filter(|(point, _)| !point.z.is_nan())
+    {
+        assert!(point.coords.cross(&truth.coords).norm() < 1e-6);
+    }
+}
+
+#[test]
+fn equal_seeds_give_equal_noise() {
+    let view = above(0.9).see(&[floor_at(0.0)]).unwrap();
+    let bits = |seed| -> Vec<u32> {
+        let image = view.noisy_points(&NoiseModel::default(), seed).unwrap();
+        image
+            .points_m()
+            .iter()
+            .map(|point| point.z.to_bits())
+            .collect()
+    };
+    assert_eq!(bits(1), bits(1));
+    assert_ne!(bits(1), bits(2));
+}
+
+#[test]
+fn without_noise_the_truth_comes_back() {
+    let view = above(0.9).see(&[floor_at(0.0)]).unwrap();
+    assert_eq!(noisy(&view, &NoiseModel::none()), view.points().points_m());
+}
+
+#[test]
+fn grazing_surfaces_edges_and_steps_follow_their_options() {
+    let view = above(0.9).see(&[floor_at(0.0)]).unwrap();
+    let grazing = NoiseModel {
+        grazing_limit_rad: 0.4,
+        ..NoiseModel::none()
+    };
+    for (point, truth) in noisy(&view, &grazing).iter().zip(view.points().points_m()) {
+        let angle_rad = (truth.z / truth.coords.norm()).acos();
+        assert_eq!(point.z.is_nan(), angle_rad > 0.4, "{angle_rad}");
+    }
+    let steps = NoiseModel {
+        quantisation_m: 0.007,
+        ..NoiseModel::none()
+    };
+    assert!(
+        noisy(&view, &steps)
+            .iter()
+            .all(|point| (point.z - 0.903).abs() < 1e-6)
+    );
+
+    let half = [
+        FLOOR[0],
+        Point3::new(0.1, -3.0, 0.0),
+        Point3::new(0.1, 3.0, 0.0),
+        FLOOR[3],
+    ];
+    let step = Body {
+        vertices: &half,
+        triangles: &QUAD,
+        world_from_body: Isometry3::translation(0.0, 0.0, 0.2),
+    };
+    let view = above(0.9).see(&[step, floor_at(0.0)]).unwrap();
+    let lost = NoiseModel {
+        edges: DepthEdges {
+            dropout: 1.0,
+            ..DepthEdges::default()
+        },
+        ..NoiseModel::none()
+    };
+    let holes = noisy(&view, &lost)
+        .iter()
+        .filter(|point| point.z.is_nan())
+        .count();
+    // The border crosses all rows, with a pixel on either side.
+    assert_eq!(holes, 2 * 120);
+    let flying = NoiseModel {
+        edges: DepthEdges {
+            flying_pixels: 1.0,
+            ..DepthEdges::default()
+        },
+        ..NoiseModel::none()
+    };
+    let between = noisy(&view, &flying)
+        .iter()
+        .filter(|point| point.z > 0.71 && point.z < 0.89)
+        .count();
+    assert!((150..=240).contains(&between), "{between}");
+}
+
+#[test]
+fn impossible_cameras_and_noise_are_refused() {
+    for focal in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(
+            Intrinsics::centred(10, 10, focal),
+            Err(CameraError::Setting { name: "fx", .. })
+        ));
+    }
+    assert!(Intrinsics::centred(0, 10, 1.0).is_err());
+    assert!(Intrinsics::centred(10, 10_000, 1.0).is_err());
+    let mut camera = above(0.9);
+    camera.world_from_camera.translation.x = f64::NAN;
+    assert_eq!(camera.see(&[]), Err(CameraError::Pose));
+    let mut camera = above(0.9);
+    camera.far_m = 0.05;
+    assert!(camera.see(&[]).is_err());
+    let view = above(0.9).see(&[]).unwrap();
+    assert!(view.depths_m().iter().all(|depth_m| depth_m.is_nan()));
+    for noise in [
+        NoiseModel {
+            dropout: 1.5,
+            ..NoiseModel::default()
+        },
+        NoiseModel {
+            deviation_m: f64::NAN,
+            ..NoiseModel::default()
+        },
+        NoiseModel {
+            grazing_limit_rad: 2.0,
+            ..NoiseModel::default()
+        },
+    ] {
+        assert!(view.noisy_points(&noise, 1).is_err());
+    }
+}
+
+#[test]
+fn damaged_meshes_are_seen_as_far_as_they_are_sound() {
+    let mut vertices = FLOOR.to_vec();
+    vertices.push(Point3::new(f64::NAN, 0.0, 0.0));
+    vertices.push(Point3::new(f64::INFINITY, 0.0, 1e300));
+    let triangles = [[0, 1, 2], [0, 1, 99], [0, 4, 2], [5, 1, 2], [2, 2, 2]];
+    let body = Body {
+        vertices: &vertices,
+        triangles: &triangles,
+        world_from_body: Isometry3::identity(),
+    };
+    let view = above(0.9).see(&[body]).unwrap();
+    let seen: Vec<f32> = view
+        .depths_m()
+        .iter()
+        .copied()
+        .filter(|depth_m| !depth_m.is_nan())
+        .collect();
+    assert!(!seen.is_empty() && seen.iter().all(|depth_m| (depth_m - 0.9).abs() < 1e-6));
+}

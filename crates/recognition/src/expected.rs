@@ -1,0 +1,353 @@
+//! What the camera should see of an object in a pose, compared with what it sees.
+
+use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use ppnpack_camera::{DepthBuffer, Intrinsics};
+use ppnpack_catalogue::mesh::Mesh;
+
+use crate::library::LibraryObject;
+use crate::segmentation::Cluster;
+
+/// The most pixels along a side of the window.
+const MAX_SIDE: f64 = 512.0;
+
+/// Nothing nearer to the camera than this is drawn, in metres.
+const NEAR_M: f64 = 0.02;
+
+/// A distance at which a point is not explained at all, in metres.
+const UNEXPLAINED_M: f64 = 0.004;
+
+/// Facets seen from the side say nothing: the cosine of the steepest angle.
+const STEEPEST_COSINE: f64 = 0.1;
+
+/// A cluster as the camera sees it, at some resolution: what expected views are compared with.
+pub(crate) struct Observation {
+    intrinsics: Intrinsics,
+    camera_from_support: Isometry3<f64>,
+    seen: Vec<Seen>,
+    /// How many of the points are the cluster's own.
+    own: usize,
+}
+
+/// A point that was measured.
+struct Seen {
+    /// In the camera frame, in metres.
+    point: Point3<f64>,
+    column: usize,
+    row: usize,
+    /// The distance from the support, in metres.
+    from_support_m: f64,
+    is_own: bool,
+}
+
+/// How well an expected view agrees with what is seen.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Agreement {
+    /// 1 where every point is where it should be, 0 where none is.
+    pub fitness: f64,
+    /// The share of the cluster's points that nothing explains.
+    pub unexplained: f64,
+    /// The share of the object's expected view that the camera looks through.
+    pub contradicted: f64,
+    /// The root of the mean square distance of explained points, in metres.
+    pub residual_m: f64,
+}
+
+/// How much fitness the noise of a sensor costs a perfect pose.
+pub(crate) fn expected_loss(sensor_deviation_m: f64) -> f64 {
+    (sensor_deviation_m / UNEXPLAINED_M).powi(2)
+}
+
+/// Memory for drawing expected views.
+#[derive(Debug, Default)]
+pub(crate) struct Sketch {
+    buffer: DepthBuffer,
+}
+
+impl Observation {
+    /// A window on the cluster whose pixels are `pixel_m` wide at the support; at most `most` points of the cluster are
+    /// compared. `None` where the cluster is not before the camera.
+    pub(crate) fn new(cluster: &Cluster, pixel_m: f64, most: usize) -> Option<Self> {
+        let middle = crate::align::centroid(&cluster.points_m)?;
+        let forward = (middle - cluster.eye_m).try_normalize(1e-6)?;
+        let right = forward
+            .cross(&Vector3::y())
+            .try_normalize(1e-3)
+            .or_else(|| forward.cross(&Vector3::x()).try_normalize(1e-3))?;
+        let axes = Rotation3::from_basis_unchecked(&[right, forward.cross(&right), forward]);
+        let support_from_camera = Isometry3::from_parts(
+            Translation3::from(cluster.eye_m.coords),
+            UnitQuaternion::from_rotation_matrix(&axes),
+        );
+        let camera_from_support = support_from_camera.inverse();
+        let focal = nalgebra::distance(&middle, &cluster.eye_m) / pixel_m;
+        let stride = cluster.points_m.len().div_ceil(most.max(1)).max(1);
+        let own = cluster
+            .points_m
+            .iter()
+            .step_by(stride)
+            .map(|point| (point, true));
+        let others = cluster
+            .surroundings_m
+            .iter()
+            .step_by(stride)
+            .map(|point| (point, false));
+        let mut seen = Vec::new();
+        let (mut lowest, mut highest) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for (point, is_own) in own.chain(others) {
+            let in_camera = camera_from_support * point;
+            if in_camera.z < NEAR_M {
+                continue;
+            }
+            let (u, v) = (
+                focal * in_camera.x / in_camera.z,
+                focal * in_camera.y / in_camera.z,
+            );
+            let [low_u, low_v] = lowest;
+            let [high_u, high_v] = highest;
+            lowest = [low_u.min(u), low_v.min(v)];
+            highest = [high_u.max(u), high_v.max(v)];
+            seen.push((in_camera, u, v, point.z.abs(), is_own));
+        }
+        let ([low_u, low_v], [high_u, high_v]) = (lowest, highest);
+        let side = |low: f64, high: f64| (high - low + 3.0).clamp(3.0, MAX_SIDE) as usize;
+        let (width, height) = (side(low_u, high_u), side(low_v, high_v));
+        let (cx, cy) = (1.0 - low_u.round(), 1.0 - low_v.round());
+        let seen: Vec<Seen> = seen
+            .into_iter()
+            .map(|(point, u, v, from_support_m, is_own)| Seen {
+                point,
+                // Casts saturate; points beyond the window's limit are compared with nothing.
+                column: (u + cx).round() as usize,
+                row: (v + cy).round() as usize,
+                from_support_m,
+                is_own,
+            })
+            .filter(|seen| seen.column < width && seen.row < height)
+            .collect();
+        let own = seen.iter().filter(|seen| seen.is_own).count();
+        (own > 0).then_some(Self {
+            intrinsics: Intrinsics {
+                width,
+                height,
+                fx: focal,
+                fy: focal,
+                cx,
+                cy,
+            },
+            camera_from_support,
+            seen,
+            own,
+        })
+    }
+
+    /// Compares with what should be seen of a mesh in a pose.
+    ///
+    /// A point of the cluster agrees as far as it is near the surface that should be seen at its pixel or the four
+    /// around it, or near the support where that should be seen. A point of the surroundings counts only where the
+    /// object should be seen: if it lies farther, the camera looks through the object.
+    pub(crate) fn compare(
+        &self,
+        object: &LibraryObject,
+        support_from_item: &Isometry3<f64>,
+        sketch: &mut Sketch,
+    ) -> Agreement {
+        let mesh = &object.model.mesh;
+        let camera_from_item = self.camera_from_support * support_from_item;
+        let item_from_camera = camera_from_item.inverse();
+        self.draw(mesh, &camera_from_item, sketch);
+        let mut cost = 0.0;
+        let (mut compared, mut unexplained, mut contradicted, mut expected) = (0, 0, 0, 0);
+        let (mut squares, mut explained) = (0.0, 0);
+        for seen in &self.seen {
+            let view = self.expected_at(seen, mesh, &camera_from_item, sketch);
+            if !seen.is_own {
+                // Only what the camera sees where the object should be speaks against it.
+                if !view.is_object_everywhere || view.is_behind_seen {
+                    continue;
+                }
+                expected += 1;
+            }
+            compared += 1;
+            let mut distance_m = view.distance_m;
+            if seen.is_own && distance_m > 0.5 * UNEXPLAINED_M {
+                // One pixel shows much of a steep face: there the nearest surface tells, if it faces the camera.
+                distance_m = distance_m.min(facing_distance_m(object, seen, &item_from_camera));
+            }
+            let share = (distance_m / UNEXPLAINED_M).min(1.0);
+            cost += share * share;
+            if share < 1.0 {
+                squares += distance_m * distance_m;
+                explained += 1;
+            } else if seen.is_own {
+                unexplained += 1;
+            } else {
+                contradicted += 1;
+            }
+        }
+        let share = |part: i32, whole: i32| f64::from(part) / f64::from(whole.max(1));
+        let own = self.own as i32;
+        Agreement {
+            fitness: 1.0 - cost / f64::from(compared.max(1)),
+            unexplained: share(unexplained, own),
+            contradicted: share(contradicted, own + expected),
+            residual_m: (squares / f64::from(explained.max(1))).sqrt(),
+        }
+    }
+
+    fn draw(&self, mesh: &Mesh, camera_from_item: &Isometry3<f64>, sketch: &mut Sketch) {
+        sketch.buffer.clear(&self.intrinsics);
+        sketch.buffer.draw(
+            &self.intrinsics,
+            NEAR_M,
+            camera_from_item,
+            &mesh.vertices,
+            &mesh.triangles,
+            0,
+        );
+    }
+
+    /// How much speaks against a pose, without tolerance for points beside their pixel: a sum that is least where the
+    /// outlines fit, too.
+    pub(crate) fn strict_cost(
+        &self,
+        object: &LibraryObject,
+        support_from_item: &Isometry3<f64>,
+        sketch: &mut Sketch,
+    ) -> f64 {
+        let mesh = &object.model.mesh;
+        let camera_from_item = self.camera_from_support * support_from_item;
+        self.draw(mesh, &camera_from_item, sketch);
+        let mut cost = 0.0;
+        for seen in &self.seen {
+            let pixel = seen.row * self.intrinsics.width + seen.column;
+            let facet = sketch.buffer.facet(pixel).zip(sketch.buffer.depth_m(pixel));
+            let distance_m = match facet {
+                None if seen.is_own => seen.from_support_m,
+                None => continue,
+                Some((facet, depth_m)) => {
+                    let ray = self.intrinsics.ray(seen.column as f64, seen.row as f64);
+                    let surface = Point3::from(ray * f64::from(depth_m));
+                    if !seen.is_own && seen.point.z < surface.z - UNEXPLAINED_M {
+                        continue;
+                    }
+                    plane_distance_m(seen, &surface, mesh, facet, &camera_from_item)
+                }
+            };
+            let share = (distance_m / UNEXPLAINED_M).min(1.0);
+            cost += share * share;
+        }
+        cost
+    }
+
+    /// How many points are compared.
+    pub(crate) fn points(&self) -> usize {
+        self.seen.len()
+    }
+
+    /// What should be seen around the pixel of a point.
+    fn expected_at(
+        &self,
+        seen: &Seen,
+        mesh: &Mesh,
+        camera_from_item: &Isometry3<f64>,
+        sketch: &Sketch,
+    ) -> Expected {
+        let (column, row) = (seen.column as isize, seen.row as isize);
+        let mut expected = Expected {
+            distance_m: f64::INFINITY,
+            is_object_everywhere: true,
+            is_behind_seen: false,
+        };
+        for (du, dv) in [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)] {
+            let (u, v) = (column + du, row + dv);
+            let is_inside = u >= 0
+                && v >= 0
+                && (u as usize) < self.intrinsics.width
+                && (v as usize) < self.intrinsics.height;
+            let pixel = v as usize * self.intrinsics.width + u as usize;
+            let facet = if is_inside {
+                sketch.buffer.facet(pixel)
+            } else {
+                None
+            };
+            let Some((facet, depth_m)) = facet.zip(sketch.buffer.depth_m(pixel)) else {
+                expected.is_object_everywhere = false;
+                expected.distance_m = expected.distance_m.min(seen.from_support_m);
+                continue;
+            };
+            let ray = self.intrinsics.ray(u as f64, v as f64);
+            let surface = Point3::from(ray * f64::from(depth_m));
+            if seen.point.z < surface.z - UNEXPLAINED_M {
+                expected.is_behind_seen = true;
+            }
+            let distance_m = plane_distance_m(seen, &surface, mesh, facet, camera_from_item);
+            expected.distance_m = expected.distance_m.min(distance_m);
+            // A point that agrees where it is need not be compared with its neighbours.
+            if (du, dv) == (0, 0) && distance_m < 0.5 * UNEXPLAINED_M && seen.is_own {
+                break;
+            }
+        }
+        expected
+    }
+}
+
+/// The distance of a point from the nearest surface; infinite where that faces away from the camera.
+fn facing_distance_m(
+    object: &LibraryObject,
+    seen: &Seen,
+    item_from_camera: &Isometry3<f64>,
+) -> f64 {
+    let point = item_from_camera * seen.point;
+    let nearest = object.nearest.nearest(&point);
+    let to_camera = item_from_camera.translation.vector - point.coords;
+    if nearest.normal.dot(&to_camera) > 0.0 {
+        nearest.distance_m
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// What should be seen at a point's pixel and around it.
+struct Expected {
+    /// The distance of the point from it, in metres.
+    distance_m: f64,
+    /// Whether the object should be seen at all of these pixels.
+    is_object_everywhere: bool,
+    /// Whether what is seen lies before it: something else is in the way.
+    is_behind_seen: bool,
+}
+
+/// The distance of a point from the plane of the facet seen at a pixel; the plain distance where it is seen from the
+/// side.
+fn plane_distance_m(
+    seen: &Seen,
+    surface: &Point3<f64>,
+    mesh: &Mesh,
+    facet: u32,
+    camera_from_item: &Isometry3<f64>,
+) -> f64 {
+    let offset = seen.point - surface;
+    let plain_m = offset.norm();
+    let corners = mesh.triangles.get(facet as usize).map(|triangle| {
+        triangle.map(|index| {
+            mesh.vertices
+                .get(index as usize)
+                .copied()
+                .unwrap_or_default()
+        })
+    });
+    let Some([a, b, c]) = corners else {
+        return plain_m;
+    };
+    let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0) else {
+        return plain_m;
+    };
+    let normal = camera_from_item.rotation * normal;
+    let across_m = offset.dot(&normal).abs();
+    let steepness = normal.dot(&surface.coords).abs() / surface.coords.norm();
+    if steepness < STEEPEST_COSINE {
+        plain_m
+    } else {
+        across_m
+    }
+}

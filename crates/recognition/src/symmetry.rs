@@ -1,0 +1,365 @@
+//! Which turns an object looks the same after, found numerically.
+
+use nalgebra::{Isometry3, Matrix3, Point3, SymmetricEigen, Unit, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+
+use crate::align::{AlignSettings, align};
+use crate::nearest::NearestSurface;
+use crate::samples::SurfacePoint;
+
+/// When two surfaces count as the same.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SameSurface {
+    /// The root of the mean square of distances is at most this, in metres.
+    pub root_mean_square_m: f64,
+    /// 98 % of the distances are at most this, in metres.
+    pub nearly_all_m: f64,
+}
+
+impl Default for SameSurface {
+    /// What a sensor with 1 mm of noise hardly tells apart, and the 3 mm within which a pose counts as right.
+    fn default() -> Self {
+        Self {
+            root_mean_square_m: 0.001,
+            nearly_all_m: 0.003,
+        }
+    }
+}
+
+/// The turns about its centre after which an object looks the same.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Symmetry {
+    /// Any turn.
+    Ball,
+    /// Any turn about an axis of the item frame.
+    Axis {
+        /// The axis.
+        axis: Unit<Vector3<f64>>,
+        /// Whether turning the axis upside down changes nothing either.
+        is_reversible: bool,
+    },
+    /// These turns, the identity among them.
+    Turns(Vec<UnitQuaternion<f64>>),
+}
+
+/// Turns nearer to each other than this are one, in radians.
+const SAME_TURN_RAD: f64 = 0.1;
+
+/// Near a guess that was fitted, no other is, in radians.
+const TRIED_RAD: f64 = 0.3;
+
+/// The most guesses that are fitted; the best are first.
+const MAX_FITS: usize = 48;
+
+/// How many surface points a quick look takes.
+const QUICK: usize = 40;
+
+/// A guess is worth fitting where the mean distance is within this many of the greatest root mean square of a fit.
+const WORTH_FITTING: f64 = 5.0;
+
+/// The mean distance of some points, moved by a transform, from a surface, in metres.
+pub(crate) fn mean_distance_m(
+    surface: &NearestSurface,
+    points: &[SurfacePoint],
+    surface_from_points: &Isometry3<f64>,
+) -> f64 {
+    let some = points.iter().step_by((points.len() / QUICK).max(1));
+    let distances_m = some.map(|point| {
+        surface
+            .nearest(&(surface_from_points * point.point))
+            .distance_m
+    });
+    let (sum_m, count) = distances_m.fold((0.0, 0), |(sum, count), distance| {
+        (sum + distance, count + 1)
+    });
+    sum_m / f64::from(count.max(1))
+}
+
+impl SameSurface {
+    /// Whether points moved by a transform lie on a surface; no points lie on none.
+    pub fn holds<'point>(
+        &self,
+        surface: &NearestSurface,
+        points: impl IntoIterator<Item = &'point SurfacePoint>,
+        surface_from_points: &Isometry3<f64>,
+    ) -> bool {
+        let mut distances_m: Vec<f64> = points
+            .into_iter()
+            .map(|point| {
+                surface
+                    .nearest(&(surface_from_points * point.point))
+                    .distance_m
+            })
+            .collect();
+        if distances_m.is_empty() {
+            return false;
+        }
+        let squares: f64 = distances_m
+            .iter()
+            .map(|distance_m| distance_m.powi(2))
+            .sum();
+        let count = distances_m.len();
+        let rank = (distances_m.len() * 98 / 100).min(distances_m.len() - 1);
+        let (_, nearly_all_m, _) = distances_m.select_nth_unstable_by(rank, f64::total_cmp);
+        (squares / count as f64).sqrt() <= self.root_mean_square_m
+            && *nearly_all_m <= self.nearly_all_m
+    }
+
+    /// The transform near a first guess after which points lie on a surface; `None` where they do not.
+    pub(crate) fn fitted(
+        &self,
+        surface: &NearestSurface,
+        points: &[SurfacePoint],
+        guess: &Isometry3<f64>,
+    ) -> Option<Isometry3<f64>> {
+        if mean_distance_m(surface, points, guess) > WORTH_FITTING * self.root_mean_square_m {
+            return None;
+        }
+        let settings = AlignSettings {
+            rounds: 12,
+            scale_m: (0.01, 0.003),
+            hold: None,
+        };
+        let cloud: Vec<Point3<f64>> = points.iter().map(|point| point.point).collect();
+        // `align` moves the surface to the points: the inverse of what is asked for.
+        let fitted = align(surface, &cloud, &guess.inverse(), &settings).inverse();
+        self.holds(surface, points, &fitted).then_some(fitted)
+    }
+}
+
+impl Symmetry {
+    /// Finds the symmetry of a surface, and the point that all its turns leave in place.
+    ///
+    /// `downs` are the directions of the item frame that point down in its resting poses: an object that looks the same
+    /// after a turn also rests in the turned pose, so that turns between resting poses, by any yaw, are all there are to
+    /// try. Turns about the principal axes are tried too. All turns are about `middle`, near which the centre is taken to
+    /// be, and may shift as they are fitted.
+    pub(crate) fn of(
+        surface: &NearestSurface,
+        points: &[SurfacePoint],
+        middle: &Point3<f64>,
+        downs: &[Unit<Vector3<f64>>],
+        same: &SameSurface,
+    ) -> (Self, Point3<f64>) {
+        let search = Search {
+            surface,
+            points,
+            middle: *middle,
+            same,
+        };
+        let axes: Vec<Unit<Vector3<f64>>> = principal_axes(points)
+            .into_iter()
+            .chain(downs.iter().copied())
+            .collect();
+        let mut round = axes.iter().filter_map(|axis| search.round_about(axis));
+        if let Some((axis, centre)) = round.next() {
+            if round.any(|(other, _)| other.dot(&axis).abs() < 0.8) {
+                return (Self::Ball, centre);
+            }
+            let half_turn = UnitQuaternion::from_axis_angle(&across(&axis), std::f64::consts::PI);
+            let is_reversible = search.near(&half_turn).is_some();
+            return (
+                Self::Axis {
+                    axis,
+                    is_reversible,
+                },
+                centre,
+            );
+        }
+        search.turns(guesses(&axes, downs))
+    }
+
+    /// The least angle between two orientations of the object, over all that look the same, in radians.
+    pub fn angle_between(&self, one: &UnitQuaternion<f64>, other: &UnitQuaternion<f64>) -> f64 {
+        match self {
+            Self::Ball => 0.0,
+            Self::Axis {
+                axis,
+                is_reversible,
+            } => {
+                let angle = (one * axis).angle(&(other * axis));
+                if *is_reversible {
+                    angle.min(std::f64::consts::PI - angle)
+                } else {
+                    angle
+                }
+            }
+            Self::Turns(turns) => turns
+                .iter()
+                .map(|turn| one.angle_to(&(other * turn)))
+                .fold(std::f64::consts::PI, f64::min),
+        }
+    }
+
+    /// Whether some turn brings one direction of the item frame to within an angle of another.
+    pub fn joins(
+        &self,
+        one: &Unit<Vector3<f64>>,
+        other: &Unit<Vector3<f64>>,
+        within_rad: f64,
+    ) -> bool {
+        match self {
+            Self::Ball => true,
+            Self::Axis {
+                axis,
+                is_reversible,
+            } => {
+                let (angle, other_angle) = (axis.angle(one), axis.angle(other));
+                let reversed = std::f64::consts::PI - other_angle;
+                (angle - other_angle).abs() < within_rad
+                    || (*is_reversible && (angle - reversed).abs() < within_rad)
+            }
+            Self::Turns(turns) => turns
+                .iter()
+                .any(|turn| (turn * one).angle(other) < within_rad),
+        }
+    }
+}
+
+/// What a search for symmetries looks at.
+struct Search<'surface> {
+    surface: &'surface NearestSurface,
+    points: &'surface [SurfacePoint],
+    middle: Point3<f64>,
+    same: &'surface SameSurface,
+}
+
+impl Search<'_> {
+    fn about_middle(&self, turn: &UnitQuaternion<f64>) -> Isometry3<f64> {
+        Isometry3::rotation_wrt_point(*turn, self.middle)
+    }
+
+    /// The transform near a turn after which the object looks the same; `None` where it does not.
+    fn near(&self, turn: &UnitQuaternion<f64>) -> Option<Isometry3<f64>> {
+        let guess = self.about_middle(turn);
+        let fitted = self
+            .same
+            .fitted(self.surface, self.points, &guess)
+            .filter(|fitted| fitted.rotation.angle_to(turn) < SAME_TURN_RAD);
+        // The points of a ball let a fit slip away, where the turn itself is as good.
+        fitted.or_else(|| {
+            self.same
+                .holds(self.surface, self.points, &guess)
+                .then_some(guess)
+        })
+    }
+
+    /// The centre of an object that is round about an axis through it, and that axis.
+    fn round_about(&self, axis: &Unit<Vector3<f64>>) -> Option<(Unit<Vector3<f64>>, Point3<f64>)> {
+        for angle in ODD_TURNS_RAD {
+            self.near(&UnitQuaternion::from_axis_angle(axis, angle))?;
+        }
+        // The mean of what evenly spaced turns make of a point lies on the axis.
+        let mut sum = self.middle.coords;
+        let mut direction = Vector3::zeros();
+        for step in 1..EVEN_TURNS {
+            let angle = std::f64::consts::TAU * f64::from(step) / f64::from(EVEN_TURNS);
+            let fitted = self.near(&UnitQuaternion::from_axis_angle(axis, angle))?;
+            sum += (fitted * self.middle).coords;
+            if let Some(found) = fitted.rotation.axis() {
+                direction += found.into_inner() * found.dot(axis).signum();
+            }
+        }
+        let found = Unit::try_new(direction, 1e-9)?;
+        Some((found, Point3::from(sum / f64::from(EVEN_TURNS))))
+    }
+
+    /// The turns among guesses after which the object looks the same.
+    fn turns(&self, guesses: Vec<UnitQuaternion<f64>>) -> (Symmetry, Point3<f64>) {
+        let mut turns = vec![UnitQuaternion::identity()];
+        let mut sum = self.middle.coords;
+        let mut tried = turns.clone();
+        let mut ranked: Vec<(f64, UnitQuaternion<f64>)> = guesses
+            .into_iter()
+            .map(|guess| {
+                (
+                    mean_distance_m(self.surface, self.points, &self.about_middle(&guess)),
+                    guess,
+                )
+            })
+            .filter(|(mean_m, _)| *mean_m <= WORTH_FITTING * self.same.root_mean_square_m)
+            .collect();
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (_, guess) in ranked {
+            if tried.len() > MAX_FITS {
+                break;
+            }
+            let is_near = |turn: &UnitQuaternion<f64>| turn.angle_to(&guess) < TRIED_RAD;
+            if tried.iter().any(is_near) || turns.iter().any(is_near) {
+                continue;
+            }
+            tried.push(guess);
+            let Some(fitted) =
+                self.same
+                    .fitted(self.surface, self.points, &self.about_middle(&guess))
+            else {
+                continue;
+            };
+            let found = fitted.rotation;
+            if turns
+                .iter()
+                .all(|turn| turn.angle_to(&found) >= SAME_TURN_RAD)
+            {
+                turns.push(found);
+                sum += (fitted * self.middle).coords;
+            }
+        }
+        let centre = Point3::from(sum / turns.len() as f64);
+        (Symmetry::Turns(turns), centre)
+    }
+}
+
+/// Turns that show whether an object is round about an axis: no fractions of a full turn, and then evenly spaced ones.
+const ODD_TURNS_RAD: [f64; 2] = [0.31, 1.37];
+const EVEN_TURNS: u32 = 7;
+
+/// The principal axes of a surface.
+fn principal_axes(points: &[SurfacePoint]) -> Vec<Unit<Vector3<f64>>> {
+    let count = points.len().max(1) as f64;
+    let middle: Vector3<f64> = points
+        .iter()
+        .map(|point| point.point.coords)
+        .sum::<Vector3<f64>>()
+        / count;
+    let covariance: Matrix3<f64> = points
+        .iter()
+        .map(|point| point.point.coords - middle)
+        .map(|offset| offset * offset.transpose())
+        .sum();
+    let axes = SymmetricEigen::new(covariance).eigenvectors;
+    axes.column_iter()
+        .map(|axis| Unit::new_normalize(axis.into_owned()))
+        .collect()
+}
+
+/// Some direction at a right angle.
+fn across(axis: &Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
+    let least = if axis.x.abs() < 0.6 {
+        Vector3::x()
+    } else {
+        Vector3::y()
+    };
+    Unit::new_normalize(axis.cross(&least))
+}
+
+/// Turns worth trying: about the axes, and from each resting pose to each other.
+fn guesses(axes: &[Unit<Vector3<f64>>], downs: &[Unit<Vector3<f64>>]) -> Vec<UnitQuaternion<f64>> {
+    const YAWS: u32 = 24;
+    let yaw = |step: u32| std::f64::consts::TAU * f64::from(step) / f64::from(YAWS);
+    let about_axes = axes.iter().flat_map(|axis| {
+        (1..YAWS).map(move |step| UnitQuaternion::from_axis_angle(axis, yaw(step)))
+    });
+    let between = downs.iter().flat_map(|from| {
+        downs
+            .iter()
+            .filter(move |to| *to != from)
+            .flat_map(move |to| {
+                let tilt = UnitQuaternion::rotation_between(from, to).unwrap_or_else(|| {
+                    UnitQuaternion::from_axis_angle(&across(from), std::f64::consts::PI)
+                });
+                (0..YAWS).map(move |step| UnitQuaternion::from_axis_angle(to, yaw(step)) * tilt)
+            })
+    });
+    about_axes.chain(between).collect()
+}

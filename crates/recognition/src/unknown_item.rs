@@ -1,0 +1,186 @@
+//! Items that are packed without being known.
+
+use nalgebra::{Isometry3, Point2, Point3, Translation3, Vector2, Vector3};
+use ppnpack_packing::grid::{MAX_CELLS, MAX_UNITS, Resolution, Units};
+use ppnpack_packing::item::{ABSENT, Item, ItemError, ViewSurfaces};
+
+use crate::segmentation::Cluster;
+
+/// An item made of what was seen of it. Its upper surface is the seen one; as nothing is known of its lower side, there
+/// is material from every seen place down to the support.
+#[derive(Debug)]
+pub struct UnknownItem {
+    /// The item, with a view per yaw.
+    pub item: Item,
+    /// The item frame in the world: on the support, under the middle of the seen points, its axes those of the support.
+    pub world_from_item: Isometry3<f64>,
+}
+
+/// Why a cluster makes no item.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum UnknownItemError {
+    /// It has no point that is finite.
+    #[error("nothing is seen of the item")]
+    NoPoints,
+    /// It has more cells or units than the engine represents.
+    #[error("an item of {0:.2} x {1:.2} x {2:.2} m is too large for the grid", .extents_m.x, .extents_m.y, .extents_m.z)]
+    TooLarge {
+        /// Its extents, in metres.
+        extents_m: Vector3<f64>,
+    },
+    /// Its surfaces make no item.
+    #[error(transparent)]
+    Item(#[from] ItemError),
+}
+
+/// The greatest gap between points that is material, in cells on either side.
+const GAP_CELLS: usize = 1;
+
+/// An item of a cluster, at each yaw of a resolution.
+///
+/// # Errors
+/// [`UnknownItemError`] where there is no point, or the item is too large.
+pub fn unknown_item(
+    name: &str,
+    cluster: &Cluster,
+    resolution: &Resolution,
+) -> Result<UnknownItem, UnknownItemError> {
+    let is_sound = |point: &&Point3<f64>| point.iter().all(|value| value.is_finite());
+    let points: Vec<Point3<f64>> = cluster.points_m.iter().filter(is_sound).copied().collect();
+    let (lowest, highest) = bounds(&points).ok_or(UnknownItemError::NoPoints)?;
+    let middle = nalgebra::center(&lowest, &highest);
+    let centred: Vec<Point3<f64>> = points
+        .iter()
+        .map(|point| Point3::new(point.x - middle.x, point.y - middle.y, point.z))
+        .collect();
+    let views = resolution.yaws().radians().iter();
+    let views = views.map(|yaw_rad| view(&centred, *yaw_rad, resolution));
+    let views = views.collect::<Result<Vec<_>, _>>()?;
+    let volume_m3 = views
+        .first()
+        .map_or(0.0, |view| columns_m3(view, resolution));
+    let support_from_item = Translation3::new(middle.x, middle.y, 0.0);
+    Ok(UnknownItem {
+        item: Item::new(name, views, volume_m3)?,
+        world_from_item: cluster.world_from_support * support_from_item,
+    })
+}
+
+fn bounds(points: &[Point3<f64>]) -> Option<(Point3<f64>, Point3<f64>)> {
+    let first = *points.first()?;
+    Some(
+        points
+            .iter()
+            .fold((first, first), |(lowest, highest), point| {
+                (lowest.inf(point), highest.sup(point))
+            }),
+    )
+}
+
+/// The surfaces at one yaw.
+fn view(
+    points: &[Point3<f64>],
+    yaw_rad: f64,
+    resolution: &Resolution,
+) -> Result<ViewSurfaces, UnknownItemError> {
+    let (sin, cos) = yaw_rad.sin_cos();
+    let turned: Vec<Point3<f64>> = points
+        .iter()
+        .map(|point| {
+            Point3::new(
+                cos * point.x - sin * point.y,
+                sin * point.x + cos * point.y,
+                point.z,
+            )
+        })
+        .collect();
+    let (lowest, highest) = bounds(&turned).ok_or(UnknownItemError::NoPoints)?;
+    let extents_m = Vector3::new(highest.x - lowest.x, highest.y - lowest.y, highest.z);
+    let cell_m = resolution.cell_m();
+    let limit_m = MAX_CELLS as f64 * cell_m;
+    let is_large = extents_m.x > limit_m || extents_m.y > limit_m;
+    if is_large || extents_m.z > f64::from(MAX_UNITS) * resolution.height_unit_m() {
+        return Err(UnknownItemError::TooLarge { extents_m });
+    }
+    let cells = |width_m: f64| ((width_m / cell_m).ceil() as usize).clamp(1, MAX_CELLS);
+    let (nx, ny) = (cells(extents_m.x), cells(extents_m.y));
+    let mut heights_m = vec![f64::NEG_INFINITY; nx * ny];
+    for point in &turned {
+        let offset = (point.xy() - lowest.xy()) / cell_m;
+        let (x, y) = (
+            (offset.x as usize).min(nx - 1),
+            (offset.y as usize).min(ny - 1),
+        );
+        if let Some(height_m) = heights_m.get_mut(x * ny + y) {
+            *height_m = height_m.max(point.z);
+        }
+    }
+    close_gaps(&mut heights_m, nx, ny);
+    let column = |height_m: &f64| -> (Units, Units) {
+        if height_m.is_finite() {
+            (resolution.units_above(*height_m).max(1), 0)
+        } else {
+            (0, ABSENT)
+        }
+    };
+    let (top, bottom) = heights_m.iter().map(column).unzip();
+    Ok(ViewSurfaces {
+        nx,
+        ny,
+        top,
+        bottom,
+        underside: None,
+        origin_from_corner_m: Vector3::new(-lowest.x, -lowest.y, 0.0),
+        centre_of_mass_m: centre(&heights_m, ny, cell_m),
+    })
+}
+
+/// Gives cells without a point that lie between covered ones the height of their highest neighbour: the sensor missed
+/// them.
+fn close_gaps(heights_m: &mut [f64], nx: usize, ny: usize) {
+    let seen = heights_m.to_vec();
+    let at = |x: usize, y: usize| seen.get(x * ny + y).copied().unwrap_or(f64::NEG_INFINITY);
+    let highest = |cells: &mut dyn Iterator<Item = (usize, usize)>| {
+        cells
+            .map(|(x, y)| at(x, y))
+            .fold(f64::NEG_INFINITY, f64::max)
+    };
+    for x in 0..nx {
+        for y in 0..ny {
+            if at(x, y).is_finite() {
+                continue;
+            }
+            let before = highest(&mut (x.saturating_sub(GAP_CELLS)..x).map(|x| (x, y)));
+            let after = highest(&mut (x + 1..(x + 1 + GAP_CELLS).min(nx)).map(|x| (x, y)));
+            let left = highest(&mut (y.saturating_sub(GAP_CELLS)..y).map(|y| (x, y)));
+            let right = highest(&mut (y + 1..(y + 1 + GAP_CELLS).min(ny)).map(|y| (x, y)));
+            let is_between = before.min(after).is_finite() || left.min(right).is_finite();
+            if let (true, Some(height_m)) = (is_between, heights_m.get_mut(x * ny + y)) {
+                *height_m = before.max(after).max(left).max(right);
+            }
+        }
+    }
+}
+
+/// The centre of the columns, from the corner.
+fn centre(heights_m: &[f64], ny: usize, cell_m: f64) -> Option<Point2<f64>> {
+    let mut moment = Vector2::zeros();
+    let mut total_m = 0.0;
+    for (index, height_m) in heights_m
+        .iter()
+        .enumerate()
+        .filter(|(_, height)| height.is_finite())
+    {
+        let middle = Vector2::new((index / ny) as f64 + 0.5, (index % ny) as f64 + 0.5);
+        moment += middle * *height_m;
+        total_m += height_m;
+    }
+    (total_m > 0.0).then(|| Point2::from(moment * (cell_m / total_m)))
+}
+
+/// The volume of all columns, in cubic metres.
+fn columns_m3(view: &ViewSurfaces, resolution: &Resolution) -> f64 {
+    let units: f64 = view.top.iter().map(|top| f64::from(*top)).sum();
+    units * resolution.height_unit_m() * resolution.cell_m().powi(2)
+}

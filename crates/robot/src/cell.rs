@@ -1,0 +1,202 @@
+//! What surrounds the arm, and how carefully it moves.
+
+use nalgebra::Point3;
+use ppnpack_packing::grid::ContainerSize;
+use serde::{Deserialize, Serialize};
+
+use crate::error::{ParameterError, require};
+use crate::pick::PickSettings;
+use crate::shapes::AxisBox;
+
+/// The arm's surroundings and how its motions are checked. Lengths are in metres in the container frame.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CellSettings {
+    /// Thickness of the container's walls, outwards.
+    pub wall_thickness_m: f64,
+    /// Height of the table that everything stands on; the container's inner floor is at 0.
+    pub table_height_m: f64,
+    /// What else stands in the cell: the camera, its mount.
+    pub boxes: Vec<BoxSettings>,
+    /// The least distance between what moves and what does not.
+    pub clearance_m: f64,
+    /// How far above the rim the held item's lowest point is when it is moved sideways.
+    pub approach_clearance_m: f64,
+    /// Distance of the waypoints along a straight line; it is halved, twice at most, where the joints need it.
+    pub waypoint_step_m: f64,
+    /// How far the executed motion may be from a straight line between two waypoints.
+    pub path_tolerance_m: f64,
+    /// The least bend of the wrist along a path: with J5 at 0, J4 and J6 turn about one axis. 0 lets the wrist pass
+    /// there where its joints do not jump, which an arm that is given joint angles can do; one that follows straight
+    /// lines itself may not.
+    pub least_wrist_bend_deg: f64,
+    /// At how many turns of the flange, evenly over a full turn, an item may be picked.
+    pub wrist_yaws: usize,
+    /// Where the cup may hold an item.
+    pub pick: PickSettings,
+}
+
+/// A box along the container frame's axes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoxSettings {
+    /// What it is, for refusals.
+    pub name: String,
+    /// The corner with the lowest coordinates, in metres.
+    pub lowest_m: [f64; 3],
+    /// The corner with the greatest coordinates, in metres.
+    pub highest_m: [f64; 3],
+}
+
+/// A camera 1.25 m above the reference container's floor, on a post on the side away from the arm.
+impl Default for CellSettings {
+    fn default() -> Self {
+        let named = |name: &str, lowest_m, highest_m| BoxSettings {
+            name: name.to_owned(),
+            lowest_m,
+            highest_m,
+        };
+        Self {
+            wall_thickness_m: 0.01,
+            table_height_m: -0.01,
+            boxes: vec![
+                named("camera", [0.10, 0.10, 1.25], [0.22, 0.22, 1.32]),
+                named("camera beam", [0.10, 0.14, 1.32], [0.66, 0.18, 1.36]),
+                named("camera post", [0.60, 0.13, -0.01], [0.66, 0.19, 1.36]),
+            ],
+            clearance_m: 0.003,
+            approach_clearance_m: 0.02,
+            waypoint_step_m: 0.01,
+            path_tolerance_m: 0.001,
+            least_wrist_bend_deg: 2.0,
+            wrist_yaws: 8,
+            pick: PickSettings::default(),
+        }
+    }
+}
+
+impl CellSettings {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`ParameterError::Value`] names the first field that is not possible.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let within = |name: &str, value: f64, expected, lowest: f64, highest: f64| {
+            require(
+                || name.to_owned(),
+                value,
+                expected,
+                |value| (lowest..=highest).contains(&value),
+            )
+        };
+        within(
+            "wall_thickness_m",
+            self.wall_thickness_m,
+            "0 to 1 m",
+            0.0,
+            1.0,
+        )?;
+        within(
+            "table_height_m",
+            self.table_height_m,
+            "-10 to 0 m",
+            -10.0,
+            0.0,
+        )?;
+        within("clearance_m", self.clearance_m, "0 to 0.1 m", 0.0, 0.1)?;
+        within(
+            "approach_clearance_m",
+            self.approach_clearance_m,
+            "0 to 1 m",
+            0.0,
+            1.0,
+        )?;
+        within(
+            "waypoint_step_m",
+            self.waypoint_step_m,
+            "1 to 50 mm",
+            0.001,
+            0.05,
+        )?;
+        within(
+            "path_tolerance_m",
+            self.path_tolerance_m,
+            "0.01 to 10 mm",
+            1e-5,
+            0.01,
+        )?;
+        within(
+            "least_wrist_bend_deg",
+            self.least_wrist_bend_deg,
+            "0 to 45",
+            0.0,
+            45.0,
+        )?;
+        within("wrist_yaws", self.wrist_yaws as f64, "1 to 64", 1.0, 64.0)?;
+        for (index, named) in self.boxes.iter().enumerate() {
+            let axes = named.lowest_m.iter().zip(&named.highest_m).enumerate();
+            for (axis, (lowest, highest)) in axes {
+                let lowest_name = format!("boxes[{index}].lowest_m[{axis}]");
+                within(&lowest_name, *lowest, "within +-10 m", -10.0, 10.0)?;
+                let highest_name = format!("boxes[{index}].highest_m[{axis}]");
+                within(
+                    &highest_name,
+                    *highest,
+                    "from its lowest to 10 m",
+                    *lowest,
+                    10.0,
+                )?;
+            }
+        }
+        self.pick.validate()
+    }
+
+    /// The container's walls, up to the rim.
+    pub(crate) fn walls(&self, container: &ContainerSize) -> [AxisBox; 4] {
+        let thick = self.wall_thickness_m;
+        let (x, y, rim) = (container.x_m, container.y_m, container.z_m);
+        let wall = |x0, y0, x1, y1| AxisBox {
+            lowest: Point3::new(x0, y0, self.table_height_m),
+            highest: Point3::new(x1, y1, rim),
+        };
+        [
+            wall(-thick, -thick, 0.0, y + thick),
+            wall(x, -thick, x + thick, y + thick),
+            wall(0.0, -thick, x, 0.0),
+            wall(0.0, y, x, y + thick),
+        ]
+    }
+}
+
+impl BoxSettings {
+    pub(crate) fn shape(&self) -> AxisBox {
+        AxisBox {
+            lowest: self.lowest_m.into(),
+            highest: self.highest_m.into(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_defaults_are_possible_and_wrong_values_are_refused_by_name() {
+        CellSettings::default().validate().unwrap();
+        let refusal = |change: fn(&mut CellSettings)| {
+            let mut settings = CellSettings::default();
+            change(&mut settings);
+            settings.validate().unwrap_err().to_string()
+        };
+        assert!(refusal(|cell| cell.clearance_m = f64::NAN).starts_with("clearance_m"));
+        assert!(refusal(|cell| cell.waypoint_step_m = 0.0).starts_with("waypoint_step_m"));
+        assert!(refusal(|cell| cell.wrist_yaws = 0).starts_with("wrist_yaws"));
+        assert!(refusal(|cell| cell.pick.max_tilt_deg = -1.0).starts_with("pick.max_tilt_deg"));
+        let flipped = refusal(|cell| {
+            cell.boxes[0].highest_m[2] = -5.0;
+        });
+        assert!(flipped.starts_with("boxes[0].highest_m[2]"), "{flipped}");
+        assert!(toml::from_str::<CellSettings>("speed = 1").is_err());
+    }
+}

@@ -1,0 +1,372 @@
+//! A whole cycle: pick an item, carry it over, place it, and come back; with the time it takes.
+//!
+//! Between the pick and the place the cup moves at one height that clears the rim and the content, on an arc around
+//! the arm's base, still facing down. The way back is the way there.
+
+use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
+
+use nalgebra::{Isometry3, Point3, Vector2};
+use serde::{Deserialize, Serialize};
+
+use crate::clearance::{Held, Sweep, deviations_m, extruded};
+use crate::error::{ParameterError, require};
+use crate::gripper::GripperPart;
+use crate::joints::{Joint, JointAngles, wrapped};
+use crate::motion::{
+    PlacePlanner, Placing, Target, grasp_yaws_rad, line, steps_along, straight, target, view,
+};
+use crate::path::JointPath;
+use crate::refusal::{Body, Obstacle, Refusal};
+use crate::surroundings::Surroundings;
+use crate::track::{first_possible, range};
+use crate::trajectory::Trajectory;
+
+/// Rounding of what touches, in metres.
+const TOUCHING_M: f64 = 1e-6;
+
+/// What a cycle's time depends on beside the arm.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CycleSettings {
+    /// How long the cup takes to hold an item, in seconds.
+    pub grip_s: f64,
+    /// How long the cup takes to let go, in seconds.
+    pub release_s: f64,
+    /// Share of the joints' speeds that is used.
+    pub speed_share: f64,
+    /// Share of the joints' accelerations that is used.
+    pub acceleration_share: f64,
+}
+
+impl Default for CycleSettings {
+    fn default() -> Self {
+        Self {
+            grip_s: 0.2,
+            release_s: 0.15,
+            speed_share: 1.0,
+            acceleration_share: 1.0,
+        }
+    }
+}
+
+impl CycleSettings {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`ParameterError::Value`] names the first field that is not possible.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        for (name, value) in [("grip_s", self.grip_s), ("release_s", self.release_s)] {
+            require(
+                || name.to_owned(),
+                value,
+                "0 to 60 s",
+                |value| (0.0..=60.0).contains(&value),
+            )?;
+        }
+        for (name, value) in [
+            ("speed_share", self.speed_share),
+            ("acceleration_share", self.acceleration_share),
+        ] {
+            require(
+                || name.to_owned(),
+                value,
+                "above 0 and at most 1",
+                |value| value > 0.0 && value <= 1.0,
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// Where an item lies to be picked. It lies as it will be placed, but for its yaw.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PickPose {
+    /// The item frame in the container frame.
+    pub container_from_item: Isometry3<f64>,
+    /// The item's mass in kilograms, where it is known.
+    pub mass_kg: Option<f64>,
+}
+
+/// A part of a cycle, from rest to rest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Leg {
+    /// Down to the item.
+    Descend,
+    /// Up with the item.
+    Lift,
+    /// Over to the container, at one height.
+    Transfer,
+    /// Down into the container.
+    Insert,
+    /// Up without the item.
+    Retreat,
+    /// Back to above the next item.
+    Return,
+}
+
+/// A cycle that the arm can make.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cycle {
+    /// What is done, in order.
+    pub legs: Vec<(Leg, Trajectory)>,
+    /// The flange's turn about the vertical seen from the item's.
+    pub grasp_yaw_rad: f64,
+    /// The time from the start of the descent to the return above the pick, gripping and letting go included, in
+    /// seconds.
+    pub cycle_s: f64,
+}
+
+/// Places of the cup's lip over lift, transfer and insert, and where the legs meet.
+struct Route {
+    lips: Vec<Point3<f64>>,
+    lifted: usize,
+    carried: usize,
+}
+
+impl AsRef<[Point3<f64>]> for Route {
+    fn as_ref(&self) -> &[Point3<f64>] {
+        &self.lips
+    }
+}
+
+impl Route {
+    fn lift(&self) -> RangeInclusive<usize> {
+        0..=self.lifted
+    }
+
+    fn transfer(&self) -> RangeInclusive<usize> {
+        self.lifted..=self.carried
+    }
+
+    fn insert(&self) -> RangeInclusive<usize> {
+        self.carried..=self.lips.len() - 1
+    }
+
+    /// How far the turn of the transfer has come at a waypoint, from 0 to 1.
+    fn turned(&self, at: usize) -> f64 {
+        let steps = (self.carried - self.lifted).max(1);
+        (at.saturating_sub(self.lifted) as f64 / steps as f64).min(1.0)
+    }
+}
+
+/// The joint paths of a cycle's way there.
+struct Carry {
+    lift: JointPath,
+    transfer: JointPath,
+    insert: JointPath,
+    grasp_yaw_rad: f64,
+}
+
+impl PlacePlanner {
+    /// A cycle that picks an item and places it, if there is one.
+    ///
+    /// # Errors
+    /// [`Refusal`]: of several ways to move, why the one that came furthest is not possible.
+    pub fn plan_cycle(
+        &mut self,
+        placing: &Placing<'_>,
+        from: &PickPose,
+        settings: &CycleSettings,
+    ) -> Result<Cycle, Refusal> {
+        if let Some(mass_kg) = from
+            .mass_kg
+            .filter(|mass_kg| *mass_kg > self.arm.payload_kg())
+        {
+            return Err(Refusal::TooHeavy { mass_kg });
+        }
+        let view = view(placing)?;
+        let target = target(placing, view)?;
+        let surroundings = Surroundings::new(&self.cell, &placing.grid.container());
+        self.take_content(placing, view)?;
+        let pick = from.container_from_item * placing.pick.in_item;
+        let safe_m = self.safe_height_m(&target, &pick, placing.grid.container().z_m);
+        let top = Point3::new(target.release.x, target.release.y, safe_m);
+        self.check_swept(&surroundings, &target, &top)?;
+        self.check_lifted(&surroundings, &target, &pick, safe_m)?;
+        let (_, _, pick_yaw_rad) = from.container_from_item.rotation.euler_angles();
+        let route = |step_m| self.route(&target, &pick, safe_m, step_m);
+        let carry = first_possible(&self.arm, &self.cell, route, |branch, route| {
+            let carry = self.turned_over(&branch, route, pick_yaw_rad, target.item_yaw_rad)?;
+            self.check_carry(&surroundings, &target, route, &carry)?;
+            Ok(carry)
+        })?;
+        Ok(self.timed(carry, settings))
+    }
+
+    /// The lip's height at which the item clears rim, content and what it lay on.
+    fn safe_height_m(&self, target: &Target, pick: &Point3<f64>, rim_m: f64) -> f64 {
+        let hangs_m = target.release.z - target.item_box.lowest.z;
+        let content_m = self.content.highest_m().max(target.item_box.lowest.z);
+        (rim_m.max(content_m) + hangs_m).max(pick.z) + self.cell.approach_clearance_m
+    }
+
+    /// Straight up, an arc around the base, straight down.
+    fn route(&self, target: &Target, pick: &Point3<f64>, safe_m: f64, step_m: f64) -> Route {
+        let above = |at: &Point3<f64>| Point3::new(at.x, at.y, safe_m);
+        let mut lips = line(step_m, pick, &above(pick));
+        let lifted = lips.len() - 1;
+        let base = self.arm.container_from_base().translation.vector.xy();
+        let (from, to) = (pick.xy().coords - base, target.release.xy().coords - base);
+        let turn_rad = wrapped(to.y.atan2(to.x) - from.y.atan2(from.x));
+        let (near_m, far_m) = (from.norm(), to.norm());
+        let arc_m = (far_m - near_m).hypot(turn_rad * near_m.max(far_m));
+        let steps = steps_along(arc_m, step_m);
+        lips.extend((1..=steps).map(|step| {
+            let share = step as f64 / steps as f64;
+            let angle = from.y.atan2(from.x) + share * turn_rad;
+            let radius = near_m + share * (far_m - near_m);
+            let at = base + Vector2::new(angle.cos(), angle.sin()) * radius;
+            Point3::new(at.x, at.y, safe_m)
+        }));
+        let carried = lips.len() - 1;
+        lips.extend(
+            line(step_m, &above(&target.release), &target.release)
+                .into_iter()
+                .skip(1),
+        );
+        Route {
+            lips,
+            lifted,
+            carried,
+        }
+    }
+
+    /// Checks what the gripper and the item sweep when they are lifted; the item touches what it lies on.
+    fn check_lifted(
+        &self,
+        surroundings: &Surroundings,
+        target: &Target,
+        pick: &Point3<f64>,
+        top_m: f64,
+    ) -> Result<(), Refusal> {
+        let apart_m = self.cell.clearance_m + self.cell.path_tolerance_m;
+        let raise_m = apart_m + TOUCHING_M;
+        let mut item = target.held().around_axis().moved(&pick.coords);
+        item.highest_m = item.highest_m.max(item.lowest_m + raise_m) + (top_m - pick.z);
+        item.lowest_m += raise_m;
+        let parts = extruded(&self.arm, pick, top_m).map(|(part, mut shape)| {
+            if part == GripperPart::Cup {
+                shape.lowest_m += raise_m;
+            }
+            (Body::Gripper(part), shape)
+        });
+        let swept = parts.into_iter().chain([(Body::HeldItem, item)]);
+        for (body, shape) in swept {
+            let (distance_m, obstacle) = surroundings.nearest_to_cylinder(&self.content, &shape);
+            if distance_m < apart_m {
+                let obstacle = obstacle.unwrap_or(Obstacle::Table);
+                return Err(Refusal::Collision { body, obstacle });
+            }
+        }
+        Ok(())
+    }
+
+    /// The branch with J6 turned for the item's yaws at both ends: of the yaws at which it may be picked and the
+    /// ways round, the one that turns J6 least.
+    fn turned_over(
+        &self,
+        branch: &[JointAngles],
+        route: &Route,
+        pick_yaw_rad: f64,
+        place_yaw_rad: f64,
+    ) -> Result<Carry, Refusal> {
+        let [.., limits] = self.arm.limits();
+        let short_rad = wrapped(place_yaw_rad - pick_yaw_rad);
+        let ways = grasp_yaws_rad(&self.cell)
+            .flat_map(|grasp| [-TAU, 0.0, TAU].map(|round| (grasp, short_rad + round)));
+        let mut least: Option<(f64, Vec<JointAngles>, f64)> = None;
+        for (grasp_yaw_rad, over_rad) in ways {
+            let start_rad = self.arm.flange_turn_rad(pick_yaw_rad + grasp_yaw_rad);
+            let over_rad = self.arm.flange_turn_rad(over_rad);
+            let turned = branch.iter().enumerate().map(|(at, joints)| {
+                joints.with_flange_turned(start_rad + over_rad * route.turned(at))
+            });
+            let turned: Vec<_> = turned.collect();
+            let (low, high) = range(&turned, Joint::J6 as usize);
+            let Some(whole_rad) = limits.turns_into((low, high), 0.0) else {
+                continue;
+            };
+            let most_rad = (low + whole_rad).abs().max((high + whole_rad).abs());
+            let cost = (high - low) + 0.01 * most_rad;
+            if least.as_ref().is_none_or(|least| cost < least.0) {
+                let turned = turned
+                    .iter()
+                    .map(|joints| joints.with_flange_turned(whole_rad));
+                least = Some((cost, turned.collect(), grasp_yaw_rad));
+            }
+        }
+        let (_, turned, grasp_yaw_rad) = least.ok_or(Refusal::JointLimit { joint: Joint::J6 })?;
+        let part = |range: RangeInclusive<usize>| {
+            JointPath::new(turned.get(range).unwrap_or_default().to_vec())
+        };
+        Ok(Carry {
+            lift: part(route.lift()),
+            transfer: part(route.transfer()),
+            insert: part(route.insert()),
+            grasp_yaw_rad,
+        })
+    }
+
+    fn check_carry(
+        &self,
+        surroundings: &Surroundings,
+        target: &Target,
+        route: &Route,
+        carry: &Carry,
+    ) -> Result<(), Refusal> {
+        let held = Held::Cylinder(target.held().around_axis());
+        let beyond_m = target.beyond_m();
+        for (path, range, is_line) in [
+            (&carry.lift, route.lift(), true),
+            (&carry.transfer, route.transfer(), false),
+        ] {
+            let deviations_m = deviations_m(&self.arm, path, beyond_m);
+            let sweep = Sweep {
+                arm: &self.arm,
+                lips: route.lips.get(range).unwrap_or(&[]),
+                surroundings,
+                columns: &self.content,
+                held: Some(held),
+                clearance_m: self.cell.clearance_m,
+            };
+            if is_line {
+                straight(&deviations_m, self.cell.path_tolerance_m)?;
+            } else {
+                sweep.gripper(&deviations_m)?;
+            }
+            sweep.links(path, &deviations_m)?;
+        }
+        let lips = route.lips.get(route.insert()).unwrap_or(&[]);
+        self.check_links(surroundings, target, lips, &carry.insert)
+    }
+
+    /// Times the legs there and back.
+    fn timed(&self, carry: Carry, settings: &CycleSettings) -> Cycle {
+        let mut limits = *self.arm.limits();
+        for limit in &mut limits {
+            limit.speed_rad_per_s *= settings.speed_share;
+            limit.acceleration_rad_per_s2 *= settings.acceleration_share;
+        }
+        let legs = [
+            (Leg::Descend, carry.lift.reversed()),
+            (Leg::Retreat, carry.insert.reversed()),
+            (Leg::Return, carry.transfer.reversed()),
+            (Leg::Lift, carry.lift),
+            (Leg::Transfer, carry.transfer),
+            (Leg::Insert, carry.insert),
+        ];
+        let [descend, retreat, back, lift, transfer, insert] =
+            legs.map(|(leg, path)| (leg, Trajectory::new(path, &limits)));
+        let legs = vec![descend, lift, transfer, insert, retreat, back];
+        let moving_s: f64 = legs
+            .iter()
+            .map(|(_, trajectory)| trajectory.duration_s())
+            .sum();
+        Cycle {
+            legs,
+            grasp_yaw_rad: carry.grasp_yaw_rad,
+            cycle_s: moving_s + settings.grip_s + settings.release_s,
+        }
+    }
+}

@@ -1,0 +1,325 @@
+//! The place motion: down into the container with an item, and up again without it.
+
+use std::sync::Arc;
+
+use nalgebra::{Point3, Vector3};
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::item::{Item, ItemView};
+use ppnpack_packing::placement::RestingPlacement;
+
+use crate::arm::Arm;
+use crate::cell::CellSettings;
+use crate::clearance::{Held, Sweep, deviations_m, extruded};
+use crate::columns::Columns;
+use crate::error::ParameterError;
+use crate::gripper::GripperPart;
+use crate::joints::{Joint, JointAngles};
+use crate::path::JointPath;
+use crate::pick::PickPoint;
+use crate::refusal::{Body, Obstacle, Refusal};
+use crate::shapes::AxisBox;
+use crate::surroundings::Surroundings;
+use crate::track::{first_possible, range};
+
+/// The most steps of one line: more is out of any arm's reach.
+const MAX_STEPS: f64 = 10_000.0;
+
+/// A place motion that the arm can make.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlaceMotion {
+    /// The joints from above the container down to the release; the retreat is the same way back.
+    pub insert: JointPath,
+    /// Where the cup's lip is at the insert's start, in the container frame.
+    pub approach: Point3<f64>,
+    /// Where the cup's lip is when it lets go, in the container frame.
+    pub release: Point3<f64>,
+    /// The flange's turn about the vertical seen from the item's: the yaw at which the item is to be picked.
+    pub grasp_yaw_rad: f64,
+}
+
+/// What is placed where: one placement of an item held at a pick point.
+#[derive(Debug, Clone, Copy)]
+pub struct Placing<'a> {
+    /// The container's grid.
+    pub grid: &'a Grid,
+    /// The container's content.
+    pub scene: &'a Scene,
+    /// The item.
+    pub item: &'a Item,
+    /// Where it goes.
+    pub resting: &'a RestingPlacement,
+    /// Where it is held.
+    pub pick: &'a PickPoint,
+}
+
+/// Plans place motions of an arm in a cell. It keeps the content between calls.
+#[derive(Debug, Clone)]
+pub struct PlacePlanner {
+    pub(crate) arm: Arc<Arm>,
+    pub(crate) cell: CellSettings,
+    pub(crate) content: Columns,
+    content_with_item: Columns,
+}
+
+/// What a placement comes to in the container frame.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Target {
+    /// Where the cup's lip is when it lets go.
+    pub(crate) release: Point3<f64>,
+    /// The item's yaw.
+    pub(crate) item_yaw_rad: f64,
+    /// The item's box at rest.
+    pub(crate) item_box: AxisBox,
+}
+
+impl Target {
+    /// The item below the cup.
+    pub(crate) fn held(&self) -> AxisBox {
+        self.item_box.moved(&-self.release.coords)
+    }
+
+    /// How far the item reaches from the cup's lip, in metres.
+    pub(crate) fn beyond_m(&self) -> f64 {
+        let held = self.held();
+        held.lowest
+            .coords
+            .abs()
+            .sup(&held.highest.coords.abs())
+            .norm()
+    }
+}
+
+impl PlacePlanner {
+    /// A planner for an arm in a cell.
+    ///
+    /// # Errors
+    /// [`ParameterError::Value`] names the first setting that is not possible.
+    pub fn new(arm: Arc<Arm>, cell: CellSettings) -> Result<Self, ParameterError> {
+        cell.validate()?;
+        Ok(Self {
+            arm,
+            cell,
+            content: Columns::default(),
+            content_with_item: Columns::default(),
+        })
+    }
+
+    /// The arm.
+    pub fn arm(&self) -> &Arc<Arm> {
+        &self.arm
+    }
+
+    /// The cell's settings.
+    pub fn cell(&self) -> &CellSettings {
+        &self.cell
+    }
+
+    /// A motion that places an item, if there is one.
+    ///
+    /// Cheap tests come first: the gripper's and the item's swept volumes against content, walls and boxes, which do
+    /// not depend on joints; then reach and joint ranges; then the links.
+    ///
+    /// # Errors
+    /// [`Refusal`]: of several ways to move, why the one that came furthest is not possible.
+    pub fn plan(&mut self, placing: &Placing<'_>) -> Result<PlaceMotion, Refusal> {
+        let view = view(placing)?;
+        let target = target(placing, view)?;
+        let surroundings = Surroundings::new(&self.cell, &placing.grid.container());
+        self.take_content(placing, view)?;
+        let approach = self.approach(&target, placing.grid);
+        self.check_swept(&surroundings, &target, &approach)?;
+        let lips = |step_m| line(step_m, &approach, &target.release);
+        first_possible(&self.arm, &self.cell, lips, |branch, lips| {
+            let (branch, grasp_yaw_rad) = self.turned(branch, &target)?;
+            let insert = JointPath::new(branch);
+            self.check_links(&surroundings, &target, lips, &insert)?;
+            Ok(PlaceMotion {
+                insert,
+                approach,
+                release: target.release,
+                grasp_yaw_rad,
+            })
+        })
+    }
+
+    /// Takes over the content, alone and with the item at rest, after it was found to be free for the item.
+    pub(crate) fn take_content(
+        &mut self,
+        placing: &Placing<'_>,
+        view: &ItemView,
+    ) -> Result<(), Refusal> {
+        self.content.update(placing.grid, placing.scene.heightmap());
+        if !self.content.is_free_for(view, placing.resting) {
+            return Err(Refusal::Collision {
+                body: Body::HeldItem,
+                obstacle: Obstacle::Content,
+            });
+        }
+        self.content_with_item
+            .set_with_item(&self.content, view, placing.resting);
+        Ok(())
+    }
+
+    /// The lip's place above the release from which the item's lowest point clears the rim.
+    fn approach(&self, target: &Target, grid: &Grid) -> Point3<f64> {
+        let hangs_m = target.release.z - target.item_box.lowest.z;
+        let rim_m = grid.container().z_m.max(target.item_box.lowest.z);
+        let above_m = rim_m + hangs_m + self.cell.approach_clearance_m;
+        Point3::new(target.release.x, target.release.y, above_m)
+    }
+
+    /// Checks what the gripper and the item sweep on the vertical line: it depends on no joint.
+    pub(crate) fn check_swept(
+        &self,
+        surroundings: &Surroundings,
+        target: &Target,
+        approach: &Point3<f64>,
+    ) -> Result<(), Refusal> {
+        let apart_m = self.cell.clearance_m + self.cell.path_tolerance_m;
+        let refuse = |body, obstacle: Option<Obstacle>| {
+            let obstacle = obstacle.unwrap_or(Obstacle::Content);
+            Err(Refusal::Collision { body, obstacle })
+        };
+        for (part, mut swept) in extruded(&self.arm, &target.release, approach.z) {
+            if part == GripperPart::Cup {
+                // The cup touches the item, which may be thinner than the clearance.
+                swept.lowest_m += apart_m;
+            }
+            let (distance_m, obstacle) = surroundings.nearest_to_cylinder(&self.content, &swept);
+            if distance_m < apart_m {
+                return refuse(Body::Gripper(part), obstacle);
+            }
+        }
+        let mut swept = target.item_box;
+        swept.highest.z += approach.z - target.release.z;
+        let (distance_m, obstacle) =
+            surroundings.nearest_box(|solid| solid.distance_to_box_m(&swept));
+        if distance_m < apart_m {
+            return refuse(Body::HeldItem, obstacle);
+        }
+        Ok(())
+    }
+
+    /// The branch with J6 turned for the item's yaw: of the yaws at which it may be picked, the one that turns J6
+    /// least.
+    fn turned(
+        &self,
+        mut branch: Vec<JointAngles>,
+        target: &Target,
+    ) -> Result<(Vec<JointAngles>, f64), Refusal> {
+        let [.., limits] = self.arm.limits();
+        let (low, high) = range(&branch, Joint::J6 as usize);
+        let turns = grasp_yaws_rad(&self.cell).filter_map(|grasp_yaw_rad| {
+            let turn_rad = self
+                .arm
+                .flange_turn_rad(target.item_yaw_rad + grasp_yaw_rad);
+            let whole_rad = limits.turns_into((low + turn_rad, high + turn_rad), 0.0)?;
+            let turn_rad = turn_rad + whole_rad;
+            Some((
+                turn_rad,
+                grasp_yaw_rad,
+                (low + turn_rad).abs().max((high + turn_rad).abs()),
+            ))
+        });
+        let least = turns.min_by(|a, b| a.2.total_cmp(&b.2));
+        let (turn_rad, grasp_yaw_rad, _) = least.ok_or(Refusal::JointLimit { joint: Joint::J6 })?;
+        for joints in &mut branch {
+            *joints = joints.with_flange_turned(turn_rad);
+        }
+        Ok((branch, grasp_yaw_rad))
+    }
+
+    /// Checks straightness and the links, on the way down with the item and on the way up past it.
+    pub(crate) fn check_links(
+        &self,
+        surroundings: &Surroundings,
+        target: &Target,
+        lips: &[Point3<f64>],
+        insert: &JointPath,
+    ) -> Result<(), Refusal> {
+        let deviations_m = deviations_m(&self.arm, insert, target.beyond_m());
+        straight(&deviations_m, self.cell.path_tolerance_m)?;
+        let sweep = Sweep {
+            arm: &self.arm,
+            lips,
+            surroundings,
+            columns: &self.content_with_item,
+            held: Some(Held::Box(target.held())),
+            clearance_m: self.cell.clearance_m,
+        };
+        sweep.links(insert, &deviations_m)
+    }
+}
+
+/// Refuses a path that may be further than a tolerance from the straight lines between its waypoints.
+pub(crate) fn straight(deviations_m: &[f64], tolerance_m: f64) -> Result<(), Refusal> {
+    let deviation_m = deviations_m.iter().copied().fold(0.0, f64::max);
+    if deviation_m > tolerance_m {
+        return Err(Refusal::NotStraight { deviation_m });
+    }
+    Ok(())
+}
+
+/// Turns of the flange, seen from the item, at which an item may be picked.
+pub(crate) fn grasp_yaws_rad(cell: &CellSettings) -> impl Iterator<Item = f64> + use<> {
+    let count = cell.wrist_yaws;
+    (0..count).map(move |yaw| std::f64::consts::TAU * yaw as f64 / count as f64)
+}
+
+/// Points along a straight line, at most `step_m` apart, both ends included.
+pub(crate) fn line(step_m: f64, from: &Point3<f64>, to: &Point3<f64>) -> Vec<Point3<f64>> {
+    let way = to - from;
+    let steps = steps_along(way.norm(), step_m);
+    (0..=steps)
+        .map(|step| from + way * (step as f64 / steps as f64))
+        .collect()
+}
+
+/// How many steps of at most `step_m` a way is cut into.
+pub(crate) fn steps_along(length_m: f64, step_m: f64) -> usize {
+    let steps = (length_m / step_m).ceil();
+    steps.clamp(1.0, MAX_STEPS) as usize
+}
+
+/// The view of a placement that lies on the grid.
+pub(crate) fn view<'a>(placing: &Placing<'a>) -> Result<&'a ItemView, Refusal> {
+    let placement = placing.resting.placement;
+    let view = placing.item.views().get(placement.yaw);
+    let view = view.filter(|view| {
+        placement.x.saturating_add(view.nx()) <= placing.grid.nx()
+            && placement.y.saturating_add(view.ny()) <= placing.grid.ny()
+            && placing.resting.resting_height >= 0
+    });
+    view.ok_or(Refusal::Placement)
+}
+
+pub(crate) fn target(placing: &Placing<'_>, view: &ItemView) -> Result<Target, Refusal> {
+    let resolution = placing.grid.resolution();
+    let (cell_m, unit_m) = (resolution.cell_m(), resolution.height_unit_m());
+    let placement = placing.resting.placement;
+    let container_from_item = placing
+        .item
+        .container_from_item(placing.grid, placing.resting);
+    let container_from_item = container_from_item.ok_or(Refusal::Placement)?;
+    let yaws = resolution.yaws().radians();
+    let item_yaw_rad = *yaws.get(placement.yaw).ok_or(Refusal::Placement)?;
+    let lowest = Point3::new(
+        placement.x as f64 * cell_m,
+        placement.y as f64 * cell_m,
+        f64::from(placing.resting.resting_height) * unit_m,
+    );
+    let size = Vector3::new(
+        view.nx() as f64 * cell_m,
+        view.ny() as f64 * cell_m,
+        f64::from(view.height()) * unit_m,
+    );
+    Ok(Target {
+        release: container_from_item * placing.pick.in_item,
+        item_yaw_rad,
+        item_box: AxisBox {
+            lowest,
+            highest: lowest + size,
+        },
+    })
+}

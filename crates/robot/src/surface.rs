@@ -1,0 +1,151 @@
+//! An item's upper surface, finely sampled: what a suction cup sees of it.
+
+use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
+use ppnpack_catalogue::object::Model;
+use ppnpack_catalogue::raster::{Raster, rasterise};
+use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::item::{ABSENT, Item};
+
+/// The most samples along one side.
+const MAX_SAMPLES: f64 = 1024.0;
+
+/// The upper surface of an item as it lies, seen from above.
+///
+/// Row-major: sample `(x, y)` is at `x * ny + y` and covers the square `[x, x + 1) x [y, y + 1)` pitches from the
+/// corner. Each height is the greatest within its square, from the item's lowest point, in metres.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UpperSurface {
+    nx: usize,
+    ny: usize,
+    pitch_m: f64,
+    /// Not a number where there is no material.
+    heights_m: Vec<f64>,
+    /// How much nearer than a square's border its material may end.
+    edge_m: f64,
+    centre_of_mass_m: Point2<f64>,
+    item_from_surface: Isometry3<f64>,
+}
+
+impl UpperSurface {
+    /// The surface of a model at a pitch, in metres. `None` for a model without a vertex.
+    ///
+    /// The pitch is made coarser for a model that would have more than 1024 samples along a side.
+    pub fn of_model(model: &Model, pitch_m: f64) -> Option<Self> {
+        let bounds = model.mesh.bounds()?;
+        let extents_m = bounds.extents_m();
+        let pitch_m = pitch_m.max(extents_m.x.max(extents_m.y) / MAX_SAMPLES);
+        let samples = |length_m: f64| (length_m / pitch_m).ceil().max(1.0) as usize;
+        let (nx, ny) = (samples(extents_m.x), samples(extents_m.y));
+        let raster = Raster {
+            origin: bounds.lowest.xy(),
+            pitch_m,
+            nx,
+            ny,
+        };
+        let mut heights_m = vec![f64::NAN; nx * ny];
+        for triangle in model.mesh.corners() {
+            rasterise(&triangle, &raster, |x, y, _, highest| {
+                if let Some(height) = heights_m.get_mut(x * ny + y) {
+                    *height = height.max(highest - bounds.lowest.z);
+                }
+            });
+        }
+        Some(Self {
+            nx,
+            ny,
+            pitch_m,
+            heights_m,
+            edge_m: pitch_m,
+            centre_of_mass_m: Point2::from((model.mass.centre_of_mass_m - bounds.lowest).xy()),
+            item_from_surface: Translation3::from(bounds.lowest.coords).into(),
+        })
+    }
+
+    /// The surface that an item's heightmap at its first yaw shows: as coarse as the resolution's cells and units,
+    /// so the cup may overhang an edge by up to a cell. `None` for an item without a yaw.
+    pub fn of_item(item: &Item, resolution: &Resolution) -> Option<Self> {
+        let view = item.views().first()?;
+        let yaw_rad = resolution.yaws().radians().first()?;
+        let columns = view.top().iter().zip(view.bottom());
+        let heights_m = columns.map(|(top, bottom)| {
+            if *bottom == ABSENT {
+                f64::NAN
+            } else {
+                f64::from(*top) * resolution.height_unit_m()
+            }
+        });
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -yaw_rad);
+        let to_item = Translation3::from(-view.origin_from_corner_m());
+        Some(Self {
+            nx: view.nx(),
+            ny: view.ny(),
+            pitch_m: resolution.cell_m(),
+            heights_m: heights_m.collect(),
+            // A cell's worth would leave no small item to hold; a heightmap tells no better.
+            edge_m: 0.0,
+            centre_of_mass_m: view.centre_of_mass_m(resolution.cell_m()),
+            item_from_surface: turn * to_item,
+        })
+    }
+
+    /// The distance between two samples, in metres.
+    pub fn pitch_m(&self) -> f64 {
+        self.pitch_m
+    }
+
+    /// How much nearer than a square's border its material may end, in metres.
+    pub(crate) fn edge_m(&self) -> f64 {
+        self.edge_m
+    }
+
+    /// Where the centre of mass's vertical axis meets the footprint, in metres from the surface's corner.
+    pub fn centre_of_mass_m(&self) -> Point2<f64> {
+        self.centre_of_mass_m
+    }
+
+    /// The surface's frame, at the corner and the item's lowest point, in the item's.
+    pub fn item_from_surface(&self) -> &Isometry3<f64> {
+        &self.item_from_surface
+    }
+
+    /// The middles of the squares with material.
+    pub(crate) fn middles_m(&self) -> impl Iterator<Item = Point2<f64>> + '_ {
+        let known = self.heights_m.iter().enumerate();
+        let known = known.filter(|(_, height_m)| !height_m.is_nan());
+        known.map(|(index, _)| self.middle_m(index / self.ny, index % self.ny))
+    }
+
+    fn middle_m(&self, x: usize, y: usize) -> Point2<f64> {
+        Point2::new(x as f64 + 0.5, y as f64 + 0.5) * self.pitch_m
+    }
+
+    /// The squares that a disc touches: the middle's offset from the disc's, and the height, which is not a number
+    /// where there is no material. `None` stands for a square beside the surface.
+    pub(crate) fn around(
+        &self,
+        middle_m: Point2<f64>,
+        radius_m: f64,
+    ) -> impl Iterator<Item = (nalgebra::Vector2<f64>, Option<f64>)> + '_ {
+        let range = move |at: f64| {
+            let first = ((at - radius_m) / self.pitch_m).floor() as i64;
+            let last = ((at + radius_m) / self.pitch_m).floor() as i64;
+            first..=last
+        };
+        let squares = range(middle_m.x).flat_map(move |x| range(middle_m.y).map(move |y| (x, y)));
+        let half_m = 0.5 * self.pitch_m;
+        squares.filter_map(move |(x, y)| {
+            let square_m = Point2::new(x as f64 + 0.5, y as f64 + 0.5) * self.pitch_m;
+            let offset = square_m - middle_m;
+            let nearest = offset
+                .abs()
+                .add_scalar(-half_m)
+                .sup(&nalgebra::Vector2::zeros());
+            (nearest.norm() < radius_m).then(|| {
+                let inside = usize::try_from(x).ok().zip(usize::try_from(y).ok());
+                let inside = inside.filter(|(x, y)| *x < self.nx && *y < self.ny);
+                let height = inside.and_then(|(x, y)| self.heights_m.get(x * self.ny + y));
+                (offset, height.copied().filter(|height| !height.is_nan()))
+            })
+        })
+    }
+}

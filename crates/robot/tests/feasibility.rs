@@ -1,0 +1,255 @@
+//! The arm's check among the others of the planning engine, and what it says of placements it refuses.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a panic in a test is a failing test"
+)]
+
+use std::sync::Arc;
+
+use nalgebra::{Point2, Vector2, Vector3};
+use ppnpack_packing::check::{Cost, ValidityCheck};
+use ppnpack_packing::grid::{Grid, Resolution, Units, Yaws};
+use ppnpack_packing::heightmap::{Heightmap, Scene};
+use ppnpack_packing::item::{Item, ViewSurfaces};
+use ppnpack_packing::objective::{Heuristic, Order};
+use ppnpack_packing::placement::{Placement, RestingPlacement};
+use ppnpack_packing::plan::{Planner, Reason};
+use ppnpack_packing::proposals::ProposeAll;
+use ppnpack_packing::search::{Search, SearchSettings};
+use ppnpack_packing::step::{Candidate, StepInput};
+use ppnpack_robot::arm::Arm;
+use ppnpack_robot::arms;
+use ppnpack_robot::cell::{BoxSettings, CellSettings};
+use ppnpack_robot::feasibility::ArmCheck;
+use ppnpack_robot::gripper::GripperPart;
+use ppnpack_robot::motion::PlacePlanner;
+use ppnpack_robot::parameters::ArmParameters;
+use ppnpack_robot::pick::NoPickPoint;
+use ppnpack_robot::refusal::{Body, Obstacle, Refusal};
+
+fn grid() -> Grid {
+    let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(1).unwrap()).unwrap();
+    Grid::new(Grid::reference().container(), resolution).unwrap()
+}
+
+/// A block of so many cells and units.
+fn block(nx: usize, ny: usize, height: Units) -> Arc<Item> {
+    let middle = Point2::new(nx as f64, ny as f64) * 0.005;
+    let view = ViewSurfaces {
+        nx,
+        ny,
+        top: vec![height; nx * ny],
+        bottom: vec![0; nx * ny],
+        underside: None,
+        origin_from_corner_m: Vector3::new(middle.x, middle.y, 0.0),
+        // In the middle of a cell, so that the pick point is there.
+        centre_of_mass_m: Some(middle - Vector2::new(0.005, 0.005)),
+    };
+    Arc::new(Item::new("block", vec![view], 0.0).unwrap())
+}
+
+fn parameters() -> ArmParameters {
+    ArmParameters::from_toml(arms::text("nachi-mz07l").unwrap()).unwrap()
+}
+
+fn check(parameters: &ArmParameters, cell: CellSettings) -> ArmCheck {
+    let arm = Arc::new(Arm::new(parameters).unwrap());
+    ArmCheck::new(PlacePlanner::new(arm, cell).unwrap())
+}
+
+/// What the check says of a block of 6 x 6 cells and 20 units in a container with this content.
+fn ask(check: &mut ArmCheck, content: &Heightmap, x: usize, y: usize) -> Result<(), Refusal> {
+    let grid = grid();
+    let scene = Scene::from_heightmap(content.clone());
+    let item = block(6, 6, 20);
+    let candidates = [Candidate { arrival: 0, item }];
+    let input = StepInput {
+        grid: &grid,
+        scene: &scene,
+        candidates: &candidates,
+        step: 0,
+    };
+    let resting = RestingPlacement {
+        placement: Placement { yaw: 0, x, y },
+        resting_height: 0,
+    };
+    let is_valid = check.is_valid(&input, &candidates[0], &resting).unwrap();
+    if is_valid {
+        Ok(())
+    } else {
+        Err(check.last_refusal().unwrap().clone())
+    }
+}
+
+#[test]
+fn refusals_name_what_is_in_the_way() {
+    let grid = grid();
+    let empty = Heightmap::empty(&grid);
+    let mut check = check(&parameters(), CellSettings::default());
+    assert_eq!(check.cost(), Cost::Motion);
+    assert_eq!(ask(&mut check, &empty, 13, 13), Ok(()));
+
+    let hit = |body, obstacle| Err(Refusal::Collision { body, obstacle });
+    let mut below = empty.clone();
+    below.raise(15, 15, 1);
+    assert_eq!(
+        ask(&mut check, &below, 13, 13),
+        hit(Body::HeldItem, Obstacle::Content)
+    );
+
+    // A tower beside the item that reaches the gripper's body, 32 mm wide and 23.6 cm above the lip.
+    let mut tower = empty.clone();
+    tower.raise(18, 19, 150);
+    assert_eq!(ask(&mut check, &tower, 13, 13), Ok(()));
+    for y in 13..19 {
+        tower.raise(19, y, 150);
+    }
+    let body = Body::Gripper(GripperPart::Body);
+    assert_eq!(
+        ask(&mut check, &tower, 13, 13),
+        hit(body, Obstacle::Content)
+    );
+    assert_eq!(ask(&mut check, &empty, 0, 13), hit(body, Obstacle::Wall));
+
+    assert_eq!(ask(&mut check, &empty, 27, 13), Err(Refusal::Placement));
+    let stage = &Scene::from_heightmap(empty);
+    let input = StepInput {
+        grid: &grid,
+        scene: stage,
+        candidates: &[],
+        step: 0,
+    };
+    let resting = RestingPlacement {
+        placement: Placement {
+            yaw: 0,
+            x: 10,
+            y: 10,
+        },
+        resting_height: 0,
+    };
+    assert_eq!(
+        check.plan(&input, &block(1, 6, 20), &resting),
+        Err(Refusal::Pick(NoPickPoint::TooSmall))
+    );
+}
+
+#[test]
+fn boxes_of_the_cell_are_named() {
+    let empty = Heightmap::empty(&grid());
+    let lamp = |lowest_m, highest_m| {
+        let mut cell = CellSettings::default();
+        cell.boxes.push(BoxSettings {
+            name: "lamp".to_owned(),
+            lowest_m,
+            highest_m,
+        });
+        check(&parameters(), cell)
+    };
+    let named = |refusal: Result<(), Refusal>| match refusal {
+        Err(Refusal::Collision {
+            body,
+            obstacle: Obstacle::Box(name),
+        }) if &*name == "lamp" => body,
+        other => panic!("{other:?}"),
+    };
+    // Where the item passes, where the gripper stands at the approach, and where the upper arm is.
+    let mut above_item = lamp([0.14, 0.14, 0.33], [0.15, 0.15, 0.34]);
+    assert_eq!(
+        named(ask(&mut above_item, &empty, 13, 13)),
+        Body::Gripper(GripperPart::Cup)
+    );
+    let mut beside_item = lamp([0.188, 0.188, 0.305], [0.189, 0.189, 0.31]);
+    assert_eq!(named(ask(&mut beside_item, &empty, 13, 13)), Body::HeldItem);
+    let mut at_arm = lamp([-0.40, 0.1, 0.55], [-0.2, 0.2, 0.9]);
+    assert!(matches!(
+        named(ask(&mut at_arm, &empty, 13, 13)),
+        Body::Link(_)
+    ));
+    let mut behind = lamp([-0.9, 0.1, 0.0], [-0.8, 0.2, 0.9]);
+    assert_eq!(ask(&mut behind, &empty, 13, 13), Ok(()));
+}
+
+#[test]
+fn what_is_out_of_reach_is_refused() {
+    let empty = Heightmap::empty(&grid());
+    let mut far = parameters();
+    far.base.position_m = [-1.5, 0.16, 0.1];
+    let refusal = ask(&mut check(&far, CellSettings::default()), &empty, 13, 13);
+    assert!(
+        matches!(refusal, Err(Refusal::OutOfReach { .. })),
+        "{refusal:?}"
+    );
+    let mut stiff = parameters();
+    stiff.joints[1].lowest_deg = 100.0;
+    let refusal = ask(&mut check(&stiff, CellSettings::default()), &empty, 13, 13);
+    assert!(
+        matches!(refusal, Err(Refusal::JointLimit { .. })),
+        "{refusal:?}"
+    );
+}
+
+/// A ceiling mount: the arm hangs above the container.
+#[test]
+fn an_arm_on_the_ceiling_places_too() {
+    let empty = Heightmap::empty(&grid());
+    let mut hanging = parameters();
+    hanging.base.position_m = [-0.25, 0.16, 1.45];
+    hanging.base.roll_deg = 180.0;
+    // It reaches straight down, so the wrist passes its stretched pose.
+    let cell = CellSettings {
+        boxes: Vec::new(),
+        least_wrist_bend_deg: 0.0,
+        ..CellSettings::default()
+    };
+    assert_eq!(ask(&mut check(&hanging, cell), &empty, 13, 13), Ok(()));
+}
+
+#[test]
+fn the_engine_gives_up_an_item_that_the_arm_cannot_place() {
+    let grid = grid();
+    let scene = Scene::from_heightmap(Heightmap::empty(&grid));
+    let candidates = [Candidate {
+        arrival: 0,
+        item: block(6, 6, 20),
+    }];
+    let input = StepInput {
+        grid: &grid,
+        scene: &scene,
+        candidates: &candidates,
+        step: 0,
+    };
+    let plan_with = |check: ArmCheck| {
+        let settings = SearchSettings {
+            heuristic: Heuristic::Dbl,
+            ..SearchSettings::default()
+        };
+        let search = Search::new(&grid, &settings).unwrap();
+        let checks: Vec<Box<dyn ValidityCheck>> = vec![Box::new(check)];
+        let mut planner = Planner::new(
+            Box::new(ProposeAll),
+            Box::new(search),
+            checks,
+            Order::Arrival,
+            0,
+        );
+        let plan = planner.plan(&input).unwrap();
+        (plan.choice(), plan.candidates()[0])
+    };
+    let (choice, report) = plan_with(check(&parameters(), CellSettings::default()));
+    let chosen = choice.unwrap().resting.placement;
+    // The deepest bottom left is the corner; the gripper's body keeps clear of the walls.
+    assert!(
+        chosen.x >= 1 && chosen.y >= 1 && chosen.x + chosen.y <= 4,
+        "{chosen:?}"
+    );
+    assert!(report.rejected > 0);
+    let mut far = parameters();
+    far.base.position_m = [-1.5, 0.16, 0.1];
+    let (choice, report) = plan_with(check(&far, CellSettings::default()));
+    assert_eq!(choice, None);
+    assert_eq!(
+        report.reason,
+        Some(Reason::Rejected("not possible for the arm"))
+    );
+}

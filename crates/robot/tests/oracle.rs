@@ -1,0 +1,52 @@
+//! The place motion against a brute-force oracle: nothing unsafe may be accepted.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a panic in a test is a failing test"
+)]
+
+mod common;
+
+use std::sync::Arc;
+
+use common::oracle::Oracle;
+use common::scenes::{arms, case};
+use ppnpack_packing::step::StepInput;
+use ppnpack_robot::cell::CellSettings;
+use ppnpack_robot::feasibility::ArmCheck;
+use ppnpack_robot::motion::PlacePlanner;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+#[test]
+fn no_unsafe_placement_is_accepted() {
+    let (mut accepted, mut refused) = (0, 0);
+    for (seed, (name, arm)) in arms().into_iter().enumerate() {
+        let arm = Arc::new(arm);
+        let cell = CellSettings::default();
+        let planner = PlacePlanner::new(Arc::clone(&arm), cell.clone()).unwrap();
+        let mut check = ArmCheck::new(planner);
+        let mut random = ChaCha8Rng::seed_from_u64(seed as u64);
+        for number in 0..40 {
+            let case = case(&mut random);
+            let input = StepInput {
+                grid: &case.grid,
+                scene: &case.scene,
+                candidates: &[],
+                step: 0,
+            };
+            let Ok(pick) = check.pick(&case.item, case.grid.resolution()) else {
+                continue;
+            };
+            match check.plan(&input, &case.item, &case.resting) {
+                Ok(motion) => {
+                    accepted += 1;
+                    let touched = Oracle::new(&arm, &cell, &case, &pick).check(&motion);
+                    assert_eq!(touched, Ok(()), "{name}, case {number}");
+                }
+                Err(_) => refused += 1,
+            }
+        }
+    }
+    assert!(accepted > 60 && refused > 10, "{accepted} {refused}");
+}
