@@ -1,0 +1,173 @@
+//! Holes in a map: samples that nothing is known of, surrounded by samples that something is known of.
+
+use crate::layers::{NO_POINT, neighbours};
+
+/// Which holes are filled.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Fillable {
+    /// The widest, along x and y, in samples.
+    pub(crate) samples: usize,
+    /// The heights around differ by at most this, in metres.
+    pub(crate) level_m: f32,
+}
+
+/// Memory for the search, kept between maps.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Holes {
+    is_visited: Vec<bool>,
+    hole: Vec<usize>,
+}
+
+/// The heights around a hole, in metres.
+#[derive(Debug, Clone, Copy)]
+struct Around {
+    lowest_m: f32,
+    highest_m: f32,
+}
+
+impl Holes {
+    /// Gives the samples of holes the height of the highest sample around, where that is safe: what could stand in a
+    /// narrow hole among level samples and not be seen is narrower still, while what hides a hole from the sensor
+    /// stands up from what is beside it. Samples touch across edges and corners; those outside the map are level with
+    /// any.
+    pub(crate) fn fill(&mut self, heights_m: &mut [f32], ny: usize, fillable: Fillable) {
+        self.is_visited.clear();
+        self.is_visited
+            .extend(heights_m.iter().map(|height_m| is_known(*height_m)));
+        for start in 0..heights_m.len() {
+            let Some(around) = self.visit(heights_m, ny, start) else {
+                continue;
+            };
+            let is_level = around.highest_m - around.lowest_m <= fillable.level_m;
+            if is_level && self.width(ny) <= fillable.samples {
+                for sample in &self.hole {
+                    if let Some(height_m) = heights_m.get_mut(*sample) {
+                        *height_m = around.highest_m;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Collects the hole that a sample belongs to, and gives the heights around; `None` where the sample is of no hole
+    /// that is new, or of one that nothing is around.
+    fn visit(&mut self, heights_m: &[f32], ny: usize, start: usize) -> Option<Around> {
+        self.hole.clear();
+        self.take(start);
+        let mut around: Option<Around> = None;
+        let mut next = 0;
+        while let Some(sample) = self.hole.get(next).copied() {
+            next += 1;
+            for neighbour in neighbours(sample, heights_m.len(), ny) {
+                match heights_m.get(neighbour).copied() {
+                    Some(height_m) if is_known(height_m) => {
+                        around = Some(
+                            around.map_or(Around::one(height_m), |around| around.with(height_m)),
+                        );
+                    }
+                    _ => self.take(neighbour),
+                }
+            }
+        }
+        around
+    }
+
+    fn take(&mut self, sample: usize) {
+        if let Some(is_visited) = self.is_visited.get_mut(sample)
+            && !*is_visited
+        {
+            *is_visited = true;
+            self.hole.push(sample);
+        }
+    }
+
+    /// The greater of the hole's extents along x and y, in samples.
+    fn width(&self, ny: usize) -> usize {
+        let extent = |of: fn(usize, usize) -> usize| {
+            let places = self.hole.iter().map(|sample| of(*sample, ny));
+            let (least, most) = places.fold((usize::MAX, 0), |(least, most), place| {
+                (least.min(place), most.max(place))
+            });
+            (most + 1).saturating_sub(least)
+        };
+        extent(|sample, ny| sample / ny).max(extent(|sample, ny| sample % ny))
+    }
+}
+
+impl Around {
+    fn one(height_m: f32) -> Self {
+        Self {
+            lowest_m: height_m,
+            highest_m: height_m,
+        }
+    }
+
+    fn with(self, height_m: f32) -> Self {
+        Self {
+            lowest_m: self.lowest_m.min(height_m),
+            highest_m: self.highest_m.max(height_m),
+        }
+    }
+}
+
+/// Whether something is known of a sample with this height.
+pub(crate) fn is_known(height_m: f32) -> bool {
+    height_m > NO_POINT
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HOLE: f32 = NO_POINT;
+
+    fn filled(heights_m: &[f32], ny: usize, samples: usize, level_m: f32) -> Vec<f32> {
+        let mut heights_m = heights_m.to_vec();
+        Holes::default().fill(&mut heights_m, ny, Fillable { samples, level_m });
+        heights_m
+    }
+
+    #[test]
+    fn narrow_holes_among_level_samples_take_their_highest_neighbour() {
+        #[rustfmt::skip]
+        let map = [
+            1.0, 1.0,  1.0, 1.2,
+            1.0, HOLE, 1.1, HOLE,
+            1.0, 1.0,  1.0, HOLE,
+        ];
+        #[rustfmt::skip]
+        let one = [
+            1.0, 1.0, 1.0, 1.2,
+            1.0, 1.1, 1.1, HOLE,
+            1.0, 1.0, 1.0, HOLE,
+        ];
+        assert_eq!(filled(&map, 4, 0, 0.25), map);
+        assert_eq!(filled(&map, 4, 1, 0.25), one);
+        let both = filled(&map, 4, 2, 0.25);
+        assert_eq!(both.iter().filter(|height_m| **height_m == 1.2).count(), 3);
+        assert_eq!(
+            filled(&map, 4, 2, 0.15),
+            one,
+            "a step beside the other hole"
+        );
+    }
+
+    #[test]
+    fn holes_beside_a_step_stay() {
+        let map = [2.0, HOLE, 1.0];
+        assert_eq!(filled(&map, 3, 3, 0.5), map);
+        assert_eq!(filled(&map, 3, 3, 1.0), [2.0, 2.0, 1.0]);
+    }
+
+    #[test]
+    fn samples_that_touch_at_corners_are_one_hole() {
+        let map = [HOLE, 1.0, 1.0, HOLE];
+        assert_eq!(filled(&map, 2, 1, 1.0), map);
+        assert_eq!(filled(&map, 2, 2, 1.0), [1.0; 4]);
+    }
+
+    #[test]
+    fn a_map_that_nothing_is_known_of_stays_so() {
+        assert_eq!(filled(&[HOLE; 6], 3, 100, 1.0), [HOLE; 6]);
+    }
+}

@@ -1,0 +1,11 @@
+//! What a sensor above a container sees, as the heightmap and the surface that placements are planned on.
+//!
+//! A [`Mapper`](mapper::Mapper) sorts the points of a cloud into the samples of a grid's fine surface. What no point was
+//! seen of is unknown, and counts as higher than the rim: nothing is ever placed there.
+//!
+//! The crate is pure and synchronous; it knows neither the wire nor any sensor.
+
+mod holes;
+mod layers;
+pub mod mapper;
+pub mod settings;

@@ -1,0 +1,99 @@
+//! How points become heights.
+
+use ppnpack_packing::grid::Grid;
+use serde::{Deserialize, Serialize};
+
+/// What a [`Mapper`](crate::mapper::Mapper) makes of points. The defaults are those for a sensor without noise.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MapperSettings {
+    /// Points below the floor by at most this lie on the floor; those further below are left out. In metres.
+    pub floor_tolerance_m: f64,
+    /// Points within this distance of the walls' inner faces, or beyond them, are left out: they may show the wall
+    /// itself. In metres; some standard deviations of the sensor's noise.
+    pub wall_margin_m: f64,
+    /// The standard deviation of the sensor's noise along z, in metres. 0: every point counts as it is, and a sample
+    /// has the height of its highest.
+    pub noise_m: f64,
+    /// A point stands for the surface within this distance along x and y, in metres: half the distance between
+    /// neighbouring points on the floor, and at most half a sample. What lies between them is seen then.
+    pub point_radius_m: f64,
+    /// With noise, points that stand out above all around them count where there are at least this many.
+    pub least_points: u32,
+    /// Holes in the map that are no wider than this along x and y are filled, where the samples around them are level.
+    /// In metres.
+    pub largest_hole_m: f64,
+    /// The samples around a hole are level where their heights differ by at most this, in metres: what hides a hole
+    /// from the sensor stands up from what is beside it.
+    pub level_m: f64,
+    /// A cell counts as seen where at most this share of its samples is not, from 0 to 1.
+    pub largest_unseen_share: f64,
+}
+
+impl Default for MapperSettings {
+    fn default() -> Self {
+        Self {
+            floor_tolerance_m: 0.01,
+            wall_margin_m: 0.0005,
+            noise_m: 0.0,
+            point_radius_m: 0.0,
+            least_points: 3,
+            largest_hole_m: 0.0,
+            level_m: 0.005,
+            largest_unseen_share: 0.99,
+        }
+    }
+}
+
+/// A setting that is not possible.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{name} is {value} where {expected} is possible")]
+pub struct SettingError {
+    name: &'static str,
+    value: f64,
+    expected: &'static str,
+}
+
+impl MapperSettings {
+    /// Checks that every number is possible on a grid. A point is kept once for each sample that it stands for: at half
+    /// a sample, four times at most.
+    ///
+    /// # Errors
+    /// [`SettingError`] names the first that is not.
+    pub fn validate_on(&self, grid: &Grid) -> Result<(), SettingError> {
+        self.validate()?;
+        if self.point_radius_m > 0.5 * grid.resolution().surface_pitch_m() {
+            return Err(SettingError {
+                name: "point_radius_m",
+                value: self.point_radius_m,
+                expected: "at most half the distance of the surface's samples",
+            });
+        }
+        Ok(())
+    }
+
+    fn validate(&self) -> Result<(), SettingError> {
+        let metres = [
+            ("floor_tolerance_m", self.floor_tolerance_m),
+            ("wall_margin_m", self.wall_margin_m),
+            ("noise_m", self.noise_m),
+            ("point_radius_m", self.point_radius_m),
+            ("largest_hole_m", self.largest_hole_m),
+            ("level_m", self.level_m),
+        ]
+        .map(|(name, value)| (name, value, "0 to 1 m"));
+        let share = ("largest_unseen_share", self.largest_unseen_share, "0 to 1");
+        let wrong = metres
+            .into_iter()
+            .chain([share])
+            .find(|(_, value, _)| !(0.0..=1.0).contains(value));
+        match wrong {
+            Some((name, value, expected)) => Err(SettingError {
+                name,
+                value,
+                expected,
+            }),
+            None => Ok(()),
+        }
+    }
+}
