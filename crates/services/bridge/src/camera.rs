@@ -1,0 +1,80 @@
+//! The sensor of a cell as a publisher of clouds.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use ppnpack_service::ServiceError;
+use ppnpack_service::process::Process;
+use ppnpack_service::stream::Publisher;
+use ppnpack_wire::convert::cloud::{self, Capture};
+use ppnpack_wire::keys::{Cell, Stream};
+use ppnpack_wire::{debug, v1};
+
+use crate::robot::{Robot, RobotError};
+
+/// Publishes what a robot's sensor sees.
+pub(crate) struct Camera {
+    cell: Cell,
+    clouds: Publisher<v1::PointCloud>,
+    debug_clouds: Option<Publisher<debug::PointCloud>>,
+    sequence: u64,
+    /// Trouble is told once, until it ends.
+    is_in_trouble: bool,
+}
+
+impl Camera {
+    pub(crate) fn new(
+        process: &Process,
+        cell: &Cell,
+        has_debug_streams: bool,
+    ) -> Result<Self, ServiceError> {
+        let debug_clouds =
+            has_debug_streams.then(|| Publisher::new(process, cell, Stream::DebugCloud));
+        Ok(Self {
+            cell: cell.clone(),
+            clouds: Publisher::new(process, cell, Stream::Cloud)?,
+            debug_clouds: debug_clouds.transpose()?,
+            sequence: 0,
+            is_in_trouble: false,
+        })
+    }
+
+    /// Publishes a cloud of the container in this state.
+    pub(crate) fn show(&mut self, robot: &mut dyn Robot, state_number: u64) {
+        let result = self.try_show(robot, state_number);
+        if let (Err(error), false) = (&result, self.is_in_trouble) {
+            tracing::warn!(%error, "no cloud is published");
+        }
+        self.is_in_trouble = result.is_err();
+    }
+
+    fn try_show(&mut self, robot: &mut dyn Robot, state_number: u64) -> Result<(), RobotError> {
+        let captured_at_ns = now_ns();
+        let view = robot.capture()?;
+        self.sequence += 1;
+        let capture = Capture {
+            sequence: self.sequence,
+            captured_at_ns,
+            state_number,
+            container_from_sensor: view.container_from_sensor,
+        };
+        let message = cloud::write(&capture, &view.points_m);
+        self.publish(&message)
+            .map_err(|error| RobotError(error.to_string()))
+    }
+
+    fn publish(&self, message: &v1::PointCloud) -> Result<(), ServiceError> {
+        self.clouds.put(message)?;
+        match (&self.debug_clouds, cloud::read(message)) {
+            (Some(publisher), Ok(cloud)) => publisher.put(&debug::cloud(&self.cell, &cloud)),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The time for people: nanoseconds since 1970.
+pub(crate) fn now_ns() -> i64 {
+    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
+    since_1970.map_or(0, |since_1970| {
+        i64::try_from(since_1970.as_nanos()).unwrap_or(i64::MAX)
+    })
+}

@@ -1,0 +1,96 @@
+//! Requests for placements.
+
+use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_wire::rpc::Request;
+use ppnpack_wire::v1::{self, Status};
+
+use super::Desk;
+use crate::ledger::{PlacementVerdict, Record};
+use crate::message;
+use crate::robot::Placement;
+use crate::runner::Job;
+
+impl Desk {
+    pub(super) fn place(&mut self, incoming: Incoming<v1::PlaceRequest>) {
+        if incoming.has_expired() {
+            incoming.refuse(
+                Status::TimedOut,
+                "the time limit passed before it was looked at",
+            );
+            return;
+        }
+        let placement = match message::read_placement(incoming.message()) {
+            Ok(placement) => placement,
+            Err(error) => return incoming.refuse(Status::Invalid, error.to_string()),
+        };
+        match self.ledger.judge(&placement) {
+            PlacementVerdict::Known(outcome) => {
+                let execution = message::execution(&placement, outcome);
+                incoming.reply(reply(execution), Done::default());
+            }
+            PlacementVerdict::Conflict => {
+                let id = &placement.placement_id;
+                let message = format!("placement {id} was asked for before with other content");
+                incoming.refuse(Status::Conflict, message);
+            }
+            PlacementVerdict::Busy => self.refuse_busy(incoming),
+            PlacementVerdict::Stale => {
+                let message = format!(
+                    "it was planned on state {} of the cell, which is now in state {}: plan anew",
+                    placement.state_number,
+                    self.ledger.head().state_number
+                );
+                incoming.refuse(Status::Stale, message);
+            }
+            PlacementVerdict::New => self.accept(incoming, placement),
+        }
+    }
+
+    fn accept(&mut self, incoming: Incoming<v1::PlaceRequest>, placement: Placement) {
+        let object = &placement.object;
+        if self
+            .objects
+            .as_ref()
+            .is_some_and(|objects| !objects.contains_key(object))
+        {
+            let message = format!("the cell has no object '{object}'");
+            return incoming.refuse(Status::NotFound, message);
+        }
+        let change = self.ledger.accept(placement.clone());
+        let stage = match self.commit(change) {
+            Ok(stage) => stage,
+            Err(error) => return incoming.refuse(Status::Unavailable, error.to_string()),
+        };
+        let execution = message::execution(&placement, None);
+        self.progress.is_robot_busy = true;
+        self.send(Job::Place(placement));
+        let done = Done {
+            stages: vec![stage],
+            ..Done::default()
+        };
+        incoming.reply(reply(execution), done);
+        self.streams.tell_state(&self.ledger);
+    }
+
+    /// Refuses what cannot begin because something else has not ended.
+    pub(super) fn refuse_busy<R: Request>(&self, incoming: Incoming<R>) {
+        if let (Some(_), Some((error, _))) = (&self.progress.unwritten, &self.progress.trouble) {
+            let message = format!("what was done is not written down yet: {error}");
+            return incoming.refuse(Status::Unavailable, message);
+        }
+        let message = match self.ledger.under_way() {
+            Some(Record::Placement { placement, .. }) => {
+                format!("placement {} is being carried out", placement.placement_id)
+            }
+            _ => "the container is being renewed".to_owned(),
+        };
+        incoming.refuse(Status::Busy, message);
+    }
+}
+
+fn reply(execution: v1::Execution) -> v1::PlaceReply {
+    v1::PlaceReply {
+        header: None,
+        execution: Some(execution),
+    }
+}

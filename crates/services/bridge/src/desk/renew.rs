@@ -1,0 +1,65 @@
+//! Requests for empty containers.
+
+use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_wire::v1::{self, Status};
+
+use super::Desk;
+use crate::ledger::RenewalVerdict;
+use crate::runner::Job;
+
+/// Requests that wait for the end of a renewal at most.
+const MAX_WAITING: usize = 64;
+
+impl Desk {
+    pub(super) fn renew(&mut self, incoming: Incoming<v1::RenewRequest>) {
+        if incoming.has_expired() {
+            incoming.refuse(
+                Status::TimedOut,
+                "the time limit passed before it was looked at",
+            );
+            return;
+        }
+        let request_id = incoming.header().request_id.clone();
+        match self.ledger.judge_renewal(&request_id) {
+            RenewalVerdict::Done(state_number) => {
+                incoming.reply(reply(state_number), Done::default());
+            }
+            RenewalVerdict::UnderWay if self.progress.renewals.len() < MAX_WAITING => {
+                self.progress.renewals.push(incoming);
+            }
+            RenewalVerdict::UnderWay | RenewalVerdict::Busy => {
+                self.refuse_busy(incoming);
+            }
+            RenewalVerdict::New => {
+                let change = self.ledger.begin_renewal(request_id);
+                if let Err(error) = self.commit(change) {
+                    return incoming.refuse(Status::Unavailable, error.to_string());
+                }
+                self.progress.renewals.push(incoming);
+                self.progress.is_robot_busy = true;
+                self.send(Job::Renew);
+            }
+        }
+    }
+
+    /// Answers those who wait for the renewal, which has happened.
+    pub(super) fn tell_renewed(&mut self, state_number: Option<u64>) {
+        for incoming in self.progress.renewals.drain(..) {
+            incoming.reply(reply(state_number.unwrap_or_default()), Done::default());
+        }
+    }
+
+    /// Answers those who wait for the renewal, which has failed.
+    pub(super) fn tell_not_renewed(&mut self, failure: &str) {
+        for incoming in self.progress.renewals.drain(..) {
+            incoming.refuse(Status::Failed, failure);
+        }
+    }
+}
+
+fn reply(state_number: u64) -> v1::RenewReply {
+    v1::RenewReply {
+        header: None,
+        state_number,
+    }
+}

@@ -1,0 +1,170 @@
+//! Ledgers as tables.
+
+use std::collections::BTreeMap;
+use std::io::ErrorKind;
+
+use redb::{
+    Database, ReadTransaction, ReadableDatabase, Table, TableDefinition, TableError,
+    WriteTransaction,
+};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::ledger::{Change, Head, Ledger, Record};
+
+/// Per cell: its [`Head`]. The names of the tables count the versions of what is in them.
+const HEADS: TableDefinition<&str, &[u8]> = TableDefinition::new("heads-1");
+
+/// Per cell and number: its [`Record`]s.
+const RECORDS: TableDefinition<(&str, u64), &[u8]> = TableDefinition::new("records-1");
+
+/// Why the database did not do what was asked.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Fault {
+    /// The database says so.
+    #[error(transparent)]
+    Database(redb::Error),
+    /// The disk says so.
+    #[error(transparent)]
+    Disk(#[from] std::io::Error),
+    /// What it holds is not what was written.
+    #[error("it holds something that is no part of a ledger: {0}")]
+    Content(#[from] postcard::Error),
+    /// It gave up.
+    #[error("the database gave up on its file")]
+    Panic,
+}
+
+/// What the database's calls fail with.
+macro_rules! faults {
+    ($($error:ident)*) => {
+        $(impl From<redb::$error> for Fault {
+            fn from(error: redb::$error) -> Self {
+                Self::Database(error.into())
+            }
+        })*
+    };
+}
+
+faults! { CommitError DatabaseError StorageError TableError TransactionError }
+
+impl Fault {
+    /// Whether the file is of no use any more. Everything else may pass.
+    pub(super) fn is_damage(&self) -> bool {
+        match self {
+            Self::Database(error) => is_damage(error),
+            Self::Disk(_) => false,
+            Self::Content(_) | Self::Panic => true,
+        }
+    }
+}
+
+fn is_damage(error: &redb::Error) -> bool {
+    match error {
+        redb::Error::Corrupted(_)
+        | redb::Error::RepairAborted
+        | redb::Error::UpgradeRequired(_)
+        | redb::Error::TableTypeMismatch { .. }
+        | redb::Error::TypeDefinitionChanged { .. } => true,
+        // A file that was cut off, or is no database at all.
+        redb::Error::Io(error) => {
+            matches!(
+                error.kind(),
+                ErrorKind::InvalidData | ErrorKind::UnexpectedEof
+            )
+        }
+        _ => false,
+    }
+}
+
+/// The ledger of a cell, if it has one.
+pub(super) fn load(database: &Database, cell: &str) -> Result<Option<Ledger>, Fault> {
+    let transaction = database.begin_read()?;
+    let Some(head) = load_head(&transaction, cell)? else {
+        return Ok(None);
+    };
+    let records = load_records(&transaction, cell)?;
+    Ok(Some(Ledger::of(head, records)))
+}
+
+fn load_head(transaction: &ReadTransaction, cell: &str) -> Result<Option<Head>, Fault> {
+    let heads = match transaction.open_table(HEADS) {
+        Err(TableError::TableDoesNotExist(_)) => return Ok(None),
+        heads => heads?,
+    };
+    let head = heads.get(cell)?;
+    head.map(|head| decode(head.value())).transpose()
+}
+
+fn load_records(transaction: &ReadTransaction, cell: &str) -> Result<BTreeMap<u64, Record>, Fault> {
+    let table = transaction.open_table(RECORDS)?;
+    let mut records = BTreeMap::new();
+    let all = (cell, 0)..=(cell, u64::MAX);
+    for entry in table.range(all)? {
+        let (key, record) = entry?;
+        records.insert(key.value().1, decode(record.value())?);
+    }
+    Ok(records)
+}
+
+/// Writes a change of a cell's ledger; the whole ledger before it, where one is given.
+pub(super) fn write(
+    database: &Database,
+    cell: &str,
+    whole: Option<&Ledger>,
+    change: &Change,
+) -> Result<(), Fault> {
+    let mut transaction = database.begin_write()?;
+    transaction.set_two_phase_commit(true);
+    write_head(&transaction, cell, &change.head)?;
+    write_records(&transaction, cell, whole, change)?;
+    transaction.commit()?;
+    Ok(())
+}
+
+fn write_head(transaction: &WriteTransaction, cell: &str, head: &Head) -> Result<(), Fault> {
+    let mut heads = transaction.open_table(HEADS)?;
+    heads.insert(cell, encode(head)?.as_slice())?;
+    Ok(())
+}
+
+fn write_records(
+    transaction: &WriteTransaction,
+    cell: &str,
+    whole: Option<&Ledger>,
+    change: &Change,
+) -> Result<(), Fault> {
+    let mut records = transaction.open_table(RECORDS)?;
+    if let Some(ledger) = whole {
+        let all = (cell, 0)..=(cell, u64::MAX);
+        records.retain_in(all, |_, _| false)?;
+        for (number, record) in ledger.records() {
+            insert(&mut records, cell, number, record)?;
+        }
+    }
+    for number in &change.forgotten {
+        records.remove((cell, *number))?;
+    }
+    match &change.written {
+        Some((number, record)) => insert(&mut records, cell, *number, record),
+        None => Ok(()),
+    }
+}
+
+fn insert(
+    records: &mut Table<'_, (&'static str, u64), &'static [u8]>,
+    cell: &str,
+    number: u64,
+    record: &Record,
+) -> Result<(), Fault> {
+    records.insert((cell, number), encode(record)?.as_slice())?;
+    Ok(())
+}
+
+fn encode(value: &impl Serialize) -> Result<Vec<u8>, Fault> {
+    Ok(postcard::to_stdvec(value)?)
+}
+
+fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Fault> {
+    Ok(postcard::from_bytes(bytes)?)
+}

@@ -1,0 +1,174 @@
+//! The ledgers of all cells of a process on disk.
+//!
+//! What was written is on disk when the call returns. After an error nothing is taken for granted: the file is opened
+//! anew at the next write, and every cell then writes its whole ledger, which makes the disk say what the process
+//! knows, whatever became of the write that failed.
+//!
+//! A file that is damaged is put aside under a new name, for people to look at, and a new one begun. With it goes the
+//! knowledge of which placements were executed; so that none is executed again, a cell without a ledger begins at a
+//! state number that no placement was planned on (see [`ledger`](crate::ledger)). The container of a simulated cell
+//! is empty then; a real one has to be seen again. Commits are made in two phases, so that damage is never taken for a
+//! crash, after which the commit before the last would count.
+
+mod database;
+mod file;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use ppnpack_service::HealthLatch;
+use ppnpack_wire::keys::Cell;
+use redb::Database;
+
+use self::database::Fault;
+use crate::ledger::{Change, Ledger};
+
+/// Opens the database: the file, or what a test has in its place.
+type Open = Box<dyn Fn() -> Result<Database, Fault> + Send + Sync>;
+
+/// Why something could not be written down or read.
+#[derive(Debug, Clone, thiserror::Error)]
+#[error("the journal {} cannot be used: {reason}; it needs a disk with space that can be written to, and no other process that uses it", path.display())]
+pub(crate) struct JournalError {
+    path: PathBuf,
+    reason: String,
+}
+
+/// The journal of a process.
+pub(crate) struct Journal {
+    path: PathBuf,
+    open: Open,
+    health: HealthLatch,
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    /// `None` before it is opened, and after an error.
+    database: Option<Database>,
+    /// How often it was opened.
+    generation: u64,
+}
+
+/// The part of a journal that is one cell's. Without a journal, everything is forgotten with the process.
+pub(crate) struct CellJournal {
+    journal: Option<Arc<Journal>>,
+    cell: Cell,
+    /// The generation of the database that says what this cell's ledger says.
+    generation: u64,
+}
+
+impl Journal {
+    /// The journal in a file, which is opened when it is first needed. The health check says whether it can be
+    /// written.
+    pub(crate) fn new(path: &Path, health: HealthLatch) -> Self {
+        let file = path.to_owned();
+        Self::with_open(path, health, Box::new(move || file::open(&file)))
+    }
+
+    fn with_open(path: &Path, health: HealthLatch, open: Open) -> Self {
+        Self {
+            path: path.to_owned(),
+            open,
+            health,
+            state: Mutex::default(),
+        }
+    }
+
+    /// Works with the database. Where that is damaged, it is put aside, and the work done with a new one.
+    fn with<T>(
+        &self,
+        mut work: impl FnMut(&Database, u64) -> Result<T, Fault>,
+    ) -> Result<T, JournalError> {
+        // An error leaves no database, and a panic is caught: the state is whole at any time.
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut result = self.attempt(&mut state, &mut work);
+        if let Err(fault) = &result
+            && fault.is_damage()
+        {
+            result = file::put_aside(&self.path, fault)
+                .and_then(|()| self.attempt(&mut state, &mut work));
+        }
+        match result {
+            Ok(done) => {
+                self.health.pass();
+                Ok(done)
+            }
+            Err(fault) => {
+                let error = JournalError {
+                    path: self.path.clone(),
+                    reason: fault.to_string(),
+                };
+                self.health.fail(error.to_string());
+                Err(error)
+            }
+        }
+    }
+
+    fn attempt<T>(
+        &self,
+        state: &mut State,
+        work: &mut impl FnMut(&Database, u64) -> Result<T, Fault>,
+    ) -> Result<T, Fault> {
+        let database = match state.database.take() {
+            Some(database) => database,
+            None => {
+                let database = (self.open)()?;
+                state.generation += 1;
+                database
+            }
+        };
+        let generation = state.generation;
+        // The database may panic on a file that something else wrote to while it was open.
+        let result = catch_unwind(AssertUnwindSafe(|| work(&database, generation)));
+        let result = result.unwrap_or(Err(Fault::Panic));
+        if result.is_ok() {
+            state.database = Some(database);
+        }
+        result
+    }
+}
+
+impl CellJournal {
+    pub(crate) fn new(journal: Option<Arc<Journal>>, cell: Cell) -> Self {
+        Self {
+            journal,
+            cell,
+            generation: 0,
+        }
+    }
+
+    /// The ledger of the cell as it was written down; a new one where there is none.
+    pub(crate) fn load(&mut self) -> Result<Ledger, JournalError> {
+        let Some(journal) = &self.journal else {
+            return Ok(Ledger::new());
+        };
+        let (known, generation) = journal.with(|database, generation| {
+            let known = database::load(database, self.cell.as_str())?;
+            Ok((known, generation))
+        })?;
+        self.generation = generation;
+        Ok(known.unwrap_or_else(|| {
+            tracing::info!(cell = %self.cell, "the journal knows nothing of the cell: it begins empty");
+            Ledger::new()
+        }))
+    }
+
+    /// Writes down a change of a ledger that is about to be made.
+    pub(crate) fn write(&mut self, ledger: &Ledger, change: &Change) -> Result<(), JournalError> {
+        let Some(journal) = &self.journal else {
+            return Ok(());
+        };
+        let cell = self.cell.as_str();
+        self.generation = journal.with(|database, generation| {
+            let whole = (generation != self.generation).then_some(ledger);
+            database::write(database, cell, whole, change)?;
+            Ok(generation)
+        })?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

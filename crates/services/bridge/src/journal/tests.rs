@@ -1,0 +1,259 @@
+use std::io::{Error, ErrorKind};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use ppnpack_service::Health;
+use redb::{Builder, StorageBackend};
+
+use super::*;
+use crate::ledger::tests::{body, placed, placement};
+use crate::ledger::{Outcome, PlacementVerdict};
+
+/// A disk in memory that can be full.
+#[derive(Debug, Clone, Default)]
+struct Disk {
+    bytes: Arc<Mutex<Vec<u8>>>,
+    is_full: Arc<AtomicBool>,
+}
+
+impl Disk {
+    fn check(&self) -> Result<(), Error> {
+        if self.is_full.load(Ordering::Relaxed) {
+            Err(Error::new(
+                ErrorKind::StorageFull,
+                "no space left on device",
+            ))
+        } else {
+            Ok(())
+        }
+    }
+
+    fn range(offset: u64, length: usize) -> std::ops::Range<usize> {
+        let start = usize::try_from(offset).unwrap();
+        start..start + length
+    }
+}
+
+impl StorageBackend for Disk {
+    fn len(&self) -> Result<u64, Error> {
+        Ok(self.bytes.lock().unwrap().len() as u64)
+    }
+
+    fn read(&self, offset: u64, out: &mut [u8]) -> Result<(), Error> {
+        let bytes = self.bytes.lock().unwrap();
+        let part = bytes.get(Self::range(offset, out.len()));
+        out.copy_from_slice(part.ok_or(ErrorKind::UnexpectedEof)?);
+        Ok(())
+    }
+
+    fn set_len(&self, len: u64) -> Result<(), Error> {
+        self.check()?;
+        self.bytes
+            .lock()
+            .unwrap()
+            .resize(usize::try_from(len).unwrap(), 0);
+        Ok(())
+    }
+
+    fn sync_data(&self) -> Result<(), Error> {
+        self.check()
+    }
+
+    fn write(&self, offset: u64, data: &[u8]) -> Result<(), Error> {
+        self.check()?;
+        let mut bytes = self.bytes.lock().unwrap();
+        bytes[Self::range(offset, data.len())].copy_from_slice(data);
+        Ok(())
+    }
+}
+
+fn cell(name: &str) -> Cell {
+    Cell::new(name).unwrap()
+}
+
+/// A journal on a disk, for one start of a bridge.
+fn journal(disk: &Disk) -> (Arc<Journal>, Health) {
+    let health = Health::default();
+    let disk = disk.clone();
+    let open = move || {
+        let mut builder = Builder::new();
+        builder.set_check_integrity_on_open(true);
+        Ok(builder.create_with_backend(disk.clone())?)
+    };
+    let path = Path::new("/nowhere/journal");
+    let journal = Journal::with_open(path, health.check("journal"), Box::new(open));
+    (Arc::new(journal), health)
+}
+
+fn begin(journal: &Arc<Journal>, name: &str) -> (CellJournal, Ledger) {
+    let mut journal = CellJournal::new(Some(Arc::clone(journal)), cell(name));
+    let ledger = journal.load().unwrap();
+    (journal, ledger)
+}
+
+fn step(journal: &mut CellJournal, ledger: &mut Ledger, change: Change) {
+    journal.write(ledger, &change).unwrap();
+    ledger.apply(change);
+}
+
+/// A placement from beginning to end.
+fn place(journal: &mut CellJournal, ledger: &mut Ledger, id: &str) {
+    let asked = placement(id, ledger.head().state_number);
+    let accepted = ledger.accept(asked);
+    step(journal, ledger, accepted);
+    let ended = ledger.end_placement(placed(), vec![body(id)]);
+    step(journal, ledger, ended);
+}
+
+#[test]
+fn a_ledger_is_read_as_it_was_written() {
+    let disk = Disk::default();
+    let (first, health) = journal(&disk);
+    let (mut a, mut ledger_a) = begin(&first, "a");
+    let (mut b, mut ledger_b) = begin(&first, "b");
+    place(&mut a, &mut ledger_a, "a1");
+    place(&mut b, &mut ledger_b, "b1");
+    let begun = ledger_a.begin_renewal("r1".to_owned());
+    step(&mut a, &mut ledger_a, begun);
+    let ended = ledger_a.end_renewal(Vec::new());
+    step(&mut a, &mut ledger_a, ended);
+    let accepted = ledger_b.accept(placement("b2", ledger_b.head().state_number));
+    step(&mut b, &mut ledger_b, accepted);
+    assert!(health.is_ready());
+    drop((a, b, first));
+
+    let (second, _) = journal(&disk);
+    assert_eq!(begin(&second, "a").1, ledger_a);
+    assert_eq!(begin(&second, "b").1, ledger_b);
+    assert!(begin(&second, "c").1.records().next().is_none());
+}
+
+#[test]
+fn what_is_forgotten_is_gone_from_the_disk() {
+    let disk = Disk::default();
+    let (first, _) = journal(&disk);
+    let (mut own, mut ledger) = begin(&first, "a");
+    let begun = ledger.begin_renewal("r1".to_owned());
+    step(&mut own, &mut ledger, begun);
+    let abandoned = ledger.abandon_renewal(Vec::new());
+    step(&mut own, &mut ledger, abandoned);
+    drop((own, first));
+    let (second, _) = journal(&disk);
+    let (_, again) = begin(&second, "a");
+    assert_eq!(again, ledger);
+    assert!(again.records().next().is_none());
+}
+
+#[test]
+fn a_full_disk_is_told_and_used_again_when_it_has_space() {
+    let disk = Disk::default();
+    let (first, health) = journal(&disk);
+    let (mut own, mut ledger) = begin(&first, "a");
+    place(&mut own, &mut ledger, "p1");
+    disk.is_full.store(true, Ordering::Relaxed);
+    let change = ledger.accept(placement("p2", ledger.head().state_number));
+    for _ in 0..3 {
+        let error = own.write(&ledger, &change).unwrap_err().to_string();
+        assert!(
+            error.contains("no space left") && error.contains("/nowhere/journal"),
+            "{error}"
+        );
+    }
+    let report = health.report();
+    assert!(!report[0].is_passing && report[0].message.contains("no space left"));
+
+    disk.is_full.store(false, Ordering::Relaxed);
+    // Something else is asked for now than what could not be written.
+    place(&mut own, &mut ledger, "p3");
+    assert!(health.is_ready());
+    drop((own, first));
+    let (second, _) = journal(&disk);
+    assert_eq!(begin(&second, "a").1, ledger);
+}
+
+#[test]
+fn a_disk_that_is_full_from_the_start_is_told() {
+    let disk = Disk::default();
+    disk.is_full.store(true, Ordering::Relaxed);
+    let (journal, health) = journal(&disk);
+    let mut own = CellJournal::new(Some(Arc::clone(&journal)), cell("a"));
+    assert!(own.load().is_err());
+    assert!(!health.is_ready());
+    disk.is_full.store(false, Ordering::Relaxed);
+    assert!(own.load().is_ok());
+    assert!(health.is_ready());
+}
+
+/// A journal in a file, with one placement of cell a.
+fn in_file(path: &Path) -> Ledger {
+    let journal = Arc::new(Journal::new(path, Health::default().check("journal")));
+    let (mut own, mut ledger) = begin(&journal, "a");
+    place(&mut own, &mut ledger, "p1");
+    ledger
+}
+
+#[test]
+fn damaged_files_are_put_aside() {
+    type Damage = fn(&mut Vec<u8>);
+    let damages: [Damage; 4] = [
+        |bytes| bytes.truncate(bytes.len() / 3),
+        |bytes| *bytes = b"something else altogether".to_vec(),
+        |bytes| bytes.iter_mut().skip(4096).for_each(|byte| *byte = !*byte),
+        |bytes| bytes.iter_mut().take(64).for_each(|byte| *byte = 0),
+    ];
+    for (index, damage) in damages.into_iter().enumerate() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal.redb");
+        let before = in_file(&path);
+        let mut bytes = std::fs::read(&path).unwrap();
+        damage(&mut bytes);
+        std::fs::write(&path, &bytes).unwrap();
+
+        let health = Health::default();
+        let journal = Arc::new(Journal::new(&path, health.check("journal")));
+        let (mut own, mut ledger) = begin(&journal, "a");
+        let stale = placement("p1", before.head().state_number);
+        assert_eq!(
+            ledger.judge(&stale),
+            PlacementVerdict::Stale,
+            "damage {index}"
+        );
+        place(&mut own, &mut ledger, "p2");
+        assert!(health.is_ready());
+        let entries = std::fs::read_dir(folder.path()).unwrap();
+        let names: Vec<String> = entries
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        let aside = names
+            .iter()
+            .find(|name| name.starts_with("journal.redb.damaged-"));
+        let kept = std::fs::read(folder.path().join(aside.unwrap())).unwrap();
+        assert_eq!(kept, bytes, "damage {index}");
+    }
+}
+
+#[test]
+fn a_file_that_is_damaged_while_it_is_open_costs_nothing_that_is_known() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("journal.redb");
+    let journal = Arc::new(Journal::new(&path, Health::default().check("journal")));
+    let (mut own, mut ledger) = begin(&journal, "a");
+    place(&mut own, &mut ledger, "p1");
+    // As if the disk had given up and come back with something else.
+    journal.state.lock().unwrap().database = None;
+    std::fs::write(&path, b"something else altogether").unwrap();
+    place(&mut own, &mut ledger, "p2");
+    drop((own, journal));
+    let journal = Arc::new(Journal::new(&path, Health::default().check("journal")));
+    let (_, again) = begin(&journal, "a");
+    assert_eq!(again, ledger);
+    let outcome = again.placement("p1").unwrap().1;
+    assert!(matches!(outcome, Some(Outcome { .. })));
+}
+
+#[test]
+fn without_a_file_nothing_is_kept() {
+    let mut own = CellJournal::new(None, cell("a"));
+    let mut ledger = own.load().unwrap();
+    place(&mut own, &mut ledger, "p1");
+    assert_ne!(own.load().unwrap(), ledger);
+}

@@ -1,0 +1,311 @@
+use nalgebra::{Isometry3, Translation3};
+use proptest::prelude::*;
+
+use super::*;
+
+pub(crate) fn placement(id: &str, state_number: u64) -> Placement {
+    Placement {
+        placement_id: id.to_owned(),
+        item_id: format!("item-{id}"),
+        object: "box".to_owned(),
+        container_from_item: Isometry3::from_parts(
+            Translation3::new(0.1, 0.2, 0.3),
+            nalgebra::UnitQuaternion::from_euler_angles(0.1, 0.2, 0.3),
+        ),
+        state_number,
+    }
+}
+
+pub(crate) fn placed() -> Finding {
+    Finding {
+        ending: Ending::Placed,
+        failure: String::new(),
+        container_from_item: Some(Isometry3::translation(0.1, 0.2, 0.25)),
+        is_inside: true,
+        slide_m: 0.01,
+        tilt_rad: 0.02,
+    }
+}
+
+pub(crate) fn body(item_id: &str) -> Body {
+    Body {
+        item_id: item_id.to_owned(),
+        object: "box".to_owned(),
+        container_from_item: Isometry3::translation(0.1, 0.2, 0.25),
+        is_inside: true,
+    }
+}
+
+#[test]
+fn a_placement_is_executed_once() {
+    let mut ledger = Ledger::new();
+    let state = ledger.head().state_number;
+    let asked = placement("a", state);
+    assert_eq!(ledger.judge(&asked), PlacementVerdict::New);
+    let accepted = ledger.accept(asked.clone());
+    ledger.apply(accepted);
+    assert_eq!(ledger.judge(&asked), PlacementVerdict::Known(None));
+    assert_eq!(ledger.judge(&placement("b", state)), PlacementVerdict::Busy);
+    let ended = ledger.end_placement(placed(), vec![body("item-a")]);
+    ledger.apply(ended);
+    let outcome = Outcome {
+        finding: placed(),
+        state_number: state + 1,
+    };
+    assert_eq!(
+        ledger.judge(&asked),
+        PlacementVerdict::Known(Some(&outcome))
+    );
+    assert_eq!(
+        ledger.judge(&placement("b", state)),
+        PlacementVerdict::Stale
+    );
+    assert_eq!(
+        ledger.judge(&placement("b", state + 1)),
+        PlacementVerdict::New
+    );
+    let mut other = asked;
+    other.object = "ball".to_owned();
+    assert_eq!(ledger.judge(&other), PlacementVerdict::Conflict);
+}
+
+#[test]
+fn what_was_not_placed_leaves_the_state_as_it_is() {
+    let mut ledger = Ledger::new();
+    let state = ledger.head().state_number;
+    for (id, ending, after) in [
+        ("a", Ending::NotPlaced, state),
+        ("b", Ending::Lost, state + 1),
+        ("c", Ending::Unknown, state + 2),
+    ] {
+        let accepted = ledger.accept(placement(id, ledger.head().state_number));
+        ledger.apply(accepted);
+        let ended = ledger.end_placement(Finding::failed(ending, "it failed"), Vec::new());
+        ledger.apply(ended);
+        assert_eq!(ledger.head().state_number, after);
+    }
+}
+
+#[test]
+fn a_renewal_happens_once() {
+    let mut ledger = Ledger::new();
+    let state = ledger.head().state_number;
+    assert_eq!(ledger.judge_renewal("r"), RenewalVerdict::New);
+    let begun = ledger.begin_renewal("r".to_owned());
+    ledger.apply(begun);
+    assert_eq!(ledger.judge_renewal("r"), RenewalVerdict::UnderWay);
+    assert_eq!(ledger.judge_renewal("s"), RenewalVerdict::Busy);
+    assert_eq!(ledger.judge(&placement("a", state)), PlacementVerdict::Busy);
+    let ended = ledger.end_renewal(Vec::new());
+    ledger.apply(ended);
+    assert_eq!(ledger.judge_renewal("r"), RenewalVerdict::Done(state + 1));
+    assert_eq!(ledger.judge_renewal("s"), RenewalVerdict::New);
+}
+
+#[test]
+fn what_was_under_way_is_settled_after_a_restart() {
+    let mut ledger = Ledger::new();
+    let state = ledger.head().state_number;
+    assert_eq!(ledger.recover(true), None);
+    let accepted = ledger.accept(placement("a", state));
+    ledger.apply(accepted);
+    for (is_simulated, ending, after) in [
+        (true, Ending::NotPlaced, state),
+        (false, Ending::Unknown, state + 1),
+    ] {
+        let mut ledger = ledger.clone();
+        let recovered = ledger.recover(is_simulated).unwrap();
+        ledger.apply(recovered);
+        let (_, outcome) = ledger.placement("a").unwrap();
+        let outcome = outcome.unwrap();
+        assert_eq!(
+            (outcome.finding.ending, outcome.state_number),
+            (ending, after)
+        );
+        assert_eq!(ledger.under_way(), None);
+    }
+
+    let mut ledger = Ledger::new();
+    let begun = ledger.begin_renewal("r".to_owned());
+    ledger.apply(begun);
+    let recovered = ledger.recover(false).unwrap();
+    ledger.apply(recovered);
+    assert_eq!(ledger.judge_renewal("r"), RenewalVerdict::New);
+}
+
+#[test]
+fn what_is_forgotten_is_stale() {
+    let mut ledger = Ledger::new();
+    let first = placement("first", ledger.head().state_number);
+    let fail = |ledger: &mut Ledger, placement: Placement| {
+        let accepted = ledger.accept(placement);
+        ledger.apply(accepted);
+        let ended = ledger.end_placement(Finding::failed(Ending::NotPlaced, "missed"), Vec::new());
+        ledger.apply(ended);
+    };
+    fail(&mut ledger, first.clone());
+    for number in 0..MAX_RECORDS {
+        let next = placement(&number.to_string(), ledger.head().state_number);
+        fail(&mut ledger, next);
+    }
+    assert_eq!(ledger.records().count(), MAX_RECORDS);
+    assert_eq!(ledger.judge(&first), PlacementVerdict::Stale);
+}
+
+#[test]
+fn a_ledger_without_a_past_begins_at_a_state_of_its_own() {
+    let states: Vec<u64> = (0..50).map(|_| Ledger::new().head().state_number).collect();
+    let mut distinct = states.clone();
+    distinct.sort_unstable();
+    distinct.dedup();
+    assert_eq!(distinct.len(), states.len());
+    assert!(states.iter().all(|state| *state > 1 << 60));
+}
+
+/// What happens to a bridge.
+#[derive(Debug, Clone, Copy)]
+enum Event {
+    /// Something is planned on the state of the cell as it is, and asked for.
+    Plan,
+    /// Something that was planned before is asked for, again or late.
+    Repeat(prop::sample::Index),
+    /// As before, but with other content.
+    Forge(prop::sample::Index),
+    /// What is under way ends.
+    End(Ending),
+    /// An empty container is asked for.
+    Renew(u8),
+    /// The bridge is killed, and reads what it wrote.
+    Restart(bool),
+    /// The journal is lost.
+    Lose,
+}
+
+fn any_event() -> impl Strategy<Value = Event> {
+    let ending = prop_oneof![
+        Just(Ending::Placed),
+        Just(Ending::NotPlaced),
+        Just(Ending::Lost),
+        Just(Ending::Unknown)
+    ];
+    prop_oneof![
+        4 => Just(Event::Plan),
+        4 => any::<prop::sample::Index>().prop_map(Event::Repeat),
+        1 => any::<prop::sample::Index>().prop_map(Event::Forge),
+        6 => ending.prop_map(Event::End),
+        1 => (0..4_u8).prop_map(Event::Renew),
+        1 => any::<bool>().prop_map(Event::Restart),
+        1 => Just(Event::Lose),
+    ]
+}
+
+/// A ledger, and what was carried out by it.
+struct World {
+    ledger: Ledger,
+    planned: Vec<Placement>,
+    /// How often each of them was begun.
+    begun: Vec<usize>,
+    states: Vec<u64>,
+}
+
+impl World {
+    fn new() -> Self {
+        let ledger = Ledger::new();
+        Self {
+            states: vec![ledger.head().state_number],
+            ledger,
+            planned: Vec::new(),
+            begun: Vec::new(),
+        }
+    }
+
+    fn apply(&mut self, change: Change) {
+        assert!(change.head.state_number >= self.ledger.head().state_number);
+        self.ledger.apply(change);
+        self.states.push(self.ledger.head().state_number);
+    }
+
+    fn ask(&mut self, index: usize) {
+        let asked = self.planned[index].clone();
+        if self.ledger.judge(&asked) == PlacementVerdict::New {
+            assert_eq!(asked.state_number, self.ledger.head().state_number);
+            self.begun[index] += 1;
+            let accepted = self.ledger.accept(asked);
+            self.apply(accepted);
+        }
+    }
+
+    fn meet(&mut self, event: Event) {
+        match event {
+            Event::Plan => {
+                let id = self.planned.len().to_string();
+                let state_number = self.ledger.head().state_number;
+                self.planned.push(placement(&id, state_number));
+                self.begun.push(0);
+                self.ask(self.planned.len() - 1);
+            }
+            Event::Repeat(_) | Event::Forge(_) if self.planned.is_empty() => {}
+            Event::Repeat(index) => self.ask(index.index(self.planned.len())),
+            Event::Forge(index) => {
+                let index = index.index(self.planned.len());
+                let mut forged = self.planned[index].clone();
+                forged.object = "other".to_owned();
+                if self.begun[index] > 0 {
+                    let verdict = self.ledger.judge(&forged);
+                    assert!(!matches!(
+                        verdict,
+                        PlacementVerdict::New | PlacementVerdict::Known(_)
+                    ));
+                }
+            }
+            Event::End(ending) => match self.ledger.under_way() {
+                Some(Record::Placement { .. }) => {
+                    let finding = Finding::failed(ending, "");
+                    let ended = self.ledger.end_placement(finding, Vec::new());
+                    self.apply(ended);
+                }
+                Some(Record::Renewal { .. }) => {
+                    let ended = self.ledger.end_renewal(Vec::new());
+                    self.apply(ended);
+                }
+                None => {}
+            },
+            Event::Renew(id) => {
+                let id = id.to_string();
+                if self.ledger.judge_renewal(&id) == RenewalVerdict::New {
+                    let begun = self.ledger.begin_renewal(id);
+                    self.apply(begun);
+                }
+            }
+            Event::Restart(is_simulated) => {
+                let records = self.ledger.records();
+                let records = records.map(|(number, record)| (number, record.clone()));
+                let read = Ledger::of(self.ledger.head().clone(), records.collect());
+                assert_eq!(read, self.ledger);
+                if let Some(recovered) = read.recover(is_simulated) {
+                    self.apply(recovered);
+                }
+                assert_eq!(self.ledger.under_way(), None);
+            }
+            Event::Lose => {
+                self.ledger = Ledger::new();
+                let state_number = self.ledger.head().state_number;
+                assert!(!self.states.contains(&state_number));
+                self.states.push(state_number);
+            }
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn nothing_is_carried_out_twice_whatever_happens(
+        events in proptest::collection::vec(any_event(), 1..80),
+    ) {
+        let mut world = World::new();
+        for event in events {
+            world.meet(event);
+            prop_assert!(world.begun.iter().all(|count| *count <= 1));
+        }
+    }
+}

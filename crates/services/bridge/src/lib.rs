@@ -1,0 +1,239 @@
+//! The bridge service: a cell, its robot and its sensor behind one interface.
+//!
+//! It accepts placements, has them carried out, each at most once, and says what came of them; it brings empty
+//! containers; it publishes what the sensor sees. The cells are simulated ([`start`]), or whatever implements
+//! [`Robot`] ([`start_robots`]).
+//!
+//! Each cell has two threads: its desk, which answers requests and keeps the journal, and its robot's, which is busy
+//! for as long as a placement takes.
+
+mod camera;
+mod cell;
+mod debug_scene;
+mod desk;
+mod journal;
+mod ledger;
+mod message;
+pub mod robot;
+mod runner;
+mod settings;
+pub mod simulated;
+mod streams;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_service::process::Process;
+use ppnpack_service::rpc::{self, Incoming, Listener};
+use ppnpack_service::{HealthLatch, Running, ServiceError, Shutdown, alive};
+use ppnpack_wire::keys::{Cell, KeyError};
+use ppnpack_wire::rpc::Request;
+
+use camera::Camera;
+use cell::{CellWorks, spawn};
+use desk::Mail;
+use journal::{CellJournal, Journal};
+use robot::Robot;
+pub use settings::Settings;
+use simulated::{SimulatedError, SimulatedRobot};
+use streams::Streams;
+
+/// How long a robot may take to stop when it is cut off.
+const CUT_OFF_PATIENCE: Duration = Duration::from_secs(1);
+
+/// Why the service did not start.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StartError {
+    /// The process lacks something.
+    #[error(transparent)]
+    Service(#[from] ServiceError),
+    /// A cell has an impossible name.
+    #[error(transparent)]
+    Cell(#[from] KeyError),
+    /// A cell cannot be simulated.
+    #[error("cell {cell}: {error}")]
+    Simulation {
+        /// The cell.
+        cell: Cell,
+        /// Why.
+        error: SimulatedError,
+    },
+    /// A thread cannot be started.
+    #[error("the threads of cell {cell} cannot be started: {error}")]
+    Thread {
+        /// The cell.
+        cell: Cell,
+        /// What the system says.
+        error: std::io::Error,
+    },
+}
+
+/// The running service. Dropped, it ends at once; what is being placed then is cut off where that is possible.
+pub struct Bridge {
+    // Requests stop coming before the desks end: fields are dropped in this order.
+    doors: Vec<Door>,
+    desks: Vec<DeskHandle>,
+    cut_off: Shutdown,
+    /// Held, as a health check fails when nobody holds it.
+    _health: HealthLatch,
+}
+
+/// Where the requests for a cell come in.
+struct Door {
+    _alive: alive::Token,
+    _listeners: [Listener; 4],
+}
+
+/// A desk that works.
+struct DeskHandle {
+    mailbox: SyncSender<Mail>,
+    thread: JoinHandle<()>,
+}
+
+/// Starts the service with simulated cells.
+///
+/// # Errors
+/// [`StartError`] where a cell cannot be simulated, or the session or threads cannot be had. A journal that cannot be
+/// used is no error: requests are refused until it can, and the health check `journal` says why.
+pub fn start(
+    process: &Process,
+    settings: &Settings,
+    catalogue: &Catalogue,
+) -> Result<Bridge, StartError> {
+    let mut robots: BTreeMap<Cell, Box<dyn Robot>> = BTreeMap::new();
+    for (name, cell_settings) in &settings.cells {
+        let cell = Cell::new(name)?;
+        let robot = SimulatedRobot::new(cell_settings.clone(), catalogue);
+        let robot = robot.map_err(|error| StartError::Simulation {
+            cell: cell.clone(),
+            error,
+        })?;
+        robots.insert(cell, Box::new(robot));
+    }
+    start_robots(process, settings, robots)
+}
+
+/// Starts the service with these robots in place of the settings' simulated cells.
+///
+/// # Errors
+/// As [`start`].
+pub fn start_robots(
+    process: &Process,
+    settings: &Settings,
+    robots: BTreeMap<Cell, Box<dyn Robot>>,
+) -> Result<Bridge, StartError> {
+    let health = process.health().check("journal");
+    let journal = match &settings.journal {
+        Some(path) => Some(Arc::new(Journal::new(path, health.clone()))),
+        None => {
+            health.pass();
+            None
+        }
+    };
+    let mut bridge = Bridge {
+        doors: Vec::new(),
+        desks: Vec::new(),
+        cut_off: Shutdown::default(),
+        _health: health,
+    };
+    for (cell, robot) in robots {
+        let journal = CellJournal::new(journal.clone(), cell.clone());
+        bridge.add(process, settings, &cell, journal, robot)?;
+    }
+    Ok(bridge)
+}
+
+impl Bridge {
+    /// Starts the threads of a cell and opens its door.
+    fn add(
+        &mut self,
+        process: &Process,
+        settings: &Settings,
+        cell: &Cell,
+        journal: CellJournal,
+        robot: Box<dyn Robot>,
+    ) -> Result<(), StartError> {
+        let (mailbox, mail) = sync_channel(settings.queue.max(1));
+        let works = CellWorks {
+            streams: Streams::new(process, cell, robot.as_ref(), settings.debug_streams)?,
+            camera: Camera::new(process, cell, settings.debug_streams)?,
+            name: cell.clone(),
+            robot,
+            journal,
+            cloud_period: settings.cloud_period(),
+            state_period: settings.state_period(),
+            shutdown: process.shutdown().clone(),
+            cut_off: self.cut_off.clone(),
+        };
+        let own_mailbox = mailbox.clone();
+        let thread = spawn(format!("bridge-{cell}"), move || {
+            works.run(own_mailbox, &mail);
+        });
+        self.desks.push(DeskHandle {
+            mailbox: mailbox.clone(),
+            thread: thread.map_err(|error| StartError::Thread {
+                cell: cell.clone(),
+                error,
+            })?,
+        });
+        self.doors.push(Door {
+            _listeners: [
+                listen(process, cell, &mailbox, Mail::Place)?,
+                listen(process, cell, &mailbox, Mail::Outcome)?,
+                listen(process, cell, &mailbox, Mail::Renew)?,
+                listen(process, cell, &mailbox, Mail::State)?,
+            ],
+            _alive: alive::announce(process, Some(cell))?,
+        });
+        Ok(())
+    }
+
+    fn take_threads(&mut self) -> Vec<JoinHandle<()>> {
+        let desks = std::mem::take(&mut self.desks).into_iter();
+        desks.map(|desk| desk.thread).collect()
+    }
+
+    /// Closes the doors and asks the desks to end.
+    fn close(&mut self) {
+        self.doors.clear();
+        for desk in &self.desks {
+            // A desk that is gone has ended.
+            desk.mailbox.send(Mail::End).ok();
+        }
+    }
+}
+
+fn listen<R: Request>(
+    process: &Process,
+    cell: &Cell,
+    mailbox: &SyncSender<Mail>,
+    wrap: fn(Incoming<R>) -> Mail,
+) -> Result<Listener, ServiceError> {
+    let mailbox = mailbox.clone();
+    rpc::listen(process, Some(cell), move |incoming| {
+        rpc::deliver(&mailbox, incoming, wrap);
+    })
+}
+
+impl Running for Bridge {
+    fn finish(mut self: Box<Self>, deadline: Instant) -> Result<(), String> {
+        self.close();
+        // What is left at the deadline is cut off when this is dropped.
+        ppnpack_service::join(self.take_threads(), deadline)
+    }
+}
+
+impl Drop for Bridge {
+    fn drop(&mut self) {
+        self.cut_off.request();
+        self.close();
+        let threads = self.take_threads();
+        // What a robot cannot break off ends by itself, later.
+        ppnpack_service::join(threads, Instant::now() + CUT_OFF_PATIENCE).ok();
+    }
+}

@@ -1,0 +1,69 @@
+//! From messages to what a robot is asked for, and back.
+
+use ppnpack_wire::convert::pose;
+use ppnpack_wire::{WireError, header, limits, v1};
+
+use crate::ledger::Outcome;
+use crate::robot::{Body, Ending, Placement};
+
+/// Reads what a placement request asks for.
+pub(crate) fn read_placement(message: &v1::PlaceRequest) -> Result<Placement, WireError> {
+    Ok(Placement {
+        placement_id: header::id("placement_id", &message.placement_id)?.to_owned(),
+        item_id: header::id("item_id", &message.item_id)?.to_owned(),
+        object: limits::name("object", &message.object)?.to_owned(),
+        container_from_item: pose::read_required(
+            "container_from_item",
+            message.container_from_item.as_ref(),
+        )?,
+        state_number: message.state_number,
+    })
+}
+
+/// How far a placement is.
+pub(crate) fn execution(placement: &Placement, outcome: Option<&Outcome>) -> v1::Execution {
+    let phase = match outcome {
+        Some(_) => v1::ExecutionPhase::Ended,
+        None => v1::ExecutionPhase::Accepted,
+    };
+    v1::Execution {
+        placement_id: placement.placement_id.clone(),
+        phase: phase.into(),
+        outcome: outcome.map(|outcome| write_outcome(placement, outcome)),
+    }
+}
+
+/// How a placement ended.
+pub(crate) fn write_outcome(placement: &Placement, outcome: &Outcome) -> v1::Outcome {
+    let finding = &outcome.finding;
+    v1::Outcome {
+        placement_id: placement.placement_id.clone(),
+        item_id: placement.item_id.clone(),
+        kind: kind(finding.ending).into(),
+        failure: header::text(&finding.failure),
+        container_from_item: finding.container_from_item.as_ref().map(pose::write),
+        is_inside: finding.is_inside,
+        slide_m: finding.slide_m,
+        tilt_rad: finding.tilt_rad,
+        state_number: outcome.state_number,
+    }
+}
+
+fn kind(ending: Ending) -> v1::OutcomeKind {
+    match ending {
+        Ending::Placed => v1::OutcomeKind::Placed,
+        Ending::NotPlaced => v1::OutcomeKind::NotPlaced,
+        Ending::Lost => v1::OutcomeKind::Lost,
+        Ending::Unknown => v1::OutcomeKind::Unknown,
+    }
+}
+
+/// Something that lies in the container.
+pub(crate) fn write_body(body: &Body) -> v1::Body {
+    v1::Body {
+        item_id: body.item_id.clone(),
+        object: body.object.clone(),
+        container_from_item: Some(pose::write(&body.container_from_item)),
+        is_inside: body.is_inside,
+    }
+}

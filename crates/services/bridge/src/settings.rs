@@ -1,0 +1,118 @@
+//! What can be set.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use ppnpack_catalogue::catalogue::{self, Catalogue, CatalogueError, Source};
+use ppnpack_packing::grid::Resolution;
+use ppnpack_service::ServiceSettings;
+use ppnpack_service::configuration::in_range;
+use ppnpack_wire::keys::Cell;
+use serde::{Deserialize, Serialize};
+
+use crate::simulated::SimulatedSettings;
+
+/// Settings of the bridge service.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// The simulated cells, by their names.
+    pub cells: BTreeMap<String, SimulatedSettings>,
+    /// The file in which is written what was asked for and what came of it; in memory where none is given, and then
+    /// lost with the process.
+    pub journal: Option<PathBuf>,
+    /// The objects that can be placed: `builtin`, or a folder of meshes.
+    pub catalogue: String,
+    /// Requests that wait for a cell at most; more are refused.
+    pub queue: usize,
+    /// How many clouds are published a second while nothing changes. After a change one is published at once.
+    pub cloud_rate_hz: f64,
+    /// How often the state is published while it does not change, in seconds.
+    pub state_period_s: f64,
+    /// Whether streams for people to look at are published too.
+    pub debug_streams: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            cells: BTreeMap::from([("cell-1".to_owned(), SimulatedSettings::default())]),
+            journal: None,
+            catalogue: "builtin".to_owned(),
+            queue: 64,
+            cloud_rate_hz: 2.0,
+            state_period_s: 2.0,
+            debug_streams: false,
+        }
+    }
+}
+
+impl Settings {
+    /// Loads the catalogue; the simulation needs the objects' models only.
+    ///
+    /// # Errors
+    /// [`CatalogueError`] names what is wrong with it.
+    pub fn load_catalogue(&self) -> Result<Catalogue, CatalogueError> {
+        let source = match self.catalogue.as_str() {
+            "builtin" => Source::Builtin,
+            folder => Source::Folder(folder.into()),
+        };
+        let settings = catalogue::Settings::default();
+        Catalogue::load(&source, &settings, &Resolution::reference(), &|_, _| {})
+    }
+
+    pub(crate) fn cloud_period(&self) -> Duration {
+        Duration::try_from_secs_f64(1.0 / self.cloud_rate_hz).unwrap_or(Duration::MAX)
+    }
+
+    pub(crate) fn state_period(&self) -> Duration {
+        Duration::try_from_secs_f64(self.state_period_s).unwrap_or(Duration::MAX)
+    }
+}
+
+impl ServiceSettings for Settings {
+    fn validate(&self) -> Result<(), String> {
+        for (name, cell) in &self.cells {
+            Cell::new(name).map_err(|error| error.to_string())?;
+            cell.validate()
+                .map_err(|error| format!("cells.{name}.{error}"))?;
+        }
+        in_range("queue", self.queue, 1..=65_536)?;
+        in_range("cloud_rate_hz", self.cloud_rate_hz, 0.01..=1000.0)?;
+        in_range("state_period_s", self.state_period_s, 0.01..=3600.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn impossible_settings_are_named() {
+        Settings::default().validate().unwrap();
+        let refused = |change: fn(&mut Settings)| {
+            let mut settings = Settings::default();
+            change(&mut settings);
+            settings.validate().unwrap_err()
+        };
+        assert!(refused(|s| s.cloud_rate_hz = 0.0).contains("cloud_rate_hz"));
+        assert!(refused(|s| s.state_period_s = f64::NAN).contains("state_period_s"));
+        assert!(refused(|s| s.queue = 0).contains("queue"));
+        let cell = SimulatedSettings::default;
+        let mut settings = Settings::default();
+        settings.cells.insert("Cell".to_owned(), cell());
+        assert!(settings.validate().unwrap_err().contains("'Cell'"));
+        let broken = SimulatedSettings {
+            place_duration_s: -1.0,
+            ..cell()
+        };
+        settings.cells = BTreeMap::from([("c".to_owned(), broken)]);
+        assert!(
+            settings
+                .validate()
+                .unwrap_err()
+                .starts_with("cells.c.place_duration_s")
+        );
+    }
+}

@@ -1,0 +1,216 @@
+//! The simulated cell as a robot.
+
+mod settings;
+mod view;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Point3};
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_catalogue::object::Model;
+use ppnpack_packing::grid::{ContainerSize, GridError};
+use ppnpack_physics::cell::SimulatedCell;
+use ppnpack_physics::error::PhysicsError;
+use ppnpack_physics::outcome::{BodyId, PlacedReport};
+use ppnpack_service::Shutdown;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::robot::{
+    Body, CutOff, Ending, Finding, Outline, Placement, Robot, RobotError, View as RobotView,
+};
+pub use settings::{CameraSettings, FaultSettings, Scan, SimulatedSettings};
+use view::View;
+
+/// Why a simulated cell cannot be had.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SimulatedError {
+    /// The simulation or the camera cannot be as it is asked for.
+    #[error(transparent)]
+    Physics(#[from] PhysicsError),
+    /// The container cannot be scanned at this pitch.
+    #[error("scan_pitch_m: {0}")]
+    Scan(#[from] GridError),
+}
+
+/// A simulated cell with a robot that does as it is told, but for the faults that are asked for.
+pub struct SimulatedRobot {
+    settings: SimulatedSettings,
+    cell: SimulatedCell,
+    view: View,
+    models: BTreeMap<String, Arc<Model>>,
+    /// The items of the bodies, in their order.
+    items: Vec<(BodyId, String)>,
+    faults: ChaCha8Rng,
+}
+
+impl SimulatedRobot {
+    /// An empty cell for the objects of a catalogue.
+    ///
+    /// # Errors
+    /// [`SimulatedError`] where a setting is impossible.
+    pub fn new(settings: SimulatedSettings, catalogue: &Catalogue) -> Result<Self, SimulatedError> {
+        let models = catalogue.objects.iter().map(|object| &object.model);
+        Ok(Self {
+            cell: SimulatedCell::new(settings.physics.clone())?,
+            view: View::new(&settings)?,
+            models: models
+                .map(|model| (model.name.clone(), Arc::clone(model)))
+                .collect(),
+            items: Vec::new(),
+            faults: ChaCha8Rng::seed_from_u64(settings.faults.seed),
+            settings,
+        })
+    }
+
+    /// The fault that this placement meets, if any. Takes one random number a placement.
+    fn fault(&mut self) -> Option<Finding> {
+        let faults = &self.settings.faults;
+        let chance: f64 = self.faults.random();
+        if chance < faults.missed_picks {
+            let failure = "the gripper missed the item, which is where it was";
+            Some(Finding::failed(Ending::NotPlaced, failure))
+        } else if chance < faults.missed_picks + faults.drops {
+            let failure = "the gripper dropped the item beside the container";
+            Some(Finding::failed(Ending::Lost, failure))
+        } else {
+            None
+        }
+    }
+
+    fn is_known(&self, body: &Body) -> bool {
+        let is_known = self.models.contains_key(&body.object);
+        if !is_known {
+            tracing::error!(
+                item = body.item_id,
+                object = body.object,
+                "the catalogue no longer has the object: the item is taken out of the container"
+            );
+        }
+        is_known
+    }
+
+    fn release(&mut self, placement: &Placement) -> Finding {
+        let Some(model) = self.models.get(&placement.object) else {
+            let failure = format!("the cell has no object '{}'", placement.object);
+            return Finding::failed(Ending::NotPlaced, failure);
+        };
+        match self.cell.place(model, &placement.container_from_item) {
+            Ok(report) => {
+                self.items.push((report.id, placement.item_id.clone()));
+                finding(&report)
+            }
+            // On an error nothing has changed.
+            Err(error) => Finding::failed(Ending::NotPlaced, error.to_string()),
+        }
+    }
+}
+
+fn finding(report: &PlacedReport) -> Finding {
+    let (ending, failure) = if report.lost {
+        (Ending::Lost, "the item fell beside the container")
+    } else {
+        (Ending::Placed, "")
+    };
+    Finding {
+        ending,
+        failure: failure.to_owned(),
+        container_from_item: Some(report.container_from_item),
+        is_inside: report.inside,
+        slide_m: report.slide_m,
+        tilt_rad: report.tilt_rad,
+    }
+}
+
+impl Robot for SimulatedRobot {
+    fn is_simulated(&self) -> bool {
+        true
+    }
+
+    fn container(&self) -> ContainerSize {
+        self.settings.physics.container
+    }
+
+    fn objects(&self) -> Option<BTreeMap<String, Outline>> {
+        let models = self.models.iter();
+        Some(
+            models
+                .map(|(name, model)| (name.clone(), outline(model)))
+                .collect(),
+        )
+    }
+
+    fn resume(&mut self, mut bodies: Vec<Body>) -> Vec<Body> {
+        bodies.retain(|body| self.is_known(body));
+        let poses: Vec<(Arc<Model>, Isometry3<f64>)> = bodies
+            .iter()
+            .filter_map(|body| {
+                let model = self.models.get(&body.object)?;
+                Some((Arc::clone(model), body.container_from_item))
+            })
+            .collect();
+        match self.cell.lay_down(&poses) {
+            Ok(ids) => {
+                let items = bodies.into_iter().map(|body| body.item_id);
+                self.items = ids.into_iter().zip(items).collect();
+            }
+            Err(error) => {
+                tracing::error!(%error, "the container cannot be filled as it was: it begins empty");
+                self.cell.reset();
+                self.items.clear();
+            }
+        }
+        self.bodies()
+    }
+
+    fn place(&mut self, placement: &Placement, cut_off: &Shutdown) -> Result<Finding, CutOff> {
+        if cut_off.wait_timeout(self.settings.place_duration()) {
+            return Err(CutOff);
+        }
+        Ok(match self.fault() {
+            Some(finding) => finding,
+            None => self.release(placement),
+        })
+    }
+
+    fn renew(&mut self) -> Result<(), RobotError> {
+        self.cell.reset();
+        self.items.clear();
+        Ok(())
+    }
+
+    fn bodies(&self) -> Vec<Body> {
+        let contents = self.cell.contents().into_iter();
+        let bodies = contents.filter_map(|body| {
+            let (_, item_id) = self.items.iter().find(|(id, _)| *id == body.id)?;
+            Some(Body {
+                item_id: item_id.clone(),
+                object: body.model.name.clone(),
+                container_from_item: body.container_from_item,
+                is_inside: body.inside,
+            })
+        });
+        bodies.collect()
+    }
+
+    fn capture(&mut self) -> Result<RobotView, RobotError> {
+        self.view
+            .of(&mut self.cell)
+            .map_err(|error| RobotError(error.to_string()))
+    }
+}
+
+/// The box around a model.
+fn outline(model: &Model) -> Outline {
+    let vertices = model.mesh.vertices.iter();
+    let (min_m, max_m) = vertices.fold(
+        (
+            Point3::from([f64::INFINITY; 3]),
+            Point3::from([f64::NEG_INFINITY; 3]),
+        ),
+        |(min, max), vertex| (min.inf(vertex), max.sup(vertex)),
+    );
+    Outline { min_m, max_m }
+}

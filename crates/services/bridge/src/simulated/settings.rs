@@ -1,0 +1,193 @@
+//! What can be set of a simulated cell.
+
+use std::time::Duration;
+
+use ppnpack_physics::camera::DepthNoise;
+use ppnpack_physics::settings::CellSettings;
+use serde::{Deserialize, Deserializer, Serialize};
+use serde_json::Value;
+
+/// The widest that points of an exact scan may lie apart, in metres: what perception's surfaces are sampled at.
+const MAX_PITCH_M: f64 = 0.0025;
+
+/// A simulated cell.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SimulatedSettings {
+    /// The container, how items are released and settle, and the solver. What is not given is that of a robot that
+    /// lays items down.
+    #[serde(deserialize_with = "over_robot")]
+    pub physics: CellSettings,
+    /// How long the robot takes for a placement, in seconds.
+    pub place_duration_s: f64,
+    /// What goes wrong.
+    pub faults: FaultSettings,
+    /// How the sensor sees the container.
+    pub scan: Scan,
+    /// With an exact scan: how far apart its points lie, in metres. Perception's heightmap is exact where this is the
+    /// pitch of its grid's surface: 0.0025 for cells that are a multiple of 2.5 mm.
+    pub scan_pitch_m: f64,
+    /// With a camera: what it is like.
+    pub camera: CameraSettings,
+}
+
+/// What goes wrong on purpose, drawn per placement.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct FaultSettings {
+    /// The share of placements at which the gripper misses the item, which stays where it is.
+    pub missed_picks: f64,
+    /// The share of placements at which the gripper drops the item beside the container.
+    pub drops: f64,
+    /// The seed of the draws.
+    pub seed: u64,
+}
+
+/// How the sensor sees the container.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scan {
+    /// The greatest height of the content around each point, on a regular grid.
+    #[default]
+    Exact,
+    /// A depth camera above the middle of the container.
+    Camera,
+}
+
+/// A depth camera above the middle of the container that sees its whole rim.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CameraSettings {
+    /// How far above the floor it is, in metres.
+    pub height_m: f64,
+    /// Columns of its image.
+    pub width_px: usize,
+    /// Rows of its image.
+    pub height_px: usize,
+    /// Its noise.
+    pub noise: DepthNoise,
+    /// The seed of its noise.
+    pub seed: u64,
+}
+
+impl Default for SimulatedSettings {
+    fn default() -> Self {
+        Self {
+            physics: CellSettings::robot(),
+            place_duration_s: 0.0,
+            faults: FaultSettings::default(),
+            scan: Scan::default(),
+            scan_pitch_m: MAX_PITCH_M,
+            camera: CameraSettings::default(),
+        }
+    }
+}
+
+impl Default for CameraSettings {
+    fn default() -> Self {
+        Self {
+            height_m: 1.2,
+            width_px: 400,
+            height_px: 400,
+            noise: DepthNoise::default(),
+            seed: 0,
+        }
+    }
+}
+
+impl SimulatedSettings {
+    pub(super) fn place_duration(&self) -> Duration {
+        Duration::try_from_secs_f64(self.place_duration_s).unwrap_or(Duration::ZERO)
+    }
+
+    /// Checks that every number is possible.
+    pub(crate) fn validate(&self) -> Result<(), String> {
+        self.physics
+            .validate()
+            .map_err(|error| format!("physics: {error}"))?;
+        let numbers = [
+            ("place_duration_s", self.place_duration_s, 3600.0),
+            ("faults.missed_picks", self.faults.missed_picks, 1.0),
+            ("faults.drops", self.faults.drops, 1.0),
+        ];
+        if let Some((name, value, most)) = numbers
+            .into_iter()
+            .find(|(_, value, most)| !(0.0..=*most).contains(value))
+        {
+            return Err(format!("{name} is {value} where 0 to {most} is possible"));
+        }
+        if self.faults.missed_picks + self.faults.drops > 1.0 {
+            return Err("faults: the shares add up to more than 1".to_owned());
+        }
+        if !(self.scan_pitch_m > 0.0 && self.scan_pitch_m <= MAX_PITCH_M) {
+            return Err(format!(
+                "scan_pitch_m is {} where above 0 and at most {MAX_PITCH_M} m is possible",
+                self.scan_pitch_m
+            ));
+        }
+        super::view::View::new(self)
+            .map(drop)
+            .map_err(|error| error.to_string())
+    }
+}
+
+/// Reads settings of the simulation over those of a robot, which are not the type's own defaults.
+fn over_robot<'de, D: Deserializer<'de>>(deserializer: D) -> Result<CellSettings, D::Error> {
+    let over = Value::deserialize(deserializer)?;
+    let mut settings =
+        serde_json::to_value(CellSettings::robot()).map_err(serde::de::Error::custom)?;
+    overlay(&mut settings, over);
+    serde_json::from_value(settings).map_err(serde::de::Error::custom)
+}
+
+/// Puts the entries of one value over those of another, object by object.
+fn overlay(base: &mut Value, over: Value) {
+    match (base, over) {
+        (Value::Object(base), Value::Object(over)) => {
+            for (name, value) in over {
+                overlay(base.entry(name).or_insert(Value::Null), value);
+            }
+        }
+        (base, over) => *base = over,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_out_is_that_of_a_robot() {
+        let text = r#"{"physics": {"release": {"jitter_m": 0.001}}, "faults": {"drops": 0.1}}"#;
+        let settings: SimulatedSettings = serde_json::from_str(text).unwrap();
+        let mut expected = SimulatedSettings::default();
+        expected.physics.release.jitter_m = 0.001;
+        expected.faults.drops = 0.1;
+        assert_eq!(settings, expected);
+        settings.validate().unwrap();
+        let written = serde_json::to_string(&settings).unwrap();
+        assert_eq!(
+            serde_json::from_str::<SimulatedSettings>(&written).unwrap(),
+            settings
+        );
+        for unknown in [r#"{"physics": {"relase": {}}}"#, r#"{"phisics": {}}"#] {
+            assert!(serde_json::from_str::<SimulatedSettings>(unknown).is_err());
+        }
+    }
+
+    #[test]
+    fn impossible_numbers_are_named() {
+        let refused = |change: fn(&mut SimulatedSettings)| {
+            let mut settings = SimulatedSettings::default();
+            change(&mut settings);
+            settings.validate().unwrap_err()
+        };
+        assert!(refused(|s| s.physics.container.x_m = -1.0).contains("x side"));
+        assert!(refused(|s| s.place_duration_s = f64::NAN).contains("place_duration_s"));
+        assert!(refused(|s| s.faults.drops = 1.1).contains("drops"));
+        assert!(refused(|s| s.scan_pitch_m = 0.01).contains("scan_pitch_m"));
+        assert!(refused(|s| (s.scan, s.camera.height_m) = (Scan::Camera, 0.1)).contains("camera"));
+        let both = refused(|s| (s.faults.drops, s.faults.missed_picks) = (0.6, 0.6));
+        assert!(both.contains("more than 1"));
+    }
+}

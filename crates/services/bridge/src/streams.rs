@@ -1,0 +1,72 @@
+//! What a cell publishes of itself, but for the clouds.
+
+use ppnpack_service::ServiceError;
+use ppnpack_service::process::Process;
+use ppnpack_service::stream::Publisher;
+use ppnpack_wire::keys::{Cell, Stream};
+use ppnpack_wire::v1;
+
+use crate::debug_scene::DebugScene;
+use crate::ledger::{Ledger, Record};
+use crate::message;
+use crate::robot::Robot;
+
+/// Publishes states and outcomes.
+pub(crate) struct Streams {
+    states: Publisher<v1::CellState>,
+    outcomes: Publisher<v1::Outcome>,
+    debug_scene: Option<DebugScene>,
+    is_simulated: bool,
+}
+
+impl Streams {
+    pub(crate) fn new(
+        process: &Process,
+        cell: &Cell,
+        robot: &dyn Robot,
+        has_debug_streams: bool,
+    ) -> Result<Self, ServiceError> {
+        let debug_scene = has_debug_streams.then(|| DebugScene::new(process, cell, robot));
+        Ok(Self {
+            states: Publisher::new(process, cell, Stream::State)?,
+            outcomes: Publisher::new(process, cell, Stream::Outcome)?,
+            debug_scene: debug_scene.transpose()?,
+            is_simulated: robot.is_simulated(),
+        })
+    }
+
+    /// The state of the cell.
+    pub(crate) fn state_of(&self, ledger: &Ledger) -> v1::CellState {
+        let executing = match ledger.under_way() {
+            Some(Record::Placement { placement, .. }) => placement.placement_id.clone(),
+            _ => String::new(),
+        };
+        let head = ledger.head();
+        v1::CellState {
+            state_number: head.state_number,
+            executing_placement_id: executing,
+            bodies: head.bodies.iter().map(message::write_body).collect(),
+            is_simulated: self.is_simulated,
+        }
+    }
+
+    /// Publishes the state of the cell.
+    pub(crate) fn tell_state(&self, ledger: &Ledger) {
+        warn(self.states.put(&self.state_of(ledger)));
+        if let Some(scene) = &self.debug_scene {
+            warn(scene.tell(&ledger.head().bodies));
+        }
+    }
+
+    /// Publishes how a placement ended.
+    pub(crate) fn tell_outcome(&self, outcome: &v1::Outcome) {
+        warn(self.outcomes.put(outcome));
+    }
+}
+
+/// Nothing depends on a stream: what it says can be asked for.
+fn warn(result: Result<(), ServiceError>) {
+    if let Err(error) = result {
+        tracing::warn!(%error, "not published");
+    }
+}

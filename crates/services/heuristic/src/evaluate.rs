@@ -1,0 +1,166 @@
+//! `evaluate`: the best valid placements of some items.
+
+use std::time::Instant;
+
+use ppnpack_packing::plan::PlanError;
+use ppnpack_packing::proposals::{Proposals, YawRange};
+use ppnpack_packing::step::{Candidate, StepInput};
+use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_wire::error::WireError;
+use ppnpack_wire::item_id::ItemId;
+use ppnpack_wire::{convert, header, v1};
+
+use crate::worker::{Refusal, Worker};
+
+/// The most placements that one request may ask for.
+const MAX_LIMIT: u32 = 65_536;
+
+/// The most candidates of one request.
+const MAX_CANDIDATES: usize = 1_000;
+
+pub(crate) fn evaluate(
+    worker: &mut Worker,
+    incoming: &Incoming<v1::EvaluateRequest>,
+) -> Result<(v1::EvaluateReply, Done), Refusal> {
+    let started = Instant::now();
+    let request = incoming.message();
+    let limit = read_limit(request.limit)?;
+    let (grid, scene) = convert::scene::read_required("scene", request.scene.as_ref())?;
+    let ids = read_ids(&request.candidates)?;
+    let items = worker.items(&request.items, &ids, &grid)?;
+    let candidates: Vec<Candidate> = request
+        .candidates
+        .iter()
+        .zip(items)
+        .map(|(candidate, item)| Candidate {
+            arrival: usize::try_from(candidate.arrival).unwrap_or(usize::MAX),
+            item,
+        })
+        .collect();
+    let (group, proposals) = read_parts(&request.parts, &candidates)?;
+    let settings = convert::objective::read_required("objective", request.objective.as_ref())?;
+    let search = worker.search(incoming.cell(), &grid, &settings, &request.checks)?;
+    let input = StepInput {
+        grid: &grid,
+        scene: &scene,
+        candidates: &candidates,
+        step: request.step,
+    };
+    let read = Instant::now();
+    let best = search
+        .best(&input, &group, &proposals, limit)
+        .map_err(|error| refusal(&error))?;
+    let reply = v1::EvaluateReply {
+        placements: best
+            .placements
+            .iter()
+            .map(convert::placement::write_ranked)
+            .collect(),
+        is_complete: best.is_complete,
+        counts: best
+            .tallies
+            .iter()
+            .map(convert::placement::write_tally)
+            .collect(),
+        ..v1::EvaluateReply::default()
+    };
+    let stages = vec![
+        header::stage("read", read - started),
+        header::stage("evaluate", read.elapsed()),
+    ];
+    Ok((
+        reply,
+        Done {
+            stages,
+            ..Done::default()
+        },
+    ))
+}
+
+fn read_limit(limit: u32) -> Result<usize, Refusal> {
+    if (1..=MAX_LIMIT).contains(&limit) {
+        Ok(limit as usize)
+    } else {
+        Err(Refusal::Invalid(format!(
+            "limit is {limit} where 1 to {MAX_LIMIT} is possible"
+        )))
+    }
+}
+
+fn read_ids(candidates: &[v1::CandidateItem]) -> Result<Vec<ItemId>, Refusal> {
+    if !(1..=MAX_CANDIDATES).contains(&candidates.len()) {
+        return Err(Refusal::Invalid(format!(
+            "{} candidates where 1 to {MAX_CANDIDATES} are possible",
+            candidates.len()
+        )));
+    }
+    let id = |candidate: &v1::CandidateItem| {
+        ItemId::from_bytes("candidates.item_id", &candidate.item_id)
+    };
+    let ids: Result<Vec<ItemId>, WireError> = candidates.iter().map(id).collect();
+    Ok(ids?)
+}
+
+/// The candidates that are searched, and what is proposed for each.
+fn read_parts(
+    parts: &[v1::SearchPart],
+    candidates: &[Candidate],
+) -> Result<(Vec<usize>, Proposals), Refusal> {
+    let mut of_candidate: Vec<Option<&v1::SearchPart>> = vec![None; candidates.len()];
+    let mut group = Vec::with_capacity(parts.len());
+    for part in parts {
+        let index = part.candidate as usize;
+        match of_candidate.get_mut(index) {
+            Some(entry @ None) => *entry = Some(part),
+            Some(Some(_)) => {
+                return Err(Refusal::Invalid(format!("parts: two of candidate {index}")));
+            }
+            None => {
+                return Err(Refusal::Invalid(format!(
+                    "parts: there is no candidate {index}"
+                )));
+            }
+        }
+        group.push(index);
+    }
+    let mut proposals = Proposals::default();
+    for (part, candidate) in of_candidate.into_iter().zip(candidates) {
+        let Some(part) = part else {
+            proposals.push([]);
+            continue;
+        };
+        let yaws = read_yaws(part, candidate.item.views().len())?;
+        match &part.proposals {
+            None => proposals.push_all_at(yaws),
+            Some(placements) => {
+                let placements = convert::placement::read_all("parts.proposals", placements)?;
+                if placements
+                    .iter()
+                    .any(|placement| !yaws.contains(placement.yaw))
+                {
+                    return Err(Refusal::Invalid(
+                        "parts.proposals: a placement at a yaw that is not searched".to_owned(),
+                    ));
+                }
+                proposals.push(placements);
+            }
+        }
+    }
+    Ok((group, proposals))
+}
+
+fn read_yaws(part: &v1::SearchPart, yaws: usize) -> Result<YawRange, Refusal> {
+    let first = part.first_yaw as usize;
+    let end = first.saturating_add(part.yaw_count as usize);
+    if first < end && end <= yaws {
+        Ok(YawRange { first, end })
+    } else {
+        Err(Refusal::Invalid(format!(
+            "parts: the yaws {first} to below {end} of an item with {yaws}"
+        )))
+    }
+}
+
+pub(crate) fn refusal(error: &PlanError) -> Refusal {
+    Refusal::Failed(error.to_string())
+}

@@ -1,0 +1,126 @@
+//! The heuristic service: the best valid placements of a step, and the validity of given ones.
+//!
+//! It serves any cell. Each worker thread keeps the searches of the cells that are routed to it, with the memory that
+//! they need.
+
+mod evaluate;
+mod settings;
+mod validate;
+mod worker;
+
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
+
+use ppnpack_service::Running;
+use ppnpack_service::alive::Alive;
+use ppnpack_service::process::Process;
+use ppnpack_service::rpc::{self, Incoming, Listener};
+use ppnpack_service::{HealthLatch, ServiceError, alive};
+use ppnpack_wire::item_store::ItemStore;
+use ppnpack_wire::keys::Service;
+use ppnpack_wire::v1;
+
+pub use settings::Settings;
+use worker::{Work, Worker};
+
+/// Why the service did not start.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StartError {
+    /// The process lacks something.
+    #[error(transparent)]
+    Service(#[from] ServiceError),
+    /// Threads cannot be made.
+    #[error("the threads of the search cannot be started: {0}")]
+    Threads(String),
+}
+
+/// The running service.
+pub struct Heuristic {
+    // Requests stop coming before the workers end: fields are dropped in this order.
+    _alive: alive::Token,
+    _listeners: Vec<Listener>,
+    _ready: HealthLatch,
+    workers: Vec<std::thread::JoinHandle<()>>,
+}
+
+/// Starts the service.
+///
+/// # Errors
+/// [`StartError`] where the session or the threads cannot be had.
+pub fn start(process: &Process, settings: &Settings) -> Result<Heuristic, StartError> {
+    let ready = process.health().check("workers");
+    let items = Arc::new(Mutex::new(ItemStore::new(settings.items_kept_mib << 20)));
+    let planners = Arc::new(Alive::watch(process.session(), Service::Planner)?);
+    let mut mailboxes = Vec::new();
+    let mut workers = Vec::new();
+    for index in 0..settings.workers.max(1) {
+        let (mailbox, work) = sync_channel(settings.queue.max(1));
+        let worker = Worker::new(Arc::clone(&items), Arc::clone(&planners), settings)?;
+        let name = format!("heuristic-{index}");
+        let thread = std::thread::Builder::new()
+            .name(name)
+            .spawn(move || worker.run(&work))
+            .map_err(|error| StartError::Threads(error.to_string()))?;
+        mailboxes.push(mailbox);
+        workers.push(thread);
+    }
+    let routes: Arc<[SyncSender<Work>]> = mailboxes.into();
+    let evaluate = Arc::clone(&routes);
+    let listeners = vec![
+        rpc::listen(
+            process,
+            None,
+            move |incoming: Incoming<v1::EvaluateRequest>| {
+                deliver(&evaluate, incoming, Work::Evaluate);
+            },
+        )?,
+        rpc::listen(
+            process,
+            None,
+            move |incoming: Incoming<v1::ValidateRequest>| {
+                deliver(&routes, incoming, Work::Validate);
+            },
+        )?,
+    ];
+    let alive = alive::announce(process, None)?;
+    ready.pass();
+    Ok(Heuristic {
+        _alive: alive,
+        _listeners: listeners,
+        _ready: ready,
+        workers,
+    })
+}
+
+/// The requests of one cell always go to the same worker, which has its searches.
+fn deliver<R: ppnpack_wire::rpc::Request>(
+    routes: &[SyncSender<Work>],
+    incoming: Incoming<R>,
+    wrap: impl FnOnce(Incoming<R>) -> Work,
+) {
+    let sum = incoming
+        .cell()
+        .as_str()
+        .bytes()
+        .map(usize::from)
+        .sum::<usize>();
+    if let Some(route) = routes.get(sum % routes.len().max(1)) {
+        rpc::deliver(route, incoming, wrap);
+    }
+}
+
+impl Running for Heuristic {
+    fn finish(self: Box<Self>, deadline: Instant) -> Result<(), String> {
+        let Self {
+            _alive,
+            _listeners,
+            _ready,
+            workers,
+        } = *self;
+        // Without listeners the mailboxes have no senders left: workers end when they are empty.
+        drop((_alive, _listeners));
+        ppnpack_service::join(workers, deadline)
+    }
+}

@@ -1,0 +1,43 @@
+//! What can be set.
+
+use ppnpack_service::ServiceSettings;
+use ppnpack_service::configuration::in_range;
+use serde::{Deserialize, Serialize};
+
+/// Settings of the heuristic service.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// Worker threads. The requests of one cell go to one of them.
+    pub workers: usize,
+    /// Requests that wait for a worker at most; more are refused.
+    pub queue: usize,
+    /// Threads that a worker spreads one search over.
+    pub threads_per_search: usize,
+    /// Items kept between requests, in MiB as they are encoded.
+    pub items_kept_mib: usize,
+    /// Searches that a worker keeps, one per cell, grid and objective.
+    pub searches_kept: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            workers: 1,
+            queue: 16,
+            threads_per_search: 1,
+            items_kept_mib: 128,
+            searches_kept: 16,
+        }
+    }
+}
+
+impl ServiceSettings for Settings {
+    fn validate(&self) -> Result<(), String> {
+        in_range("workers", self.workers, 1..=256)?;
+        in_range("queue", self.queue, 1..=65_536)?;
+        in_range("threads_per_search", self.threads_per_search, 1..=256)?;
+        in_range("items_kept_mib", self.items_kept_mib, 1..=65_536)?;
+        in_range("searches_kept", self.searches_kept, 1..=4_096)
+    }
+}

@@ -1,0 +1,120 @@
+//! `validate`: whether given placements are valid.
+
+use std::time::Instant;
+
+use ppnpack_packing::check::{Fits, ValidityCheck};
+use ppnpack_packing::placement::{Placement, RestingPlacement};
+use ppnpack_packing::resting::RestingHeights;
+use ppnpack_packing::step::{Candidate, StepInput};
+use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_wire::item_id::ItemId;
+use ppnpack_wire::v1::Check;
+use ppnpack_wire::{convert, header, v1};
+
+use crate::worker::{Refusal, Worker};
+
+/// The most placements of one request.
+const MAX_PLACEMENTS: usize = 65_536;
+
+pub(crate) fn validate(
+    worker: &mut Worker,
+    incoming: &Incoming<v1::ValidateRequest>,
+) -> Result<(v1::ValidateReply, Done), Refusal> {
+    let started = Instant::now();
+    let request = incoming.message();
+    let (grid, scene) = convert::scene::read_required("scene", request.scene.as_ref())?;
+    let id = ItemId::from_bytes("item_id", &request.item_id)?;
+    let items = worker.items(request.item.as_slice(), &[id], &grid)?;
+    let placements = request.placements.clone().unwrap_or_default();
+    let placements = convert::placement::read_all("placements", &placements)?;
+    if !(1..=MAX_PLACEMENTS).contains(&placements.len()) {
+        return Err(Refusal::Invalid(format!(
+            "{} placements where 1 to {MAX_PLACEMENTS} are possible",
+            placements.len()
+        )));
+    }
+    let candidates: Vec<Candidate> = items
+        .into_iter()
+        .map(|item| Candidate { arrival: 0, item })
+        .collect();
+    let Some(candidate) = candidates.first() else {
+        return Err(Refusal::Invalid("the item is missing".to_owned()));
+    };
+    let mut resting = RestingHeights::new(&grid);
+    resting.update(scene.heightmap(), std::iter::once(&*candidate.item));
+    let maps: Vec<Vec<Vec<i16>>> = resting
+        .of(&candidate.item)
+        .map(|view| view.rows().map(<[i16]>::to_vec).collect())
+        .collect();
+    let height = |placement: &Placement| {
+        let map: &Vec<Vec<i16>> = maps.get(placement.yaw)?;
+        map.get(placement.x)?.get(placement.y).copied()
+    };
+    let input = StepInput {
+        grid: &grid,
+        scene: &scene,
+        candidates: &candidates,
+        step: 0,
+    };
+    let mut checks = Checks::read(&request.checks)?;
+    let mut validities = Vec::with_capacity(placements.len());
+    for placement in placements {
+        let Some(resting_height) = height(&placement) else {
+            validities.push(v1::Validity::default());
+            continue;
+        };
+        let resting = RestingPlacement {
+            placement,
+            resting_height,
+        };
+        validities.push(v1::Validity {
+            resting_height: u32::try_from(resting_height).unwrap_or(0),
+            is_inside: true,
+            refused_by: checks.refused_by(&input, candidate, &resting)?.into(),
+        });
+    }
+    let reply = v1::ValidateReply {
+        validities,
+        ..v1::ValidateReply::default()
+    };
+    let stages = vec![header::stage("validate", started.elapsed())];
+    Ok((
+        reply,
+        Done {
+            stages,
+            ..Done::default()
+        },
+    ))
+}
+
+/// The checks of a request, each with its name on the wire.
+struct Checks(Vec<(Check, Box<dyn ValidityCheck>)>);
+
+impl Checks {
+    fn read(checks: &[i32]) -> Result<Self, Refusal> {
+        let mut named: Vec<(Check, Box<dyn ValidityCheck>)> = vec![(Check::Fits, Box::new(Fits))];
+        for (number, check) in checks.iter().zip(convert::check::read_all(checks)?) {
+            let name = Check::try_from(*number).unwrap_or(Check::Unspecified);
+            named.push((name, check));
+        }
+        named.sort_by_key(|(_, check)| check.cost());
+        Ok(Self(named))
+    }
+
+    fn refused_by(
+        &mut self,
+        input: &StepInput<'_>,
+        candidate: &Candidate,
+        resting: &RestingPlacement,
+    ) -> Result<Check, Refusal> {
+        for (name, check) in &mut self.0 {
+            let is_valid = check
+                .is_valid(input, candidate, resting)
+                .map_err(|error| Refusal::Failed(error.to_string()))?;
+            if !is_valid {
+                return Ok(*name);
+            }
+        }
+        Ok(Check::Unspecified)
+    }
+}

@@ -1,0 +1,213 @@
+//! A worker thread: takes requests from its mailbox and answers them.
+
+use std::collections::VecDeque;
+use std::sync::mpsc::Receiver;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::item::{Item, YawsMismatch};
+use ppnpack_packing::search::SearchSettings;
+use ppnpack_packing::valid::ValidSearch;
+use ppnpack_service::alive::Alive;
+use ppnpack_service::rpc::Incoming;
+use ppnpack_wire::error::WireError;
+use ppnpack_wire::item_id::ItemId;
+use ppnpack_wire::item_store::{ItemStore, MissingItems};
+use ppnpack_wire::keys::Cell;
+use ppnpack_wire::v1::{self, Status};
+use ppnpack_wire::{convert, rpc};
+
+use crate::settings::Settings;
+use crate::{StartError, evaluate, validate};
+
+/// A request.
+pub(crate) enum Work {
+    Evaluate(Incoming<v1::EvaluateRequest>),
+    Validate(Incoming<v1::ValidateRequest>),
+}
+
+/// Why a request is not answered as it was asked.
+pub(crate) enum Refusal {
+    Invalid(String),
+    Missing(MissingItems),
+    Failed(String),
+}
+
+impl From<YawsMismatch> for Refusal {
+    fn from(error: YawsMismatch) -> Self {
+        Self::Invalid(error.to_string())
+    }
+}
+
+impl From<WireError> for Refusal {
+    fn from(error: WireError) -> Self {
+        Self::Invalid(error.to_string())
+    }
+}
+
+/// Answers requests one after another.
+pub(crate) struct Worker {
+    items: Arc<Mutex<ItemStore>>,
+    planners: Arc<Alive>,
+    pool: Option<Arc<rayon::ThreadPool>>,
+    searches: VecDeque<KeptSearch>,
+    searches_kept: usize,
+}
+
+struct KeptSearch {
+    cell: Cell,
+    grid: Grid,
+    settings: SearchSettings,
+    checks: Vec<i32>,
+    search: ValidSearch,
+}
+
+impl Worker {
+    pub(crate) fn new(
+        items: Arc<Mutex<ItemStore>>,
+        planners: Arc<Alive>,
+        settings: &Settings,
+    ) -> Result<Self, StartError> {
+        let pool = match settings.threads_per_search {
+            0 | 1 => None,
+            threads => Some(Arc::new(
+                rayon::ThreadPoolBuilder::new()
+                    .num_threads(threads)
+                    .build()
+                    .map_err(|error| StartError::Threads(error.to_string()))?,
+            )),
+        };
+        Ok(Self {
+            items,
+            planners,
+            pool,
+            searches: VecDeque::new(),
+            searches_kept: settings.searches_kept.max(1),
+        })
+    }
+
+    /// Works until nobody can send any more.
+    pub(crate) fn run(mut self, work: &Receiver<Work>) {
+        while let Ok(work) = work.recv() {
+            match work {
+                Work::Evaluate(incoming) => self.answer(incoming, evaluate::evaluate),
+                Work::Validate(incoming) => self.answer(incoming, validate::validate),
+            }
+        }
+    }
+
+    fn answer<R>(
+        &mut self,
+        incoming: Incoming<R>,
+        work: impl FnOnce(
+            &mut Self,
+            &Incoming<R>,
+        ) -> Result<(R::Reply, ppnpack_service::rpc::Done), Refusal>,
+    ) where
+        R: rpc::Request,
+        R::Reply: ReportsMissing,
+    {
+        let Some(incoming) = incoming.still_wanted(&self.planners) else {
+            return;
+        };
+        match work(self, &incoming) {
+            Ok((reply, done)) => incoming.reply(reply, done),
+            Err(Refusal::Invalid(message)) => incoming.refuse(Status::Invalid, message),
+            Err(Refusal::Failed(message)) => incoming.refuse(Status::Failed, message),
+            Err(Refusal::Missing(missing)) => {
+                let message = missing.to_string();
+                let ids = missing.0.into_iter().map(ItemId::to_bytes).collect();
+                let reply = R::Reply::with_missing(ids);
+                incoming.refuse_with(reply, Status::MissingItems, message);
+            }
+        }
+    }
+
+    /// The items that a request names.
+    pub(crate) fn items(
+        &self,
+        given: &[v1::Item],
+        ids: &[ItemId],
+        grid: &Grid,
+    ) -> Result<Vec<Arc<Item>>, Refusal> {
+        // A worker that panicked while it held the lock left the store as it was: only whole items are ever in it.
+        let mut store = self.items.lock().unwrap_or_else(PoisonError::into_inner);
+        let items = store.resolve(given, ids)?.map_err(Refusal::Missing)?;
+        for item in &items {
+            item.check_yaws(grid)?;
+        }
+        Ok(items)
+    }
+
+    /// The search that this cell used last with these settings, or a new one.
+    pub(crate) fn search(
+        &mut self,
+        cell: &Cell,
+        grid: &Grid,
+        settings: &SearchSettings,
+        checks: &[i32],
+    ) -> Result<&mut ValidSearch, Refusal> {
+        let is_same = |kept: &KeptSearch| {
+            kept.cell == *cell
+                && kept.grid == *grid
+                && kept.settings == *settings
+                && kept.checks == checks
+        };
+        let kept = self.searches.iter().position(is_same);
+        let kept = match kept.and_then(|index| self.searches.remove(index)) {
+            Some(kept) => kept,
+            None => self.new_search(cell, grid, settings, checks)?,
+        };
+        self.searches.truncate(self.searches_kept - 1);
+        self.searches.push_front(kept);
+        match self.searches.front_mut() {
+            Some(kept) => Ok(&mut kept.search),
+            None => Err(Refusal::Failed("the search was lost".to_owned())),
+        }
+    }
+
+    fn new_search(
+        &self,
+        cell: &Cell,
+        grid: &Grid,
+        settings: &SearchSettings,
+        checks: &[i32],
+    ) -> Result<KeptSearch, Refusal> {
+        let boxed = convert::check::read_all(checks)?;
+        let mut search = ValidSearch::new(grid, settings, boxed)
+            .map_err(|error| Refusal::Invalid(error.to_string()))?;
+        if let Some(pool) = &self.pool {
+            search = search.with_pool(Arc::clone(pool));
+        }
+        Ok(KeptSearch {
+            cell: cell.clone(),
+            grid: grid.clone(),
+            settings: settings.clone(),
+            checks: checks.to_vec(),
+            search,
+        })
+    }
+}
+
+/// Replies that name items which the service does not have.
+pub(crate) trait ReportsMissing {
+    fn with_missing(ids: Vec<Vec<u8>>) -> Self;
+}
+
+impl ReportsMissing for v1::EvaluateReply {
+    fn with_missing(missing_items: Vec<Vec<u8>>) -> Self {
+        Self {
+            missing_items,
+            ..Self::default()
+        }
+    }
+}
+
+impl ReportsMissing for v1::ValidateReply {
+    fn with_missing(missing_items: Vec<Vec<u8>>) -> Self {
+        Self {
+            missing_items,
+            ..Self::default()
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! What became of clouds, counted.
+
+use std::sync::Mutex;
+use std::sync::PoisonError;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use ppnpack_service::metrics::{self, Metric};
+use ppnpack_wire::keys::Cell;
+
+/// Lines about clouds that are refused come at most this often.
+const LINE_PERIOD: Duration = Duration::from_secs(1);
+
+/// What became of a cloud.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fate {
+    /// It became a heightmap.
+    Mapped,
+    /// A newer one came before it was looked at.
+    Replaced,
+    /// Its layout, its pose or one of its fields is not possible.
+    Malformed,
+    /// It is older than the one before.
+    Late,
+    /// More cells send clouds than can be served.
+    Unserved,
+    /// No heightmap could be made of it.
+    Failed,
+}
+
+impl Fate {
+    /// All of them.
+    pub const ALL: &[Self] = &[
+        Self::Mapped,
+        Self::Replaced,
+        Self::Malformed,
+        Self::Late,
+        Self::Unserved,
+        Self::Failed,
+    ];
+
+    /// As it stands in the label of the metric.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Mapped => "mapped",
+            Self::Replaced => "replaced",
+            Self::Malformed => "malformed",
+            Self::Late => "late",
+            Self::Unserved => "unserved",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// Counts clouds by what became of them.
+pub(crate) struct Counts {
+    fates: Vec<(Fate, AtomicU64, ::metrics::Counter)>,
+    last_line: Mutex<Option<Instant>>,
+}
+
+impl Counts {
+    pub(crate) fn new() -> Self {
+        let fate = |fate: &Fate| {
+            let labels = [("fate", fate.as_str())];
+            let counter = metrics::counter(Metric::CloudsTotal, &labels);
+            (*fate, AtomicU64::new(0), counter)
+        };
+        Self {
+            fates: Fate::ALL.iter().map(fate).collect(),
+            last_line: Mutex::new(None),
+        }
+    }
+
+    /// Counts a cloud.
+    pub(crate) fn count(&self, fate: Fate) {
+        if let Some((_, count, counter)) = self.fates.iter().find(|(own, ..)| *own == fate) {
+            count.fetch_add(1, Ordering::Relaxed);
+            counter.increment(1);
+        }
+    }
+
+    /// Counts a cloud that was refused, and says why, not too often.
+    pub(crate) fn refuse(&self, cell: &Cell, fate: Fate, reason: &dyn std::fmt::Display) {
+        self.count(fate);
+        let now = Instant::now();
+        let mut last = self
+            .last_line
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        if last.is_none_or(|last| now - last >= LINE_PERIOD) {
+            *last = Some(now);
+            tracing::warn!(%cell, fate = fate.as_str(), %reason, "cloud refused");
+        }
+    }
+
+    /// How many clouds there were.
+    pub(crate) fn of(&self, fate: Fate) -> u64 {
+        let own = self.fates.iter().find(|(own, ..)| *own == fate);
+        own.map_or(0, |(_, count, _)| count.load(Ordering::Relaxed))
+    }
+}

@@ -1,0 +1,123 @@
+//! The thread that answers who asks for heightmaps, of all cells. It never waits for one of them.
+
+use std::collections::BTreeMap;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::{Duration, Instant};
+
+use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_wire::keys::Cell;
+use ppnpack_wire::v1::{self, Status};
+
+/// Who waits is answered so long before the time limit passes, or a tenth of it, that the answer still comes in time.
+const ANSWER_BEFORE: Duration = Duration::from_millis(20);
+
+/// Nobody waits.
+const LONG: Duration = Duration::from_secs(3600);
+
+/// What comes to the desk.
+pub(crate) enum Mail {
+    /// Somebody wants a heightmap.
+    Request(Incoming<v1::HeightmapRequest>),
+    /// There is a new heightmap of a cell.
+    Heightmap(Cell, v1::Heightmap),
+}
+
+/// Answers who asks for heightmaps.
+pub(crate) struct Desk {
+    newest: BTreeMap<Cell, v1::Heightmap>,
+    waiting: Vec<Incoming<v1::HeightmapRequest>>,
+    /// How many may wait.
+    most: usize,
+}
+
+impl Desk {
+    pub(crate) fn new(most: usize) -> Self {
+        Self {
+            newest: BTreeMap::new(),
+            waiting: Vec::new(),
+            most,
+        }
+    }
+
+    /// Works until nothing more can come.
+    pub(crate) fn run(mut self, mail: &Receiver<Mail>) {
+        loop {
+            match mail.recv_timeout(self.pause()) {
+                Ok(Mail::Request(incoming)) => self.answer_or_keep(incoming),
+                Ok(Mail::Heightmap(cell, heightmap)) => self.take(cell, heightmap),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return,
+            }
+            self.give_up_waiting();
+        }
+    }
+
+    fn answer_or_keep(&mut self, mut incoming: Incoming<v1::HeightmapRequest>) {
+        incoming.start();
+        match self.newest.get(incoming.cell()) {
+            Some(heightmap) if is_enough(heightmap, &incoming) => answer(incoming, heightmap),
+            _ if self.waiting.len() < self.most => self.waiting.push(incoming),
+            _ => incoming.refuse(Status::Busy, "too many wait for heightmaps"),
+        }
+    }
+
+    fn take(&mut self, cell: Cell, heightmap: v1::Heightmap) {
+        let is_served = |waiting: &mut Incoming<v1::HeightmapRequest>| {
+            *waiting.cell() == cell && is_enough(&heightmap, waiting)
+        };
+        for incoming in self.waiting.extract_if(.., is_served) {
+            answer(incoming, &heightmap);
+        }
+        self.newest.insert(cell, heightmap);
+    }
+
+    fn pause(&self) -> Duration {
+        let moments = self.waiting.iter().map(last_moment);
+        moments.min().map_or(LONG, |first| {
+            first.saturating_duration_since(Instant::now())
+        })
+    }
+
+    /// Answers those whose time limit passed.
+    fn give_up_waiting(&mut self) {
+        let now = Instant::now();
+        for incoming in self
+            .waiting
+            .extract_if(.., |waiting| last_moment(waiting) <= now)
+        {
+            let cell = incoming.cell();
+            let wanted = incoming.message().least_state_number;
+            match self.newest.get(cell) {
+                Some(heightmap) => {
+                    let message = format!(
+                        "the newest cloud of cell {cell} shows its state {}, not {wanted} yet",
+                        heightmap.state_number
+                    );
+                    incoming.refuse(Status::TimedOut, message);
+                }
+                None => {
+                    let message =
+                        format!("no cloud of cell {cell} has come yet: is its sensor on?");
+                    incoming.refuse(Status::Unavailable, message);
+                }
+            }
+        }
+    }
+}
+
+/// When a request that waits has to be answered.
+fn last_moment(incoming: &Incoming<v1::HeightmapRequest>) -> Instant {
+    incoming.deadline() - ANSWER_BEFORE.min(incoming.header().time_limit / 10)
+}
+
+fn is_enough(heightmap: &v1::Heightmap, incoming: &Incoming<v1::HeightmapRequest>) -> bool {
+    heightmap.state_number >= incoming.message().least_state_number
+}
+
+fn answer(incoming: Incoming<v1::HeightmapRequest>, heightmap: &v1::Heightmap) {
+    let reply = v1::HeightmapReply {
+        header: None,
+        heightmap: Some(heightmap.clone()),
+    };
+    incoming.reply(reply, Done::default());
+}

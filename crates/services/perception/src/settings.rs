@@ -1,0 +1,195 @@
+//! What can be set.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use ppnpack_packing::grid::{ContainerSize, Grid, GridError, Resolution, Yaws};
+use ppnpack_perception::settings::MapperSettings;
+use ppnpack_service::ServiceSettings;
+use ppnpack_service::configuration::in_range;
+use ppnpack_wire::MAX_MESSAGE_BYTES;
+use ppnpack_wire::keys::Cell;
+use serde::{Deserialize, Serialize};
+
+/// What a message of a heightmap holds beside heights, at most, in bytes.
+const MESSAGE_OVERHEAD_BYTES: usize = 16 << 10;
+
+/// Settings of the perception service.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// The grids of cells, by the cells' names.
+    pub cells: BTreeMap<String, GridSettings>,
+    /// Whether cells that are not listed are served too, with the grid below.
+    pub has_unlisted_cells: bool,
+    /// The grid of cells that are not listed.
+    pub grid: GridSettings,
+    /// How points become heights; the defaults are those for a sensor without noise.
+    pub mapper: MapperSettings,
+    /// A cloud that is older than the last one is refused, unless no newer one came for this long, in seconds: then the
+    /// sensor counts anew.
+    pub sensor_restart_after_s: f64,
+    /// Requests that wait for a heightmap at most; more are refused.
+    pub queue: usize,
+    /// Whether streams for people to look at are published too.
+    pub debug_streams: bool,
+}
+
+/// The grid of a cell.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GridSettings {
+    /// The container's inner size.
+    pub container: ContainerSize,
+    /// The edge of a grid cell, in metres.
+    pub cell_m: f64,
+    /// One unit of height, in metres.
+    pub height_unit_m: f64,
+    /// How many yaws, evenly over half a turn.
+    pub yaws: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            cells: BTreeMap::new(),
+            has_unlisted_cells: true,
+            grid: GridSettings::default(),
+            mapper: MapperSettings::default(),
+            sensor_restart_after_s: 2.0,
+            queue: 256,
+            debug_streams: false,
+        }
+    }
+}
+
+impl Default for GridSettings {
+    fn default() -> Self {
+        Self {
+            container: ContainerSize::REFERENCE,
+            cell_m: 0.01,
+            height_unit_m: 0.002,
+            yaws: 4,
+        }
+    }
+}
+
+impl GridSettings {
+    /// The grid of the container.
+    ///
+    /// # Errors
+    /// [`GridError`] where a length or a count is not possible.
+    pub fn grid(&self) -> Result<Grid, GridError> {
+        let yaws = Yaws::half_turn(self.yaws)?;
+        let resolution = Resolution::new(self.cell_m, self.height_unit_m, yaws)?;
+        Grid::new(self.container, resolution)
+    }
+
+    /// Whether a mapper with these settings can serve it.
+    fn validate(&self, mapper: &MapperSettings) -> Result<(), String> {
+        let grid = self.grid().map_err(|error| error.to_string())?;
+        mapper
+            .validate_on(&grid)
+            .map_err(|error| format!("mapper: {error}"))?;
+        let samples = grid.resolution().samples_per_cell();
+        let cells = grid.nx() * grid.ny();
+        let bytes = cells
+            .saturating_mul(samples.saturating_mul(samples))
+            .saturating_mul(4)
+            .saturating_add(2 * cells + MESSAGE_OVERHEAD_BYTES);
+        if bytes <= MAX_MESSAGE_BYTES {
+            Ok(())
+        } else {
+            Err(format!(
+                "its heightmaps would take {bytes} bytes where messages have at most {MAX_MESSAGE_BYTES}: \
+                 choose larger cells"
+            ))
+        }
+    }
+}
+
+impl Settings {
+    pub(crate) fn sensor_restart_after(&self) -> Duration {
+        Duration::try_from_secs_f64(self.sensor_restart_after_s).unwrap_or(Duration::MAX)
+    }
+
+    /// The grid of a cell, where it is served.
+    pub(crate) fn grid_of(&self, cell: &Cell) -> Option<&GridSettings> {
+        let listed = self.cells.get(cell.as_str());
+        listed.or_else(|| self.has_unlisted_cells.then_some(&self.grid))
+    }
+}
+
+impl ServiceSettings for Settings {
+    fn validate(&self) -> Result<(), String> {
+        for (name, grid) in &self.cells {
+            Cell::new(name).map_err(|error| error.to_string())?;
+            grid.validate(&self.mapper)
+                .map_err(|error| format!("cells.{name}: {error}"))?;
+        }
+        self.grid
+            .validate(&self.mapper)
+            .map_err(|error| format!("grid: {error}"))?;
+        if self.cells.is_empty() && !self.has_unlisted_cells {
+            return Err(
+                "no cell is served: list one in cells, or set has_unlisted_cells".to_owned(),
+            );
+        }
+        let restart_s = self.sensor_restart_after_s;
+        in_range("sensor_restart_after_s", restart_s, 0.0..=3600.0)?;
+        in_range("queue", self.queue, 1..=65_536)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn impossible_settings_are_named() {
+        Settings::default().validate().unwrap();
+        let refused = |change: fn(&mut Settings)| {
+            let mut settings = Settings::default();
+            change(&mut settings);
+            settings.validate().unwrap_err()
+        };
+        assert!(refused(|s| s.grid.cell_m = -1.0).contains("grid: "));
+        assert!(refused(|s| s.mapper.floor_tolerance_m = -1.0).contains("floor_tolerance_m"));
+        let wide = refused(|s| {
+            s.mapper.point_radius_m = 0.002;
+            // Wide for the samples of a small cell, narrow for those of the others.
+            let small = GridSettings {
+                cell_m: 0.002,
+                ..GridSettings::default()
+            };
+            s.grid.cell_m = 0.02;
+            s.cells.insert("small".to_owned(), small);
+        });
+        assert!(wide.contains("cells.small") && wide.contains("point_radius_m"));
+        assert!(refused(|s| s.sensor_restart_after_s = f64::NAN).contains("sensor_restart"));
+        assert!(refused(|s| s.queue = 0).contains("queue"));
+        assert!(refused(|s| s.has_unlisted_cells = false).contains("no cell is served"));
+        assert!(
+            refused(|s| {
+                s.cells.insert("a b".to_owned(), GridSettings::default());
+            })
+            .contains("a b")
+        );
+        let hall = GridSettings {
+            container: ContainerSize {
+                x_m: 10.0,
+                y_m: 10.0,
+                z_m: 1.0,
+            },
+            ..GridSettings::default()
+        };
+        let mut settings = Settings::default();
+        settings.cells.insert("hall".to_owned(), hall);
+        assert!(
+            settings
+                .validate()
+                .unwrap_err()
+                .contains("choose larger cells")
+        );
+    }
+}

@@ -1,0 +1,380 @@
+//! Clouds in, heightmaps out, over a real session.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "a panic in a test is a failing test"
+)]
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use nalgebra::{Isometry3, Point3};
+use ppnpack_packing::grid::{ContainerSize, Grid};
+use ppnpack_packing::heightmap::{Scene, Surface};
+use ppnpack_perception_service::{Fate, GridSettings, Perception, Settings};
+use ppnpack_service::Running;
+use ppnpack_service::embedded::{self, Hub};
+use ppnpack_service::process::Process;
+use ppnpack_service::rpc::{CallError, Client};
+use ppnpack_service::stream::Latest;
+use ppnpack_wire::MAX_MESSAGE_BYTES;
+use ppnpack_wire::convert::cloud::{self, Capture};
+use ppnpack_wire::convert::scene;
+use ppnpack_wire::keys::{Cell, Key, Service, Stream};
+use ppnpack_wire::v1::{self, Status};
+use prost::Message;
+use zenoh::Wait;
+use zenoh::qos::CongestionControl;
+
+/// Far more than anything here takes.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+fn deadline() -> Instant {
+    Instant::now() + PATIENCE
+}
+
+fn cell() -> Cell {
+    Cell::new("cell-1").unwrap()
+}
+
+/// A cloud with a point in every sample of a grid's surface, at the height that `height_m` gives.
+fn cloud_of(
+    grid: &Grid,
+    state_number: u64,
+    sequence: u64,
+    height_m: impl Fn(usize, usize) -> Option<f32>,
+) -> v1::PointCloud {
+    let empty = Surface::empty(grid);
+    let middle = |index: usize| ((index as f64 + 0.5) * empty.pitch_m()) as f32;
+    let places = (0..empty.nx()).flat_map(|x| (0..empty.ny()).map(move |y| (x, y)));
+    let points: Vec<Point3<f32>> = places
+        .filter_map(|(x, y)| Some(Point3::new(middle(x), middle(y), height_m(x, y)?)))
+        .collect();
+    let capture = Capture {
+        sequence,
+        captured_at_ns: 1_700_000_000_000_000_000,
+        state_number,
+        container_from_sensor: Isometry3::identity(),
+    };
+    cloud::write(&capture, &points)
+}
+
+fn flat(state_number: u64, sequence: u64) -> v1::PointCloud {
+    cloud_of(&Grid::reference(), state_number, sequence, |_, _| Some(0.0))
+}
+
+fn settings() -> Settings {
+    Settings {
+        // No test takes so long that a late cloud would be taken for a new beginning.
+        sensor_restart_after_s: 600.0,
+        ..Settings::default()
+    }
+}
+
+/// A sensor that waits where the network is busy: what these tests publish arrives.
+struct Sensor(zenoh::pubsub::Publisher<'static>);
+
+impl Sensor {
+    fn new(process: &Process, cell: &Cell) -> Self {
+        let key = Key::Stream(cell.clone(), Stream::Cloud).to_string();
+        let publisher = process
+            .session()
+            .declare_publisher(key)
+            .congestion_control(CongestionControl::Block)
+            .wait();
+        Self(publisher.unwrap())
+    }
+
+    fn put(&self, cloud: &v1::PointCloud) {
+        self.0.put(cloud.encode_to_vec()).wait().unwrap();
+    }
+}
+
+/// A perception service, a sensor and somebody who asks.
+struct Rig {
+    perception: Perception,
+    sensor: Process,
+    clouds: Sensor,
+    client: Client,
+    _hub: Hub,
+}
+
+impl Rig {
+    fn new(settings: &Settings) -> Self {
+        let hub = embedded::hub().unwrap();
+        let process = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
+        let perception = ppnpack_perception_service::start(&process, settings).unwrap();
+        let sensor = embedded::process(&hub, Service::Bridge, "sensor").unwrap();
+        Self {
+            perception,
+            clouds: Sensor::new(&sensor, &cell()),
+            client: Client::new(sensor.session()),
+            sensor,
+            _hub: hub,
+        }
+    }
+
+    /// Shows the cell in its state 1 until that is seen: from then on clouds arrive.
+    fn connected(settings: &Settings) -> Self {
+        let rig = Self::new(settings);
+        let until = deadline();
+        for sequence in 1.. {
+            assert!(Instant::now() < until, "no cloud arrives");
+            rig.clouds.put(&flat(1, sequence));
+            if rig.ask_for(&cell(), 1, Duration::from_millis(200)).is_ok() {
+                return rig;
+            }
+        }
+        unreachable!();
+    }
+
+    fn ask_for(
+        &self,
+        cell: &Cell,
+        least_state_number: u64,
+        span: Duration,
+    ) -> Result<v1::Heightmap, CallError> {
+        let request = v1::HeightmapRequest {
+            header: None,
+            least_state_number,
+        };
+        let reply = self.client.call(cell, request, Instant::now() + span)?;
+        Ok(reply.heightmap.unwrap())
+    }
+
+    fn ask(&self, least_state_number: u64) -> v1::Heightmap {
+        self.ask_for(&cell(), least_state_number, PATIENCE).unwrap()
+    }
+
+    /// The status with which a request is refused.
+    fn refused(&self, cell: &Cell, least_state_number: u64) -> Status {
+        match self.ask_for(cell, least_state_number, Duration::from_millis(500)) {
+            Err(CallError::Refused { status, .. }) => status,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// Sends a cloud that is refused, and waits until it was.
+    fn send_refused(&self, cloud: &v1::PointCloud, fate: Fate) {
+        let before = self.perception.clouds(fate);
+        self.clouds.put(cloud);
+        let until = deadline();
+        while self.perception.clouds(fate) == before {
+            assert!(Instant::now() < until, "it is not counted as {fate:?}");
+            std::thread::yield_now();
+        }
+        assert_eq!(self.perception.clouds(fate), before + 1);
+    }
+}
+
+fn read(heightmap: &v1::Heightmap) -> (Grid, Scene) {
+    scene::read(heightmap.scene.as_ref().unwrap()).unwrap()
+}
+
+#[test]
+fn a_cloud_becomes_the_heightmap_that_its_surface_gives() {
+    let rig = Rig::connected(&settings());
+    let heightmaps: Latest<v1::Heightmap> =
+        Latest::subscribe(&rig.sensor, &cell(), Stream::Heightmap, MAX_MESSAGE_BYTES).unwrap();
+    let grid = Grid::reference();
+    let height_m = |x: usize, y: usize| (x * 7 + y * 3) as f32 * 1e-4;
+    let mut surface = Surface::empty(&grid);
+    for (x, y) in (0..128).flat_map(|x| (0..128).map(move |y| (x, y))) {
+        surface.raise(x, y, height_m(x, y));
+    }
+    let expected = Scene::from_surface(&grid, surface).unwrap();
+    let before = rig.ask(1).id.unwrap();
+
+    rig.clouds
+        .put(&cloud_of(&grid, 2, 1, |x, y| Some(height_m(x, y))));
+    let heightmap = rig.ask(2);
+    assert_eq!(read(&heightmap), (grid, expected));
+    let id = heightmap.id.unwrap();
+    assert_eq!((id.epoch, id.sequence), (before.epoch, before.sequence + 1));
+    assert_eq!(heightmap.state_number, 2);
+    assert_eq!(heightmap.captured_at_ns, 1_700_000_000_000_000_000);
+    let quality = heightmap.quality.unwrap();
+    assert_eq!(
+        (quality.points_inside, quality.unknown_cells, quality.cells),
+        (128 * 128, 0, 1024)
+    );
+    assert!(quality.processing_ns > 0);
+
+    // The subscription may have come too late for that one.
+    rig.clouds.put(&flat(3, 1));
+    let published = std::iter::from_fn(|| heightmaps.wait(deadline()));
+    let published = published
+        .map(Result::unwrap)
+        .find(|published| published.state_number == 3);
+    assert_eq!(published.unwrap(), rig.ask(3));
+}
+
+#[test]
+fn who_waits_for_a_state_holds_nobody_up() {
+    let rig = Rig::connected(&settings());
+    std::thread::scope(|scope| {
+        let waiting: Vec<_> = (0..4).map(|_| scope.spawn(|| rig.ask(9))).collect();
+        for _ in 0..20 {
+            assert_eq!(rig.ask(1).state_number, 1);
+        }
+        rig.clouds.put(&flat(8, 1));
+        assert_eq!(rig.ask(8).state_number, 8);
+        assert!(waiting.iter().all(|waiting| !waiting.is_finished()));
+        rig.clouds.put(&flat(9, 1));
+        for waiting in waiting {
+            assert_eq!(waiting.join().unwrap().state_number, 9);
+        }
+    });
+}
+
+#[test]
+fn who_waits_in_vain_is_told_why() {
+    let rig = Rig::connected(&settings());
+    assert_eq!(rig.refused(&cell(), 2), Status::TimedOut);
+    assert_eq!(
+        rig.refused(&Cell::new("cell-2").unwrap(), 0),
+        Status::Unavailable
+    );
+}
+
+#[test]
+fn more_than_may_wait_are_refused() {
+    let rig = Rig::connected(&Settings {
+        queue: 2,
+        ..settings()
+    });
+    let busy = std::thread::scope(|scope| {
+        let refused = || rig.refused(&cell(), 2);
+        let waiting: Vec<_> = (0..8).map(|_| scope.spawn(refused)).collect();
+        let statuses = waiting.into_iter().map(|waiting| waiting.join().unwrap());
+        statuses.filter(|status| *status == Status::Busy).count()
+    });
+    assert!(busy >= 4, "{busy} of 8");
+}
+
+#[test]
+fn malformed_clouds_are_refused_and_counted() {
+    let rig = Rig::connected(&settings());
+    let malformed: [fn(&mut v1::PointCloud); 9] = [
+        |cloud| cloud.sequence = 0,
+        |cloud| cloud.container_from_sensor = None,
+        |cloud| cloud.point_stride = 0,
+        |cloud| cloud.point_stride = 11,
+        |cloud| cloud.fields.truncate(2),
+        |cloud| cloud.fields[2].offset = 10,
+        |cloud| cloud.fields[2].r#type = 99,
+        |cloud| cloud.fields[2].name = "x".to_owned(),
+        |cloud| cloud.data.truncate(100),
+    ];
+    for change in malformed {
+        let mut cloud = flat(2, 1);
+        change(&mut cloud);
+        rig.send_refused(&cloud, Fate::Malformed);
+    }
+    assert_eq!(rig.ask(0).state_number, 1);
+    rig.clouds.put(&flat(2, 1));
+    assert_eq!(rig.ask(2).state_number, 2);
+}
+
+#[test]
+fn late_clouds_are_refused_and_counted() {
+    let rig = Rig::connected(&settings());
+    rig.clouds.put(&flat(5, 7));
+    let newest = rig.ask(5);
+    for (state_number, sequence) in [(5, 7), (5, 6), (4, 100), (0, 100)] {
+        rig.send_refused(&flat(state_number, sequence), Fate::Late);
+    }
+    assert_eq!(rig.ask(0), newest);
+}
+
+#[test]
+fn what_no_point_shows_is_higher_than_the_rim() {
+    let rig = Rig::connected(&settings());
+    let grid = Grid::reference();
+    // Cells (10, 20) and (11, 20) are in the dark, but for a hole in one of them that is no point.
+    let in_the_dark = |x: usize, y: usize| (40..48).contains(&x) && (80..84).contains(&y);
+    let height_m = |x, y| match (x, y) {
+        (41, 81) => Some(f32::NAN),
+        (x, y) if in_the_dark(x, y) => None,
+        _ => Some(0.1),
+    };
+    rig.clouds.put(&cloud_of(&grid, 2, 1, height_m));
+    let heightmap = rig.ask(2);
+    assert_eq!(heightmap.quality.as_ref().unwrap().unknown_cells, 2);
+    let (_, scene) = read(&heightmap);
+    for (x, y) in (0..32).flat_map(|x| (0..32).map(move |y| (x, y))) {
+        let is_unknown = y == 20 && (x == 10 || x == 11);
+        let expected = if is_unknown { grid.rim() + 1 } else { 50 };
+        assert_eq!(
+            scene.heightmap().get(x, y),
+            Some(expected),
+            "cell ({x}, {y})"
+        );
+    }
+    let surface = scene.surface().unwrap();
+    assert!(surface.heights_m()[41 * 128 + 81] > 0.3);
+}
+
+#[test]
+fn cells_have_the_grids_that_are_set() {
+    let fine = GridSettings {
+        container: ContainerSize {
+            x_m: 0.2,
+            y_m: 0.1,
+            z_m: 0.15,
+        },
+        cell_m: 0.005,
+        height_unit_m: 0.001,
+        yaws: 8,
+    };
+    let rig = Rig::connected(&Settings {
+        cells: BTreeMap::from([("cell-2".to_owned(), fine)]),
+        ..settings()
+    });
+    let second = Cell::new("cell-2").unwrap();
+    let clouds = Sensor::new(&rig.sensor, &second);
+    let grid = fine.grid().unwrap();
+    clouds.put(&cloud_of(&grid, 1, 1, |_, _| Some(0.02)));
+    let heightmap = rig.ask_for(&second, 1, PATIENCE).unwrap();
+    let (read_grid, scene) = read(&heightmap);
+    assert_eq!(read_grid, grid);
+    assert!(
+        scene
+            .heightmap()
+            .heights()
+            .iter()
+            .all(|height| *height == 20)
+    );
+    assert_eq!(read(&rig.ask(1)).0, Grid::reference());
+}
+
+#[test]
+fn other_cells_are_not_served_where_only_listed_ones_are() {
+    let rig = Rig::connected(&Settings {
+        cells: BTreeMap::from([("cell-1".to_owned(), GridSettings::default())]),
+        has_unlisted_cells: false,
+        ..settings()
+    });
+    let second = Cell::new("cell-2").unwrap();
+    assert!(matches!(
+        rig.ask_for(&second, 0, Duration::from_millis(300)),
+        Err(CallError::NoAnswer { .. } | CallError::TimedOut)
+    ));
+}
+
+#[test]
+fn the_end_comes_when_it_is_asked_for() {
+    let rig = Rig::connected(&settings());
+    let Rig {
+        perception, client, ..
+    } = rig;
+    Box::new(perception).finish(deadline()).unwrap();
+    let request = v1::HeightmapRequest::default();
+    let patience = Instant::now() + Duration::from_millis(300);
+    assert!(matches!(
+        client.call(&cell(), request, patience),
+        Err(CallError::NoAnswer { .. } | CallError::TimedOut)
+    ));
+}

@@ -1,0 +1,306 @@
+//! What is answered to each request.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use ppnpack_packing::blocked::Region;
+use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_wire::rpc::Request;
+use ppnpack_wire::v1::{self, Status};
+use ppnpack_wire::{convert, header};
+
+use super::decide::Decided;
+use super::{CellPlanner, Command, Refusal};
+use crate::session::{Announced, Session, message};
+
+/// Regions that one session keeps free at most.
+const MAX_REGIONS: usize = 256;
+
+/// Alternatives that one request may ask for.
+const MAX_ALTERNATIVES: u32 = 64;
+
+/// Items that one request may announce.
+const MAX_ANNOUNCED: usize = 1_000;
+
+impl CellPlanner {
+    pub(crate) fn answer(&mut self, command: Command) {
+        match command {
+            Command::Begin(incoming) => self.carry_out(incoming, Self::begin),
+            Command::Announce(incoming) => self.carry_out(incoming, Self::announce),
+            Command::Withdraw(incoming) => self.carry_out(incoming, Self::withdraw),
+            Command::Plan(incoming) => self.carry_out(incoming, Self::plan_step),
+            Command::Report(incoming) => self.carry_out(incoming, Self::report),
+            Command::Explain(incoming) => self.carry_out(incoming, |planner, request| {
+                planner.explain(&request.message().item_id, request.deadline())
+            }),
+            Command::Automatic(incoming) => self.carry_out(incoming, Self::switch),
+            Command::Session(incoming) => self.carry_out(incoming, |planner, _| {
+                let session = Some(planner.message());
+                Ok(v1::SessionReply {
+                    session,
+                    ..v1::SessionReply::default()
+                })
+            }),
+            Command::Outcome(outcome) => self.on_outcome(&outcome),
+            Command::Stop => {}
+        }
+    }
+
+    fn carry_out<R: Request>(
+        &mut self,
+        incoming: Incoming<R>,
+        work: impl FnOnce(&mut Self, &Incoming<R>) -> Result<R::Reply, Refusal>,
+    ) {
+        if incoming.has_expired() {
+            incoming.refuse(Status::TimedOut, "the time limit passed in the queue");
+            return;
+        }
+        let started = Instant::now();
+        let span = incoming.span().clone();
+        match span.in_scope(|| work(self, &incoming)) {
+            Ok(reply) => {
+                let stages = vec![header::stage("work", started.elapsed())];
+                incoming.reply(
+                    reply,
+                    Done {
+                        stages,
+                        ..Done::default()
+                    },
+                );
+            }
+            Err(refusal) => incoming.refuse(refusal.status, refusal.message),
+        }
+    }
+
+    fn begin(&mut self, incoming: &Incoming<v1::BeginRequest>) -> Result<v1::BeginReply, Refusal> {
+        let request = incoming.message();
+        let id = header::id("session_id", &request.session_id)?;
+        if id != self.session.id() {
+            let keep_out = read_regions(&request.keep_out)?;
+            let session = Session::begin(
+                id.to_owned(),
+                keep_out,
+                request.is_automatic,
+                request.least_state_number,
+            );
+            let saved = self.store.begin(&self.cell, &session);
+            self.saved(saved)?;
+            self.session = session;
+            self.shapes.clear();
+            self.news.is_session_new = true;
+        }
+        Ok(v1::BeginReply {
+            session: Some(self.message()),
+            ..v1::BeginReply::default()
+        })
+    }
+
+    fn announce(
+        &mut self,
+        incoming: &Incoming<v1::AnnounceRequest>,
+    ) -> Result<v1::AnnounceReply, Refusal> {
+        let request = incoming.message();
+        if !(1..=MAX_ANNOUNCED).contains(&request.items.len()) {
+            return Err(Refusal::new(
+                Status::Invalid,
+                format_args!(
+                    "items: {} where 1 to {MAX_ANNOUNCED} are possible",
+                    request.items.len()
+                ),
+            ));
+        }
+        let mut shapes = Vec::new();
+        let mut announced = Vec::with_capacity(request.items.len());
+        for item in &request.items {
+            announced.push(self.read_announcement(item, &mut shapes)?);
+        }
+        self.change_with(&shapes, |session| session.announce(announced))?;
+        Ok(v1::AnnounceReply {
+            session: Some(self.message()),
+            ..v1::AnnounceReply::default()
+        })
+    }
+
+    fn read_announcement(
+        &mut self,
+        item: &v1::Announcement,
+        shapes: &mut Vec<v1::Item>,
+    ) -> Result<Announced, Refusal> {
+        let item_id = header::id("items.item_id", &item.item_id)?.to_owned();
+        let rules = message::read_rules(item.rules.as_ref());
+        let (object, shape) = match &item.shape {
+            Some(v1::announcement::Shape::Object(name)) => {
+                let object = self.objects.named(&self.settings, name).ok_or_else(|| {
+                    Refusal::new(
+                        Status::NotFound,
+                        format_args!("item {item_id}: the catalogue has no object '{name}'"),
+                    )
+                })?;
+                (name.clone(), object.shape)
+            }
+            Some(v1::announcement::Shape::Item(message)) => {
+                let item = Arc::new(convert::item::read(message)?);
+                if item.views().len() != self.settings.yaws {
+                    return Err(Refusal::new(
+                        Status::Invalid,
+                        format_args!(
+                            "item {item_id} has {} views, but the cell {} yaws",
+                            item.views().len(),
+                            self.settings.yaws
+                        ),
+                    ));
+                }
+                let shape = ppnpack_wire::item_id::ItemId::of(message);
+                self.shapes.insert(shape, item);
+                shapes.push(message.clone());
+                (message.name.clone(), shape)
+            }
+            None => {
+                return Err(Refusal::new(
+                    Status::Invalid,
+                    format_args!("item {item_id}: give the name of an object, or its heightmaps"),
+                ));
+            }
+        };
+        Ok(Announced {
+            item_id,
+            object,
+            shape,
+            rules,
+        })
+    }
+
+    fn withdraw(
+        &mut self,
+        incoming: &Incoming<v1::WithdrawRequest>,
+    ) -> Result<v1::WithdrawReply, Refusal> {
+        let item_id = &incoming.message().item_id;
+        self.change(|session| session.withdraw(item_id))?;
+        Ok(v1::WithdrawReply {
+            session: Some(self.message()),
+            ..v1::WithdrawReply::default()
+        })
+    }
+
+    fn plan_step(
+        &mut self,
+        incoming: &Incoming<v1::PlanRequest>,
+    ) -> Result<v1::PlanReply, Refusal> {
+        let alternatives = incoming.message().alternatives;
+        if alternatives > MAX_ALTERNATIVES {
+            return Err(Refusal::new(
+                Status::Invalid,
+                format_args!(
+                    "alternatives: {alternatives} where at most {MAX_ALTERNATIVES} are possible"
+                ),
+            ));
+        }
+        let request_id = &incoming.header().request_id;
+        let reply = v1::PlanReply::default();
+        if let Some(decision) = self.session.answered(request_id)? {
+            return Ok(v1::PlanReply {
+                result: v1::PlanResult::Decided.into(),
+                decision: Some(decision.clone()),
+                ..reply
+            });
+        }
+        if self.session.is_automatic() && !self.session.has_ended() {
+            return Err(Refusal::new(
+                Status::Conflict,
+                "the automatic mode is on: switch it off to plan by request",
+            ));
+        }
+        let decided = self.decide(request_id, alternatives as usize, incoming.deadline())?;
+        Ok(match decided {
+            Decided::Decision(decision) => v1::PlanReply {
+                result: v1::PlanResult::Decided.into(),
+                decision: Some(*decision),
+                ..reply
+            },
+            Decided::NothingFits(reasons) => v1::PlanReply {
+                result: v1::PlanResult::NothingFits.into(),
+                reasons,
+                ..reply
+            },
+            Decided::NothingWaits => v1::PlanReply {
+                result: v1::PlanResult::NothingWaits.into(),
+                ..reply
+            },
+        })
+    }
+
+    fn report(
+        &mut self,
+        incoming: &Incoming<v1::ReportRequest>,
+    ) -> Result<v1::ReportReply, Refusal> {
+        let request = incoming.message();
+        let outcome = request.outcome.as_ref().ok_or_else(|| {
+            Refusal::new(
+                Status::Invalid,
+                "outcome is missing: say how the decision ended",
+            )
+        })?;
+        self.enter_outcome(&request.decision_id, outcome)?;
+        Ok(v1::ReportReply {
+            session: Some(self.message()),
+            ..v1::ReportReply::default()
+        })
+    }
+
+    /// Enters the outcome of a decision, after which only newer heightmaps count.
+    pub(crate) fn enter_outcome(
+        &mut self,
+        decision_id: &str,
+        outcome: &v1::Outcome,
+    ) -> Result<(), Refusal> {
+        let was_pending = self.session.pending().is_some();
+        self.change(|session| session.report(decision_id, outcome))?;
+        if was_pending && self.session.pending().is_none() {
+            self.scenes.changed();
+        }
+        Ok(())
+    }
+
+    fn switch(
+        &mut self,
+        incoming: &Incoming<v1::AutomaticRequest>,
+    ) -> Result<v1::AutomaticReply, Refusal> {
+        let is_automatic = incoming.message().is_automatic;
+        self.change(|session| session.set_automatic(is_automatic))?;
+        Ok(v1::AutomaticReply {
+            session: Some(self.message()),
+            ..v1::AutomaticReply::default()
+        })
+    }
+}
+
+fn read_regions(regions: &[v1::Region]) -> Result<Vec<Region>, Refusal> {
+    if regions.len() > MAX_REGIONS {
+        return Err(Refusal::new(
+            Status::Invalid,
+            format_args!(
+                "keep_out: {} regions where at most {MAX_REGIONS} are possible",
+                regions.len()
+            ),
+        ));
+    }
+    let regions: Vec<Region> = regions.iter().map(message::read_region).collect();
+    let is_possible = |region: &Region| {
+        let sides = [
+            region.x_min_m,
+            region.y_min_m,
+            region.x_max_m,
+            region.y_max_m,
+        ];
+        sides.iter().all(|side| side.is_finite())
+            && region.x_min_m <= region.x_max_m
+            && region.y_min_m <= region.y_max_m
+    };
+    match regions.iter().all(is_possible) {
+        true => Ok(regions),
+        false => Err(Refusal::new(
+            Status::Invalid,
+            "keep_out: a region needs finite sides, the least before the greatest",
+        )),
+    }
+}

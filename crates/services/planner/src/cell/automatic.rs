@@ -1,0 +1,285 @@
+//! The automatic mode: plan, have the bridge place, take the outcome, see the container again, until nothing is left.
+//!
+//! Nothing of it is remembered but what the session has on disk: after a restart the pending decision is sent to the
+//! bridge again, which executes a placement once whatever is repeated.
+
+use std::time::{Duration, Instant};
+
+use ppnpack_service::rpc::CallError;
+use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
+
+use super::decide::Decided;
+use super::{CellPlanner, Refusal};
+use crate::session::{End, Session};
+
+/// How long planning one step may take, with the wait for a heightmap.
+const PLAN_LIMIT: Duration = Duration::from_secs(2);
+
+/// How long one request to the bridge may take.
+const BRIDGE_LIMIT: Duration = Duration::from_secs(1);
+
+/// How long to wait before something that failed is tried again.
+const PAUSE: Duration = Duration::from_millis(100);
+
+/// How often the bridge is asked for an outcome that should have come by itself.
+const ASK_EVERY: Duration = Duration::from_millis(500);
+
+/// Attempts at one item before somebody has to look.
+const MAX_ATTEMPTS: u32 = 5;
+
+/// Where the automatic mode is.
+#[derive(Debug, Default)]
+pub(crate) struct Automatic {
+    /// The decision that the bridge works on.
+    placing: Option<Placing>,
+    /// Not before this is anything tried again.
+    resume_at: Option<Instant>,
+    /// The item that was not placed the last time, and how often in a row.
+    refused: (String, u32),
+}
+
+#[derive(Debug)]
+struct Placing {
+    decision_id: String,
+    since: Instant,
+    asked: Instant,
+    is_accepted: bool,
+}
+
+impl Automatic {
+    /// When the thread has to look again; `None` where only a request can change anything.
+    pub(crate) fn wakes_at(&self, session: &Session) -> Option<Instant> {
+        if !is_on(session) {
+            return None;
+        }
+        let asks_at = self
+            .placing
+            .as_ref()
+            .filter(|placing| placing.is_accepted)
+            .map(|placing| placing.asked + ASK_EVERY);
+        Some(self.resume_at.or(asks_at).unwrap_or_else(Instant::now))
+    }
+
+    fn pause(&mut self, pause: Duration) {
+        self.resume_at = Some(Instant::now() + pause);
+    }
+}
+
+fn is_on(session: &Session) -> bool {
+    session.is_automatic() && !session.has_ended() && !session.items().is_empty()
+}
+
+impl CellPlanner {
+    /// Goes on with the automatic mode, where it is on and not waiting.
+    pub(crate) fn advance(&mut self) {
+        if !is_on(&self.session) {
+            self.automatic.placing = None;
+            return;
+        }
+        if self
+            .automatic
+            .resume_at
+            .is_some_and(|at| Instant::now() < at)
+        {
+            return;
+        }
+        self.automatic.resume_at = None;
+        let went = match self.session.pending().cloned() {
+            Some(decision) => self.pursue(&decision),
+            None => tracing::info_span!("step", cell = %self.cell).in_scope(|| self.next_step()),
+        };
+        if let Err(refusal) = went {
+            tracing::warn!(cell = %self.cell, reason = refusal.message, "trying again");
+            self.automatic.pause(PAUSE);
+        }
+    }
+
+    fn next_step(&mut self) -> Result<(), Refusal> {
+        match self.decide("", 0, Instant::now() + PLAN_LIMIT)? {
+            Decided::Decision(_) => Ok(()),
+            Decided::NothingWaits => self.finish(End::AllPacked),
+            Decided::NothingFits(reasons) => self.finish(End::NothingFits(reasons)),
+        }
+    }
+
+    fn finish(&mut self, end: End) -> Result<(), Refusal> {
+        tracing::info!(cell = %self.cell, session = self.session.id(), ?end, "the automatic mode has ended");
+        self.change(|session| {
+            session.end(end);
+            Ok(())
+        })
+    }
+
+    /// Has a decision carried out, or looks how it went.
+    fn pursue(&mut self, decision: &v1::Decision) -> Result<(), Refusal> {
+        let now = Instant::now();
+        let placing = match self.automatic.placing.take() {
+            Some(placing) if placing.decision_id == decision.decision_id => placing,
+            _ => Placing {
+                decision_id: decision.decision_id.clone(),
+                since: now,
+                asked: now,
+                is_accepted: false,
+            },
+        };
+        let limit = Duration::from_secs_f64(self.settings.place_limit_s);
+        if placing.since.elapsed() > limit {
+            let failure = format!(
+                "decision {} was not carried out within {} s",
+                decision.decision_id, self.settings.place_limit_s
+            );
+            return self.finish(End::Failed(failure));
+        }
+        let is_accepted = placing.is_accepted;
+        self.automatic.placing = Some(placing);
+        if is_accepted {
+            self.ask_outcome(decision, now)
+        } else {
+            self.place(decision)
+        }
+    }
+
+    fn place(&mut self, decision: &v1::Decision) -> Result<(), Refusal> {
+        let request = v1::PlaceRequest::from(decision);
+        let asked = self
+            .client
+            .call(&self.cell, request, Instant::now() + BRIDGE_LIMIT);
+        match asked {
+            Ok(reply) => {
+                if let Some(placing) = &mut self.automatic.placing {
+                    placing.is_accepted = true;
+                    placing.asked = Instant::now();
+                }
+                self.look_at(decision, reply.execution.as_ref())
+            }
+            Err(error) if error.status() == Some(Status::Stale) => self.replan(decision),
+            Err(error) if is_final(&error) => self.finish(End::Failed(format!(
+                "the bridge refuses the placement: {error}"
+            ))),
+            Err(error) => Err(Refusal::new(
+                Status::Unavailable,
+                format_args!("bridge: {error}"),
+            )),
+        }
+    }
+
+    /// The bridge never took the placement, as the container is in another state: it is planned again on that one.
+    fn replan(&mut self, decision: &v1::Decision) -> Result<(), Refusal> {
+        let request = v1::CellStateRequest::default();
+        let asked = self
+            .client
+            .call(&self.cell, request, Instant::now() + BRIDGE_LIMIT);
+        let state = asked
+            .map_err(|error| Refusal::new(Status::Unavailable, format_args!("bridge: {error}")))?
+            .state
+            .unwrap_or_default();
+        let outcome = v1::Outcome {
+            placement_id: decision.decision_id.clone(),
+            item_id: decision.item_id.clone(),
+            kind: OutcomeKind::NotPlaced.into(),
+            failure: "the container changed before the placement began".to_owned(),
+            state_number: state.state_number,
+            ..v1::Outcome::default()
+        };
+        self.enter_outcome(&decision.decision_id, &outcome)
+    }
+
+    fn ask_outcome(&mut self, decision: &v1::Decision, now: Instant) -> Result<(), Refusal> {
+        match &mut self.automatic.placing {
+            Some(placing) if placing.asked.elapsed() < ASK_EVERY => {
+                self.automatic.resume_at = Some(placing.asked + ASK_EVERY);
+                return Ok(());
+            }
+            Some(placing) => placing.asked = now,
+            None => return Ok(()),
+        }
+        let request = v1::OutcomeRequest {
+            placement_id: decision.decision_id.clone(),
+            ..v1::OutcomeRequest::default()
+        };
+        match self
+            .client
+            .call(&self.cell, request, now + BRIDGE_LIMIT / 10)
+        {
+            Ok(reply) => self.look_at(decision, reply.execution.as_ref()),
+            // A bridge that lost the placement never carried it out under this id: it may be sent again.
+            Err(error) if error.status() == Some(Status::NotFound) => {
+                self.automatic.placing = None;
+                Ok(())
+            }
+            // The robot still moves; whichever of the two clocks said so first.
+            Err(CallError::TimedOut) => Ok(()),
+            Err(error) if error.status() == Some(Status::TimedOut) => Ok(()),
+            Err(error) => Err(Refusal::new(
+                Status::Unavailable,
+                format_args!("bridge: {error}"),
+            )),
+        }
+    }
+
+    fn look_at(
+        &mut self,
+        decision: &v1::Decision,
+        execution: Option<&v1::Execution>,
+    ) -> Result<(), Refusal> {
+        let ended = execution.filter(|execution| execution.phase() == ExecutionPhase::Ended);
+        match ended.and_then(|execution| execution.outcome.as_ref()) {
+            Some(outcome) => self.settle(&decision.item_id, &decision.decision_id, outcome),
+            None => Ok(()),
+        }
+    }
+
+    /// The bridge told of an outcome by itself.
+    pub(crate) fn on_outcome(&mut self, outcome: &v1::Outcome) {
+        let Some(pending) = self.session.pending() else {
+            return;
+        };
+        if !is_on(&self.session) || pending.decision_id != outcome.placement_id {
+            return;
+        }
+        let (item_id, decision_id) = (pending.item_id.clone(), pending.decision_id.clone());
+        if let Err(refusal) = self.settle(&item_id, &decision_id, outcome) {
+            // It is asked for again.
+            tracing::warn!(cell = %self.cell, reason = refusal.message, "an outcome is not entered");
+        }
+    }
+
+    fn settle(
+        &mut self,
+        item_id: &str,
+        decision_id: &str,
+        outcome: &v1::Outcome,
+    ) -> Result<(), Refusal> {
+        self.enter_outcome(decision_id, outcome)?;
+        self.automatic.placing = None;
+        self.automatic.resume_at = None;
+        if outcome.kind() != OutcomeKind::NotPlaced {
+            self.automatic.refused = (String::new(), 0);
+            return Ok(());
+        }
+        let refused = &mut self.automatic.refused;
+        refused.1 = if refused.0 == item_id {
+            refused.1 + 1
+        } else {
+            1
+        };
+        item_id.clone_into(&mut refused.0);
+        if refused.1 < MAX_ATTEMPTS {
+            return Ok(());
+        }
+        let failure = format!(
+            "item {item_id} was not placed in {MAX_ATTEMPTS} attempts, the last time because: {}",
+            outcome.failure
+        );
+        self.automatic.refused = (String::new(), 0);
+        self.finish(End::Failed(failure))
+    }
+}
+
+/// Whether asking again cannot help.
+fn is_final(error: &CallError) -> bool {
+    matches!(
+        error.status(),
+        Some(Status::Invalid | Status::NotFound | Status::Conflict)
+    )
+}

@@ -1,0 +1,253 @@
+//! One cell: a thread that owns its session and takes what is asked of it from a mailbox, one after another.
+
+mod answers;
+mod automatic;
+mod decide;
+
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::{Duration, Instant};
+
+use ppnpack_packing::item::Item;
+use ppnpack_service::health::HealthLatch;
+use ppnpack_service::process::Process;
+use ppnpack_service::rpc::{Client, Incoming};
+use ppnpack_service::stream::Publisher;
+use ppnpack_wire::item_id::ItemId;
+use ppnpack_wire::keys::{Cell, Stream};
+use ppnpack_wire::v1::{self, Status};
+
+use crate::StartError;
+use crate::objects::Objects;
+use crate::planning::{Helpers, Planning};
+use crate::scenes::Scenes;
+use crate::session::{Session, SessionError};
+use crate::settings::CellSettings;
+use crate::store::{Store, StoreError};
+use automatic::Automatic;
+
+/// How long the thread sleeps at most, so that a lost message of the bridge is made up for.
+const TICK: Duration = Duration::from_millis(250);
+
+/// What can be asked of a cell.
+pub(crate) enum Command {
+    Begin(Incoming<v1::BeginRequest>),
+    Announce(Incoming<v1::AnnounceRequest>),
+    Withdraw(Incoming<v1::WithdrawRequest>),
+    Plan(Incoming<v1::PlanRequest>),
+    Report(Incoming<v1::ReportRequest>),
+    Explain(Incoming<v1::ExplainRequest>),
+    Automatic(Incoming<v1::AutomaticRequest>),
+    Session(Incoming<v1::SessionRequest>),
+    /// The bridge says how a placement ended.
+    Outcome(v1::Outcome),
+    /// The process ends.
+    Stop,
+}
+
+/// Why a request is not carried out.
+#[derive(Debug)]
+pub(crate) struct Refusal {
+    pub(crate) status: Status,
+    pub(crate) message: String,
+}
+
+impl Refusal {
+    pub(crate) fn new(status: Status, message: impl std::fmt::Display) -> Self {
+        Self {
+            status,
+            message: message.to_string(),
+        }
+    }
+}
+
+impl From<SessionError> for Refusal {
+    fn from(error: SessionError) -> Self {
+        let status = match error {
+            SessionError::UnknownItem(_) | SessionError::UnknownDecision(_) => Status::NotFound,
+            SessionError::NoKind | SessionError::Full => Status::Invalid,
+            _ => Status::Conflict,
+        };
+        Self::new(status, error)
+    }
+}
+
+impl From<StoreError> for Refusal {
+    fn from(error: StoreError) -> Self {
+        Self::new(Status::Unavailable, error)
+    }
+}
+
+impl From<ppnpack_wire::WireError> for Refusal {
+    fn from(error: ppnpack_wire::WireError) -> Self {
+        Self::new(Status::Invalid, error)
+    }
+}
+
+/// A cell and its session.
+pub(crate) struct CellPlanner {
+    cell: Cell,
+    settings: CellSettings,
+    store: Arc<Store>,
+    store_health: HealthLatch,
+    objects: Arc<Objects>,
+    /// The items of the session that have heightmaps of their own.
+    shapes: HashMap<ItemId, Arc<Item>>,
+    session: Session,
+    planning: Planning,
+    scenes: Scenes,
+    client: Client,
+    decisions: Publisher<v1::Decision>,
+    sessions: Publisher<v1::Session>,
+    news: News,
+    automatic: Automatic,
+}
+
+/// What is to be published once whoever asked has an answer.
+#[derive(Debug, Default)]
+struct News {
+    decisions: Vec<v1::Decision>,
+    is_session_new: bool,
+}
+
+impl CellPlanner {
+    /// Takes up the session that is on disk.
+    pub(crate) fn new(
+        process: &Process,
+        cell: &Cell,
+        settings: &CellSettings,
+        shared: &Shared,
+    ) -> Result<Self, StartError> {
+        let planning = Planning::new(cell, settings, &shared.helpers).map_err(StartError::Cell)?;
+        let age_limit = Duration::from_secs_f64(settings.heightmap_age_limit_s);
+        let scenes = Scenes::subscribe(process, cell, planning.grid(), age_limit)?;
+        let session = shared.store.session(cell)?;
+        Ok(Self {
+            cell: cell.clone(),
+            settings: settings.clone(),
+            store: Arc::clone(&shared.store),
+            store_health: shared.store_health.clone(),
+            objects: Arc::clone(&shared.objects),
+            shapes: HashMap::new(),
+            session,
+            planning,
+            scenes,
+            client: shared.helpers.client.clone(),
+            decisions: Publisher::new(process, cell, Stream::Plan)?,
+            sessions: Publisher::new(process, cell, Stream::Session)?,
+            news: News::default(),
+            automatic: Automatic::default(),
+        })
+    }
+
+    /// Works until it is told to stop.
+    pub(crate) fn run(mut self, mailbox: &Receiver<Command>) {
+        self.news.is_session_new = true;
+        loop {
+            self.advance();
+            self.publish_news();
+            match mailbox.recv_timeout(self.patience()) {
+                Ok(Command::Stop) | Err(RecvTimeoutError::Disconnected) => break,
+                Ok(command) => self.answer(command),
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+            self.publish_news();
+        }
+    }
+
+    /// Changes the session and has it on disk before anything else happens; on an error nothing has changed.
+    fn change(
+        &mut self,
+        change: impl FnOnce(&mut Session) -> Result<(), SessionError>,
+    ) -> Result<(), Refusal> {
+        self.change_with(&[], change)
+    }
+
+    /// The same, with heightmaps of items that the session newly refers to.
+    fn change_with(
+        &mut self,
+        shapes: &[v1::Item],
+        change: impl FnOnce(&mut Session) -> Result<(), SessionError>,
+    ) -> Result<(), Refusal> {
+        let mut next = self.session.clone();
+        change(&mut next)?;
+        if next == self.session {
+            return Ok(());
+        }
+        let saved = self.store.save(&self.cell, &next, shapes);
+        self.saved(saved)?;
+        self.session = next;
+        self.news.is_session_new = true;
+        Ok(())
+    }
+
+    /// Notes whether the disk serves.
+    fn saved(&self, saved: Result<(), StoreError>) -> Result<(), Refusal> {
+        match saved {
+            Ok(()) => {
+                self.store_health.pass();
+                Ok(())
+            }
+            Err(error) => {
+                tracing::error!(cell = %self.cell, %error, "nothing is acknowledged");
+                self.store_health.fail(error.to_string());
+                Err(error.into())
+            }
+        }
+    }
+
+    fn message(&self) -> v1::Session {
+        self.session.to_message(self.settings.buffer)
+    }
+
+    fn publish_news(&mut self) {
+        let News {
+            decisions,
+            is_session_new,
+        } = std::mem::take(&mut self.news);
+        for decision in decisions {
+            if let Err(error) = self.decisions.put(&decision) {
+                tracing::warn!(cell = %self.cell, %error, "a decision is not published");
+            }
+        }
+        if is_session_new && let Err(error) = self.sessions.put(&self.message()) {
+            tracing::warn!(cell = %self.cell, %error, "the session is not published");
+        }
+    }
+
+    /// The heightmaps of an item of the session.
+    fn item(&mut self, object: &str, shape: ItemId) -> Result<Arc<Item>, Refusal> {
+        if let Some(item) = self.objects.of_shape(&self.settings, object, shape) {
+            return Ok(item);
+        }
+        if let Some(item) = self.shapes.get(&shape) {
+            return Ok(Arc::clone(item));
+        }
+        let message = self.store.shape(&self.cell, shape)?.ok_or_else(|| {
+            Refusal::new(
+                Status::Unavailable,
+                format_args!("the heightmaps of {object} are not known any more: withdraw the item and announce it anew"),
+            )
+        })?;
+        let item = Arc::new(ppnpack_wire::convert::item::read(&message)?);
+        self.shapes.insert(shape, Arc::clone(&item));
+        Ok(item)
+    }
+
+    /// How long to sleep if nothing comes.
+    fn patience(&self) -> Duration {
+        match self.automatic.wakes_at(&self.session) {
+            Some(at) => at.saturating_duration_since(Instant::now()).min(TICK),
+            None => TICK,
+        }
+    }
+}
+
+/// What the cells of one planner share.
+pub(crate) struct Shared {
+    pub(crate) store: Arc<Store>,
+    pub(crate) store_health: HealthLatch,
+    pub(crate) objects: Arc<Objects>,
+    pub(crate) helpers: Helpers,
+}

@@ -1,0 +1,59 @@
+//! The objects that can be announced by name, on the grids of the cells.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::item::Item;
+use ppnpack_wire::convert;
+use ppnpack_wire::item_id::ItemId;
+
+use crate::settings::CellSettings;
+
+/// Objects by name, for each resolution.
+#[derive(Debug, Default)]
+pub(crate) struct Objects(Vec<(Resolution, HashMap<String, Object>)>);
+
+/// An object on one grid.
+#[derive(Debug, Clone)]
+pub(crate) struct Object {
+    pub(crate) shape: ItemId,
+    pub(crate) item: Arc<Item>,
+}
+
+impl Objects {
+    /// The objects of catalogues, one per resolution.
+    pub(crate) fn new(catalogues: &[Arc<Catalogue>]) -> Self {
+        let of_catalogue = |catalogue: &Arc<Catalogue>| {
+            let objects = catalogue.objects.iter().map(|object| {
+                let object = Object {
+                    shape: ItemId::of(&convert::item::write(&object.item)),
+                    item: Arc::clone(&object.item),
+                };
+                (object.item.name().to_string(), object)
+            });
+            (catalogue.resolution.clone(), objects.collect())
+        };
+        Self(catalogues.iter().map(of_catalogue).collect())
+    }
+
+    /// An object by its name, on a cell's grid.
+    pub(crate) fn named(&self, settings: &CellSettings, name: &str) -> Option<&Object> {
+        let grid = settings.grid().ok()?;
+        let mut catalogues = self.0.iter();
+        let (_, objects) = catalogues.find(|(resolution, _)| resolution == grid.resolution())?;
+        objects.get(name)
+    }
+
+    /// The heightmaps of an object, if they are these.
+    pub(crate) fn of_shape(
+        &self,
+        settings: &CellSettings,
+        name: &str,
+        shape: ItemId,
+    ) -> Option<Arc<Item>> {
+        let object = self.named(settings, name)?;
+        (object.shape == shape).then(|| Arc::clone(&object.item))
+    }
+}

@@ -1,0 +1,160 @@
+//! Proposals of the network, from a ppn service.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use ppnpack_packing::item::Item;
+use ppnpack_packing::proposals::{Percent, Proposals, Proposer};
+use ppnpack_packing::step::{StageError, StepInput};
+use ppnpack_service::alive::Alive;
+use ppnpack_service::rpc::{CallError, Client};
+use ppnpack_wire::item_id::ItemId;
+use ppnpack_wire::keys::{Cell, Instance};
+use ppnpack_wire::{convert, v1};
+
+use super::context::StepContext;
+use super::items::ItemMessages;
+
+/// After a failure the service is not asked again for this long: a service that hangs costs the time limit each time.
+const PAUSE: Duration = Duration::from_secs(1);
+
+/// Asks a ppn service for the placements with the best scores.
+pub(crate) struct RemoteProposer {
+    cell: Cell,
+    client: Client,
+    alive: Arc<Alive>,
+    context: Arc<StepContext>,
+    share: Percent,
+    limit: Duration,
+    items: ItemMessages,
+    failed: Option<Failed>,
+}
+
+/// Who failed, when and how.
+struct Failed {
+    instance: Instance,
+    at: Instant,
+    reason: String,
+}
+
+impl RemoteProposer {
+    pub(crate) fn new(
+        cell: Cell,
+        client: Client,
+        alive: Arc<Alive>,
+        context: Arc<StepContext>,
+        share: Percent,
+        limit: Duration,
+    ) -> Self {
+        Self {
+            cell,
+            client,
+            alive,
+            context,
+            share,
+            limit,
+            items: ItemMessages::default(),
+            failed: None,
+        }
+    }
+
+    /// The instance that serves this cell: the same as long as the same ones are alive.
+    fn instance(&self) -> Result<Instance, StageError> {
+        let alive = self.alive.instances();
+        let sum = self.cell.as_str().bytes().map(usize::from).sum::<usize>();
+        let chosen = alive.get(sum % alive.len().max(1)).cloned();
+        let chosen = chosen.ok_or("no ppn service is alive")?;
+        match &self.failed {
+            Some(failed) if failed.instance == chosen && failed.at.elapsed() < PAUSE => {
+                Err(failed.reason.clone().into())
+            }
+            _ => Ok(chosen),
+        }
+    }
+
+    fn ask(
+        &mut self,
+        instance: &Instance,
+        input: &StepInput<'_>,
+        ids: &[ItemId],
+        deadline: Instant,
+    ) -> Result<v1::ProposeReply, CallError> {
+        let items = || input.candidates.iter().map(|candidate| &*candidate.item);
+        let mut scene = convert::scene::write(input.grid, input.scene);
+        scene.surface = None;
+        let mut request = v1::ProposeRequest {
+            scene: Some(scene),
+            item_ids: ids.iter().map(|id| id.to_bytes()).collect(),
+            items: self.items.unsent(instance, items()),
+            percent: self.share.percent(),
+            ..v1::ProposeRequest::default()
+        };
+        let asked = self
+            .client
+            .call_instance(&self.cell, instance, request.clone(), deadline);
+        let asked = match asked {
+            Err(error) if error.status() == Some(v1::Status::MissingItems) => {
+                self.items.forget(instance);
+                request.items = self.items.unsent(instance, items());
+                self.client
+                    .call_instance(&self.cell, instance, request, deadline)
+            }
+            asked => asked,
+        };
+        if asked.is_ok() {
+            self.items.has(instance, ids);
+        }
+        asked
+    }
+}
+
+impl Proposer for RemoteProposer {
+    fn propose(
+        &mut self,
+        input: &StepInput<'_>,
+        proposals: &mut Proposals,
+    ) -> Result<(), StageError> {
+        let instance = self.instance()?;
+        let now = Instant::now();
+        // Half of what is left is kept for the search that follows.
+        let left = self.context.deadline().saturating_duration_since(now);
+        let deadline = now + self.limit.min(left / 2);
+        let items: Vec<&Item> = input.candidates.iter().map(|held| &*held.item).collect();
+        let ids = self.items.ids(items.into_iter());
+        let asked = self.ask(&instance, input, &ids, deadline);
+        let filled = asked
+            .map_err(|error| error.to_string())
+            .and_then(|reply| fill(&reply, input.candidates.len(), proposals));
+        if let Err(reason) = filled {
+            let reason = format!("ppn service {instance}: {reason}");
+            self.failed = Some(Failed {
+                instance,
+                at: now,
+                reason: reason.clone(),
+            });
+            return Err(reason.into());
+        }
+        self.failed = None;
+        Ok(())
+    }
+}
+
+fn fill(
+    reply: &v1::ProposeReply,
+    candidates: usize,
+    proposals: &mut Proposals,
+) -> Result<(), String> {
+    proposals.clear();
+    if reply.proposals.len() != candidates {
+        return Err(format!(
+            "it answered for {} of {candidates} items",
+            reply.proposals.len()
+        ));
+    }
+    for placements in &reply.proposals {
+        let placements = convert::placement::read_all("proposals", placements)
+            .map_err(|error| error.to_string())?;
+        proposals.push(placements);
+    }
+    Ok(())
+}

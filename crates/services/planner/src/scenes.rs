@@ -1,0 +1,172 @@
+//! The newest heightmap of a cell, and whether it may be planned on.
+
+use std::time::{Duration, Instant};
+
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::Scene;
+use ppnpack_service::ServiceError;
+use ppnpack_service::process::Process;
+use ppnpack_service::rpc::Client;
+use ppnpack_service::stream::Latest;
+use ppnpack_wire::keys::{Cell, Stream};
+use ppnpack_wire::{MAX_MESSAGE_BYTES, convert, v1};
+
+/// How long the stream is waited for before perception is asked: streams drop what they cannot deliver at once.
+const STREAM_PATIENCE: Duration = Duration::from_millis(30);
+
+/// How long perception may take to answer, which it does when it has the heightmap, before the stream is looked at again.
+const ANSWER_PATIENCE: Duration = Duration::from_millis(300);
+
+/// Where the heightmaps of a cell come from: the stream, or on request where that is silent.
+pub(crate) struct Scenes {
+    cell: Cell,
+    grid: Grid,
+    stream: Latest<v1::Heightmap>,
+    client: Client,
+    age_limit: Duration,
+    newest: Option<Seen>,
+    /// Heightmaps without a state number show what was done before this only when they came after it.
+    acted: Option<Instant>,
+    complaint: String,
+}
+
+/// A heightmap that came.
+#[derive(Debug, Clone)]
+pub(crate) struct Seen {
+    pub(crate) id: v1::HeightmapId,
+    pub(crate) state_number: u64,
+    pub(crate) scene: Scene,
+    received: Instant,
+}
+
+impl Scenes {
+    pub(crate) fn subscribe(
+        process: &Process,
+        cell: &Cell,
+        grid: &Grid,
+        age_limit: Duration,
+    ) -> Result<Self, ServiceError> {
+        Ok(Self {
+            cell: cell.clone(),
+            grid: grid.clone(),
+            stream: Latest::subscribe(process, cell, Stream::Heightmap, MAX_MESSAGE_BYTES)?,
+            client: Client::new(process.session()),
+            age_limit,
+            newest: None,
+            acted: None,
+            complaint: "none has come yet".to_owned(),
+        })
+    }
+
+    /// Tells that the container's content changed just now.
+    pub(crate) fn changed(&mut self) {
+        self.acted = Some(Instant::now());
+    }
+
+    /// A heightmap that shows the state of this number or a later one; waits for it until the deadline.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub(crate) fn current(
+        &mut self,
+        least_state_number: u64,
+        deadline: Instant,
+    ) -> Result<Seen, String> {
+        loop {
+            if let Some(message) = self.stream.take() {
+                self.take_over(message.map_err(|error| error.to_string()));
+            }
+            if let Some(seen) = &self.newest
+                && self.is_usable(seen, least_state_number)
+            {
+                return Ok(seen.clone());
+            }
+            if Instant::now() >= deadline {
+                return Err(self.why(least_state_number));
+            }
+            let until = deadline.min(Instant::now() + STREAM_PATIENCE);
+            match self.stream.wait(until) {
+                Some(message) => self.take_over(message.map_err(|error| error.to_string())),
+                None => self.ask(least_state_number, deadline),
+            }
+        }
+    }
+
+    /// Asks perception, which keeps the newest heightmap.
+    fn ask(&mut self, least_state_number: u64, deadline: Instant) {
+        let until = deadline.min(Instant::now() + ANSWER_PATIENCE);
+        let request = v1::HeightmapRequest {
+            least_state_number,
+            ..v1::HeightmapRequest::default()
+        };
+        match self.client.call(&self.cell, request, until) {
+            Ok(reply) => {
+                let heightmap = reply
+                    .heightmap
+                    .ok_or_else(|| "perception sent none".to_owned());
+                self.take_over(heightmap);
+            }
+            Err(error) => self.complaint = format!("perception: {error}"),
+        }
+    }
+
+    fn take_over(&mut self, heightmap: Result<v1::Heightmap, String>) {
+        match heightmap.and_then(|heightmap| self.read(&heightmap)) {
+            Ok(seen) if self.is_newer(&seen) => self.newest = Some(seen),
+            Ok(_) => {}
+            Err(error) => {
+                tracing::warn!(cell = %self.cell, error, "a heightmap is not used");
+                self.complaint = error;
+            }
+        }
+    }
+
+    /// Heightmaps of one epoch come in their order; one that perception repeats on request is not newer.
+    fn is_newer(&self, seen: &Seen) -> bool {
+        self.newest.as_ref().is_none_or(|newest| {
+            newest.id.epoch != seen.id.epoch || newest.id.sequence < seen.id.sequence
+        })
+    }
+
+    fn read(&self, heightmap: &v1::Heightmap) -> Result<Seen, String> {
+        let (grid, scene) = convert::scene::read_required("scene", heightmap.scene.as_ref())
+            .map_err(|error| error.to_string())?;
+        if grid != self.grid {
+            return Err(
+                "it is of another grid: container, cell and yaws of perception and planner must be the same"
+                    .to_owned(),
+            );
+        }
+        Ok(Seen {
+            id: heightmap.id.unwrap_or_default(),
+            state_number: heightmap.state_number,
+            scene,
+            received: Instant::now(),
+        })
+    }
+
+    fn is_usable(&self, seen: &Seen, least_state_number: u64) -> bool {
+        let is_recent = seen.received.elapsed() <= self.age_limit;
+        let shows_all = if seen.state_number == 0 {
+            self.acted.is_none_or(|acted| seen.received > acted)
+        } else {
+            seen.state_number >= least_state_number
+        };
+        is_recent && shows_all
+    }
+
+    fn why(&self, least_state_number: u64) -> String {
+        match &self.newest {
+            None => format!("there is no heightmap: {}", self.complaint),
+            Some(seen) if seen.received.elapsed() > self.age_limit => format!(
+                "the newest heightmap came {:.1} s ago: {}",
+                seen.received.elapsed().as_secs_f64(),
+                self.complaint
+            ),
+            Some(seen) => format!(
+                "the newest heightmap shows state {} of the cell where {least_state_number} is needed",
+                seen.state_number
+            ),
+        }
+    }
+}

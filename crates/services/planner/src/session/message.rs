@@ -1,0 +1,153 @@
+//! Sessions as messages: on the wire, and on disk.
+
+use ppnpack_packing::blocked::Region;
+use ppnpack_wire::error::WireError;
+use ppnpack_wire::item_id::ItemId;
+use ppnpack_wire::{convert, v1};
+
+use super::{End, ItemState, Rules, Session, SessionItem};
+
+impl Session {
+    /// The session as a message; `buffer` is how many of its waiting items may be chosen from.
+    pub(crate) fn to_message(&self, buffer: usize) -> v1::Session {
+        let (end, reasons, failure) = match &self.end {
+            None => (v1::SessionEnd::Unspecified, Vec::new(), String::new()),
+            Some(End::AllPacked) => (v1::SessionEnd::AllPacked, Vec::new(), String::new()),
+            Some(End::NothingFits(reasons)) => {
+                (v1::SessionEnd::NothingFits, reasons.clone(), String::new())
+            }
+            Some(End::Failed(failure)) => (v1::SessionEnd::Failed, Vec::new(), failure.clone()),
+        };
+        v1::Session {
+            session_id: self.id.clone(),
+            items: self.items.iter().map(write_item).collect(),
+            pending: self.pending.clone(),
+            step: self.step,
+            is_automatic: self.is_automatic,
+            keep_out: self.keep_out.iter().map(write_region).collect(),
+            buffer: u32::try_from(buffer).unwrap_or(u32::MAX),
+            end: end.into(),
+            reasons,
+            failure,
+            least_state_number: self.least_state_number,
+            settled: self.settled.clone(),
+        }
+    }
+
+    /// The session of a message.
+    pub(crate) fn from_message(message: v1::Session) -> Result<Self, WireError> {
+        let end = match message.end() {
+            v1::SessionEnd::Unspecified => None,
+            v1::SessionEnd::AllPacked => Some(End::AllPacked),
+            v1::SessionEnd::NothingFits => Some(End::NothingFits(message.reasons)),
+            v1::SessionEnd::Failed => Some(End::Failed(message.failure)),
+        };
+        Ok(Self {
+            items: message
+                .items
+                .iter()
+                .map(read_item)
+                .collect::<Result<_, _>>()?,
+            keep_out: message.keep_out.iter().map(read_region).collect(),
+            id: message.session_id,
+            pending: message.pending,
+            step: message.step,
+            is_automatic: message.is_automatic,
+            end,
+            least_state_number: message.least_state_number,
+            settled: message.settled,
+        })
+    }
+}
+
+/// A region of a message.
+pub(crate) fn read_region(region: &v1::Region) -> Region {
+    Region {
+        x_min_m: region.x_min_m,
+        y_min_m: region.y_min_m,
+        x_max_m: region.x_max_m,
+        y_max_m: region.y_max_m,
+    }
+}
+
+fn write_region(region: &Region) -> v1::Region {
+    v1::Region {
+        x_min_m: region.x_min_m,
+        y_min_m: region.y_min_m,
+        x_max_m: region.x_max_m,
+        y_max_m: region.y_max_m,
+    }
+}
+
+/// The rules of a message; none where it has none.
+pub(crate) fn read_rules(rules: Option<&v1::ItemRules>) -> Rules {
+    rules.map_or_else(Rules::default, |rules| Rules {
+        is_fragile: rules.is_fragile,
+        is_bottom_only: rules.is_bottom_only,
+        is_upright: rules.is_upright,
+    })
+}
+
+fn write_item(item: &SessionItem) -> v1::SessionItem {
+    let rules = (item.rules != Rules::default()).then_some(v1::ItemRules {
+        is_fragile: item.rules.is_fragile,
+        is_bottom_only: item.rules.is_bottom_only,
+        is_upright: item.rules.is_upright,
+    });
+    let message = v1::SessionItem {
+        item_id: item.item_id.clone(),
+        object: item.object.clone(),
+        rules,
+        shape: item.shape.to_bytes(),
+        ..v1::SessionItem::default()
+    };
+    let in_state = |state: v1::ItemState| v1::SessionItem {
+        state: state.into(),
+        ..message.clone()
+    };
+    match &item.state {
+        ItemState::Waiting => in_state(v1::ItemState::Waiting),
+        ItemState::Decided => in_state(v1::ItemState::Decided),
+        ItemState::Gone => in_state(v1::ItemState::Gone),
+        ItemState::Withdrawn => in_state(v1::ItemState::Withdrawn),
+        ItemState::Packed {
+            placement,
+            planned,
+            container_from_item,
+        } => v1::SessionItem {
+            placement: Some(convert::placement::write_resting(placement)),
+            planned: Some(convert::pose::write(planned)),
+            container_from_item: Some(convert::pose::write(container_from_item)),
+            ..in_state(v1::ItemState::Packed)
+        },
+    }
+}
+
+fn read_item(message: &v1::SessionItem) -> Result<SessionItem, WireError> {
+    let state = match message.state() {
+        v1::ItemState::Waiting => ItemState::Waiting,
+        v1::ItemState::Decided => ItemState::Decided,
+        v1::ItemState::Withdrawn => ItemState::Withdrawn,
+        v1::ItemState::Packed => read_packed(message)?,
+        v1::ItemState::Gone | v1::ItemState::Unspecified => ItemState::Gone,
+    };
+    Ok(SessionItem {
+        item_id: message.item_id.clone(),
+        object: message.object.clone(),
+        shape: ItemId::from_bytes("items.shape", &message.shape)?,
+        rules: read_rules(message.rules.as_ref()),
+        state,
+    })
+}
+
+fn read_packed(message: &v1::SessionItem) -> Result<ItemState, WireError> {
+    let placement = message.placement.as_ref().ok_or(WireError::Missing {
+        field: "items.placement",
+    })?;
+    let pose = |field, pose: &Option<v1::Pose>| convert::pose::read_required(field, pose.as_ref());
+    Ok(ItemState::Packed {
+        placement: convert::placement::read_resting(placement)?,
+        planned: pose("items.planned", &message.planned)?,
+        container_from_item: pose("items.container_from_item", &message.container_from_item)?,
+    })
+}

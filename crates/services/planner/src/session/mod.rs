@@ -1,0 +1,270 @@
+//! A packing session: which items came, what was decided, what became of it.
+//!
+//! A pure state machine. Each operation either changes the session as a whole or refuses and changes nothing; the
+//! caller keeps a copy until the change is on disk.
+
+mod item;
+pub(crate) mod message;
+
+use ppnpack_packing::blocked::Region;
+use ppnpack_wire::v1;
+
+pub(crate) use item::{Announced, ItemState, Rules, SessionItem};
+
+/// The most items of a session.
+const MAX_ITEMS: usize = 1_000;
+
+/// Decisions remembered after their outcome, to tell a repeated report or request from a new one.
+const SETTLED_KEPT: usize = 64;
+
+/// Why an operation was refused.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum SessionError {
+    #[error("no session is under way: begin one first")]
+    NoSession,
+    #[error("there is no item {0} in this session")]
+    UnknownItem(String),
+    #[error("there is no decision {0} in this session")]
+    UnknownDecision(String),
+    #[error("item {0} was announced before as something else")]
+    OtherItem(String),
+    #[error("item {0} is already decided on or packed")]
+    NotWaiting(String),
+    #[error("decision {0} awaits its outcome: report that first")]
+    Pending(String),
+    #[error("the request was answered before with decision {0}, which has its outcome")]
+    Answered(String),
+    #[error("decision {0} was reported before with another outcome")]
+    OtherOutcome(String),
+    #[error("a session holds at most {MAX_ITEMS} items")]
+    Full,
+    #[error("the outcome has no kind")]
+    NoKind,
+}
+
+/// How a session ended.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum End {
+    AllPacked,
+    NothingFits(Vec<v1::ItemReason>),
+    Failed(String),
+}
+
+/// A packing session; the default is that of a cell before its first one.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Session {
+    id: String,
+    items: Vec<SessionItem>,
+    pending: Option<v1::Decision>,
+    step: u64,
+    is_automatic: bool,
+    keep_out: Vec<Region>,
+    end: Option<End>,
+    least_state_number: u64,
+    settled: Vec<v1::SettledDecision>,
+}
+
+impl Session {
+    /// A new session, which replaces the one before.
+    pub(crate) fn begin(
+        id: String,
+        keep_out: Vec<Region>,
+        is_automatic: bool,
+        least_state_number: u64,
+    ) -> Self {
+        Self {
+            id,
+            keep_out,
+            is_automatic,
+            least_state_number,
+            ..Self::default()
+        }
+    }
+
+    pub(crate) fn id(&self) -> &str {
+        &self.id
+    }
+
+    pub(crate) fn step(&self) -> u64 {
+        self.step
+    }
+
+    pub(crate) fn pending(&self) -> Option<&v1::Decision> {
+        self.pending.as_ref()
+    }
+
+    pub(crate) fn is_automatic(&self) -> bool {
+        self.is_automatic
+    }
+
+    pub(crate) fn has_ended(&self) -> bool {
+        self.end.is_some()
+    }
+
+    pub(crate) fn keep_out(&self) -> &[Region] {
+        &self.keep_out
+    }
+
+    pub(crate) fn least_state_number(&self) -> u64 {
+        self.least_state_number
+    }
+
+    pub(crate) fn items(&self) -> &[SessionItem] {
+        &self.items
+    }
+
+    /// The first `count` waiting items, each with its place in the order of arrivals.
+    pub(crate) fn buffer(&self, count: usize) -> impl Iterator<Item = (usize, &SessionItem)> {
+        let items = self.items.iter().enumerate();
+        items
+            .filter(|(_, item)| item.state == ItemState::Waiting)
+            .take(count)
+    }
+
+    /// A waiting item by its id, with its place in the order of arrivals.
+    pub(crate) fn waiting(&self, item_id: &str) -> Result<(usize, &SessionItem), SessionError> {
+        let mut items = self.items.iter().enumerate();
+        let (arrival, item) = items
+            .find(|(_, item)| item.item_id == item_id)
+            .ok_or_else(|| SessionError::UnknownItem(item_id.to_owned()))?;
+        match item.state {
+            ItemState::Waiting => Ok((arrival, item)),
+            _ => Err(SessionError::NotWaiting(item_id.to_owned())),
+        }
+    }
+
+    pub(crate) fn set_automatic(&mut self, is_automatic: bool) -> Result<(), SessionError> {
+        self.must_be_under_way()?;
+        self.is_automatic = is_automatic;
+        if is_automatic {
+            self.end = None;
+        }
+        Ok(())
+    }
+
+    /// Adds items in their order; those that were announced before are left as they are.
+    pub(crate) fn announce(&mut self, announced: Vec<Announced>) -> Result<(), SessionError> {
+        self.must_be_under_way()?;
+        for item in announced {
+            match self
+                .items
+                .iter()
+                .find(|known| known.item_id == item.item_id)
+            {
+                Some(known) if known.is_same(&item) => {}
+                Some(_) => return Err(SessionError::OtherItem(item.item_id)),
+                None if self.items.len() >= MAX_ITEMS => return Err(SessionError::Full),
+                None => self.items.push(SessionItem::new(item)),
+            }
+        }
+        self.end = None;
+        Ok(())
+    }
+
+    /// Takes a waiting item out. One that is withdrawn already stays so.
+    pub(crate) fn withdraw(&mut self, item_id: &str) -> Result<(), SessionError> {
+        let item = self.item_mut(item_id)?;
+        match item.state {
+            ItemState::Waiting | ItemState::Withdrawn => item.state = ItemState::Withdrawn,
+            _ => return Err(SessionError::NotWaiting(item_id.to_owned())),
+        }
+        self.end = None;
+        Ok(())
+    }
+
+    /// The decision that a request was answered with before, if it was.
+    pub(crate) fn answered(&self, request_id: &str) -> Result<Option<&v1::Decision>, SessionError> {
+        self.must_be_under_way()?;
+        if let Some(pending) = &self.pending {
+            return if pending.request_id == request_id {
+                Ok(Some(pending))
+            } else {
+                Err(SessionError::Pending(pending.decision_id.clone()))
+            };
+        }
+        let settled = self
+            .settled
+            .iter()
+            .find(|settled| settled.request_id == request_id);
+        match settled {
+            Some(settled) if !request_id.is_empty() => {
+                Err(SessionError::Answered(settled.decision_id.clone()))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// Enters a decision, which then awaits its outcome.
+    pub(crate) fn decide(&mut self, decision: v1::Decision) -> Result<(), SessionError> {
+        if let Some(pending) = &self.pending {
+            return Err(SessionError::Pending(pending.decision_id.clone()));
+        }
+        self.item_mut(&decision.item_id)?.state = ItemState::Decided;
+        self.step += 1;
+        self.end = None;
+        self.pending = Some(decision);
+        Ok(())
+    }
+
+    /// Enters the outcome of a decision. The same report again changes nothing.
+    pub(crate) fn report(
+        &mut self,
+        decision_id: &str,
+        outcome: &v1::Outcome,
+    ) -> Result<(), SessionError> {
+        let kind = outcome.kind();
+        if kind == v1::OutcomeKind::Unspecified {
+            return Err(SessionError::NoKind);
+        }
+        let settled = self
+            .settled
+            .iter()
+            .find(|settled| settled.decision_id == decision_id);
+        if let Some(settled) = settled {
+            return if settled.kind() == kind {
+                Ok(())
+            } else {
+                Err(SessionError::OtherOutcome(decision_id.to_owned()))
+            };
+        }
+        let Some(decision) = self
+            .pending
+            .take_if(|pending| pending.decision_id == decision_id)
+        else {
+            return Err(SessionError::UnknownDecision(decision_id.to_owned()));
+        };
+        self.item_mut(&decision.item_id)?.state = ItemState::after(&decision, outcome);
+        self.least_state_number = self.least_state_number.max(outcome.state_number);
+        if self.settled.len() >= SETTLED_KEPT {
+            self.settled.remove(0);
+        }
+        self.settled.push(v1::SettledDecision {
+            decision_id: decision.decision_id,
+            request_id: decision.request_id,
+            kind: kind.into(),
+        });
+        Ok(())
+    }
+
+    pub(crate) fn end(&mut self, end: End) {
+        self.end = Some(end);
+    }
+
+    fn item_mut(&mut self, item_id: &str) -> Result<&mut SessionItem, SessionError> {
+        self.items
+            .iter_mut()
+            .find(|item| item.item_id == item_id)
+            .ok_or_else(|| SessionError::UnknownItem(item_id.to_owned()))
+    }
+
+    fn must_be_under_way(&self) -> Result<(), SessionError> {
+        if self.id.is_empty() {
+            Err(SessionError::NoSession)
+        } else {
+            Ok(())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,192 @@
+use ppnpack_wire::item_id::ItemId;
+
+use super::*;
+
+fn announced(item_id: &str) -> Announced {
+    Announced {
+        item_id: item_id.to_owned(),
+        object: "mug".to_owned(),
+        shape: ItemId::of(&v1::Item::default()),
+        rules: Rules::default(),
+    }
+}
+
+fn session_of(items: &[&str]) -> Session {
+    let mut session = Session::begin("s".to_owned(), Vec::new(), false, 0);
+    session
+        .announce(items.iter().map(|item| announced(item)).collect())
+        .unwrap();
+    session
+}
+
+fn decision(decision_id: &str, item_id: &str) -> v1::Decision {
+    v1::Decision {
+        decision_id: decision_id.to_owned(),
+        request_id: format!("request-of-{decision_id}"),
+        item_id: item_id.to_owned(),
+        placement: Some(v1::RestingPlacement::default()),
+        container_from_item: Some(ppnpack_wire::convert::pose::write(
+            &nalgebra::Isometry3::identity(),
+        )),
+        ..v1::Decision::default()
+    }
+}
+
+fn outcome(kind: v1::OutcomeKind) -> v1::Outcome {
+    v1::Outcome {
+        kind: kind.into(),
+        state_number: 7,
+        ..v1::Outcome::default()
+    }
+}
+
+fn waiting(session: &Session) -> Vec<&str> {
+    session
+        .buffer(10)
+        .map(|(_, item)| item.item_id.as_str())
+        .collect()
+}
+
+#[test]
+fn nothing_is_done_before_a_session_begins() {
+    let mut session = Session::default();
+    assert_eq!(
+        session.announce(vec![announced("a")]),
+        Err(SessionError::NoSession)
+    );
+    assert_eq!(session.answered("r"), Err(SessionError::NoSession));
+}
+
+#[test]
+fn items_wait_in_their_order_and_announcing_them_again_changes_nothing() {
+    let mut session = session_of(&["a", "b"]);
+    session
+        .announce(vec![announced("b"), announced("c")])
+        .unwrap();
+    assert_eq!(waiting(&session), ["a", "b", "c"]);
+    let other = Announced {
+        rules: Rules {
+            is_fragile: true,
+            ..Rules::default()
+        },
+        ..announced("a")
+    };
+    assert_eq!(
+        session.announce(vec![other]),
+        Err(SessionError::OtherItem("a".to_owned()))
+    );
+}
+
+#[test]
+fn a_decision_awaits_its_outcome_before_the_next_one() {
+    let mut session = session_of(&["a", "b"]);
+    session.decide(decision("d1", "b")).unwrap();
+    assert_eq!(waiting(&session), ["a"]);
+    assert_eq!(
+        session.decide(decision("d2", "a")),
+        Err(SessionError::Pending("d1".to_owned()))
+    );
+    assert_eq!(
+        session.answered("another"),
+        Err(SessionError::Pending("d1".to_owned()))
+    );
+    let again = session.answered("request-of-d1").unwrap();
+    assert_eq!(
+        again.map(|decision| decision.decision_id.as_str()),
+        Some("d1")
+    );
+
+    session
+        .report("d1", &outcome(v1::OutcomeKind::Placed))
+        .unwrap();
+    assert!(session.pending().is_none());
+    assert_eq!(session.least_state_number(), 7);
+    assert!(matches!(session.items()[1].state, ItemState::Packed { .. }));
+    assert_eq!(
+        session.answered("request-of-d1"),
+        Err(SessionError::Answered("d1".to_owned()))
+    );
+}
+
+#[test]
+fn an_item_that_was_not_placed_waits_again_and_a_lost_one_is_gone() {
+    let mut session = session_of(&["a"]);
+    session.decide(decision("d1", "a")).unwrap();
+    session
+        .report("d1", &outcome(v1::OutcomeKind::NotPlaced))
+        .unwrap();
+    assert_eq!(waiting(&session), ["a"]);
+    session.decide(decision("d2", "a")).unwrap();
+    session
+        .report("d2", &outcome(v1::OutcomeKind::Lost))
+        .unwrap();
+    assert_eq!(session.items()[0].state, ItemState::Gone);
+}
+
+#[test]
+fn an_outcome_can_be_reported_twice_but_not_changed() {
+    let mut session = session_of(&["a"]);
+    session.decide(decision("d1", "a")).unwrap();
+    let before = session.clone();
+    assert_eq!(
+        session.report("d1", &outcome(v1::OutcomeKind::Unspecified)),
+        Err(SessionError::NoKind)
+    );
+    assert_eq!(session, before);
+    session
+        .report("d1", &outcome(v1::OutcomeKind::Placed))
+        .unwrap();
+    let reported = session.clone();
+    session
+        .report("d1", &outcome(v1::OutcomeKind::Placed))
+        .unwrap();
+    assert_eq!(session, reported);
+    assert_eq!(
+        session.report("d1", &outcome(v1::OutcomeKind::Lost)),
+        Err(SessionError::OtherOutcome("d1".to_owned()))
+    );
+    assert_eq!(
+        session.report("d9", &outcome(v1::OutcomeKind::Lost)),
+        Err(SessionError::UnknownDecision("d9".to_owned()))
+    );
+}
+
+#[test]
+fn only_waiting_items_are_withdrawn() {
+    let mut session = session_of(&["a", "b"]);
+    session.decide(decision("d1", "a")).unwrap();
+    assert_eq!(
+        session.withdraw("a"),
+        Err(SessionError::NotWaiting("a".to_owned()))
+    );
+    session.withdraw("b").unwrap();
+    session.withdraw("b").unwrap();
+    assert!(waiting(&session).is_empty());
+}
+
+#[test]
+fn the_last_decisions_are_remembered_and_no_more() {
+    let mut session = session_of(&["a"]);
+    for step in 0..SETTLED_KEPT + 5 {
+        let id = format!("d{step}");
+        session.decide(decision(&id, "a")).unwrap();
+        session
+            .report(&id, &outcome(v1::OutcomeKind::NotPlaced))
+            .unwrap();
+    }
+    assert_eq!(session.settled.len(), SETTLED_KEPT);
+    assert_eq!(session.step(), SETTLED_KEPT as u64 + 5);
+}
+
+#[test]
+fn a_session_is_read_as_it_was_written() {
+    let mut session = session_of(&["a", "b", "c", "d"]);
+    session.decide(decision("d1", "a")).unwrap();
+    session
+        .report("d1", &outcome(v1::OutcomeKind::Placed))
+        .unwrap();
+    session.withdraw("d").unwrap();
+    session.decide(decision("d2", "b")).unwrap();
+    session.end(End::Failed("arm stuck".to_owned()));
+    assert_eq!(Session::from_message(session.to_message(5)), Ok(session));
+}

@@ -1,0 +1,223 @@
+//! What can be set.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use ppnpack_packing::check::BoxedCheck;
+use ppnpack_packing::coarse::Coarsening;
+use ppnpack_packing::grid::{ContainerSize, Grid, GridError, Resolution, Yaws};
+use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::search::SearchSettings;
+use ppnpack_packing::stability::{
+    PhysicalStability, PhysicalStabilitySettings, PublishedStability,
+};
+use ppnpack_service::ServiceSettings;
+use ppnpack_service::configuration::in_range;
+use ppnpack_wire::keys::Cell;
+use ppnpack_wire::v1;
+use serde::{Deserialize, Serialize};
+
+/// Settings of the planner service.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// The cells, by their names.
+    pub cells: BTreeMap<String, CellSettings>,
+    /// The file that keeps the sessions; in memory where none is given, and then lost with the process.
+    pub store: Option<PathBuf>,
+    /// The objects that can be announced by name: `builtin`, or a folder of meshes.
+    pub catalogue: String,
+    /// Requests that wait for a cell at most; more are refused.
+    pub queue: usize,
+}
+
+/// A cell and how it is packed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CellSettings {
+    /// The container's inner size.
+    pub container: ContainerSize,
+    /// The edge of a grid cell, in metres.
+    pub cell_m: f64,
+    /// One unit of height, in metres.
+    pub height_unit_m: f64,
+    /// How many yaws, evenly over half a turn.
+    pub yaws: usize,
+    /// How many of the waiting items may be chosen from.
+    pub buffer: usize,
+    /// What placements are judged by.
+    pub heuristic: Heuristic,
+    /// How the items of the buffer compete.
+    pub order: Order,
+    /// The weights of the objective.
+    pub weights: Weights,
+    /// The stability test.
+    pub stability: Stability,
+    /// The seed of everything that is random.
+    pub seed: u64,
+    /// Which placements are evaluated.
+    pub proposals: ProposalSettings,
+    /// Where they are evaluated.
+    pub evaluate: Where,
+    /// The longest that the network may take for a step, in seconds, before the search goes on without it.
+    pub propose_limit_s: f64,
+    /// The longest that a heuristic service may take for a step, in seconds, before its part is searched here.
+    pub evaluate_limit_s: f64,
+    /// A heightmap that came longer ago than this, in seconds, is not planned on.
+    pub heightmap_age_limit_s: f64,
+    /// The longest that the bridge may take to carry out a placement in automatic mode, in seconds.
+    pub place_limit_s: f64,
+}
+
+/// Which stability test placements must pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stability {
+    /// On the real surfaces, in metres.
+    Physical,
+    /// The paper's.
+    Published,
+    /// None: only the fit is checked.
+    None,
+}
+
+/// Where placements are evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Where {
+    /// By the heuristic services, or in the planner where that is sooner: on a coarse grid a search takes less than
+    /// the way to a service and back. The decisions are the same.
+    Fastest,
+    /// By the heuristic services that are alive, all together.
+    Services,
+    /// In the planner itself.
+    InProcess,
+}
+
+/// Which placements are evaluated.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "from", deny_unknown_fields)]
+pub enum ProposalSettings {
+    /// Every placement.
+    All,
+    /// A random share, in percent.
+    Random {
+        /// `K`.
+        percent: f64,
+    },
+    /// The share that the heuristic ranks best on a coarser grid.
+    Coarse {
+        /// `K`.
+        percent: f64,
+        /// How much coarser.
+        coarsening: Coarsening,
+    },
+    /// The share that the network of a ppn service scores best.
+    Network {
+        /// `K`.
+        percent: f64,
+        /// How much coarser the grid is that it scores on; 1 and 1 for the same.
+        coarsening: Coarsening,
+    },
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            cells: BTreeMap::from([("cell-1".to_owned(), CellSettings::default())]),
+            store: None,
+            catalogue: "builtin".to_owned(),
+            queue: 64,
+        }
+    }
+}
+
+impl Default for CellSettings {
+    fn default() -> Self {
+        Self {
+            container: ContainerSize::REFERENCE,
+            cell_m: 0.01,
+            height_unit_m: 0.002,
+            yaws: 4,
+            buffer: 5,
+            heuristic: Heuristic::Sdfm,
+            order: Order::Balance,
+            weights: Weights::default(),
+            stability: Stability::Physical,
+            seed: 0,
+            proposals: ProposalSettings::All,
+            evaluate: Where::Fastest,
+            propose_limit_s: 0.5,
+            evaluate_limit_s: 1.0,
+            heightmap_age_limit_s: 5.0,
+            place_limit_s: 120.0,
+        }
+    }
+}
+
+impl CellSettings {
+    /// The grid of the container.
+    ///
+    /// # Errors
+    /// [`GridError`] where a length or a count is not possible.
+    pub fn grid(&self) -> Result<Grid, GridError> {
+        let yaws = Yaws::half_turn(self.yaws)?;
+        let resolution = Resolution::new(self.cell_m, self.height_unit_m, yaws)?;
+        Grid::new(self.container, resolution)
+    }
+
+    pub(crate) fn search(&self) -> SearchSettings {
+        SearchSettings {
+            heuristic: self.heuristic,
+            order: self.order,
+            weights: self.weights,
+            seed: self.seed,
+        }
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        self.grid().map_err(|error| error.to_string())?;
+        self.weights.validate().map_err(|error| error.to_string())?;
+        in_range("buffer", self.buffer, 1..=1_000)?;
+        let spans_s = [
+            ("propose_limit_s", self.propose_limit_s),
+            ("evaluate_limit_s", self.evaluate_limit_s),
+            ("heightmap_age_limit_s", self.heightmap_age_limit_s),
+            ("place_limit_s", self.place_limit_s),
+        ];
+        let mut spans_s = spans_s.into_iter();
+        spans_s.try_for_each(|(name, span_s)| in_range(name, span_s, 0.001..=3600.0))
+    }
+}
+
+impl Stability {
+    pub(crate) fn checks(self) -> Vec<BoxedCheck> {
+        match self {
+            Self::Physical => {
+                let settings = PhysicalStabilitySettings::default();
+                vec![Box::new(PhysicalStability::new(settings))]
+            }
+            Self::Published => vec![Box::new(PublishedStability::default())],
+            Self::None => Vec::new(),
+        }
+    }
+
+    pub(crate) fn to_messages(self) -> Vec<i32> {
+        match self {
+            Self::Physical => vec![v1::Check::PhysicalStability.into()],
+            Self::Published => vec![v1::Check::PublishedStability.into()],
+            Self::None => Vec::new(),
+        }
+    }
+}
+
+impl ServiceSettings for Settings {
+    fn validate(&self) -> Result<(), String> {
+        for (name, cell) in &self.cells {
+            Cell::new(name).map_err(|error| error.to_string())?;
+            cell.validate()
+                .map_err(|error| format!("cells.{name}.{error}"))?;
+        }
+        in_range("queue", self.queue, 1..=65_536)
+    }
+}

@@ -1,0 +1,225 @@
+//! Packing sessions on disk.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use ppnpack_wire::item_id::ItemId;
+use ppnpack_wire::keys::Cell;
+use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
+use prost::Message;
+use redb::backends::InMemoryBackend;
+use redb::{Database, ReadableDatabase, TableDefinition};
+
+use crate::session::Session;
+
+/// Per cell: its session.
+const SESSIONS: TableDefinition<&str, &[u8]> = TableDefinition::new("sessions");
+
+/// Per cell and id: heightmaps of items that were announced with them.
+const SHAPES: TableDefinition<(&str, &[u8]), &[u8]> = TableDefinition::new("shapes");
+
+type Shapes<'a> = redb::Table<'a, (&'static str, &'static [u8]), &'static [u8]>;
+
+/// Why the store did not do what was asked.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StoreError {
+    /// It cannot be opened.
+    #[error("the session store {path} cannot be opened: {reason}")]
+    Open {
+        /// Its file.
+        path: PathBuf,
+        /// What went wrong.
+        reason: String,
+    },
+    /// It cannot be read or written.
+    #[error("the session store cannot be used: {0}")]
+    Disk(String),
+    /// What it holds is no session.
+    #[error("the session store holds something unreadable for cell {cell}: {reason}")]
+    Content {
+        /// The cell.
+        cell: String,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+/// Keeps the sessions of all cells of this planner. What was saved is on disk when the call returns.
+pub(crate) struct Store {
+    file: Option<PathBuf>,
+    /// `None` after an error of the disk, until it can be opened again.
+    database: Mutex<Option<Database>>,
+}
+
+impl Store {
+    /// Opens the store of a file, or one in memory. A file that is damaged is put aside under a new name: with the
+    /// sessions lost, the next thing that a caller asks is answered with "no session", and nothing is packed twice.
+    pub(crate) fn open(file: Option<&Path>) -> Result<Self, StoreError> {
+        let database = match file {
+            None => Database::builder()
+                .create_with_backend(InMemoryBackend::new())
+                .map_err(|error| StoreError::Disk(error.to_string()))?,
+            Some(path) => open_or_put_aside(path)?,
+        };
+        Ok(Self {
+            file: file.map(Path::to_owned),
+            database: Mutex::new(Some(database)),
+        })
+    }
+
+    /// The session of a cell; that of a cell before its first one where there is none.
+    pub(crate) fn session(&self, cell: &Cell) -> Result<Session, StoreError> {
+        let bytes = self.with(|database| {
+            let transaction = database.begin_read()?;
+            let table = match transaction.open_table(SESSIONS) {
+                Err(redb::TableError::TableDoesNotExist(_)) => return Ok(None),
+                table => table?,
+            };
+            let found = table.get(cell.as_str())?;
+            Ok(found.map(|value| value.value().to_vec()))
+        })?;
+        let Some(bytes) = bytes else {
+            return Ok(Session::default());
+        };
+        let content = |reason: String| StoreError::Content {
+            cell: cell.to_string(),
+            reason,
+        };
+        let message: v1::Session = ppnpack_wire::decode(&bytes, MAX_MESSAGE_BYTES)
+            .map_err(|error| content(error.to_string()))?;
+        Session::from_message(message).map_err(|error| content(error.to_string()))
+    }
+
+    /// The heightmaps of an item of a cell's session that was announced with them.
+    pub(crate) fn shape(&self, cell: &Cell, id: ItemId) -> Result<Option<v1::Item>, StoreError> {
+        let bytes = self.with(|database| {
+            let transaction = database.begin_read()?;
+            let table = match transaction.open_table(SHAPES) {
+                Err(redb::TableError::TableDoesNotExist(_)) => return Ok(None),
+                table => table?,
+            };
+            let found = table.get((cell.as_str(), id.to_bytes().as_slice()))?;
+            Ok(found.map(|value| value.value().to_vec()))
+        })?;
+        Ok(bytes.and_then(|bytes| ppnpack_wire::decode(&bytes, MAX_MESSAGE_BYTES).ok()))
+    }
+
+    /// Saves the session of a cell, and the heightmaps of items that it newly refers to.
+    pub(crate) fn save(
+        &self,
+        cell: &Cell,
+        session: &Session,
+        shapes: &[v1::Item],
+    ) -> Result<(), StoreError> {
+        self.write(cell, session, |table| {
+            for shape in shapes {
+                let id = ItemId::of(shape).to_bytes();
+                let key = (cell.as_str(), id.as_slice());
+                table.insert(key, shape.encode_to_vec().as_slice())?;
+            }
+            Ok(())
+        })
+    }
+
+    /// Saves a new session of a cell and forgets the heightmaps of the one before.
+    pub(crate) fn begin(&self, cell: &Cell, session: &Session) -> Result<(), StoreError> {
+        self.write(cell, session, |table| {
+            table.retain(|(of, _), _| of != cell.as_str())?;
+            Ok(())
+        })
+    }
+
+    fn write(
+        &self,
+        cell: &Cell,
+        session: &Session,
+        change: impl FnOnce(&mut Shapes<'_>) -> Result<(), redb::Error>,
+    ) -> Result<(), StoreError> {
+        let bytes = session.to_message(0).encode_to_vec();
+        self.with(|database| {
+            let transaction = database.begin_write()?;
+            {
+                let mut sessions = transaction.open_table(SESSIONS)?;
+                sessions.insert(cell.as_str(), bytes.as_slice())?;
+                change(&mut transaction.open_table(SHAPES)?)?;
+            }
+            transaction.commit()?;
+            Ok(())
+        })
+    }
+
+    /// Works with the database; after an error it is opened anew the next time, so that a disk that recovered serves
+    /// again.
+    fn with<T>(
+        &self,
+        work: impl FnOnce(&Database) -> Result<T, redb::Error>,
+    ) -> Result<T, StoreError> {
+        // The guarded value is whole at any time: a panic elsewhere does not make it unusable.
+        let mut database = self.database.lock().unwrap_or_else(PoisonError::into_inner);
+        let open = match database.take() {
+            Some(open) => open,
+            None => self.reopen()?,
+        };
+        match work(&open) {
+            Ok(done) => {
+                *database = Some(open);
+                Ok(done)
+            }
+            Err(error) => {
+                if self.file.is_none() {
+                    *database = Some(open);
+                }
+                Err(StoreError::Disk(error.to_string()))
+            }
+        }
+    }
+
+    fn reopen(&self) -> Result<Database, StoreError> {
+        match &self.file {
+            Some(path) => Database::create(path).map_err(|error| StoreError::Open {
+                path: path.clone(),
+                reason: error.to_string(),
+            }),
+            None => Err(StoreError::Disk("the store in memory is gone".to_owned())),
+        }
+    }
+}
+
+fn open_or_put_aside(path: &Path) -> Result<Database, StoreError> {
+    let failed = |reason: String| StoreError::Open {
+        path: path.to_owned(),
+        reason,
+    };
+    let error = match Database::create(path) {
+        Ok(database) => return Ok(database),
+        Err(error) => error,
+    };
+    let is_damaged = matches!(
+        &error,
+        redb::DatabaseError::Storage(redb::StorageError::Corrupted(_))
+            | redb::DatabaseError::RepairAborted
+            | redb::DatabaseError::UpgradeRequired(_)
+    ) || is_no_database(&error);
+    if !is_damaged {
+        return Err(failed(error.to_string()));
+    }
+    let aside = path.with_extension(format!("damaged-{:08x}", rand::random::<u32>()));
+    std::fs::rename(path, &aside).map_err(|error| failed(error.to_string()))?;
+    tracing::error!(
+        store = %path.display(),
+        kept_as = %aside.display(),
+        %error,
+        "the session store is damaged: its sessions are lost, begin new ones"
+    );
+    Database::create(path).map_err(|error| failed(error.to_string()))
+}
+
+/// A file with other content is told as an input error.
+fn is_no_database(error: &redb::DatabaseError) -> bool {
+    matches!(
+        error,
+        redb::DatabaseError::Storage(redb::StorageError::Io(error))
+            if matches!(error.kind(), std::io::ErrorKind::InvalidData | std::io::ErrorKind::UnexpectedEof)
+    )
+}

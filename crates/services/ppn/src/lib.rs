@@ -1,0 +1,133 @@
+//! The ppn service: which placements the network scores best, for the planners of any cell.
+//!
+//! One thread owns the network; requests wait for it in a bounded queue and are taken out together, so that a network
+//! that gains from it can run the steps of several cells at once. The network itself is behind the traits [`Network`]
+//! and [`Scorer`]: this crate does not link libtorch.
+
+mod settings;
+mod worker;
+
+use std::sync::mpsc::sync_channel;
+use std::thread::JoinHandle;
+use std::time::Instant;
+
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::Heightmap;
+use ppnpack_packing::item::Item;
+use ppnpack_packing::placement::Placement;
+use ppnpack_packing::proposals::Percent;
+use ppnpack_packing::step::StageError;
+use ppnpack_service::Running;
+use ppnpack_service::alive::Alive;
+use ppnpack_service::process::Process;
+use ppnpack_service::rpc::{self, Incoming, Listener};
+use ppnpack_service::{HealthLatch, ServiceError, alive, join};
+use ppnpack_wire::keys::Service;
+use ppnpack_wire::v1;
+
+pub use settings::{Device, Settings};
+use worker::Worker;
+
+/// A network that can be made ready for grids.
+pub trait Network: Send {
+    /// The first 16 hexadecimal digits of the hash of its weights.
+    fn model(&self) -> &str;
+
+    /// The network, ready to score placements on a grid.
+    ///
+    /// # Errors
+    /// What keeps it from running there.
+    fn open(&self, grid: &Grid) -> Result<Box<dyn Scorer>, StageError>;
+}
+
+/// A network on one grid.
+pub trait Scorer: Send {
+    /// The best placements of the items of several steps, one result per step.
+    fn best(&mut self, steps: &[ScoredStep<'_>]) -> Vec<Result<BestOfItems, StageError>>;
+}
+
+/// Per item, its placements with the best scores, best first.
+pub type BestOfItems = Vec<Vec<Placement>>;
+
+/// A step whose items are to be scored.
+#[derive(Debug, Clone, Copy)]
+pub struct ScoredStep<'a> {
+    /// The container.
+    pub heightmap: &'a Heightmap,
+    /// The candidates.
+    pub items: &'a [&'a Item],
+    /// How many of their placements are wanted.
+    pub share: Percent,
+}
+
+/// Why the service did not start.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StartError {
+    /// The process lacks something.
+    #[error(transparent)]
+    Service(#[from] ServiceError),
+    /// The network does not run.
+    #[error("the network cannot run here: {0}")]
+    Network(#[source] StageError),
+    /// A thread cannot be started.
+    #[error("the thread of the network cannot be started: {0}")]
+    Thread(#[source] std::io::Error),
+}
+
+/// The running service.
+pub struct PpnService {
+    alive: alive::Token,
+    listener: Listener,
+    _ready: HealthLatch,
+    thread: JoinHandle<()>,
+}
+
+/// Starts the service; it is ready when the network has run on the reference grid.
+///
+/// # Errors
+/// [`StartError`] where the network does not run, or the session or a thread cannot be had.
+pub fn start(
+    process: &Process,
+    settings: &Settings,
+    network: Box<dyn Network>,
+) -> Result<PpnService, StartError> {
+    let ready = process.health().check("network");
+    let (mailbox, requests) = sync_channel(settings.queue.max(1));
+    let planners = Alive::watch(process.session(), Service::Planner)?;
+    let mut worker = Worker::new(network, planners, settings);
+    worker.warm_up().map_err(StartError::Network)?;
+    let thread = std::thread::Builder::new()
+        .name("network".to_owned())
+        .spawn(move || worker.run(&requests))
+        .map_err(StartError::Thread)?;
+    let listener = rpc::listen(
+        process,
+        None,
+        move |incoming: Incoming<v1::ProposeRequest>| {
+            rpc::deliver(&mailbox, incoming, |incoming| incoming);
+        },
+    )?;
+    let alive = alive::announce(process, None)?;
+    ready.pass();
+    Ok(PpnService {
+        alive,
+        listener,
+        _ready: ready,
+        thread,
+    })
+}
+
+impl Running for PpnService {
+    fn finish(self: Box<Self>, deadline: Instant) -> Result<(), String> {
+        let Self {
+            alive,
+            listener,
+            _ready,
+            thread,
+        } = *self;
+        // Without a listener nobody can send: the thread ends when the queue is empty.
+        drop((alive, listener));
+        join(vec![thread], deadline)
+    }
+}

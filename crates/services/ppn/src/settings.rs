@@ -1,0 +1,57 @@
+//! What can be set.
+
+use std::path::PathBuf;
+
+use ppnpack_service::ServiceSettings;
+use ppnpack_service::configuration::in_range;
+use serde::{Deserialize, Serialize};
+
+/// Settings of the ppn service.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// The weights, a .safetensors file with its card beside it; those that ship where none is given.
+    pub model: Option<PathBuf>,
+    /// Where the network runs.
+    pub device: Device,
+    /// Requests that wait for the network at most; more are refused.
+    pub queue: usize,
+    /// Requests that are taken out of the queue together at most.
+    pub batch: usize,
+    /// Items kept between requests, in MiB as they are encoded.
+    pub items_kept_mib: usize,
+    /// Grids that the network is kept ready for.
+    pub grids_kept: usize,
+}
+
+/// Where a network runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Device {
+    /// On the processor.
+    Cpu,
+    /// On the first CUDA device.
+    Cuda,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            model: None,
+            device: Device::Cpu,
+            queue: 16,
+            batch: 8,
+            items_kept_mib: 128,
+            grids_kept: 4,
+        }
+    }
+}
+
+impl ServiceSettings for Settings {
+    fn validate(&self) -> Result<(), String> {
+        in_range("queue", self.queue, 1..=65_536)?;
+        in_range("batch", self.batch, 1..=4_096)?;
+        in_range("items_kept_mib", self.items_kept_mib, 1..=65_536)?;
+        in_range("grids_kept", self.grids_kept, 1..=256)
+    }
+}

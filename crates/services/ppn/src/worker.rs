@@ -1,0 +1,232 @@
+//! The thread that owns the network.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::mpsc::Receiver;
+use std::time::Instant;
+
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::item::{Item, YawsMismatch};
+use ppnpack_packing::proposals::Percent;
+use ppnpack_packing::step::StageError;
+use ppnpack_service::alive::Alive;
+use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_wire::error::WireError;
+use ppnpack_wire::item_id::ItemId;
+use ppnpack_wire::item_store::{ItemStore, MissingItems};
+use ppnpack_wire::v1::{self, Status};
+use ppnpack_wire::{convert, header};
+
+use crate::settings::Settings;
+use crate::{BestOfItems, Network, ScoredStep, Scorer};
+
+/// The most candidates of one request.
+const MAX_CANDIDATES: usize = 1_000;
+
+/// A request as it waits.
+type Waiting = Incoming<v1::ProposeRequest>;
+
+/// Runs the network for requests.
+pub(crate) struct Worker {
+    network: Box<dyn Network>,
+    planners: Alive,
+    model: String,
+    scorers: VecDeque<(Grid, Box<dyn Scorer>)>,
+    items: ItemStore,
+    batch: usize,
+    grids_kept: usize,
+}
+
+/// A request that was read.
+struct Ready {
+    incoming: Waiting,
+    step: Step,
+    began: Instant,
+}
+
+/// What a request asks for.
+struct Step {
+    grid: Grid,
+    scene: Scene,
+    items: Vec<Arc<Item>>,
+    share: Percent,
+}
+
+/// Why a request is not answered as it was asked.
+enum Refusal {
+    Invalid(String),
+    Missing(MissingItems),
+}
+
+impl From<YawsMismatch> for Refusal {
+    fn from(error: YawsMismatch) -> Self {
+        Self::Invalid(error.to_string())
+    }
+}
+
+impl From<WireError> for Refusal {
+    fn from(error: WireError) -> Self {
+        Self::Invalid(error.to_string())
+    }
+}
+
+impl Worker {
+    pub(crate) fn new(network: Box<dyn Network>, planners: Alive, settings: &Settings) -> Self {
+        Self {
+            planners,
+            model: network.model().to_owned(),
+            network,
+            scorers: VecDeque::new(),
+            items: ItemStore::new(settings.items_kept_mib << 20),
+            batch: settings.batch.max(1),
+            grids_kept: settings.grids_kept.max(1),
+        }
+    }
+
+    /// Runs the network once, so that the first request does not wait for it.
+    pub(crate) fn warm_up(&mut self) -> Result<(), StageError> {
+        self.scorer(&Grid::reference()).map(|_| ())
+    }
+
+    /// Works until nobody can send any more.
+    pub(crate) fn run(mut self, requests: &Receiver<Waiting>) {
+        while let Ok(first) = requests.recv() {
+            let more = requests.try_iter().take(self.batch - 1);
+            let waiting: Vec<Waiting> = std::iter::once(first).chain(more).collect();
+            let mut ready: Vec<Ready> = Vec::with_capacity(waiting.len());
+            for incoming in waiting {
+                ready.extend(self.admit(incoming));
+            }
+            while let Some(grid) = ready.first().map(|ready| ready.step.grid.clone()) {
+                let (together, others) =
+                    ready.into_iter().partition(|ready| ready.step.grid == grid);
+                self.score(&grid, together);
+                ready = others;
+            }
+        }
+    }
+
+    /// Reads a request; answers it at once where nothing can be scored.
+    fn admit(&mut self, incoming: Waiting) -> Option<Ready> {
+        let incoming = incoming.still_wanted(&self.planners)?;
+        let began = Instant::now();
+        match self.read(incoming.message()) {
+            Ok(step) => Some(Ready {
+                incoming,
+                step,
+                began,
+            }),
+            Err(Refusal::Invalid(message)) => {
+                incoming.refuse(Status::Invalid, message);
+                None
+            }
+            Err(Refusal::Missing(missing)) => {
+                let message = missing.to_string();
+                let missing_items = missing.0.into_iter().map(ItemId::to_bytes).collect();
+                let reply = v1::ProposeReply {
+                    missing_items,
+                    ..v1::ProposeReply::default()
+                };
+                incoming.refuse_with(reply, Status::MissingItems, message);
+                None
+            }
+        }
+    }
+
+    fn read(&mut self, request: &v1::ProposeRequest) -> Result<Step, Refusal> {
+        if !(1..=MAX_CANDIDATES).contains(&request.item_ids.len()) {
+            return Err(Refusal::Invalid(format!(
+                "item_ids: {} where 1 to {MAX_CANDIDATES} are possible",
+                request.item_ids.len()
+            )));
+        }
+        let share =
+            Percent::new(request.percent).map_err(|error| Refusal::Invalid(error.to_string()))?;
+        let (grid, scene) = convert::scene::read_required("scene", request.scene.as_ref())?;
+        let ids = request
+            .item_ids
+            .iter()
+            .map(|id| ItemId::from_bytes("item_ids", id));
+        let ids = ids.collect::<Result<Vec<_>, _>>()?;
+        let items = self.items.resolve(&request.items, &ids)?;
+        let items = items.map_err(Refusal::Missing)?;
+        for item in &items {
+            item.check_yaws(&grid)?;
+        }
+        Ok(Step {
+            grid,
+            scene,
+            items,
+            share,
+        })
+    }
+
+    /// Scores requests on one grid together and answers them.
+    fn score(&mut self, grid: &Grid, ready: Vec<Ready>) {
+        let started = Instant::now();
+        let items: Vec<Vec<&Item>> = ready
+            .iter()
+            .map(|ready| ready.step.items.iter().map(|item| &**item).collect())
+            .collect();
+        let steps: Vec<ScoredStep<'_>> = ready
+            .iter()
+            .zip(&items)
+            .map(|(ready, items)| ScoredStep {
+                heightmap: ready.step.scene.heightmap(),
+                items,
+                share: ready.step.share,
+            })
+            .collect();
+        let results = match self.scorer(grid) {
+            Ok(scorer) => scorer.best(&steps),
+            Err(error) => {
+                let reason = error.to_string();
+                steps.iter().map(|_| Err(reason.clone().into())).collect()
+            }
+        };
+        drop(steps);
+        drop(items);
+        for (ready, result) in ready.into_iter().zip(results) {
+            self.answer(ready, started, result);
+        }
+    }
+
+    fn answer(&self, ready: Ready, started: Instant, result: Result<BestOfItems, StageError>) {
+        let best = match result {
+            Ok(best) => best,
+            Err(error) => {
+                ready.incoming.refuse(Status::Failed, error.to_string());
+                return;
+            }
+        };
+        let proposals = best
+            .into_iter()
+            .map(|of_item| convert::placement::write_all(of_item.into_iter()));
+        let reply = v1::ProposeReply {
+            proposals: proposals.collect(),
+            ..v1::ProposeReply::default()
+        };
+        let stages = vec![
+            header::stage("read", started.saturating_duration_since(ready.began)),
+            header::stage("network", started.elapsed()),
+        ];
+        let model = Some(self.model.clone());
+        ready.incoming.reply(reply, Done { stages, model });
+    }
+
+    /// The network for a grid; those longest unused go first.
+    fn scorer(&mut self, grid: &Grid) -> Result<&mut dyn Scorer, StageError> {
+        let kept = self.scorers.iter().position(|(of, _)| of == grid);
+        let entry = match kept.and_then(|index| self.scorers.remove(index)) {
+            Some(entry) => entry,
+            None => (grid.clone(), self.network.open(grid)?),
+        };
+        self.scorers.truncate(self.grids_kept - 1);
+        self.scorers.push_front(entry);
+        match self.scorers.front_mut() {
+            Some((_, scorer)) => Ok(scorer.as_mut()),
+            None => Err("the network was lost".into()),
+        }
+    }
+}
