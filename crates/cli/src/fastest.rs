@@ -78,7 +78,7 @@ fn sample(
     threads: u32,
 ) -> Outcome<Vec<Sampled>> {
     let exhaustive = Method {
-        proposals: ProposalSource::All,
+        proposals: ProposalSource::Bounded,
         ..method.clone()
     };
     let mut planner = exhaustive.planner(grid, threads, None)?;

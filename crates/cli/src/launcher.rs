@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 
 use anyhow::{Context, Result, anyhow, bail};
 use ppnpack_model::card::ModelCard;
-use ppnpack_model::settings::TrainingRequest;
+use ppnpack_model::settings::{Device, TrainingRequest};
 use ppnpack_model::weights::Model;
 use ppnpack_packing::proposals::Proposer;
 
@@ -46,6 +46,14 @@ impl Backend for Launcher {
     }
 
     fn open(&self, _model: &Model, _how: &Proposing<'_>) -> Result<Box<dyn Proposer>> {
+        self.unavailable()
+    }
+
+    fn network(
+        &self,
+        _model: &Model,
+        _device: Device,
+    ) -> Result<Box<dyn ppnpack_ppn_service::Network>> {
         self.unavailable()
     }
 

@@ -12,6 +12,7 @@ mod progress;
 mod report;
 mod sequence;
 mod simulation;
+mod stack;
 mod workers;
 
 use std::process::ExitCode;
@@ -34,6 +35,14 @@ struct Arguments {
 enum Command {
     /// Pack one sequence of objects in the simulated cell and report on it
     Pack(Box<commands::pack::PackArguments>),
+    /// Run all services in one process, over Zenoh
+    Up(Box<commands::up::UpArguments>),
+    /// Show which services are alive, and whether they are ready
+    Status(commands::status::StatusArguments),
+    /// Watch the cells in the terminal
+    Watch(commands::watch::WatchArguments),
+    /// Send one request to a service by hand
+    Call(commands::call::CallArguments),
     /// Reproduce the paper's tables and test the engine's models
     Experiment(Box<commands::experiment::ExperimentArguments>),
     /// Make training data for placement proposal networks
@@ -67,6 +76,10 @@ pub fn main(backend: &dyn Backend) -> ExitCode {
 fn run(command: &Command, backend: &dyn Backend) -> Outcome {
     match command {
         Command::Pack(arguments) => commands::pack::run(arguments, backend),
+        Command::Up(arguments) => commands::up::run(arguments, backend),
+        Command::Status(arguments) => commands::status::run(arguments),
+        Command::Watch(arguments) => commands::watch::run(arguments),
+        Command::Call(arguments) => commands::call::run(arguments),
         Command::Experiment(arguments) => commands::experiment::run(arguments, backend),
         Command::Dataset(arguments) => commands::dataset::run(arguments),
         Command::Train(arguments) => {

@@ -58,6 +58,16 @@ pub trait Backend: Sync {
     /// Why the network cannot run here, with a remedy.
     fn open(&self, model: &Model, how: &Proposing<'_>) -> Result<Box<dyn Proposer>>;
 
+    /// A model for the ppn service.
+    ///
+    /// # Errors
+    /// Why the network cannot run here, with a remedy.
+    fn network(
+        &self,
+        model: &Model,
+        device: Device,
+    ) -> Result<Box<dyn ppnpack_ppn_service::Network>>;
+
     /// Trains a network, or goes on training; gives the card of the model that it leaves in the request's folder.
     ///
     /// # Errors

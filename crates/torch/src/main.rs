@@ -5,40 +5,8 @@
 
 use std::process::ExitCode;
 
-use anyhow::Result;
-use ppnpack_cli::network::{Backend, Proposing, TrainingEvent};
-use ppnpack_model::card::ModelCard;
-use ppnpack_model::settings::TrainingRequest;
-use ppnpack_model::weights::Model;
-use ppnpack_packing::proposals::Proposer;
-use ppnpack_ppn::proposer::NetworkProposer;
-use ppnpack_ppn::training::{self, Event};
+use ppnpack_torch::Torch;
 
 fn main() -> ExitCode {
     ppnpack_cli::main(&Torch)
-}
-
-/// Networks on the libtorch that this program is linked with.
-struct Torch;
-
-impl Backend for Torch {
-    fn open(&self, model: &Model, how: &Proposing<'_>) -> Result<Box<dyn Proposer>> {
-        let proposer = NetworkProposer::new(model, how.grid, how.share, how.device, how.items)?;
-        Ok(Box::new(proposer))
-    }
-
-    fn train(
-        &self,
-        request: &TrainingRequest,
-        watch: &mut dyn FnMut(TrainingEvent),
-    ) -> Result<ModelCard> {
-        let card = training::train(request, &mut |event| {
-            watch(match event {
-                Event::Reading { done, total } => TrainingEvent::Reading { done, total },
-                Event::Batch { done, total, loss } => TrainingEvent::Batch { done, total, loss },
-                Event::Epoch(report) => TrainingEvent::Epoch(report),
-            });
-        })?;
-        Ok(card)
-    }
 }

@@ -1,8 +1,12 @@
 //! The commands.
 
+pub(crate) mod call;
 pub(crate) mod catalogue;
 pub(crate) mod dataset;
 pub(crate) mod evaluate;
 pub(crate) mod experiment;
 pub(crate) mod pack;
+pub(crate) mod status;
 pub(crate) mod train;
+pub(crate) mod up;
+pub(crate) mod watch;

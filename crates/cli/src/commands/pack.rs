@@ -1,6 +1,6 @@
 //! `ppnpack pack`: packs one sequence in the simulated cell and reports on it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
@@ -9,6 +9,8 @@ use ppnpack_packing::episode::{Observer, Step};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::proposals::{OrExhaustive, Proposer};
 use ppnpack_packing::step::StepInput;
+use ppnpack_physics::outcome::BodyState;
+use ppnpack_physics::packing_cell::Placed;
 
 use crate::failure::{Failure, Outcome};
 use crate::fastest;
@@ -19,7 +21,7 @@ use crate::options::{
 };
 use crate::output::{print_json, print_line};
 use crate::progress;
-use crate::report::{self, Packing, Settings};
+use crate::report::{self, Content, EndingSummary, Packing, Settings, Settled};
 use crate::sequence::SequenceOptions;
 use crate::simulation::simulate;
 
@@ -61,7 +63,7 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
     }
     let model = proposals.read_model()?;
     let sources = proposals.sources(&grid, model.as_ref())?;
-    let first = sources.first().cloned().unwrap_or(ProposalSource::All);
+    let first = sources.first().cloned().unwrap_or(ProposalSource::Bounded);
     let mut method = arguments.method.method(first)?;
     let simulated = arguments
         .physics
@@ -111,23 +113,46 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
             threads,
             simulated,
         },
-        episode,
-        contents: cell.contents(),
-        placed: cell.placed().to_vec(),
+        ending: EndingSummary::from(&episode.ending),
+        steps: episode.steps,
+        scene: episode.scene,
+        metrics: episode.metrics,
+        settled: cell.placed().iter().map(settled).collect(),
+        contents: cell.contents().into_iter().map(content).collect(),
         took: started.elapsed(),
     };
+    finish(&packing, &arguments.out, arguments.json)
+}
+
+/// Writes the report and prints the summary.
+pub(crate) fn finish(packing: &Packing, out: &Path, json: bool) -> Outcome {
     let summary = packing.summary();
-    report::write(&packing, &summary, &arguments.out)?;
-    if arguments.json {
+    report::write(packing, &summary, out)?;
+    if json {
         print_json(&summary)?;
     } else {
-        print_line(&report::table::summary(&packing, &summary))?;
-        print_line(&format!(
-            "Report: {}",
-            arguments.out.join("report.html").display()
-        ))?;
+        print_line(&report::table::summary(packing, &summary))?;
+        print_line(&format!("Report: {}", out.join("report.html").display()))?;
     }
     Ok(())
+}
+
+fn settled(placed: &Placed) -> Settled {
+    Settled {
+        slide_m: placed.report.slide_m,
+        tilt_rad: placed.report.tilt_rad,
+        toppled: placed.report.toppled,
+        inside: placed.report.inside,
+    }
+}
+
+fn content((arrival, body): (usize, BodyState)) -> (usize, Content) {
+    let content = Content {
+        model: body.model,
+        container_from_item: body.container_from_item,
+        inside: body.inside,
+    };
+    (arrival, content)
 }
 
 /// The method's proposals. A network that cannot run, now or later, gives way to the exhaustive search.

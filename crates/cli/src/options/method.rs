@@ -48,7 +48,7 @@ pub(crate) struct MethodOptions {
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
     pub(crate) seed: u64,
 
-    /// Threads for one step; the result is the same with any number
+    /// Threads for one step; the result is the same with any number. The bounded search runs on one
     #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=256))]
     pub(crate) threads: u32,
 }
@@ -198,6 +198,9 @@ impl Method {
         threads: u32,
     ) -> Outcome<Planner> {
         let mut search = Search::new(grid, &self.search_settings()).or_input()?;
+        if self.proposals != ProposalSource::All {
+            search = search.bounded();
+        }
         if threads > 1 {
             let pool = rayon::ThreadPoolBuilder::new()
                 .num_threads(threads as usize)

@@ -10,7 +10,7 @@ use ppnpack_packing::coarse::{CoarseGrid, CoarseToFine, Coarsening};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::proposals::{Percent, ProposeAll, ProposeRandom, Proposer};
-use ppnpack_packing::search::{ProposeBest, SearchSettings};
+use ppnpack_packing::search::SearchSettings;
 use serde::{Deserialize, Serialize};
 
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
@@ -28,7 +28,7 @@ pub(crate) const PROPOSAL_YAWS: usize = 4;
 #[command(next_help_heading = "Proposals")]
 pub(crate) struct ProposalOptions {
     /// Which placements are evaluated
-    #[arg(long = "proposals", value_enum, default_value = "all")]
+    #[arg(long = "proposals", value_enum, default_value = "bounded")]
     from: ProposalsOption,
 
     /// The share of placements that is proposed, in percent
@@ -63,13 +63,15 @@ pub(crate) struct ProposalOptions {
 enum ProposalsOption {
     /// Every placement: the exhaustive search
     All,
+    /// Every placement that a bound does not rule out: the choices of `all`, in less time; on one thread
+    Bounded,
     /// A random share of them, see --k
     Random,
     /// Those that the heuristic itself ranks best on a coarser grid, see --k and --proposal-cell
     Coarse,
     /// Those that the placement proposal network scores best, see --k and --model
     Network,
-    /// What takes least time of `all`, `coarse` and `network` on this machine and for these objects: measured at the
+    /// What takes least time of `bounded`, `coarse` and `network` on this machine and for these objects: measured at the
     /// start
     Auto,
 }
@@ -98,6 +100,8 @@ impl From<DeviceOption> for Device {
 pub(crate) enum ProposalSource {
     /// Every placement.
     All,
+    /// Every placement that a bound does not rule out.
+    Bounded,
     /// A random share.
     Random {
         /// `K`.
@@ -149,7 +153,7 @@ impl ProposalSource {
         network: Option<Network<'_>>,
     ) -> Outcome<Box<dyn Proposer>> {
         match (self, network) {
-            (Self::All, _) => Ok(Box::new(ProposeAll)),
+            (Self::All | Self::Bounded, _) => Ok(Box::new(ProposeAll)),
             (Self::Random { percent }, _) => {
                 let share = Percent::new(*percent).or_input()?;
                 Ok(Box::new(ProposeRandom::new(share, settings.seed)))
@@ -163,8 +167,8 @@ impl ProposalSource {
             ) => {
                 let share = Percent::new(*percent).or_input()?;
                 let grids = CoarseGrid::new(grid, *coarsening).or_input()?;
-                let best = ProposeBest::new(grids.coarse(), settings, share).or_input()?;
-                Ok(Box::new(CoarseToFine::new(grids, Box::new(best))))
+                let coarse = CoarseToFine::searching(grids, settings, share).or_input()?;
+                Ok(Box::new(coarse))
             }
             (
                 Self::Network {
@@ -173,7 +177,7 @@ impl ProposalSource {
                     ..
                 },
                 Some(network),
-            ) => network.open(grid, *coarsening, *percent),
+            ) => network.open(grid, settings, *coarsening, *percent),
             (Self::Network { .. }, None) => Err(Failure::input(
                 "the method needs a network, but none is given",
             )),
@@ -185,6 +189,7 @@ impl std::fmt::Display for ProposalSource {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::All => formatter.write_str("all"),
+            Self::Bounded => formatter.write_str("bounded"),
             Self::Random { percent } => write!(formatter, "random, K = {percent} %"),
             Self::Coarse { percent, .. } => write!(formatter, "coarse, K = {percent} %"),
             Self::Network { percent, .. } => write!(formatter, "network, K = {percent} %"),
@@ -218,15 +223,17 @@ pub(crate) struct Network<'a> {
 }
 
 impl Network<'_> {
-    /// A proposer of the best-scored `percent`, which scores placements on a coarser grid where there is one.
+    /// A proposer of the best-scored `percent`, which scores placements on a coarser grid where there is one; there,
+    /// the heuristic of `settings` chooses among a wider share for all candidates together.
     pub(crate) fn open(
         &self,
         grid: &Grid,
+        settings: &SearchSettings,
         coarsening: Coarsening,
         percent: f64,
     ) -> Outcome<Box<dyn Proposer>> {
         let share = Percent::new(percent).or_input()?;
-        let open = |grid: &Grid, items: &[Arc<Item>]| {
+        let open = |grid: &Grid, share, items: &[Arc<Item>]| {
             let how = Proposing {
                 grid,
                 share,
@@ -236,7 +243,7 @@ impl Network<'_> {
             self.backend.open(self.model, &how).or_run()
         };
         if coarsening.is_none() {
-            return open(grid, self.items);
+            return open(grid, share, self.items);
         }
         let grids = CoarseGrid::new(grid, coarsening).or_input()?;
         let coarse = self
@@ -244,11 +251,10 @@ impl Network<'_> {
             .iter()
             .map(|item| Ok(Arc::new(grids.item(item).or_input()?)));
         let coarse = coarse.collect::<Outcome<Vec<_>>>()?;
-        let proposer = open(grids.coarse(), &coarse)?;
+        let wide = open(grids.coarse(), CoarseToFine::wider(share), &coarse)?;
+        let narrowed = CoarseToFine::narrowing(grids, settings, share, wide).or_input()?;
         let shapes = self.items.iter().map(|item| item.shape());
-        Ok(Box::new(
-            CoarseToFine::new(grids, proposer).with_items(shapes.zip(coarse)),
-        ))
+        Ok(Box::new(narrowed.with_items(shapes.zip(coarse))))
     }
 }
 
@@ -295,10 +301,11 @@ impl ProposalOptions {
         });
         Ok(match self.from {
             ProposalsOption::All => vec![ProposalSource::All],
+            ProposalsOption::Bounded => vec![ProposalSource::Bounded],
             ProposalsOption::Random => vec![ProposalSource::Random { percent }],
             ProposalsOption::Coarse => vec![coarse],
             ProposalsOption::Network => network.into_iter().collect(),
-            ProposalsOption::Auto => [ProposalSource::All, coarse]
+            ProposalsOption::Auto => [ProposalSource::Bounded, coarse]
                 .into_iter()
                 .chain(network)
                 .collect(),

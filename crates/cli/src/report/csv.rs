@@ -36,7 +36,7 @@ struct Line<'a> {
 pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let resolution = packing.settings.grid.resolution();
-    for (step, placed) in packing.episode.steps.iter().zip(&packing.placed) {
+    for (step, settled) in packing.steps.iter().zip(&packing.settled) {
         let arrival = step.candidate.arrival;
         let body = packing.contents.iter().find(|(other, _)| *other == arrival);
         let pose = body.map(|(_, body)| body.container_from_item);
@@ -59,9 +59,9 @@ pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
             propose_s: step.timings.propose.as_secs_f64(),
             evaluate_s: step.timings.evaluate.as_secs_f64(),
             check_s: step.timings.check.as_secs_f64(),
-            slide_m: placed.report.slide_m,
-            tilt_rad: placed.report.tilt_rad,
-            toppled: placed.report.toppled,
+            slide_m: settled.slide_m,
+            tilt_rad: settled.tilt_rad,
+            toppled: settled.toppled,
             inside_at_the_end: body.is_some_and(|(_, body)| body.inside),
             end_x_m: pose.map(|pose| pose.translation.x),
             end_y_m: pose.map(|pose| pose.translation.y),

@@ -132,7 +132,7 @@ fn steps(body: &mut String, packing: &Packing) {
          <th class=n>x (cm)<th class=n>y (cm)<th class=n>z (cm)<th class=n>Value<th>Alternatives\
          <th class=n>Propose<th class=n>Evaluate<th class=n>Check<th class=n>Slide (mm)<th class=n>Tilt (°)</tr>",
     );
-    for (step, placed) in packing.episode.steps.iter().zip(&packing.placed) {
+    for (step, settled) in packing.steps.iter().zip(&packing.settled) {
         let arrival = step.candidate.arrival;
         let inside = packing
             .contents
@@ -150,7 +150,7 @@ fn steps(body: &mut String, packing: &Packing) {
             .iter()
             .map(|other| format!("{:.2}", other.value))
             .collect();
-        let class = if placed.report.toppled || !inside {
+        let class = if settled.toppled || !inside {
             " class=bad"
         } else {
             ""
@@ -170,8 +170,8 @@ fn steps(body: &mut String, packing: &Packing) {
             duration(step.timings.propose.as_secs_f64()),
             duration(step.timings.evaluate.as_secs_f64()),
             duration(step.timings.check.as_secs_f64()),
-            placed.report.slide_m * 1e3,
-            placed.report.tilt_rad.to_degrees()
+            settled.slide_m * 1e3,
+            settled.tilt_rad.to_degrees()
         ));
     }
     body.push_str("</table></div>");

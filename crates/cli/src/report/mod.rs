@@ -7,20 +7,23 @@ mod summary;
 pub(crate) mod table;
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::Context;
-use ppnpack_packing::episode::Episode;
+use nalgebra::Isometry3;
+use ppnpack_catalogue::object::Model;
+use ppnpack_packing::episode::Step;
 use ppnpack_packing::grid::Grid;
-use ppnpack_physics::outcome::BodyState;
-use ppnpack_physics::packing_cell::Placed;
+use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::metrics::Metrics;
 use serde::Serialize;
 
 use crate::fastest::Cost;
 use crate::options::{Method, Simulated};
 use crate::output::StagedFolder;
 use crate::sequence::Sequence;
-pub(crate) use summary::Summary;
+pub(crate) use summary::{EndingSummary, Summary, Unplaceable};
 
 /// Everything a packing depended on.
 #[derive(Debug, Clone, Serialize)]
@@ -42,12 +45,34 @@ pub(crate) struct Settings {
 #[derive(Debug)]
 pub(crate) struct Packing {
     pub(crate) settings: Settings,
-    pub(crate) episode: Episode,
-    /// What lies in or on the container, with its place in the sequence of arrivals.
-    pub(crate) contents: Vec<(usize, BodyState)>,
+    /// The steps in order.
+    pub(crate) steps: Vec<Step>,
     /// What became of each placement by the end of its settling phase.
-    pub(crate) placed: Vec<Placed>,
+    pub(crate) settled: Vec<Settled>,
+    pub(crate) ending: EndingSummary,
+    /// The scene at the end.
+    pub(crate) scene: Scene,
+    pub(crate) metrics: Metrics,
+    /// What lies in or on the container, with its place in the sequence of arrivals.
+    pub(crate) contents: Vec<(usize, Content)>,
     pub(crate) took: Duration,
+}
+
+/// What became of a placement by the end of its settling phase.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Settled {
+    pub(crate) slide_m: f64,
+    pub(crate) tilt_rad: f64,
+    pub(crate) toppled: bool,
+    pub(crate) inside: bool,
+}
+
+/// Something that lies in or on the container.
+#[derive(Debug)]
+pub(crate) struct Content {
+    pub(crate) model: Arc<Model>,
+    pub(crate) container_from_item: Isometry3<f64>,
+    pub(crate) inside: bool,
 }
 
 /// Writes all files of the report, or none.

@@ -44,7 +44,7 @@ fn packed(packing: &Packing) -> anyhow::Result<Vec<u8>> {
 }
 
 fn heights(packing: &Packing) -> anyhow::Result<Vec<u8>> {
-    let (grid, map) = (&packing.settings.grid, packing.episode.scene.heightmap());
+    let (grid, map) = (&packing.settings.grid, packing.scene.heightmap());
     let unit_m = grid.resolution().height_unit_m();
     let heights_m: Vec<f64> = map
         .heights()
@@ -67,8 +67,8 @@ fn utilisation(packing: &Packing) -> anyhow::Result<String> {
     let whole_m3 = container.x_m * container.y_m * container.z_m;
     let mut filled_m3 = 0.0;
     let mut points = vec![[0.0, 0.0]];
-    for (step, placed) in packing.episode.steps.iter().zip(&packing.placed) {
-        if placed.report.inside {
+    for (step, settled) in packing.steps.iter().zip(&packing.settled) {
+        if settled.inside {
             filled_m3 += step.candidate.item.mesh_volume_m3();
         }
         points.push([(step.step + 1) as f64, 100.0 * filled_m3 / whole_m3]);
@@ -86,7 +86,7 @@ fn utilisation(packing: &Packing) -> anyhow::Result<String> {
 }
 
 fn decisions(packing: &Packing) -> anyhow::Result<String> {
-    let steps = packing.episode.steps.iter();
+    let steps = packing.steps.iter();
     let points = steps
         .map(|step| {
             [

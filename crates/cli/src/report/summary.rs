@@ -73,6 +73,24 @@ pub(crate) struct Unplaceable {
     pub(crate) reason: String,
 }
 
+impl From<&Ending> for EndingSummary {
+    fn from(ending: &Ending) -> Self {
+        match ending {
+            Ending::AllPacked => Self::AllPacked,
+            Ending::NothingFits(items) => Self::NothingFits {
+                items: items
+                    .iter()
+                    .map(|(candidate, reason)| Unplaceable {
+                        arrival: candidate.arrival,
+                        item: candidate.item.name().to_string(),
+                        reason: reason.to_string(),
+                    })
+                    .collect(),
+            },
+        }
+    }
+}
+
 impl Spread {
     pub(crate) fn of(durations: impl Iterator<Item = Duration>) -> Self {
         let mut seconds: Vec<f64> = durations.map(|duration| duration.as_secs_f64()).collect();
@@ -88,7 +106,7 @@ impl Spread {
 
 impl Packing {
     pub(crate) fn summary(&self) -> Summary {
-        let steps = &self.episode.steps;
+        let steps = &self.steps;
         let unit_m = self.settings.grid.resolution().height_unit_m();
         let mean = |stage: fn(&Timings) -> Duration| {
             let total: Duration = steps.iter().map(|step| stage(&step.timings)).sum();
@@ -98,9 +116,9 @@ impl Packing {
             version: env!("CARGO_PKG_VERSION"),
             items_in_sequence: self.settings.sequence.objects.len(),
             items_placed: steps.len(),
-            items_fallen_out: steps.len() - self.episode.metrics.packed.items,
-            metrics: self.episode.metrics,
-            height_m: f64::from(self.episode.scene.heightmap().max()) * unit_m,
+            items_fallen_out: steps.len() - self.metrics.packed.items,
+            metrics: self.metrics,
+            height_m: f64::from(self.scene.heightmap().max()) * unit_m,
             decision_s: Spread::of(steps.iter().map(|step| step.timings.total())),
             stages_s: Stages {
                 propose: mean(|timings| timings.propose),
@@ -109,7 +127,7 @@ impl Packing {
             },
             degraded: self.degraded(),
             took_s: self.took.as_secs_f64(),
-            ending: self.ending(),
+            ending: self.ending.clone(),
             settings: self.settings.clone(),
         }
     }
@@ -117,7 +135,6 @@ impl Packing {
     fn degraded(&self) -> Vec<Degraded> {
         let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
         for reason in self
-            .episode
             .steps
             .iter()
             .filter_map(|step| step.degraded.as_deref())
@@ -129,21 +146,5 @@ impl Packing {
             steps,
         });
         counts.collect()
-    }
-
-    fn ending(&self) -> EndingSummary {
-        match &self.episode.ending {
-            Ending::AllPacked => EndingSummary::AllPacked,
-            Ending::NothingFits(items) => EndingSummary::NothingFits {
-                items: items
-                    .iter()
-                    .map(|(candidate, reason)| Unplaceable {
-                        arrival: candidate.arrival,
-                        item: candidate.item.name().to_string(),
-                        reason: reason.to_string(),
-                    })
-                    .collect(),
-            },
-        }
     }
 }

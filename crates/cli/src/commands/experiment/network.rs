@@ -8,6 +8,7 @@ use ppnpack_model::weights::Model;
 use ppnpack_packing::coarse::Coarsening;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::Item;
+use ppnpack_packing::search::SearchSettings;
 
 use crate::failure::{Failure, Outcome};
 use crate::network::Backend;
@@ -49,7 +50,7 @@ impl NetworkOptions {
         let model = read_model(self.model.as_deref())?;
         let network = self.of(backend, &model, &[]);
         let not_coarser = Coarsening { cells: 1, yaws: 1 };
-        match network.open(grid, not_coarser, self.percent) {
+        match network.open(grid, &SearchSettings::default(), not_coarser, self.percent) {
             Ok(_) => Ok(Ok(model)),
             Err(Failure::Run(error)) => {
                 let reason = format!("{error:#}");

@@ -259,7 +259,7 @@ fn contenders(arguments: &ParetoArguments, grid: &Grid, model: Option<&Model>) -
     let percents = || arguments.percents.iter().copied();
     let yaws = arguments.proposal_yaws;
     let network = |percent| Some(ProposalSource::network(grid, percent, yaws, model?));
-    let mut sources = vec![ProposalSource::All];
+    let mut sources = vec![ProposalSource::All, ProposalSource::Bounded];
     sources.extend(percents().filter_map(network));
     sources.extend(percents().map(|percent| ProposalSource::coarse(grid, percent, yaws)));
     sources.extend(percents().map(|percent| ProposalSource::Random { percent }));

@@ -1,0 +1,232 @@
+//! `ppnpack up`: all services in one process; with `--pack` one sequence is packed through them.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+use clap::Args;
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_physics::packing_cell::Scan;
+use ppnpack_service::rpc::Client;
+use ppnpack_wire::keys::Cell;
+
+use super::pack;
+use crate::failure::{Failure, OrInput, OrRun, Outcome};
+use crate::fastest;
+use crate::network::Backend;
+use crate::options::{
+    CatalogueOptions, Conditions, GridOptions, MethodOptions, Network, PhysicsOptions,
+    ProposalSource,
+};
+use crate::output::print_line;
+use crate::progress;
+use crate::report::{Packing, Settings};
+use crate::sequence::SequenceOptions;
+use crate::stack::controller::{Arrival, Controller};
+use crate::stack::{self, Stack, connect};
+
+/// Where others connect to if nothing else is said: Zenoh's own port.
+const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
+
+/// Valid placements kept beside each choice, for the report.
+const ALTERNATIVES: u32 = 3;
+
+/// Runs perception, ppn, heuristic, bridge (simulated cells) and planner in one process, with a Zenoh router that cell
+/// controllers connect to.
+#[derive(Debug, Args)]
+pub(crate) struct UpArguments {
+    #[command(flatten)]
+    catalogue: CatalogueOptions,
+
+    #[command(flatten)]
+    grid: GridOptions,
+
+    #[command(flatten)]
+    method: MethodOptions,
+
+    #[command(flatten)]
+    physics: PhysicsOptions,
+
+    /// How many cells there are: cell-1, cell-2 and so on
+    #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    cells: u32,
+
+    /// A Zenoh endpoint to listen on (may be repeated) [default: tcp/127.0.0.1:7447, and none with --pack]
+    #[arg(long, value_name = "ENDPOINT")]
+    listen: Vec<String>,
+
+    /// A folder in which sessions and what was placed survive a restart [default: in memory]
+    #[arg(long, value_name = "DIR")]
+    store: Option<PathBuf>,
+
+    #[command(flatten)]
+    job: JobOptions,
+}
+
+/// One sequence to pack.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Packing one sequence")]
+struct JobOptions {
+    /// Pack one sequence through the services, write a report, and end
+    #[arg(long)]
+    pack: bool,
+
+    #[command(flatten)]
+    sequence: SequenceOptions,
+
+    /// Where the results are written
+    #[arg(long, value_name = "DIR", default_value = "out/pack")]
+    out: PathBuf,
+
+    /// Print the summary as JSON instead of a table
+    #[arg(long)]
+    json: bool,
+
+    /// Pack through the stack at this Zenoh endpoint instead, into an empty container that it is asked to bring.
+    /// Catalogue, grid and method must be what that stack is configured with; of these, only the grid is checked
+    #[arg(long, value_name = "ENDPOINT", requires = "pack", conflicts_with_all = ["listen", "store", "cells"])]
+    connect: Option<String>,
+
+    /// A Zenoh configuration (JSON5) for --connect to begin with, such as one with certificates
+    #[arg(long, value_name = "FILE", requires = "connect")]
+    zenoh_config: Option<PathBuf>,
+}
+
+pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
+    let grid = arguments.grid.grid()?;
+    let proposals = &arguments.method.proposals;
+    let is_elsewhere = arguments.job.connect.is_some();
+    if proposals.uses_network() && !is_elsewhere {
+        backend.prepare();
+    }
+    if arguments.method.threads > 1 {
+        return Err(Failure::input(
+            "--threads is for `ppnpack pack`; here more heuristic services share a step",
+        ));
+    }
+    let model = proposals.read_model()?;
+    let sources = proposals.sources(&grid, model.as_ref())?;
+    if sources.len() > 1 && is_elsewhere {
+        return Err(Failure::input(
+            "--proposals auto is measured here; say what the stack at --connect is configured with",
+        ));
+    }
+    let first = sources.first().cloned().unwrap_or(ProposalSource::Bounded);
+    let mut method = arguments.method.method(first)?;
+    let simulated = arguments
+        .physics
+        .simulated(&grid, method.seed, Conditions::Robot)?;
+    if simulated.scan != Scan::Exact {
+        return Err(Failure::input(
+            "--scan camera is for `ppnpack pack`; the services see every cell exactly",
+        ));
+    }
+    let catalogue = Arc::new(arguments.catalogue.load(grid.resolution())?);
+    let items: Vec<_> = catalogue
+        .objects
+        .iter()
+        .map(|object| object.item.clone())
+        .collect();
+    let network = model.as_ref().map(|model| Network {
+        backend,
+        model,
+        device: proposals.device(),
+        items: &items,
+    });
+    let mut costs = Vec::new();
+    if sources.len() > 1 {
+        costs = fastest::measure(&method, &sources, &grid, &items, 1, network)?;
+        if let Some(fastest) = costs.first() {
+            method.proposals = fastest.proposals.clone();
+        }
+    }
+    let settings = |sequence| Settings {
+        catalogue: arguments.catalogue.catalogue.clone(),
+        catalogue_hash: catalogue.content_hash(),
+        objects: catalogue.len(),
+        sequence,
+        grid: grid.clone(),
+        method: method.clone(),
+        costs,
+        threads: 1,
+        simulated: simulated.clone(),
+    };
+    let sequence = |seed| arguments.job.sequence.sequence(&catalogue, seed);
+    if let Some(session) = arguments.job.session()? {
+        let controller = Controller::new(Client::new(&session), Cell::new("cell-1").or_input()?);
+        controller.renew()?;
+        let packing = job(&controller, &catalogue, settings(sequence(method.seed)?))?;
+        return pack::finish(&packing, &arguments.job.out, arguments.job.json);
+    }
+    let is_network = method.proposals.is_network();
+    let cells = (1..=arguments.cells).map(|number| Cell::new(&format!("cell-{number}")));
+    let plan = stack::Plan {
+        cells: cells.collect::<Result<_, _>>().or_input()?,
+        grid: &grid,
+        method: &method,
+        simulated: &simulated,
+        catalogue: Arc::clone(&catalogue),
+        source: &arguments.catalogue.catalogue,
+        network: network.filter(|_| is_network),
+        store: arguments.store.as_deref(),
+        listen: arguments.listen(),
+    };
+    let stack = Stack::start(&plan)?;
+    if !arguments.job.pack {
+        return serve(stack, &plan);
+    }
+    let cell = plan.cells.first().cloned();
+    let cell = cell.ok_or_else(|| Failure::input("--pack needs a cell"))?;
+    let controller = Controller::new(stack.client(), cell);
+    let packing = job(&controller, &catalogue, settings(sequence(method.seed)?))?;
+    stack.finish()?;
+    pack::finish(&packing, &arguments.job.out, arguments.job.json)
+}
+
+impl UpArguments {
+    fn listen(&self) -> Vec<String> {
+        if self.listen.is_empty() && !self.job.pack {
+            vec![DEFAULT_ENDPOINT.to_owned()]
+        } else {
+            self.listen.clone()
+        }
+    }
+}
+
+impl JobOptions {
+    /// A session with the stack that already runs, where that is what is wanted.
+    fn session(&self) -> Outcome<Option<zenoh::Session>> {
+        let open = |endpoint| connect::open(endpoint, self.zenoh_config.as_deref());
+        self.connect.as_deref().map(open).transpose()
+    }
+}
+
+/// Serves until it is told to end.
+fn serve(stack: Stack, plan: &stack::Plan<'_>) -> Outcome {
+    let shutdown = stack.shutdown().clone();
+    ctrlc::set_handler(move || shutdown.request()).or_run()?;
+    let cells: Vec<&str> = plan.cells.iter().map(Cell::as_str).collect();
+    print_line(&format!("Cells: {}", cells.join(", ")))?;
+    print_line(&format!("Zenoh: {}", stack.endpoint()))?;
+    print_line("Ready. `ppnpack status` and `ppnpack watch` show what goes on; Ctrl-C ends it.")?;
+    stack.shutdown().wait();
+    stack.finish()
+}
+
+/// Packs one sequence through the services of a cell.
+fn job(controller: &Controller, catalogue: &Catalogue, settings: Settings) -> Outcome<Packing> {
+    let objects = settings.sequence.objects.iter().enumerate();
+    let arrivals = objects.filter_map(|(arrival, index)| {
+        Some(Arrival {
+            item_id: stack::report::item_id(arrival),
+            object: catalogue.get(*index)?.item.name().to_string(),
+        })
+    });
+    let arrivals: Vec<Arrival> = arrivals.collect();
+    let bar = progress::bar("Packing", arrivals.len() as u64);
+    let started = Instant::now();
+    let session_id = format!("pack-{:032x}", rand::random::<u128>());
+    let packed = controller.pack(&session_id, &arrivals, ALTERNATIVES, &mut |_| bar.inc(1))?;
+    bar.finish_and_clear();
+    stack::report::packing(settings, catalogue, &packed, started.elapsed()).or_run()
+}

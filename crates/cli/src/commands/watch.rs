@@ -1,0 +1,236 @@
+//! `ppnpack watch`: the cells in the terminal, as they work.
+
+use std::collections::BTreeMap;
+use std::io::{IsTerminal, Write};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use ppnpack_service::stream;
+use ppnpack_wire::keys::{Cell, Stream};
+use ppnpack_wire::v1::{self, ItemState};
+use ppnpack_wire::{MAX_MESSAGE_BYTES, convert};
+
+use crate::failure::{OrRun, Outcome};
+use crate::stack::connect::ConnectOptions;
+
+/// How often the picture is drawn at most.
+const FRAME: Duration = Duration::from_millis(200);
+
+/// Columns and rows that a heightmap is drawn in at most.
+const PICTURE: (usize, usize) = (48, 16);
+
+/// From empty to the rim.
+const SHADES: [char; 5] = [' ', '░', '▒', '▓', '█'];
+
+/// Shows the cells as they work, until Ctrl-C.
+#[derive(Debug, Args)]
+pub(crate) struct WatchArguments {
+    #[command(flatten)]
+    connection: ConnectOptions,
+
+    /// Draw once what is known after the connection's --wait, and end
+    #[arg(long)]
+    once: bool,
+}
+
+/// What is known of the cells.
+#[derive(Default)]
+struct Seen {
+    cells: Mutex<BTreeMap<Cell, CellView>>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct CellView {
+    session: Option<v1::Session>,
+    state: Option<v1::CellState>,
+    decision: Option<v1::Decision>,
+    heightmap: Option<v1::Heightmap>,
+}
+
+impl Seen {
+    fn note(&self, cell: Cell, change: impl FnOnce(&mut CellView)) {
+        // A view is whole after each change.
+        let mut cells = self.cells.lock().unwrap_or_else(PoisonError::into_inner);
+        change(cells.entry(cell).or_default());
+        self.changed.notify_all();
+    }
+}
+
+pub(crate) fn run(arguments: &WatchArguments) -> Outcome {
+    let session = arguments.connection.open()?;
+    let deadline = arguments.connection.deadline()?;
+    let seen = Arc::new(Seen::default());
+    let limit = MAX_MESSAGE_BYTES;
+    let (sessions, states) = (Arc::clone(&seen), Arc::clone(&seen));
+    let (decisions, heightmaps) = (Arc::clone(&seen), Arc::clone(&seen));
+    let subscriptions = (
+        stream::subscribe_in(
+            &session,
+            None,
+            Stream::Session,
+            limit,
+            move |cell, message| {
+                sessions.note(cell, |view| view.session = Some(message));
+            },
+        )
+        .or_run()?,
+        stream::subscribe_in(
+            &session,
+            None,
+            Stream::State,
+            limit,
+            move |cell, message| {
+                states.note(cell, |view| view.state = Some(message));
+            },
+        )
+        .or_run()?,
+        stream::subscribe_in(&session, None, Stream::Plan, limit, move |cell, message| {
+            decisions.note(cell, |view| view.decision = Some(message));
+        })
+        .or_run()?,
+        stream::subscribe_in(
+            &session,
+            None,
+            Stream::Heightmap,
+            limit,
+            move |cell, message| {
+                heightmaps.note(cell, |view| view.heightmap = Some(message));
+            },
+        )
+        .or_run()?,
+    );
+    if arguments.once {
+        std::thread::sleep(deadline.saturating_duration_since(Instant::now()));
+        draw(&seen)?;
+    } else {
+        loop {
+            draw(&seen)?;
+            let cells = seen.cells.lock().unwrap_or_else(PoisonError::into_inner);
+            drop(seen.changed.wait_timeout(cells, Duration::from_secs(1)));
+            std::thread::sleep(FRAME);
+        }
+    }
+    drop(subscriptions);
+    Ok(())
+}
+
+fn draw(seen: &Seen) -> Outcome {
+    let mut text = String::new();
+    {
+        let cells = seen.cells.lock().unwrap_or_else(PoisonError::into_inner);
+        if cells.is_empty() {
+            text.push_str("Nothing heard yet.\n");
+        }
+        for (cell, view) in &*cells {
+            text.push_str(&picture(cell, view));
+        }
+    }
+    let mut out = std::io::stdout().lock();
+    if out.is_terminal() {
+        // Home, and clear what is below.
+        write!(out, "\x1b[H\x1b[J").or_run()?;
+    }
+    out.write_all(text.as_bytes()).or_run()?;
+    out.flush().or_run()
+}
+
+fn picture(cell: &Cell, view: &CellView) -> String {
+    let mut lines = vec![format!("── {cell} {}", "─".repeat(40))];
+    if let Some(session) = &view.session {
+        lines.push(progress(session));
+    }
+    if let Some(state) = &view.state {
+        let doing = match state.executing_placement_id.as_str() {
+            "" => "idle".to_owned(),
+            placement => format!("placing {placement}"),
+        };
+        lines.push(format!(
+            "robot    {doing}, state {}, {} bodies",
+            state.state_number,
+            state.bodies.len()
+        ));
+    }
+    if let Some(decision) = &view.decision {
+        lines.push(last_decision(decision));
+        lines.extend(
+            decision
+                .degraded
+                .iter()
+                .map(|reason| format!("degraded {reason}")),
+        );
+    }
+    if let Some(heightmap) = &view.heightmap {
+        lines.extend(heights(heightmap));
+    }
+    lines.join("\n") + "\n"
+}
+
+fn progress(session: &v1::Session) -> String {
+    let count = |state: ItemState| {
+        session
+            .items
+            .iter()
+            .filter(|item| item.state() == state)
+            .count()
+    };
+    let end = match session.end() {
+        v1::SessionEnd::Unspecified => String::new(),
+        v1::SessionEnd::AllPacked => ", all packed".to_owned(),
+        v1::SessionEnd::NothingFits => ", nothing fits any more".to_owned(),
+        v1::SessionEnd::Failed => format!(", failed: {}", session.failure),
+    };
+    format!(
+        "session  {}: {} packed, {} waiting, {} gone{end}",
+        session.session_id,
+        count(ItemState::Packed),
+        count(ItemState::Waiting),
+        count(ItemState::Gone)
+    )
+}
+
+fn last_decision(decision: &v1::Decision) -> String {
+    let total_ns: u64 = decision.stages.iter().map(|stage| stage.duration_ns).sum();
+    let at = decision.placement.unwrap_or_default();
+    format!(
+        "step {:<4} {} ({}) at yaw {} cell ({}, {}) height {}, value {:.2}, {:.2} ms",
+        decision.step,
+        decision.item_id,
+        decision.object,
+        at.yaw,
+        at.x,
+        at.y,
+        at.resting_height,
+        decision.value,
+        total_ns as f64 / 1e6
+    )
+}
+
+/// The heightmap, x to the right and y upwards; `?` where it is not known.
+fn heights(heightmap: &v1::Heightmap) -> Vec<String> {
+    let read = convert::scene::read_required("scene", heightmap.scene.as_ref());
+    let Ok((grid, scene)) = read else {
+        return vec!["heightmap cannot be read".to_owned()];
+    };
+    let (columns, rows) = (PICTURE.0.min(grid.nx()), PICTURE.1.min(grid.ny()));
+    let shade = |column: usize, row: usize| {
+        let (x, y) = (
+            column * grid.nx() / columns,
+            (rows - 1 - row) * grid.ny() / rows,
+        );
+        let height = scene.heightmap().get(x, y).unwrap_or(0);
+        if height > grid.rim() {
+            return '?';
+        }
+        let index = usize::try_from(height).unwrap_or(0) * (SHADES.len() - 1);
+        let index = index.div_ceil(usize::try_from(grid.rim()).unwrap_or(1).max(1));
+        SHADES.get(index).copied().unwrap_or('?')
+    };
+    let line = |row: usize| {
+        (0..columns)
+            .map(|column| shade(column, row))
+            .collect::<String>()
+    };
+    (0..rows).map(|row| format!("  │{}│", line(row))).collect()
+}

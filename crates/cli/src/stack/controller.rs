@@ -1,0 +1,184 @@
+//! A cell controller: announces items, asks for placements, has them executed, reports.
+
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use ppnpack_service::rpc::Client;
+use ppnpack_wire::keys::Cell;
+use ppnpack_wire::rpc::Request;
+use ppnpack_wire::v1::{self, ExecutionPhase, PlanResult};
+
+use crate::failure::{OrRun, Outcome};
+
+/// How long one request may take.
+const REQUEST_LIMIT: Duration = Duration::from_secs(30);
+
+/// How long one placement may take.
+const PLACE_LIMIT: Duration = Duration::from_secs(300);
+
+/// Controls one cell over the wire.
+pub(crate) struct Controller {
+    client: Client,
+    cell: Cell,
+}
+
+/// An item to be packed.
+#[derive(Debug, Clone)]
+pub(crate) struct Arrival {
+    pub(crate) item_id: String,
+    pub(crate) object: String,
+}
+
+/// A decision and what became of it.
+#[derive(Debug, Clone)]
+pub(crate) struct Done {
+    pub(crate) decision: v1::Decision,
+    pub(crate) outcome: v1::Outcome,
+}
+
+/// How a packing ended.
+#[derive(Debug, Clone)]
+pub(crate) struct Packed {
+    pub(crate) done: Vec<Done>,
+    /// Why nothing of the buffer fits; empty where everything is packed.
+    pub(crate) reasons: Vec<v1::ItemReason>,
+    /// What lies in the container.
+    pub(crate) state: v1::CellState,
+    /// What perception sees of it.
+    pub(crate) heightmap: v1::Heightmap,
+}
+
+impl Controller {
+    pub(crate) fn new(client: Client, cell: Cell) -> Self {
+        Self { client, cell }
+    }
+
+    /// Has the container taken away and an empty one brought.
+    pub(crate) fn renew(&self) -> Outcome {
+        self.ask("bridge", v1::RenewRequest::default(), PLACE_LIMIT)?;
+        Ok(())
+    }
+
+    /// Packs items into the container as it is, in one session; `on_step` is called after each placement.
+    pub(crate) fn pack(
+        &self,
+        session_id: &str,
+        items: &[Arrival],
+        alternatives: u32,
+        on_step: &mut dyn FnMut(&Done),
+    ) -> Outcome<Packed> {
+        self.begin(session_id, items)?;
+        let mut done = Vec::new();
+        let reasons = loop {
+            let request = v1::PlanRequest {
+                alternatives,
+                ..v1::PlanRequest::default()
+            };
+            let reply = self.ask("planner", request, REQUEST_LIMIT)?;
+            match (reply.result(), reply.decision) {
+                (PlanResult::Decided, Some(decision)) => {
+                    let step = self.carry_out(decision)?;
+                    on_step(&step);
+                    done.push(step);
+                }
+                (PlanResult::NothingFits, _) => break reply.reasons,
+                (PlanResult::NothingWaits, _) => break Vec::new(),
+                (result, _) => {
+                    return Err(anyhow::anyhow!("the planner answered {result:?}").into());
+                }
+            }
+        };
+        let state = self.state()?;
+        let heightmap = self.heightmap(state.state_number)?;
+        Ok(Packed {
+            done,
+            reasons,
+            state,
+            heightmap,
+        })
+    }
+
+    fn begin(&self, session_id: &str, items: &[Arrival]) -> Outcome {
+        let request = v1::BeginRequest {
+            session_id: session_id.to_owned(),
+            least_state_number: self.state()?.state_number,
+            ..v1::BeginRequest::default()
+        };
+        self.ask("planner", request, REQUEST_LIMIT)?;
+        for items in items.chunks(1000) {
+            let announcement = |item: &Arrival| v1::Announcement {
+                item_id: item.item_id.clone(),
+                shape: Some(v1::announcement::Shape::Object(item.object.clone())),
+                rules: None,
+            };
+            let request = v1::AnnounceRequest {
+                items: items.iter().map(announcement).collect(),
+                ..v1::AnnounceRequest::default()
+            };
+            self.ask("planner", request, REQUEST_LIMIT)?;
+        }
+        Ok(())
+    }
+
+    fn carry_out(&self, decision: v1::Decision) -> Outcome<Done> {
+        let request = v1::PlaceRequest::from(&decision);
+        let reply = self.ask("bridge", request, REQUEST_LIMIT)?;
+        let outcome = match ended(reply.execution) {
+            Some(outcome) => outcome,
+            None => self.outcome(&decision.decision_id)?,
+        };
+        let request = v1::ReportRequest {
+            decision_id: decision.decision_id.clone(),
+            outcome: Some(outcome.clone()),
+            ..v1::ReportRequest::default()
+        };
+        self.ask("planner", request, REQUEST_LIMIT)?;
+        Ok(Done { decision, outcome })
+    }
+
+    fn outcome(&self, placement_id: &str) -> Outcome<v1::Outcome> {
+        let request = v1::OutcomeRequest {
+            placement_id: placement_id.to_owned(),
+            ..v1::OutcomeRequest::default()
+        };
+        let reply = self.ask("bridge", request, PLACE_LIMIT)?;
+        let outcome = ended(reply.execution);
+        outcome
+            .context("the bridge answered before the placement had ended")
+            .or_run()
+    }
+
+    fn state(&self) -> Outcome<v1::CellState> {
+        let reply = self.ask("bridge", v1::CellStateRequest::default(), REQUEST_LIMIT)?;
+        reply.state.context("the bridge told no state").or_run()
+    }
+
+    fn heightmap(&self, least_state_number: u64) -> Outcome<v1::Heightmap> {
+        let request = v1::HeightmapRequest {
+            least_state_number,
+            ..v1::HeightmapRequest::default()
+        };
+        let reply = self.ask("perception", request, REQUEST_LIMIT)?;
+        reply
+            .heightmap
+            .context("perception told no heightmap")
+            .or_run()
+    }
+
+    fn ask<R: Request>(&self, service: &str, request: R, limit: Duration) -> Outcome<R::Reply> {
+        let reply = self
+            .client
+            .call(&self.cell, request, Instant::now() + limit);
+        reply
+            .with_context(|| format!("the {service} of cell {} does not serve", self.cell))
+            .or_run()
+    }
+}
+
+fn ended(execution: Option<v1::Execution>) -> Option<v1::Outcome> {
+    let execution = execution?;
+    match execution.phase() {
+        ExecutionPhase::Ended => execution.outcome,
+        _ => None,
+    }
+}

@@ -1,0 +1,260 @@
+//! All services in one process, over a Zenoh router of their own.
+
+pub(crate) mod connect;
+pub(crate) mod controller;
+pub(crate) mod report;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, anyhow};
+use ppnpack_bridge::simulated::SimulatedSettings;
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_packing::grid::Grid;
+use ppnpack_planner::{CellSettings, ProposalSettings, Stability};
+use ppnpack_service::embedded::{self, Hub};
+use ppnpack_service::rpc::Client;
+use ppnpack_service::{Process, Running, Shutdown};
+use ppnpack_wire::keys::{Cell, Service};
+
+use crate::failure::{Failure, OrInput, OrRun, Outcome};
+use crate::options::{Method, Network, ProposalSource, Simulated, StabilityOption};
+
+/// How long services may take to finish what is in flight.
+const GRACE: Duration = Duration::from_secs(10);
+
+/// What a stack is made of.
+pub(crate) struct Plan<'a> {
+    /// The names of its cells.
+    pub(crate) cells: Vec<Cell>,
+    pub(crate) grid: &'a Grid,
+    pub(crate) method: &'a Method,
+    pub(crate) simulated: &'a Simulated,
+    pub(crate) catalogue: Arc<Catalogue>,
+    /// What `catalogue` was loaded from.
+    pub(crate) source: &'a str,
+    /// The network that proposes, where one does.
+    pub(crate) network: Option<Network<'a>>,
+    /// Where sessions and the bridge's journal are kept; in memory where no folder is given.
+    pub(crate) store: Option<&'a Path>,
+    /// Zenoh endpoints to listen on beside a loopback port of the system's choice.
+    pub(crate) listen: Vec<String>,
+}
+
+/// A running stack.
+pub(crate) struct Stack {
+    services: Vec<(Service, Process, Box<dyn Running>)>,
+    session: zenoh::Session,
+    hub: Hub,
+}
+
+impl Stack {
+    /// Starts all services. A network that cannot run here is left out: the planner then searches exhaustively and
+    /// says so with each decision.
+    pub(crate) fn start(plan: &Plan<'_>) -> Outcome<Self> {
+        let hub = embedded::hub_at(&plan.listen).or_input()?;
+        let session = embedded::session(&hub).or_run()?;
+        let mut stack = Self {
+            services: Vec::new(),
+            session,
+            hub,
+        };
+        if let Some(folder) = plan.store {
+            std::fs::create_dir_all(folder)
+                .with_context(|| format!("{} cannot be made", folder.display()))
+                .or_input()?;
+        }
+        stack.add(Service::Heuristic, |process| {
+            let settings = ppnpack_heuristic::Settings::default();
+            Ok(Box::new(ppnpack_heuristic::start(process, &settings)?))
+        })?;
+        if let Some(network) = &plan.network {
+            stack.add_network(network);
+        }
+        stack.add(Service::Perception, |process| {
+            let settings = perception_settings(plan);
+            Ok(Box::new(ppnpack_perception_service::start(
+                process, &settings,
+            )?))
+        })?;
+        stack.add(Service::Bridge, |process| {
+            let settings = bridge_settings(plan);
+            Ok(Box::new(ppnpack_bridge::start(
+                process,
+                &settings,
+                &plan.catalogue,
+            )?))
+        })?;
+        stack.add(Service::Planner, |process| {
+            let settings = planner_settings(plan)?;
+            let catalogues = [Arc::clone(&plan.catalogue)];
+            Ok(Box::new(ppnpack_planner::start(
+                process,
+                &settings,
+                &catalogues,
+            )?))
+        })?;
+        Ok(stack)
+    }
+
+    /// Where others connect to.
+    pub(crate) fn endpoint(&self) -> &str {
+        self.hub.endpoint()
+    }
+
+    /// A client of the stack.
+    pub(crate) fn client(&self) -> Client {
+        Client::new(&self.session)
+    }
+
+    /// The wish that the stack ends.
+    pub(crate) fn shutdown(&self) -> &Shutdown {
+        self.hub.shutdown()
+    }
+
+    /// Ends all services, those first that ask others.
+    pub(crate) fn finish(self) -> Outcome {
+        let deadline = Instant::now() + GRACE;
+        self.hub.shutdown().request();
+        let mut left = Vec::new();
+        for (service, process, running) in self.services.into_iter().rev() {
+            if let Err(undone) = running.finish(deadline) {
+                left.push(format!("{service}: {undone}"));
+            }
+            drop(process);
+        }
+        if left.is_empty() {
+            Ok(())
+        } else {
+            Err(Failure::Run(anyhow!(
+                "not finished in time: {}",
+                left.join("; ")
+            )))
+        }
+    }
+
+    fn add(
+        &mut self,
+        service: Service,
+        start: impl FnOnce(&Process) -> Result<Box<dyn Running>>,
+    ) -> Outcome {
+        let process = embedded::process(&self.hub, service, &format!("{service}-1")).or_run()?;
+        let running = start(&process)
+            .with_context(|| format!("the {service} service does not start"))
+            .or_run()?;
+        self.services.push((service, process, running));
+        Ok(())
+    }
+
+    fn add_network(&mut self, network: &Network<'_>) {
+        let Network {
+            backend,
+            model,
+            device,
+            ..
+        } = network;
+        let added = backend
+            .network(model, *device)
+            .map_err(Failure::Run)
+            .and_then(|network| {
+                self.add(Service::Ppn, |process| {
+                    let settings = ppnpack_ppn_service::Settings::default();
+                    Ok(Box::new(ppnpack_ppn_service::start(
+                        process, &settings, network,
+                    )?))
+                })
+            });
+        if let Err(failure) = added {
+            tracing::warn!(reason = %failure, "the stack runs without a network");
+        }
+    }
+}
+
+fn of_cells<T>(plan: &Plan<'_>, settings: impl Fn() -> T) -> BTreeMap<String, T> {
+    let cells = plan.cells.iter();
+    cells.map(|cell| (cell.to_string(), settings())).collect()
+}
+
+fn file(plan: &Plan<'_>, name: &str) -> Option<PathBuf> {
+    plan.store.map(|folder| folder.join(name))
+}
+
+fn perception_settings(plan: &Plan<'_>) -> ppnpack_perception_service::Settings {
+    let resolution = plan.grid.resolution();
+    let grid = || ppnpack_perception_service::GridSettings {
+        container: plan.grid.container(),
+        cell_m: resolution.cell_m(),
+        height_unit_m: resolution.height_unit_m(),
+        yaws: resolution.yaws().count(),
+    };
+    ppnpack_perception_service::Settings {
+        cells: of_cells(plan, grid),
+        ..ppnpack_perception_service::Settings::default()
+    }
+}
+
+fn bridge_settings(plan: &Plan<'_>) -> ppnpack_bridge::Settings {
+    let cell = || SimulatedSettings {
+        physics: plan.simulated.cell.clone(),
+        scan_pitch_m: plan.grid.resolution().surface_pitch_m(),
+        ..SimulatedSettings::default()
+    };
+    ppnpack_bridge::Settings {
+        cells: of_cells(plan, cell),
+        journal: file(plan, "bridge.redb"),
+        catalogue: plan.source.to_owned(),
+        ..ppnpack_bridge::Settings::default()
+    }
+}
+
+fn planner_settings(plan: &Plan<'_>) -> Result<ppnpack_planner::Settings> {
+    let (method, resolution) = (plan.method, plan.grid.resolution());
+    let cell = || CellSettings {
+        container: plan.grid.container(),
+        cell_m: resolution.cell_m(),
+        height_unit_m: resolution.height_unit_m(),
+        yaws: resolution.yaws().count(),
+        buffer: method.buffer,
+        heuristic: method.heuristic,
+        order: method.order,
+        weights: method.weights,
+        stability: match method.stability {
+            StabilityOption::Physical => Stability::Physical,
+            StabilityOption::Published => Stability::Published,
+            StabilityOption::None => Stability::None,
+        },
+        seed: method.seed,
+        proposals: proposals(&method.proposals),
+        ..CellSettings::default()
+    };
+    Ok(ppnpack_planner::Settings {
+        cells: of_cells(plan, cell),
+        store: file(plan, "sessions.redb"),
+        catalogue: plan.source.to_owned(),
+        ..ppnpack_planner::Settings::default()
+    })
+}
+
+fn proposals(source: &ProposalSource) -> ProposalSettings {
+    match source {
+        ProposalSource::All | ProposalSource::Bounded => ProposalSettings::All,
+        ProposalSource::Random { percent } => ProposalSettings::Random { percent: *percent },
+        ProposalSource::Coarse {
+            percent,
+            coarsening,
+        } => ProposalSettings::Coarse {
+            percent: *percent,
+            coarsening: *coarsening,
+        },
+        ProposalSource::Network {
+            percent,
+            coarsening,
+            ..
+        } => ProposalSettings::Network {
+            percent: *percent,
+            coarsening: *coarsening,
+        },
+    }
+}

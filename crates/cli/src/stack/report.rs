@@ -1,0 +1,169 @@
+//! What was packed over the wire, as the report of a packing needs it.
+
+use std::time::Duration;
+
+use anyhow::{Context, Result};
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_packing::episode::{Step, packed_volume};
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::metrics::Metrics;
+use ppnpack_packing::plan::{Candidate, Evaluated, Timings};
+use ppnpack_wire::{convert, v1};
+
+use super::controller::{Done, Packed};
+use crate::report::{Content, EndingSummary, Packing, Settings, Settled, Unplaceable};
+use crate::sequence::Sequence;
+
+/// The id of the item at a place in the sequence of arrivals.
+pub(crate) fn item_id(arrival: usize) -> String {
+    format!("item-{arrival}")
+}
+
+fn arrival_of(item_id: &str) -> Option<usize> {
+    item_id.strip_prefix("item-")?.parse().ok()
+}
+
+/// The packing that a controller saw.
+///
+/// # Errors
+/// Where a message lacks something.
+pub(crate) fn packing(
+    settings: Settings,
+    catalogue: &Catalogue,
+    packed: &Packed,
+    took: Duration,
+) -> Result<Packing> {
+    let grid = settings.grid.clone();
+    let topple_rad = settings.simulated.cell.outcome.topple_rad;
+    let steps = packed.done.iter().map(|done| step(done, catalogue));
+    let steps: Vec<Step> = steps.collect::<Result<_>>()?;
+    let contents = packed
+        .state
+        .bodies
+        .iter()
+        .map(|body| content(body, catalogue));
+    let contents: Vec<(usize, Content)> = contents.collect::<Result<_>>()?;
+    let scene = scene(&packed.heightmap, &grid)?;
+    let is_inside = |arrival| {
+        let mut contents = contents.iter();
+        contents.any(|(other, content)| *other == arrival && content.inside)
+    };
+    let volume = packed_volume(&grid, &steps, is_inside);
+    Ok(Packing {
+        metrics: Metrics::new(&grid, scene.heightmap(), volume),
+        ending: ending(&packed.reasons, catalogue, &settings.sequence),
+        settings,
+        steps,
+        settled: packed
+            .done
+            .iter()
+            .map(|done| settled(done, topple_rad))
+            .collect(),
+        scene,
+        contents,
+        took,
+    })
+}
+
+fn step(done: &Done, catalogue: &Catalogue) -> Result<Step> {
+    let decision = &done.decision;
+    let placement = decision.placement.as_ref();
+    let placement = placement.context("a decision has no placement")?;
+    let candidate = decision
+        .buffer
+        .iter()
+        .position(|item| *item == decision.item_id);
+    let alternatives = decision
+        .alternatives
+        .iter()
+        .map(convert::placement::read_ranked);
+    Ok(Step {
+        step: decision.step,
+        candidate: candidate_of(&decision.item_id, &decision.object, catalogue)?,
+        choice: Evaluated {
+            candidate: candidate.unwrap_or_default(),
+            resting: convert::placement::read_resting(placement)?,
+            value: decision.value,
+        },
+        alternatives: alternatives.collect::<Result<_, _>>()?,
+        timings: Timings {
+            propose: stage(decision, "propose"),
+            evaluate: stage(decision, "evaluate"),
+            check: stage(decision, "check"),
+        },
+        degraded: (!decision.degraded.is_empty()).then(|| decision.degraded.join("; ")),
+    })
+}
+
+fn candidate_of(item_id: &str, object: &str, catalogue: &Catalogue) -> Result<Candidate> {
+    let (_, held) = catalogue
+        .find(object)
+        .with_context(|| format!("the catalogue has no object {object}"))?;
+    Ok(Candidate {
+        arrival: arrival_of(item_id).with_context(|| format!("item {item_id} is not of here"))?,
+        item: held.item.clone(),
+    })
+}
+
+fn stage(decision: &v1::Decision, name: &str) -> Duration {
+    let mut stages = decision.stages.iter();
+    let stage = stages.find(|stage| stage.stage == name);
+    Duration::from_nanos(stage.map_or(0, |stage| stage.duration_ns))
+}
+
+fn content(body: &v1::Body, catalogue: &Catalogue) -> Result<(usize, Content)> {
+    let (_, object) = catalogue
+        .find(&body.object)
+        .with_context(|| format!("the catalogue has no object {}", body.object))?;
+    let pose = body.container_from_item.as_ref();
+    let content = Content {
+        model: object.model.clone(),
+        container_from_item: convert::pose::read_required("container_from_item", pose)?,
+        inside: body.is_inside,
+    };
+    let arrival = arrival_of(&body.item_id);
+    let arrival = arrival.with_context(|| format!("item {} is not of here", body.item_id))?;
+    Ok((arrival, content))
+}
+
+fn scene(heightmap: &v1::Heightmap, grid: &Grid) -> Result<Scene> {
+    let (seen, scene) = convert::scene::read_required("scene", heightmap.scene.as_ref())?;
+    anyhow::ensure!(
+        seen == *grid,
+        "perception uses another grid than the planner"
+    );
+    Ok(scene)
+}
+
+fn settled(done: &Done, topple_rad: f64) -> Settled {
+    Settled {
+        slide_m: done.outcome.slide_m,
+        tilt_rad: done.outcome.tilt_rad,
+        toppled: done.outcome.tilt_rad > topple_rad,
+        inside: done.outcome.is_inside,
+    }
+}
+
+fn ending(reasons: &[v1::ItemReason], catalogue: &Catalogue, sequence: &Sequence) -> EndingSummary {
+    if reasons.is_empty() {
+        return EndingSummary::AllPacked;
+    }
+    let object = |arrival: usize| {
+        let index = sequence.objects.get(arrival)?;
+        catalogue
+            .get(*index)
+            .map(|object| object.item.name().to_string())
+    };
+    let items = reasons.iter().filter_map(|reason| {
+        let arrival = arrival_of(&reason.item_id)?;
+        Some(Unplaceable {
+            arrival,
+            item: object(arrival)?,
+            reason: reason.text.clone(),
+        })
+    });
+    EndingSummary::NothingFits {
+        items: items.collect(),
+    }
+}

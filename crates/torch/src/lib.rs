@@ -1,0 +1,7 @@
+//! What needs libtorch, for the programs that are linked with it: `ppnpack-torch` and `ppnpack-ppn`.
+
+mod backend;
+mod service;
+
+pub use backend::Torch;
+pub use service::TorchNetwork;

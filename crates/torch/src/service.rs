@@ -1,0 +1,71 @@
+//! Networks for the ppn service.
+
+use anyhow::Result;
+use ppnpack_model::settings::Device;
+use ppnpack_model::weights::Model;
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::proposals::Percent;
+use ppnpack_packing::step::StageError;
+use ppnpack_ppn::proposer::NetworkProposer;
+use ppnpack_ppn_service::{BestOfItems, Network, ScoredStep, Scorer, Settings};
+
+/// A model that runs on the libtorch that this program is linked with.
+pub struct TorchNetwork {
+    model: Model,
+    device: Device,
+    name: String,
+}
+
+impl TorchNetwork {
+    /// The model of a service's settings.
+    ///
+    /// # Errors
+    /// Why the weights cannot be read.
+    pub fn read(settings: &Settings) -> Result<Self> {
+        let model = match &settings.model {
+            Some(file) => Model::read(file)?,
+            None => Model::shipped()?,
+        };
+        let device = match settings.device {
+            ppnpack_ppn_service::Device::Cpu => Device::Cpu,
+            ppnpack_ppn_service::Device::Cuda => Device::Cuda,
+        };
+        Ok(Self::new(model, device))
+    }
+
+    /// A model on a device.
+    pub fn new(model: Model, device: Device) -> Self {
+        let name = model.card().weights_blake3.chars().take(16).collect();
+        Self {
+            model,
+            device,
+            name,
+        }
+    }
+}
+
+impl Network for TorchNetwork {
+    fn model(&self) -> &str {
+        &self.name
+    }
+
+    fn open(&self, grid: &Grid) -> Result<Box<dyn Scorer>, StageError> {
+        // Requests carry their own share.
+        let share = Percent::new(100.0)?;
+        let proposer = NetworkProposer::new(&self.model, grid, share, self.device, &[])?;
+        Ok(Box::new(TorchScorer(proposer)))
+    }
+}
+
+/// Runs the steps one after another: on the processor a batch of containers costs what they cost by themselves.
+struct TorchScorer(NetworkProposer);
+
+impl Scorer for TorchScorer {
+    fn best(&mut self, steps: &[ScoredStep<'_>]) -> Vec<Result<BestOfItems, StageError>> {
+        let best = |step: &ScoredStep<'_>| {
+            let found = self.0.best(step.heightmap, step.items, step.share);
+            found.map_err(Into::into)
+        };
+        steps.iter().map(best).collect()
+    }
+}
