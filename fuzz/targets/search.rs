@@ -1,0 +1,71 @@
+//! A request to evaluate, read as the heuristic service reads it and searched: whatever passes the checks of the wire,
+//! the search gives placements that lie within the container, or an error.
+#![no_main]
+
+use std::sync::Arc;
+
+use libfuzzer_sys::fuzz_target;
+use ppnpack_packing::item::Item;
+use ppnpack_packing::proposals::{Proposals, YawRange};
+use ppnpack_packing::step::{Candidate, StepInput};
+use ppnpack_packing::valid::ValidSearch;
+use ppnpack_wire::{MAX_MESSAGE_BYTES, convert, decode, v1};
+
+/// Larger grids are searched in the same way, but slowly.
+const MAX_CELLS: usize = 48 * 48;
+const MAX_YAWS: usize = 8;
+const MAX_ITEMS: usize = 4;
+
+fn search(data: &[u8]) -> Option<()> {
+    let request: v1::EvaluateRequest = decode(data, MAX_MESSAGE_BYTES).ok()?;
+    let (grid, scene) = convert::scene::read(request.scene.as_ref()?).ok()?;
+    let yaws = grid.resolution().yaws().count();
+    if grid.nx() * grid.ny() > MAX_CELLS || yaws > MAX_YAWS || request.items.len() > MAX_ITEMS {
+        return None;
+    }
+    let items = request.items.iter().map(convert::item::read);
+    let items: Vec<Item> = items.collect::<Result<_, _>>().ok()?;
+    if items.iter().any(|item| item.views().len() != yaws) {
+        return None;
+    }
+    let candidates: Vec<Candidate> = (0..)
+        .zip(items)
+        .map(|(arrival, item)| Candidate {
+            arrival,
+            item: Arc::new(item),
+        })
+        .collect();
+    let mut proposals = Proposals::default();
+    for (index, candidate) in candidates.iter().enumerate() {
+        match request
+            .parts
+            .get(index)
+            .and_then(|part| part.proposals.as_ref())
+        {
+            Some(given) => proposals.push(convert::placement::read_all("parts", given).ok()?),
+            None => proposals.push_all_at(YawRange::all(&candidate.item)),
+        }
+    }
+    let settings =
+        convert::objective::read_required("objective", request.objective.as_ref()).ok()?;
+    let checks = convert::check::read_all(&request.checks).ok()?;
+    let mut search = ValidSearch::new(&grid, &settings, checks).ok()?;
+    let input = StepInput {
+        grid: &grid,
+        scene: &scene,
+        candidates: &candidates,
+        step: request.step,
+    };
+    let group: Vec<usize> = (0..candidates.len()).collect();
+    let best = search.best(&input, &group, &proposals, 16).ok()?;
+    for found in &best.placements {
+        let at = found.resting.placement;
+        let view = &candidates[found.candidate].item.views()[at.yaw];
+        assert!(at.x + view.nx() <= grid.nx() && at.y + view.ny() <= grid.ny());
+    }
+    Some(())
+}
+
+fuzz_target!(|data: &[u8]| {
+    search(data);
+});

@@ -1,0 +1,201 @@
+//! A cell controller for tests and measurements.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, ensure};
+use ppnpack_service::rpc::{CallError, Client};
+use ppnpack_wire::keys::Cell;
+use ppnpack_wire::rpc::Request;
+use ppnpack_wire::v1::{self, ExecutionPhase, ItemState, PlanResult};
+
+/// How long a request may take, restarts of services included.
+const LIMIT: Duration = Duration::from_secs(20);
+
+/// Asks the services of one cell.
+#[derive(Clone)]
+pub struct CellClient {
+    client: Client,
+    cell: Cell,
+}
+
+impl CellClient {
+    pub(crate) fn new(client: Client, cell: Cell) -> Self {
+        Self { client, cell }
+    }
+
+    /// A client of a cell over a session of its own.
+    pub fn over(session: &zenoh::Session, cell: Cell) -> Self {
+        Self::new(Client::new(session), cell)
+    }
+
+    /// The cell.
+    pub fn cell(&self) -> &Cell {
+        &self.cell
+    }
+
+    /// Sends a request.
+    ///
+    /// # Errors
+    /// How it was refused, or that nobody answered.
+    pub fn ask<R: Request>(&self, request: R) -> Result<R::Reply, CallError> {
+        self.ask_within(request, LIMIT)
+    }
+
+    /// Sends a request that must be answered within a time.
+    ///
+    /// # Errors
+    /// How it was refused, or that nobody answered.
+    pub fn ask_within<R: Request>(
+        &self,
+        request: R,
+        limit: Duration,
+    ) -> Result<R::Reply, CallError> {
+        self.client
+            .call(&self.cell, request, Instant::now() + limit)
+    }
+
+    /// Begins a session with these objects, in this order; item `i` is called `item-i`.
+    ///
+    /// # Errors
+    /// How a request was refused.
+    pub fn begin(&self, session_id: &str, objects: &[&str], is_automatic: bool) -> Result<()> {
+        self.ask(v1::BeginRequest {
+            session_id: session_id.to_owned(),
+            is_automatic,
+            least_state_number: self.state()?.state_number,
+            ..v1::BeginRequest::default()
+        })?;
+        let items = objects
+            .iter()
+            .enumerate()
+            .map(|(index, object)| v1::Announcement {
+                item_id: format!("item-{index}"),
+                shape: Some(v1::announcement::Shape::Object((*object).to_owned())),
+                rules: None,
+            });
+        self.ask(v1::AnnounceRequest {
+            items: items.collect(),
+            ..v1::AnnounceRequest::default()
+        })?;
+        Ok(())
+    }
+
+    /// Takes the container away and brings an empty one.
+    ///
+    /// # Errors
+    /// How the request was refused.
+    pub fn renew(&self) -> Result<()> {
+        self.ask(v1::RenewRequest::default())?;
+        Ok(())
+    }
+
+    /// The state of the cell.
+    ///
+    /// # Errors
+    /// How the request was refused.
+    pub fn state(&self) -> Result<v1::CellState> {
+        let reply = self.ask(v1::CellStateRequest::default())?;
+        reply.state.context("the bridge told no state")
+    }
+
+    /// The packing session.
+    ///
+    /// # Errors
+    /// How the request was refused.
+    pub fn session(&self) -> Result<v1::Session> {
+        let reply = self.ask(v1::SessionRequest::default())?;
+        reply.session.context("the planner told no session")
+    }
+
+    /// Asks for a decision; `None` where nothing is left to decide.
+    ///
+    /// # Errors
+    /// How the request was refused.
+    pub fn plan(&self) -> Result<Option<v1::Decision>> {
+        let reply = self.ask(v1::PlanRequest::default())?;
+        Ok(reply
+            .decision
+            .filter(|_| reply.result == i32::from(PlanResult::Decided)))
+    }
+
+    /// Has a decision carried out.
+    ///
+    /// # Errors
+    /// How a request was refused.
+    pub fn place(&self, decision: &v1::Decision) -> Result<v1::Outcome> {
+        let reply = self.ask(v1::PlaceRequest::from(decision))?;
+        let mut execution = reply.execution.unwrap_or_default();
+        while execution.phase() != ExecutionPhase::Ended {
+            let reply = self.ask(v1::OutcomeRequest {
+                placement_id: decision.decision_id.clone(),
+                ..v1::OutcomeRequest::default()
+            })?;
+            execution = reply.execution.unwrap_or_default();
+        }
+        execution.outcome.context("the bridge told no outcome")
+    }
+
+    /// Reports how a decision was carried out.
+    ///
+    /// # Errors
+    /// How the request was refused.
+    pub fn report(&self, decision: &v1::Decision, outcome: v1::Outcome) -> Result<()> {
+        self.ask(v1::ReportRequest {
+            decision_id: decision.decision_id.clone(),
+            outcome: Some(outcome),
+            ..v1::ReportRequest::default()
+        })?;
+        Ok(())
+    }
+
+    /// Plans, places and reports one step, or ends the one that was begun; the decision, or `None` where nothing is
+    /// left.
+    ///
+    /// # Errors
+    /// How a request was refused.
+    pub fn step(&self) -> Result<Option<v1::Decision>> {
+        let begun = self.session()?.pending;
+        let Some(decision) = begun.map_or_else(|| self.plan(), |begun| Ok(Some(begun)))? else {
+            return Ok(None);
+        };
+        let outcome = self.place(&decision)?;
+        self.report(&decision, outcome)?;
+        Ok(Some(decision))
+    }
+
+    /// Checks that what planner and bridge know fits together: every packed item lies in the cell once, and nothing
+    /// else does, but for the item of a decision whose outcome was not reported yet.
+    ///
+    /// # Errors
+    /// What is lost, there twice or unknown, or how a request was refused.
+    pub fn check_consistent(&self) -> Result<()> {
+        let session = self.session()?;
+        let state = self.state()?;
+        let mut bodies: BTreeMap<&str, usize> = BTreeMap::new();
+        for body in &state.bodies {
+            *bodies.entry(&body.item_id).or_default() += 1;
+        }
+        let of = |states: &[ItemState]| -> BTreeSet<&str> {
+            let items = session.items.iter();
+            let items = items.filter(|item| states.contains(&item.state()));
+            items.map(|item| item.item_id.as_str()).collect()
+        };
+        let packed = of(&[ItemState::Packed]);
+        let known = of(&[ItemState::Packed, ItemState::Decided, ItemState::Gone]);
+        let there = || bodies.keys().copied();
+        let twice: Vec<_> = there().filter(|item| bodies.get(item) > Some(&1)).collect();
+        ensure!(twice.is_empty(), "placed twice: {twice:?}");
+        let lost: Vec<_> = packed
+            .iter()
+            .filter(|item| !bodies.contains_key(**item))
+            .collect();
+        ensure!(
+            lost.is_empty(),
+            "acknowledged as packed, but not there: {lost:?}"
+        );
+        let unknown: Vec<_> = there().filter(|item| !known.contains(item)).collect();
+        ensure!(unknown.is_empty(), "placed, but not decided: {unknown:?}");
+        Ok(())
+    }
+}

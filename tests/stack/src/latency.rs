@@ -1,0 +1,191 @@
+//! How long plans take, from the request to the answer.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, ensure};
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::plan::Planner;
+use ppnpack_packing::proposals::ProposeAll;
+use ppnpack_packing::search::{Search, SearchSettings};
+use ppnpack_packing::stability::{PhysicalStability, PhysicalStabilitySettings};
+use ppnpack_packing::step::{Candidate, StepInput};
+use ppnpack_wire::{convert, v1};
+
+use crate::cell::CellClient;
+
+/// Times of many plans, sorted.
+#[derive(Debug, Clone, Default)]
+pub struct Times(Vec<Duration>);
+
+impl Times {
+    /// The times.
+    pub fn new(mut times: Vec<Duration>) -> Self {
+        times.sort_unstable();
+        Self(times)
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    /// The time that this share of them does not exceed, in milliseconds.
+    pub fn percentile_ms(&self, share: f64) -> f64 {
+        let last = self.0.len().saturating_sub(1);
+        let index = (share * last as f64).round() as usize;
+        self.0
+            .get(index)
+            .map_or(f64::NAN, |time| time.as_secs_f64() * 1e3)
+    }
+}
+
+/// What one session of packing took.
+#[derive(Debug, Clone, Default)]
+pub struct Measured {
+    /// From the request for a plan to its answer, as the controller sees it.
+    pub asked: Vec<Duration>,
+    /// The same steps planned in this process.
+    pub in_process: Vec<Duration>,
+    /// What the planner spent on each stage of a decision.
+    pub stages: BTreeMap<String, Vec<Duration>>,
+    /// Steps planned in another way than was asked for.
+    pub degraded: usize,
+}
+
+/// Packs `objects` into a new container and measures each plan. With `twin` each step is also planned in this process,
+/// on the same heightmap; where the search is exhaustive the decisions must be the same.
+///
+/// # Errors
+/// How a request was refused, or that a decision differs.
+pub fn measure(
+    cell: &CellClient,
+    session_id: &str,
+    objects: &[&str],
+    twin: Option<&mut Twin<'_>>,
+) -> Result<Measured> {
+    cell.renew()?;
+    cell.begin(session_id, objects, false)?;
+    let mut twin = twin;
+    let mut measured = Measured::default();
+    loop {
+        // Until perception has seen the container, a plan waits for it: that wait is no part of planning.
+        let least_state_number = cell.state()?.state_number;
+        let heightmap = cell.ask(v1::HeightmapRequest {
+            least_state_number,
+            ..v1::HeightmapRequest::default()
+        })?;
+        let asked = Instant::now();
+        let decision = cell.plan()?;
+        measured.asked.push(asked.elapsed());
+        let Some(decision) = decision else {
+            return Ok(measured);
+        };
+        for stage in &decision.stages {
+            let times = measured.stages.entry(stage.stage.clone()).or_default();
+            times.push(Duration::from_nanos(stage.duration_ns));
+        }
+        measured.degraded += usize::from(!decision.degraded.is_empty());
+        if let Some(twin) = &mut twin {
+            let heightmap = heightmap
+                .heightmap
+                .context("perception told no heightmap")?;
+            measured
+                .in_process
+                .push(twin.plan(&heightmap, &decision, objects)?);
+        }
+        let outcome = cell.place(&decision)?;
+        cell.report(&decision, outcome)?;
+    }
+}
+
+/// The planner in this process, for comparison.
+pub struct Twin<'a> {
+    catalogue: &'a Catalogue,
+    grid: Grid,
+    planner: Planner,
+    is_exhaustive: bool,
+}
+
+impl<'a> Twin<'a> {
+    /// The exhaustive search of the reference setting. Where the stack searches exhaustively too, the decisions are
+    /// compared.
+    ///
+    /// # Errors
+    /// Where the search cannot be made.
+    pub fn new(catalogue: &'a Catalogue, is_exhaustive: bool) -> Result<Self> {
+        let grid = Grid::reference();
+        let settings = SearchSettings {
+            heuristic: Heuristic::Sdfm,
+            order: Order::Balance,
+            weights: Weights::default(),
+            seed: 0,
+        };
+        let search = Search::new(&grid, &settings)?.bounded();
+        let stability = PhysicalStability::new(PhysicalStabilitySettings::default());
+        let planner = Planner::new(
+            Box::new(ProposeAll),
+            Box::new(search),
+            vec![Box::new(stability)],
+            settings.order,
+            settings.seed,
+        );
+        Ok(Self {
+            catalogue,
+            grid,
+            planner,
+            is_exhaustive,
+        })
+    }
+
+    fn plan(
+        &mut self,
+        heightmap: &v1::Heightmap,
+        decision: &v1::Decision,
+        objects: &[&str],
+    ) -> Result<Duration> {
+        let (grid, scene) = convert::scene::read_required("scene", heightmap.scene.as_ref())?;
+        ensure!(grid == self.grid, "the stack uses another grid");
+        let candidate = |item_id: &String| {
+            let arrival: usize = item_id
+                .strip_prefix("item-")
+                .context("an unknown item")?
+                .parse()?;
+            let name = objects.get(arrival).context("an unknown item")?;
+            let (_, object) = self.catalogue.find(name).context("an unknown object")?;
+            Ok(Candidate {
+                arrival,
+                item: object.item.clone(),
+            })
+        };
+        let candidates: Vec<Candidate> = decision
+            .buffer
+            .iter()
+            .map(candidate)
+            .collect::<Result<_>>()?;
+        let input = StepInput {
+            grid: &self.grid,
+            scene: &scene,
+            candidates: &candidates,
+            step: decision.step,
+        };
+        let started = Instant::now();
+        let choice = self.planner.plan(&input)?.choice();
+        let took = started.elapsed();
+        if self.is_exhaustive {
+            let choice = choice.context("the stack placed what cannot be placed")?;
+            let placement = convert::placement::write_resting(&choice.resting);
+            let item = decision.buffer.get(choice.candidate);
+            ensure!(
+                item == Some(&decision.item_id) && decision.placement == Some(placement),
+                "step {}: the stack decided {:?}, the same search in this process {:?}",
+                decision.step,
+                decision.placement,
+                choice
+            );
+        }
+        Ok(took)
+    }
+}

@@ -1,0 +1,309 @@
+//! The processes of a stack together.
+
+use std::collections::BTreeMap;
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, anyhow, ensure};
+use ppnpack_service::alive::Alive;
+use ppnpack_service::configuration::{Endpoints, ZenohSettings};
+use ppnpack_service::rpc::Client;
+use ppnpack_wire::keys::{Cell, Instance, Service};
+use zenoh::Wait;
+
+use crate::cell::CellClient;
+use crate::process::{Process, Signal};
+
+/// How long a service may take to start: the catalogue is read, the network warmed up.
+const START_LIMIT: Duration = Duration::from_secs(60);
+
+/// What a stack is made of.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// The names of its cells.
+    pub cells: Vec<String>,
+    /// Heuristic services.
+    pub heuristics: usize,
+    /// Whether there is a ppn service, and the planner asks it.
+    pub has_network: bool,
+    /// Where the planner has placements evaluated: `services`, or `fastest` as it is without this.
+    pub evaluate: &'static str,
+    /// Further settings per service, as for `--set`.
+    pub settings: Vec<(Service, String)>,
+    /// Variables in the environment of every process.
+    pub environment: Vec<(String, String)>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            cells: vec!["cell-1".to_owned()],
+            heuristics: 1,
+            has_network: false,
+            evaluate: "services",
+            settings: Vec::new(),
+            environment: Vec::new(),
+        }
+    }
+}
+
+/// A running stack. Its processes end with it; its folder stays where the test fails.
+pub struct Stack {
+    // Dropped first: clients before those they talk to.
+    session: zenoh::Session,
+    processes: BTreeMap<String, Process>,
+    endpoint: String,
+    cells: Vec<String>,
+    folder: tempfile::TempDir,
+}
+
+impl Stack {
+    /// Starts a stack and waits until all of it is ready.
+    ///
+    /// # Errors
+    /// What did not start.
+    pub fn start(options: &Options) -> Result<Self> {
+        let folder = tempfile::tempdir()?;
+        let endpoint = format!("tcp/127.0.0.1:{}", free_port()?);
+        let mut processes = BTreeMap::new();
+        let router = vec![
+            "--set".to_owned(),
+            format!("zenoh.listen=[\"{endpoint}\"]"),
+            "--set".to_owned(),
+            "admin.listen=127.0.0.1:0".to_owned(),
+        ];
+        let log = folder.path().join("router.log");
+        let mut process = Process::new("ppnpack-router", router, &options.environment, &log)?;
+        process.start()?;
+        processes.insert("router".to_owned(), process);
+        let session = connect(&endpoint)?;
+        let mut stack = Self {
+            session,
+            processes,
+            endpoint,
+            cells: options.cells.clone(),
+            folder,
+        };
+        for index in 1..=options.heuristics {
+            stack.add(Service::Heuristic, index, options)?;
+        }
+        if options.has_network {
+            stack.add(Service::Ppn, 1, options)?;
+        }
+        stack.add(Service::Perception, 1, options)?;
+        stack.add(Service::Bridge, 1, options)?;
+        stack.add(Service::Planner, 1, options)?;
+        let names: Vec<String> = stack.processes.keys().cloned().collect();
+        for name in names {
+            stack.wait_ready(&name)?;
+        }
+        Ok(stack)
+    }
+
+    fn add(&mut self, service: Service, index: usize, options: &Options) -> Result<()> {
+        let name = format!("{service}-{index}");
+        let mut settings = vec![
+            format!("instance={name}"),
+            format!("zenoh.connect=[\"{}\"]", self.endpoint),
+            "admin.listen=127.0.0.1:0".to_owned(),
+            "log.format=human".to_owned(),
+        ];
+        let path = |file: &str| self.folder.path().join(file).display().to_string();
+        let cells = options.cells.iter();
+        match service {
+            Service::Planner => {
+                settings.push(format!("service.store={}", path("sessions.redb")));
+                let from = match options.has_network {
+                    true => "{from=\"network\",percent=5.0,coarsening={cells=1,yaws=1}}",
+                    false => "{from=\"all\"}",
+                };
+                settings.push(format!(
+                    "service.cells={{{}}}",
+                    cells
+                        .map(|cell| {
+                            let evaluate = options.evaluate;
+                            format!("{cell}={{evaluate=\"{evaluate}\",proposals={from}}}")
+                        })
+                        .collect::<Vec<_>>()
+                        .join(",")
+                ));
+            }
+            Service::Bridge => {
+                settings.push(format!("service.journal={}", path("bridge.redb")));
+                settings.push(format!(
+                    "service.cells={{{}}}",
+                    cells
+                        .map(|cell| format!("{cell}={{}}"))
+                        .collect::<Vec<_>>()
+                        .join(",")
+                ));
+            }
+            _ => {}
+        }
+        let own = options.settings.iter().filter(|(of, _)| *of == service);
+        settings.extend(own.map(|(_, setting)| setting.clone()));
+        let arguments = settings
+            .into_iter()
+            .flat_map(|setting| ["--set".to_owned(), setting])
+            .collect();
+        let log = self.folder.path().join(format!("{name}.log"));
+        let program = format!("ppnpack-{service}");
+        let mut process = Process::new(&program, arguments, &options.environment, &log)?;
+        process.start()?;
+        self.processes.insert(name, process);
+        Ok(())
+    }
+
+    /// A session of its own with a router.
+    ///
+    /// # Errors
+    /// Where there is none.
+    pub fn connect(endpoint: &str) -> Result<zenoh::Session> {
+        connect(endpoint)
+    }
+
+    /// The endpoint of the router.
+    pub fn endpoint(&self) -> &str {
+        &self.endpoint
+    }
+
+    /// Where stores, journals and logs lie.
+    pub fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// A session of the stack's own.
+    pub fn session(&self) -> &zenoh::Session {
+        &self.session
+    }
+
+    /// A client for one of the cells.
+    ///
+    /// # Errors
+    /// Where there is no such cell.
+    pub fn cell(&self, index: usize) -> Result<CellClient> {
+        let name = self.cells.get(index).context("there is no such cell")?;
+        Ok(CellClient::new(
+            Client::new(&self.session),
+            Cell::new(name)?,
+        ))
+    }
+
+    /// The process id of an instance, such as `planner-1`.
+    pub fn process_id(&self, name: &str) -> Option<u32> {
+        self.processes.get(name)?.id()
+    }
+
+    /// The names of all instances, and of the router.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.processes.keys().map(String::as_str)
+    }
+
+    /// What an instance has in memory, in MiB.
+    ///
+    /// # Errors
+    /// Where it does not run.
+    pub fn resident_mib(&self, name: &str) -> Result<f64> {
+        let id = self.process_id(name);
+        let id = id.with_context(|| format!("{name} does not run"))?;
+        let status = std::fs::read_to_string(format!("/proc/{id}/status"))?;
+        let line = status.lines().find(|line| line.starts_with("VmRSS:"));
+        let kib = line.and_then(|line| line.split_whitespace().nth(1));
+        let kib: f64 = kib.context("the system tells no VmRSS")?.parse()?;
+        Ok(kib / 1024.0)
+    }
+
+    /// The log of an instance.
+    ///
+    /// # Errors
+    /// Where it cannot be read.
+    pub fn log(&self, name: &str) -> Result<String> {
+        let path: PathBuf = self.folder.path().join(format!("{name}.log"));
+        Ok(std::fs::read_to_string(path)?)
+    }
+
+    /// Sends a signal to an instance, such as `planner-1`, or to the `router`.
+    ///
+    /// # Errors
+    /// Where it does not run.
+    pub fn signal(&mut self, name: &str, signal: Signal) -> Result<()> {
+        let process = self.processes.get_mut(name);
+        let process = process.with_context(|| format!("there is no {name}"))?;
+        process.send(signal)?;
+        if matches!(signal, Signal::Kill | Signal::Terminate) {
+            let status = process.wait()?;
+            ensure!(
+                signal == Signal::Kill || status.success(),
+                "{name} ended with {status}: {}",
+                self.log(name)?
+            );
+        }
+        Ok(())
+    }
+
+    /// Starts an instance again.
+    ///
+    /// # Errors
+    /// Where it does not start.
+    pub fn restart(&mut self, name: &str) -> Result<()> {
+        let process = self.processes.get_mut(name);
+        let process = process.with_context(|| format!("there is no {name}"))?;
+        ensure!(!process.is_running(), "{name} runs already");
+        process.start()
+    }
+
+    /// Waits until an instance is alive and ready.
+    ///
+    /// # Errors
+    /// What keeps it from that, with its log.
+    pub fn wait_ready(&self, name: &str) -> Result<()> {
+        let (service, instance) = name.rsplit_once('-').unwrap_or((name, "1"));
+        let service = Service::ALL.iter().find(|known| known.as_str() == service);
+        let service = *service.with_context(|| format!("{name} is no service"))?;
+        let instance = Instance::new(&format!("{service}-{instance}"))?;
+        let deadline = Instant::now() + START_LIMIT;
+        let alive = Alive::watch(&self.session, service)?;
+        alive.wait(deadline, |alive| alive.contains(&instance));
+        let client = Client::new(&self.session);
+        loop {
+            match client.health(service, &instance, deadline) {
+                Ok(health) if health.is_ready => return Ok(()),
+                Ok(health) if Instant::now() > deadline => {
+                    return Err(anyhow!(
+                        "{name} is not ready: {:?}\n{}",
+                        health.checks,
+                        self.log(name)?
+                    ));
+                }
+                // Ready is polled: there is no event for it.
+                Ok(_) => std::thread::sleep(Duration::from_millis(10)),
+                Err(error) => return Err(anyhow!("{name}: {error}\n{}", self.log(name)?)),
+            }
+        }
+    }
+}
+
+fn connect(endpoint: &str) -> Result<zenoh::Session> {
+    let settings = ZenohSettings {
+        connect: Some(Endpoints(vec![endpoint.to_owned()])),
+        ..ZenohSettings::default()
+    };
+    let config = settings.to_zenoh()?;
+    let deadline = Instant::now() + START_LIMIT;
+    loop {
+        match zenoh::open(config.clone()).wait() {
+            Ok(session) => return Ok(session),
+            Err(error) if Instant::now() > deadline => {
+                return Err(anyhow!("the router does not answer: {error}"));
+            }
+            // The router's process has only just begun.
+            Err(_) => std::thread::sleep(Duration::from_millis(20)),
+        }
+    }
+}
+
+/// A port that was free a moment ago: the router needs to be told one, as it is started again on the same.
+fn free_port() -> Result<u16> {
+    Ok(TcpListener::bind("127.0.0.1:0")?.local_addr()?.port())
+}

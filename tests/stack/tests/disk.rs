@@ -1,0 +1,165 @@
+//! A disk that is full, and one that cannot be written to, under the session store and the journal.
+//!
+//! That takes a small file system of its own, and files that nobody may write to, for which one has to be root; without
+//! that the tests say so and are skipped.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    reason = "a panic in a test is a failing test"
+)]
+
+mod common;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+
+use common::{OBJECTS, assert_consistent, assert_serves_again};
+use ppnpack_stack_tests::{Options, Stack};
+use ppnpack_wire::keys::Service;
+use ppnpack_wire::v1::{self, Status};
+
+/// A file system in memory, unmounted with the test.
+struct Disk(PathBuf);
+
+impl Disk {
+    /// A disk of 8 MiB; `None` where mounting is not allowed.
+    fn mount(at: &Path) -> Option<Self> {
+        std::fs::create_dir_all(at).unwrap();
+        let mut mount = Command::new("mount");
+        mount
+            .args(["-t", "tmpfs", "-o", "size=8m", "tmpfs"])
+            .arg(at);
+        if mount.output().is_ok_and(|output| output.status.success()) {
+            return Some(Self(at.to_owned()));
+        }
+        eprintln!("skipped: mounting a file system needs root");
+        None
+    }
+
+    /// Writes until nothing more fits; gives the file.
+    fn fill(&self) -> PathBuf {
+        let path = self.0.join("filler");
+        let mut file = std::fs::File::create(&path).unwrap();
+        for size in [65_536, 512, 1] {
+            while file.write_all(&vec![0; size]).is_ok() {}
+        }
+        path
+    }
+}
+
+impl Drop for Disk {
+    fn drop(&mut self) {
+        drop(Command::new("umount").arg("--lazy").arg(&self.0).status());
+    }
+}
+
+/// What planner and bridge write.
+const FILES: [&str; 2] = ["sessions.redb", "bridge.redb"];
+
+/// A stack whose planner and bridge write to this folder.
+fn stack(folder: &Path) -> Stack {
+    let [sessions, journal] = FILES.map(|name| folder.join(name).display().to_string());
+    let settings = vec![
+        (Service::Planner, format!("service.store={sessions}")),
+        (Service::Bridge, format!("service.journal={journal}")),
+    ];
+    Stack::start(&Options {
+        settings,
+        ..Options::default()
+    })
+    .unwrap()
+}
+
+/// Lets nobody write to the files of a folder, or everybody again; false where that is not possible here.
+fn set_immutable(folder: &Path, is_immutable: bool) -> bool {
+    let mut change = Command::new("chattr");
+    change.arg(if is_immutable { "+i" } else { "-i" });
+    change.args(FILES.map(|name| folder.join(name)));
+    change.output().is_ok_and(|output| output.status.success())
+}
+
+/// Lets everybody write to the files of a folder when it goes, so that they can be removed.
+struct Released<'a>(&'a Path);
+
+impl Drop for Released<'_> {
+    fn drop(&mut self) {
+        set_immutable(self.0, false);
+    }
+}
+
+/// Nothing is acknowledged while what is in the folder cannot be written to, and everything goes on afterwards.
+fn survives(folder: &Path, fault: &str, break_it: impl FnOnce(), mend_it: impl FnOnce()) {
+    let stack = stack(folder);
+    let cell = stack.cell(0).unwrap();
+    cell.begin("disk", &OBJECTS, false).unwrap();
+    cell.step().unwrap().unwrap();
+    let decision = cell.plan().unwrap().unwrap();
+    let (session, state) = (cell.session().unwrap(), cell.state().unwrap());
+
+    break_it();
+    let place = v1::PlaceRequest::from(&decision);
+    let refused = cell.ask(place).unwrap_err();
+    assert_eq!(refused.status(), Some(Status::Unavailable), "{refused}");
+    let report = v1::ReportRequest {
+        decision_id: decision.decision_id.clone(),
+        outcome: Some(v1::Outcome {
+            kind: v1::OutcomeKind::NotPlaced.into(),
+            ..v1::Outcome::default()
+        }),
+        ..v1::ReportRequest::default()
+    };
+    let refused = cell.ask(report).unwrap_err();
+    assert_eq!(refused.status(), Some(Status::Unavailable), "{refused}");
+    assert_eq!(cell.session().unwrap(), session);
+    assert_eq!(cell.state().unwrap().state_number, state.state_number);
+
+    mend_it();
+    assert_serves_again(&cell, Instant::now(), fault);
+    let outcome = cell.place(&decision).unwrap();
+    cell.report(&decision, outcome).unwrap();
+    assert!(cell.step().unwrap().is_some());
+    assert_consistent(&cell, "afterwards");
+}
+
+#[test]
+fn a_full_disk_keeps_nothing_from_being_true() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(disk) = Disk::mount(&folder.path().join("disk")) else {
+        return;
+    };
+    survives(
+        &disk.0,
+        "a full disk",
+        || drop(disk.fill()),
+        || std::fs::remove_file(disk.0.join("filler")).unwrap(),
+    );
+}
+
+#[test]
+fn a_disk_that_cannot_be_written_to_keeps_nothing_from_being_true() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = FILES.map(|name| folder.path().join(name));
+    for file in &files {
+        std::fs::write(file, "").unwrap();
+    }
+    let is_possible = set_immutable(folder.path(), true) && set_immutable(folder.path(), false);
+    for file in &files {
+        std::fs::remove_file(file).unwrap();
+    }
+    if !is_possible {
+        eprintln!("skipped: making files immutable needs root, and a file system that can");
+        return;
+    }
+    let _released = Released(folder.path());
+    survives(
+        folder.path(),
+        "a disk that cannot be written to",
+        || assert!(set_immutable(folder.path(), true)),
+        || assert!(set_immutable(folder.path(), false)),
+    );
+}

@@ -1,0 +1,158 @@
+//! `ppnpack up`: the services in one process, over the real wire, against the same work without them.
+
+#![allow(clippy::unwrap_used, reason = "a panic in a test is a failing test")]
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+use serde_json::Value;
+
+fn ppnpack(arguments: &[&str]) -> Command {
+    let cache: PathBuf = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack"));
+    command.args(arguments).env("XDG_CACHE_HOME", cache);
+    command
+}
+
+fn json(output: &Output) -> Value {
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// The placements of a report, without their times.
+fn placements(folder: &Path) -> Vec<Vec<String>> {
+    let text = std::fs::read_to_string(folder.join("placements.csv")).unwrap();
+    let lines = text.lines().map(|line| {
+        let fields = line.split(',').map(str::to_owned).enumerate();
+        fields
+            .filter(|(index, _)| !(8..=11).contains(index))
+            .map(|(_, field)| field)
+            .collect()
+    });
+    lines.collect()
+}
+
+#[test]
+fn packing_through_the_services_is_packing_without_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = |name: &str| folder.path().join(name);
+    let run = |how: &[&str], name: &str| {
+        let sequence = ["--random", "25", "--seed", "5", "--json", "--out"];
+        let mut command = ppnpack(how);
+        json(&command.args(sequence).arg(out(name)).output().unwrap())
+    };
+    let alone = run(&["pack"], "alone");
+    let services = run(&["up", "--pack"], "services");
+    assert_eq!(services["compactness"], alone["compactness"]);
+    assert_eq!(services["packed"], alone["packed"]);
+    assert_eq!(services["degraded"], serde_json::json!([]));
+    assert_eq!(placements(&out("services")), placements(&out("alone")));
+}
+
+#[test]
+fn packing_through_a_stack_that_already_runs_is_the_same_packing() {
+    let up = up();
+    let folder = tempfile::tempdir().unwrap();
+    let out = |name: &str| folder.path().join(name);
+    let run = |how: &[&str], name: &str| {
+        let sequence = ["--random", "8", "--json", "--out"];
+        let mut command = ppnpack(how);
+        json(&command.args(sequence).arg(out(name)).output().unwrap())
+    };
+    run(&["pack"], "alone");
+    let connect = ["up", "--pack", "--connect", up.endpoint.as_str()];
+    for name in ["once", "again"] {
+        assert_eq!(run(&connect, name)["degraded"], serde_json::json!([]));
+        assert_eq!(placements(&out(name)), placements(&out("alone")), "{name}");
+    }
+}
+
+/// A running `ppnpack up`, ended with the test.
+struct Up {
+    child: Child,
+    endpoint: String,
+}
+
+impl Drop for Up {
+    fn drop(&mut self) {
+        drop(self.child.kill());
+        drop(self.child.wait());
+    }
+}
+
+fn up() -> Up {
+    let mut child = ppnpack(&["up", "--cells", "2", "--listen", "tcp/127.0.0.1:0"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::inherit())
+        .spawn()
+        .unwrap();
+    let mut endpoint = None;
+    for line in BufReader::new(child.stdout.take().unwrap()).lines() {
+        let line = line.unwrap();
+        if let Some(at) = line.strip_prefix("Zenoh: ") {
+            endpoint = Some(at.to_owned());
+        }
+        if line.starts_with("Ready") {
+            break;
+        }
+    }
+    let endpoint = endpoint.unwrap();
+    Up { child, endpoint }
+}
+
+#[test]
+fn a_running_stack_is_seen_and_asked_by_hand() {
+    let up = up();
+    let connect = ["--connect", &up.endpoint];
+    let status = json(
+        &ppnpack(&["status", "--json"])
+            .args(connect)
+            .output()
+            .unwrap(),
+    );
+    let services: Vec<&str> = status
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|line| line["service"].as_str().unwrap())
+        .collect();
+    for service in ["bridge", "heuristic", "perception", "planner"] {
+        assert!(services.contains(&service), "{services:?}");
+    }
+    let call = |arguments: &[&str]| ppnpack(arguments).args(connect).output().unwrap();
+    json(&call(&[
+        "call",
+        "planner",
+        "begin",
+        r#"{"session_id": "by-hand"}"#,
+        "--cell",
+        "cell-2",
+    ]));
+    let items =
+        r#"{"items": [{"item_id": "a", "object": "mug"}, {"item_id": "b", "object": "bowl"}]}"#;
+    json(&call(&[
+        "call", "planner", "announce", items, "--cell", "cell-2",
+    ]));
+    let plan = json(&call(&["call", "planner", "plan", "--cell", "cell-2"]));
+    assert_eq!(plan["result"], "PLAN_RESULT_DECIDED", "{plan}");
+    // Cells know nothing of each other.
+    let other = call(&["call", "planner", "plan", "--cell", "cell-1"]);
+    assert_eq!(other.status.code(), Some(1));
+    let said: Value = serde_json::from_slice(&other.stdout).unwrap();
+    assert_eq!(said["header"]["status"], "STATUS_CONFLICT", "{said}");
+    let watched = call(&["watch", "--once", "--wait", "3"]);
+    let text = String::from_utf8_lossy(&watched.stdout);
+    assert!(text.contains("cell-1") && text.contains("robot"), "{text}");
+}
+
+#[test]
+fn nobody_there_is_said_with_a_remedy() {
+    let output = ppnpack(&["call", "planner", "plan", "--connect", "tcp/127.0.0.1:9"])
+        .output()
+        .unwrap();
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(error.contains("ppnpack up"), "{error}");
+}
