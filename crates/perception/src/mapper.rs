@@ -4,9 +4,11 @@ use nalgebra::{Isometry3, Point3};
 use ppnpack_packing::grid::{Grid, Units};
 use ppnpack_packing::heightmap::{Heightmap, HeightmapError, Scene, Surface};
 
+use crate::doubts::{Doubt, Watch};
 use crate::holes::{Fillable, Holes, is_known};
 use crate::layers::{NO_POINT, TopLayers};
 use crate::settings::{MapperSettings, SettingError};
+use crate::still::{History, Stillness};
 
 /// Points higher than this count as this high: all the same to a container, and still a number in every format.
 const MAX_HEIGHT_M: f64 = 1000.0;
@@ -27,6 +29,8 @@ pub struct Mapper {
     cells_m: Vec<f32>,
     holes: Holes,
     tally: Tally,
+    watch: Watch,
+    history: History,
 }
 
 /// What became of points.
@@ -42,6 +46,7 @@ pub struct Tally {
 
 /// What clouds show.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Mapped {
     /// The container's content: the surface, and its heightmap.
     pub scene: Scene,
@@ -51,6 +56,12 @@ pub struct Mapped {
     pub unknown_cells: usize,
     /// Samples of the surface that no point was seen of, filled ones included.
     pub unseen_samples: usize,
+    /// How many of the latest clouds the scene is made of; several sensors count as one.
+    pub clouds: usize,
+    /// Cells in which something moved since the clouds before; see [`StillSettings`](crate::still::StillSettings).
+    pub moved_cells: usize,
+    /// Why nothing is to be planned on the scene; empty where it can be trusted.
+    pub doubts: Vec<Doubt>,
 }
 
 impl Mapper {
@@ -72,6 +83,13 @@ impl Mapper {
                 grid.resolution().surface_pitch_m(),
                 settings.noise_m,
                 settings.least_points,
+            ),
+            watch: Watch::new(grid.container(), settings.doubts.clone()),
+            history: History::new(
+                grid.ny(),
+                per_cell,
+                settings.noise_m,
+                settings.still.clone(),
             ),
             settings,
             is_seen: vec![false; samples],
@@ -101,8 +119,14 @@ impl Mapper {
         self.finish()
     }
 
-    /// Forgets all points.
+    /// Tells that the scene was changed: clouds of it before that are not blended with those that follow.
+    pub fn changed(&mut self) {
+        self.history.clear();
+    }
+
+    /// Forgets all points. The heights of the clouds before stay, for as many as are blended.
     pub fn clear(&mut self) {
+        self.watch.clear();
         self.samples_m.fill(NO_POINT);
         self.layers.clear();
         self.is_seen.fill(false);
@@ -125,12 +149,16 @@ impl Mapper {
         );
         let lowest_m = -self.settings.floor_tolerance_m;
         let is_noisy = self.settings.noise_m > 0.0;
+        let is_watched = self.watch.is_needed();
         let rotation = container_from_sensor.rotation.to_rotation_matrix();
         let translation = container_from_sensor.translation.vector;
         for point in points_m {
             let point = rotation * point.cast::<f64>() + translation;
             // One coordinate that is not finite makes all three so.
             self.tally.measured += u64::from(point.z.is_finite());
+            if is_watched {
+                self.watch.look(&point);
+            }
             if !(x_range.contains(&point.x) && y_range.contains(&point.y)) {
                 continue;
             }
@@ -170,6 +198,7 @@ impl Mapper {
                 *sample_m = NO_POINT;
             }
         }
+        let stillness = self.history.blend(&mut self.samples_m);
         let is_unseen = |sample_m: &&f32| !is_known(**sample_m);
         let unseen_samples = self.samples_m.iter().filter(is_unseen).count();
         self.fill_holes();
@@ -180,7 +209,27 @@ impl Mapper {
             tally: self.tally,
             unknown_cells,
             unseen_samples,
+            clouds: stillness.clouds,
+            moved_cells: stillness.moved_cells,
+            doubts: self.doubts(unknown_cells, stillness),
         })
+    }
+
+    fn doubts(&self, unknown_cells: usize, stillness: Stillness) -> Vec<Doubt> {
+        let cells = self.cells_m.len();
+        let known_cells = cells - unknown_cells;
+        let least_known = self.settings.doubts.least_known_share * cells as f64;
+        let little_seen = Doubt::LittleSeen { known_cells, cells };
+        let not_still = Doubt::NotStill {
+            moved_cells: stillness.moved_cells,
+            clouds: stillness.clouds,
+            needed: stillness.needed,
+        };
+        let mut doubts = Vec::new();
+        doubts.extend(((known_cells as f64) < least_known).then_some(little_seen));
+        doubts.extend(self.watch.doubts());
+        doubts.extend((!stillness.is_still()).then_some(not_still));
+        doubts
     }
 
     fn fill_holes(&mut self) {

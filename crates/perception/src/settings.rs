@@ -3,6 +3,9 @@
 use ppnpack_packing::grid::Grid;
 use serde::{Deserialize, Serialize};
 
+use crate::doubts::DoubtSettings;
+use crate::still::StillSettings;
+
 /// What a [`Mapper`](crate::mapper::Mapper) makes of points. The defaults are those for a sensor without noise.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -28,6 +31,10 @@ pub struct MapperSettings {
     pub level_m: f64,
     /// A cell counts as seen where at most this share of its samples is not, from 0 to 1.
     pub largest_unseen_share: f64,
+    /// How several clouds of a still scene make one heightmap.
+    pub still: StillSettings,
+    /// When nothing is to be planned on the scene.
+    pub doubts: DoubtSettings,
 }
 
 impl Default for MapperSettings {
@@ -41,6 +48,8 @@ impl Default for MapperSettings {
             largest_hole_m: 0.0,
             level_m: 0.005,
             largest_unseen_share: 0.99,
+            still: StillSettings::default(),
+            doubts: DoubtSettings::default(),
         }
     }
 }
@@ -63,37 +72,57 @@ impl MapperSettings {
     pub fn validate_on(&self, grid: &Grid) -> Result<(), SettingError> {
         self.validate()?;
         if self.point_radius_m > 0.5 * grid.resolution().surface_pitch_m() {
-            return Err(SettingError {
-                name: "point_radius_m",
-                value: self.point_radius_m,
-                expected: "at most half the distance of the surface's samples",
-            });
+            return Err(SettingError::new(
+                "point_radius_m",
+                self.point_radius_m,
+                "at most half the distance of the surface's samples",
+            ));
         }
         Ok(())
     }
 
     fn validate(&self) -> Result<(), SettingError> {
-        let metres = [
+        let lengths_m = [
             ("floor_tolerance_m", self.floor_tolerance_m),
             ("wall_margin_m", self.wall_margin_m),
             ("noise_m", self.noise_m),
             ("point_radius_m", self.point_radius_m),
             ("largest_hole_m", self.largest_hole_m),
             ("level_m", self.level_m),
-        ]
-        .map(|(name, value)| (name, value, "0 to 1 m"));
-        let share = ("largest_unseen_share", self.largest_unseen_share, "0 to 1");
-        let wrong = metres
-            .into_iter()
-            .chain([share])
-            .find(|(_, value, _)| !(0.0..=1.0).contains(value));
-        match wrong {
-            Some((name, value, expected)) => Err(SettingError {
-                name,
-                value,
-                expected,
-            }),
-            None => Ok(()),
+        ];
+        for (name, length_m) in lengths_m {
+            length(name, length_m)?;
         }
+        share("largest_unseen_share", self.largest_unseen_share)?;
+        self.still.validate()?;
+        self.doubts.validate()
+    }
+}
+
+impl SettingError {
+    pub(crate) fn new(name: &'static str, value: f64, expected: &'static str) -> Self {
+        Self {
+            name,
+            value,
+            expected,
+        }
+    }
+}
+
+/// Checks a length.
+pub(crate) fn length(name: &'static str, length_m: f64) -> Result<(), SettingError> {
+    if (0.0..=1.0).contains(&length_m) {
+        Ok(())
+    } else {
+        Err(SettingError::new(name, length_m, "0 to 1 m"))
+    }
+}
+
+/// Checks a share.
+pub(crate) fn share(name: &'static str, share: f64) -> Result<(), SettingError> {
+    if (0.0..=1.0).contains(&share) {
+        Ok(())
+    } else {
+        Err(SettingError::new(name, share, "0 to 1"))
     }
 }

@@ -77,6 +77,8 @@ metrics! {
         "Messages received from streams. Labels: stream.";
     CloudsTotal: Counter = "ppnpack_clouds_total",
         "Clouds by what became of them. Labels: fate (mapped, replaced, malformed, late, unserved, failed).";
+    DoubtsTotal: Counter = "ppnpack_doubts_total",
+        "Heightmaps that nothing is planned on. Labels: cell, kind (of the doubt).";
     OverwrittenTotal: Counter = "ppnpack_overwritten_total",
         "Messages that a newer one replaced before they were read. Labels: stream.";
     Ready: Gauge = "ppnpack_ready",

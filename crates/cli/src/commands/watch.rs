@@ -162,6 +162,8 @@ fn picture(cell: &Cell, view: &CellView) -> String {
         );
     }
     if let Some(heightmap) = &view.heightmap {
+        let doubts = heightmap.quality.iter().flat_map(|quality| &quality.doubts);
+        lines.extend(doubts.map(|doubt| format!("doubtful {}", doubt.message)));
         lines.extend(heights(heightmap));
     }
     lines.join("\n") + "\n"

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use ppnpack_service::metrics::{self, Metric};
 use ppnpack_wire::keys::Cell;
+use ppnpack_wire::v1;
 
 /// Lines about clouds that are refused come at most this often.
 const LINE_PERIOD: Duration = Duration::from_secs(1);
@@ -90,6 +91,15 @@ impl Counts {
         if last.is_none_or(|last| now - last >= LINE_PERIOD) {
             *last = Some(now);
             tracing::warn!(%cell, fate = fate.as_str(), %reason, "cloud refused");
+        }
+    }
+
+    /// Counts the doubts about a heightmap.
+    pub(crate) fn doubt(&self, cell: &Cell, doubts: &[v1::Doubt]) {
+        for doubt in doubts {
+            let kind = doubt.kind();
+            let labels = [("cell", cell.as_str()), ("kind", kind.as_str_name())];
+            metrics::counter(Metric::DoubtsTotal, &labels).increment(1);
         }
     }
 

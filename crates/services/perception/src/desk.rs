@@ -1,12 +1,15 @@
 //! The thread that answers who asks for heightmaps, of all cells. It never waits for one of them.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, Status};
+
+use crate::router::Router;
 
 /// Who waits is answered so long before the time limit passes, or a tenth of it, that the answer still comes in time.
 const ANSWER_BEFORE: Duration = Duration::from_millis(20);
@@ -22,17 +25,26 @@ pub(crate) enum Mail {
     Heightmap(Cell, v1::Heightmap),
 }
 
+/// A heightmap and when it was made.
+struct Made {
+    heightmap: v1::Heightmap,
+    at: Instant,
+}
+
 /// Answers who asks for heightmaps.
 pub(crate) struct Desk {
-    newest: BTreeMap<Cell, v1::Heightmap>,
+    /// Knows when clouds came.
+    router: Arc<Router>,
+    newest: BTreeMap<Cell, Made>,
     waiting: Vec<Incoming<v1::HeightmapRequest>>,
     /// How many may wait.
     most: usize,
 }
 
 impl Desk {
-    pub(crate) fn new(most: usize) -> Self {
+    pub(crate) fn new(router: Arc<Router>, most: usize) -> Self {
         Self {
+            router,
             newest: BTreeMap::new(),
             waiting: Vec::new(),
             most,
@@ -55,20 +67,24 @@ impl Desk {
     fn answer_or_keep(&mut self, mut incoming: Incoming<v1::HeightmapRequest>) {
         incoming.start();
         match self.newest.get(incoming.cell()) {
-            Some(heightmap) if is_enough(heightmap, &incoming) => answer(incoming, heightmap),
+            Some(made) if is_enough(&made.heightmap, &incoming) => answer(incoming, made),
             _ if self.waiting.len() < self.most => self.waiting.push(incoming),
             _ => incoming.refuse(Status::Busy, "too many wait for heightmaps"),
         }
     }
 
     fn take(&mut self, cell: Cell, heightmap: v1::Heightmap) {
+        let made = Made {
+            heightmap,
+            at: Instant::now(),
+        };
         let is_served = |waiting: &mut Incoming<v1::HeightmapRequest>| {
-            *waiting.cell() == cell && is_enough(&heightmap, waiting)
+            *waiting.cell() == cell && is_enough(&made.heightmap, waiting)
         };
         for incoming in self.waiting.extract_if(.., is_served) {
-            answer(incoming, &heightmap);
+            answer(incoming, &made);
         }
-        self.newest.insert(cell, heightmap);
+        self.newest.insert(cell, made);
     }
 
     fn pause(&self) -> Duration {
@@ -87,17 +103,18 @@ impl Desk {
         {
             let cell = incoming.cell();
             let wanted = incoming.message().least_state_number;
+            let silence = self.router.silence(cell);
+            let silence = silence.map_or_else(String::new, |silence| format!(": {silence}"));
             match self.newest.get(cell) {
-                Some(heightmap) => {
+                Some(made) => {
                     let message = format!(
-                        "the newest cloud of cell {cell} shows its state {}, not {wanted} yet",
-                        heightmap.state_number
+                        "the newest heightmap of cell {cell} shows its state {}, not {wanted} yet{silence}",
+                        made.heightmap.state_number
                     );
                     incoming.refuse(Status::TimedOut, message);
                 }
                 None => {
-                    let message =
-                        format!("no cloud of cell {cell} has come yet: is its sensor on?");
+                    let message = format!("there is no heightmap of cell {cell} yet{silence}");
                     incoming.refuse(Status::Unavailable, message);
                 }
             }
@@ -114,10 +131,11 @@ fn is_enough(heightmap: &v1::Heightmap, incoming: &Incoming<v1::HeightmapRequest
     heightmap.state_number >= incoming.message().least_state_number
 }
 
-fn answer(incoming: Incoming<v1::HeightmapRequest>, heightmap: &v1::Heightmap) {
+fn answer(incoming: Incoming<v1::HeightmapRequest>, made: &Made) {
     let reply = v1::HeightmapReply {
         header: None,
-        heightmap: Some(heightmap.clone()),
+        heightmap: Some(made.heightmap.clone()),
+        age_ns: u64::try_from(made.at.elapsed().as_nanos()).unwrap_or(u64::MAX),
     };
     incoming.reply(reply, Done::default());
 }

@@ -1,13 +1,16 @@
 //! The perception service: takes the point clouds of cells, and gives the container heightmaps that placements are
 //! planned on.
 //!
-//! Each cell has a thread that takes its newest cloud; those that came before it was ready are dropped and counted. One
-//! more thread answers requests for heightmaps.
+//! Each cell has a thread that takes the newest cloud of each of its sensors; those that came before it was ready are
+//! dropped and counted. One more thread answers requests for heightmaps.
 
 mod counts;
 mod desk;
+mod doubts;
 mod order;
+mod round;
 mod router;
+mod sensors;
 mod settings;
 mod slot;
 mod streams;
@@ -69,14 +72,14 @@ struct Door {
 /// [`StartError`] where a cell's name is impossible, or the session or a thread cannot be had.
 pub fn start(process: &Process, settings: &Settings) -> Result<Perception, StartError> {
     let (mailbox, mail) = sync_channel(settings.queue.max(1));
-    let desk = Desk::new(settings.queue.max(1));
+    let counts = Arc::new(Counts::new());
+    let router = Router::new(process, settings, mailbox.clone(), Arc::clone(&counts));
+    let router = Arc::new(router);
+    let desk = Desk::new(Arc::clone(&router), settings.queue.max(1));
     let desk = std::thread::Builder::new()
         .name("perception-desk".to_owned())
         .spawn(move || desk.run(&mail))
         .map_err(StartError::Thread)?;
-    let counts = Arc::new(Counts::new());
-    let router = Router::new(process, settings, mailbox.clone(), Arc::clone(&counts));
-    let router = Arc::new(router);
     let mut doors = Vec::new();
     if settings.has_unlisted_cells {
         doors.push(Door::open(process, None, &router, &mailbox)?);

@@ -13,6 +13,8 @@ use ppnpack_wire::v1;
 use crate::counts::{Counts, Fate};
 use crate::desk::Mail;
 use crate::order::CloudOrder;
+use crate::round::Round;
+use crate::sensors::Sensors;
 use crate::settings::Settings;
 use crate::slot::{Inlet, slot};
 use crate::worker::Worker;
@@ -32,8 +34,14 @@ pub(crate) struct Router {
 
 struct Open {
     desk: SyncSender<Mail>,
-    cells: BTreeMap<Cell, Inlet>,
+    cells: BTreeMap<Cell, Entrance>,
     threads: Vec<JoinHandle<()>>,
+}
+
+/// Where the clouds of a cell go.
+struct Entrance {
+    sensors: Sensors,
+    inlet: Inlet,
 }
 
 impl Router {
@@ -64,14 +72,32 @@ impl Router {
         };
         if !open.cells.contains_key(cell) {
             match self.begin(open, cell) {
-                Ok(inlet) => drop(open.cells.insert(cell.clone(), inlet)),
+                Ok(entrance) => drop(open.cells.insert(cell.clone(), entrance)),
                 Err(reason) => return self.counts.refuse(cell, Fate::Unserved, &reason),
             }
         }
-        if let Some(inlet) = open.cells.get(cell)
-            && inlet.put(cloud)
-        {
+        let Some(entrance) = open.cells.get(cell) else {
+            return;
+        };
+        let Some(sensor) = entrance.sensors.index_of(&cloud.sensor) else {
+            let reason = format!("the cell has no sensor {:?}", cloud.sensor);
+            return self.counts.refuse(cell, Fate::Unserved, &reason);
+        };
+        if entrance.inlet.put(sensor, cloud) {
             self.counts.count(Fate::Replaced);
+        }
+    }
+
+    /// Which sensors of a cell sent nothing for a while, for people.
+    pub(crate) fn silence(&self, cell: &Cell) -> Option<String> {
+        let patience = self.settings.sensor_restart_after();
+        let guard = self.lock();
+        match guard.as_ref()?.cells.get(cell) {
+            Some(entrance) => entrance.sensors.silence(&entrance.inlet.last(), patience),
+            None => {
+                let sensors = self.settings.sensors_of(cell);
+                sensors.silence(&vec![None; sensors.count()], patience)
+            }
         }
     }
 
@@ -82,7 +108,7 @@ impl Router {
     }
 
     /// Begins the thread of a cell.
-    fn begin(&self, open: &mut Open, cell: &Cell) -> Result<Inlet, String> {
+    fn begin(&self, open: &mut Open, cell: &Cell) -> Result<Entrance, String> {
         if open.cells.len() >= MAX_CELLS {
             return Err(format!("{MAX_CELLS} cells are served already"));
         }
@@ -93,11 +119,15 @@ impl Router {
         let grid = settings.grid().map_err(|error| error.to_string())?;
         let mapper = Mapper::new(&grid, self.settings.mapper.clone());
         let mapper = mapper.map_err(|error| error.to_string())?;
-        let (inlet, outlet) = slot();
+        let sensors = self.settings.sensors_of(cell);
+        let (inlet, outlet) = slot(sensors.count());
+        let order = CloudOrder::new(self.settings.sensor_restart_after());
         let worker = Worker {
             cell: cell.clone(),
             mapper,
-            order: CloudOrder::new(self.settings.sensor_restart_after()),
+            orders: vec![order; sensors.count()],
+            round: Round::new(sensors.count()),
+            state_number: 0,
             epoch: self.epoch,
             sequence: 0,
             desk: open.desk.clone(),
@@ -110,7 +140,7 @@ impl Router {
             .spawn(move || worker.run(&process, has_debug_streams, &outlet))
             .map_err(|error| error.to_string())?;
         open.threads.push(thread);
-        Ok(inlet)
+        Ok(Entrance { sensors, inlet })
     }
 
     fn lock(&self) -> MutexGuard<'_, Option<Open>> {

@@ -11,8 +11,16 @@ use ppnpack_wire::MAX_MESSAGE_BYTES;
 use ppnpack_wire::keys::Cell;
 use serde::{Deserialize, Serialize};
 
+use crate::sensors::Sensors;
+
 /// What a message of a heightmap holds beside heights, at most, in bytes.
 const MESSAGE_OVERHEAD_BYTES: usize = 16 << 10;
+
+/// The most sensors of a cell: a cloud of each is kept.
+const MAX_SENSORS: usize = 8;
+
+/// The most bytes of a sensor's name.
+const MAX_SENSOR_NAME: usize = 64;
 
 /// Settings of the perception service.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -24,6 +32,9 @@ pub struct Settings {
     pub has_unlisted_cells: bool,
     /// The grid of cells that are not listed.
     pub grid: GridSettings,
+    /// The names of the sensors whose clouds make one heightmap together, by cell; at most 8 each. A cell that is not
+    /// listed has one sensor, whatever its name.
+    pub sensors: BTreeMap<String, Vec<String>>,
     /// How points become heights; the defaults are those for a sensor without noise.
     pub mapper: MapperSettings,
     /// A cloud that is older than the last one is refused, unless no newer one came for this long, in seconds: then the
@@ -55,6 +66,7 @@ impl Default for Settings {
             cells: BTreeMap::new(),
             has_unlisted_cells: true,
             grid: GridSettings::default(),
+            sensors: BTreeMap::new(),
             mapper: MapperSettings::default(),
             sensor_restart_after_s: 2.0,
             queue: 256,
@@ -120,6 +132,34 @@ impl Settings {
     }
 }
 
+impl Settings {
+    /// The sensors of a cell.
+    pub(crate) fn sensors_of(&self, cell: &Cell) -> Sensors {
+        let names = self.sensors.get(cell.as_str());
+        Sensors::new(names.map_or(&[], Vec::as_slice))
+    }
+
+    fn validate_sensors(&self) -> Result<(), String> {
+        for (cell, names) in &self.sensors {
+            let named = Cell::new(cell).map_err(|error| error.to_string())?;
+            if self.grid_of(&named).is_none() {
+                return Err(format!("sensors.{cell}: the cell is not served"));
+            }
+            let is_possible = |name: &String| (1..=MAX_SENSOR_NAME).contains(&name.len());
+            let is_new = |(index, name)| !names.iter().take(index).any(|other| other == name);
+            if names.len() > MAX_SENSORS
+                || !names.iter().all(is_possible)
+                || !names.iter().enumerate().all(is_new)
+            {
+                return Err(format!(
+                    "sensors.{cell}: at most {MAX_SENSORS} different names of 1 to {MAX_SENSOR_NAME} bytes are possible"
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
 impl ServiceSettings for Settings {
     fn validate(&self) -> Result<(), String> {
         for (name, grid) in &self.cells {
@@ -135,6 +175,7 @@ impl ServiceSettings for Settings {
                 "no cell is served: list one in cells, or set has_unlisted_cells".to_owned(),
             );
         }
+        self.validate_sensors()?;
         let restart_s = self.sensor_restart_after_s;
         in_range("sensor_restart_after_s", restart_s, 0.0..=3600.0)?;
         in_range("queue", self.queue, 1..=65_536)
@@ -166,6 +207,17 @@ mod tests {
             s.cells.insert("small".to_owned(), small);
         });
         assert!(wide.contains("cells.small") && wide.contains("point_radius_m"));
+        let sensors = |cell: &str, names: &[&str]| {
+            let names = names.iter().map(|name| (*name).to_owned()).collect();
+            let mut settings = Settings::default();
+            settings.sensors.insert(cell.to_owned(), names);
+            settings.validate()
+        };
+        assert!(sensors("cell-1", &["left", "right"]).is_ok());
+        assert!(sensors("cell-1", &["left", "left"]).is_err());
+        assert!(sensors("cell-1", &[""]).is_err());
+        assert!(sensors("cell-1", &["a"; 9]).is_err());
+        assert!(sensors("a b", &["left"]).is_err());
         assert!(refused(|s| s.sensor_restart_after_s = f64::NAN).contains("sensor_restart"));
         assert!(refused(|s| s.queue = 0).contains("queue"));
         assert!(refused(|s| s.has_unlisted_cells = false).contains("no cell is served"));

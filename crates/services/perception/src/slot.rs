@@ -1,72 +1,110 @@
-//! The newest cloud of a cell, on its way from Zenoh's thread to the cell's own.
+//! The newest clouds of a cell, one a sensor, on their way from Zenoh's thread to the cell's own.
 
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Instant;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use ppnpack_wire::v1;
 
-/// A cloud and when it came.
+/// A cloud, whose it is, and when it came.
 pub(crate) struct Arrived {
     pub(crate) cloud: v1::PointCloud,
+    /// The index of its sensor.
+    pub(crate) sensor: usize,
     pub(crate) at: Instant,
 }
 
 /// Where clouds are put.
 pub(crate) struct Inlet {
-    newest: Arc<Mutex<Option<Arrived>>>,
+    shelf: Arc<Mutex<Shelf>>,
     bell: SyncSender<()>,
 }
 
-/// Where the newest is taken.
+/// Where the newest are taken.
 pub(crate) struct Outlet {
-    newest: Arc<Mutex<Option<Arrived>>>,
+    shelf: Arc<Mutex<Shelf>>,
     bell: Receiver<()>,
 }
 
-/// A place for one cloud.
-pub(crate) fn slot() -> (Inlet, Outlet) {
-    let newest = Arc::new(Mutex::new(None));
+/// What each sensor sent.
+struct Shelf {
+    newest: Vec<Option<Arrived>>,
+    last: Vec<Option<Instant>>,
+}
+
+/// What came to an outlet.
+pub(crate) enum Taken {
+    /// Clouds, one a sensor at most.
+    Clouds(Vec<Arrived>),
+    /// None within the time that was given.
+    Nothing,
+    /// No more can come.
+    End,
+}
+
+/// A place for one cloud of each of so many sensors.
+pub(crate) fn slot(sensors: usize) -> (Inlet, Outlet) {
+    let shelf = Arc::new(Mutex::new(Shelf {
+        newest: (0..sensors).map(|_| None).collect(),
+        last: vec![None; sensors],
+    }));
     let (bell, rung) = sync_channel(1);
     let inlet = Inlet {
-        newest: Arc::clone(&newest),
+        shelf: Arc::clone(&shelf),
         bell,
     };
-    (inlet, Outlet { newest, bell: rung })
+    (inlet, Outlet { shelf, bell: rung })
 }
 
 impl Inlet {
-    /// Puts a cloud; says whether it replaced one that nobody took.
-    pub(crate) fn put(&self, cloud: v1::PointCloud) -> bool {
-        let arrived = Arrived {
-            cloud,
-            at: Instant::now(),
-        };
-        let mut newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
-        let replaced = newest.replace(arrived);
-        drop(newest);
+    /// Puts a cloud of a sensor; says whether it replaced one that nobody took.
+    pub(crate) fn put(&self, sensor: usize, cloud: v1::PointCloud) -> bool {
+        let at = Instant::now();
+        let mut shelf = lock(&self.shelf);
+        if let Some(last) = shelf.last.get_mut(sensor) {
+            *last = Some(at);
+        }
+        let place = shelf.newest.get_mut(sensor);
+        let replaced = place.and_then(|place| place.replace(Arrived { cloud, sensor, at }));
+        drop(shelf);
         // A bell that is rung already will be heard.
         self.bell.try_send(()).ok();
         replaced.is_some()
     }
+
+    /// When the last cloud of each sensor came.
+    pub(crate) fn last(&self) -> Vec<Option<Instant>> {
+        lock(&self.shelf).last.clone()
+    }
 }
 
 impl Outlet {
-    /// Waits for a cloud; `None` when the inlet is gone.
-    pub(crate) fn take(&self) -> Option<Arrived> {
+    /// Waits for clouds.
+    pub(crate) fn take(&self, patience: Duration) -> Taken {
         loop {
-            self.bell.recv().ok()?;
-            let mut newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
-            if let Some(arrived) = newest.take() {
-                return Some(arrived);
+            match self.bell.recv_timeout(patience) {
+                Ok(()) => {}
+                Err(RecvTimeoutError::Timeout) => return Taken::Nothing,
+                Err(RecvTimeoutError::Disconnected) => return Taken::End,
+            }
+            let mut shelf = lock(&self.shelf);
+            let clouds: Vec<Arrived> = shelf.newest.iter_mut().filter_map(Option::take).collect();
+            if !clouds.is_empty() {
+                return Taken::Clouds(clouds);
             }
         }
     }
 }
 
+fn lock(shelf: &Mutex<Shelf>) -> MutexGuard<'_, Shelf> {
+    shelf.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const PATIENCE: Duration = Duration::from_secs(60);
 
     fn cloud(sequence: u64) -> v1::PointCloud {
         v1::PointCloud {
@@ -75,25 +113,49 @@ mod tests {
         }
     }
 
+    /// The sensors and sequences of the clouds that are there.
+    fn taken(outlet: &Outlet) -> Vec<(usize, u64)> {
+        match outlet.take(PATIENCE) {
+            Taken::Clouds(clouds) => {
+                let name = |arrived: &Arrived| (arrived.sensor, arrived.cloud.sequence);
+                clouds.iter().map(name).collect()
+            }
+            Taken::Nothing => panic!("nothing came"),
+            Taken::End => Vec::new(),
+        }
+    }
+
     #[test]
-    fn only_the_newest_is_kept() {
-        let (inlet, outlet) = slot();
-        assert!(!inlet.put(cloud(1)));
-        assert!(inlet.put(cloud(2)));
-        assert!(inlet.put(cloud(3)));
-        assert_eq!(outlet.take().unwrap().cloud.sequence, 3);
-        assert!(!inlet.put(cloud(4)));
-        assert_eq!(outlet.take().unwrap().cloud.sequence, 4);
+    fn only_the_newest_of_each_sensor_is_kept() {
+        let (inlet, outlet) = slot(2);
+        assert!(!inlet.put(0, cloud(1)));
+        assert!(inlet.put(0, cloud(2)));
+        assert!(!inlet.put(1, cloud(7)));
+        assert!(inlet.put(0, cloud(3)));
+        assert_eq!(taken(&outlet), [(0, 3), (1, 7)]);
+        assert!(!inlet.put(0, cloud(4)));
+        assert_eq!(taken(&outlet), [(0, 4)]);
+        assert!(inlet.last().iter().all(Option::is_some));
         drop(inlet);
-        assert!(outlet.take().is_none());
+        assert!(taken(&outlet).is_empty());
     }
 
     #[test]
     fn what_is_put_is_taken_before_the_end() {
-        let (inlet, outlet) = slot();
-        inlet.put(cloud(1));
+        let (inlet, outlet) = slot(1);
+        inlet.put(0, cloud(1));
         drop(inlet);
-        assert_eq!(outlet.take().unwrap().cloud.sequence, 1);
-        assert!(outlet.take().is_none());
+        assert_eq!(taken(&outlet), [(0, 1)]);
+        assert!(taken(&outlet).is_empty());
+    }
+
+    #[test]
+    fn silence_is_told() {
+        let (inlet, outlet) = slot(1);
+        assert!(matches!(
+            outlet.take(Duration::from_millis(1)),
+            Taken::Nothing
+        ));
+        assert_eq!(inlet.last(), [None]);
     }
 }

@@ -378,3 +378,100 @@ fn the_end_comes_when_it_is_asked_for() {
         Err(CallError::NoAnswer { .. } | CallError::TimedOut)
     ));
 }
+
+/// The points of `flat` in one half along x, of a sensor.
+fn half(sensor: &str, state_number: u64, sequence: u64, is_low: bool) -> v1::PointCloud {
+    let grid = Grid::reference();
+    let height_m = |x: usize, _| ((x < 64) == is_low).then_some(0.1);
+    v1::PointCloud {
+        sensor: sensor.to_owned(),
+        ..cloud_of(&grid, state_number, sequence, height_m)
+    }
+}
+
+fn two_sensors() -> Settings {
+    let names = ["left", "right"].map(str::to_owned).to_vec();
+    Settings {
+        sensors: BTreeMap::from([("cell-1".to_owned(), names)]),
+        sensor_restart_after_s: 0.2,
+        ..settings()
+    }
+}
+
+#[test]
+fn the_sensors_of_a_cell_make_one_heightmap_together() {
+    let rig = Rig::new(&two_sensors());
+    let until = deadline();
+    let mut sequence = 0;
+    let heightmap = loop {
+        assert!(Instant::now() < until, "no heightmap");
+        sequence += 1;
+        rig.clouds.put(&half("left", 4, sequence, true));
+        rig.clouds.put(&half("right", 4, sequence, false));
+        if let Ok(heightmap) = rig.ask_for(&cell(), 4, Duration::from_millis(200)) {
+            break heightmap;
+        }
+    };
+    let quality = heightmap.quality.as_ref().unwrap();
+    assert_eq!((quality.unknown_cells, quality.clouds), (0, 2));
+    assert_eq!(quality.points_inside, 128 * 128);
+    assert!(quality.doubts.is_empty());
+    let (_, scene) = read(&heightmap);
+    assert!(
+        scene
+            .heightmap()
+            .heights()
+            .iter()
+            .all(|height| *height == 50)
+    );
+
+    // One alone is not enough, and the other is named.
+    rig.clouds.put(&half("left", 5, sequence + 1, true));
+    let silence = loop {
+        match rig.ask_for(&cell(), 5, Duration::from_millis(500)) {
+            Err(CallError::Refused { message, .. }) if message.contains("has sent nothing") => {
+                break message;
+            }
+            other => assert!(Instant::now() < until, "{other:?}"),
+        }
+        rig.clouds.put(&half("left", 5, sequence + 2, true));
+        sequence += 1;
+    };
+    assert!(silence.contains("sensor \"right\""), "{silence}");
+    let mut stranger = half("behind", 5, 1, true);
+    rig.send_refused(&stranger, Fate::Unserved);
+    stranger.sensor.clear();
+    rig.send_refused(&stranger, Fate::Unserved);
+}
+
+#[test]
+fn what_a_cloud_makes_doubtful_is_told() {
+    let rig = Rig::connected(&settings());
+    assert!(rig.ask(1).quality.unwrap().doubts.is_empty());
+    let third = |x, _| (x < 40).then_some(0.0);
+    rig.clouds.put(&cloud_of(&Grid::reference(), 2, 1, third));
+    let doubts = rig.ask(2).quality.unwrap().doubts;
+    assert_eq!(doubts.len(), 1);
+    assert_eq!(doubts[0].kind(), v1::DoubtKind::LittleSeen);
+    assert!(
+        doubts[0].message.contains("320 of 1024 cells"),
+        "{}",
+        doubts[0].message
+    );
+}
+
+#[test]
+fn a_heightmap_that_is_asked_for_tells_its_age() {
+    let rig = Rig::connected(&settings());
+    let ages = [(); 2].map(|()| {
+        let request = v1::HeightmapRequest {
+            header: None,
+            least_state_number: 1,
+        };
+        rig.client
+            .call(&cell(), request, deadline())
+            .unwrap()
+            .age_ns
+    });
+    assert!(0 < ages[0] && ages[0] < ages[1], "{ages:?}");
+}

@@ -63,8 +63,11 @@ pub struct CellSettings {
     pub propose_limit_s: f64,
     /// The longest that a heuristic service may take for a step, in seconds, before its part is searched here.
     pub evaluate_limit_s: f64,
-    /// A heightmap that came longer ago than this, in seconds, is not planned on.
+    /// A heightmap whose cloud came longer ago than this, in seconds, is not planned on.
     pub heightmap_age_limit_s: f64,
+    /// The longest that a cloud may be on its way from a sensor that does not know the cell's state, in seconds: what
+    /// comes sooner after a report may show what was before.
+    pub sensor_latency_s: f64,
     /// The longest that the bridge may take to carry out a placement in automatic mode, in seconds.
     pub place_limit_s: f64,
 }
@@ -150,6 +153,7 @@ impl Default for CellSettings {
             propose_limit_s: 0.5,
             evaluate_limit_s: 1.0,
             heightmap_age_limit_s: 5.0,
+            sensor_latency_s: 0.5,
             place_limit_s: 120.0,
         }
     }
@@ -183,6 +187,7 @@ impl CellSettings {
             ("propose_limit_s", self.propose_limit_s),
             ("evaluate_limit_s", self.evaluate_limit_s),
             ("heightmap_age_limit_s", self.heightmap_age_limit_s),
+            ("sensor_latency_s", self.sensor_latency_s),
             ("place_limit_s", self.place_limit_s),
         ];
         let mut spans_s = spans_s.into_iter();

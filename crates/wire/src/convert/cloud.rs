@@ -15,6 +15,9 @@ const MAX_STRIDE: usize = 1024;
 /// Bytes of a point as [`write`] lays it out.
 const POINT_BYTES: usize = 12;
 
+/// The most bytes of a sensor's name.
+const MAX_SENSOR_NAME: usize = 64;
+
 /// The most fields of a point.
 const MAX_FIELDS: usize = 32;
 
@@ -105,6 +108,7 @@ pub fn read(message: &v1::PointCloud) -> Result<Cloud<'_>, WireError> {
     if message.sequence == 0 {
         return Err(WireError::invalid("cloud.sequence", "it counts from 1"));
     }
+    count("cloud.sensor", message.sensor.len(), 0..=MAX_SENSOR_NAME)?;
     let stride = usize::try_from(message.point_stride).unwrap_or(usize::MAX);
     count("cloud.point_stride", stride, 1..=MAX_STRIDE)?;
     count("cloud.fields", message.fields.len(), 0..=MAX_FIELDS)?;
@@ -215,5 +219,6 @@ pub fn write(capture: &Capture, points: &[Point3<f32>]) -> v1::PointCloud {
         point_stride: POINT_BYTES as u32,
         fields: vec![field("x", 0), field("y", 4), field("z", 8)],
         data,
+        sensor: String::new(),
     }
 }

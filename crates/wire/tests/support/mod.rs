@@ -64,7 +64,7 @@ messages! {
     // ppn.proto
     ProposeRequest ProposeReply
     // scene.proto
-    Scene Surface Heightmap HeightmapId HeightmapQuality
+    Scene Surface Heightmap HeightmapId HeightmapQuality Doubt
 }
 
 /// The text of a file of recorded values; empty where there is none.

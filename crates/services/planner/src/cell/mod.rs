@@ -21,7 +21,7 @@ use ppnpack_wire::v1::{self, Status};
 use crate::StartError;
 use crate::objects::Objects;
 use crate::planning::{Helpers, Planning};
-use crate::scenes::Scenes;
+use crate::scenes::{SceneLimits, Scenes};
 use crate::session::{Session, SessionError};
 use crate::settings::CellSettings;
 use crate::store::{Store, StoreError};
@@ -120,8 +120,11 @@ impl CellPlanner {
         shared: &Shared,
     ) -> Result<Self, StartError> {
         let planning = Planning::new(cell, settings, &shared.helpers).map_err(StartError::Cell)?;
-        let age_limit = Duration::from_secs_f64(settings.heightmap_age_limit_s);
-        let scenes = Scenes::subscribe(process, cell, planning.grid(), age_limit)?;
+        let limits = SceneLimits {
+            age: Duration::from_secs_f64(settings.heightmap_age_limit_s),
+            sensor_latency: Duration::from_secs_f64(settings.sensor_latency_s),
+        };
+        let scenes = Scenes::subscribe(process, cell, planning.grid(), limits)?;
         let session = shared.store.session(cell)?;
         Ok(Self {
             cell: cell.clone(),

@@ -9,7 +9,7 @@ use ppnpack_service::process::Process;
 use ppnpack_service::rpc::Client;
 use ppnpack_service::stream::Latest;
 use ppnpack_wire::keys::{Cell, Stream};
-use ppnpack_wire::{MAX_MESSAGE_BYTES, convert, v1};
+use ppnpack_wire::{MAX_MESSAGE_BYTES, WireError, convert, v1};
 
 /// How long the stream is waited for before perception is asked: streams drop what they cannot deliver at once.
 const STREAM_PATIENCE: Duration = Duration::from_millis(30);
@@ -17,16 +17,28 @@ const STREAM_PATIENCE: Duration = Duration::from_millis(30);
 /// How long perception may take to answer, which it does when it has the heightmap, before the stream is looked at again.
 const ANSWER_PATIENCE: Duration = Duration::from_millis(300);
 
+/// The most doubts about a heightmap that are told.
+const MAX_DOUBTS: usize = 16;
+
+/// Which heightmaps may be planned on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SceneLimits {
+    /// The longest ago that a heightmap's cloud may have come.
+    pub(crate) age: Duration,
+    /// The longest that a cloud may be on its way.
+    pub(crate) sensor_latency: Duration,
+}
+
 /// Where the heightmaps of a cell come from: the stream, or on request where that is silent.
 pub(crate) struct Scenes {
     cell: Cell,
     grid: Grid,
     stream: Latest<v1::Heightmap>,
     client: Client,
-    age_limit: Duration,
+    limits: SceneLimits,
     newest: Option<Seen>,
-    /// Heightmaps without a state number show what was done before this only when they came after it.
-    acted: Option<Instant>,
+    /// Heightmaps without a state number show what was done last when their clouds came after this.
+    shown_after: Option<Instant>,
     complaint: String,
 }
 
@@ -36,7 +48,10 @@ pub(crate) struct Seen {
     pub(crate) id: v1::HeightmapId,
     pub(crate) state_number: u64,
     pub(crate) scene: Scene,
+    /// When the first of its clouds came to perception.
     received: Instant,
+    /// Why nothing is to be planned on it.
+    doubts: Option<String>,
 }
 
 impl Scenes {
@@ -44,23 +59,23 @@ impl Scenes {
         process: &Process,
         cell: &Cell,
         grid: &Grid,
-        age_limit: Duration,
+        limits: SceneLimits,
     ) -> Result<Self, ServiceError> {
         Ok(Self {
             cell: cell.clone(),
             grid: grid.clone(),
             stream: Latest::subscribe(process, cell, Stream::Heightmap, MAX_MESSAGE_BYTES)?,
             client: Client::new(process.session()),
-            age_limit,
+            limits,
             newest: None,
-            acted: None,
+            shown_after: None,
             complaint: "none has come yet".to_owned(),
         })
     }
 
     /// Tells that the container's content changed just now.
     pub(crate) fn changed(&mut self) {
-        self.acted = Some(Instant::now());
+        self.shown_after = Some(Instant::now() + self.limits.sensor_latency);
     }
 
     /// A heightmap that shows the state of this number or a later one; waits for it until the deadline.
@@ -74,7 +89,7 @@ impl Scenes {
     ) -> Result<Seen, String> {
         loop {
             if let Some(message) = self.stream.take() {
-                self.take_over(message.map_err(|error| error.to_string()));
+                self.take_over_new(message);
             }
             if let Some(seen) = &self.newest
                 && self.is_usable(seen, least_state_number)
@@ -86,7 +101,7 @@ impl Scenes {
             }
             let until = deadline.min(Instant::now() + STREAM_PATIENCE);
             match self.stream.wait(until) {
-                Some(message) => self.take_over(message.map_err(|error| error.to_string())),
+                Some(message) => self.take_over_new(message),
                 None => self.ask(least_state_number, deadline),
             }
         }
@@ -104,14 +119,19 @@ impl Scenes {
                 let heightmap = reply
                     .heightmap
                     .ok_or_else(|| "perception sent none".to_owned());
-                self.take_over(heightmap);
+                self.take_over(heightmap, Duration::from_nanos(reply.age_ns));
             }
             Err(error) => self.complaint = format!("perception: {error}"),
         }
     }
 
-    fn take_over(&mut self, heightmap: Result<v1::Heightmap, String>) {
-        match heightmap.and_then(|heightmap| self.read(&heightmap)) {
+    /// Takes a heightmap that was published just now.
+    fn take_over_new(&mut self, heightmap: Result<v1::Heightmap, WireError>) {
+        self.take_over(heightmap.map_err(|error| error.to_string()), Duration::ZERO);
+    }
+
+    fn take_over(&mut self, heightmap: Result<v1::Heightmap, String>, age: Duration) {
+        match heightmap.and_then(|heightmap| self.read(&heightmap, age)) {
             Ok(seen) if self.is_newer(&seen) => self.newest = Some(seen),
             Ok(_) => {}
             Err(error) => {
@@ -128,7 +148,7 @@ impl Scenes {
         })
     }
 
-    fn read(&self, heightmap: &v1::Heightmap) -> Result<Seen, String> {
+    fn read(&self, heightmap: &v1::Heightmap, age: Duration) -> Result<Seen, String> {
         let (grid, scene) = convert::scene::read_required("scene", heightmap.scene.as_ref())
             .map_err(|error| error.to_string())?;
         if grid != self.grid {
@@ -137,32 +157,45 @@ impl Scenes {
                     .to_owned(),
             );
         }
+        let quality = heightmap.quality.clone().unwrap_or_default();
+        let age = age.saturating_add(Duration::from_nanos(quality.processing_ns));
+        let received = Instant::now()
+            .checked_sub(age)
+            .ok_or("it is from before this machine started")?;
         Ok(Seen {
             id: heightmap.id.unwrap_or_default(),
             state_number: heightmap.state_number,
             scene,
-            received: Instant::now(),
+            received,
+            doubts: doubts(&quality),
         })
     }
 
     fn is_usable(&self, seen: &Seen, least_state_number: u64) -> bool {
-        let is_recent = seen.received.elapsed() <= self.age_limit;
+        let is_recent = seen.received.elapsed() <= self.limits.age;
         let shows_all = if seen.state_number == 0 {
-            self.acted.is_none_or(|acted| seen.received > acted)
+            self.shown_after.is_none_or(|after| seen.received > after)
         } else {
             seen.state_number >= least_state_number
         };
-        is_recent && shows_all
+        is_recent && shows_all && seen.doubts.is_none()
     }
 
     fn why(&self, least_state_number: u64) -> String {
         match &self.newest {
             None => format!("there is no heightmap: {}", self.complaint),
-            Some(seen) if seen.received.elapsed() > self.age_limit => format!(
+            Some(seen) if seen.received.elapsed() > self.limits.age => format!(
                 "the newest heightmap came {:.1} s ago: {}",
                 seen.received.elapsed().as_secs_f64(),
                 self.complaint
             ),
+            Some(Seen {
+                doubts: Some(doubts),
+                ..
+            }) => format!("the newest heightmap is doubtful: {doubts}"),
+            Some(seen) if seen.state_number == 0 => {
+                "no cloud came since the last report that surely shows what it changed".to_owned()
+            }
             Some(seen) => format!(
                 "the newest heightmap shows state {} of the cell where {least_state_number} is needed",
                 seen.state_number
@@ -170,3 +203,13 @@ impl Scenes {
         }
     }
 }
+
+/// Why nothing is to be planned on a heightmap of this quality, where that is so.
+fn doubts(quality: &v1::HeightmapQuality) -> Option<String> {
+    let texts = quality.doubts.iter().take(MAX_DOUBTS);
+    let texts: Vec<&str> = texts.map(|doubt| doubt.message.as_str()).collect();
+    (!texts.is_empty()).then(|| texts.join("; "))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,262 @@
+//! What makes a scene doubtful. Nothing is to be planned on it then.
+
+use std::fmt;
+
+use nalgebra::Point3;
+use ppnpack_packing::grid::ContainerSize;
+use serde::{Deserialize, Serialize};
+
+use crate::settings::{SettingError, length, share};
+
+/// A reason not to plan on a scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Doubt {
+    /// Too little of the container was seen: a sensor that shows another place, in another unit or frame, or that
+    /// something stands before.
+    LittleSeen {
+        /// Cells of which enough is known.
+        known_cells: usize,
+        /// All cells.
+        cells: usize,
+    },
+    /// A wall's top is not where it should be: the container or the sensor was moved, or something covers it.
+    RimAway {
+        /// Which wall.
+        wall: Wall,
+        /// Points seen where its top should be.
+        points: u64,
+        /// Those among them at its height.
+        points_at_rim: u64,
+    },
+    /// Something reaches into the container from above, such as a hand or the arm.
+    Intrusion {
+        /// Points above the container and higher than its content may stand.
+        points: u64,
+        /// The highest of them, in metres above the floor.
+        highest_m: f64,
+    },
+    /// The scene was not seen to be still for long enough.
+    NotStill {
+        /// Cells in which something came, went or moved since the earlier clouds.
+        moved_cells: usize,
+        /// How many of the latest clouds agree.
+        clouds: usize,
+        /// How many have to.
+        needed: usize,
+    },
+}
+
+/// A wall of the container.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wall {
+    /// At x = 0.
+    LowX,
+    /// At the container's full x.
+    HighX,
+    /// At y = 0.
+    LowY,
+    /// At the container's full y.
+    HighY,
+}
+
+impl fmt::Display for Wall {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::LowX => "x = 0",
+            Self::HighX => "the far end of x",
+            Self::LowY => "y = 0",
+            Self::HighY => "the far end of y",
+        })
+    }
+}
+
+impl fmt::Display for Doubt {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::LittleSeen { known_cells, cells } => write!(
+                formatter,
+                "only {known_cells} of {cells} cells are known: does the sensor show this container, in metres and in \
+                 the frame that is set?"
+            ),
+            Self::RimAway {
+                wall,
+                points,
+                points_at_rim,
+            } => write!(
+                formatter,
+                "the top of the wall at {wall} is not where it should be ({points_at_rim} of {points} points): was the \
+                 container or the sensor moved, or is the wall covered?"
+            ),
+            Self::Intrusion { points, highest_m } => write!(
+                formatter,
+                "something reaches into the container from above ({points} points, up to {highest_m:.2} m above the \
+                 floor)"
+            ),
+            Self::NotStill {
+                moved_cells,
+                clouds,
+                needed,
+            } => write!(
+                formatter,
+                "the scene is not still: {clouds} of {needed} clouds agree, {moved_cells} cells moved in the last one"
+            ),
+        }
+    }
+}
+
+/// When a scene is doubtful. By default only where little of it is seen; the other doubts need a sensor that sees more
+/// than the container's inside.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DoubtSettings {
+    /// At least this share of the cells must be known, from 0 to 1.
+    pub least_known_share: f64,
+    /// How thick the walls are, in metres, so that their tops are looked for. 0: they are not.
+    pub wall_thickness_m: f64,
+    /// The tops of the walls may be higher or lower by this, in metres.
+    pub rim_tolerance_m: f64,
+    /// At least this share of the points above a wall must be at its top, from 0 to 1.
+    pub least_rim_share: f64,
+    /// At least so many points must be seen above each wall.
+    pub least_rim_points: u64,
+    /// Content may stand above the rim by this, in metres: what stands higher reaches in from above. Without a value,
+    /// nothing does.
+    pub reach_above_rim_m: Option<f64>,
+    /// Something reaches in where at least so many points show it.
+    pub least_intruding_points: u64,
+}
+
+impl Default for DoubtSettings {
+    fn default() -> Self {
+        Self {
+            least_known_share: 0.5,
+            wall_thickness_m: 0.0,
+            rim_tolerance_m: 0.006,
+            least_rim_share: 0.7,
+            least_rim_points: 50,
+            reach_above_rim_m: None,
+            least_intruding_points: 30,
+        }
+    }
+}
+
+impl DoubtSettings {
+    pub(crate) fn validate(&self) -> Result<(), SettingError> {
+        share("doubts.least_known_share", self.least_known_share)?;
+        length("doubts.wall_thickness_m", self.wall_thickness_m)?;
+        length("doubts.rim_tolerance_m", self.rim_tolerance_m)?;
+        share("doubts.least_rim_share", self.least_rim_share)?;
+        let reach_m = self.reach_above_rim_m.unwrap_or(0.0);
+        length("doubts.reach_above_rim_m", reach_m)
+    }
+}
+
+/// Looks at points for what they tell of the container beside its content.
+#[derive(Debug, Clone)]
+pub(crate) struct Watch {
+    container: ContainerSize,
+    settings: DoubtSettings,
+    /// Points that are higher reach in.
+    ceiling_m: f64,
+    intruding: u64,
+    highest_m: f64,
+    walls: [WallTop; 4],
+}
+
+/// Points above a wall.
+#[derive(Debug, Clone, Copy, Default)]
+struct WallTop {
+    points: u64,
+    points_at_rim: u64,
+}
+
+const WALLS: [Wall; 4] = [Wall::LowX, Wall::HighX, Wall::LowY, Wall::HighY];
+
+impl Watch {
+    pub(crate) fn new(container: ContainerSize, settings: DoubtSettings) -> Self {
+        let reach_m = settings.reach_above_rim_m.unwrap_or(f64::INFINITY);
+        Self {
+            container,
+            ceiling_m: container.z_m + reach_m,
+            settings,
+            intruding: 0,
+            highest_m: 0.0,
+            walls: [WallTop::default(); 4],
+        }
+    }
+
+    /// Whether points tell anything that is asked for.
+    pub(crate) fn is_needed(&self) -> bool {
+        self.settings.wall_thickness_m > 0.0 || self.ceiling_m.is_finite()
+    }
+
+    /// Forgets all points.
+    pub(crate) fn clear(&mut self) {
+        self.intruding = 0;
+        self.highest_m = 0.0;
+        self.walls = [WallTop::default(); 4];
+    }
+
+    /// Looks at a point, in the container's frame. One with a coordinate that is no number tells nothing.
+    #[inline]
+    pub(crate) fn look(&mut self, point: &Point3<f64>) {
+        let (beyond_x, x_wall) = beyond(point.x, self.container.x_m);
+        let (beyond_y, y_wall) = beyond(point.y, self.container.y_m);
+        if beyond_x <= 0.0 && beyond_y <= 0.0 {
+            if point.z > self.ceiling_m {
+                self.intruding += 1;
+                self.highest_m = self.highest_m.max(point.z);
+            }
+        } else if beyond_y <= 0.0 {
+            self.look_at_wall(x_wall, beyond_x, point.z);
+        } else if beyond_x <= 0.0 {
+            self.look_at_wall(2 + y_wall, beyond_y, point.z);
+        }
+    }
+
+    fn look_at_wall(&mut self, wall: usize, beyond_m: f64, z_m: f64) {
+        // Half the wall's thickness, its middle: a point at an edge may lie between what is above and below.
+        let thickness_m = self.settings.wall_thickness_m;
+        if !(0.25 * thickness_m..=0.75 * thickness_m).contains(&beyond_m) {
+            return;
+        }
+        let is_at_rim = (z_m - self.container.z_m).abs() <= self.settings.rim_tolerance_m;
+        if let Some(top) = self.walls.get_mut(wall) {
+            top.points += 1;
+            top.points_at_rim += u64::from(is_at_rim);
+        }
+    }
+
+    /// What the points make doubtful.
+    pub(crate) fn doubts(&self) -> impl Iterator<Item = Doubt> {
+        let settings = &self.settings;
+        let walls = WALLS.into_iter().zip(self.walls);
+        let away = walls.filter(|(_, top)| {
+            let least = settings.least_rim_share * top.points as f64;
+            settings.wall_thickness_m > 0.0
+                && (top.points < settings.least_rim_points || (top.points_at_rim as f64) < least)
+        });
+        let away = away.map(|(wall, top)| Doubt::RimAway {
+            wall,
+            points: top.points,
+            points_at_rim: top.points_at_rim,
+        });
+        let reaches_in = self.intruding > 0 && self.intruding >= settings.least_intruding_points;
+        let intrusion = reaches_in.then_some(Doubt::Intrusion {
+            points: self.intruding,
+            highest_m: self.highest_m,
+        });
+        away.chain(intrusion)
+    }
+}
+
+/// How far a coordinate is beyond the nearer of two walls, negative between them, and which wall that is: 0 for the one
+/// at 0.
+fn beyond(coordinate_m: f64, length_m: f64) -> (f64, usize) {
+    if coordinate_m < 0.5 * length_m {
+        (-coordinate_m, 0)
+    } else {
+        (coordinate_m - length_m, 1)
+    }
+}

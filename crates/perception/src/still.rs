@@ -1,0 +1,197 @@
+//! Several clouds of a scene that does not move.
+//!
+//! Together they show what single ones miss, and with less noise. A scene in which something moves is told from one
+//! that is still by comparing them.
+
+use std::collections::VecDeque;
+
+use serde::{Deserialize, Serialize};
+
+use crate::holes::is_known;
+use crate::layers::NO_POINT;
+use crate::settings::{SettingError, length};
+
+/// The most clouds that are kept.
+const MAX_CLOUDS: usize = 16;
+
+/// Heights of a sample that differ by so many standard deviations of the noise are of different things.
+const SAME_DEVIATIONS: f64 = 3.0;
+
+/// When a scene is still.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct StillSettings {
+    /// So many of the latest clouds must agree, and make the heightmap together: 1 to 16. With 1, each cloud stands for
+    /// itself.
+    pub clouds: usize,
+    /// Something moved in a cell that is higher or lower than itself and its neighbours were by more than this, in
+    /// metres.
+    pub height_m: f64,
+    /// A scene is still where at most this many cells moved.
+    pub most_cells: usize,
+}
+
+impl Default for StillSettings {
+    fn default() -> Self {
+        Self {
+            clouds: 1,
+            height_m: 0.01,
+            most_cells: 2,
+        }
+    }
+}
+
+impl StillSettings {
+    pub(crate) fn validate(&self) -> Result<(), SettingError> {
+        if !(1..=MAX_CLOUDS).contains(&self.clouds) {
+            let clouds = self.clouds as f64;
+            return Err(SettingError::new("still.clouds", clouds, "1 to 16"));
+        }
+        length("still.height_m", self.height_m)
+    }
+}
+
+/// The latest clouds of a scene, as heights of samples.
+#[derive(Debug, Clone)]
+pub(crate) struct History {
+    settings: StillSettings,
+    same_m: f32,
+    /// Cells along y.
+    ny: usize,
+    per_cell: usize,
+    frames: VecDeque<Frame>,
+}
+
+/// One cloud.
+#[derive(Debug, Clone)]
+struct Frame {
+    samples_m: Vec<f32>,
+    /// The highest sample of each cell.
+    cells_m: Vec<f32>,
+}
+
+/// What the latest cloud is to those before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Stillness {
+    pub(crate) moved_cells: usize,
+    pub(crate) clouds: usize,
+    pub(crate) needed: usize,
+}
+
+impl Stillness {
+    pub(crate) fn is_still(self) -> bool {
+        self.clouds >= self.needed
+    }
+}
+
+impl History {
+    /// For a grid of rows of `ny` cells with `per_cell` samples along an edge, and noise of `noise_m`.
+    pub(crate) fn new(ny: usize, per_cell: usize, noise_m: f64, settings: StillSettings) -> Self {
+        Self {
+            settings,
+            same_m: (SAME_DEVIATIONS * noise_m) as f32,
+            ny,
+            per_cell,
+            frames: VecDeque::new(),
+        }
+    }
+
+    /// Forgets all clouds.
+    pub(crate) fn clear(&mut self) {
+        self.frames.clear();
+    }
+
+    /// Takes the samples of a cloud, and makes them those of all clouds since something moved.
+    pub(crate) fn blend(&mut self, samples_m: &mut [f32]) -> Stillness {
+        let needed = self.settings.clouds;
+        if needed <= 1 {
+            return Stillness {
+                moved_cells: 0,
+                clouds: 1,
+                needed: 1,
+            };
+        }
+        let frame = Frame {
+            samples_m: samples_m.to_vec(),
+            cells_m: self.cells_of(samples_m),
+        };
+        // The oldest: what creeps has moved farthest since.
+        let oldest = self.frames.front();
+        let moved_cells = oldest.map_or(0, |oldest| self.moved(&oldest.cells_m, &frame.cells_m));
+        if moved_cells > self.settings.most_cells {
+            self.frames.clear();
+        }
+        self.frames.push_back(frame);
+        if self.frames.len() > needed {
+            self.frames.pop_front();
+        }
+        self.blend_frames(samples_m);
+        Stillness {
+            moved_cells,
+            clouds: self.frames.len(),
+            needed,
+        }
+    }
+
+    fn cells_of(&self, samples_m: &[f32]) -> Vec<f32> {
+        let mut cells_m = vec![NO_POINT; samples_m.len() / (self.per_cell * self.per_cell)];
+        let blocks = samples_m.chunks_exact(self.per_cell * self.per_cell * self.ny);
+        for (cells, block) in cells_m.chunks_exact_mut(self.ny).zip(blocks) {
+            for row in block.chunks_exact(self.per_cell * self.ny) {
+                for (cell_m, chunk) in cells.iter_mut().zip(row.chunks_exact(self.per_cell)) {
+                    *cell_m = chunk.iter().copied().fold(*cell_m, f32::max);
+                }
+            }
+        }
+        cells_m
+    }
+
+    /// Cells in which something came or went. What stays may show one cell farther in one cloud than in another.
+    fn moved(&self, before_m: &[f32], after_m: &[f32]) -> usize {
+        let limit_m = self.settings.height_m as f32;
+        let rose =
+            |from_m: f32, to_m: f32| is_known(from_m) && is_known(to_m) && to_m > from_m + limit_m;
+        let moved = |cell: &usize| {
+            let [before, after] =
+                [before_m, after_m].map(|cells_m| around(cells_m, self.ny, *cell));
+            rose(before.highest_m, after.own_m) || rose(after.highest_m, before.own_m)
+        };
+        (0..after_m.len()).filter(moved).count()
+    }
+
+    fn blend_frames(&self, samples_m: &mut [f32]) {
+        for (index, sample_m) in samples_m.iter_mut().enumerate() {
+            let (mut count, mut sum_m) = (0.0, 0.0);
+            let (mut lowest_m, mut highest_m) = (f32::MAX, NO_POINT);
+            for frame in &self.frames {
+                let height_m = frame.samples_m.get(index).copied().unwrap_or(NO_POINT);
+                if is_known(height_m) {
+                    count += 1.0;
+                    sum_m += height_m;
+                    lowest_m = lowest_m.min(height_m);
+                    highest_m = highest_m.max(height_m);
+                }
+            }
+            // An edge that shows in some of the clouds is there.
+            let is_same = count > 0.0 && highest_m - lowest_m <= self.same_m;
+            *sample_m = if is_same { sum_m / count } else { highest_m };
+        }
+    }
+}
+
+/// A cell's height, and the highest of it and its neighbours.
+struct Around {
+    own_m: f32,
+    highest_m: f32,
+}
+
+fn around(cells_m: &[f32], ny: usize, cell: usize) -> Around {
+    let (x, y) = (cell / ny, cell % ny);
+    let rows = x.saturating_sub(1)..=x + 1;
+    let columns = y.saturating_sub(1)..(y + 2).min(ny);
+    let rows = rows.filter_map(|row| cells_m.get(row * ny + columns.start..row * ny + columns.end));
+    Around {
+        own_m: cells_m.get(cell).copied().unwrap_or(NO_POINT),
+        highest_m: rows.flatten().copied().fold(NO_POINT, f32::max),
+    }
+}
