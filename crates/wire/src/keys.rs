@@ -292,6 +292,11 @@ impl fmt::Display for Key {
     }
 }
 
+/// The key expression of everything that belongs to this protocol.
+pub fn everything() -> String {
+    format!("{PREFIX}/**")
+}
+
 /// The key expression of a stream of every cell.
 pub fn every_cell(stream: Stream) -> String {
     format!("{PREFIX}/*/{stream}")

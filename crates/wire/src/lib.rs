@@ -3,7 +3,7 @@
 //!
 //! [`v1`] has the messages as the schemas in `proto/` define them. Data that comes from outside goes through
 //! [`decode`], which bounds its size and structure, and through the functions of [`convert`], which check values and
-//! give types of the domain. [`keys`] builds and parses every key expression.
+//! give types of the domain. [`keys`] builds and parses every key expression. [`ros`] reads the clouds of ROS 2.
 
 pub mod convert;
 pub mod debug;
@@ -14,6 +14,7 @@ pub mod item_id;
 pub mod item_store;
 pub mod keys;
 pub mod limits;
+pub mod ros;
 pub mod rpc;
 mod structure;
 

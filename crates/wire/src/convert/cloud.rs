@@ -19,7 +19,7 @@ const POINT_BYTES: usize = 12;
 const MAX_SENSOR_NAME: usize = 64;
 
 /// The most fields of a point.
-const MAX_FIELDS: usize = 32;
+pub(crate) const MAX_FIELDS: usize = 32;
 
 /// A cloud whose layout is checked, so that its points can be looked at one by one.
 #[derive(Debug, Clone)]

@@ -1,0 +1,210 @@
+//! Plain CDR: how ROS 2 puts messages into bytes.
+//!
+//! A payload is an encapsulation header of four bytes, two that name the encoding and two of options, and the message.
+//! A number of N bytes begins at a multiple of N from the end of the header. A text is its length as a 32-bit number, the
+//! terminating zero included, and its bytes; a sequence is the number of its elements and these. Source: OMG
+//! DDS-XTypes 1.3, sections 7.4.1 (encoding version 1) and 7.6.3.1.2 (encapsulation); the numbers of the encodings
+//! there and in DDSI-RTPS 2.5, section 10.5, which differ for the second version.
+
+use crate::error::WireError;
+
+/// The longest text, in bytes.
+const MAX_TEXT_BYTES: usize = 256;
+
+/// Reads a message from the front.
+#[derive(Debug)]
+pub(super) struct Reader<'a> {
+    /// What follows the encapsulation header.
+    body: &'a [u8],
+    at: usize,
+    is_big_endian: bool,
+}
+
+impl<'a> Reader<'a> {
+    /// Reads the encapsulation header.
+    pub(super) fn new(payload: &'a [u8]) -> Result<Self, WireError> {
+        let refused = |reason: std::fmt::Arguments<'_>| WireError::invalid("encapsulation", reason);
+        let Some((header, body)) = payload.split_first_chunk::<4>() else {
+            let bytes = payload.len();
+            return Err(refused(format_args!(
+                "4 bytes are needed where {bytes} are left"
+            )));
+        };
+        let [high, low, _, _] = *header;
+        let other = match u16::from_be_bytes([high, low]) {
+            number @ (0 | 1) => {
+                return Ok(Self {
+                    body,
+                    at: 0,
+                    is_big_endian: number == 0,
+                });
+            }
+            2 | 3 => "PL_CDR",
+            4 => "XML",
+            6 | 7 | 0x10 | 0x11 => "PLAIN_CDR2",
+            8 | 9 | 0x14 | 0x15 => "DELIMITED_CDR2",
+            0x0a | 0x0b | 0x12 | 0x13 => "PL_CDR2",
+            number => {
+                return Err(refused(format_args!(
+                    "0x{number:04x} is no encoding that is known, where PLAIN_CDR is needed"
+                )));
+            }
+        };
+        Err(refused(format_args!(
+            "{other} is not read, only PLAIN_CDR is"
+        )))
+    }
+
+    /// The next bytes.
+    fn take(&mut self, field: &'static str, count: usize) -> Result<&'a [u8], WireError> {
+        let left = self.body.get(self.at..).unwrap_or(&[]);
+        let taken = left.get(..count).ok_or_else(|| {
+            let left = left.len();
+            WireError::invalid(
+                field,
+                format_args!("{count} bytes are needed where {left} are left"),
+            )
+        })?;
+        self.at += count;
+        Ok(taken)
+    }
+
+    /// A number without a sign of 8 bits.
+    pub(super) fn uint8(&mut self, field: &'static str) -> Result<u8, WireError> {
+        Ok(self.take(field, 1)?.first().copied().unwrap_or_default())
+    }
+
+    /// A truth value.
+    pub(super) fn boolean(&mut self, field: &'static str) -> Result<bool, WireError> {
+        match self.uint8(field)? {
+            0 => Ok(false),
+            1 => Ok(true),
+            other => Err(WireError::invalid(
+                field,
+                format_args!("{other} where 0 or 1 is needed"),
+            )),
+        }
+    }
+
+    /// A number without a sign of 32 bits.
+    pub(super) fn uint32(&mut self, field: &'static str) -> Result<u32, WireError> {
+        self.at = self.at.next_multiple_of(4);
+        let bytes = self
+            .take(field, 4)?
+            .first_chunk()
+            .copied()
+            .unwrap_or_default();
+        Ok(if self.is_big_endian {
+            u32::from_be_bytes(bytes)
+        } else {
+            u32::from_le_bytes(bytes)
+        })
+    }
+
+    /// A number with a sign of 32 bits.
+    pub(super) fn int32(&mut self, field: &'static str) -> Result<i32, WireError> {
+        self.uint32(field).map(u32::cast_signed)
+    }
+
+    /// A length, which counts bytes or elements.
+    fn length(&mut self, field: &'static str) -> Result<usize, WireError> {
+        let length = self.uint32(field)?;
+        Ok(usize::try_from(length).unwrap_or(usize::MAX))
+    }
+
+    /// A sequence of bytes, where it lies.
+    pub(super) fn bytes(&mut self, field: &'static str) -> Result<&'a [u8], WireError> {
+        let length = self.length(field)?;
+        self.take(field, length)
+    }
+
+    /// How many elements a sequence has: at most `limit`, and no more than what is left has room for.
+    pub(super) fn elements(
+        &mut self,
+        field: &'static str,
+        least_bytes: usize,
+        limit: usize,
+    ) -> Result<usize, WireError> {
+        let count = self.length(field)?;
+        let left = self.body.len().saturating_sub(self.at);
+        let most = limit.min(left / least_bytes.max(1));
+        if count <= most {
+            Ok(count)
+        } else {
+            Err(WireError::invalid(
+                field,
+                format_args!("{count} elements where at most {most} are possible"),
+            ))
+        }
+    }
+
+    /// A text. An empty one may lack its terminating zero: some write it so.
+    pub(super) fn text(&mut self, field: &'static str) -> Result<&'a str, WireError> {
+        let refused = |reason: &str| WireError::invalid(field, reason);
+        let text = match self.bytes(field)?.split_last() {
+            None => &[],
+            Some((0, text)) => text,
+            Some(_) => return Err(refused("the text has no terminating zero")),
+        };
+        if text.len() > MAX_TEXT_BYTES {
+            return Err(WireError::invalid(
+                field,
+                format_args!("{} bytes where {MAX_TEXT_BYTES} are possible", text.len()),
+            ));
+        }
+        str::from_utf8(text).map_err(|_| refused("the text is not UTF-8"))
+    }
+}
+
+/// Writes a message.
+#[derive(Debug)]
+pub(super) struct Writer {
+    /// What follows the encapsulation header.
+    body: Vec<u8>,
+    is_big_endian: bool,
+}
+
+impl Writer {
+    pub(super) fn new(is_big_endian: bool) -> Self {
+        Self {
+            body: Vec::new(),
+            is_big_endian,
+        }
+    }
+
+    /// The payload: the encapsulation header and the message.
+    pub(super) fn finish(self) -> Vec<u8> {
+        let header = [0, u8::from(!self.is_big_endian), 0, 0];
+        [header.as_slice(), self.body.as_slice()].concat()
+    }
+
+    pub(super) fn uint8(&mut self, value: u8) {
+        self.body.push(value);
+    }
+
+    pub(super) fn uint32(&mut self, value: u32) {
+        let bytes = if self.is_big_endian {
+            value.to_be_bytes()
+        } else {
+            value.to_le_bytes()
+        };
+        self.body.resize(self.body.len().next_multiple_of(4), 0);
+        self.body.extend_from_slice(&bytes);
+    }
+
+    /// A length, which counts bytes or elements; a sequence has no more than it can hold.
+    pub(super) fn length(&mut self, length: usize) {
+        self.uint32(u32::try_from(length).unwrap_or(u32::MAX));
+    }
+
+    pub(super) fn bytes(&mut self, bytes: &[u8]) {
+        self.length(bytes.len());
+        self.body.extend_from_slice(bytes);
+    }
+
+    pub(super) fn text(&mut self, text: &str) {
+        self.length(text.len() + 1);
+        self.body.extend_from_slice(text.as_bytes());
+        self.body.push(0);
+    }
+}
