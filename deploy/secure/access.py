@@ -20,7 +20,7 @@ except ModuleNotFoundError:
 
 HERE = pathlib.Path(__file__).resolve().parent
 WIRE = HERE.parent.parent / "crates" / "wire" / "src"
-ENTRIES = ("serves", "publishes", "subscribes", "asks", "checks", "watches", "cells")
+ENTRIES = ("serves", "publishes", "subscribes", "puts", "reads", "asks", "checks", "watches", "cells")
 # Answers for itself: what it says passes no access control.
 ROUTER = "router"
 # Health is asked for under any cell, and under `all`.
@@ -100,6 +100,15 @@ def streams(wire, name, entry, what):
     return pick(entry.get(what, []), set(wire.streams.values()), f"{name}.{what}")
 
 
+def beside(wire, name, entry, what):
+    """Keys that are none of the protocol's, as those of ROS 2; they cannot take in any of it."""
+    for key in (found := entry.get(what, [])):
+        chunks, own = key.split("/"), wire.prefix.split("/")
+        if not all(chunks) or "**" in chunks[: len(own)] or all(a == b or "*" in a for a, b in zip(chunks, own)):
+            raise Wrong(f"{name}.{what}: '{key}' has empty parts, or takes in what is under {wire.prefix}")
+    return found
+
+
 def watched(wire, name, entry):
     return pick(entry.get("watches", []), wire.methods, f"{name}.watches")
 
@@ -112,8 +121,8 @@ def rules_of(wire, name, entry):
         return [wire.stream(cell, stream) for cell in cells for stream in streams(wire, name, entry, what)]
 
     # A publisher is told who subscribes, and who asks is told who answers.
-    yield "publishes", ["put"], ["declare_subscriber"], keys("publishes")
-    yield "subscribes", ["declare_subscriber"], ["put"], keys("subscribes")
+    yield "publishes", ["put"], ["declare_subscriber"], keys("publishes") + beside(wire, name, entry, "puts")
+    yield "subscribes", ["declare_subscriber"], ["put"], keys("subscribes") + beside(wire, name, entry, "reads")
     requests = [
         key
         for service, method in asked(wire, name, entry)
@@ -137,6 +146,8 @@ def check(wire, table):
     for name, entry in table.items():
         for key in set(entry) - set(ENTRIES):
             raise Wrong(f"{name}: '{key}' is no entry; there are {', '.join(ENTRIES)}")
+        for what in ("puts", "reads"):
+            beside(wire, name, entry, what)
     unused = []
     for what in ("publishes", "subscribes"):
         used = {stream for name, entry in table.items() for stream in streams(wire, name, entry, what)}

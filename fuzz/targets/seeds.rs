@@ -12,6 +12,7 @@ use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_packing::item::{Item, Underside, ViewSurfaces};
 use ppnpack_wire::convert::cloud::{self, Capture};
 use ppnpack_wire::convert::{grid, item, pose, scene};
+use ppnpack_wire::ros::{PointCloud2, PointField, Stamp, datatype};
 use ppnpack_wire::v1;
 use prost::Message;
 
@@ -74,6 +75,12 @@ fn write_all() {
         }
     }
     write("clouds", "plane", &plane().encode_to_vec());
+    for is_big_endian in [false, true] {
+        for is_bigendian in [false, true] {
+            let name = format!("{is_big_endian}-{is_bigendian}");
+            write("ros", &name, &of_ros(is_big_endian, is_bigendian));
+        }
+    }
     for key in [
         "ppnpack/v1/cell-1/heightmap",
         "ppnpack/v1/cell-1/rpc/planner/plan",
@@ -156,4 +163,35 @@ fn plane() -> v1::PointCloud {
         container_from_sensor: Isometry3::from_parts(Translation3::new(0.0, 0.3, 0.6), down),
     };
     cloud::write(&capture, &points)
+}
+
+/// Two padded rows of three points, with a number of each size.
+fn of_ros(is_big_endian: bool, is_bigendian: bool) -> Vec<u8> {
+    let field = |name, offset, datatype, count| PointField {
+        name,
+        offset,
+        datatype,
+        count,
+    };
+    let message = PointCloud2 {
+        stamp: Stamp { sec: 1, nanosec: 2 },
+        frame_id: "camera",
+        height: 2,
+        width: 3,
+        fields: vec![
+            field("x", 0, datatype::FLOAT32, 1),
+            field("y", 4, datatype::FLOAT32, 1),
+            field("z", 8, datatype::FLOAT64, 1),
+            field("rgb", 16, datatype::UINT32, 1),
+            field("r", 16, datatype::UINT8, 1),
+            field("ring", 20, datatype::UINT16, 1),
+            field("normal", 22, datatype::INT8, 2),
+        ],
+        is_bigendian,
+        point_step: 24,
+        row_step: 80,
+        data: &[0x3f; 160],
+        is_dense: false,
+    };
+    message.write(is_big_endian)
 }

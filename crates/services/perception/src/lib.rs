@@ -8,6 +8,7 @@ mod counts;
 mod desk;
 mod doubts;
 mod order;
+mod ros;
 mod round;
 mod router;
 mod sensors;
@@ -32,6 +33,7 @@ use ppnpack_wire::v1;
 use counts::Counts;
 pub use counts::Fate;
 use desk::{Desk, Mail};
+pub use ros::{PoseSettings, RosCamera};
 use router::Router;
 pub use settings::{GridSettings, Settings};
 
@@ -45,6 +47,9 @@ pub enum StartError {
     /// A cell has an impossible name.
     #[error(transparent)]
     Cell(#[from] KeyError),
+    /// A camera of ROS 2 cannot be as it is set.
+    #[error("ros: {0}")]
+    Ros(String),
     /// The thread that answers requests cannot be started.
     #[error("the thread that answers requests cannot be started: {0}")]
     Thread(std::io::Error),
@@ -54,6 +59,7 @@ pub enum StartError {
 pub struct Perception {
     // Nothing comes any more before the threads end: fields are dropped in this order.
     doors: Vec<Door>,
+    cameras: Vec<ros::Door>,
     router: Arc<Router>,
     desk: Option<JoinHandle<()>>,
     counts: Arc<Counts>,
@@ -89,8 +95,11 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Perception, Start
             doors.push(Door::open(process, Some(&cell), &router, &mailbox)?);
         }
     }
+    let open = |camera: &RosCamera| ros::Door::open(process, camera, &router, &counts);
+    let cameras = settings.ros.iter().map(open).collect::<Result<_, _>>()?;
     Ok(Perception {
         doors,
+        cameras,
         router,
         desk: Some(desk),
         counts,
@@ -127,11 +136,17 @@ impl Perception {
     pub fn clouds(&self, fate: Fate) -> u64 {
         self.counts.of(fate)
     }
+
+    /// Nothing comes any more.
+    fn close_doors(&mut self) {
+        self.doors.clear();
+        self.cameras.clear();
+    }
 }
 
 impl Running for Perception {
     fn finish(mut self: Box<Self>, deadline: Instant) -> Result<(), String> {
-        self.doors.clear();
+        self.close_doors();
         let mut threads = self.router.close();
         threads.extend(self.desk.take());
         ppnpack_service::join(threads, deadline)
@@ -140,7 +155,7 @@ impl Running for Perception {
 
 impl Drop for Perception {
     fn drop(&mut self) {
-        self.doors.clear();
+        self.close_doors();
         self.router.close();
     }
 }

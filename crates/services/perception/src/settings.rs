@@ -11,6 +11,7 @@ use ppnpack_wire::MAX_MESSAGE_BYTES;
 use ppnpack_wire::keys::Cell;
 use serde::{Deserialize, Serialize};
 
+use crate::ros::{self, RosCamera};
 use crate::sensors::Sensors;
 
 /// What a message of a heightmap holds beside heights, at most, in bytes.
@@ -44,6 +45,8 @@ pub struct Settings {
     pub queue: usize,
     /// Whether streams for people to look at are published too.
     pub debug_streams: bool,
+    /// Cameras whose drivers publish clouds as ROS 2 does.
+    pub ros: Vec<RosCamera>,
 }
 
 /// The grid of a cell.
@@ -71,6 +74,7 @@ impl Default for Settings {
             sensor_restart_after_s: 2.0,
             queue: 256,
             debug_streams: false,
+            ros: Vec::new(),
         }
     }
 }
@@ -178,7 +182,10 @@ impl ServiceSettings for Settings {
         self.validate_sensors()?;
         let restart_s = self.sensor_restart_after_s;
         in_range("sensor_restart_after_s", restart_s, 0.0..=3600.0)?;
-        in_range("queue", self.queue, 1..=65_536)
+        in_range("queue", self.queue, 1..=65_536)?;
+        ros::validate(&self.ros, |cell| {
+            self.grid_of(cell).map(|_| self.sensors_of(cell))
+        })
     }
 }
 

@@ -1,0 +1,284 @@
+//! Cameras whose drivers publish clouds as ROS 2 does: over `rmw_zenoh`, or through the bridge of ROS 2 over DDS.
+//!
+//! A cloud is read on Zenoh's thread, as those of the workspace's own stream are: its points are copied once, and
+//! nothing is waited for. The attachment of `rmw_zenoh` (a count, a time, who published) is not read.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use nalgebra::Isometry3;
+use ppnpack_service::ServiceError;
+use ppnpack_service::metrics::{self, Metric};
+use ppnpack_service::process::Process;
+use ppnpack_wire::convert::pose;
+use ppnpack_wire::keys::{Cell, Stream, everything};
+use ppnpack_wire::ros::{PointCloud2, to_cloud, topic};
+use ppnpack_wire::{WireError, v1};
+use serde::{Deserialize, Serialize};
+use zenoh::Wait;
+use zenoh::key_expr::KeyExpr;
+use zenoh::pubsub::Subscriber;
+use zenoh::sample::Sample;
+
+use crate::StartError;
+use crate::counts::{Counts, Fate};
+use crate::router::Router;
+use crate::sensors::Sensors;
+
+/// A camera whose driver publishes clouds as ROS 2 does.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RosCamera {
+    /// The key expression that its clouds come on: `<domain>/<topic>/**` over `rmw_zenoh`, the topic's name without its
+    /// first slash through the bridge of ROS 2 over DDS.
+    pub key: String,
+    /// The cell that it looks at.
+    pub cell: String,
+    /// Its name among the sensors of the cell, where there are several.
+    #[serde(default)]
+    pub sensor: String,
+    /// Where it is: the pose of the frame that its coordinates are in.
+    pub container_from_sensor: PoseSettings,
+    /// The type of its messages; `sensor_msgs/msg/PointCloud2` is the only one that is known.
+    #[serde(rename = "type", default = "point_cloud2")]
+    pub message_type: String,
+}
+
+/// A pose.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PoseSettings {
+    /// The translation, in metres.
+    pub translation_m: [f64; 3],
+    /// The rotation, as a quaternion of length 1.
+    pub rotation_xyzw: [f64; 4],
+}
+
+fn point_cloud2() -> String {
+    topic::POINT_CLOUD2.to_owned()
+}
+
+impl PoseSettings {
+    fn read(&self) -> Result<Isometry3<f64>, WireError> {
+        let [x_m, y_m, z_m] = self.translation_m;
+        let [x, y, z, w] = self.rotation_xyzw;
+        let message = v1::Pose {
+            position: Some(v1::Vector3 { x_m, y_m, z_m }),
+            orientation: Some(v1::Quaternion { x, y, z, w }),
+        };
+        pose::read_required("container_from_sensor", Some(&message))
+    }
+}
+
+/// A camera as it is set, checked.
+struct Camera {
+    key: KeyExpr<'static>,
+    cell: Cell,
+    sensor: String,
+    container_from_sensor: Isometry3<f64>,
+}
+
+impl RosCamera {
+    fn read(&self) -> Result<Camera, String> {
+        let wire = |error: WireError| error.to_string();
+        topic::check_type(&self.message_type).map_err(wire)?;
+        topic::check_key(&self.key).map_err(|error| format!("key: {error}"))?;
+        let key = KeyExpr::autocanonize(self.key.clone())
+            .map_err(|error| format!("key: '{}' is no key expression: {error}", self.key))?;
+        let own = everything();
+        if KeyExpr::new(own.as_str()).is_ok_and(|own| key.intersects(&own)) {
+            return Err(format!("key: '{key}' takes in what is under {own}"));
+        }
+        Ok(Camera {
+            key,
+            cell: Cell::new(&self.cell).map_err(|error| error.to_string())?,
+            sensor: self.sensor.clone(),
+            container_from_sensor: self.container_from_sensor.read().map_err(wire)?,
+        })
+    }
+}
+
+/// Checks the cameras that are set, given the sensors of the cells that are served.
+pub(crate) fn validate(
+    cameras: &[RosCamera],
+    sensors_of: impl Fn(&Cell) -> Option<Sensors>,
+) -> Result<(), String> {
+    let mut seen = BTreeSet::new();
+    for (index, camera) in cameras.iter().enumerate() {
+        let refused = |reason: String| format!("ros[{index}]: {reason}");
+        let cell = camera.read().map_err(refused)?.cell;
+        let Some(sensors) = sensors_of(&cell) else {
+            return Err(refused(format!(
+                "cell '{cell}' is not served: list it in cells, or set has_unlisted_cells"
+            )));
+        };
+        let Some(sensor) = sensors.index_of(&camera.sensor) else {
+            let name = &camera.sensor;
+            return Err(refused(format!("cell '{cell}' has no sensor '{name}'")));
+        };
+        // Each camera counts its own clouds: those of two would be late in turn.
+        if !seen.insert((cell.clone(), sensor)) {
+            return Err(refused(format!(
+                "cell '{cell}' has this camera already: name its cameras in sensors.{cell}"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Where the clouds of a camera come in.
+pub(crate) struct Door {
+    _clouds: Subscriber<()>,
+}
+
+impl Door {
+    pub(crate) fn open(
+        process: &Process,
+        camera: &RosCamera,
+        router: &Arc<Router>,
+        counts: &Arc<Counts>,
+    ) -> Result<Self, StartError> {
+        let camera = camera.read().map_err(StartError::Ros)?;
+        let key = camera.key.clone();
+        let received =
+            metrics::counter(Metric::ReceivedTotal, &[("stream", Stream::Cloud.as_str())]);
+        let (router, counts) = (Arc::clone(router), Arc::clone(counts));
+        let sequence = AtomicU64::new(1);
+        let callback = move |sample: Sample| {
+            received.increment(1);
+            match read(&sample, &sequence, &camera.container_from_sensor) {
+                Ok(mut cloud) => {
+                    cloud.sensor.clone_from(&camera.sensor);
+                    router.route(&camera.cell, cloud);
+                }
+                Err(error) => {
+                    let reason = format!("{}: {error}", sample.key_expr());
+                    counts.refuse(&camera.cell, Fate::Malformed, &reason);
+                }
+            }
+        };
+        let clouds = process
+            .session()
+            .declare_subscriber(key.clone())
+            .callback(callback)
+            .wait()
+            .map_err(|error| ServiceError::Zenoh {
+                action: format!("subscribing {key}"),
+                reason: error.to_string(),
+            })?;
+        Ok(Self { _clouds: clouds })
+    }
+}
+
+/// Reads a cloud, and gives it the next number.
+fn read(
+    sample: &Sample,
+    sequence: &AtomicU64,
+    container_from_sensor: &Isometry3<f64>,
+) -> Result<v1::PointCloud, WireError> {
+    topic::check_key(sample.key_expr())?;
+    // A larger payload is not even put together.
+    topic::check_size(sample.payload().len())?;
+    let payload = sample.payload().to_bytes();
+    let message = PointCloud2::read(&payload)?;
+    let number = sequence.fetch_add(1, Ordering::Relaxed);
+    to_cloud(&message, number, container_from_sensor)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera() -> RosCamera {
+        RosCamera {
+            key: "0/camera/depth/points/**".to_owned(),
+            cell: "cell-1".to_owned(),
+            sensor: String::new(),
+            container_from_sensor: PoseSettings {
+                translation_m: [0.16, 0.16, 0.9],
+                rotation_xyzw: [1.0, 0.0, 0.0, 0.0],
+            },
+            message_type: point_cloud2(),
+        }
+    }
+
+    /// One sensor in each cell.
+    fn one(_: &Cell) -> Option<Sensors> {
+        Some(Sensors::new(&[]))
+    }
+
+    #[test]
+    fn keys_of_both_middlewares_are_possible() {
+        for key in [
+            "0/camera/depth/points/**",
+            "0/camera/depth/points/sensor_msgs::msg::dds_::PointCloud2_/RIHS01_91",
+            "0/camera/*/points/*::msg::dds_::PointCloud2_/*",
+            "camera/depth/points",
+        ] {
+            let mut camera = camera();
+            camera.key = key.to_owned();
+            assert_eq!(validate(&[camera], one), Ok(()), "{key}");
+        }
+    }
+
+    #[test]
+    fn impossible_cameras_are_named() {
+        type Change = fn(&mut RosCamera);
+        let changes: [(&str, Change); 14] = [
+            ("key: '/camera", |c| c.key = "/camera/points".to_owned()),
+            ("key: ''", |c| c.key = String::new()),
+            ("key: 'a//b'", |c| c.key = "a//b".to_owned()),
+            ("key: 'a#b'", |c| c.key = "a#b".to_owned()),
+            ("ppnpack/v1", |c| c.key = "**".to_owned()),
+            ("ppnpack/v1", |c| {
+                c.key = "ppnpack/v1/cell-1/cloud".to_owned()
+            }),
+            ("sensor_msgs::msg::dds_::Image_", |c| {
+                c.key = "0/camera/sensor_msgs::msg::dds_::Image_/**".to_owned();
+            }),
+            ("sensor_msgs/msg/Image", |c| {
+                c.message_type = "sensor_msgs/msg/Image".to_owned();
+            }),
+            ("cell-?", |c| c.cell = "cell-?".to_owned()),
+            ("'all'", |c| c.cell = "all".to_owned()),
+            ("'cell-2' is not served", |c| c.cell = "cell-2".to_owned()),
+            ("norm is 0", |c| {
+                c.container_from_sensor.rotation_xyzw = [0.0; 4];
+            }),
+            ("norm is NaN", |c| {
+                c.container_from_sensor.rotation_xyzw = [f64::NAN; 4];
+            }),
+            ("container_from_sensor: the coordinate", |c| {
+                c.container_from_sensor.translation_m = [f64::INFINITY, 0.0, 0.0];
+            }),
+        ];
+        let served = |cell: &Cell| one(cell).filter(|_| cell.as_str() == "cell-1");
+        assert_eq!(validate(&[camera()], served), Ok(()));
+        for (expected, change) in changes {
+            let mut changed = camera();
+            change(&mut changed);
+            let reason = validate(&[changed], served).unwrap_err();
+            assert!(
+                reason.starts_with("ros[0]: ") && reason.contains(expected),
+                "{reason}"
+            );
+        }
+        let reason = validate(&[camera(), camera()], served).unwrap_err();
+        assert!(reason.starts_with("ros[1]: cell 'cell-1' has this camera already"));
+    }
+
+    #[test]
+    fn the_cameras_of_a_cell_are_told_apart_by_their_names() {
+        let two = |_: &Cell| Some(Sensors::new(&["left".to_owned(), "right".to_owned()]));
+        let named = |name: &str| RosCamera {
+            sensor: name.to_owned(),
+            ..camera()
+        };
+        assert_eq!(validate(&[named("left"), named("right")], two), Ok(()));
+        let reason = validate(&[named("left"), named("left")], two).unwrap_err();
+        assert!(reason.starts_with("ros[1]: "), "{reason}");
+        let reason = validate(&[named("behind")], two).unwrap_err();
+        assert_eq!(reason, "ros[0]: cell 'cell-1' has no sensor 'behind'");
+    }
+}

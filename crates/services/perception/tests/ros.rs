@@ -1,0 +1,299 @@
+//! Clouds of ROS 2 in, heightmaps out, over a real session.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "a panic in a test is a failing test"
+)]
+
+use std::time::{Duration, Instant};
+
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::{Scene, Surface};
+use ppnpack_perception_service::{Fate, Perception, PoseSettings, RosCamera, Settings, StartError};
+use ppnpack_service::configuration::ServiceSettings;
+use ppnpack_service::embedded::{self, Hub};
+use ppnpack_service::process::Process;
+use ppnpack_service::rpc::Client;
+use ppnpack_wire::convert::scene;
+use ppnpack_wire::keys::{Cell, Service};
+use ppnpack_wire::ros::{PointCloud2, PointField, Stamp, datatype};
+use ppnpack_wire::v1;
+use zenoh::Wait;
+use zenoh::qos::CongestionControl;
+
+/// Far more than anything here takes.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Where `rmw_zenoh` publishes the clouds of the first camera.
+const RMW_KEY: &str = "0/camera/depth/points/sensor_msgs::msg::dds_::PointCloud2_/\
+                       RIHS01_9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5";
+
+/// Where the bridge of ROS 2 over DDS publishes those of the second.
+const BRIDGE_KEY: &str = "second/depth/points";
+
+/// The camera's height above the floor. It looks straight down, so that its y and z point the other way.
+const ABOVE_M: f32 = 0.5;
+const ACROSS_M: f32 = 0.32;
+
+fn camera(key: &str, cell: &str) -> RosCamera {
+    RosCamera {
+        key: key.to_owned(),
+        cell: cell.to_owned(),
+        container_from_sensor: PoseSettings {
+            translation_m: [0.0, ACROSS_M.into(), ABOVE_M.into()],
+            rotation_xyzw: [1.0, 0.0, 0.0, 0.0],
+        },
+        message_type: "sensor_msgs/msg/PointCloud2".to_owned(),
+    }
+}
+
+fn settings() -> Settings {
+    Settings {
+        ros: vec![
+            camera("0/camera/depth/points/**", "cell-1"),
+            camera(BRIDGE_KEY, "cell-2"),
+        ],
+        ..Settings::default()
+    }
+}
+
+/// How a driver lays its clouds out.
+#[derive(Clone, Copy)]
+struct Layout {
+    is_big_endian: bool,
+    is_bigendian: bool,
+    point_step: usize,
+    padding: usize,
+}
+
+const PLAIN: Layout = Layout {
+    is_big_endian: false,
+    is_bigendian: false,
+    point_step: 12,
+    padding: 0,
+};
+
+/// The payload of an organised cloud with a point in every sample of the reference grid's surface, or a hole where
+/// `height_m` gives nothing; captured in this second.
+fn payload(layout: Layout, sec: i32, height_m: impl Fn(usize, usize) -> Option<f32>) -> Vec<u8> {
+    let empty = Surface::empty(&Grid::reference());
+    let middle_m = |index: usize| ((index as f64 + 0.5) * empty.pitch_m()) as f32;
+    let mut data = Vec::new();
+    for x in 0..empty.nx() {
+        for y in 0..empty.ny() {
+            let seen = |height_m| [middle_m(x), ACROSS_M - middle_m(y), ABOVE_M - height_m];
+            let point = height_m(x, y).map_or([f32::NAN; 3], seen);
+            let begin = data.len();
+            for coordinate in point {
+                data.extend(match layout.is_bigendian {
+                    true => coordinate.to_be_bytes(),
+                    false => coordinate.to_le_bytes(),
+                });
+            }
+            data.resize(begin + layout.point_step, 0xa5);
+        }
+        data.resize(data.len() + layout.padding, 0x5a);
+    }
+    let field = |name, offset| PointField {
+        name,
+        offset,
+        datatype: datatype::FLOAT32,
+        count: 1,
+    };
+    let number = |number: usize| u32::try_from(number).unwrap();
+    let message = PointCloud2 {
+        stamp: Stamp { sec, nanosec: 5 },
+        frame_id: "camera_depth_optical_frame",
+        height: number(empty.nx()),
+        width: number(empty.ny()),
+        fields: vec![field("x", 0), field("y", 4), field("z", 8)],
+        is_bigendian: layout.is_bigendian,
+        point_step: number(layout.point_step),
+        row_step: number(empty.ny() * layout.point_step + layout.padding),
+        data: &data,
+        is_dense: false,
+    };
+    message.write(layout.is_big_endian)
+}
+
+fn flat(sec: i32) -> Vec<u8> {
+    payload(PLAIN, sec, |_, _| Some(0.0))
+}
+
+/// A perception service, and somebody who publishes as drivers do and asks.
+struct Rig {
+    perception: Perception,
+    driver: Process,
+    client: Client,
+    _hub: Hub,
+}
+
+impl Rig {
+    fn new() -> Self {
+        settings().validate().unwrap();
+        let hub = embedded::hub().unwrap();
+        let process = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
+        let perception = ppnpack_perception_service::start(&process, &settings()).unwrap();
+        let driver = embedded::process(&hub, Service::Bridge, "driver").unwrap();
+        let rig = Self {
+            perception,
+            client: Client::new(driver.session()),
+            driver,
+            _hub: hub,
+        };
+        // From then on what is published arrives.
+        for (key, cell) in [(RMW_KEY, "cell-1"), (BRIDGE_KEY, "cell-2")] {
+            let until = Instant::now() + PATIENCE;
+            while rig.ask(cell, Duration::from_millis(200)).is_none() {
+                assert!(Instant::now() < until, "no cloud arrives on {key}");
+                rig.put(key, flat(1));
+            }
+        }
+        rig
+    }
+
+    /// Publishes, and waits where the network is busy.
+    fn put(&self, key: &str, payload: Vec<u8>) {
+        let session = self.driver.session();
+        let put = session.put(key, payload);
+        put.congestion_control(CongestionControl::Block)
+            .wait()
+            .unwrap();
+    }
+
+    fn ask(&self, cell: &str, span: Duration) -> Option<v1::Heightmap> {
+        let cell = Cell::new(cell).unwrap();
+        let request = v1::HeightmapRequest::default();
+        let reply = self.client.call(&cell, request, Instant::now() + span);
+        reply.ok().map(|reply| reply.heightmap.unwrap())
+    }
+
+    /// The heightmap of the cloud that was captured in this second.
+    fn heightmap(&self, cell: &str, sec: i32) -> v1::Heightmap {
+        let captured_at_ns = i64::from(sec) * 1_000_000_000 + 5;
+        let until = Instant::now() + PATIENCE;
+        while Instant::now() < until {
+            if let Some(heightmap) = self.ask(cell, PATIENCE)
+                && heightmap.captured_at_ns == captured_at_ns
+            {
+                return heightmap;
+            }
+        }
+        panic!("no heightmap of second {sec}");
+    }
+
+    /// Publishes what is refused, and waits until it was.
+    fn put_refused(&self, key: &str, payload: Vec<u8>) {
+        let before = self.perception.clouds(Fate::Malformed);
+        self.put(key, payload);
+        let until = Instant::now() + PATIENCE;
+        while self.perception.clouds(Fate::Malformed) == before {
+            assert!(Instant::now() < until, "what came on {key} is not counted");
+            std::thread::yield_now();
+        }
+        assert_eq!(self.perception.clouds(Fate::Malformed), before + 1);
+    }
+}
+
+/// Whole in binary digits, so that the camera's z gives it without rounding; nothing is seen of the cell (10, 20).
+fn height_m(x: usize, y: usize) -> Option<f32> {
+    let is_dark = (40..44).contains(&x) && (80..84).contains(&y);
+    (!is_dark).then(|| ((x * 7 + y * 3) % 200) as f32 / 1024.0)
+}
+
+fn expected() -> Scene {
+    let grid = Grid::reference();
+    let mut surface = Surface::empty(&grid);
+    for (x, y) in (0..surface.nx()).flat_map(|x| (0..128).map(move |y| (x, y))) {
+        if let Some(height_m) = height_m(x, y) {
+            surface.raise(x, y, height_m);
+        }
+    }
+    Scene::from_surface(&grid, surface).unwrap()
+}
+
+#[test]
+fn clouds_of_every_layout_become_the_heightmap_that_their_surface_gives() {
+    let rig = Rig::new();
+    let layouts = [false, true].into_iter().flat_map(|is_big_endian| {
+        [
+            (false, 12, 0),
+            (false, 32, 24),
+            (true, 16, 0),
+            (true, 21, 7),
+        ]
+        .map(move |(is_bigendian, point_step, padding)| Layout {
+            is_big_endian,
+            is_bigendian,
+            point_step,
+            padding,
+        })
+    });
+    for (sec, layout) in (2..).zip(layouts) {
+        for (key, cell) in [(RMW_KEY, "cell-1"), (BRIDGE_KEY, "cell-2")] {
+            rig.put(key, payload(layout, sec, height_m));
+            let heightmap = rig.heightmap(cell, sec);
+            let (grid, found) = scene::read(heightmap.scene.as_ref().unwrap()).unwrap();
+            assert_eq!(grid, Grid::reference());
+            assert_eq!(found.heightmap(), expected().heightmap());
+            assert_eq!(found.heightmap().get(10, 20), Some(grid.rim() + 1));
+            assert_eq!(heightmap.state_number, 0);
+            let quality = heightmap.quality.unwrap();
+            assert_eq!(
+                (quality.points_inside, quality.unknown_cells),
+                (128 * 128 - 16, 1)
+            );
+        }
+    }
+    assert_eq!(rig.perception.clouds(Fate::Malformed), 0);
+    assert_eq!(rig.perception.clouds(Fate::Late), 0);
+}
+
+#[test]
+fn malformed_clouds_and_other_types_are_refused_and_counted() {
+    let rig = Rig::new();
+    let changed = |change: fn(&mut Vec<u8>)| {
+        let mut payload = flat(2);
+        change(&mut payload);
+        payload
+    };
+    for payload in [
+        Vec::new(),
+        b"hello".to_vec(),
+        changed(|payload| payload.truncate(payload.len() / 2)),
+        // PL_CDR.
+        changed(|payload| payload[1] = 3),
+        // The length of frame_id.
+        changed(|payload| payload[15] = 0xff),
+        // A rest of more than a second.
+        changed(|payload| payload[8..12].fill(0xff)),
+    ] {
+        rig.put_refused(RMW_KEY, payload.clone());
+        rig.put_refused(BRIDGE_KEY, payload);
+    }
+    // Another type under the same topic, though the payload would do.
+    let image = RMW_KEY.replace("PointCloud2_", "Image_");
+    rig.put_refused(&image, flat(2));
+
+    assert_eq!(rig.heightmap("cell-1", 1).captured_at_ns, 1_000_000_005);
+    rig.put(RMW_KEY, flat(3));
+    rig.heightmap("cell-1", 3);
+}
+
+#[test]
+fn impossible_cameras_are_refused_before_anything_is_subscribed() {
+    let hub = embedded::hub().unwrap();
+    let process = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
+    let settings = Settings {
+        ros: vec![camera("/camera/points", "cell-1")],
+        ..Settings::default()
+    };
+    let reason = settings.validate().unwrap_err();
+    assert!(reason.starts_with("ros[0]: key: "), "{reason}");
+    assert!(matches!(
+        ppnpack_perception_service::start(&process, &settings),
+        Err(StartError::Ros(_))
+    ));
+}
