@@ -88,6 +88,7 @@ fn heightmap(state_number: u64) -> HeightmapReply {
     HeightmapReply {
         header: None,
         heightmap: Some(heightmap),
+        ..HeightmapReply::default()
     }
 }
 

@@ -232,7 +232,7 @@ mod tests {
             ("key: 'a#b'", |c| c.key = "a#b".to_owned()),
             ("ppnpack/v1", |c| c.key = "**".to_owned()),
             ("ppnpack/v1", |c| {
-                c.key = "ppnpack/v1/cell-1/cloud".to_owned()
+                c.key = "ppnpack/v1/cell-1/cloud".to_owned();
             }),
             ("sensor_msgs::msg::dds_::Image_", |c| {
                 c.key = "0/camera/sensor_msgs::msg::dds_::Image_/**".to_owned();

@@ -40,6 +40,7 @@ const ACROSS_M: f32 = 0.32;
 fn camera(key: &str, cell: &str) -> RosCamera {
     RosCamera {
         key: key.to_owned(),
+        sensor: String::new(),
         cell: cell.to_owned(),
         container_from_sensor: PoseSettings {
             translation_m: [0.0, ACROSS_M.into(), ABOVE_M.into()],

@@ -44,6 +44,7 @@ pub fn to_cloud(
         point_stride: message.point_step,
         fields: fields.packed,
         data: Vec::new(),
+        sensor: String::new(),
     };
     cloud::read(&made)?;
     made.data = rows.copy();
