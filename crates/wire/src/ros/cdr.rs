@@ -127,15 +127,19 @@ impl<'a> Reader<'a> {
     ) -> Result<usize, WireError> {
         let count = self.length(field)?;
         let left = self.body.len().saturating_sub(self.at);
-        let most = limit.min(left / least_bytes.max(1));
-        if count <= most {
-            Ok(count)
-        } else {
-            Err(WireError::invalid(
+        if count > limit {
+            return Err(WireError::invalid(
                 field,
-                format_args!("{count} elements where at most {most} are possible"),
-            ))
+                format_args!("{count} elements where at most {limit} are possible"),
+            ));
         }
+        if count > left / least_bytes.max(1) {
+            return Err(WireError::invalid(
+                field,
+                format_args!("{count} elements are needed where {left} bytes are left"),
+            ));
+        }
+        Ok(count)
     }
 
     /// A text. An empty one may lack its terminating zero: some write it so.
