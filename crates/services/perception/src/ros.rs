@@ -213,7 +213,7 @@ mod tests {
         for key in [
             "0/camera/depth/points/**",
             "0/camera/depth/points/sensor_msgs::msg::dds_::PointCloud2_/RIHS01_91",
-            "0/camera/*/points/*::msg::dds_::PointCloud2_/*",
+            "0/camera/*/points/$*::msg::dds_::PointCloud2_/*",
             "camera/depth/points",
         ] {
             let mut camera = camera();

@@ -65,7 +65,7 @@ mod tests {
         for key in [
             "0/camera/depth/points/sensor_msgs::msg::dds_::PointCloud2_/RIHS01_91",
             "0/camera/depth/points/sensor_msgs::msg::dds_::PointCloud2_/TypeHashNotSupported",
-            "0/camera/depth/points/*::msg::dds_::$*/*",
+            "0/camera/depth/points/$*::msg::dds_::$*/*",
             "0/camera/depth/points/**",
             "camera/depth/points",
         ] {
