@@ -24,6 +24,19 @@ pub trait ValidityCheck: Send {
     /// How long one call takes.
     fn cost(&self) -> Cost;
 
+    /// Whether it refuses every placement of the candidate, whatever the container holds. Such a candidate is left out
+    /// of the step before anything is proposed for it. Asked once for each candidate as a step begins.
+    ///
+    /// # Errors
+    /// What kept the check from giving an answer.
+    fn rules_out(
+        &mut self,
+        _input: &StepInput<'_>,
+        _candidate: &Candidate,
+    ) -> Result<bool, StageError> {
+        Ok(false)
+    }
+
     /// Whether the candidate may be placed there.
     ///
     /// # Errors

@@ -137,6 +137,8 @@ impl Timings {
 pub struct Plan {
     ranked: Vec<Evaluated>,
     candidates: Vec<CandidateReport>,
+    /// Candidate, check, and how many placements of the one the other refused.
+    refusals: Vec<(usize, &'static str, u64)>,
     timings: Timings,
     degraded: Option<String>,
     is_widened: bool,
@@ -156,6 +158,15 @@ impl Plan {
     /// What became of each candidate, in the input's order.
     pub fn candidates(&self) -> &[CandidateReport] {
         &self.candidates
+    }
+
+    /// How many placements of a candidate each check refused before the step was decided; those that refused none are
+    /// left out.
+    pub fn refusals(&self, candidate: usize) -> impl Iterator<Item = (&'static str, u64)> {
+        let refusals = self.refusals.iter();
+        refusals
+            .filter(move |(refused, ..)| *refused == candidate)
+            .map(|(_, check, count)| (*check, *count))
     }
 
     /// Why the step was not planned on the proposals that were wanted, where it was not: the answer is as good, but
@@ -186,6 +197,8 @@ pub struct Planner {
     alternatives: usize,
     proposals: Proposals,
     sequence: Vec<usize>,
+    /// Per candidate of the input: the check that refuses all of its placements.
+    ruled_out: Vec<Option<&'static str>>,
     plan: Plan,
 }
 
@@ -207,6 +220,7 @@ impl Planner {
             alternatives: 0,
             proposals: Proposals::default(),
             sequence: Vec::new(),
+            ruled_out: Vec::new(),
             plan: Plan::default(),
         }
     }
@@ -230,13 +244,70 @@ impl Planner {
     /// [`PlanError`] where the input does not match the grid or a stage failed.
     pub fn plan(&mut self, input: &StepInput<'_>) -> Result<&Plan, PlanError> {
         validate(input)?;
+        let started = Instant::now();
+        self.ruled_out.clear();
+        for candidate in input.candidates {
+            self.ruled_out
+                .push(self.filter.ruled_out_by(input, candidate)?);
+        }
+        let took = started.elapsed();
+        if self.ruled_out.iter().all(Option::is_none) {
+            self.plan_for(input)?;
+        } else {
+            self.plan_for_others(input)?;
+        }
+        self.plan.timings.check += took;
+        Ok(&self.plan)
+    }
+
+    /// Plans without the candidates that are ruled out: nothing is proposed for them or searched.
+    fn plan_for_others(&mut self, input: &StepInput<'_>) -> Result<(), PlanError> {
+        let candidates = || input.candidates.iter().zip(&self.ruled_out).enumerate();
+        let others = || candidates().filter(|(_, (_, check))| check.is_none());
+        let indices: Vec<usize> = others().map(|(index, _)| index).collect();
+        let others: Vec<Candidate> = others().map(|(_, (held, _))| held.clone()).collect();
+        if others.is_empty() {
+            self.begin(0);
+        } else {
+            self.plan_for(&StepInput {
+                candidates: &others,
+                ..*input
+            })?;
+        }
+        let ranked = self.plan.ranked.iter_mut();
+        let ranked = ranked.map(|placement| &mut placement.candidate);
+        let refused = self.plan.refusals.iter_mut();
+        for candidate in ranked.chain(refused.map(|(candidate, ..)| candidate)) {
+            if let Some(index) = indices.get(*candidate) {
+                *candidate = *index;
+            }
+        }
+        let mut reports = std::mem::take(&mut self.plan.candidates).into_iter();
+        let report = |check: &Option<&'static str>| match check {
+            None => reports.next().unwrap_or_default(),
+            Some(check) => CandidateReport {
+                reason: Some(Reason::Rejected(check)),
+                ..CandidateReport::default()
+            },
+        };
+        self.plan.candidates = self.ruled_out.iter().map(report).collect();
+        Ok(())
+    }
+
+    fn begin(&mut self, candidates: usize) {
         self.plan.ranked.clear();
+        self.plan.refusals.clear();
         self.plan.candidates.clear();
         self.plan
             .candidates
-            .resize(input.candidates.len(), CandidateReport::default());
+            .resize(candidates, CandidateReport::default());
         self.plan.timings = Timings::default();
+        self.plan.degraded = None;
         self.plan.is_widened = false;
+    }
+
+    fn plan_for(&mut self, input: &StepInput<'_>) -> Result<(), PlanError> {
+        self.begin(input.candidates.len());
         let started = Instant::now();
         self.proposer
             .propose(input, &mut self.proposals)
@@ -252,7 +323,7 @@ impl Planner {
             self.plan.is_widened = true;
             self.search_all(input)?;
         }
-        Ok(&self.plan)
+        Ok(())
     }
 
     /// Searches the candidates in their order until one has a valid placement.
@@ -300,6 +371,7 @@ impl Planner {
         let Plan {
             ranked,
             candidates,
+            refusals,
             timings,
             ..
         } = &mut self.plan;
@@ -321,6 +393,9 @@ impl Planner {
             let refused = refused.chain(self.filter.refusals(position));
             report.counts = self.evaluator.counts(*candidate);
             report.rejected = refused.clone().map(|(_, count)| count).sum();
+            refusals.retain(|(known, ..)| known != candidate);
+            let of_checks = refused.clone().filter(|(_, count)| *count > 0);
+            refusals.extend(of_checks.map(|(check, count)| (*candidate, check, count)));
             let placed = ranked.iter().any(|ranked| ranked.candidate == *candidate);
             if searched.is_exhausted && !placed {
                 report.reason = Some(reason(&report.counts, refused));

@@ -8,7 +8,7 @@ use crate::objective::WeightError;
 use crate::plan::{Evaluator, PlanError};
 use crate::proposals::Proposals;
 use crate::search::{Search, SearchSettings};
-use crate::step::{Evaluated, PlacementCounts, StepInput};
+use crate::step::{Candidate, Evaluated, PlacementCounts, StepInput};
 
 /// Checks, sorted by their cost, and what they refused in the last search.
 pub struct ValidityFilter {
@@ -88,6 +88,31 @@ impl ValidityFilter {
         let counts = self.refusals.get(first..).unwrap_or(&[]);
         let names = self.checks.iter().map(|check| check.name());
         names.zip(counts.iter().copied())
+    }
+
+    /// The first check that refuses every placement of a candidate, if one does.
+    ///
+    /// # Errors
+    /// [`PlanError::Check`] where a check failed.
+    pub fn ruled_out_by(
+        &mut self,
+        input: &StepInput<'_>,
+        candidate: &Candidate,
+    ) -> Result<Option<&'static str>, PlanError> {
+        for check in &mut self.checks {
+            let name = check.name();
+            let is_ruled_out =
+                check
+                    .rules_out(input, candidate)
+                    .map_err(|source| PlanError::Check {
+                        check: name,
+                        source,
+                    })?;
+            if is_ruled_out {
+                return Ok(Some(name));
+            }
+        }
+        Ok(None)
     }
 
     /// The index of the first check that refuses a placement.

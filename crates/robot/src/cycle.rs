@@ -6,7 +6,8 @@
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
-use nalgebra::{Isometry3, Point3, Vector2};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
+use ppnpack_packing::item::Item;
 use serde::{Deserialize, Serialize};
 
 use crate::clearance::{Held, Sweep, deviations_m, extruded};
@@ -17,6 +18,7 @@ use crate::motion::{
     PlacePlanner, Placing, Target, grasp_yaws_rad, line, steps_along, straight, target, view,
 };
 use crate::path::JointPath;
+use crate::pick::PickPoint;
 use crate::refusal::{Body, Obstacle, Refusal};
 use crate::surroundings::Surroundings;
 use crate::track::{first_possible, range};
@@ -71,8 +73,8 @@ impl CycleSettings {
             require(
                 || name.to_owned(),
                 value,
-                "above 0 and at most 1",
-                |value| value > 0.0 && value <= 1.0,
+                "0.001 to 1",
+                |value| (0.001..=1.0).contains(&value),
             )?;
         }
         Ok(())
@@ -86,6 +88,59 @@ pub struct PickPose {
     pub container_from_item: Isometry3<f64>,
     /// The item's mass in kilograms, where it is known.
     pub mass_kg: Option<f64>,
+}
+
+/// Where a cell brings its items to be picked, one after another.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PickPlace {
+    /// The point that the cup's middle comes down on, in the container frame, in metres; its height is that of what
+    /// items lie on.
+    pub position_m: [f64; 3],
+    /// How items are turned there about the vertical, seen from the yaw 0 of their placements, in degrees.
+    pub yaw_deg: f64,
+}
+
+/// On the table, 35 cm beside the container.
+impl Default for PickPlace {
+    fn default() -> Self {
+        Self {
+            position_m: [0.10, -0.35, -0.01],
+            yaw_deg: 0.0,
+        }
+    }
+}
+
+impl PickPlace {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`ParameterError::Value`] names the first field that is not possible.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        for (axis, value) in self.position_m.iter().enumerate() {
+            let name = || format!("pick.position_m[{axis}]");
+            require(name, *value, "within +-10 m", |value| value.abs() <= 10.0)?;
+        }
+        let name = || "pick.yaw_deg".to_owned();
+        require(name, self.yaw_deg, "within +-360 degrees", |value| {
+            value.abs() <= 360.0
+        })?;
+        Ok(())
+    }
+
+    /// How an item lies there that is held at a pick point. `None` for an item without a yaw.
+    pub fn pose(&self, item: &Item, pick: &PickPoint, mass_kg: Option<f64>) -> Option<PickPose> {
+        let view = item.views().first()?;
+        let [x_m, y_m, z_m] = self.position_m;
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.yaw_deg.to_radians());
+        let held = turn * pick.in_item.coords;
+        let origin_m = z_m + view.origin_from_corner_m().z;
+        let at = Translation3::new(x_m - held.x, y_m - held.y, origin_m);
+        Some(PickPose {
+            container_from_item: Isometry3::from_parts(at, turn),
+            mass_kg,
+        })
+    }
 }
 
 /// A part of a cycle, from rest to rest.
@@ -110,8 +165,14 @@ pub enum Leg {
 pub struct Cycle {
     /// What is done, in order.
     pub legs: Vec<(Leg, Trajectory)>,
+    /// Where the item lies when it is picked.
+    pub from: PickPose,
     /// The flange's turn about the vertical seen from the item's.
     pub grasp_yaw_rad: f64,
+    /// How long the cup takes to hold the item, after [`Leg::Descend`], in seconds.
+    pub grip_s: f64,
+    /// How long the cup takes to let go, after [`Leg::Insert`], in seconds.
+    pub release_s: f64,
     /// The time from the start of the descent to the return above the pick, gripping and letting go included, in
     /// seconds.
     pub cycle_s: f64,
@@ -191,7 +252,7 @@ impl PlacePlanner {
             self.check_carry(&surroundings, &target, route, &carry)?;
             Ok(carry)
         })?;
-        Ok(self.timed(carry, settings))
+        Ok(self.timed(carry, from, settings))
     }
 
     /// The lip's height at which the item clears rim, content and what it lay on.
@@ -342,7 +403,7 @@ impl PlacePlanner {
     }
 
     /// Times the legs there and back.
-    fn timed(&self, carry: Carry, settings: &CycleSettings) -> Cycle {
+    fn timed(&self, carry: Carry, from: &PickPose, settings: &CycleSettings) -> Cycle {
         let mut limits = *self.arm.limits();
         for limit in &mut limits {
             limit.speed_rad_per_s *= settings.speed_share;
@@ -365,7 +426,10 @@ impl PlacePlanner {
             .sum();
         Cycle {
             legs,
+            from: *from,
             grasp_yaw_rad: carry.grasp_yaw_rad,
+            grip_s: settings.grip_s,
+            release_s: settings.release_s,
             cycle_s: moving_s + settings.grip_s + settings.release_s,
         }
     }

@@ -17,6 +17,14 @@ pub enum ParameterError {
         /// What was given.
         value: f64,
     },
+    /// A parameter file cannot be read.
+    #[error("the arm's parameter file {path} cannot be read: {reason}")]
+    File {
+        /// The file.
+        path: String,
+        /// What went wrong.
+        reason: String,
+    },
     /// No arm of this name is built in.
     #[error("there is no built-in arm '{name}'; there are {}", crate::arms::names().collect::<Vec<_>>().join(", "))]
     UnknownArm {

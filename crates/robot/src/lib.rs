@@ -5,6 +5,7 @@
 //! singularities and collisions; [`ArmCheck`](feasibility::ArmCheck) is that as one more validity check of the
 //! planning engine.
 //! [`plan_cycle`](motion::PlacePlanner::plan_cycle) adds the pick and the transfer, and times it all.
+//! [`ArmStation`](station::ArmStation) is all of it made of settings.
 //!
 //! All positions are in the container frame: metres, right-handed, z up, the origin at an inner bottom corner.
 
@@ -25,6 +26,7 @@ pub mod path;
 pub mod pick;
 pub mod refusal;
 pub mod shapes;
+pub mod station;
 pub mod surface;
 mod surroundings;
 mod track;

@@ -89,6 +89,17 @@ pub enum Refusal {
 }
 
 impl Refusal {
+    /// The reason without figures, so that refusals for the same reason can be counted.
+    pub fn cause(&self) -> String {
+        match self {
+            Self::OutOfReach { .. } => "the arm does not reach the place".to_owned(),
+            Self::Discontinuous { joint, .. } => format!("{joint:?} would turn too far at once"),
+            Self::NotStraight { .. } => "the cup could leave its straight line".to_owned(),
+            Self::TooHeavy { .. } => "the item weighs more than the arm carries".to_owned(),
+            other => other.to_string(),
+        }
+    }
+
     /// How far a motion came before it was refused: of several attempts, the one that came furthest tells most.
     pub(crate) fn progress(&self) -> u8 {
         match self {

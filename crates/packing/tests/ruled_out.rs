@@ -1,0 +1,105 @@
+//! Candidates that a check rules out are left out of the step, and nothing else changes.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a panic in a test is a failing test"
+)]
+
+use ppnpack_packing::check::{BoxedCheck, Cost, ValidityCheck};
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::objective::Order;
+use ppnpack_packing::placement::RestingPlacement;
+use ppnpack_packing::plan::{Plan, Planner, Reason};
+use ppnpack_packing::proposals::ProposeAll;
+use ppnpack_packing::search::{Search, SearchSettings};
+use ppnpack_packing::stability::PublishedStability;
+use ppnpack_packing::step::{Candidate, StageError, StepInput};
+use proptest::prelude::*;
+
+mod support;
+
+/// Rules candidates out by their arrival, and refuses placements at the wall.
+struct Picky(Vec<bool>);
+
+impl ValidityCheck for Picky {
+    fn name(&self) -> &'static str {
+        "picky"
+    }
+
+    fn cost(&self) -> Cost {
+        Cost::Motion
+    }
+
+    fn rules_out(&mut self, _: &StepInput<'_>, held: &Candidate) -> Result<bool, StageError> {
+        Ok(self.0[held.arrival])
+    }
+
+    fn is_valid(
+        &mut self,
+        _: &StepInput<'_>,
+        held: &Candidate,
+        resting: &RestingPlacement,
+    ) -> Result<bool, StageError> {
+        assert!(!self.0[held.arrival], "it was ruled out");
+        Ok(resting.placement.x > 0)
+    }
+}
+
+fn planner(grid: &Grid, order: Order, ruled_out: Vec<bool>) -> Planner {
+    let settings = SearchSettings {
+        order,
+        ..SearchSettings::default()
+    };
+    let search = Search::new(grid, &settings).unwrap();
+    let checks: Vec<BoxedCheck> = vec![
+        Box::new(Picky(ruled_out)),
+        Box::new(PublishedStability::default()),
+    ];
+    Planner::new(Box::new(ProposeAll), Box::new(search), checks, order, 1).with_alternatives(2)
+}
+
+/// The chosen placements, each with the arrival of its candidate.
+fn chosen(plan: &Plan, held: &[Candidate]) -> Vec<(usize, RestingPlacement, f64)> {
+    let placements = plan.choice().into_iter();
+    let placements = placements.chain(plan.alternatives().iter().copied());
+    placements
+        .map(|found| (held[found.candidate].arrival, found.resting, found.value))
+        .collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn planning_without_those_that_are_ruled_out_is_the_same_plan(
+        (grid, heightmap, items) in support::scenes(4),
+        ruled_out in proptest::collection::vec(any::<bool>(), 4),
+        order in proptest::sample::select(&[Order::Balance, Order::BboxVolume, Order::Arrival][..]),
+    ) {
+        let scene = Scene::from_heightmap(heightmap);
+        let candidate = |(arrival, item): (usize, &_)| Candidate { arrival, item: std::sync::Arc::clone(item) };
+        let held: Vec<Candidate> = items.iter().enumerate().map(candidate).collect();
+        let others: Vec<Candidate> = held.iter().filter(|held| !ruled_out[held.arrival]).cloned().collect();
+        let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step: 3 };
+        let without = StepInput { candidates: &others, ..input };
+        let mut of_all = planner(&grid, order, ruled_out.clone());
+        let mut of_others = planner(&grid, order, ruled_out.clone());
+        let (plan, expected) = (of_all.plan(&input).unwrap(), of_others.plan(&without).unwrap());
+        prop_assert_eq!(chosen(plan, &held), chosen(expected, &others));
+        let mut reports = expected.candidates().iter().enumerate();
+        for (index, candidate) in held.iter().enumerate() {
+            if ruled_out[candidate.arrival] {
+                let reason = plan.candidates()[index].reason;
+                prop_assert_eq!(reason, Some(Reason::Rejected("picky")));
+                prop_assert_eq!(plan.refusals(index).count(), 0);
+            } else {
+                let (at, report) = reports.next().unwrap();
+                prop_assert_eq!(plan.candidates()[index], *report);
+                prop_assert!(plan.refusals(index).eq(expected.refusals(at)));
+                let refused: u64 = plan.refusals(index).map(|(_, count)| count).sum();
+                prop_assert_eq!(refused, report.rejected);
+            }
+        }
+    }
+}

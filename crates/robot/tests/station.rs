@@ -1,0 +1,320 @@
+//! An arm made of settings: what its check accepts it can carry out, and what it says of the rest.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a panic in a test is a failing test"
+)]
+
+mod common;
+
+use std::sync::Arc;
+
+use common::scenes::case;
+use nalgebra::{Matrix3, Point2, Point3, Vector3};
+use ppnpack_catalogue::mesh::Bounds;
+use ppnpack_catalogue::object::{MassProperties, Model};
+use ppnpack_packing::check::ValidityCheck;
+use ppnpack_packing::episode::{Ending, IdealCell, Observer, Step, play};
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::{Heightmap, Scene};
+use ppnpack_packing::item::{Item, ViewSurfaces};
+use ppnpack_packing::objective::Order;
+use ppnpack_packing::placement::{Placement, RestingPlacement};
+use ppnpack_packing::plan::{Planner, Reason};
+use ppnpack_packing::proposals::ProposeAll;
+use ppnpack_packing::search::{Search, SearchSettings};
+use ppnpack_packing::step::{Candidate, StepInput};
+use ppnpack_robot::arm::Arm;
+use ppnpack_robot::arms;
+use ppnpack_robot::cell::CellSettings;
+use ppnpack_robot::cycle::{CycleSettings, PickPlace};
+use ppnpack_robot::error::ParameterError;
+use ppnpack_robot::feasibility::{ArmCheck, NAME};
+use ppnpack_robot::motion::PlacePlanner;
+use ppnpack_robot::refusal::Refusal;
+use ppnpack_robot::station::{ArmStation, StationSettings};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+fn named(arm: &str) -> StationSettings {
+    StationSettings {
+        arm: arm.to_owned(),
+        ..StationSettings::default()
+    }
+}
+
+/// A block of so many cells and units, the same at all four yaws.
+fn block(cells: usize, height: i16) -> Arc<Item> {
+    let middle = Point2::new(cells as f64, cells as f64) * 0.005;
+    let view = ViewSurfaces {
+        nx: cells,
+        ny: cells,
+        top: vec![height; cells * cells],
+        bottom: vec![0; cells * cells],
+        underside: None,
+        origin_from_corner_m: Vector3::new(middle.x, middle.y, 0.01),
+        centre_of_mass_m: Some(middle),
+    };
+    Arc::new(Item::new("block", vec![view; 4], 0.0).unwrap())
+}
+
+/// A model of a block of so many cells and units.
+fn model(cells: usize, height: i16, mass_kg: f64) -> Model {
+    let half_m = cells as f64 * 0.005;
+    let bounds = Bounds {
+        lowest: Point3::new(-half_m, -half_m, 0.0),
+        highest: Point3::new(half_m, half_m, f64::from(height) * 0.002),
+    };
+    let mesh = bounds.mesh();
+    Model {
+        name: "block".to_owned(),
+        volume_m3: mesh.signed_volume_m3(),
+        mesh,
+        pieces: Vec::new(),
+        mass: MassProperties {
+            mass_kg,
+            centre_of_mass_m: Point3::origin(),
+            inertia_kg_m2: Matrix3::identity(),
+        },
+        resting_poses: Vec::new(),
+    }
+}
+
+#[test]
+fn the_check_accepts_what_can_be_placed_and_has_a_whole_cycle() {
+    for name in arms::names() {
+        let mut station = ArmStation::new(&named(name)).unwrap();
+        let arm = Arc::new(Arm::new(station.parameters()).unwrap());
+        let planner = PlacePlanner::new(arm, CellSettings::default()).unwrap();
+        // One check of the place motion alone, one for the cycles.
+        let mut motion = ArmCheck::new(planner.clone());
+        let mut cycles =
+            ArmCheck::new(planner).with_cycles(PickPlace::default(), CycleSettings::default());
+        let mut random = ChaCha8Rng::seed_from_u64(11);
+        let (mut asked, mut accepted) = (0, 0);
+        for _ in 0..150 {
+            let case = case(&mut random);
+            let candidate = Candidate {
+                arrival: 0,
+                item: Arc::clone(&case.item),
+            };
+            let input = StepInput {
+                grid: &case.grid,
+                scene: &case.scene,
+                candidates: std::slice::from_ref(&candidate),
+                step: 0,
+            };
+            let can_hold = motion.pick(&case.item, case.grid.resolution()).is_ok();
+            assert_eq!(
+                station.rules_out(&input, &candidate).unwrap(),
+                !can_hold,
+                "{name}"
+            );
+            let is_valid = station.is_valid(&input, &candidate, &case.resting).unwrap();
+            let placed = motion.plan(&input, &case.item, &case.resting);
+            let cycle = cycles.cycle(&input, &case.item, &case.resting);
+            assert_eq!(is_valid, placed.is_ok() && cycle.is_ok(), "{name}");
+            asked += 1;
+            if is_valid {
+                accepted += 1;
+                let again = station.cycle(&input, &case.item, &case.resting).unwrap();
+                assert_eq!(Some(again), cycle.unwrap(), "{name}");
+            } else {
+                let causes = [placed.err(), cycle.err()];
+                let cause = causes.into_iter().flatten().next().unwrap().cause();
+                assert!(station.why(0).is_some(), "{name}: {cause}");
+            }
+        }
+        let tally = station.take_tally();
+        let refused: u64 = tally.refused.values().sum();
+        assert_eq!((tally.asked, tally.asked - refused), (asked, accepted));
+        assert!(accepted > 20 && accepted < asked, "{name}: {accepted}");
+        assert_eq!(station.take_tally().asked, 0, "a tally is taken once");
+    }
+}
+
+/// Notes the cycles of what is packed.
+struct Cycles(ArmStation, Vec<f64>);
+
+impl Observer for Cycles {
+    fn on_step(&mut self, step: &Step, input: &StepInput<'_>) {
+        let Step {
+            candidate, choice, ..
+        } = step;
+        let cycle = self.0.cycle(input, &candidate.item, &choice.resting);
+        self.1.push(cycle.unwrap().cycle_s);
+    }
+}
+
+#[test]
+fn the_reference_container_can_be_packed_in_the_default_cell() {
+    let grid = Grid::reference();
+    for name in arms::names() {
+        let station = ArmStation::new(&named(name)).unwrap();
+        let search = Search::new(&grid, &SearchSettings::default()).unwrap();
+        let mut planner = Planner::new(
+            Box::new(ProposeAll),
+            Box::new(search.bounded()),
+            vec![station.check()],
+            Order::Balance,
+            0,
+        );
+        let items = (0..40).map(|index| block(6 + index % 3, 25)).collect();
+        let mut cycles = Cycles(station, Vec::new());
+        let mut cell = IdealCell::new(&grid);
+        let episode = play(&grid, &mut planner, &mut cell, items, 3, &mut cycles).unwrap();
+        // A layer holds twelve or more: the arm fills the container in layers.
+        assert!(episode.steps.len() >= 30, "{name}: {}", episode.steps.len());
+        assert!(episode.scene.heightmap().max() > 100, "{name}");
+        for cycle_s in cycles.1 {
+            assert!((1.0..5.0).contains(&cycle_s), "{name}: {cycle_s} s");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_picked_is_left_out_with_the_reason_and_does_not_keep_others_waiting() {
+    let grid = Grid::reference();
+    let station = ArmStation::new(&StationSettings::default()).unwrap();
+    let (narrow, heavy, light) = (block(2, 40), block(9, 40), block(6, 20));
+    station.hold(&heavy, &model(9, 40, 7.5));
+    station.hold(&light, &model(6, 20, 0.5));
+    let resolution = grid.resolution();
+    assert!(matches!(
+        station.lift(&narrow, resolution),
+        Err(Refusal::Pick(_))
+    ));
+    assert_eq!(
+        station.lift(&heavy, resolution),
+        Err(Refusal::TooHeavy { mass_kg: 7.5 })
+    );
+    assert_eq!(station.lift(&light, resolution), Ok(()));
+    let search = Search::new(&grid, &SearchSettings::default()).unwrap();
+    let mut planner = Planner::new(
+        Box::new(ProposeAll),
+        Box::new(search),
+        vec![station.check()],
+        Order::Balance,
+        0,
+    );
+    let items = vec![narrow, heavy, light];
+    let mut cell = IdealCell::new(&grid);
+    let episode = play(&grid, &mut planner, &mut cell, items, 3, &mut ()).unwrap();
+    let placed: Vec<usize> = episode
+        .steps
+        .iter()
+        .map(|step| step.candidate.arrival)
+        .collect();
+    assert_eq!(placed, [2]);
+    let Ending::NothingFits(reasons) = episode.ending else {
+        panic!("two items cannot be picked");
+    };
+    for (candidate, reason) in reasons {
+        assert_eq!(reason, Reason::Rejected(NAME));
+        let why = station.why(candidate.arrival).unwrap();
+        let expected = ["smaller than the cup", "weighs more"][candidate.arrival];
+        assert!(why.contains(expected), "{why}");
+    }
+    // Nothing was asked of placements of what cannot be picked.
+    let tally = station.take_tally();
+    let refused: u64 = tally.refused.values().sum();
+    assert_eq!(tally.asked, refused + 1);
+}
+
+#[test]
+fn an_item_lies_with_its_pick_point_at_the_pick_place() {
+    let grid = Grid::reference();
+    let scene = Scene::from_heightmap(Heightmap::empty(&grid));
+    let input = StepInput {
+        grid: &grid,
+        scene: &scene,
+        candidates: &[],
+        step: 0,
+    };
+    let resting = RestingPlacement {
+        placement: Placement {
+            yaw: 2,
+            x: 12,
+            y: 9,
+        },
+        resting_height: 0,
+    };
+    let pick = PickPlace {
+        position_m: [0.05, -0.30, 0.02],
+        yaw_deg: 30.0,
+    };
+    let station = ArmStation::new(&StationSettings {
+        pick,
+        ..StationSettings::default()
+    })
+    .unwrap();
+    let item = block(6, 20);
+    let cycle = station.cycle(&input, &item, &resting).unwrap();
+    let from = cycle.from.container_from_item;
+    // The block's origin is 1 cm above its lowest point.
+    assert!((from.translation.z - 0.03).abs() < 1e-9);
+    let (_, _, yaw_rad) = from.rotation.euler_angles();
+    assert!((yaw_rad - 30_f64.to_radians()).abs() < 1e-9);
+    let arm = Arm::new(station.parameters()).unwrap();
+    let (_, descent) = &cycle.legs[0];
+    let lip = arm.lip(&descent.at(descent.duration_s()).unwrap());
+    assert!(
+        (lip - Point3::new(0.05, -0.30, 0.02 + 0.04)).norm() < 1e-6,
+        "{lip}"
+    );
+}
+
+#[test]
+fn arms_come_by_name_or_from_a_file_and_base_and_gripper_can_be_replaced() {
+    let built_in = named("nachi-mz07l").parameters().unwrap();
+    let path = std::env::temp_dir().join(format!("ppnpack-arm-{}.toml", std::process::id()));
+    let of_file = |text: &str| {
+        std::fs::write(&path, text).unwrap();
+        let read = named(path.to_str().unwrap()).parameters();
+        std::fs::remove_file(&path).unwrap();
+        read
+    };
+    let text = arms::text("nachi-mz07l").unwrap();
+    assert_eq!(of_file(text), Ok(built_in.clone()));
+    let wrong = of_file(&text.replace("payload_kg = 7.0", "payload_kg = -1.0"));
+    assert!(wrong.unwrap_err().to_string().contains("payload_kg"));
+    assert!(matches!(
+        of_file(&" ".repeat(2 << 20)),
+        Err(ParameterError::File { .. })
+    ));
+    assert!(matches!(
+        named("no/such/file.toml").parameters(),
+        Err(ParameterError::File { .. })
+    ));
+    let unknown = named("r2d2").parameters().unwrap_err().to_string();
+    for name in arms::names() {
+        assert!(unknown.contains(name), "{unknown}");
+    }
+    let mut settings = named("nachi-mz07l");
+    let mut base = built_in.base;
+    base.position_m[0] = -0.4;
+    let mut gripper = built_in.gripper;
+    gripper.cup_radius_m = 0.01;
+    (settings.base, settings.gripper) = (Some(base), Some(gripper));
+    let changed = settings.parameters().unwrap();
+    assert_eq!((changed.base, changed.gripper), (base, gripper));
+    gripper.cup_radius_m = -1.0;
+    settings.gripper = Some(gripper);
+    let refused = ArmStation::new(&settings).unwrap_err().to_string();
+    assert!(refused.starts_with("gripper.cup_radius_m"), "{refused}");
+}
+
+#[test]
+fn settings_are_read_as_they_are_written_and_unknown_ones_refused() {
+    let settings = StationSettings::default();
+    let text = toml::to_string(&settings).unwrap();
+    assert_eq!(toml::from_str(&text), Ok(settings.clone()));
+    assert_eq!(toml::from_str(""), Ok(settings));
+    for wrong in [
+        "reach_m = 1.0",
+        "[pick]\nheight_m = 1.0",
+        "[cycle]\nspeed = 2",
+    ] {
+        assert!(toml::from_str::<StationSettings>(wrong).is_err(), "{wrong}");
+    }
+}
