@@ -9,16 +9,17 @@ use crate::error::WireError;
 use crate::v1::Check;
 
 /// Each check with the name of its domain, [`ValidityCheck::name`](ppnpack_packing::check::ValidityCheck::name).
-const NAMES: [(Check, &str); 3] = [
+const NAMES: [(Check, &str); 4] = [
     (Check::PhysicalStability, "unstable"),
     (Check::PublishedStability, "unstable by the published test"),
     (Check::Fits, "above the rim"),
+    (Check::Arm, "not possible for the arm"),
 ];
 
 /// Makes the checks of a request, in its order.
 ///
 /// # Errors
-/// [`WireError`] where one is unspecified or not known, or comes twice.
+/// [`WireError`] where one is unspecified or not known, comes twice, or is the arm's.
 pub fn read_all(checks: &[i32]) -> Result<Vec<BoxedCheck>, WireError> {
     let field = "checks";
     let mut found = Vec::new();
@@ -29,6 +30,12 @@ pub fn read_all(checks: &[i32]) -> Result<Vec<BoxedCheck>, WireError> {
             return Err(WireError::invalid(
                 field,
                 format_args!("{name} comes twice"),
+            ));
+        }
+        if check == Check::Arm {
+            return Err(WireError::invalid(
+                field,
+                "whether an arm can do it is checked by the planner that has the arm",
             ));
         }
         found.extend(boxed(check));
@@ -50,7 +57,7 @@ pub(super) fn read(field: &'static str, number: i32) -> Result<Check, WireError>
 
 fn boxed(check: Check) -> Option<BoxedCheck> {
     match check {
-        Check::Unspecified => None,
+        Check::Unspecified | Check::Arm => None,
         Check::PhysicalStability => {
             let settings = PhysicalStabilitySettings::default();
             Some(Box::new(PhysicalStability::new(settings)))
@@ -81,14 +88,19 @@ mod tests {
 
     #[test]
     fn checks_have_the_names_of_the_domain() {
-        let numbers: Vec<i32> = NAMES.iter().map(|(check, _)| i32::from(*check)).collect();
+        let of_wire = || NAMES.iter().filter(|(check, _)| *check != Check::Arm);
+        let numbers: Vec<i32> = of_wire().map(|(check, _)| i32::from(*check)).collect();
         let boxed = read_all(&numbers).unwrap();
-        assert_eq!(boxed.len(), NAMES.len());
-        for ((check, text), boxed) in NAMES.iter().zip(boxed) {
+        assert_eq!(boxed.len(), numbers.len());
+        for ((_, text), boxed) in of_wire().zip(boxed) {
             assert_eq!(boxed.name(), *text);
-            assert_eq!(name(*check), *text);
-            assert_eq!(from_name(text), *check);
         }
+        for (check, text) in NAMES {
+            assert_eq!(name(check), text);
+            assert_eq!(from_name(text), check);
+        }
+        let refused = read_all(&[Check::Arm.into()]).map(|_| ()).unwrap_err();
+        assert!(refused.to_string().contains("planner"), "{refused}");
         assert_eq!(name(Check::Unspecified), "");
         assert_eq!(from_name("out of reach"), Check::Unspecified);
     }

@@ -12,6 +12,7 @@ impl From<&v1::Decision> for v1::PlaceRequest {
             object: decision.object.clone(),
             container_from_item: decision.container_from_item,
             state_number: decision.state_number,
+            cycle: decision.cycle.clone(),
             ..Self::default()
         }
     }

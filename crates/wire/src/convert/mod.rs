@@ -5,6 +5,7 @@
 
 pub mod check;
 pub mod cloud;
+pub mod cycle;
 mod execution;
 pub mod grid;
 pub mod item;

@@ -34,6 +34,8 @@ macro_rules! messages {
 }
 
 messages! {
+    // arm.proto
+    ArmCycle ArmLeg Trajectory
     // bridge.proto
     PlaceRequest PlaceReply OutcomeRequest OutcomeReply RenewRequest RenewReply Execution Outcome CellState Body
     CellStateRequest CellStateReply
