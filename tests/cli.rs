@@ -270,6 +270,99 @@ fn other_grids_containers_and_methods_pack() {
 }
 
 #[test]
+fn an_arm_packs_what_it_can_reach_and_tells_its_cycle_times() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, arm: &[&str]| {
+        let out = folder.path().join(name);
+        let mut arguments = vec!["pack", "--random", "16", "--seed", "3", "--json", "--out"];
+        arguments.push(out.to_str().unwrap());
+        arguments.extend(arm);
+        let summary = json(&ppnpack(&arguments));
+        let placements = std::fs::read_to_string(out.join("placements.csv")).unwrap();
+        let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+        (summary, placements, page)
+    };
+    let (without, placements, page) = run("without", &[]);
+    assert!(without.get("arm").is_none() && without["settings"]["method"].get("arm").is_none());
+    assert!(!placements.contains("cycle_s") && !page.contains("Cycle"));
+
+    let (summary, placements, page) = run("with", &["--arm", "nachi-mz07l"]);
+    let arm = &summary["arm"];
+    let set_aside = arm["set_aside"].as_array().unwrap();
+    let packed = summary["items_placed"].as_u64().unwrap();
+    assert!(packed >= 4, "{summary}");
+    assert_eq!(summary["items_in_sequence"], 16 - set_aside.len());
+    assert!(!set_aside.is_empty());
+    for item in set_aside {
+        assert!(
+            item["reason"]
+                .as_str()
+                .unwrap()
+                .contains("cannot be picked"),
+            "{item}"
+        );
+    }
+    let refused = arm["refused"].as_object().unwrap();
+    let refused: u64 = refused.values().map(|count| count.as_u64().unwrap()).sum();
+    assert!(arm["checks"].as_u64().unwrap() >= packed + refused);
+    let mean_s = arm["cycle_s"]["mean"].as_f64().unwrap();
+    assert!((1.0..5.0).contains(&mean_s), "{mean_s}");
+    let mut lines = placements.lines();
+    assert!(lines.next().unwrap().ends_with(",cycle_s"));
+    let times_s = lines.map(|line| line.rsplit(',').next().unwrap().parse::<f64>().unwrap());
+    let sum_s: f64 = times_s.sum();
+    assert!((sum_s / packed as f64 - mean_s).abs() < 1e-6);
+    for part in ["Cycle (s)", "cycle per item", "Set aside", "NACHI"] {
+        assert!(page.contains(part), "{part}");
+    }
+
+    // A container that is too far away: nothing can be placed, and each item has the reason.
+    let far = ["--arm", "nachi-mz07l", "--arm-base", "-150cm,16cm,10cm"];
+    let (summary, ..) = run("far", &far);
+    assert_eq!(summary["items_placed"], 0);
+    let item = &summary["ending"]["items"][0];
+    let reason = item["reason"].as_str().unwrap();
+    assert!(
+        reason.contains("not possible for the arm") && reason.contains("reach"),
+        "{reason}"
+    );
+}
+
+#[test]
+fn the_arms_are_listed_and_others_refused_with_their_names() {
+    let listed = ppnpack(&["pack", "--arm", "list"]);
+    let listed = String::from_utf8(listed.stdout).unwrap();
+    let names: Vec<&str> = listed.lines().collect();
+    assert!(names.contains(&"nachi-mz07l"), "{names:?}");
+    let help = ppnpack(&["pack", "--help"]);
+    let help = String::from_utf8(help.stdout).unwrap();
+    assert!(names.iter().all(|name| help.contains(name)), "{help}");
+    for command in ["pack", "up"] {
+        refused(&[command, "--arm", "r2d2"], &["r2d2", names[0], names[1]]);
+    }
+    let nachi = |more: &[&'static str]| [&["pack", "--arm", "nachi-mz07l"], more].concat();
+    refused(&["pack", "--arm", "absent.toml"], &["absent.toml"]);
+    refused(&["pack", "--arm-base", "0,0,0"], &["--arm"]);
+    refused(&nachi(&["--arm-base", "1,2"]), &["three lengths"]);
+    refused(&nachi(&["--arm-pick", "1,2,300m"]), &["pick.position_m[2]"]);
+    refused(
+        &nachi(&["--arm-cell", "absent.toml"]),
+        &["--arm-cell", "absent.toml"],
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let cell = folder.path().join("cell.toml");
+    std::fs::write(&cell, "[cell]\nclearance_mm = 3").unwrap();
+    let cell = [
+        "pack",
+        "--arm",
+        "nachi-mz07l",
+        "--arm-cell",
+        cell.to_str().unwrap(),
+    ];
+    refused(&cell, &["cell.toml", "clearance_mm"]);
+}
+
+#[test]
 fn wrong_options_are_refused() {
     refused(&["pack", "--k", "0"], &["0", "above 0 and at most 100"]);
     refused(&["pack", "--k", "101"], &["101"]);

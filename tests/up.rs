@@ -52,6 +52,25 @@ fn packing_through_the_services_is_packing_without_them() {
 }
 
 #[test]
+fn packing_with_an_arm_through_the_services_is_packing_without_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = |name: &str| folder.path().join(name);
+    let run = |how: &[&str], name: &str| {
+        let sequence = ["--arm", "nachi-mz07l", "--random", "25", "--seed", "5"];
+        let mut command = ppnpack(how);
+        command.args(sequence).args(["--json", "--out"]);
+        json(&command.arg(out(name)).output().unwrap())
+    };
+    let alone = run(&["pack"], "alone");
+    let services = run(&["up", "--pack"], "services");
+    assert_eq!(services["degraded"], serde_json::json!([]));
+    assert_eq!(services["arm"]["cycle_s"], alone["arm"]["cycle_s"]);
+    assert_eq!(services["arm"]["set_aside"], alone["arm"]["set_aside"]);
+    assert!(alone["arm"]["checks"].as_u64() > alone["items_placed"].as_u64());
+    assert_eq!(placements(&out("services")), placements(&out("alone")));
+}
+
+#[test]
 fn packing_through_a_stack_that_already_runs_is_the_same_packing() {
     let up = up();
     let folder = tempfile::tempdir().unwrap();

@@ -20,6 +20,11 @@ pub(crate) fn parse_distance(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Parses a length of either sign; gives metres.
+pub(crate) fn parse_coordinate(text: &str) -> Result<f64, String> {
+    with_unit(text)
+}
+
 /// Parses the three inner lengths of a container, such as `32x32x30cm`; gives metres.
 pub(crate) fn parse_size(text: &str) -> Result<[f64; 3], String> {
     let digits = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());

@@ -7,11 +7,13 @@ use clap::Args;
 use ndarray::Array2;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::item::Item;
+use ppnpack_robot::station::ArmStation;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::failure::{Failure, Outcome};
+use crate::report::Unplaceable;
 
 /// Which objects arrive, in which order.
 #[derive(Debug, Clone, Args)]
@@ -78,6 +80,34 @@ impl SequenceOptions {
 }
 
 impl Sequence {
+    /// Takes out the objects that an arm cannot hold or lift, and gives each with its place and the reason; the arm
+    /// then knows the models of all.
+    pub(crate) fn set_aside(
+        &mut self,
+        catalogue: &Catalogue,
+        station: &ArmStation,
+    ) -> Vec<Unplaceable> {
+        let mut set_aside = Vec::new();
+        let mut arrival = 0..;
+        self.objects.retain(|index| {
+            let arrival = arrival.next().unwrap_or_default();
+            let Some(object) = catalogue.get(*index) else {
+                return true;
+            };
+            station.hold(&object.item, &object.model);
+            let Err(refusal) = station.lift(&object.item, &catalogue.resolution) else {
+                return true;
+            };
+            set_aside.push(Unplaceable {
+                arrival,
+                item: object.item.name().to_string(),
+                reason: refusal.to_string(),
+            });
+            false
+        });
+        set_aside
+    }
+
     /// The items themselves.
     pub(crate) fn items(&self, catalogue: &Catalogue) -> Vec<Arc<Item>> {
         let objects = self

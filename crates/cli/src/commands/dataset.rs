@@ -234,6 +234,7 @@ impl Player<'_> {
             order: expert.order,
             proposals: ProposalSource::All,
             stability: self.stability,
+            arm: None,
             weights: expert.weights,
             buffer: expert.buffer as usize,
             seed: drawn.seed,

@@ -11,6 +11,7 @@ use ppnpack_packing::proposals::{OrExhaustive, Proposer};
 use ppnpack_packing::step::StepInput;
 use ppnpack_physics::outcome::BodyState;
 use ppnpack_physics::packing_cell::Placed;
+use ppnpack_robot::station::ArmStation;
 
 use crate::failure::{Failure, Outcome};
 use crate::fastest;
@@ -21,7 +22,7 @@ use crate::options::{
 };
 use crate::output::{print_json, print_line};
 use crate::progress;
-use crate::report::{self, Content, EndingSummary, Packing, Settings, Settled};
+use crate::report::{self, ArmWork, Content, EndingSummary, Packing, Settings, Settled};
 use crate::sequence::SequenceOptions;
 use crate::simulation::simulate;
 
@@ -56,6 +57,9 @@ pub(crate) struct PackArguments {
 const ALTERNATIVES: usize = 3;
 
 pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
+    if arguments.method.arm.listed()? {
+        return Ok(());
+    }
     let grid = arguments.grid.grid()?;
     let proposals = &arguments.method.proposals;
     if proposals.uses_network() {
@@ -70,7 +74,11 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         .simulated(&grid, method.seed, Conditions::Robot)?;
     let threads = arguments.method.threads;
     let catalogue = arguments.catalogue.load(grid.resolution())?;
-    let sequence = arguments.sequence.sequence(&catalogue, method.seed)?;
+    let mut sequence = arguments.sequence.sequence(&catalogue, method.seed)?;
+    let station = method.station()?;
+    let mut arm = station
+        .as_ref()
+        .map(|station| ArmWork::new(station, sequence.set_aside(&catalogue, station)));
     let items = sequence.items(&catalogue);
     let network = model.as_ref().map(|model| Network {
         backend,
@@ -85,12 +93,17 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
             method.proposals = fastest.proposals.clone();
         }
     }
+    let proposer = proposer(&method, &grid, network)?;
     let mut planner = method
-        .planner_with(proposer(&method, &grid, network)?, &grid, threads)?
+        .planner_with(proposer, &grid, threads, station.as_ref())?
         .with_alternatives(ALTERNATIVES);
 
     let started = Instant::now();
-    let mut watch = Progress(progress::bar("Packing", sequence.objects.len() as u64));
+    let mut watch = Watch {
+        bar: progress::bar("Packing", sequence.objects.len() as u64),
+        station: station.as_ref(),
+        cycles_s: Vec::new(),
+    };
     let (episode, cell) = simulate(
         &catalogue,
         &grid,
@@ -100,7 +113,12 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         method.buffer,
         &mut watch,
     )?;
-    watch.0.finish_and_clear();
+    watch.bar.finish_and_clear();
+    if let (Some(arm), Some(station)) = (&mut arm, &station) {
+        arm.cycles_s = watch.cycles_s;
+        arm.tally = Some(station.take_tally());
+    }
+    let of_arm = |arrival| station.as_ref()?.why(arrival);
     let packing = Packing {
         settings: Settings {
             catalogue: arguments.catalogue.catalogue.clone(),
@@ -113,13 +131,14 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
             threads,
             simulated,
         },
-        ending: EndingSummary::from(&episode.ending),
+        ending: EndingSummary::new(&episode.ending, of_arm),
         steps: episode.steps,
         scene: episode.scene,
         metrics: episode.metrics,
         settled: cell.placed().iter().map(settled).collect(),
         contents: cell.contents().into_iter().map(content).collect(),
         took: started.elapsed(),
+        arm,
     };
     finish(&packing, &arguments.out, arguments.json)
 }
@@ -171,10 +190,19 @@ fn proposer(
     }
 }
 
-struct Progress(ProgressBar);
+/// Shows how far the packing is, and notes the cycles of an arm.
+struct Watch<'a> {
+    bar: ProgressBar,
+    station: Option<&'a ArmStation>,
+    cycles_s: Vec<Option<f64>>,
+}
 
-impl Observer for Progress {
-    fn on_step(&mut self, _step: &Step, _input: &StepInput<'_>) {
-        self.0.inc(1);
+impl Observer for Watch<'_> {
+    fn on_step(&mut self, step: &Step, input: &StepInput<'_>) {
+        self.bar.inc(1);
+        if let Some(station) = self.station {
+            let cycle = station.cycle(input, &step.candidate.item, &step.choice.resting);
+            self.cycles_s.push(cycle.ok().map(|cycle| cycle.cycle_s));
+        }
     }
 }

@@ -20,7 +20,7 @@ use crate::options::{
 };
 use crate::output::print_line;
 use crate::progress;
-use crate::report::{Packing, Settings};
+use crate::report::{ArmWork, Packing, Settings};
 use crate::sequence::SequenceOptions;
 use crate::stack::controller::{Arrival, Controller};
 use crate::stack::{self, Stack, connect};
@@ -93,6 +93,9 @@ struct JobOptions {
 }
 
 pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
+    if arguments.method.arm.listed()? {
+        return Ok(());
+    }
     let grid = arguments.grid.grid()?;
     let proposals = &arguments.method.proposals;
     let is_elsewhere = arguments.job.connect.is_some();
@@ -151,11 +154,18 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
         threads: 1,
         simulated: simulated.clone(),
     };
-    let sequence = |seed| arguments.job.sequence.sequence(&catalogue, seed);
+    let job = |controller: &Controller| -> Outcome<Packing> {
+        let mut sequence = arguments.job.sequence.sequence(&catalogue, method.seed)?;
+        let station = method.station()?;
+        let arm = station
+            .as_ref()
+            .map(|station| ArmWork::new(station, sequence.set_aside(&catalogue, station)));
+        job(controller, &catalogue, settings(sequence), arm)
+    };
     if let Some(session) = arguments.job.session()? {
         let controller = Controller::new(Client::new(&session), Cell::new("cell-1").or_input()?);
         controller.renew()?;
-        let packing = job(&controller, &catalogue, settings(sequence(method.seed)?))?;
+        let packing = job(&controller)?;
         return pack::finish(&packing, &arguments.job.out, arguments.job.json);
     }
     let is_network = method.proposals.is_network();
@@ -178,7 +188,7 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
     let cell = plan.cells.first().cloned();
     let cell = cell.ok_or_else(|| Failure::input("--pack needs a cell"))?;
     let controller = Controller::new(stack.client(), cell);
-    let packing = job(&controller, &catalogue, settings(sequence(method.seed)?))?;
+    let packing = job(&controller)?;
     stack.finish()?;
     pack::finish(&packing, &arguments.job.out, arguments.job.json)
 }
@@ -214,7 +224,12 @@ fn serve(stack: Stack, plan: &stack::Plan<'_>) -> Outcome {
 }
 
 /// Packs one sequence through the services of a cell.
-fn job(controller: &Controller, catalogue: &Catalogue, settings: Settings) -> Outcome<Packing> {
+fn job(
+    controller: &Controller,
+    catalogue: &Catalogue,
+    settings: Settings,
+    arm: Option<ArmWork>,
+) -> Outcome<Packing> {
     let objects = settings.sequence.objects.iter().enumerate();
     let arrivals = objects.filter_map(|(arrival, index)| {
         Some(Arrival {
@@ -228,5 +243,5 @@ fn job(controller: &Controller, catalogue: &Catalogue, settings: Settings) -> Ou
     let session_id = format!("pack-{:032x}", rand::random::<u128>());
     let packed = controller.pack(&session_id, &arrivals, ALTERNATIVES, &mut |_| bar.inc(1))?;
     bar.finish_and_clear();
-    stack::report::packing(settings, catalogue, &packed, started.elapsed()).or_run()
+    stack::report::packing(settings, catalogue, &packed, arm, started.elapsed()).or_run()
 }

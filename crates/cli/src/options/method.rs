@@ -12,8 +12,10 @@ use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::{
     PhysicalStability, PhysicalStabilitySettings, PublishedStability,
 };
+use ppnpack_robot::station::{ArmStation, StationSettings};
 use serde::{Deserialize, Serialize};
 
+use super::arm::ArmOptions;
 use super::proposals::{Network, ProposalOptions, ProposalSource};
 use crate::failure::{Failure, OrInput, Outcome};
 
@@ -35,6 +37,9 @@ pub(crate) struct MethodOptions {
     /// The stability test: `physical` for real cells, `published` for comparisons with the paper
     #[arg(long, value_enum, default_value = "physical")]
     pub(crate) stability: StabilityOption,
+
+    #[command(flatten)]
+    pub(crate) arm: ArmOptions,
 
     /// A weight of the objective, such as distance=2.5 (may be repeated)
     #[arg(long = "weight", value_name = "NAME=VALUE")]
@@ -140,6 +145,9 @@ pub(crate) struct Method {
     pub(crate) order: Order,
     pub(crate) proposals: ProposalSource,
     pub(crate) stability: StabilityOption,
+    /// The arm that has to make the placements, if any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) arm: Option<StationSettings>,
     pub(crate) weights: Weights,
     pub(crate) buffer: usize,
     pub(crate) seed: u64,
@@ -153,6 +161,7 @@ impl MethodOptions {
             order: self.order.into(),
             proposals,
             stability: self.stability,
+            arm: self.arm.settings()?,
             weights: weights(&self.weights)?,
             buffer: self.buffer as usize,
             seed: self.seed,
@@ -169,7 +178,17 @@ impl Method {
         network: Option<Network<'_>>,
     ) -> Outcome<Planner> {
         let proposer = self.proposer(grid, network)?;
-        self.planner_with(proposer, grid, threads)
+        let station = self.station()?;
+        self.planner_with(proposer, grid, threads, station.as_ref())
+    }
+
+    /// The arm at work, where there is one.
+    pub(crate) fn station(&self) -> Outcome<Option<ArmStation>> {
+        self.arm
+            .as_ref()
+            .map(ArmStation::new)
+            .transpose()
+            .or_input()
     }
 
     /// Where this method's proposals come from.
@@ -190,12 +209,13 @@ impl Method {
         }
     }
 
-    /// The planner that follows this method on other proposals.
+    /// The planner that follows this method on other proposals, with its arm.
     pub(crate) fn planner_with(
         &self,
         proposer: Box<dyn Proposer>,
         grid: &Grid,
         threads: u32,
+        station: Option<&ArmStation>,
     ) -> Outcome<Planner> {
         let mut search = Search::new(grid, &self.search_settings()).or_input()?;
         if self.proposals != ProposalSource::All {
@@ -207,7 +227,8 @@ impl Method {
                 .build();
             search = search.with_pool(Arc::new(pool.or_input()?));
         }
-        let checks = self.stability.checks();
+        let mut checks = self.stability.checks();
+        checks.extend(station.map(ArmStation::check));
         Ok(Planner::new(
             proposer,
             Box::new(search),

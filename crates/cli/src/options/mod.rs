@@ -1,5 +1,6 @@
 //! Options that several commands share, and what they stand for.
 
+mod arm;
 mod method;
 mod physics;
 mod proposals;

@@ -30,13 +30,16 @@ struct Line<'a> {
     end_qx: Option<f64>,
     end_qy: Option<f64>,
     end_qz: Option<f64>,
+    /// The planned time of the arm's cycle; a column only where there is an arm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cycle_s: Option<Option<f64>>,
 }
 
 /// The placements; the pose at the end is that of the item frame in the container frame.
 pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let resolution = packing.settings.grid.resolution();
-    for (step, settled) in packing.steps.iter().zip(&packing.settled) {
+    for (index, (step, settled)) in packing.steps.iter().zip(&packing.settled).enumerate() {
         let arrival = step.candidate.arrival;
         let body = packing.contents.iter().find(|(other, _)| *other == arrival);
         let pose = body.map(|(_, body)| body.container_from_item);
@@ -70,6 +73,7 @@ pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
             end_qx: pose.map(|pose| pose.rotation.i),
             end_qy: pose.map(|pose| pose.rotation.j),
             end_qz: pose.map(|pose| pose.rotation.k),
+            cycle_s: packing.arm.as_ref().map(|arm| arm.cycle_s(index)),
         };
         writer
             .serialize(line)

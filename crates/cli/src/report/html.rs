@@ -3,8 +3,9 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
+use super::arm::ArmSummary;
 use super::pictures::Pictures;
-use super::summary::EndingSummary;
+use super::summary::{EndingSummary, Unplaceable};
 use super::table::{duration, figures};
 use super::{Packing, Summary};
 
@@ -30,7 +31,7 @@ pub(super) fn page(packing: &Packing, summary: &Summary, pictures: &Pictures) ->
     let container = settings.grid.container();
     let mut body = String::new();
     let metrics = &summary.metrics;
-    let tiles = [
+    let mut tiles = vec![
         (
             "items packed",
             format!("{} / {}", metrics.packed.items, summary.items_in_sequence),
@@ -45,6 +46,9 @@ pub(super) fn page(packing: &Packing, summary: &Summary, pictures: &Pictures) ->
         ),
         ("decision per item", duration(summary.decision_s.mean)),
     ];
+    if let Some(arm) = &summary.arm {
+        tiles.push(("cycle per item", format!("{:.2} s", arm.cycle_s.mean)));
+    }
     let subtitle = format!(
         "{} into a container of {:.1} x {:.1} x {:.1} cm, on {} x {} cells",
         settings.sequence.from,
@@ -85,7 +89,12 @@ pub(super) fn page(packing: &Packing, summary: &Summary, pictures: &Pictures) ->
         "The heightmap at the end",
     );
     body.push_str("</div>");
-    unplaceable(&mut body, &summary.ending);
+    if let EndingSummary::NothingFits { items } = &summary.ending {
+        unplaceable(&mut body, "What could not be placed", items);
+    }
+    if let Some(arm) = &summary.arm {
+        arm_refusals(&mut body, arm);
+    }
     steps(&mut body, packing);
     let shown = serde_json::to_string_pretty(settings).unwrap_or_default();
     body.push_str(&format!("<h2>Settings</h2><details><summary>Everything this run depended on</summary><pre>{}</pre></details>",
@@ -104,13 +113,28 @@ fn image(body: &mut String, png: &[u8], what: &str) {
     ));
 }
 
-fn unplaceable(body: &mut String, ending: &EndingSummary) {
-    let EndingSummary::NothingFits { items } = ending else {
-        return;
-    };
-    body.push_str(
-        "<h2>What could not be placed</h2><table><tr><th class=n>Arrival<th>Item<th>Why</tr>",
-    );
+/// What the arm refused: placements by reason, and items that it cannot pick.
+fn arm_refusals(body: &mut String, arm: &ArmSummary) {
+    let refused = arm.refused.iter().flatten();
+    let rows: Vec<String> = refused
+        .map(|(why, count)| format!("<tr><td class=n>{count}<td>{}</tr>", escape(why)))
+        .collect();
+    if !rows.is_empty() {
+        body.push_str(
+            "<h2>Placements that the arm refused</h2><table><tr><th class=n>Placements<th>Why</tr>",
+        );
+        body.push_str(&rows.concat());
+        body.push_str("</table>");
+    }
+    if !arm.set_aside.is_empty() {
+        unplaceable(body, "Set aside: the arm cannot pick it up", &arm.set_aside);
+    }
+}
+
+fn unplaceable(body: &mut String, title: &str, items: &[Unplaceable]) {
+    body.push_str(&format!(
+        "<h2>{title}</h2><table><tr><th class=n>Arrival<th>Item<th>Why</tr>"
+    ));
     for item in items {
         body.push_str(&format!(
             "<tr><td class=n>{}<td>{}<td>{}</tr>",
@@ -125,14 +149,16 @@ fn unplaceable(body: &mut String, ending: &EndingSummary) {
 fn steps(body: &mut String, packing: &Packing) {
     let resolution = packing.settings.grid.resolution();
     let (cell_m, unit_m) = (resolution.cell_m(), resolution.height_unit_m());
-    body.push_str(
+    let of_arm = packing.arm.as_ref();
+    let cycle_head = of_arm.map_or("", |_| "<th class=n>Cycle (s)");
+    body.push_str(&format!(
         "<h2>Steps</h2><p class=sub>Highlighted: toppled, or not inside the container at the end. \
          Alternatives are the values of the next best valid placements.</p>\
          <div class=scroll><table><tr><th class=n>Step<th class=n>Arrival<th>Item<th class=n>Yaw (°)\
          <th class=n>x (cm)<th class=n>y (cm)<th class=n>z (cm)<th class=n>Value<th>Alternatives\
-         <th class=n>Propose<th class=n>Evaluate<th class=n>Check<th class=n>Slide (mm)<th class=n>Tilt (°)</tr>",
-    );
-    for (step, settled) in packing.steps.iter().zip(&packing.settled) {
+         <th class=n>Propose<th class=n>Evaluate<th class=n>Check<th class=n>Slide (mm)<th class=n>Tilt (°){cycle_head}</tr>",
+    ));
+    for (index, (step, settled)) in packing.steps.iter().zip(&packing.settled).enumerate() {
         let arrival = step.candidate.arrival;
         let inside = packing
             .contents
@@ -150,6 +176,11 @@ fn steps(body: &mut String, packing: &Packing) {
             .iter()
             .map(|other| format!("{:.2}", other.value))
             .collect();
+        let cycle = of_arm.map(|arm| match arm.cycle_s(index) {
+            Some(cycle_s) => format!("<td class=n>{cycle_s:.2}"),
+            None => "<td>".to_owned(),
+        });
+        let cycle = cycle.unwrap_or_default();
         let class = if settled.toppled || !inside {
             " class=bad"
         } else {
@@ -158,7 +189,7 @@ fn steps(body: &mut String, packing: &Packing) {
         body.push_str(&format!(
             "<tr{class}><td class=n>{}<td class=n>{arrival}<td>{}<td class=n>{:.0}<td class=n>{:.1}\
              <td class=n>{:.1}<td class=n>{:.1}<td class=n>{:.2}<td>{}<td class=n>{}<td class=n>{}\
-             <td class=n>{}<td class=n>{:.1}<td class=n>{:.0}</tr>",
+             <td class=n>{}<td class=n>{:.1}<td class=n>{:.0}{cycle}</tr>",
             step.step + 1,
             escape(step.candidate.item.name()),
             yaw.to_degrees(),

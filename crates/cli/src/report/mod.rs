@@ -1,5 +1,6 @@
 //! The report on one packed sequence.
 
+mod arm;
 mod csv;
 mod html;
 mod pictures;
@@ -23,6 +24,7 @@ use crate::fastest::Cost;
 use crate::options::{Method, Simulated};
 use crate::output::StagedFolder;
 use crate::sequence::Sequence;
+pub(crate) use arm::ArmWork;
 pub(crate) use summary::{EndingSummary, Summary, Unplaceable};
 
 /// Everything a packing depended on.
@@ -56,6 +58,8 @@ pub(crate) struct Packing {
     /// What lies in or on the container, with its place in the sequence of arrivals.
     pub(crate) contents: Vec<(usize, Content)>,
     pub(crate) took: Duration,
+    /// The arm's part, where there was one.
+    pub(crate) arm: Option<ArmWork>,
 }
 
 /// What became of a placement by the end of its settling phase.

@@ -5,9 +5,11 @@ use std::time::Duration;
 
 use ppnpack_packing::episode::Ending;
 use ppnpack_packing::metrics::Metrics;
-use ppnpack_packing::plan::Timings;
+use ppnpack_packing::plan::{Reason, Timings};
+use ppnpack_robot::feasibility::NAME;
 use serde::Serialize;
 
+use super::arm::{ArmSummary, ArmWork};
 use super::{Packing, Settings};
 
 /// What `summary.json` holds.
@@ -27,6 +29,9 @@ pub(crate) struct Summary {
     /// Why steps were searched exhaustively instead of on the proposals asked for; empty where none was.
     pub(crate) degraded: Vec<Degraded>,
     pub(crate) took_s: f64,
+    /// The arm's part, where there was one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) arm: Option<ArmSummary>,
     pub(crate) ending: EndingSummary,
     pub(crate) settings: Settings,
 }
@@ -73,20 +78,24 @@ pub(crate) struct Unplaceable {
     pub(crate) reason: String,
 }
 
-impl From<&Ending> for EndingSummary {
-    fn from(ending: &Ending) -> Self {
-        match ending {
-            Ending::AllPacked => Self::AllPacked,
-            Ending::NothingFits(items) => Self::NothingFits {
-                items: items
-                    .iter()
-                    .map(|(candidate, reason)| Unplaceable {
-                        arrival: candidate.arrival,
-                        item: candidate.item.name().to_string(),
-                        reason: reason.to_string(),
-                    })
-                    .collect(),
-            },
+impl EndingSummary {
+    /// The end of an episode; `of_arm` says why the arm refused most placements of an item, by its arrival.
+    pub(crate) fn new(ending: &Ending, of_arm: impl Fn(usize) -> Option<String>) -> Self {
+        let items = match ending {
+            Ending::AllPacked => return Self::AllPacked,
+            Ending::NothingFits(items) => items,
+        };
+        let reason = |arrival, reason: Reason| match (reason, of_arm(arrival)) {
+            (Reason::Rejected(NAME), Some(why)) => format!("{reason}: {why}"),
+            _ => reason.to_string(),
+        };
+        let items = items.iter().map(|(candidate, why)| Unplaceable {
+            arrival: candidate.arrival,
+            item: candidate.item.name().to_string(),
+            reason: reason(candidate.arrival, *why),
+        });
+        Self::NothingFits {
+            items: items.collect(),
         }
     }
 }
@@ -127,6 +136,7 @@ impl Packing {
             },
             degraded: self.degraded(),
             took_s: self.took.as_secs_f64(),
+            arm: self.arm.as_ref().map(ArmWork::summary),
             ending: self.ending.clone(),
             settings: self.settings.clone(),
         }

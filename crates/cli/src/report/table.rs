@@ -3,6 +3,7 @@
 use comfy_table::Table;
 use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
 
+use super::arm::ArmSummary;
 use super::summary::EndingSummary;
 use super::{Packing, Summary};
 use crate::fastest::Cost;
@@ -24,6 +25,9 @@ pub(crate) fn summary(packing: &Packing, summary: &Summary) -> String {
         table.add_row([name.to_owned(), value]);
     };
     for (name, value) in figures(packing, summary) {
+        row(name, value);
+    }
+    for (name, value) in summary.arm.iter().flat_map(ArmSummary::refusals) {
         row(name, value);
     }
     for degraded in &summary.degraded {
@@ -60,7 +64,7 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
             )
         }
     };
-    vec![
+    let mut figures = vec![
         ("Sequence", sequence.from.clone()),
         ("Proposals", proposals(packing)),
         (
@@ -88,7 +92,9 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
         ),
         ("Whole run", duration(summary.took_s)),
         ("Ended because", ending),
-    ]
+    ];
+    figures.extend(summary.arm.iter().flat_map(ArmSummary::figures));
+    figures
 }
 
 /// Where proposals came from; where the fastest source was asked for, what each was measured to cost.

@@ -225,6 +225,7 @@ fn planner_settings(plan: &Plan<'_>) -> Result<ppnpack_planner::Settings> {
             StabilityOption::Published => Stability::Published,
             StabilityOption::None => Stability::None,
         },
+        arm: method.arm.clone(),
         seed: method.seed,
         proposals: proposals(&method.proposals),
         ..CellSettings::default()

@@ -12,7 +12,7 @@ use ppnpack_packing::plan::{Candidate, Evaluated, Timings};
 use ppnpack_wire::{convert, v1};
 
 use super::controller::{Done, Packed};
-use crate::report::{Content, EndingSummary, Packing, Settings, Settled, Unplaceable};
+use crate::report::{ArmWork, Content, EndingSummary, Packing, Settings, Settled, Unplaceable};
 use crate::sequence::Sequence;
 
 /// The id of the item at a place in the sequence of arrivals.
@@ -32,6 +32,7 @@ pub(crate) fn packing(
     settings: Settings,
     catalogue: &Catalogue,
     packed: &Packed,
+    arm: Option<ArmWork>,
     took: Duration,
 ) -> Result<Packing> {
     let grid = settings.grid.clone();
@@ -63,7 +64,15 @@ pub(crate) fn packing(
         scene,
         contents,
         took,
+        arm: arm.map(|arm| ArmWork {
+            cycles_s: packed.done.iter().map(cycle_s).collect(),
+            ..arm
+        }),
     })
+}
+
+fn cycle_s(done: &Done) -> Option<f64> {
+    done.decision.cycle.as_ref().map(|cycle| cycle.cycle_s)
 }
 
 fn step(done: &Done, catalogue: &Catalogue) -> Result<Step> {

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_catalogue::object::Model;
 use ppnpack_packing::grid::Resolution;
 use ppnpack_packing::item::Item;
 use ppnpack_wire::convert;
@@ -20,6 +21,7 @@ pub(crate) struct Objects(Vec<(Resolution, HashMap<String, Object>)>);
 pub(crate) struct Object {
     pub(crate) shape: ItemId,
     pub(crate) item: Arc<Item>,
+    pub(crate) model: Arc<Model>,
 }
 
 impl Objects {
@@ -30,6 +32,7 @@ impl Objects {
                 let object = Object {
                     shape: ItemId::of(&convert::item::write(&object.item)),
                     item: Arc::clone(&object.item),
+                    model: Arc::clone(&object.model),
                 };
                 (object.item.name().to_string(), object)
             });
@@ -46,14 +49,14 @@ impl Objects {
         objects.get(name)
     }
 
-    /// The heightmaps of an object, if they are these.
+    /// An object, if it has these heightmaps.
     pub(crate) fn of_shape(
         &self,
         settings: &CellSettings,
         name: &str,
         shape: ItemId,
-    ) -> Option<Arc<Item>> {
+    ) -> Option<&Object> {
         let object = self.named(settings, name)?;
-        (object.shape == shape).then(|| Arc::clone(&object.item))
+        (object.shape == shape).then_some(object)
     }
 }

@@ -12,10 +12,14 @@ use ppnpack_packing::proposals::{OrExhaustive, Percent, ProposeAll, ProposeRando
 use ppnpack_packing::search::Search;
 use ppnpack_packing::step::{Candidate, StepInput};
 use ppnpack_packing::valid::ValidSearch;
+use ppnpack_robot::refusal::Refusal;
+use ppnpack_robot::station::ArmStation;
 use ppnpack_service::alive::Alive;
 use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::Cell;
+use ppnpack_wire::v1;
 
+use crate::arm::{self, ArmInTime};
 use crate::remote::{Judgement, RemoteProposer, SharedEvaluator, StepContext};
 use crate::rules;
 use crate::session::Rules;
@@ -23,6 +27,9 @@ use crate::settings::{CellSettings, ProposalSettings, Where};
 
 /// How many more placements are asked for where rules may refuse some.
 const WANTED_WITH_RULES: usize = 64;
+
+/// How many placements are asked for where an arm may refuse some.
+const WANTED_WITH_ARM: usize = 16;
 
 /// The services that take part in planning.
 #[derive(Clone)]
@@ -37,6 +44,7 @@ pub(crate) struct Planning {
     grid: Grid,
     planner: Planner,
     context: Arc<StepContext>,
+    station: Option<ArmStation>,
 }
 
 /// A planned step.
@@ -45,6 +53,8 @@ pub(crate) struct Planned {
     pub(crate) choice: Option<Evaluated>,
     pub(crate) alternatives: Vec<Evaluated>,
     pub(crate) reports: Vec<CandidateReport>,
+    /// Per candidate: how many placements each check refused.
+    pub(crate) refusals: Vec<Vec<(&'static str, u64)>>,
     pub(crate) timings: Timings,
     pub(crate) is_widened: bool,
     pub(crate) degraded: Vec<String>,
@@ -81,6 +91,10 @@ impl Planning {
         };
         let proposer = remote.proposer(&grid)?;
         let mut checks = rules::checks(&context);
+        let station = settings.station().map_err(|error| error.to_string())?;
+        if let Some(station) = &station {
+            checks.push(Box::new(ArmInTime::new(station, &context)));
+        }
         let evaluator: Box<dyn ppnpack_packing::plan::Evaluator> = match settings.evaluate {
             Where::Fastest => Box::new(remote.evaluator(&grid)?.sooner_way()),
             Where::Services => Box::new(remote.evaluator(&grid)?),
@@ -95,11 +109,40 @@ impl Planning {
             grid,
             planner,
             context,
+            station,
         })
     }
 
     pub(crate) fn grid(&self) -> &Grid {
         &self.grid
+    }
+
+    /// The arm, where there is one.
+    pub(crate) fn station(&self) -> Option<&ArmStation> {
+        self.station.as_ref()
+    }
+
+    /// How the arm carries out a choice of the last step; `None` where there is no arm.
+    ///
+    /// # Errors
+    /// [`Refusal`] where it cannot: never for what its check has accepted.
+    pub(crate) fn cycle(
+        &self,
+        scene: &Scene,
+        candidate: &Candidate,
+        choice: &Evaluated,
+    ) -> Result<Option<v1::ArmCycle>, Refusal> {
+        let Some(station) = &self.station else {
+            return Ok(None);
+        };
+        let input = StepInput {
+            grid: &self.grid,
+            scene,
+            candidates: &[],
+            step: 0,
+        };
+        let cycle = station.cycle(&input, &candidate.item, &choice.resting)?;
+        Ok(Some(arm::write(station, &cycle)))
     }
 
     /// Plans a step.
@@ -116,10 +159,12 @@ impl Planning {
             .rules
             .values()
             .any(|rules| rules.is_bottom_only || rules.is_upright);
-        let at_first = match has_rules {
-            true => WANTED_WITH_RULES.max(wanted.alternatives + 1),
-            false => wanted.alternatives + 1,
+        let spare = match (has_rules, &self.station) {
+            (true, _) => WANTED_WITH_RULES,
+            (false, Some(_)) => WANTED_WITH_ARM,
+            (false, None) => 1,
         };
+        let at_first = spare.max(wanted.alternatives + 1);
         self.context.begin(wanted.deadline, at_first, wanted.rules);
         self.planner.set_alternatives(wanted.alternatives);
         let input = StepInput {
@@ -135,6 +180,9 @@ impl Planning {
             choice: plan.choice(),
             alternatives: plan.alternatives().to_vec(),
             reports: plan.candidates().to_vec(),
+            refusals: (0..candidates.len())
+                .map(|candidate| plan.refusals(candidate).collect())
+                .collect(),
             timings: plan.timings(),
             is_widened: plan.is_widened(),
             degraded,

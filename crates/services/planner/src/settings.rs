@@ -11,6 +11,8 @@ use ppnpack_packing::search::SearchSettings;
 use ppnpack_packing::stability::{
     PhysicalStability, PhysicalStabilitySettings, PublishedStability,
 };
+use ppnpack_robot::error::ParameterError;
+use ppnpack_robot::station::{ArmStation, StationSettings};
 use ppnpack_service::ServiceSettings;
 use ppnpack_service::configuration::in_range;
 use ppnpack_wire::keys::Cell;
@@ -53,6 +55,9 @@ pub struct CellSettings {
     pub weights: Weights,
     /// The stability test.
     pub stability: Stability,
+    /// The arm that has to be able to make the placements; where there is none, that is not checked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arm: Option<StationSettings>,
     /// The seed of everything that is random.
     pub seed: u64,
     /// Which placements are evaluated.
@@ -147,6 +152,7 @@ impl Default for CellSettings {
             order: Order::Balance,
             weights: Weights::default(),
             stability: Stability::Physical,
+            arm: None,
             seed: 0,
             proposals: ProposalSettings::All,
             evaluate: Where::Fastest,
@@ -179,8 +185,14 @@ impl CellSettings {
         }
     }
 
+    /// The arm, where there is one.
+    pub(crate) fn station(&self) -> Result<Option<ArmStation>, ParameterError> {
+        self.arm.as_ref().map(ArmStation::new).transpose()
+    }
+
     fn validate(&self) -> Result<(), String> {
         self.grid().map_err(|error| error.to_string())?;
+        self.station().map_err(|error| format!("arm: {error}"))?;
         self.weights.validate().map_err(|error| error.to_string())?;
         in_range("buffer", self.buffer, 1..=1_000)?;
         let spans_s = [

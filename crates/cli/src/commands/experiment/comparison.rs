@@ -181,6 +181,7 @@ fn pack(
         order: contender.order,
         proposals: contender.proposals.clone(),
         stability: setting.stability,
+        arm: None,
         weights: Weights::default(),
         buffer: setting.buffer,
         seed: setting.seed.wrapping_add(case as u64),

@@ -203,6 +203,7 @@ fn search(grid: &Grid, items: Vec<Arc<Item>>, network: Network<'_>, seed: u64) -
         order: Order::Balance,
         proposals,
         stability: StabilityOption::Published,
+        arm: None,
         weights: Weights::default(),
         buffer: BUFFER,
         seed,

@@ -9,6 +9,8 @@ use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_packing::plan::{CandidateReport, Reason};
 use ppnpack_packing::step::Candidate;
+use ppnpack_packing::valid::Tally;
+use ppnpack_robot::feasibility::NAME;
 use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
 
@@ -55,7 +57,8 @@ impl CellPlanner {
             let late = "the time limit passed while planning";
             return Err(Refusal::new(Status::TimedOut, late));
         }
-        let mut decision = self.decision(request_id, &seen, &buffer, &candidates, planned)?;
+        let mut decision =
+            self.decision(request_id, (&seen, &scene), &buffer, &candidates, planned)?;
         decision.stages.insert(0, header::stage("prepare", waited));
         let saving = Instant::now();
         let entered = decision.clone();
@@ -79,7 +82,9 @@ impl CellPlanner {
         let seen = self.seen(deadline)?;
         let scene = self.blocked(&seen.scene)?;
         let planned = self.plan(&scene, &buffer, &candidates, 0, deadline)?;
-        let counts = planned.reports.first().map(write_report);
+        let refusals = planned.refusals.first().cloned().unwrap_or_default();
+        let counts = planned.reports.first();
+        let counts = counts.map(|report| write_report(report, refusals));
         let reasons = match planned.choice {
             Some(_) => Vec::new(),
             None => self.reasons(&seen.scene, &buffer, &candidates, &planned, deadline),
@@ -125,6 +130,7 @@ impl CellPlanner {
                 placement,
                 planned,
                 container_from_item,
+                ..
             } = &item.state
             {
                 let shape = self.item(&item.object, item.shape)?;
@@ -176,7 +182,7 @@ impl CellPlanner {
     fn decision(
         &self,
         request_id: &str,
-        seen: &Seen,
+        (seen, scene): (&Seen, &Scene),
         buffer: &[(usize, SessionItem)],
         candidates: &[Candidate],
         planned: Planned,
@@ -188,6 +194,10 @@ impl CellPlanner {
         let pose = held
             .item
             .container_from_item(self.planning.grid(), &choice.resting);
+        let cycle = self.planning.cycle(scene, held, &choice);
+        let cycle = cycle.map_err(|refusal| {
+            Refusal::new(Status::Failed, format_args!("the arm's cycle: {refusal}"))
+        })?;
         let timings = planned.timings;
         let stages = vec![
             header::stage("propose", timings.propose),
@@ -218,6 +228,7 @@ impl CellPlanner {
             degraded: planned.degraded,
             is_widened: planned.is_widened,
             stages,
+            cycle,
         })
     }
 
@@ -230,13 +241,25 @@ impl CellPlanner {
         planned: &Planned,
         deadline: Instant,
     ) -> Vec<v1::ItemReason> {
+        // Planning without the regions is another step for the arm, which forgets this one.
+        let of_arm: Vec<Option<String>> = buffer
+            .iter()
+            .map(|(arrival, _)| self.planning.station()?.why(*arrival))
+            .collect();
         let mut reasons = Vec::with_capacity(buffer.len());
-        for (index, (entry, report)) in buffer.iter().zip(&planned.reports).enumerate() {
+        let reports = planned.reports.iter().zip(of_arm);
+        for (index, (entry, (report, of_arm))) in buffer.iter().zip(reports).enumerate() {
             let Some(candidate) = candidates.get(index) else {
                 continue;
             };
             let is_blocked = self.fits_without_regions(scene, entry, candidate, deadline);
-            reasons.push(write_reason(&entry.1.item_id, report.reason, is_blocked));
+            let mut reason = write_reason(&entry.1.item_id, report.reason, is_blocked);
+            if let (Some(Reason::Rejected(NAME)), Some(why), false) =
+                (report.reason, of_arm, is_blocked)
+            {
+                reason.text = format!("{}: {why}", reason.text);
+            }
+            reasons.push(reason);
         }
         reasons
     }
@@ -302,12 +325,13 @@ fn write_reason(item_id: &str, reason: Option<Reason>, is_blocked: bool) -> v1::
     }
 }
 
-fn write_report(report: &CandidateReport) -> v1::PlacementCounts {
-    v1::PlacementCounts {
+fn write_report(
+    report: &CandidateReport,
+    refusals: Vec<(&'static str, u64)>,
+) -> v1::PlacementCounts {
+    convert::placement::write_tally(&Tally {
         candidate: 0,
-        possible: report.counts.possible,
-        proposed: report.counts.proposed,
-        fitting: report.counts.fitting,
-        refusals: Vec::new(),
-    }
+        counts: report.counts,
+        refusals,
+    })
 }

@@ -221,8 +221,11 @@ impl CellPlanner {
 
     /// The heightmaps of an item of the session.
     fn item(&mut self, object: &str, shape: ItemId) -> Result<Arc<Item>, Refusal> {
-        if let Some(item) = self.objects.of_shape(&self.settings, object, shape) {
-            return Ok(item);
+        if let Some(known) = self.objects.of_shape(&self.settings, object, shape) {
+            if let Some(station) = self.planning.station() {
+                station.hold(&known.item, &known.model);
+            }
+            return Ok(Arc::clone(&known.item));
         }
         if let Some(item) = self.shapes.get(&shape) {
             return Ok(Arc::clone(item));

@@ -70,6 +70,12 @@ impl StepContext {
         self.lock().is_cut = true;
     }
 
+    /// Says that the time was over before all placements were checked.
+    pub(crate) fn cut_checks(&self) {
+        self.degrade("the time limit left placements unchecked".to_owned());
+        self.lock().is_cut = true;
+    }
+
     /// Whether some placements were not searched for want of time.
     pub(crate) fn is_cut(&self) -> bool {
         self.lock().is_cut

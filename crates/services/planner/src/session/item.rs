@@ -45,6 +45,8 @@ pub(crate) enum ItemState {
         /// Where it was planned to be, and where it is by what was reported.
         planned: Isometry3<f64>,
         container_from_item: Isometry3<f64>,
+        /// The planned time of the arm's cycle, in seconds, where the cell has one.
+        cycle_s: Option<f64>,
     },
     /// Lost, or in an unknown place.
     Gone,
@@ -84,6 +86,7 @@ impl ItemState {
             placement: convert::placement::read_resting(decision.placement.as_ref()?).ok()?,
             planned,
             container_from_item: pose(outcome.container_from_item.as_ref()).unwrap_or(planned),
+            cycle_s: decision.cycle.as_ref().map(|cycle| cycle.cycle_s),
         })
     }
 }

@@ -31,6 +31,7 @@ impl Session {
             failure,
             least_state_number: self.least_state_number,
             settled: self.settled.clone(),
+            mean_cycle_s: self.mean_cycle_s().unwrap_or_default(),
         }
     }
 
@@ -114,7 +115,9 @@ fn write_item(item: &SessionItem) -> v1::SessionItem {
             placement,
             planned,
             container_from_item,
+            cycle_s,
         } => v1::SessionItem {
+            cycle_s: cycle_s.unwrap_or_default(),
             placement: Some(convert::placement::write_resting(placement)),
             planned: Some(convert::pose::write(planned)),
             container_from_item: Some(convert::pose::write(container_from_item)),
@@ -149,5 +152,7 @@ fn read_packed(message: &v1::SessionItem) -> Result<ItemState, WireError> {
         placement: convert::placement::read_resting(placement)?,
         planned: pose("items.planned", &message.planned)?,
         container_from_item: pose("items.container_from_item", &message.container_from_item)?,
+        // No cycle takes no time.
+        cycle_s: Some(message.cycle_s).filter(|cycle_s| *cycle_s > 0.0),
     })
 }

@@ -113,6 +113,18 @@ impl Session {
         &self.items
     }
 
+    /// The mean planned cycle time of the packed items, in seconds; `None` where no arm packed any.
+    pub(crate) fn mean_cycle_s(&self) -> Option<f64> {
+        let cycles_s = self.items.iter().filter_map(|item| match item.state {
+            ItemState::Packed { cycle_s, .. } => cycle_s,
+            _ => None,
+        });
+        let (count, sum_s) = cycles_s.fold((0_u32, 0.0), |(count, sum_s), cycle_s| {
+            (count + 1, sum_s + cycle_s)
+        });
+        (count > 0).then(|| sum_s / f64::from(count))
+    }
+
     /// The first `count` waiting items, each with its place in the order of arrivals.
     pub(crate) fn buffer(&self, count: usize) -> impl Iterator<Item = (usize, &SessionItem)> {
         let items = self.items.iter().enumerate();
