@@ -85,8 +85,7 @@ impl Observer for Notes<'_> {
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let folder = arguments.first().expect("the folder of the objects");
-    let sequences = arguments.get(1).expect("the file of the sequences");
+    let (folder, sequences) = (&arguments[0], &arguments[1]);
     let count: usize = arguments.get(2).map_or(5, |text| text.parse().unwrap());
     let which = arguments.get(3).map_or("both", String::as_str);
     let sequences: Array2<i64> = ndarray_npy::read_npy(sequences).unwrap();

@@ -215,6 +215,8 @@ mod tests {
         }
     }
 
+    type Change = fn(&mut v1::ArmCycle);
+
     /// What a changed message is refused for.
     fn refusal(change: impl FnOnce(&mut v1::ArmCycle)) -> String {
         let mut message = write(&cycle());
@@ -233,7 +235,7 @@ mod tests {
 
     #[test]
     fn what_is_not_possible_is_refused_by_name() {
-        let cases: [(&str, fn(&mut v1::ArmCycle)); 14] = [
+        let cases: [(&str, Change); 14] = [
             ("cycle.arm", |cycle| cycle.arm.clear()),
             ("cycle.cycle_s", |cycle| cycle.cycle_s = f64::NAN),
             ("cycle.cycle_s", |cycle| cycle.cycle_s = -1.0),

@@ -228,7 +228,7 @@ impl CellPlanner {
             degraded: planned.degraded,
             is_widened: planned.is_widened,
             stages,
-            cycle,
+            cycle: cycle.map(Box::new),
         })
     }
 
