@@ -79,6 +79,7 @@ pub(crate) fn place(placement_id: &str, state_number: u64, x_m: f64) -> v1::Plac
         object: "brick".to_owned(),
         container_from_item: Some(pose::write(&Isometry3::translation(x_m, 0.16, 0.02))),
         state_number,
+        cycle: None,
     }
 }
 

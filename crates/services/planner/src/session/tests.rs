@@ -190,3 +190,41 @@ fn a_session_is_read_as_it_was_written() {
     session.end(End::Failed("arm stuck".to_owned()));
     assert_eq!(Session::from_message(session.to_message(5)), Ok(session));
 }
+
+#[test]
+fn the_mean_cycle_time_is_that_of_the_packed_items() {
+    let mut session = session_of(&["a", "b", "c"]);
+    for (id, item, cycle_s, kind) in [
+        ("d1", "a", 2.0, v1::OutcomeKind::Placed),
+        ("d2", "b", 9.0, v1::OutcomeKind::Lost),
+        ("d3", "c", 3.0, v1::OutcomeKind::Placed),
+    ] {
+        let mut decision = decision(id, item);
+        decision.cycle = Some(Box::new(v1::ArmCycle {
+            cycle_s,
+            ..v1::ArmCycle::default()
+        }));
+        session.decide(decision).unwrap();
+        session.report(id, &outcome(kind)).unwrap();
+    }
+    let message = session.to_message(5);
+    assert_eq!(message.mean_cycle_s, 2.5);
+    let times_s: Vec<f64> = message.items.iter().map(|item| item.cycle_s).collect();
+    assert_eq!(times_s, [2.0, 0.0, 3.0]);
+    assert_eq!(Session::from_message(message), Ok(session));
+}
+
+#[test]
+fn a_session_without_an_arm_is_encoded_as_before_there_were_arms() {
+    let mut session = session_of(&["a", "b"]);
+    session.decide(decision("d1", "a")).unwrap();
+    session
+        .report("d1", &outcome(v1::OutcomeKind::Placed))
+        .unwrap();
+    session.decide(decision("d2", "b")).unwrap();
+    // Fields that hold their default are not written: what is new takes no bytes.
+    let message = session.to_message(5);
+    assert_eq!(message.mean_cycle_s, 0.0);
+    assert!(message.items.iter().all(|item| item.cycle_s == 0.0));
+    assert_eq!(message.pending.map(|decision| decision.cycle), Some(None));
+}
