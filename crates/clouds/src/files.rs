@@ -1,0 +1,96 @@
+//! Files, and which format they have.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::path::Path;
+
+use crate::{Cloud, CloudError, FormatError, pcd, ply, to_pcd};
+
+/// The longest file that is read: all points that are possible, at 32 bytes each, and a header.
+pub const MAX_FILE_BYTES: u64 = (crate::MAX_POINTS as u64) * 32 + (1 << 20);
+
+/// Reads a PCD or PLY file.
+///
+/// # Errors
+/// [`CloudError`] names the file and what is wrong with it.
+pub fn read(path: &Path) -> Result<Cloud, CloudError> {
+    let unreadable = |source| CloudError::Read {
+        path: path.to_owned(),
+        source,
+    };
+    let malformed = |source| CloudError::Format {
+        path: path.to_owned(),
+        source,
+    };
+    let file = File::open(path).map_err(unreadable)?;
+    let mut content = Vec::new();
+    let mut bounded = file.take(MAX_FILE_BYTES + 1);
+    bounded.read_to_end(&mut content).map_err(unreadable)?;
+    if content.len() as u64 > MAX_FILE_BYTES {
+        let metadata = bounded.into_inner().metadata();
+        return Err(malformed(FormatError::FileTooLarge {
+            bytes: metadata.map_or(content.len() as u64, |metadata| metadata.len()),
+            limit: MAX_FILE_BYTES,
+        }));
+    }
+    let parsed = match (parse(&content), path.extension()) {
+        // By its name it should be one: what it lacks says more than that it is none.
+        (Err(FormatError::Unknown), Some(extension)) if extension.eq_ignore_ascii_case("pcd") => {
+            pcd::parse(&content)
+        }
+        (Err(FormatError::Unknown), Some(extension)) if extension.eq_ignore_ascii_case("ply") => {
+            ply::parse(&content)
+        }
+        (parsed, _) => parsed,
+    };
+    parsed.map_err(malformed)
+}
+
+/// Reads the content of a PCD or PLY file.
+///
+/// # Errors
+/// [`FormatError`] says what is wrong.
+pub fn parse(content: &[u8]) -> Result<Cloud, FormatError> {
+    if content.starts_with(b"ply\n") || content.starts_with(b"ply\r") {
+        ply::parse(content)
+    } else if pcd::is_likely(content) {
+        pcd::parse(content)
+    } else {
+        Err(FormatError::Unknown)
+    }
+}
+
+/// Writes a binary PCD file, so that it has all of its content or does not change. Its folder must exist.
+///
+/// # Errors
+/// [`CloudError::Write`] says what the system says.
+pub fn write_pcd(path: &Path, cloud: &Cloud) -> Result<(), CloudError> {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    let write = || -> std::io::Result<()> {
+        let mut file = tempfile::Builder::new()
+            .prefix(".unfinished-")
+            .tempfile_in(folder)?;
+        file.write_all(&to_pcd(cloud))?;
+        readable_by_all(file.as_file())?;
+        file.as_file().sync_all()?;
+        file.persist(path)?;
+        Ok(())
+    };
+    write().map_err(|source| CloudError::Write {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// Temporary files are private; clouds are not.
+fn readable_by_all(file: &File) -> std::io::Result<()> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        file.set_permissions(std::fs::Permissions::from_mode(0o644))?;
+    }
+    Ok(())
+}

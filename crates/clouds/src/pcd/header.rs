@@ -1,0 +1,260 @@
+//! What a PCD file says of its points.
+
+use crate::FormatError;
+
+/// The longest header, in bytes.
+const MAX_HEADER_BYTES: usize = 1 << 16;
+
+/// The most fields of a point.
+const MAX_FIELDS: usize = 256;
+
+/// The most bytes of a point, and the most numbers of a field.
+const MAX_POINT_BYTES: usize = 1 << 16;
+
+/// How the points stand in the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Data {
+    Ascii,
+    Binary,
+    BinaryCompressed,
+}
+
+/// A header that is possible: the fields `x`, `y` and `z` are there, and the counts agree.
+#[derive(Debug, Clone)]
+pub(super) struct Header {
+    pub(super) width: usize,
+    pub(super) points: usize,
+    pub(super) data: Data,
+    pub(super) coordinates: [Coordinate; 3],
+    /// Bytes of a point.
+    pub(super) stride: usize,
+    /// Numbers of a point, of all fields.
+    pub(super) numbers: usize,
+}
+
+/// Where a coordinate stands in a point.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Coordinate {
+    /// In bytes.
+    pub(super) offset: usize,
+    /// In numbers, as they stand in a line.
+    pub(super) column: usize,
+    pub(super) is_double: bool,
+}
+
+impl Coordinate {
+    /// Its bytes.
+    pub(super) fn size(&self) -> usize {
+        if self.is_double { 8 } else { 4 }
+    }
+}
+
+/// The lines of a header without comments and empty ones, each with where the next line begins.
+pub(super) fn lines(content: &[u8]) -> impl Iterator<Item = (&[u8], usize)> {
+    let head = content.get(..MAX_HEADER_BYTES).unwrap_or(content);
+    let mut end = 0;
+    let lines = head
+        .split_inclusive(|byte| *byte == b'\n')
+        .map(move |line| {
+            end += line.len();
+            (line.trim_ascii(), end)
+        });
+    lines.filter(|(line, _)| !line.is_empty() && !line.starts_with(b"#"))
+}
+
+/// The entries of a header as they stand there.
+#[derive(Debug, Default)]
+struct Entries<'a> {
+    fields: Vec<&'a str>,
+    sizes: Vec<&'a str>,
+    types: Vec<&'a str>,
+    counts: Vec<&'a str>,
+    width: Option<usize>,
+    height: Option<usize>,
+    points: Option<usize>,
+}
+
+impl Header {
+    /// The header, and what follows it.
+    pub(super) fn parse(content: &[u8]) -> Result<(Self, &[u8]), FormatError> {
+        let mut entries = Entries::default();
+        for (line, end) in lines(content) {
+            let line =
+                std::str::from_utf8(line).map_err(|_| FormatError::pcd("its header is no text"))?;
+            let mut words = line.split_ascii_whitespace();
+            let keyword = words.next().unwrap_or("");
+            let values: Vec<&str> = words.collect();
+            if keyword != "DATA" {
+                entries.take(keyword, values)?;
+                continue;
+            }
+            let data = match values.as_slice() {
+                ["ascii"] => Data::Ascii,
+                ["binary"] => Data::Binary,
+                ["binary_compressed"] => Data::BinaryCompressed,
+                _ => {
+                    return Err(FormatError::pcd(format_args!(
+                        "'{line}' is no DATA that is known"
+                    )));
+                }
+            };
+            return Ok((entries.header(data)?, content.get(end..).unwrap_or(&[])));
+        }
+        Err(FormatError::pcd("its header has no line DATA"))
+    }
+}
+
+impl<'a> Entries<'a> {
+    fn take(&mut self, keyword: &str, values: Vec<&'a str>) -> Result<(), FormatError> {
+        match keyword {
+            "FIELDS" | "COLUMNS" => self.fields = values,
+            "SIZE" => self.sizes = values,
+            "TYPE" => self.types = values,
+            "COUNT" => self.counts = values,
+            "WIDTH" => self.width = Some(one_number(keyword, &values)?),
+            "HEIGHT" => self.height = Some(one_number(keyword, &values)?),
+            "POINTS" => self.points = Some(one_number(keyword, &values)?),
+            "VERSION" | "VIEWPOINT" => {}
+            _ => {
+                return Err(FormatError::pcd(format_args!(
+                    "its header has a line '{keyword}', which is not known"
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    fn header(&self, data: Data) -> Result<Header, FormatError> {
+        let (width, points) = self.shape()?;
+        if self.fields.is_empty() || self.fields.len() > MAX_FIELDS {
+            let found = self.fields.len();
+            return Err(FormatError::pcd(format_args!(
+                "it has {found} FIELDS: 3 to {MAX_FIELDS} are possible"
+            )));
+        }
+        for (name, found, may_lack) in [
+            ("SIZE", self.sizes.len(), false),
+            ("TYPE", self.types.len(), false),
+            ("COUNT", self.counts.len(), true),
+        ] {
+            if found != self.fields.len() && !(may_lack && found == 0) {
+                return Err(FormatError::pcd(format_args!(
+                    "it has {} FIELDS, but {name} of {found}",
+                    self.fields.len()
+                )));
+            }
+        }
+        let mut found = [None; 3];
+        let (mut stride, mut numbers) = (0, 0);
+        for (index, name) in self.fields.iter().enumerate() {
+            let field = self.field(index)?;
+            if let Some(place) = ["x", "y", "z"].iter().position(|side| side == name)
+                && let Some(coordinate) = found.get_mut(place)
+            {
+                if coordinate.is_some() {
+                    return Err(FormatError::pcd(format_args!("it has two fields '{name}'")));
+                }
+                *coordinate = Some(field.coordinate(name, stride, numbers)?);
+            }
+            stride += field.size * field.count;
+            numbers += field.count;
+        }
+        if stride > MAX_POINT_BYTES {
+            return Err(FormatError::pcd(format_args!(
+                "its points have {stride} bytes where at most {MAX_POINT_BYTES} are possible"
+            )));
+        }
+        let [Some(x), Some(y), Some(z)] = found else {
+            return Err(FormatError::pcd("it lacks one of the fields x, y and z"));
+        };
+        Ok(Header {
+            width,
+            points,
+            data,
+            coordinates: [x, y, z],
+            stride,
+            numbers,
+        })
+    }
+
+    /// Points in a row, and points.
+    fn shape(&self) -> Result<(usize, usize), FormatError> {
+        let width = self.width.or(self.points);
+        let width = width.ok_or_else(|| FormatError::pcd("its header has no line WIDTH"))?;
+        let product = width.checked_mul(self.height.unwrap_or(1));
+        let points = product.unwrap_or(usize::MAX);
+        FormatError::check_points(points)?;
+        if self.points.is_some_and(|announced| announced != points) {
+            return Err(FormatError::pcd(format_args!(
+                "POINTS is {}, but WIDTH times HEIGHT is {points}",
+                self.points.unwrap_or(0)
+            )));
+        }
+        Ok((width, points))
+    }
+
+    fn field(&self, index: usize) -> Result<Field<'a>, FormatError> {
+        let text = |values: &[&'a str]| values.get(index).copied();
+        let size = text(&self.sizes).unwrap_or("");
+        let kind = text(&self.types).unwrap_or("");
+        let count = text(&self.counts).unwrap_or("1");
+        let is_possible = match kind {
+            "F" => matches!(size, "4" | "8"),
+            "I" | "U" => matches!(size, "1" | "2" | "4" | "8"),
+            _ => false,
+        };
+        if !is_possible {
+            return Err(FormatError::pcd(format_args!(
+                "a field of TYPE '{kind}' and SIZE '{size}' is not known"
+            )));
+        }
+        let count: usize = one_number("COUNT", &[count])?;
+        if count > MAX_POINT_BYTES {
+            return Err(FormatError::pcd(format_args!(
+                "a field has COUNT {count} where at most {MAX_POINT_BYTES} is possible"
+            )));
+        }
+        Ok(Field {
+            kind,
+            size: one_number("SIZE", &[size])?,
+            count,
+        })
+    }
+}
+
+/// A field of a point.
+struct Field<'a> {
+    kind: &'a str,
+    size: usize,
+    count: usize,
+}
+
+impl Field<'_> {
+    fn coordinate(
+        &self,
+        name: &str,
+        offset: usize,
+        column: usize,
+    ) -> Result<Coordinate, FormatError> {
+        if self.kind != "F" || self.count != 1 {
+            return Err(FormatError::pcd(format_args!(
+                "its field '{name}' is not one number of TYPE F"
+            )));
+        }
+        Ok(Coordinate {
+            offset,
+            column,
+            is_double: self.size == 8,
+        })
+    }
+}
+
+fn one_number(keyword: &str, values: &[&str]) -> Result<usize, FormatError> {
+    let number = match values {
+        [value] => value.parse().ok(),
+        _ => None,
+    };
+    number.ok_or_else(|| {
+        FormatError::pcd(format_args!("{keyword} '{}' is no count", values.join(" ")))
+    })
+}

@@ -1,0 +1,122 @@
+//! PLY, ASCII and binary: the points are the coordinates of its vertices.
+
+use nalgebra::Point3;
+use ply_rs_bw::parser::{Parser, Reader};
+use ply_rs_bw::ply::{
+    ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
+};
+
+use crate::{Cloud, FormatError};
+
+struct Vertex(Point3<f32>);
+
+impl PropertyAccess for Vertex {
+    fn new() -> Self {
+        Self(Point3::new(f32::NAN, f32::NAN, f32::NAN))
+    }
+
+    fn set_property(&mut self, key: &str, property: Property) -> PropertyAccessResult {
+        let side_m = match key {
+            "x" => &mut self.0.x,
+            "y" => &mut self.0.y,
+            "z" => &mut self.0.z,
+            _ => return PropertyAccessResult::Ignored,
+        };
+        *side_m = match property {
+            Property::Float(value) => value,
+            Property::Double(value) => value as f32,
+            _ => return PropertyAccessResult::UnsupportedType,
+        };
+        PropertyAccessResult::Set
+    }
+}
+
+/// An element that is read past.
+struct Skipped;
+
+impl PropertyAccess for Skipped {
+    fn new() -> Self {
+        Self
+    }
+}
+
+pub(crate) fn parse(content: &[u8]) -> Result<Cloud, FormatError> {
+    let mut reader = Reader::new(content);
+    let vertices = Parser::<Vertex>::new();
+    let header = vertices
+        .read_header(&mut reader)
+        .map_err(FormatError::ply)?;
+    let vertex = header
+        .elements
+        .get("vertex")
+        .ok_or_else(|| FormatError::ply("it has no element 'vertex'"))?;
+    FormatError::check_points(vertex.count)?;
+    check_coordinates(vertex)?;
+    for (name, element) in &header.elements {
+        check_length(element, header.encoding, content.len())?;
+        if name == "vertex" {
+            break;
+        }
+        Parser::<Skipped>::new()
+            .read_payload_for_element(&mut reader, element, &header)
+            .map_err(FormatError::ply)?;
+    }
+    let read = vertices
+        .read_payload_for_element(&mut reader, vertex, &header)
+        .map_err(FormatError::ply)?;
+    let points_m = read.into_iter().map(|vertex| vertex.0).collect();
+    Cloud::unorganised(points_m).map_err(FormatError::ply)
+}
+
+fn check_coordinates(vertex: &ElementDef) -> Result<(), FormatError> {
+    for side in ["x", "y", "z"] {
+        let kind = vertex
+            .properties
+            .get(side)
+            .map(|property| &property.data_type);
+        let is_number = matches!(
+            kind,
+            Some(PropertyType::Scalar(ScalarType::Float | ScalarType::Double))
+        );
+        if !is_number {
+            return Err(FormatError::ply(format_args!(
+                "its vertices have no property '{side}' of type float or double"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses more elements than a file can hold, before there is memory for them.
+fn check_length(element: &ElementDef, encoding: Encoding, bytes: usize) -> Result<(), FormatError> {
+    let least = element
+        .count
+        .saturating_mul(least_bytes(element, encoding).max(1));
+    // One byte more, since the last line of an ASCII file need not end.
+    if least <= bytes + 1 {
+        return Ok(());
+    }
+    Err(FormatError::ply(format_args!(
+        "its header announces {} elements '{}', more than its {bytes} bytes can hold",
+        element.count, element.name
+    )))
+}
+
+/// The fewest bytes that one element takes in the file.
+fn least_bytes(element: &ElementDef, encoding: Encoding) -> usize {
+    let bytes = |scalar: &ScalarType| match scalar {
+        ScalarType::Char | ScalarType::UChar => 1,
+        ScalarType::Short | ScalarType::UShort => 2,
+        ScalarType::Int | ScalarType::UInt | ScalarType::Float => 4,
+        ScalarType::Double => 8,
+    };
+    let properties = element
+        .properties
+        .iter()
+        .map(|(_, property)| match &property.data_type {
+            // A digit and what separates it from the next.
+            _ if encoding == Encoding::Ascii => 2,
+            PropertyType::Scalar(scalar) | PropertyType::List(scalar, _) => bytes(scalar),
+        });
+    properties.sum()
+}
