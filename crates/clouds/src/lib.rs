@@ -22,6 +22,7 @@
 mod cloud;
 mod error;
 mod files;
+mod number;
 mod pcd;
 mod ply;
 

@@ -6,6 +6,7 @@ use ply_rs_bw::ply::{
     ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
 };
 
+use crate::number::number;
 use crate::{Cloud, FormatError};
 
 struct Vertex(Point3<f32>);
@@ -61,11 +62,59 @@ pub(crate) fn parse(content: &[u8]) -> Result<Cloud, FormatError> {
             .read_payload_for_element(&mut reader, element, &header)
             .map_err(FormatError::ply)?;
     }
-    let read = vertices
-        .read_payload_for_element(&mut reader, vertex, &header)
-        .map_err(FormatError::ply)?;
-    let points_m = read.into_iter().map(|vertex| vertex.0).collect();
+    let points_m = if header.encoding == Encoding::Ascii {
+        // The parser knows no NaN.
+        ascii(reader.into_inner(), vertex)?
+    } else {
+        let read = vertices
+            .read_payload_for_element(&mut reader, vertex, &header)
+            .map_err(FormatError::ply)?;
+        read.into_iter().map(|vertex| vertex.0).collect()
+    };
     Cloud::unorganised(points_m).map_err(FormatError::ply)
+}
+
+/// One vertex a line.
+fn ascii(text: &[u8], vertex: &ElementDef) -> Result<Vec<Point3<f32>>, FormatError> {
+    let mut points_m = Vec::with_capacity(vertex.count);
+    let lines = text.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
+    for line in lines.filter(|line| !line.is_empty()).take(vertex.count) {
+        let point = std::str::from_utf8(line)
+            .ok()
+            .and_then(|line| ascii_point(line, vertex));
+        points_m.push(point.ok_or_else(|| {
+            let line = String::from_utf8_lossy(line.get(..100).unwrap_or(line));
+            FormatError::ply(format_args!("'{line}' is no vertex"))
+        })?);
+    }
+    if points_m.len() < vertex.count {
+        return Err(FormatError::ply(format_args!(
+            "it ends after {} of {} vertices",
+            points_m.len(),
+            vertex.count
+        )));
+    }
+    Ok(points_m)
+}
+
+/// A vertex that has all of its properties and nothing else.
+fn ascii_point(line: &str, vertex: &ElementDef) -> Option<Point3<f32>> {
+    let mut words = line.split_ascii_whitespace();
+    let mut point = Vertex::new();
+    for (name, property) in &vertex.properties {
+        let word = words.next()?;
+        match property.data_type {
+            PropertyType::Scalar(_) => {
+                point.set_float(name, number(word)?);
+            }
+            PropertyType::List(..) => {
+                for _ in 0..word.parse::<usize>().ok()? {
+                    words.next()?;
+                }
+            }
+        }
+    }
+    words.next().is_none().then_some(point.0)
 }
 
 fn check_coordinates(vertex: &ElementDef) -> Result<(), FormatError> {

@@ -4,10 +4,12 @@
 //! seen of is unknown, and counts as higher than the rim: nothing is ever placed there.
 //!
 //! A scene may be doubtful ([`doubts`]): little of it was seen, the container is not where it should be, something
-//! reaches into it, or something moves. Nothing is to be planned on it then.
+//! reaches into it, or something moves. Nothing is to be planned on it then. Where the container stands before the
+//! sensor is found by [`calibration`].
 //!
 //! The crate is pure and synchronous; it knows neither the wire nor any sensor.
 
+pub mod calibration;
 pub mod doubts;
 mod holes;
 mod layers;

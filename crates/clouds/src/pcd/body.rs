@@ -5,6 +5,7 @@ use nalgebra::Point3;
 use super::header::{Coordinate, Header};
 use super::lzf;
 use crate::FormatError;
+use crate::number::number;
 
 /// The most bytes that compressed points have once they are unpacked.
 const MAX_UNPACKED_BYTES: usize = 2 << 30;
@@ -53,16 +54,6 @@ fn ascii_point(header: &Header, line: &[u8]) -> Result<Point3<f32>, FormatError>
     } else {
         Err(refused())
     }
-}
-
-/// A number as C writes it, which may give a NaN a sign.
-fn number(word: &str) -> Option<f32> {
-    let unsigned = word.strip_prefix(['-', '+']).unwrap_or(word);
-    if unsigned.to_ascii_lowercase().starts_with("nan") {
-        return Some(f32::NAN);
-    }
-    // As double first, so that a double means the same in ascii and binary.
-    word.parse::<f64>().ok().map(|value| value as f32)
 }
 
 /// One point after another.

@@ -1,0 +1,168 @@
+//! Where a container stands before a sensor and how large it is, from a cloud of it empty.
+//!
+//! The sensor looks at the container from above, tilted by 30 degrees or so at most, and sees its whole rim; table or
+//! ground may be around it. Nothing else is assumed of the pose. How it is found:
+//!
+//! 1. Floor, rim and what the container stands on are parallel. The direction in which the heights of points concentrate
+//!    on few levels is up (`direction.rs`).
+//! 2. The rim is the highest level whose points enclose a hole with something deep in it (`opening.rs`). The floor is the
+//!    level in the hole that has the most points.
+//! 3. Each side of the hole is the inner face of its wall where the sensor sees it, and the rim's inner edge where not
+//!    (`sides.rs`). The four are adjusted to a rectangle (`rectangle.rs`).
+//! 4. With the floor and the rim so bounded, up is fitted anew, and the steps from 2 are done again.
+//! 5. What does not fit a container of four plane walls that is empty is refused (`checks.rs`).
+//!
+//! The sensor's optical centre is the origin of its frame. The result is that of the seed, for equal clouds.
+
+mod checks;
+mod direction;
+mod error;
+mod frame;
+mod levelled;
+mod mask;
+mod opening;
+mod plane;
+mod rectangle;
+mod settings;
+mod sides;
+
+use nalgebra::{Isometry3, Point3};
+use ppnpack_packing::grid::ContainerSize;
+use serde::{Deserialize, Serialize};
+
+pub use error::CalibrationError;
+pub use settings::CalibrationSettings;
+
+use levelled::Levelled;
+use opening::Opening;
+use rectangle::Rectangle;
+
+/// How often up is fitted anew.
+const ROUNDS: usize = 3;
+
+/// The fewest points that are tried.
+const LEAST_POINTS: usize = 2000;
+
+/// Points lie this far from the sensor in the median, in metres; others are of another unit.
+const MEDIAN_DISTANCE_M: std::ops::RangeInclusive<f64> = 0.1..=10.0;
+
+/// A container that was found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Calibration {
+    /// The pose: takes points of the sensor's frame to the container's.
+    pub container_from_sensor: Isometry3<f64>,
+    /// The inner size, in metres: the one that was given, where it was.
+    pub size: ContainerSize,
+    /// The inner size as it was measured, in metres.
+    pub measured_size: ContainerSize,
+    /// How well the points fit.
+    pub residuals: Residuals,
+}
+
+/// How well points fit a container of four plane walls.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Residuals {
+    /// Root mean square distance of the floor's points from its plane, in metres.
+    pub floor_rms_m: f64,
+    /// Root mean square distance of the rim's points from its plane, in metres.
+    pub rim_rms_m: f64,
+    /// Root mean square distance of the walls' points from their planes, in metres; 0 where no wall is seen.
+    pub walls_rms_m: f64,
+    /// How far the walls are from plane: 90 % of each lie within this of its plane, in metres.
+    pub bow_m: f64,
+    /// The greatest angle between a side and that of the rectangle, in radians.
+    pub squareness_rad: f64,
+    /// The angle between floor and rim, in radians.
+    pub parallelism_rad: f64,
+    /// How many of the four walls' inner faces were seen. The others are taken from the rim's inner edge.
+    pub walls_seen: usize,
+}
+
+/// What one round finds.
+struct Found {
+    levelled: Levelled,
+    opening: Opening,
+    rectangle: Rectangle,
+    surfaces: checks::Surfaces,
+}
+
+/// Finds the container in a cloud of it empty, given in metres in the sensor's frame. Points with a coordinate that is
+/// not finite are left out.
+///
+/// The frame of the container has its origin at an inner bottom corner, z up, right-handed. Its x axis is that along a
+/// side nearest to the sensor's x axis seen from above; see [`CalibrationSettings::quarter_turns`].
+///
+/// # Errors
+/// [`CalibrationError`] says why no container is found, or why what is found is not trusted.
+pub fn calibrate(
+    points_m: impl IntoIterator<Item = Point3<f32>>,
+    settings: &CalibrationSettings,
+) -> Result<Calibration, CalibrationError> {
+    settings.validate()?;
+    let points_m = measured(points_m)?;
+    let mut up = direction::find(&points_m, settings)?;
+    let mut found = look(&points_m, &up, settings)?;
+    for _ in 1..ROUNDS {
+        up = found.surfaces.up(&found.levelled);
+        found = look(&points_m, &up, settings)?;
+    }
+    let residuals = checks::residuals(&found, settings)?;
+    checks::is_empty(&found, residuals.floor_rms_m)?;
+    let placed = frame::place(&found, settings)?;
+    Ok(Calibration {
+        container_from_sensor: placed.container_from_levelled * found.levelled.levelled_from_sensor,
+        size: placed.size,
+        measured_size: placed.measured_size,
+        residuals,
+    })
+}
+
+fn look(
+    points_m: &[Point3<f64>],
+    up: &nalgebra::Unit<nalgebra::Vector3<f64>>,
+    settings: &CalibrationSettings,
+) -> Result<Found, CalibrationError> {
+    let levelled = Levelled::new(points_m, up);
+    let opening = opening::find(&levelled, settings)?;
+    let rectangle = rectangle::find(&levelled, &opening, settings)?;
+    let surfaces = checks::Surfaces::fit(&levelled, &opening, &rectangle)?;
+    Ok(Found {
+        levelled,
+        opening,
+        rectangle,
+        surfaces,
+    })
+}
+
+/// The points that were measured, where they are enough and in metres.
+fn measured(
+    points_m: impl IntoIterator<Item = Point3<f32>>,
+) -> Result<Vec<Point3<f64>>, CalibrationError> {
+    let points_m = points_m.into_iter();
+    let points_m: Vec<Point3<f64>> = points_m
+        .filter(|point| point.iter().all(|side_m| side_m.is_finite()))
+        .map(|point| point.cast())
+        .collect();
+    if points_m.len() < LEAST_POINTS {
+        return Err(CalibrationError::FewPoints {
+            found: points_m.len(),
+            needed: LEAST_POINTS,
+        });
+    }
+    let mut distances_m: Vec<f64> = points_m.iter().map(|point| point.coords.norm()).collect();
+    let median_m = median(&mut distances_m);
+    if MEDIAN_DISTANCE_M.contains(&median_m) {
+        Ok(points_m)
+    } else {
+        Err(CalibrationError::Distance { median_m })
+    }
+}
+
+/// The median, of unsorted values; 0 of none.
+fn median(values: &mut [f64]) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return 0.0;
+    }
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}

@@ -1,0 +1,139 @@
+//! The container's frame: which corner is its origin, and which side is x.
+
+use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector2, Vector3};
+use ppnpack_packing::grid::ContainerSize;
+
+use super::rectangle::directions;
+use super::{CalibrationError, CalibrationSettings, Found};
+
+/// Where the container is.
+pub(super) struct Placed {
+    pub(super) container_from_levelled: Isometry3<f64>,
+    pub(super) size: ContainerSize,
+    pub(super) measured_size: ContainerSize,
+}
+
+/// Chooses the axes and the corner.
+pub(super) fn place(
+    found: &Found,
+    settings: &CalibrationSettings,
+) -> Result<Placed, CalibrationError> {
+    // The sensor's x axis is x here.
+    let wanted = directions(&Vector2::x());
+    let wanted = wanted.get(usize::from(settings.quarter_turns) % 4);
+    let wanted = wanted.copied().unwrap_or_else(Vector2::x);
+    let mut turns: Vec<usize> = (0..4).collect();
+    let towards = directions(&found.rectangle.outward);
+    let nearness = |turn: &usize| towards.get(*turn).map_or(-1.0, |axis| axis.dot(&wanted));
+    turns.sort_by(|one, two| nearness(two).total_cmp(&nearness(one)));
+    let mut first_error = None;
+    for turn in turns {
+        let placed =
+            Sides::new(found, turn, settings.size).and_then(|sides| sides.placed(settings));
+        match placed {
+            Ok(placed) => return Ok(placed),
+            Err(error) => first_error = first_error.or(Some(error)),
+        }
+    }
+    Err(first_error.unwrap_or(CalibrationError::NoRim))
+}
+
+/// The container's extents along axes of which x is chosen.
+struct Sides {
+    x: Vector2<f64>,
+    y: Vector2<f64>,
+    /// From where to where along x and y.
+    x_m: [f64; 2],
+    y_m: [f64; 2],
+    floor_m: f64,
+    measured_size: ContainerSize,
+}
+
+impl Sides {
+    fn new(
+        found: &Found,
+        turn: usize,
+        known: Option<ContainerSize>,
+    ) -> Result<Self, CalibrationError> {
+        let towards = directions(&found.rectangle.outward);
+        let get = |side: usize| {
+            found
+                .rectangle
+                .across_m
+                .get((turn + side) % 4)
+                .copied()
+                .flatten()
+        };
+        let axis = |side: usize| {
+            towards
+                .get((turn + side) % 4)
+                .copied()
+                .unwrap_or_else(Vector2::x)
+        };
+        let x_m = ends_m(get(0), get(2), known.map(|size| size.x_m))?;
+        let y_m = ends_m(get(1), get(3), known.map(|size| size.y_m))?;
+        Ok(Self {
+            x: axis(0),
+            y: axis(1),
+            x_m,
+            y_m,
+            floor_m: found.surfaces.floor.mean.z,
+            measured_size: ContainerSize {
+                x_m: x_m[1] - x_m[0],
+                y_m: y_m[1] - y_m[0],
+                z_m: found.surfaces.depth_m(),
+            },
+        })
+    }
+
+    fn placed(&self, settings: &CalibrationSettings) -> Result<Placed, CalibrationError> {
+        let measured = self.measured_size;
+        let size = settings.size.unwrap_or(measured);
+        for (side, measured_m, known_m) in [
+            ("x", measured.x_m, size.x_m),
+            ("y", measured.y_m, size.y_m),
+            ("z", measured.z_m, size.z_m),
+        ] {
+            if (measured_m - known_m).abs() > settings.size_tolerance_m {
+                return Err(CalibrationError::Size {
+                    side,
+                    measured_m,
+                    known_m,
+                });
+            }
+        }
+        // Where the size is known, it lies about the middle of what was measured.
+        let corner_x_m = (self.x_m[0] + self.x_m[1] - size.x_m) / 2.0;
+        let corner_y_m = (self.y_m[0] + self.y_m[1] - size.y_m) / 2.0;
+        let corner = self.x * corner_x_m + self.y * corner_y_m;
+        let origin = Point3::new(corner.x, corner.y, self.floor_m);
+        let rows = Matrix3::from_rows(&[
+            Vector3::new(self.x.x, self.x.y, 0.0).transpose(),
+            Vector3::new(self.y.x, self.y.y, 0.0).transpose(),
+            Vector3::z().transpose(),
+        ]);
+        let rotation =
+            UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rows));
+        let translation = -(rotation * origin.coords);
+        Ok(Placed {
+            container_from_levelled: Isometry3::from_parts(translation.into(), rotation),
+            size,
+            measured_size: measured,
+        })
+    }
+}
+
+/// From where to where the container is along an axis, by the sides at its end and its beginning, which lie so far
+/// outwards. One of them is enough where the length is known.
+fn ends_m(
+    end: Option<f64>,
+    beginning: Option<f64>,
+    known_m: Option<f64>,
+) -> Result<[f64; 2], CalibrationError> {
+    match (end, beginning, known_m) {
+        (Some(end), Some(beginning), _) => Ok([-beginning, end]),
+        (Some(end), None, Some(known_m)) => Ok([end - known_m, end]),
+        (None, Some(beginning), Some(known_m)) => Ok([-beginning, known_m - beginning]),
+        _ => Err(CalibrationError::SideUnseen),
+    }
+}

@@ -1,0 +1,45 @@
+//! A cloud seen along the vertical.
+
+use nalgebra::{
+    Isometry3, Matrix3, Point2, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3,
+};
+
+/// Points in a frame at the sensor that is level: z up, and x along the sensor's x axis seen from above. All lie below
+/// the sensor.
+#[derive(Debug, Clone)]
+pub(super) struct Levelled {
+    pub(super) levelled_from_sensor: Isometry3<f64>,
+    pub(super) points_m: Vec<Point3<f64>>,
+}
+
+impl Levelled {
+    pub(super) fn new(points_m: &[Point3<f64>], up: &Unit<Vector3<f64>>) -> Self {
+        // Where the sensor's x axis is upright itself, its y axis takes its place.
+        let sensor_x = if up.x.abs() < 0.9 {
+            Vector3::x()
+        } else {
+            Vector3::y()
+        };
+        let y = up.cross(&sensor_x).normalize();
+        let x = y.cross(up);
+        let rows = Matrix3::from_rows(&[x.transpose(), y.transpose(), up.transpose()]);
+        let rotation = Rotation3::from_matrix_unchecked(rows);
+        let below = |point: &Point3<f64>| point.z < -0.02;
+        Self {
+            levelled_from_sensor: Isometry3::from_parts(
+                Translation3::identity(),
+                UnitQuaternion::from_rotation_matrix(&rotation),
+            ),
+            points_m: points_m
+                .iter()
+                .map(|point| rotation * point)
+                .filter(below)
+                .collect(),
+        }
+    }
+
+    /// Where the ray of a point meets a height below the sensor.
+    pub(super) fn along_ray(point: &Point3<f64>, height_m: f64) -> Point2<f64> {
+        point.xy() * (height_m / point.z)
+    }
+}

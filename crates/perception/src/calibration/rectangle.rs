@@ -1,0 +1,192 @@
+//! The rectangle of the container's inner faces, seen from above.
+
+use nalgebra::{Point2, Rotation2, Vector2};
+
+use super::levelled::Levelled;
+use super::opening::Opening;
+use super::sides::{Frame, Side};
+use super::{CalibrationError, CalibrationSettings};
+
+/// How often the sides are looked at, each time in the rectangle of the last.
+const ROUNDS: usize = 3;
+
+/// The rectangle around the cells of the hole leaves out this share at each side.
+const BEYOND_SHARE: f64 = 0.01;
+
+/// Around where a side is about, it is looked for within so many cells, and this many metres.
+const REACH_CELLS: f64 = 3.0;
+const REACH_M: f64 = 0.005;
+
+/// A rectangle. Its sides are numbered counter-clockwise from that towards `outward`.
+#[derive(Debug, Clone)]
+pub(super) struct Rectangle {
+    pub(super) sides: [Side; 4],
+    /// How far each side is from the origin, outwards, in metres; `None` where it is not seen.
+    pub(super) across_m: [Option<f64>; 4],
+    /// Towards the first side.
+    pub(super) outward: Vector2<f64>,
+    /// The greatest angle between a side and that of the rectangle, in radians.
+    pub(super) skew_rad: f64,
+}
+
+impl Rectangle {
+    /// Whether a place is inside all sides that were seen, by a margin that may be negative.
+    pub(super) fn contains(&self, place: &Point2<f64>, margin_m: f64) -> bool {
+        self.inside_m(place) >= margin_m
+    }
+
+    /// How far a place is inside the nearest side, in metres; negative outside.
+    pub(super) fn inside_m(&self, place: &Point2<f64>) -> f64 {
+        let sides = self.sides.iter().zip(&self.across_m);
+        let inside = sides.map(|(side, across_m)| {
+            across_m.unwrap_or(side.frame.about_m) - side.frame.outward.dot(&place.coords)
+        });
+        inside.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Its area in square metres.
+    pub(super) fn area_m2(&self) -> f64 {
+        let [a, b, c, d] = self.about_m();
+        (a + c) * (b + d)
+    }
+
+    /// How far each side is from the origin, in metres, seen or not.
+    fn about_m(&self) -> [f64; 4] {
+        let mut about_m = self.sides.map(|side| side.frame.about_m);
+        for (about_m, across_m) in about_m.iter_mut().zip(&self.across_m) {
+            *about_m = across_m.unwrap_or(*about_m);
+        }
+        about_m
+    }
+}
+
+/// The directions of a rectangle's sides, counter-clockwise.
+pub(super) fn directions(outward: &Vector2<f64>) -> [Vector2<f64>; 4] {
+    let next = Vector2::new(-outward.y, outward.x);
+    [*outward, next, -outward, -next]
+}
+
+/// Adjusts a rectangle to the sides of the opening.
+pub(super) fn find(
+    levelled: &Levelled,
+    opening: &Opening,
+    settings: &CalibrationSettings,
+) -> Result<Rectangle, CalibrationError> {
+    let (mut outward, mut about_m) = around(opening);
+    let mut reach_m = REACH_M + REACH_CELLS * opening.pitch_m;
+    let mut round = 0;
+    loop {
+        let rectangle = adjust(levelled, opening, outward, about_m, reach_m);
+        let known =
+            [0, 1].map(|axis| settings.size.is_some() && is_one_seen(&rectangle.across_m, axis));
+        let is_seen = |axis: usize| {
+            let pair = [
+                rectangle.across_m.get(axis),
+                rectangle.across_m.get(axis + 2),
+            ];
+            pair.iter()
+                .all(|across_m| across_m.is_some_and(Option::is_some))
+        };
+        if (0..2).any(|axis| !is_seen(axis) && !known.get(axis).copied().unwrap_or(false)) {
+            return Err(CalibrationError::SideUnseen);
+        }
+        round += 1;
+        if round == ROUNDS {
+            return Ok(rectangle);
+        }
+        outward = rectangle.outward;
+        about_m = rectangle.about_m();
+        reach_m = REACH_M + 0.5 * opening.pitch_m;
+    }
+}
+
+fn is_one_seen(across_m: &[Option<f64>; 4], axis: usize) -> bool {
+    let is_seen = |side: usize| across_m.get(side).is_some_and(Option::is_some);
+    is_seen(axis) || is_seen(axis + 2)
+}
+
+/// The rectangle whose sides are nearest to those that are seen, all turned together.
+fn adjust(
+    levelled: &Levelled,
+    opening: &Opening,
+    outward: Vector2<f64>,
+    about_m: [f64; 4],
+    reach_m: f64,
+) -> Rectangle {
+    let [a, b, c, d] = about_m;
+    // Along a side, counter-clockwise: from the side before it to the one after.
+    let ends_m = [[-d, b], [-a, c], [-b, d], [-c, a]];
+    let mut frames = directions(&outward).into_iter().zip(about_m).zip(ends_m);
+    let sides = [(); 4].map(|()| {
+        let ((outward, about_m), ends_m) = frames.next().unwrap_or(((outward, a), [-d, b]));
+        let frame = Frame {
+            outward,
+            ends_m,
+            about_m,
+        };
+        Side::look(levelled, opening, frame, reach_m)
+    });
+    let lines = || sides.iter().filter_map(Side::line);
+    let weight_m2: f64 = lines().map(|line| line.weight_m2).sum();
+    let weighted: f64 = lines().map(|line| line.weight_m2 * line.slope).sum();
+    let slope = if weight_m2 > 0.0 {
+        weighted / weight_m2
+    } else {
+        0.0
+    };
+    let off = lines().map(|line| (line.slope - slope).abs());
+    Rectangle {
+        sides,
+        across_m: sides.map(|side| side.line().map(|line| line.straightened_m(slope))),
+        // Turned counter-clockwise, a side falls back along its direction.
+        outward: Rotation2::new(-slope.atan()) * outward,
+        skew_rad: off.fold(0.0, f64::max).atan(),
+    }
+}
+
+/// The smallest rectangle around the opening's cells: the direction of its first side, and how far its sides are.
+fn around(opening: &Opening) -> (Vector2<f64>, [f64; 4]) {
+    let step_rad = 1.0_f64.to_radians();
+    let coarse = (0..90).map(|step| f64::from(step) * step_rad);
+    let best = |angles: &mut dyn Iterator<Item = f64>| {
+        let areas = angles.map(|angle_rad| {
+            let outward = Rotation2::new(angle_rad) * Vector2::x();
+            let sides_m = extents_m(&opening.cells_m, &outward);
+            let [a, b, c, d] = sides_m;
+            ((a + c) * (b + d), angle_rad, sides_m)
+        });
+        areas.min_by(|one, two| one.0.total_cmp(&two.0))
+    };
+    let coarse_rad = best(&mut coarse.into_iter()).map_or(0.0, |(_, angle_rad, _)| angle_rad);
+    let mut fine = (-10..=10).map(|step| coarse_rad + f64::from(step) * 0.1 * step_rad);
+    let (_, angle_rad, sides_m) = best(&mut fine).unwrap_or((0.0, 0.0, [0.0; 4]));
+    // The hole lost a cell and a half at each side to the grown rim, and half of one to its cells' middles.
+    let lost_m = 1.5 * opening.pitch_m;
+    (
+        Rotation2::new(angle_rad) * Vector2::x(),
+        sides_m.map(|side_m| side_m + lost_m),
+    )
+}
+
+/// How far cells go towards four sides, but for a few.
+fn extents_m(cells_m: &[Point2<f64>], outward: &Vector2<f64>) -> [f64; 4] {
+    let [first, second, ..] = directions(outward);
+    let [a, c] = ends_m(cells_m, &first);
+    let [b, d] = ends_m(cells_m, &second);
+    [a, b, c, d]
+}
+
+fn ends_m(cells_m: &[Point2<f64>], direction: &Vector2<f64>) -> [f64; 2] {
+    let mut places: Vec<f64> = cells_m
+        .iter()
+        .map(|cell| direction.dot(&cell.coords))
+        .collect();
+    let beyond = (BEYOND_SHARE * places.len() as f64) as usize;
+    let last = places.len().saturating_sub(1 + beyond);
+    if places.len() <= 2 * beyond + 1 {
+        return [0.0; 2];
+    }
+    let highest = *places.select_nth_unstable_by(last, f64::total_cmp).1;
+    let lowest = *places.select_nth_unstable_by(beyond, f64::total_cmp).1;
+    [highest, -lowest]
+}

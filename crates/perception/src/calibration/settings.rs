@@ -1,0 +1,87 @@
+//! What a calibration is told.
+
+use ppnpack_packing::grid::ContainerSize;
+use serde::{Deserialize, Serialize};
+
+use super::CalibrationError;
+
+/// What is known of a container, and how well points have to fit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CalibrationSettings {
+    /// The inner size where it is known, in metres: what is measured is checked against it, and only the pose is
+    /// taken from the cloud. Where its sides differ, they decide which of them is x.
+    pub size: Option<ContainerSize>,
+    /// The measured size may differ from the known one by this along each side, in metres.
+    pub size_tolerance_m: f64,
+    /// The x axis is the side nearest to the sensor's x axis turned by so many quarter turns, counter-clockwise seen
+    /// from above; 0 to 3.
+    pub quarter_turns: u8,
+    /// The container is at least this deep, in metres.
+    pub least_depth_m: f64,
+    /// The root mean square of the residuals of floor, rim and walls is at most this, in metres. The sensor's noise is
+    /// in it.
+    pub largest_rms_m: f64,
+    /// Walls are plane within this, in metres.
+    pub largest_bow_m: f64,
+    /// Sides are square, and floor and rim parallel, within this, in radians.
+    pub largest_skew_rad: f64,
+    /// The sensor looks at the container from within this angle of straight above, in radians.
+    pub largest_view_angle_rad: f64,
+    /// For the random choices.
+    pub seed: u64,
+}
+
+impl Default for CalibrationSettings {
+    fn default() -> Self {
+        Self {
+            size: None,
+            size_tolerance_m: 0.005,
+            quarter_turns: 0,
+            least_depth_m: 0.03,
+            largest_rms_m: 0.004,
+            largest_bow_m: 0.004,
+            largest_skew_rad: 0.0175,
+            largest_view_angle_rad: 0.8,
+            seed: 0,
+        }
+    }
+}
+
+impl CalibrationSettings {
+    /// Checks that every number is possible.
+    ///
+    /// # Errors
+    /// [`CalibrationError::Setting`] names the first that is not.
+    pub fn validate(&self) -> Result<(), CalibrationError> {
+        let size = self.size.map(|size| [size.x_m, size.y_m, size.z_m]);
+        let sides = size.unwrap_or([0.1; 3]);
+        let numbers = [
+            ("size", sides[0], 0.01..=3.0),
+            ("size", sides[1], 0.01..=3.0),
+            ("size", sides[2], 0.01..=3.0),
+            ("size_tolerance_m", self.size_tolerance_m, 1e-6..=1.0),
+            ("quarter_turns", f64::from(self.quarter_turns), 0.0..=3.0),
+            ("least_depth_m", self.least_depth_m, 0.005..=1.0),
+            ("largest_rms_m", self.largest_rms_m, 1e-6..=1.0),
+            ("largest_bow_m", self.largest_bow_m, 1e-6..=1.0),
+            ("largest_skew_rad", self.largest_skew_rad, 1e-6..=0.5),
+            (
+                "largest_view_angle_rad",
+                self.largest_view_angle_rad,
+                0.1..=0.9,
+            ),
+        ];
+        for (name, value, range) in numbers {
+            if !range.contains(&value) {
+                return Err(CalibrationError::Setting {
+                    name,
+                    value,
+                    least: *range.start(),
+                    most: *range.end(),
+                });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,334 @@
+//! The sides of the opening: lines through the inner faces of walls, or along the rim's inner edge.
+
+use nalgebra::{Point2, Point3, Vector2};
+
+use super::levelled::Levelled;
+use super::median;
+use super::opening::Opening;
+
+/// A side is looked at in strips of about this length, in metres.
+const STRIP_M: f64 = 0.015;
+
+/// The corners of the opening are left out, in metres: the next wall begins there.
+const CORNER_M: f64 = 0.012;
+
+/// The lowest and the uppermost part of a wall are left out, in metres: floor and rim begin there.
+const WALL_END_M: f64 = 0.015;
+
+/// The sensor sees the inner face of a wall that it is this far in front of, in metres.
+const IN_FRONT_M: f64 = 0.02;
+
+/// A strip of a wall has at least so many points.
+const LEAST_STRIP_POINTS: usize = 4;
+
+/// Of a side's strips, at least this share is seen.
+const LEAST_STRIPS_SHARE: f64 = 0.5;
+
+/// Points of the rim lie within this of its height, in metres; those of what is seen through the opening lie deeper
+/// than twice this.
+const RIM_BAND_M: f64 = 0.004;
+
+/// Residuals beyond so many of their median count no more.
+const TUKEY_MEDIANS: f64 = 6.0;
+
+/// Residuals below this are all the same, in metres.
+const SMALL_M: f64 = 0.0002;
+
+/// A side of the opening, looked at from the middle: points have a place along it and across it, outwards.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frame {
+    pub(super) outward: Vector2<f64>,
+    /// From where to where the side goes, along it.
+    pub(super) ends_m: [f64; 2],
+    /// Where the side is about, across it.
+    pub(super) about_m: f64,
+}
+
+/// A line along a side.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Line {
+    /// Across, at the middle of its strips.
+    pub(super) across_m: f64,
+    /// The middle of its strips, along.
+    pub(super) along_m: f64,
+    /// How across grows with along.
+    pub(super) slope: f64,
+    /// The weighted scatter of its strips along, in square metres: what the slope is worth.
+    pub(super) weight_m2: f64,
+    /// 90 % of its strips are within this, in metres.
+    pub(super) bow_m: f64,
+}
+
+/// The inner face of a wall.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wall {
+    pub(super) line: Line,
+    /// The root mean square distance of its points from the line, in metres.
+    pub(super) rms_m: f64,
+    /// How far its upper half is from its lower, in metres.
+    pub(super) lean_m: f64,
+}
+
+/// What is seen of a side.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Side {
+    pub(super) frame: Frame,
+    pub(super) wall: Option<Wall>,
+    pub(super) edge: Option<Line>,
+}
+
+impl Side {
+    /// What is seen of a side within `reach_m` of where it is about.
+    pub(super) fn look(levelled: &Levelled, opening: &Opening, frame: Frame, reach_m: f64) -> Self {
+        Self {
+            frame,
+            wall: frame.wall(levelled, opening, reach_m),
+            edge: frame.edge(levelled, opening, reach_m),
+        }
+    }
+
+    /// The line of the side: that of its wall where it is seen.
+    pub(super) fn line(&self) -> Option<Line> {
+        self.wall.map(|wall| wall.line).or(self.edge)
+    }
+}
+
+impl Line {
+    /// Where the line would be across if it were turned parallel to the side's frame about the frame's origin.
+    pub(super) fn straightened_m(&self, slope: f64) -> f64 {
+        self.across_m - slope * self.along_m
+    }
+
+    /// Through strips, with less weight for those that stand out; `None` of too few.
+    fn through(strips: &[Strip]) -> Option<Self> {
+        if strips.len() < 3 {
+            return None;
+        }
+        let mut slopes = Vec::with_capacity(strips.len() * strips.len() / 2);
+        for (index, one) in strips.iter().enumerate() {
+            let others = strips.iter().skip(index + 1);
+            slopes.extend(
+                others.map(|two| (two.across_m - one.across_m) / (two.along_m - one.along_m)),
+            );
+        }
+        let mut slope = median(&mut slopes);
+        let mut offsets: Vec<f64> = strips
+            .iter()
+            .map(|strip| strip.across_m - slope * strip.along_m)
+            .collect();
+        let mut offset_m = median(&mut offsets);
+        let mut weights = vec![1.0; strips.len()];
+        let mut line = None;
+        for _ in 0..5 {
+            let residuals = strips
+                .iter()
+                .map(|strip| strip.across_m - slope * strip.along_m - offset_m);
+            let mut sizes: Vec<f64> = residuals.clone().map(f64::abs).collect();
+            let end_m = TUKEY_MEDIANS * median(&mut sizes).max(SMALL_M);
+            for (weight, residual) in weights.iter_mut().zip(residuals) {
+                let share = (residual / end_m).powi(2);
+                *weight = (1.0 - share).max(0.0).powi(2);
+            }
+            let fitted = Self::weighted(strips, &weights)?;
+            slope = fitted.slope;
+            offset_m = fitted.across_m - slope * fitted.along_m;
+            line = Some(fitted);
+        }
+        let mut residuals: Vec<f64> = strips
+            .iter()
+            .map(|strip| (strip.across_m - slope * strip.along_m - offset_m).abs())
+            .collect();
+        residuals.sort_by(f64::total_cmp);
+        let bow_m = residuals.get((residuals.len() - 1) * 9 / 10).copied();
+        line.map(|line| Self {
+            bow_m: bow_m.unwrap_or(0.0),
+            ..line
+        })
+    }
+
+    fn weighted(strips: &[Strip], weights: &[f64]) -> Option<Self> {
+        let sum: f64 = weights.iter().sum();
+        let mean = |of: fn(&Strip) -> f64| {
+            let weighted = strips
+                .iter()
+                .zip(weights)
+                .map(|(strip, weight)| weight * of(strip));
+            weighted.sum::<f64>() / sum
+        };
+        let (along_m, across_m) = (mean(|strip| strip.along_m), mean(|strip| strip.across_m));
+        let (mut of_both, mut weight_m2) = (0.0, 0.0);
+        for (strip, weight) in strips.iter().zip(weights) {
+            let from_mean_m = strip.along_m - along_m;
+            of_both += weight * from_mean_m * (strip.across_m - across_m);
+            weight_m2 += weight * from_mean_m * from_mean_m;
+        }
+        (sum > 0.0 && weight_m2 > 0.0).then(|| Self {
+            across_m,
+            along_m,
+            slope: of_both / weight_m2,
+            weight_m2,
+            bow_m: 0.0,
+        })
+    }
+}
+
+/// Where a side is at one place.
+#[derive(Debug, Clone, Copy)]
+struct Strip {
+    along_m: f64,
+    across_m: f64,
+}
+
+impl Frame {
+    /// The direction along the side, a quarter turn counter-clockwise from outwards.
+    fn tangent(&self) -> Vector2<f64> {
+        Vector2::new(-self.outward.y, self.outward.x)
+    }
+
+    fn strips(&self) -> usize {
+        ((self.ends_m[1] - self.ends_m[0] - 2.0 * CORNER_M) / STRIP_M).clamp(4.0, 100.0) as usize
+    }
+
+    /// The strip that a place along the side is in.
+    fn strip(&self, along_m: f64) -> Option<usize> {
+        let [from_m, to_m] = [self.ends_m[0] + CORNER_M, self.ends_m[1] - CORNER_M];
+        let share = (along_m - from_m) / (to_m - from_m);
+        (0.0..1.0)
+            .contains(&share)
+            .then(|| (share * self.strips() as f64) as usize)
+    }
+
+    fn along_and_across(&self, place: &Point2<f64>) -> [f64; 2] {
+        [
+            self.tangent().dot(&place.coords),
+            self.outward.dot(&place.coords),
+        ]
+    }
+
+    /// The inner face of the wall, where enough of it is seen.
+    fn wall(&self, levelled: &Levelled, opening: &Opening, reach_m: f64) -> Option<Wall> {
+        // The sensor is above the origin.
+        if self.about_m < IN_FRONT_M {
+            return None;
+        }
+        let heights_m = opening.floor_m + WALL_END_M..opening.rim_m - WALL_END_M;
+        let middle_m = (opening.floor_m + opening.rim_m) / 2.0;
+        let mut strips: Vec<Vec<[f64; 2]>> = vec![Vec::new(); self.strips()];
+        let mut halves = [Vec::new(), Vec::new()];
+        for point in &levelled.points_m {
+            if !heights_m.contains(&point.z) {
+                continue;
+            }
+            let [along_m, across_m] = self.along_and_across(&point.xy());
+            if (across_m - self.about_m).abs() > reach_m {
+                continue;
+            }
+            let strip = self.strip(along_m).and_then(|strip| strips.get_mut(strip));
+            if let Some(strip) = strip {
+                strip.push([along_m, across_m]);
+                let [lower, upper] = &mut halves;
+                if point.z > middle_m { upper } else { lower }.push([along_m, across_m]);
+            }
+        }
+        let seen: Vec<Strip> = strips
+            .iter()
+            .filter(|strip| strip.len() >= LEAST_STRIP_POINTS)
+            .map(|strip| Strip {
+                along_m: strip.iter().map(|[along_m, _]| along_m).sum::<f64>() / strip.len() as f64,
+                across_m: median(
+                    &mut strip
+                        .iter()
+                        .map(|[_, across_m]| *across_m)
+                        .collect::<Vec<_>>(),
+                ),
+            })
+            .collect();
+        if (seen.len() as f64) < LEAST_STRIPS_SHARE * strips.len() as f64 {
+            return None;
+        }
+        let line = Line::through(&seen)?;
+        let residual = |[along_m, across_m]: &[f64; 2]| {
+            across_m - line.across_m - line.slope * (along_m - line.along_m)
+        };
+        let points = || strips.iter().flatten().map(residual);
+        let squares = points().map(|residual_m| residual_m * residual_m);
+        let [lower_m, upper_m] = halves.map(|half| {
+            let enough = half.len() >= 10 * LEAST_STRIP_POINTS;
+            enough.then(|| median(&mut half.iter().map(residual).collect::<Vec<_>>()))
+        });
+        Some(Wall {
+            line,
+            rms_m: (squares.sum::<f64>() / points().count() as f64).sqrt(),
+            lean_m: lower_m
+                .zip(upper_m)
+                .map_or(0.0, |(lower_m, upper_m)| (upper_m - lower_m).abs()),
+        })
+    }
+
+    /// The rim's inner edge: between the innermost points of the rim, and the outermost rays that pass through the
+    /// opening. Noise moves points along their rays, which does not matter here.
+    fn edge(&self, levelled: &Levelled, opening: &Opening, reach_m: f64) -> Option<Line> {
+        let count = self.strips();
+        let mut rims = vec![Vec::new(); count];
+        let mut through = vec![Vec::new(); count];
+        for point in &levelled.points_m {
+            let on_rim = self.along_and_across(&Levelled::along_ray(point, opening.rim_m));
+            let [along_m, across_m] = on_rim;
+            if (across_m - self.about_m).abs() > reach_m {
+                continue;
+            }
+            let Some(strip) = self.strip(along_m) else {
+                continue;
+            };
+            let labelled = match label(point, opening) {
+                Label::Rim => &mut rims,
+                Label::Through => &mut through,
+                Label::Neither => continue,
+            };
+            if let Some(strip) = labelled.get_mut(strip) {
+                strip.push(on_rim);
+            }
+        }
+        let strips = rims.iter().zip(&through);
+        let seen: Vec<Strip> = strips
+            .filter_map(|(rim, through)| edge_strip(rim, through))
+            .collect();
+        if (seen.len() as f64) < LEAST_STRIPS_SHARE * count as f64 {
+            return None;
+        }
+        Line::through(&seen)
+    }
+}
+
+/// What a point shows of the opening.
+enum Label {
+    Rim,
+    Through,
+    Neither,
+}
+
+fn label(point: &Point3<f64>, opening: &Opening) -> Label {
+    let below_m = opening.rim_m - point.z;
+    if below_m.abs() <= RIM_BAND_M {
+        Label::Rim
+    } else if below_m > 2.0 * RIM_BAND_M {
+        Label::Through
+    } else {
+        Label::Neither
+    }
+}
+
+/// Where the edge is in a strip.
+fn edge_strip(rim: &[[f64; 2]], through: &[[f64; 2]]) -> Option<Strip> {
+    let inner_m = rim
+        .iter()
+        .map(|[_, across_m]| *across_m)
+        .fold(f64::INFINITY, f64::min);
+    let passing = through.iter().map(|[_, across_m]| *across_m);
+    let outer_m = passing
+        .filter(|across_m| *across_m < inner_m)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let along_m = rim.iter().map(|[along_m, _]| *along_m).sum::<f64>() / rim.len() as f64;
+    let across_m = (inner_m + outer_m) / 2.0;
+    across_m.is_finite().then_some(Strip { along_m, across_m })
+}
