@@ -107,6 +107,7 @@ pub fn calibrate(
         found = look(&points_m, &up, settings)?;
     }
     let residuals = checks::residuals(&found, settings)?;
+    checks::has_rim(&found)?;
     checks::is_empty(&found, residuals.floor_rms_m)?;
     let placed = frame::place(&found, settings)?;
     Ok(Calibration {

@@ -11,6 +11,7 @@
 
 pub mod calibration;
 pub mod doubts;
+pub mod extrinsics;
 mod holes;
 mod layers;
 pub mod mapper;

@@ -13,10 +13,22 @@ use super::{CalibrationError, CalibrationSettings, Found, Residuals};
 const FLOOR_BAND_M: f64 = 0.008;
 
 /// Points within this of the rim's height belong to it, in metres.
-const RIM_BAND_M: f64 = 0.005;
+const RIM_BAND_M: f64 = 0.008;
 
 /// The rim begins this far outside the walls' inner faces, and reaches no farther than this, in metres.
 const RIM_M: std::ops::Range<f64> = 0.0005..0.02;
+
+/// A strip of a side shows the rim where so many points lie on it, so far outside the inner face: farther than noise
+/// takes those of the wall.
+const LEAST_RIM_POINTS: usize = 2;
+const SURE_RIM_M: std::ops::Range<f64> = 0.0012..0.02;
+
+/// Of each side's strips, at least this share shows the rim.
+const LEAST_RIM_SHARE: f64 = 0.6;
+
+/// What is this far above the rim is not the rim, in metres, and no farther outside the walls' inner faces than this.
+const ABOVE_RIM_M: f64 = 0.01;
+const OUTSIDE_M: f64 = 0.004;
 
 /// What is nearer to a wall is not looked at, in metres.
 const WALL_MARGIN_M: f64 = 0.015;
@@ -115,6 +127,12 @@ pub(super) fn residuals(
         parallelism_rad: surfaces.parallelism_rad(),
         walls_seen: walls().count(),
     };
+    if bow_m > settings.largest_bow_m {
+        return Err(CalibrationError::Bent {
+            bow_m,
+            limit_m: settings.largest_bow_m,
+        });
+    }
     for (what, rms_m) in [
         ("floor", residuals.floor_rms_m),
         ("rim", residuals.rim_rms_m),
@@ -127,12 +145,6 @@ pub(super) fn residuals(
                 limit_m: settings.largest_rms_m,
             });
         }
-    }
-    if bow_m > settings.largest_bow_m {
-        return Err(CalibrationError::Bent {
-            bow_m,
-            limit_m: settings.largest_bow_m,
-        });
     }
     for (what, angle_rad) in [
         ("sides", residuals.squareness_rad),
@@ -158,6 +170,46 @@ pub(super) fn residuals(
         return Err(CalibrationError::Lip { apart_m, limit_m });
     }
     Ok(residuals)
+}
+
+/// Makes sure that the rim is one: level ground outside each wall's inner face, and nothing above. Walls that are cut by
+/// the edge of the image are none.
+pub(super) fn has_rim(found: &Found) -> Result<(), CalibrationError> {
+    let rectangle = &found.rectangle;
+    let rim_m = found.surfaces.rim.mean.z;
+    let points_m = &found.levelled.points_m;
+    for (side, across_m) in rectangle.sides.iter().zip(&rectangle.across_m) {
+        let across_m = across_m.unwrap_or(side.frame.about_m);
+        let mut counts = vec![0; side.frame.strips()];
+        let level = points_m
+            .iter()
+            .filter(|point| (point.z - rim_m).abs() <= RIM_BAND_M);
+        for point in level {
+            let [along_m, point_across_m] = side.frame.along_and_across(&point.xy());
+            let strip = side.frame.strip(along_m);
+            if let Some(count) = strip.and_then(|strip| counts.get_mut(strip))
+                && SURE_RIM_M.contains(&(point_across_m - across_m))
+            {
+                *count += 1;
+            }
+        }
+        let seen = counts.iter().filter(|count| **count >= LEAST_RIM_POINTS);
+        if (seen.count() as f64) < LEAST_RIM_SHARE * counts.len() as f64 {
+            return Err(CalibrationError::RimUnseen);
+        }
+    }
+    let mut above = Squares::default();
+    let high = points_m
+        .iter()
+        .filter(|point| point.z > rim_m + ABOVE_RIM_M);
+    for point in high.filter(|point| rectangle.contains(&point.xy(), -OUTSIDE_M)) {
+        above.count(point);
+    }
+    let area_m2 = above.area_m2(LEAST_SQUARE_POINTS);
+    if area_m2 > LARGEST_OFF_M2 {
+        return Err(CalibrationError::AboveRim { area_m2 });
+    }
+    Ok(())
 }
 
 /// Makes sure that nothing is in the container, and that enough of its floor is seen.

@@ -53,6 +53,17 @@ pub enum CalibrationError {
     /// No rim.
     #[error("no raised rim encloses a hole with a floor: the whole rim must be seen, from above")]
     NoRim,
+    /// A side of what seems the rim has no level top.
+    #[error("the rim is not seen along a side: is the whole rim in view?")]
+    RimUnseen,
+    /// Something is higher than the rim.
+    #[error(
+        "{area_m2:.4} m^2 within the walls are higher than what seems the rim: is the whole rim in view, and nothing above it?"
+    )]
+    AboveRim {
+        /// The area, in square metres.
+        area_m2: f64,
+    },
     /// More than one container.
     #[error(
         "more than one container is seen: leave one in view, or give the size of the one that is meant"

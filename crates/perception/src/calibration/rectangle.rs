@@ -13,9 +13,8 @@ const ROUNDS: usize = 3;
 /// The rectangle around the cells of the hole leaves out this share at each side.
 const BEYOND_SHARE: f64 = 0.01;
 
-/// Around where a side is about, it is looked for within so many cells, and this many metres.
-const REACH_CELLS: f64 = 3.0;
-const REACH_M: f64 = 0.005;
+/// Around where a side is about, it is looked for within a cell and this, in metres: bent walls are seen as such.
+const REACH_M: f64 = 0.02;
 
 /// A rectangle. Its sides are numbered counter-clockwise from that towards `outward`.
 #[derive(Debug, Clone)]
@@ -73,21 +72,15 @@ pub(super) fn find(
     settings: &CalibrationSettings,
 ) -> Result<Rectangle, CalibrationError> {
     let (mut outward, mut about_m) = around(opening);
-    let mut reach_m = REACH_M + REACH_CELLS * opening.pitch_m;
+    let reach_m = REACH_M + opening.pitch_m;
     let mut round = 0;
     loop {
         let rectangle = adjust(levelled, opening, outward, about_m, reach_m);
-        let known =
-            [0, 1].map(|axis| settings.size.is_some() && is_one_seen(&rectangle.across_m, axis));
-        let is_seen = |axis: usize| {
-            let pair = [
-                rectangle.across_m.get(axis),
-                rectangle.across_m.get(axis + 2),
-            ];
-            pair.iter()
-                .all(|across_m| across_m.is_some_and(Option::is_some))
-        };
-        if (0..2).any(|axis| !is_seen(axis) && !known.get(axis).copied().unwrap_or(false)) {
+        let [a, b, c, d] = rectangle.across_m.map(|across_m| across_m.is_some());
+        // One of two opposite sides is enough where the distance between them is known.
+        let is_known =
+            |one: bool, other: bool| (one && other) || (settings.size.is_some() && (one || other));
+        if !is_known(a, c) || !is_known(b, d) {
             return Err(CalibrationError::SideUnseen);
         }
         round += 1;
@@ -96,13 +89,7 @@ pub(super) fn find(
         }
         outward = rectangle.outward;
         about_m = rectangle.about_m();
-        reach_m = REACH_M + 0.5 * opening.pitch_m;
     }
-}
-
-fn is_one_seen(across_m: &[Option<f64>; 4], axis: usize) -> bool {
-    let is_seen = |side: usize| across_m.get(side).is_some_and(Option::is_some);
-    is_seen(axis) || is_seen(axis + 2)
 }
 
 /// The rectangle whose sides are nearest to those that are seen, all turned together.
@@ -114,18 +101,22 @@ fn adjust(
     reach_m: f64,
 ) -> Rectangle {
     let [a, b, c, d] = about_m;
-    // Along a side, counter-clockwise: from the side before it to the one after.
-    let ends_m = [[-d, b], [-a, c], [-b, d], [-c, a]];
-    let mut frames = directions(&outward).into_iter().zip(about_m).zip(ends_m);
-    let sides = [(); 4].map(|()| {
-        let ((outward, about_m), ends_m) = frames.next().unwrap_or(((outward, a), [-d, b]));
+    let look = |outward, about_m, ends_m| {
         let frame = Frame {
             outward,
             ends_m,
             about_m,
         };
         Side::look(levelled, opening, frame, reach_m)
-    });
+    };
+    let [one, two, three, four] = directions(&outward);
+    // Along a side, counter-clockwise: from the side before it to the one after.
+    let sides = [
+        look(one, a, [-d, b]),
+        look(two, b, [-a, c]),
+        look(three, c, [-b, d]),
+        look(four, d, [-c, a]),
+    ];
     let lines = || sides.iter().filter_map(Side::line);
     let weight_m2: f64 = lines().map(|line| line.weight_m2).sum();
     let weighted: f64 = lines().map(|line| line.weight_m2 * line.slope).sum();
@@ -147,7 +138,7 @@ fn adjust(
 /// The smallest rectangle around the opening's cells: the direction of its first side, and how far its sides are.
 fn around(opening: &Opening) -> (Vector2<f64>, [f64; 4]) {
     let step_rad = 1.0_f64.to_radians();
-    let coarse = (0..90).map(|step| f64::from(step) * step_rad);
+    let mut coarse = (0..90).map(|step| f64::from(step) * step_rad);
     let best = |angles: &mut dyn Iterator<Item = f64>| {
         let areas = angles.map(|angle_rad| {
             let outward = Rotation2::new(angle_rad) * Vector2::x();
@@ -157,7 +148,7 @@ fn around(opening: &Opening) -> (Vector2<f64>, [f64; 4]) {
         });
         areas.min_by(|one, two| one.0.total_cmp(&two.0))
     };
-    let coarse_rad = best(&mut coarse.into_iter()).map_or(0.0, |(_, angle_rad, _)| angle_rad);
+    let coarse_rad = best(&mut coarse).map_or(0.0, |(_, angle_rad, _)| angle_rad);
     let mut fine = (-10..=10).map(|step| coarse_rad + f64::from(step) * 0.1 * step_rad);
     let (_, angle_rad, sides_m) = best(&mut fine).unwrap_or((0.0, 0.0, [0.0; 4]));
     // The hole lost a cell and a half at each side to the grown rim, and half of one to its cells' middles.

@@ -185,12 +185,13 @@ impl Frame {
         Vector2::new(-self.outward.y, self.outward.x)
     }
 
-    fn strips(&self) -> usize {
+    /// How many strips it has.
+    pub(super) fn strips(&self) -> usize {
         ((self.ends_m[1] - self.ends_m[0] - 2.0 * CORNER_M) / STRIP_M).clamp(4.0, 100.0) as usize
     }
 
     /// The strip that a place along the side is in.
-    fn strip(&self, along_m: f64) -> Option<usize> {
+    pub(super) fn strip(&self, along_m: f64) -> Option<usize> {
         let [from_m, to_m] = [self.ends_m[0] + CORNER_M, self.ends_m[1] - CORNER_M];
         let share = (along_m - from_m) / (to_m - from_m);
         (0.0..1.0)
@@ -198,7 +199,8 @@ impl Frame {
             .then(|| (share * self.strips() as f64) as usize)
     }
 
-    fn along_and_across(&self, place: &Point2<f64>) -> [f64; 2] {
+    /// Where a place is along and across.
+    pub(super) fn along_and_across(&self, place: &Point2<f64>) -> [f64; 2] {
         [
             self.tangent().dot(&place.coords),
             self.outward.dot(&place.coords),
@@ -227,7 +229,8 @@ impl Frame {
             if let Some(strip) = strip {
                 strip.push([along_m, across_m]);
                 let [lower, upper] = &mut halves;
-                if point.z > middle_m { upper } else { lower }.push([along_m, across_m]);
+                let half = if point.z > middle_m { upper } else { lower };
+                half.push([along_m, across_m]);
             }
         }
         let seen: Vec<Strip> = strips
