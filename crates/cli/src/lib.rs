@@ -51,6 +51,10 @@ enum Command {
     Train(Box<commands::train::TrainArguments>),
     /// Look at the objects of a folder or of the built-in set
     Catalogue(commands::catalogue::CatalogueArguments),
+    /// Make a heightmap of point cloud files
+    Perceive(commands::perceive::PerceiveArguments),
+    /// Find the container's pose and size in a cloud of it empty
+    Calibrate(commands::calibrate::CalibrateArguments),
     /// Evaluate one object on one container at every offset
     Evaluate(commands::evaluate::EvaluateArguments),
 }
@@ -87,6 +91,8 @@ fn run(command: &Command, backend: &dyn Backend) -> Outcome {
             commands::train::run(arguments, backend)
         }
         Command::Catalogue(arguments) => commands::catalogue::run(arguments),
+        Command::Perceive(arguments) => commands::perceive::run(arguments),
+        Command::Calibrate(arguments) => commands::calibrate::run(arguments),
         Command::Evaluate(arguments) => commands::evaluate::run(arguments),
     }
 }

@@ -1,9 +1,11 @@
 //! Options that several commands share, and what they stand for.
 
 mod arm;
+mod mapper;
 mod method;
 mod physics;
 mod proposals;
+mod sensor;
 
 use std::path::PathBuf;
 
@@ -17,11 +19,13 @@ use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use crate::failure::{OrInput, Outcome};
 use crate::length::{parse_length, parse_size};
 use crate::progress;
+pub(crate) use mapper::MapperOptions;
 pub(crate) use method::{Method, MethodOptions, StabilityOption};
 pub(crate) use physics::{Conditions, PhysicsOptions, Simulated};
 pub(crate) use proposals::{
     DeviceOption, Network, PROPOSAL_YAWS, ProposalSource, at_least_one, read_model,
 };
+pub(crate) use sensor::{Sensor, SensorOption, calibration_file, parse_sensor};
 
 /// Which objects there are.
 #[derive(Debug, Clone, Args)]

@@ -1,0 +1,164 @@
+//! `ppnpack calibrate`: where the container is before a sensor, from a cloud of it empty.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use comfy_table::Table;
+use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
+use ppnpack_packing::grid::ContainerSize;
+use ppnpack_perception::calibration::{Calibration, CalibrationSettings, calibrate};
+use ppnpack_perception::extrinsics::Extrinsics;
+use serde::Serialize;
+
+use crate::failure::{Failure, OrInput, Outcome};
+use crate::length::{parse_length, parse_size};
+use crate::options::calibration_file;
+use crate::output::{print_json, print_line, write_whole};
+
+/// Finds the container in a cloud of it empty, seen from above: its pose before the sensor and its inner size.
+///
+/// The cloud is a PCD or PLY file in metres in the sensor's frame, with the whole rim in view. What is written is taken
+/// by `ppnpack perceive --container-from-sensor`, and its lines go into the perception service's configuration.
+#[derive(Debug, Args)]
+pub(crate) struct CalibrateArguments {
+    /// The cloud
+    #[arg(value_name = "CLOUD")]
+    cloud: PathBuf,
+
+    /// The container's inner size where it is known: the cloud is checked against it, and gives only the pose
+    #[arg(long, value_name = "XxYxZ", allow_hyphen_values = true, value_parser = parse_size)]
+    container: Option<[f64; 3]>,
+
+    /// How far the measured size may be from the known one
+    #[arg(long, value_name = "LENGTH", default_value = "5mm", value_parser = parse_length, allow_hyphen_values = true)]
+    size_tolerance: f64,
+
+    /// Turn the x axis from the side nearest to the sensor's by so many quarter turns, counter-clockwise from above
+    #[arg(long, value_name = "COUNT", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=3))]
+    quarter_turns: u8,
+
+    /// The greatest root mean square of floor, rim and walls, the sensor's noise included
+    #[arg(long, value_name = "LENGTH", default_value = "4mm", value_parser = parse_length, allow_hyphen_values = true)]
+    largest_rms: f64,
+
+    /// How far walls may be from plane and upright
+    #[arg(long, value_name = "LENGTH", default_value = "4mm", value_parser = parse_length, allow_hyphen_values = true)]
+    largest_bow: f64,
+
+    /// The seed of the random choices
+    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
+    seed: u64,
+
+    /// The file to write
+    #[arg(long, value_name = "FILE", default_value = "out/calibration.toml")]
+    out: PathBuf,
+
+    /// Print the result as JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+/// The result, for programs.
+#[derive(Debug, Serialize)]
+struct Summary<'a> {
+    container_from_sensor: Extrinsics,
+    #[serde(flatten)]
+    calibration: Found<'a>,
+    out: &'a std::path::Path,
+}
+
+/// The rest of a calibration.
+#[derive(Debug, Serialize)]
+struct Found<'a> {
+    container: ContainerSize,
+    measured_container: ContainerSize,
+    residuals: &'a ppnpack_perception::calibration::Residuals,
+}
+
+pub(crate) fn run(arguments: &CalibrateArguments) -> Outcome {
+    let settings = CalibrationSettings {
+        size: arguments
+            .container
+            .map(|[x_m, y_m, z_m]| ContainerSize { x_m, y_m, z_m }),
+        size_tolerance_m: arguments.size_tolerance,
+        quarter_turns: arguments.quarter_turns,
+        largest_rms_m: arguments.largest_rms,
+        largest_bow_m: arguments.largest_bow,
+        seed: arguments.seed,
+        ..CalibrationSettings::default()
+    };
+    settings.validate().or_input()?;
+    let cloud = ppnpack_clouds::read(&arguments.cloud).or_input()?;
+    let calibration = calibrate(cloud.measured_m(), &settings)
+        .map_err(|error| Failure::input(format_args!("{}: {error}", arguments.cloud.display())))?;
+    let file = calibration_file(&arguments.cloud, &calibration);
+    write_whole(&arguments.out, file.as_bytes())?;
+    if arguments.json {
+        return Ok(print_json(&Summary {
+            container_from_sensor: Extrinsics::from(&calibration.container_from_sensor),
+            calibration: Found {
+                container: calibration.size,
+                measured_container: calibration.measured_size,
+                residuals: &calibration.residuals,
+            },
+            out: &arguments.out,
+        })?);
+    }
+    print_line(&table(&calibration))?;
+    Ok(print_line(&format!(
+        "Calibration: {}",
+        arguments.out.display()
+    ))?)
+}
+
+fn table(calibration: &Calibration) -> String {
+    let millimetres = |metres: f64| format!("{:.2} mm", 1e3 * metres);
+    let degrees = |radians: f64| format!("{:.3} degrees", radians.to_degrees());
+    let Extrinsics {
+        position_m: [x, y, z],
+        orientation_xyzw: [qx, qy, qz, qw],
+    } = Extrinsics::from(&calibration.container_from_sensor);
+    let measured = &calibration.measured_size;
+    let residuals = &calibration.residuals;
+    let rows = [
+        ("Sensor's position", format!("{x:.4}, {y:.4}, {z:.4} m")),
+        (
+            "Orientation (x, y, z, w)",
+            format!("{qx:.5}, {qy:.5}, {qz:.5}, {qw:.5}"),
+        ),
+        (
+            "Inner size, measured",
+            format!(
+                "{:.2} x {:.2} x {:.2} cm",
+                100.0 * measured.x_m,
+                100.0 * measured.y_m,
+                100.0 * measured.z_m
+            ),
+        ),
+        (
+            "Floor, root mean square",
+            millimetres(residuals.floor_rms_m),
+        ),
+        ("Rim", millimetres(residuals.rim_rms_m)),
+        (
+            "Walls",
+            format!(
+                "{}, {} of 4 seen",
+                millimetres(residuals.walls_rms_m),
+                residuals.walls_seen
+            ),
+        ),
+        ("Walls plane within", millimetres(residuals.bow_m)),
+        ("Sides square within", degrees(residuals.squareness_rad)),
+        (
+            "Floor and rim parallel within",
+            degrees(residuals.parallelism_rad),
+        ),
+    ];
+    let mut table = Table::new();
+    table.load_style(UTF8_HORIZONTAL_ONLY);
+    for (name, value) in rows {
+        table.add_row([name.to_owned(), value]);
+    }
+    table.to_string()
+}

@@ -1,0 +1,120 @@
+//! Clouds to try the commands on: a container, empty and with some objects, before a simulated camera.
+
+use std::path::Path;
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
+use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
+use ppnpack_catalogue::mesh::{Bounds, Mesh};
+use ppnpack_clouds::{Cloud, to_pcd};
+use ppnpack_packing::grid::{ContainerSize, Resolution};
+
+use crate::failure::{OrInput, OrRun, Outcome};
+use crate::output::{StagedFolder, print_line};
+
+/// The thickness of walls and bottom, in metres.
+const WALL_M: f64 = 0.008;
+
+/// Where the middles of objects are, as shares of the floor.
+const PLACES: [[f64; 2]; 5] = [
+    [0.22, 0.22],
+    [0.75, 0.25],
+    [0.5, 0.55],
+    [0.2, 0.8],
+    [0.8, 0.8],
+];
+
+/// Writes the clouds, and says what to do with them.
+pub(super) fn write(folder: &Path) -> Outcome {
+    let container = container(ContainerSize::REFERENCE);
+    let mut files = StagedFolder::new(folder)?;
+    let empty = seen(&container, 1)?;
+    files.add("empty.pcd", &to_pcd(&empty))?;
+    let content = content(ContainerSize::REFERENCE)?;
+    let packed = seen(&[container, content].concat(), 2)?;
+    files.add("packed.pcd", &to_pcd(&packed))?;
+    files.publish()?;
+    let name = |file: &str| folder.join(file).display().to_string();
+    let (empty, packed, calibration) = (
+        name("empty.pcd"),
+        name("packed.pcd"),
+        name("calibration.toml"),
+    );
+    print_line(&format!(
+        "Clouds of a simulated camera with 1 mm of noise: {empty} and {packed}. Try\n\n  \
+         ppnpack calibrate {empty} --out {calibration}\n  \
+         ppnpack perceive {packed} --container-from-sensor {calibration} --noise 1mm --point-radius 1mm \
+         --largest-hole 5mm --wall-margin 3mm --largest-unseen-share 0.25"
+    ))?;
+    Ok(())
+}
+
+/// What the camera measures of meshes in the container's frame.
+fn seen(meshes: &[Mesh], seed: u64) -> Outcome<Cloud> {
+    let ContainerSize { x_m, y_m, z_m } = ContainerSize::REFERENCE;
+    let middle = Point3::new(x_m / 2.0, y_m / 2.0, z_m / 2.0);
+    let intrinsics = Intrinsics::centred(640, 480, 570.0).or_run()?;
+    let at = middle + Vector3::new(0.08, -0.15, 0.85);
+    let camera = DepthCamera::looking_at(intrinsics, at, &middle);
+    let bodies: Vec<Body<'_>> = meshes
+        .iter()
+        .map(|mesh| Body {
+            vertices: &mesh.vertices,
+            triangles: &mesh.triangles,
+            world_from_body: Isometry3::identity(),
+        })
+        .collect();
+    let view = camera.see(&bodies).or_run()?;
+    let image = view.noisy_points(&NoiseModel::default(), seed).or_run()?;
+    Cloud::organised(image.width(), image.points_m().to_vec()).or_run()
+}
+
+/// A container on a table.
+fn container(size: ContainerSize) -> Vec<Mesh> {
+    let ContainerSize { x_m, y_m, z_m } = size;
+    let (low, x, y) = (-WALL_M, x_m + WALL_M, y_m + WALL_M);
+    [
+        ([-2.0, -2.0, low - 0.01], [2.0, 2.0, low]),
+        ([low, low, low], [x, y, 0.0]),
+        ([low, low, 0.0], [0.0, y, z_m]),
+        ([x_m, low, 0.0], [x, y, z_m]),
+        ([0.0, low, 0.0], [x_m, 0.0, z_m]),
+        ([0.0, y_m, 0.0], [x_m, y, z_m]),
+    ]
+    .map(|(lowest, highest)| {
+        Bounds {
+            lowest: lowest.into(),
+            highest: highest.into(),
+        }
+        .mesh()
+    })
+    .into()
+}
+
+/// Objects of the built-in set on the floor.
+fn content(size: ContainerSize) -> Outcome<Vec<Mesh>> {
+    let settings = Settings::default();
+    let catalogue = Catalogue::load(
+        &Source::Builtin,
+        &settings,
+        &Resolution::reference(),
+        &|_, _| {},
+    )
+    .or_input()?;
+    let is_small = |mesh: &&Mesh| {
+        let extents = mesh.bounds().map(|bounds| bounds.extents_m());
+        extents.is_some_and(|extents| {
+            let wide_m = extents.x.max(extents.y);
+            (0.04..0.10).contains(&wide_m) && extents.z < 0.2
+        })
+    };
+    let meshes = catalogue.objects.iter().map(|object| &object.model.mesh);
+    let small = meshes.filter(is_small).step_by(2);
+    let placed = small.zip(PLACES).filter_map(|(mesh, [x, y])| {
+        let Bounds { lowest, highest } = mesh.bounds()?;
+        let middle = nalgebra::center(&lowest, &highest);
+        let to = Vector3::new(x * size.x_m - middle.x, y * size.y_m - middle.y, -lowest.z);
+        Some(mesh.transformed(&Isometry3::translation(to.x, to.y, to.z)))
+    });
+    Ok(placed.collect())
+}

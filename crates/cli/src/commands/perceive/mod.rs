@@ -1,0 +1,310 @@
+//! `ppnpack perceive`: point cloud files of one scene to a heightmap.
+
+mod example;
+mod pictures;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use comfy_table::Table;
+use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
+use ppnpack_clouds::Cloud;
+use ppnpack_packing::grid::{ContainerSize, Grid, Resolution};
+use ppnpack_perception::mapper::{Mapped, Mapper};
+use ppnpack_perception::settings::MapperSettings;
+use serde::Serialize;
+
+use crate::failure::{Failure, OrInput, OrRun, Outcome};
+use crate::length::{parse_length, parse_size};
+use crate::options::{MapperOptions, Sensor, SensorOption, parse_sensor};
+use crate::output::{StagedFolder, print_json, print_line};
+
+/// Sensors may disagree on the container's size by this, in metres.
+const SIZE_TOLERANCE_M: f64 = 0.005;
+
+/// Maps point clouds of one scene, prints a summary and draws the heightmap.
+///
+/// A cloud is a PCD or PLY file in metres in its sensor's frame. Without a pose, that is the container's frame: origin at
+/// an inner bottom corner, z up. `ppnpack calibrate` finds the pose. Several clouds, of several sensors, make one map.
+#[derive(Debug, Args)]
+pub(crate) struct PerceiveArguments {
+    /// The clouds
+    #[arg(value_name = "CLOUD", required_unless_present = "example")]
+    clouds: Vec<PathBuf>,
+
+    /// Write clouds of a simulated camera to try this on into a folder, and say how
+    #[arg(long, value_name = "DIR", conflicts_with = "clouds")]
+    example: Option<PathBuf>,
+
+    /// Where each cloud's sensor is, in the order of the clouds: metres and a unit quaternion, or a file that
+    /// `ppnpack calibrate` wrote
+    #[arg(long, value_name = "X,Y,Z,QX,QY,QZ,QW|FILE", value_parser = parse_sensor, allow_hyphen_values = true)]
+    container_from_sensor: Vec<SensorOption>,
+
+    /// The container's inner size (default: that of the calibration, else 32x32x30cm)
+    #[arg(long, value_name = "XxYxZ", allow_hyphen_values = true, value_parser = parse_size)]
+    container: Option<Sides>,
+
+    /// The edge of a grid cell
+    #[arg(long, value_name = "LENGTH", default_value = "1cm", value_parser = parse_length, allow_hyphen_values = true)]
+    cell: f64,
+
+    /// One unit of height
+    #[arg(long, value_name = "LENGTH", default_value = "2mm", value_parser = parse_length, allow_hyphen_values = true)]
+    height_unit: f64,
+
+    #[command(flatten)]
+    mapper: MapperOptions,
+
+    /// Where the results are written
+    #[arg(long, value_name = "DIR", default_value = "out/perceive")]
+    out: PathBuf,
+
+    /// Print the summary as JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+/// The three inner lengths of a container, in metres.
+type Sides = [f64; 3];
+
+/// What was seen, for programs and people.
+#[derive(Debug, Serialize)]
+struct Summary {
+    clouds: Vec<CloudSummary>,
+    container: ContainerSize,
+    cell_m: f64,
+    height_unit_m: f64,
+    mapper: MapperSettings,
+    /// Points with three finite coordinates.
+    points_measured: u64,
+    points_inside: u64,
+    /// Points that stood by themselves and were left out.
+    points_alone: u64,
+    cells: usize,
+    unknown_cells: usize,
+    samples: usize,
+    unseen_samples: usize,
+    /// Of the cells that are known; none where none is.
+    greatest_height_m: Option<f64>,
+    /// Without reading the files.
+    took_s: f64,
+}
+
+/// A cloud of the scene.
+#[derive(Debug, Serialize)]
+struct CloudSummary {
+    path: PathBuf,
+    points: usize,
+    width: usize,
+    height: usize,
+}
+
+pub(crate) fn run(arguments: &PerceiveArguments) -> Outcome {
+    if let Some(folder) = &arguments.example {
+        return example::write(folder);
+    }
+    let sensors = arguments.sensors()?;
+    let grid = arguments.grid(&sensors)?;
+    let settings = arguments.mapper.settings();
+    let mut mapper = Mapper::new(&grid, settings.clone()).or_input()?;
+    let clouds = arguments
+        .clouds
+        .iter()
+        .map(|path| ppnpack_clouds::read(path));
+    let clouds: Vec<Cloud> = clouds.collect::<Result<_, _>>().or_input()?;
+    let began = Instant::now();
+    mapper.clear();
+    for (cloud, sensor) in clouds.iter().zip(&sensors) {
+        mapper.add(
+            cloud.points_m().iter().copied(),
+            &sensor.container_from_sensor,
+        );
+    }
+    let mapped = mapper.finish().or_run()?;
+    let took_s = began.elapsed().as_secs_f64();
+    let paths = arguments.clouds.iter();
+    let summary = Summary {
+        clouds: paths
+            .zip(&clouds)
+            .map(|(path, cloud)| CloudSummary::new(path, cloud))
+            .collect(),
+        mapper: settings,
+        took_s,
+        ..Summary::new(&grid, &mapped)
+    };
+    write(&grid, &mapped, &summary, &arguments.out)?;
+    if arguments.json {
+        print_json(&summary)?;
+    } else {
+        print_line(&summary.table())?;
+        print_line(&format!(
+            "Picture: {}",
+            arguments.out.join("heightmap.png").display()
+        ))?;
+    }
+    Ok(())
+}
+
+impl PerceiveArguments {
+    /// The sensor of each cloud.
+    fn sensors(&self) -> Outcome<Vec<Sensor>> {
+        let (clouds, given) = (self.clouds.len(), self.container_from_sensor.len());
+        if given == 0 {
+            return Ok(vec![Sensor::default(); clouds]);
+        }
+        if given != clouds {
+            return Err(Failure::input(format_args!(
+                "--container-from-sensor is given {given} times for {clouds} clouds: give it once for each, in their order"
+            )));
+        }
+        let sensors = self.container_from_sensor.iter().map(SensorOption::sensor);
+        sensors.collect::<Result<_, _>>().or_input()
+    }
+
+    fn grid(&self, sensors: &[Sensor]) -> Outcome<Grid> {
+        let yaws = Resolution::reference().yaws().clone();
+        let resolution = Resolution::new(self.cell, self.height_unit, yaws).or_input()?;
+        Grid::new(self.container(sensors)?, resolution).or_input()
+    }
+
+    fn container(&self, sensors: &[Sensor]) -> Outcome<ContainerSize> {
+        if let Some([x_m, y_m, z_m]) = self.container {
+            return Ok(ContainerSize { x_m, y_m, z_m });
+        }
+        let mut calibrated = sensors.iter().filter_map(|sensor| sensor.container);
+        let Some(first) = calibrated.next() else {
+            return Ok(ContainerSize::REFERENCE);
+        };
+        let sides = |size: ContainerSize| [size.x_m, size.y_m, size.z_m];
+        let differs = |other: ContainerSize| {
+            let mut pairs = sides(first).into_iter().zip(sides(other));
+            pairs.any(|(one, two)| (one - two).abs() > SIZE_TOLERANCE_M)
+        };
+        if calibrated.any(differs) {
+            return Err(Failure::input(
+                "the calibrations are of containers of different sizes: give --container",
+            ));
+        }
+        Ok(first)
+    }
+}
+
+impl CloudSummary {
+    fn new(path: &Path, cloud: &Cloud) -> Self {
+        Self {
+            path: path.to_owned(),
+            points: cloud.points_m().len(),
+            width: cloud.width(),
+            height: cloud.height(),
+        }
+    }
+}
+
+impl Summary {
+    fn new(grid: &Grid, mapped: &Mapped) -> Self {
+        let unit_m = grid.resolution().height_unit_m();
+        let heights = mapped.scene.heightmap().heights().iter();
+        // What is unknown is one unit above the rim; content may be higher still.
+        let known = heights.filter(|height| **height != grid.rim() + 1);
+        Self {
+            clouds: Vec::new(),
+            container: grid.container(),
+            cell_m: grid.resolution().cell_m(),
+            height_unit_m: unit_m,
+            mapper: MapperSettings::default(),
+            points_measured: mapped.tally.measured,
+            points_inside: mapped.tally.inside,
+            points_alone: mapped.tally.alone,
+            cells: grid.nx() * grid.ny(),
+            unknown_cells: mapped.unknown_cells,
+            samples: mapped
+                .scene
+                .surface()
+                .map_or(0, |surface| surface.heights_m().len()),
+            unseen_samples: mapped.unseen_samples,
+            greatest_height_m: known.max().map(|height| f64::from(*height) * unit_m),
+            took_s: 0.0,
+        }
+    }
+
+    fn table(&self) -> String {
+        let mut table = Table::new();
+        table.load_style(UTF8_HORIZONTAL_ONLY);
+        for cloud in &self.clouds {
+            let shape = if cloud.height > 1 {
+                format!(
+                    "{} points, {} x {}",
+                    cloud.points, cloud.width, cloud.height
+                )
+            } else {
+                format!("{} points", cloud.points)
+            };
+            table.add_row([cloud.path.display().to_string(), shape]);
+        }
+        let ContainerSize { x_m, y_m, z_m } = self.container;
+        let share = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
+        let rows = [
+            (
+                "Container",
+                format!(
+                    "{:.1} x {:.1} x {:.1} cm",
+                    100.0 * x_m,
+                    100.0 * y_m,
+                    100.0 * z_m
+                ),
+            ),
+            (
+                "Points inside",
+                format!(
+                    "{} of {} measured",
+                    self.points_inside, self.points_measured
+                ),
+            ),
+            ("Points left out, alone", self.points_alone.to_string()),
+            (
+                "Samples unseen",
+                format!(
+                    "{} of {} ({:.1} %)",
+                    self.unseen_samples,
+                    self.samples,
+                    share(self.unseen_samples, self.samples)
+                ),
+            ),
+            (
+                "Cells unknown",
+                format!(
+                    "{} of {} ({:.1} %)",
+                    self.unknown_cells,
+                    self.cells,
+                    share(self.unknown_cells, self.cells)
+                ),
+            ),
+            (
+                "Greatest height",
+                self.greatest_height_m
+                    .map_or("nothing is known".to_owned(), |height_m| {
+                        format!("{:.1} cm", 100.0 * height_m)
+                    }),
+            ),
+            ("Time", crate::report::table::duration(self.took_s)),
+        ];
+        for (name, value) in rows {
+            table.add_row([name.to_owned(), value]);
+        }
+        table.to_string()
+    }
+}
+
+/// Writes the pictures and the summary, or nothing.
+fn write(grid: &Grid, mapped: &Mapped, summary: &Summary, folder: &Path) -> Outcome {
+    let mut files = StagedFolder::new(folder)?;
+    files.add("heightmap.png", &pictures::heightmap(grid, mapped)?)?;
+    files.add("surface.png", &pictures::surface(grid, mapped)?)?;
+    files.add(
+        "summary.json",
+        &serde_json::to_vec_pretty(summary).or_run()?,
+    )?;
+    Ok(files.publish()?)
+}

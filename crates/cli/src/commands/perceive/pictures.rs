@@ -1,0 +1,56 @@
+//! Pictures of what was seen. What is unknown is grey.
+
+use anyhow::Context;
+use ppnpack_packing::grid::Grid;
+use ppnpack_perception::mapper::Mapped;
+use ppnpack_picture::HeightField;
+
+/// The heightmap that placements are planned on, as a PNG.
+pub(super) fn heightmap(grid: &Grid, mapped: &Mapped) -> anyhow::Result<Vec<u8>> {
+    let unit_m = grid.resolution().height_unit_m();
+    let unknown = grid.rim() + 1;
+    let heights_m = mapped.scene.heightmap().heights().iter().map(|height| {
+        if *height == unknown {
+            f64::NAN
+        } else {
+            f64::from(*height) * unit_m
+        }
+    });
+    let heights_m: Vec<f64> = heights_m.collect();
+    let field = HeightField {
+        nx: grid.nx(),
+        ny: grid.ny(),
+        cell_m: grid.resolution().cell_m(),
+        heights_m: &heights_m,
+        scale_top_m: Some(grid.container().z_m),
+    };
+    draw("Heightmap (grey: unknown)", &field)
+}
+
+/// The surface that it was made of, as a PNG.
+pub(super) fn surface(grid: &Grid, mapped: &Mapped) -> anyhow::Result<Vec<u8>> {
+    let surface = mapped.scene.surface().context("the scene has no surface")?;
+    // Samples that were not seen have the height of their cell, or one above the rim, by less than a unit.
+    let rim_m = grid.container().z_m;
+    let unit_m = grid.resolution().height_unit_m();
+    let heights_m = surface.heights_m().iter().map(|height_m| {
+        let height_m = f64::from(*height_m);
+        let is_unknown = height_m > rim_m && height_m < rim_m + unit_m;
+        if is_unknown { f64::NAN } else { height_m }
+    });
+    let heights_m: Vec<f64> = heights_m.collect();
+    let field = HeightField {
+        nx: surface.nx(),
+        ny: surface.ny(),
+        cell_m: surface.pitch_m(),
+        heights_m: &heights_m,
+        scale_top_m: Some(rim_m),
+    };
+    draw("Surface (grey: unknown)", &field)
+}
+
+fn draw(title: &str, field: &HeightField<'_>) -> anyhow::Result<Vec<u8>> {
+    let image =
+        ppnpack_picture::heightmap(title, field).context("the heightmap cannot be drawn")?;
+    Ok(image.to_png()?)
+}

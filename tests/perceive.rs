@@ -1,0 +1,277 @@
+//! Point cloud files to heightmaps, as a user runs it.
+
+#![allow(clippy::unwrap_used, reason = "a panic in a test is a failing test")]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn ppnpack(arguments: &[&str]) -> Output {
+    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack"));
+    command.args(arguments).env("XDG_CACHE_HOME", cache);
+    command.output().unwrap()
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let output = ppnpack(&[arguments, &["--json"]].concat());
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {error}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Runs a command that must be refused with exit code 2 and a message of one line that has all of these parts.
+fn refused(arguments: &[&str], parts: &[&str]) {
+    let output = ppnpack(arguments);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {error}");
+    for part in parts {
+        assert!(
+            error.contains(part),
+            "{arguments:?}: '{part}' is not in: {error}"
+        );
+    }
+    if error.starts_with("ppnpack: ") {
+        assert_eq!(error.trim_end().lines().count(), 1, "{error}");
+    }
+}
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn name(&self, name: &str) -> String {
+        self.path(name).to_str().unwrap().to_owned()
+    }
+
+    /// Writes an ASCII cloud.
+    fn cloud(&self, name: &str, points: &[[f64; 3]]) -> String {
+        let header = format!(
+            "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH {}\nHEIGHT 1\nDATA ascii\n",
+            points.len()
+        );
+        let lines = points.iter().map(|[x, y, z]| format!("{x} {y} {z}\n"));
+        std::fs::write(self.path(name), header + &lines.collect::<String>()).unwrap();
+        self.name(name)
+    }
+}
+
+#[test]
+fn the_example_is_calibrated_and_perceived() {
+    let folder = Folder::new();
+    let output = ppnpack(&["perceive", "--example", &folder.name("example")]);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let advice = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(
+        advice.contains("ppnpack calibrate") && advice.contains("ppnpack perceive"),
+        "{advice}"
+    );
+
+    let (empty, packed) = (
+        folder.name("example/empty.pcd"),
+        folder.name("example/packed.pcd"),
+    );
+    let (calibration, out) = (folder.name("calibration.toml"), folder.name("out"));
+    let found = json(&["calibrate", &empty, "--out", &calibration]);
+    for (side, length_m) in [("x_m", 0.32), ("y_m", 0.32), ("z_m", 0.30)] {
+        let measured_m = found["container"][side].as_f64().unwrap();
+        assert!((measured_m - length_m).abs() < 0.002, "{found}");
+    }
+    assert_eq!(found["residuals"]["walls_seen"], 4);
+
+    // What the advice says works, word for word.
+    let line = advice
+        .lines()
+        .find(|line| line.contains("ppnpack perceive"))
+        .unwrap();
+    let arguments: Vec<String> = line
+        .split_whitespace()
+        .skip(1)
+        .map(|word| {
+            if word.ends_with("calibration.toml") {
+                calibration.clone()
+            } else {
+                word.to_owned()
+            }
+        })
+        .collect();
+    let mut arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    arguments.extend(["--out", &out]);
+    let seen = json(&arguments);
+    assert_eq!(seen["clouds"][0]["path"], packed);
+    assert_eq!(seen["clouds"][0]["height"], 480);
+    assert!(seen["points_inside"].as_u64().unwrap() > 50_000, "{seen}");
+    let greatest_m = seen["greatest_height_m"].as_f64().unwrap();
+    assert!((0.02..0.28).contains(&greatest_m), "{seen}");
+    let unknown = seen["unknown_cells"].as_f64().unwrap() / seen["cells"].as_f64().unwrap();
+    assert!(unknown < 0.35, "{seen}");
+
+    let mut names: Vec<_> = folder
+        .path("out")
+        .read_dir()
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert_eq!(names, ["heightmap.png", "summary.json", "surface.png"]);
+
+    // With its size known, and for people.
+    let output = ppnpack(&[
+        "calibrate",
+        &empty,
+        "--container",
+        "32x32x30cm",
+        "--out",
+        &calibration,
+    ]);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        text.contains("Inner size") && text.contains("4 of 4 seen"),
+        "{text}"
+    );
+    let file = std::fs::read_to_string(folder.path("calibration.toml")).unwrap();
+    assert!(
+        file.contains("container = { x_m = 0.32, y_m = 0.32, z_m = 0.3 }"),
+        "{file}"
+    );
+
+    // The container that is not empty is no calibration.
+    refused(
+        &["calibrate", &packed, "--out", &calibration],
+        &["packed.pcd", "not empty"],
+    );
+    refused(
+        &[
+            "calibrate",
+            &empty,
+            "--container",
+            "32x32x20cm",
+            "--out",
+            &calibration,
+        ],
+        &["z side"],
+    );
+}
+
+#[test]
+fn a_cloud_in_the_container_s_frame_needs_no_options() {
+    let folder = Folder::new();
+    let cloud = folder.cloud(
+        "cloud.pcd",
+        &[[0.105, 0.105, 0.05], [0.205, 0.105, 0.1], [0.5, 0.5, 0.0]],
+    );
+    let out = folder.name("out");
+    let seen = json(&["perceive", &cloud, "--out", &out]);
+    assert_eq!(seen["points_measured"], 3);
+    assert_eq!(seen["points_inside"], 2);
+    assert_eq!(seen["unknown_cells"], 32 * 32 - 2);
+    assert_eq!(seen["greatest_height_m"], 0.1);
+    let output = ppnpack(&["perceive", &cloud, "--out", &out]);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        text.contains("1022 of 1024") && text.contains("heightmap.png"),
+        "{text}"
+    );
+}
+
+#[test]
+fn clouds_of_several_sensors_make_one_map() {
+    let folder = Folder::new();
+    let one = folder.cloud("one.pcd", &[[0.105, 0.105, 0.05]]);
+    // Upside down, a metre above a corner.
+    let two = folder.cloud("two.pcd", &[[0.205, -0.105, 0.9]]);
+    let out = folder.name("out");
+    let seen = json(&[
+        "perceive",
+        &one,
+        &two,
+        "--container-from-sensor",
+        "0,0,0,0,0,0,1",
+        "--container-from-sensor",
+        "0,0,1,1,0,0,0",
+        "--out",
+        &out,
+    ]);
+    assert_eq!(seen["points_inside"], 2);
+    assert_eq!(seen["greatest_height_m"], 0.1);
+    let twice = [
+        "perceive",
+        &one,
+        &two,
+        "--container-from-sensor",
+        "0,0,1,1,0,0,0",
+    ];
+    refused(&twice, &["1 times for 2 clouds"]);
+}
+
+#[test]
+fn wrong_input_is_refused() {
+    let folder = Folder::new();
+    let cloud = folder.cloud("cloud.pcd", &[[0.105, 0.105, 0.05]]);
+    let (out, missing) = (folder.name("out"), folder.name("missing.pcd"));
+    std::fs::write(folder.path("broken.ply"), "ply\nformat ascii 1.0\n").unwrap();
+    std::fs::write(folder.path("broken.toml"), "container_from_sensor = 1\n").unwrap();
+    std::fs::write(folder.path("no.toml"), "x = \n").unwrap();
+    let (ply, toml, no) = (
+        folder.name("broken.ply"),
+        folder.name("broken.toml"),
+        folder.name("no.toml"),
+    );
+    refused(&["perceive"], &["CLOUD"]);
+    refused(
+        &["perceive", &missing, "--out", &out],
+        &["missing.pcd cannot be read"],
+    );
+    refused(&["perceive", &ply, "--out", &out], &["broken.ply", "PLY"]);
+    refused(
+        &["calibrate", &missing, "--out", &out],
+        &["missing.pcd cannot be read"],
+    );
+    refused(
+        &["calibrate", &cloud, "--out", &out],
+        &["cloud.pcd", "1 measured points"],
+    );
+    let posed = |pose: &str, parts: &[&str]| {
+        refused(
+            &[
+                "perceive",
+                &cloud,
+                "--out",
+                &out,
+                "--container-from-sensor",
+                pose,
+            ],
+            parts,
+        );
+    };
+    posed("1,2,3", &["seven numbers"]);
+    posed("0,0,0,0,0,0,3", &["unit quaternion"]);
+    posed("nowhere.toml", &["nowhere.toml is no calibration file"]);
+    posed(&toml, &["broken.toml is no calibration file"]);
+    posed(&no, &["no.toml is no calibration file"]);
+    refused(
+        &["perceive", &cloud, "--out", &out, "--noise", "2m"],
+        &["noise_m"],
+    );
+    refused(
+        &["perceive", &cloud, "--out", &out, "--cell", "1m"],
+        &["cell"],
+    );
+    refused(
+        &["perceive", &cloud, "--out", &out, "--point-radius", "1cm"],
+        &["point_radius_m"],
+    );
+    assert!(!folder.path("out").exists(), "nothing is written");
+}
