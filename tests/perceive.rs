@@ -117,6 +117,23 @@ fn the_example_is_calibrated_and_perceived() {
     assert!((0.02..0.28).contains(&greatest_m), "{seen}");
     let unknown = seen["unknown_cells"].as_f64().unwrap() / seen["cells"].as_f64().unwrap();
     assert!(unknown < 0.35, "{seen}");
+    assert_eq!(seen["doubts"].as_array().unwrap().len(), 0, "{seen}");
+
+    // A container that is not where the calibration says is doubted.
+    let moved = folder.path("moved.toml");
+    let file = std::fs::read_to_string(folder.path("calibration.toml")).unwrap();
+    let (before, pose) = file.split_once("position_m = [").unwrap();
+    let (x_m, after) = pose.split_once(',').unwrap();
+    let x_m: f64 = x_m.trim().parse().unwrap();
+    let file = format!("{before}position_m = [{},{after}", x_m + 0.03);
+    std::fs::write(&moved, file).unwrap();
+    let moved = moved.to_str().unwrap();
+    let doubtful = arguments
+        .iter()
+        .map(|word| if *word == calibration { moved } else { word });
+    let doubtful: Vec<&str> = doubtful.collect();
+    let doubts = json(&doubtful)["doubts"].to_string();
+    assert!(doubts.contains("the top of the wall at x = 0"), "{doubts}");
 
     let mut names: Vec<_> = folder
         .path("out")
@@ -184,6 +201,7 @@ fn a_cloud_in_the_container_s_frame_needs_no_options() {
         text.contains("1022 of 1024") && text.contains("heightmap.png"),
         "{text}"
     );
+    assert!(text.contains("only 2 of 1024 cells are known"), "{text}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! How points become heights.
 
 use clap::Args;
+use ppnpack_perception::doubts::DoubtSettings;
 use ppnpack_perception::settings::MapperSettings;
 
 use crate::length::parse_distance;
@@ -37,6 +38,14 @@ pub(crate) struct MapperOptions {
         allow_hyphen_values = true
     )]
     largest_unseen_share: f64,
+
+    /// How thick the walls are: their tops are then looked for where the container should be; 0: they are not
+    #[arg(long, value_name = "LENGTH", default_value = "0", value_parser = parse_distance, allow_hyphen_values = true)]
+    wall_thickness: f64,
+
+    /// What stands above the rim by more than this reaches into the container; without it, nothing does
+    #[arg(long, value_name = "LENGTH", value_parser = parse_distance, allow_hyphen_values = true)]
+    reach_above_rim: Option<f64>,
 }
 
 impl MapperOptions {
@@ -48,6 +57,11 @@ impl MapperOptions {
             wall_margin_m: self.wall_margin,
             floor_tolerance_m: self.floor_tolerance,
             largest_unseen_share: self.largest_unseen_share,
+            doubts: DoubtSettings {
+                wall_thickness_m: self.wall_thickness,
+                reach_above_rim_m: self.reach_above_rim,
+                ..DoubtSettings::default()
+            },
             ..MapperSettings::default()
         }
     }

@@ -33,7 +33,7 @@ use ppnpack_wire::v1;
 use counts::Counts;
 pub use counts::Fate;
 use desk::{Desk, Mail};
-pub use ros::{PoseSettings, RosCamera};
+pub use ros::RosCamera;
 use router::Router;
 pub use settings::{GridSettings, Settings};
 

@@ -8,10 +8,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::Isometry3;
+use ppnpack_perception::extrinsics::Extrinsics;
 use ppnpack_service::ServiceError;
 use ppnpack_service::metrics::{self, Metric};
 use ppnpack_service::process::Process;
-use ppnpack_wire::convert::pose;
 use ppnpack_wire::keys::{Cell, Stream, everything};
 use ppnpack_wire::ros::{PointCloud2, to_cloud, topic};
 use ppnpack_wire::{WireError, v1};
@@ -39,36 +39,14 @@ pub struct RosCamera {
     #[serde(default)]
     pub sensor: String,
     /// Where it is: the pose of the frame that its coordinates are in.
-    pub container_from_sensor: PoseSettings,
+    pub container_from_sensor: Extrinsics,
     /// The type of its messages; `sensor_msgs/msg/PointCloud2` is the only one that is known.
     #[serde(rename = "type", default = "point_cloud2")]
     pub message_type: String,
 }
 
-/// A pose.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PoseSettings {
-    /// The translation, in metres.
-    pub translation_m: [f64; 3],
-    /// The rotation, as a quaternion of length 1.
-    pub rotation_xyzw: [f64; 4],
-}
-
 fn point_cloud2() -> String {
     topic::POINT_CLOUD2.to_owned()
-}
-
-impl PoseSettings {
-    fn read(&self) -> Result<Isometry3<f64>, WireError> {
-        let [x_m, y_m, z_m] = self.translation_m;
-        let [x, y, z, w] = self.rotation_xyzw;
-        let message = v1::Pose {
-            position: Some(v1::Vector3 { x_m, y_m, z_m }),
-            orientation: Some(v1::Quaternion { x, y, z, w }),
-        };
-        pose::read_required("container_from_sensor", Some(&message))
-    }
 }
 
 /// A camera as it is set, checked.
@@ -94,7 +72,10 @@ impl RosCamera {
             key,
             cell: Cell::new(&self.cell).map_err(|error| error.to_string())?,
             sensor: self.sensor.clone(),
-            container_from_sensor: self.container_from_sensor.read().map_err(wire)?,
+            container_from_sensor: self
+                .container_from_sensor
+                .pose()
+                .map_err(|error| format!("container_from_sensor: {error}"))?,
         })
     }
 }
@@ -195,9 +176,9 @@ mod tests {
             key: "0/camera/depth/points/**".to_owned(),
             cell: "cell-1".to_owned(),
             sensor: String::new(),
-            container_from_sensor: PoseSettings {
-                translation_m: [0.16, 0.16, 0.9],
-                rotation_xyzw: [1.0, 0.0, 0.0, 0.0],
+            container_from_sensor: Extrinsics {
+                position_m: [0.16, 0.16, 0.9],
+                orientation_xyzw: [1.0, 0.0, 0.0, 0.0],
             },
             message_type: point_cloud2(),
         }
@@ -243,14 +224,14 @@ mod tests {
             ("cell-?", |c| c.cell = "cell-?".to_owned()),
             ("'all'", |c| c.cell = "all".to_owned()),
             ("'cell-2' is not served", |c| c.cell = "cell-2".to_owned()),
-            ("norm is 0", |c| {
-                c.container_from_sensor.rotation_xyzw = [0.0; 4];
+            ("is no unit quaternion", |c| {
+                c.container_from_sensor.orientation_xyzw = [0.0; 4];
             }),
-            ("norm is NaN", |c| {
-                c.container_from_sensor.rotation_xyzw = [f64::NAN; 4];
+            ("is no unit quaternion", |c| {
+                c.container_from_sensor.orientation_xyzw = [f64::NAN; 4];
             }),
-            ("container_from_sensor: the coordinate", |c| {
-                c.container_from_sensor.translation_m = [f64::INFINITY, 0.0, 0.0];
+            ("container_from_sensor: the position", |c| {
+                c.container_from_sensor.position_m = [f64::INFINITY, 0.0, 0.0];
             }),
         ];
         let served = |cell: &Cell| one(cell).filter(|_| cell.as_str() == "cell-1");

@@ -11,7 +11,8 @@ use std::time::{Duration, Instant};
 
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Scene, Surface};
-use ppnpack_perception_service::{Fate, Perception, PoseSettings, RosCamera, Settings, StartError};
+use ppnpack_perception::extrinsics::Extrinsics;
+use ppnpack_perception_service::{Fate, Perception, RosCamera, Settings, StartError};
 use ppnpack_service::configuration::ServiceSettings;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::process::Process;
@@ -42,9 +43,9 @@ fn camera(key: &str, cell: &str) -> RosCamera {
         key: key.to_owned(),
         sensor: String::new(),
         cell: cell.to_owned(),
-        container_from_sensor: PoseSettings {
-            translation_m: [0.0, ACROSS_M.into(), ABOVE_M.into()],
-            rotation_xyzw: [1.0, 0.0, 0.0, 0.0],
+        container_from_sensor: Extrinsics {
+            position_m: [0.0, ACROSS_M.into(), ABOVE_M.into()],
+            orientation_xyzw: [1.0, 0.0, 0.0, 0.0],
         },
         message_type: "sensor_msgs/msg/PointCloud2".to_owned(),
     }

@@ -86,6 +86,8 @@ struct Summary {
     unknown_cells: usize,
     samples: usize,
     unseen_samples: usize,
+    /// Why a planner would place nothing on this.
+    doubts: Vec<String>,
     /// Of the cells that are known; none where none is.
     greatest_height_m: Option<f64>,
     /// Without reading the files.
@@ -224,6 +226,7 @@ impl Summary {
                 .surface()
                 .map_or(0, |surface| surface.heights_m().len()),
             unseen_samples: mapped.unseen_samples,
+            doubts: mapped.doubts.iter().map(ToString::to_string).collect(),
             greatest_height_m: known.max().map(|height| f64::from(*height) * unit_m),
             took_s: 0.0,
         }
@@ -292,6 +295,9 @@ impl Summary {
         ];
         for (name, value) in rows {
             table.add_row([name.to_owned(), value]);
+        }
+        for doubt in &self.doubts {
+            table.add_row(["Doubtful", doubt]);
         }
         table.to_string()
     }
