@@ -106,8 +106,8 @@ pub fn calibrate(
         up = found.surfaces.up(&found.levelled);
         found = look(&points_m, &up, settings)?;
     }
-    let residuals = checks::residuals(&found, settings)?;
     checks::has_rim(&found)?;
+    let residuals = checks::residuals(&found, settings)?;
     checks::is_empty(&found, residuals.floor_rms_m)?;
     let placed = frame::place(&found, settings)?;
     Ok(Calibration {

@@ -118,6 +118,19 @@ fn a_known_size_is_checked_and_decides_which_side_is_x() {
     );
 }
 
+/// Sides within the tolerance of each other were taken for one another.
+#[test]
+fn a_known_size_with_sides_nearly_equal_is_not_turned() {
+    let mut case = Case::plain();
+    case.size_m = [0.323, 0.32, 0.2];
+    for roll_rad in [0.2, 1.8] {
+        case.look_from(0.8, 0.2, 1.0, roll_rad);
+        let calibration = with_size(&case, case.size()).unwrap();
+        let errors = case.errors(&calibration);
+        assert!(errors.position_m < 0.001, "{errors:?}");
+    }
+}
+
 #[test]
 fn the_same_cloud_gives_the_same_result() {
     let case = Case::plain();

@@ -6,6 +6,9 @@ use ppnpack_packing::grid::ContainerSize;
 use super::rectangle::directions;
 use super::{CalibrationError, CalibrationSettings, Found};
 
+/// Sides whose lengths differ by half of this are as good as equal, in metres.
+const SAME_SIDES_M: f64 = 0.002;
+
 /// Where the container is.
 pub(super) struct Placed {
     pub(super) container_from_levelled: Isometry3<f64>,
@@ -26,6 +29,14 @@ pub(super) fn place(
     let towards = directions(&found.rectangle.outward);
     let nearness = |turn: &usize| towards.get(*turn).map_or(-1.0, |axis| axis.dot(&wanted));
     turns.sort_by(|one, two| nearness(two).total_cmp(&nearness(one)));
+    if let Some(known) = settings.size {
+        let mismatch_m = |turn: &usize| {
+            let sides = Sides::new(found, *turn, settings.size);
+            sides.map_or(f64::INFINITY, |sides| sides.mismatch_m(&known))
+        };
+        let least_m = turns.iter().map(mismatch_m).fold(f64::INFINITY, f64::min);
+        turns.retain(|turn| mismatch_m(turn) <= least_m + SAME_SIDES_M);
+    }
     let mut first_error = None;
     for turn in turns {
         let placed =
@@ -84,6 +95,12 @@ impl Sides {
                 z_m: found.surfaces.depth_m(),
             },
         })
+    }
+
+    /// How far the sides are from known ones, together, in metres.
+    fn mismatch_m(&self, known: &ContainerSize) -> f64 {
+        let measured = &self.measured_size;
+        (measured.x_m - known.x_m).abs() + (measured.y_m - known.y_m).abs()
     }
 
     fn placed(&self, settings: &CalibrationSettings) -> Result<Placed, CalibrationError> {

@@ -44,6 +44,8 @@ pub(super) struct Opening {
     pub(super) cells_m: Vec<Point2<f64>>,
     /// The edge of a cell, in metres.
     pub(super) pitch_m: f64,
+    /// The distance of neighbouring points, in metres.
+    pub(super) spacing_m: f64,
 }
 
 /// A hole that may be an opening.
@@ -80,6 +82,7 @@ pub(super) fn find(
 /// The cloud from above, in square cells.
 struct Map {
     corner: Point2<f64>,
+    spacing_m: f64,
     pitch_m: f64,
     nx: usize,
     ny: usize,
@@ -98,10 +101,12 @@ impl Map {
         };
         let (x, y) = (middle(|point| point.x), middle(|point| point.y));
         let corner = Point2::new(x - REACH_M, y - REACH_M);
-        let pitch_m = (1.5 * spacing_m(points_m, &corner)?).clamp(0.003, 0.012);
+        let spacing_m = spacing_m(points_m, &corner)?;
+        let pitch_m = (1.5 * spacing_m).clamp(0.003, 0.012);
         let cells = (2.0 * REACH_M / pitch_m) as usize + 1;
         let mut map = Self {
             corner,
+            spacing_m,
             pitch_m,
             nx: cells,
             ny: cells,
@@ -225,6 +230,7 @@ impl Map {
             floor_m,
             cells_m: hole.cells.iter().map(|cell| self.middle(*cell)).collect(),
             pitch_m: self.pitch_m,
+            spacing_m: self.spacing_m,
         })
     }
 }

@@ -268,7 +268,7 @@ impl Frame {
         })
     }
 
-    /// The rim's inner edge: between the innermost points of the rim, and the outermost rays that pass through the
+    /// The rim's inner edge: between the innermost points of the rim and the outermost rays that pass through the
     /// opening. Noise moves points along their rays, which does not matter here.
     fn edge(&self, levelled: &Levelled, opening: &Opening, reach_m: f64) -> Option<Line> {
         let count = self.strips();
@@ -294,7 +294,7 @@ impl Frame {
         }
         let strips = rims.iter().zip(&through);
         let seen: Vec<Strip> = strips
-            .filter_map(|(rim, through)| edge_strip(rim, through))
+            .filter_map(|(rim, through)| edge_strip(rim, through, opening.spacing_m))
             .collect();
         if (seen.len() as f64) < LEAST_STRIPS_SHARE * count as f64 {
             return None;
@@ -321,8 +321,9 @@ fn label(point: &Point3<f64>, opening: &Opening) -> Label {
     }
 }
 
-/// Where the edge is in a strip.
-fn edge_strip(rim: &[[f64; 2]], through: &[[f64; 2]]) -> Option<Strip> {
+/// Where the edge is in a strip. Where the innermost points of the rim and the outermost rays through the opening are no
+/// neighbours, since the wall between them was not measured, the rim's points tell alone.
+fn edge_strip(rim: &[[f64; 2]], through: &[[f64; 2]], spacing_m: f64) -> Option<Strip> {
     let inner_m = rim
         .iter()
         .map(|[_, across_m]| *across_m)
@@ -332,6 +333,12 @@ fn edge_strip(rim: &[[f64; 2]], through: &[[f64; 2]]) -> Option<Strip> {
         .filter(|across_m| *across_m < inner_m)
         .fold(f64::NEG_INFINITY, f64::max);
     let along_m = rim.iter().map(|[along_m, _]| *along_m).sum::<f64>() / rim.len() as f64;
-    let across_m = (inner_m + outer_m) / 2.0;
+    let gap_m = inner_m - outer_m;
+    let beyond_m = if gap_m <= 2.0 * spacing_m {
+        gap_m / 2.0
+    } else {
+        spacing_m / 4.0
+    };
+    let across_m = inner_m - beyond_m;
     across_m.is_finite().then_some(Strip { along_m, across_m })
 }
