@@ -89,8 +89,11 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Outcome {
     };
     settings.validate().or_input()?;
     let cloud = ppnpack_clouds::read(&arguments.cloud).or_input()?;
-    let calibration = calibrate(cloud.measured_m(), &settings)
+    let mut calibration = calibrate(cloud.measured_m(), &settings)
         .map_err(|error| Failure::input(format_args!("{}: {error}", arguments.cloud.display())))?;
+    if arguments.container.is_none() {
+        calibration.size = in_whole_millimetres(calibration.size);
+    }
     let file = calibration_file(&arguments.cloud, &calibration);
     write_whole(&arguments.out, file.as_bytes())?;
     if arguments.json {
@@ -109,6 +112,16 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Outcome {
         "Calibration: {}",
         arguments.out.display()
     ))?)
+}
+
+/// The size as exactly as it is measured. A hair less than a multiple of the cell would cost a row of cells.
+fn in_whole_millimetres(size: ContainerSize) -> ContainerSize {
+    let whole = |side_m: f64| (1000.0 * side_m).round() / 1000.0;
+    ContainerSize {
+        x_m: whole(size.x_m),
+        y_m: whole(size.y_m),
+        z_m: whole(size.z_m),
+    }
 }
 
 fn table(calibration: &Calibration) -> String {
