@@ -1,8 +1,8 @@
-//! Why a cloud could not be read or written.
+//! Why a cloud could not be read.
 
 use std::path::PathBuf;
 
-/// Why a file could not be read or written.
+/// Why a file could not be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CloudError {
@@ -21,14 +21,6 @@ pub enum CloudError {
         path: PathBuf,
         /// What is wrong with it.
         source: FormatError,
-    },
-    /// The file cannot be written.
-    #[error("{} cannot be written: {source}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
     },
 }
 

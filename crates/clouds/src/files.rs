@@ -1,10 +1,10 @@
 //! Files, and which format they have.
 
 use std::fs::File;
-use std::io::{Read, Write};
+use std::io::Read;
 use std::path::Path;
 
-use crate::{Cloud, CloudError, FormatError, pcd, ply, to_pcd};
+use crate::{Cloud, CloudError, FormatError, pcd, ply};
 
 /// The longest file that is read: all points that are possible, at 32 bytes each, and a header.
 pub const MAX_FILE_BYTES: u64 = (crate::MAX_POINTS as u64) * 32 + (1 << 20);
@@ -58,39 +58,4 @@ pub fn parse(content: &[u8]) -> Result<Cloud, FormatError> {
     } else {
         Err(FormatError::Unknown)
     }
-}
-
-/// Writes a binary PCD file, so that it has all of its content or does not change. Its folder must exist.
-///
-/// # Errors
-/// [`CloudError::Write`] says what the system says.
-pub fn write_pcd(path: &Path, cloud: &Cloud) -> Result<(), CloudError> {
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    let folder = folder.unwrap_or(Path::new("."));
-    let write = || -> std::io::Result<()> {
-        let mut file = tempfile::Builder::new()
-            .prefix(".unfinished-")
-            .tempfile_in(folder)?;
-        file.write_all(&to_pcd(cloud))?;
-        readable_by_all(file.as_file())?;
-        file.as_file().sync_all()?;
-        file.persist(path)?;
-        Ok(())
-    };
-    write().map_err(|source| CloudError::Write {
-        path: path.to_owned(),
-        source,
-    })
-}
-
-/// Temporary files are private; clouds are not.
-fn readable_by_all(file: &File) -> std::io::Result<()> {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        file.set_permissions(std::fs::Permissions::from_mode(0o644))?;
-    }
-    Ok(())
 }

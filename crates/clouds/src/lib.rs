@@ -1,7 +1,7 @@
 //! Point cloud files.
 //!
 //! [`read`] takes PCD (ascii, binary, binary_compressed) and PLY (ascii, binary of either byte order) by what they
-//! contain; [`write_pcd`] writes binary PCD. Only `x`, `y` and `z` are read, as numbers of 4 or 8 bytes with a fraction;
+//! contain; [`to_pcd`] gives the bytes of a binary PCD. Only `x`, `y` and `z` are read, as numbers of 4 or 8 bytes with a fraction;
 //! they are metres in the frame that the file was written in, which is taken to be the sensor's. A file's own viewpoint
 //! is not applied.
 //!
@@ -25,8 +25,9 @@ mod files;
 mod number;
 mod pcd;
 mod ply;
+pub mod ply_header;
 
 pub use cloud::{Cloud, CloudShapeError, MAX_POINTS};
 pub use error::{CloudError, FormatError};
-pub use files::{MAX_FILE_BYTES, parse, read, write_pcd};
+pub use files::{MAX_FILE_BYTES, parse, read};
 pub use pcd::write::to_pcd;

@@ -7,7 +7,7 @@ use ply_rs_bw::ply::{
 };
 
 use crate::number::number;
-use crate::{Cloud, FormatError};
+use crate::{Cloud, FormatError, ply_header};
 
 struct Vertex(Point3<f32>);
 
@@ -138,34 +138,11 @@ fn check_coordinates(vertex: &ElementDef) -> Result<(), FormatError> {
 
 /// Refuses more elements than a file can hold, before there is memory for them.
 fn check_length(element: &ElementDef, encoding: Encoding, bytes: usize) -> Result<(), FormatError> {
-    let least = element
-        .count
-        .saturating_mul(least_bytes(element, encoding).max(1));
-    // One byte more, since the last line of an ASCII file need not end.
-    if least <= bytes + 1 {
+    if ply_header::can_hold(bytes, element, encoding) {
         return Ok(());
     }
     Err(FormatError::ply(format_args!(
         "its header announces {} elements '{}', more than its {bytes} bytes can hold",
         element.count, element.name
     )))
-}
-
-/// The fewest bytes that one element takes in the file.
-fn least_bytes(element: &ElementDef, encoding: Encoding) -> usize {
-    let bytes = |scalar: &ScalarType| match scalar {
-        ScalarType::Char | ScalarType::UChar => 1,
-        ScalarType::Short | ScalarType::UShort => 2,
-        ScalarType::Int | ScalarType::UInt | ScalarType::Float => 4,
-        ScalarType::Double => 8,
-    };
-    let properties = element
-        .properties
-        .iter()
-        .map(|(_, property)| match &property.data_type {
-            // A digit and what separates it from the next.
-            _ if encoding == Encoding::Ascii => 2,
-            PropertyType::Scalar(scalar) | PropertyType::List(scalar, _) => bytes(scalar),
-        });
-    properties.sum()
 }

@@ -6,7 +6,7 @@
 )]
 
 use nalgebra::Point3;
-use ppnpack_clouds::{Cloud, CloudError, FormatError, MAX_POINTS, parse, read, to_pcd, write_pcd};
+use ppnpack_clouds::{Cloud, CloudError, FormatError, MAX_POINTS, parse, read, to_pcd};
 use proptest::prelude::*;
 
 /// How points may stand in a file.
@@ -326,23 +326,6 @@ fn errors_name_the_file() {
         read(&misnamed).unwrap().points_m().len(),
         1,
         "content decides"
-    );
-}
-
-#[test]
-fn files_are_written_whole_or_not_at_all() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("cloud.pcd");
-    let cloud = Cloud::organised(2, vec![Point3::new(0.1, 0.2, 0.3); 4]).unwrap();
-    write_pcd(&path, &cloud).unwrap();
-    assert_eq!(read(&path).unwrap(), cloud);
-    assert_eq!(folder.path().read_dir().unwrap().count(), 1);
-    let error = write_pcd(&folder.path().join("missing/cloud.pcd"), &cloud).unwrap_err();
-    assert!(
-        error
-            .to_string()
-            .contains("missing/cloud.pcd cannot be written"),
-        "{error}"
     );
 }
 

@@ -2,9 +2,8 @@
 
 use nalgebra::Point3;
 use ply_rs_bw::parser::{Parser, Reader};
-use ply_rs_bw::ply::{
-    ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
-};
+use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
+use ppnpack_clouds::ply_header;
 
 use super::{ReadError, fan};
 use crate::mesh::Mesh;
@@ -75,25 +74,6 @@ fn scalar(property: &Property) -> Option<f64> {
     }
 }
 
-/// The fewest bytes that one element takes in the file.
-fn least_bytes(element: &ElementDef, encoding: Encoding) -> usize {
-    let bytes = |scalar: &ScalarType| match scalar {
-        ScalarType::Char | ScalarType::UChar => 1,
-        ScalarType::Short | ScalarType::UShort => 2,
-        ScalarType::Int | ScalarType::UInt | ScalarType::Float => 4,
-        ScalarType::Double => 8,
-    };
-    let properties = element
-        .properties
-        .iter()
-        .map(|(_, property)| match &property.data_type {
-            // A digit and what separates it from the next.
-            _ if encoding == Encoding::Ascii => 2,
-            PropertyType::Scalar(scalar) | PropertyType::List(scalar, _) => bytes(scalar),
-        });
-    properties.sum()
-}
-
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     let malformed = |reason: String| ReadError::malformed("PLY", &reason);
     let mut reader = Reader::new(bytes);
@@ -102,11 +82,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
         .read_header(&mut reader)
         .map_err(|error| malformed(error.to_string()))?;
     for (name, element) in &header.elements {
-        // One byte more, since the last line of an ASCII file need not end.
-        let needed = element
-            .count
-            .saturating_mul(least_bytes(element, header.encoding).max(1));
-        if needed > bytes.len() + 1 {
+        if !ply_header::can_hold(bytes.len(), element, header.encoding) {
             return Err(malformed(format!(
                 "its header announces {} elements '{name}', more than its {} bytes can hold",
                 element.count,

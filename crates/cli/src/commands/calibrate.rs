@@ -42,7 +42,7 @@ pub(crate) struct CalibrateArguments {
     largest_rms: f64,
 
     /// How far walls may be from plane and upright
-    #[arg(long, value_name = "LENGTH", default_value = "4mm", value_parser = parse_length, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", default_value = "3mm", value_parser = parse_length, allow_hyphen_values = true)]
     largest_bow: f64,
 
     /// The seed of the random choices

@@ -40,7 +40,7 @@ impl Default for CalibrationSettings {
             quarter_turns: 0,
             least_depth_m: 0.03,
             largest_rms_m: 0.004,
-            largest_bow_m: 0.004,
+            largest_bow_m: 0.003,
             largest_skew_rad: 0.0175,
             largest_view_angle_rad: 0.8,
             seed: 0,
