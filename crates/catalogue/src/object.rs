@@ -52,6 +52,34 @@ pub struct Model {
     pub resting_poses: Vec<RestingPose>,
 }
 
+impl Model {
+    /// The same object standing otherwise: all of it turned about the origin of the item frame.
+    #[must_use]
+    pub fn turned(&self, rotation: &UnitQuaternion<f64>) -> Self {
+        let matrix = rotation.to_rotation_matrix();
+        let pieces = self.pieces.iter().map(|piece| ConvexPiece {
+            vertices: piece.vertices.iter().map(|at| matrix * at).collect(),
+        });
+        let back = rotation.inverse();
+        let resting_poses = self.resting_poses.iter().map(|pose| RestingPose {
+            rotation: pose.rotation * back,
+            probability: pose.probability,
+        });
+        Self {
+            name: self.name.clone(),
+            mesh: self.mesh.transformed(&nalgebra::convert(*rotation)),
+            volume_m3: self.volume_m3,
+            pieces: pieces.collect(),
+            mass: MassProperties {
+                mass_kg: self.mass.mass_kg,
+                centre_of_mass_m: matrix * self.mass.centre_of_mass_m,
+                inertia_kg_m2: matrix * self.mass.inertia_kg_m2 * matrix.inverse(),
+            },
+            resting_poses: resting_poses.collect(),
+        }
+    }
+}
+
 /// An object ready to be packed at one resolution.
 #[derive(Debug, Clone)]
 pub struct CatalogueObject {

@@ -2,7 +2,7 @@
 //!
 //! [`segmentation`] finds the items on a support; a [`library::Library`] holds the objects that can be recognised, prepared
 //! once; a [`recognise::Recogniser`] says of each item which object it is and in which pose, or that it is unknown, and why.
-//! An item that is unknown can be packed all the same ([`unknown_item`]).
+//! Both can be packed: a known one as it lies ([`posed`]), an unknown one as far as it was seen ([`unknown_item`]).
 //!
 //! The crate is pure and synchronous; it knows neither the wire nor any sensor.
 
@@ -14,12 +14,17 @@ pub mod library;
 pub mod nearest;
 mod outline;
 mod polish;
+pub mod posed;
 pub mod recognise;
+mod rectangle;
 mod rest;
 pub mod samples;
 pub mod segmentation;
+mod setting_error;
 mod spacing;
 pub mod support;
 pub mod symmetry;
 pub mod twins;
 pub mod unknown_item;
+
+pub use setting_error::SettingError;

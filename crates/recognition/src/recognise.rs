@@ -13,6 +13,7 @@ use crate::outline::UpperSurface;
 use crate::polish::Polish;
 use crate::rest::laid_at_rest;
 use crate::segmentation::Cluster;
+use crate::setting_error::{SettingError, require};
 use crate::spacing::spacing_m;
 
 /// How clusters are recognised.
@@ -49,6 +50,37 @@ impl Default for RecognitionSettings {
             most_unexplained: 0.03,
             most_contradicted: 0.02,
         }
+    }
+}
+
+impl RecognitionSettings {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`SettingError`] names the first that is not possible.
+    pub fn validate(&self) -> Result<(), SettingError> {
+        let counts = [
+            ("templates", self.templates),
+            ("hypotheses", self.hypotheses),
+            ("finalists", self.finalists),
+        ];
+        for (name, count) in counts {
+            require(name, count as f64, "1 to 10,000", |count| {
+                (1.0..=1e4).contains(&count)
+            })?;
+        }
+        let shares = [
+            ("least_fitness", self.least_fitness),
+            ("most_unexplained", self.most_unexplained),
+            ("most_contradicted", self.most_contradicted),
+        ];
+        for (name, share) in shares {
+            require(name, share, "0 to 1", |share| (0.0..=1.0).contains(&share))?;
+        }
+        let deviation_m = self.sensor_deviation_m;
+        require("sensor_deviation_m", deviation_m, "0 to 0.1 m", |value| {
+            (0.0..=0.1).contains(&value)
+        })
     }
 }
 

@@ -3,6 +3,7 @@
 use nalgebra::{Isometry3, Point2, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
+use crate::setting_error::{SettingError, require};
 use crate::support::Support;
 
 /// A box of the world, in metres.
@@ -69,6 +70,36 @@ impl SegmentationSettings {
             join_m: join_m(),
             least_points: least_points(),
         }
+    }
+
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// [`SettingError`] names the first that is not possible.
+    pub fn validate(&self) -> Result<(), SettingError> {
+        let Region {
+            lowest_m,
+            highest_m,
+        } = self.region;
+        for side_m in (highest_m - lowest_m).iter() {
+            let name = "region.highest_m less region.lowest_m";
+            require(name, *side_m, "0.001 to 100 m", |side_m| {
+                (0.001..=100.0).contains(&side_m)
+            })?;
+        }
+        require(
+            "least_height_m",
+            self.least_height_m,
+            "0.0005 to 1 m",
+            |height_m| (0.0005..=1.0).contains(&height_m),
+        )?;
+        require("join_m", self.join_m, "0 to 1 m", |join_m| {
+            (0.0..=1.0).contains(&join_m)
+        })?;
+        let least_points = self.least_points as f64;
+        require("least_points", least_points, "at least 1", |least| {
+            least >= 1.0
+        })
     }
 }
 

@@ -1,9 +1,10 @@
 //! Items that are packed without being known.
 
-use nalgebra::{Isometry3, Point2, Point3, Translation3, Vector2, Vector3};
+use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
 use ppnpack_packing::grid::{MAX_CELLS, MAX_UNITS, Resolution, Units};
 use ppnpack_packing::item::{ABSENT, Item, ItemError, ViewSurfaces};
 
+use crate::rectangle::least_rectangle_rad;
 use crate::segmentation::Cluster;
 
 /// An item made of what was seen of it. Its upper surface is the seen one; as nothing is known of its lower side, there
@@ -12,7 +13,8 @@ use crate::segmentation::Cluster;
 pub struct UnknownItem {
     /// The item, with a view per yaw.
     pub item: Item,
-    /// The item frame in the world: on the support, under the middle of the seen points, its axes those of the support.
+    /// The item frame in the world: on the support, under the middle of the seen points, its axes those of the least
+    /// rectangle around them.
     pub world_from_item: Isometry3<f64>,
 }
 
@@ -50,9 +52,13 @@ pub fn unknown_item(
     let points: Vec<Point3<f64>> = cluster.points_m.iter().filter(is_sound).copied().collect();
     let (lowest, highest) = bounds(&points).ok_or(UnknownItemError::NoPoints)?;
     let middle = nalgebra::center(&lowest, &highest);
+    let yaw_rad = least_rectangle_rad(points.iter().map(Point3::xy)).unwrap_or(0.0);
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
+    let support_from_item = Translation3::new(middle.x, middle.y, 0.0) * turn;
+    let item_from_support = support_from_item.inverse();
     let centred: Vec<Point3<f64>> = points
         .iter()
-        .map(|point| Point3::new(point.x - middle.x, point.y - middle.y, point.z))
+        .map(|point| item_from_support * point)
         .collect();
     let views = resolution.yaws().radians().iter();
     let views = views.map(|yaw_rad| view(&centred, *yaw_rad, resolution));
@@ -60,7 +66,6 @@ pub fn unknown_item(
     let volume_m3 = views
         .first()
         .map_or(0.0, |view| columns_m3(view, resolution));
-    let support_from_item = Translation3::new(middle.x, middle.y, 0.0);
     Ok(UnknownItem {
         item: Item::new(name, views, volume_m3)?,
         world_from_item: cluster.world_from_support * support_from_item,

@@ -1,0 +1,93 @@
+//! Known items as they lie: the heightmaps of an object in the pose that it was seen in.
+
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use ppnpack_catalogue::object::Model;
+use ppnpack_catalogue::views::{self, ViewError};
+use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::item::Item;
+
+use crate::rectangle::least_rectangle_rad;
+
+/// Leaning at most this much from a pose at rest, an object is taken to be at rest, in radians.
+const AT_REST_RAD: f64 = 0.12;
+
+/// An object as it lies.
+#[derive(Debug)]
+pub struct PosedItem {
+    /// Its heightmaps, a view per yaw; at yaw 0 it fills the least rectangle along the axes.
+    pub item: Item,
+    /// The object's own frame in that of the heightmaps: their origins are the same.
+    pub heightmap_from_item: UnitQuaternion<f64>,
+}
+
+/// The heightmaps of an object that was seen in a pose (`world_from_item`, the world's z axis up), at each yaw of a
+/// resolution. A pose that is nearly one at rest is taken for that: the object stands on something flat.
+///
+/// # Errors
+/// [`ViewError`] where it has more cells or units than the engine represents.
+pub fn posed_item(
+    model: &Model,
+    world_from_item: &Isometry3<f64>,
+    resolution: &Resolution,
+) -> Result<PosedItem, ViewError> {
+    let standing = at_rest(model, &world_from_item.rotation);
+    let matrix = standing.to_rotation_matrix();
+    let vertices = model.mesh.vertices.iter();
+    let yaw_rad = least_rectangle_rad(vertices.map(|vertex| (matrix * vertex).xy()));
+    let back = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -yaw_rad.unwrap_or(0.0));
+    let heightmap_from_item = back * standing;
+    Ok(PosedItem {
+        item: views::item(&model.turned(&heightmap_from_item), resolution)?,
+        heightmap_from_item,
+    })
+}
+
+/// The rotation that lays an object exactly at rest, where it nearly is.
+fn at_rest(model: &Model, rotation: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+    let down = -Vector3::z();
+    let leans = model.resting_poses.iter().filter_map(|pose| {
+        let resting_down = rotation * (pose.rotation.inverse() * down);
+        let upright = UnitQuaternion::rotation_between(&resting_down, &down)?;
+        Some(upright)
+    });
+    let least = leans.min_by(|a, b| a.angle().total_cmp(&b.angle()));
+    match least {
+        Some(upright) if upright.angle() <= AT_REST_RAD => upright * rotation,
+        _ => *rotation,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Point3, Translation3};
+    use ppnpack_catalogue::build::{ModelSettings, model};
+    use ppnpack_catalogue::mesh::Bounds;
+
+    use super::*;
+
+    fn brick() -> Model {
+        let bounds = Bounds {
+            lowest: Point3::new(-0.05, -0.03, 0.0),
+            highest: Point3::new(0.05, 0.03, 0.02),
+        };
+        model("brick", bounds.mesh(), &ModelSettings::default())
+            .unwrap()
+            .0
+    }
+
+    #[test]
+    fn a_brick_on_its_end_is_as_high_as_it_is_long() {
+        let on_end =
+            UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::FRAC_PI_2);
+        let askew = UnitQuaternion::from_euler_angles(0.03, -0.02, 0.7);
+        let seen = Translation3::new(0.2, 0.1, 0.0) * (askew * on_end);
+        let resolution = Resolution::reference();
+        let posed = posed_item(&brick(), &seen, &resolution).unwrap();
+        let view = &posed.item.views()[0];
+        let (short, long) = (view.nx().min(view.ny()), view.nx().max(view.ny()));
+        assert_eq!((short, long), (2, 6), "it stands exactly, along the axes");
+        assert_eq!(view.height(), 50);
+        let down = posed.heightmap_from_item.inverse() * -Vector3::z();
+        assert!((down.x.abs() - 1.0).abs() < 1e-9, "{down}");
+    }
+}
