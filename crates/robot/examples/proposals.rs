@@ -77,7 +77,9 @@ impl Observer for Notes<'_> {
             found.asked += tally.asked;
             found.refused += tally.refused.values().sum::<u64>();
             found.most_asked = found.most_asked.max(tally.asked);
-            let cycle = station.cycle(input, item, &step.choice.resting).unwrap();
+            let cycle = station
+                .cycle(input, &step.candidate, &step.choice.resting)
+                .unwrap();
             found.cycles_s.push(cycle.cycle_s);
         }
     }

@@ -2,13 +2,14 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use ppnpack_packing::check::{Cost, ValidityCheck};
 use ppnpack_packing::grid::Resolution;
 use ppnpack_packing::item::{Item, ShapeId};
 use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_packing::step::{Candidate, StageError, StepInput};
 
-use crate::cycle::{Cycle, CycleSettings, PickPlace};
+use crate::cycle::{Cycle, CycleSettings, PickPlace, PickPose};
 use crate::motion::{PlaceMotion, PlacePlanner, Placing};
 use crate::pick::{self, NoPickPoint, PickPoint};
 use crate::refusal::Refusal;
@@ -32,6 +33,8 @@ pub struct ArmCheck {
     held: HashMap<ShapeId, Result<PickPoint, NoPickPoint>>,
     masses_kg: HashMap<ShapeId, f64>,
     picks: HashMap<ShapeId, Result<PickPoint, NoPickPoint>>,
+    /// By arrival: where items lie that are not brought to the usual place.
+    lying: HashMap<usize, Isometry3<f64>>,
     last_refusal: Option<Refusal>,
     tally: Tally,
     /// By arrival: why placements were refused in the step.
@@ -56,6 +59,7 @@ impl ArmCheck {
             held: HashMap::new(),
             masses_kg: HashMap::new(),
             picks: HashMap::new(),
+            lying: HashMap::new(),
             last_refusal: None,
             tally: Tally::default(),
             causes: HashMap::new(),
@@ -92,6 +96,15 @@ impl ArmCheck {
     /// Says what an item weighs, in kilograms.
     pub fn weigh(&mut self, item: &Item, mass_kg: f64) {
         self.masses_kg.insert(item.shape(), mass_kg);
+    }
+
+    /// Says where the item of an arrival lies to be picked: the frame of its heightmaps, of which the place and the yaw
+    /// count. `None` for the usual place.
+    pub fn pick_from(&mut self, arrival: usize, container_from_item: Option<Isometry3<f64>>) {
+        match container_from_item {
+            Some(pose) => self.lying.insert(arrival, upright(&pose)),
+            None => self.lying.remove(&arrival),
+        };
     }
 
     /// Where an item is held.
@@ -153,15 +166,22 @@ impl ArmCheck {
     pub fn cycle(
         &mut self,
         input: &StepInput<'_>,
-        item: &Item,
+        candidate: &Candidate,
         resting: &RestingPlacement,
     ) -> Result<Option<Cycle>, Refusal> {
+        let item = &candidate.item;
         let Some((place, settings)) = self.cycles else {
             return Ok(None);
         };
         let pick = self.lift(item, input.grid.resolution())?;
         let mass_kg = self.masses_kg.get(&item.shape()).copied();
-        let from = place.pose(item, &pick, mass_kg);
+        let from = match self.lying.get(&candidate.arrival) {
+            Some(container_from_item) => Some(PickPose {
+                container_from_item: *container_from_item,
+                mass_kg,
+            }),
+            None => place.pose(item, &pick, mass_kg),
+        };
         let from = from.ok_or(Refusal::Placement)?;
         let placing = Placing {
             grid: input.grid,
@@ -196,11 +216,11 @@ impl ArmCheck {
     fn try_placement(
         &mut self,
         input: &StepInput<'_>,
-        item: &Item,
+        candidate: &Candidate,
         resting: &RestingPlacement,
     ) -> Result<(), Refusal> {
-        self.plan(input, item, resting)?;
-        self.cycle(input, item, resting)?;
+        self.plan(input, &candidate.item, resting)?;
+        self.cycle(input, candidate, resting)?;
         Ok(())
     }
 
@@ -216,6 +236,13 @@ impl ArmCheck {
         let gripper = self.planner.arm().gripper();
         pick::find(surface, gripper, &self.planner.cell().pick)
     }
+}
+
+/// A pose without what it leans.
+fn upright(pose: &Isometry3<f64>) -> Isometry3<f64> {
+    let (_, _, yaw_rad) = pose.rotation.euler_angles();
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
+    Isometry3::from_parts(pose.translation, turn)
 }
 
 impl ValidityCheck for ArmCheck {
@@ -250,7 +277,7 @@ impl ValidityCheck for ArmCheck {
         resting: &RestingPlacement,
     ) -> Result<bool, StageError> {
         self.tally.asked += 1;
-        match self.try_placement(input, &candidate.item, resting) {
+        match self.try_placement(input, candidate, resting) {
             Ok(()) => Ok(true),
             Err(refusal) => {
                 self.note(candidate.arrival, refusal);

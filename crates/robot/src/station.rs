@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use nalgebra::Isometry3;
 use ppnpack_catalogue::object::Model;
 use ppnpack_packing::check::{BoxedCheck, Cost, ValidityCheck};
 use ppnpack_packing::grid::Resolution;
@@ -143,6 +144,16 @@ impl ArmStation {
         }
     }
 
+    /// Whether [`hold`](Self::hold) was called for an item.
+    pub fn holds(&self, item: &Item) -> bool {
+        self.lock().holds(item)
+    }
+
+    /// Says where the item of an arrival lies to be picked; see [`ArmCheck::pick_from`].
+    pub fn pick_from(&self, arrival: usize, container_from_item: Option<Isometry3<f64>>) {
+        self.lock().pick_from(arrival, container_from_item);
+    }
+
     /// Whether an item can be held and lifted at all.
     ///
     /// # Errors
@@ -158,10 +169,10 @@ impl ArmStation {
     pub fn cycle(
         &self,
         input: &StepInput<'_>,
-        item: &Item,
+        candidate: &Candidate,
         resting: &RestingPlacement,
     ) -> Result<Cycle, Refusal> {
-        let cycle = self.lock().cycle(input, item, resting)?;
+        let cycle = self.lock().cycle(input, candidate, resting)?;
         cycle.ok_or(Refusal::Pick(NoPickPoint::Empty))
     }
 

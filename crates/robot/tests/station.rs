@@ -10,7 +10,7 @@ mod common;
 use std::sync::Arc;
 
 use common::scenes::case;
-use nalgebra::{Matrix3, Point2, Point3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point2, Point3, Vector3};
 use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_catalogue::object::{MassProperties, Model};
 use ppnpack_packing::check::ValidityCheck;
@@ -112,12 +112,12 @@ fn the_check_accepts_what_can_be_placed_and_has_a_whole_cycle() {
             );
             let is_valid = station.is_valid(&input, &candidate, &case.resting).unwrap();
             let placed = motion.plan(&input, &case.item, &case.resting);
-            let cycle = cycles.cycle(&input, &case.item, &case.resting);
+            let cycle = cycles.cycle(&input, &candidate, &case.resting);
             assert_eq!(is_valid, placed.is_ok() && cycle.is_ok(), "{name}");
             asked += 1;
             if is_valid {
                 accepted += 1;
-                let again = station.cycle(&input, &case.item, &case.resting).unwrap();
+                let again = station.cycle(&input, &candidate, &case.resting).unwrap();
                 assert_eq!(Some(again), cycle.unwrap(), "{name}");
             } else {
                 let causes = [placed.err(), cycle.err()];
@@ -141,7 +141,7 @@ impl Observer for Cycles {
         let Step {
             candidate, choice, ..
         } = step;
-        let cycle = self.0.cycle(input, &candidate.item, &choice.resting);
+        let cycle = self.0.cycle(input, candidate, &choice.resting);
         self.1.push(cycle.unwrap().cycle_s);
     }
 }
@@ -248,8 +248,11 @@ fn an_item_lies_with_its_pick_point_at_the_pick_place() {
         ..StationSettings::default()
     })
     .unwrap();
-    let item = block(6, 20);
-    let cycle = station.cycle(&input, &item, &resting).unwrap();
+    let candidate = Candidate {
+        arrival: 3,
+        item: block(6, 20),
+    };
+    let cycle = station.cycle(&input, &candidate, &resting).unwrap();
     let from = cycle.from.container_from_item;
     // The block's origin is 1 cm above its lowest point.
     assert!((from.translation.z - 0.03).abs() < 1e-9);
@@ -262,6 +265,23 @@ fn an_item_lies_with_its_pick_point_at_the_pick_place() {
         (lip - Point3::new(0.05, -0.30, 0.02 + 0.04)).norm() < 1e-6,
         "{lip}"
     );
+
+    let in_item = from.inverse() * lip;
+    let waits_at = Isometry3::new(Vector3::new(0.12, -0.28, 0.0), Vector3::z() * -0.4);
+    station.pick_from(3, Some(waits_at));
+    let cycle = station.cycle(&input, &candidate, &resting).unwrap();
+    assert!(
+        (cycle.from.container_from_item.inverse() * waits_at)
+            .rotation
+            .angle()
+            < 1e-9
+    );
+    let (_, descent) = &cycle.legs[0];
+    let lip = arm.lip(&descent.at(descent.duration_s()).unwrap());
+    assert!((lip - waits_at * in_item).norm() < 1e-6, "{lip}");
+    station.pick_from(3, None);
+    let cycle = station.cycle(&input, &candidate, &resting).unwrap();
+    assert_eq!(cycle.from.container_from_item, from);
 }
 
 #[test]

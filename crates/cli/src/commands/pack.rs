@@ -201,7 +201,7 @@ impl Observer for Watch<'_> {
     fn on_step(&mut self, step: &Step, input: &StepInput<'_>) {
         self.bar.inc(1);
         if let Some(station) = self.station {
-            let cycle = station.cycle(input, &step.candidate.item, &step.choice.resting);
+            let cycle = station.cycle(input, &step.candidate, &step.choice.resting);
             self.cycles_s.push(cycle.ok().map(|cycle| cycle.cycle_s));
         }
     }
