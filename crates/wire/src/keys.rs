@@ -143,6 +143,8 @@ chunks! {
     Stream {
         /// [`PointCloud`](crate::v1::PointCloud): what the sensor sees.
         Cloud = "cloud",
+        /// [`PointCloud`](crate::v1::PointCloud): what the sensor above the tray sees.
+        TrayCloud = "tray_cloud",
         /// [`Heightmap`](crate::v1::Heightmap): the container's content, from perception.
         Heightmap = "heightmap",
         /// [`CellState`](crate::v1::CellState), from the bridge.
@@ -187,6 +189,8 @@ chunks! {
         Health = "health",
         /// Of perception: [`HeightmapRequest`](crate::v1::HeightmapRequest).
         Heightmap = "heightmap",
+        /// Of perception: [`ItemsRequest`](crate::v1::ItemsRequest).
+        Items = "items",
         /// Of ppn: [`ProposeRequest`](crate::v1::ProposeRequest).
         Propose = "propose",
         /// Of heuristic: [`EvaluateRequest`](crate::v1::EvaluateRequest).

@@ -65,6 +65,7 @@ macro_rules! requests {
 requests! {
     HealthRequest -> HealthReply: None, Health;
     HeightmapRequest -> HeightmapReply: Some(Service::Perception), Heightmap;
+    ItemsRequest -> ItemsReply: Some(Service::Perception), Items;
     ProposeRequest -> ProposeReply: Some(Service::Ppn), Propose;
     EvaluateRequest -> EvaluateReply: Some(Service::Heuristic), Evaluate;
     ValidateRequest -> ValidateReply: Some(Service::Heuristic), Validate;
