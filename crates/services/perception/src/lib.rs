@@ -2,7 +2,7 @@
 //! planned on.
 //!
 //! Each cell has a thread that takes the newest cloud of each of its sensors; those that came before it was ready are
-//! dropped and counted. One more thread answers requests for heightmaps.
+//! dropped and counted. One more thread answers requests for heightmaps, and one says what lies on the cells' trays.
 
 mod counts;
 mod desk;
@@ -15,6 +15,7 @@ mod sensors;
 mod settings;
 mod slot;
 mod streams;
+mod tray;
 mod worker;
 
 use std::sync::Arc;
@@ -22,6 +23,8 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::Instant;
 
+use ppnpack_packing::grid::GridError;
+use ppnpack_recognition::library::Library;
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::{self, Incoming, Listener};
 use ppnpack_service::stream::{self, Subscription};
@@ -36,6 +39,8 @@ use desk::{Desk, Mail};
 pub use ros::RosCamera;
 use router::Router;
 pub use settings::{GridSettings, Settings};
+pub use tray::TraySettings;
+use tray::{Tray, Trays};
 
 /// Why the service did not start.
 #[derive(Debug, thiserror::Error)]
@@ -50,8 +55,14 @@ pub enum StartError {
     /// A camera of ROS 2 cannot be as it is set.
     #[error("ros: {0}")]
     Ros(String),
-    /// The thread that answers requests cannot be started.
-    #[error("the thread that answers requests cannot be started: {0}")]
+    /// A grid is not possible.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+    /// There are trays, but nothing is known that could lie there.
+    #[error("trays: there are no objects to recognise")]
+    NoLibrary,
+    /// A thread that answers requests cannot be started.
+    #[error("a thread that answers requests cannot be started: {0}")]
     Thread(std::io::Error),
 }
 
@@ -61,38 +72,60 @@ pub struct Perception {
     doors: Vec<Door>,
     cameras: Vec<ros::Door>,
     router: Arc<Router>,
-    desk: Option<JoinHandle<()>>,
+    threads: Vec<JoinHandle<()>>,
     counts: Arc<Counts>,
 }
 
 /// Where clouds and requests come in, of one cell or of all.
 struct Door {
     _alive: alive::Token,
-    _requests: Listener,
+    _requests: [Listener; 2],
     _clouds: Subscription,
+    _tray_clouds: Subscription,
 }
 
-/// Starts the service.
+/// Where what comes in goes.
+struct Inside {
+    router: Arc<Router>,
+    heightmaps: SyncSender<Mail>,
+    items: SyncSender<tray::Mail>,
+    tray_clouds: tray::Inlet,
+}
+
+/// Starts the service; `library` has the objects that can be recognised, which cells with trays need.
 ///
 /// # Errors
 /// [`StartError`] where a cell's name is impossible, or the session or a thread cannot be had.
-pub fn start(process: &Process, settings: &Settings) -> Result<Perception, StartError> {
-    let (mailbox, mail) = sync_channel(settings.queue.max(1));
+pub fn start(
+    process: &Process,
+    settings: &Settings,
+    library: Option<&Arc<Library>>,
+) -> Result<Perception, StartError> {
+    let most = settings.queue.max(1);
+    let (heightmaps, mail) = sync_channel(most);
+    let (items, tray_mail) = sync_channel(most);
     let counts = Arc::new(Counts::new());
-    let router = Router::new(process, settings, mailbox.clone(), Arc::clone(&counts));
+    let router = Router::new(process, settings, heightmaps.clone(), Arc::clone(&counts));
     let router = Arc::new(router);
-    let desk = Desk::new(Arc::clone(&router), settings.queue.max(1));
-    let desk = std::thread::Builder::new()
-        .name("perception-desk".to_owned())
-        .spawn(move || desk.run(&mail))
-        .map_err(StartError::Thread)?;
+    let desk = Desk::new(Arc::clone(&router), most);
+    let trays = Trays::new(trays(settings, library)?, most, Arc::clone(&counts));
+    let inside = Inside {
+        router: Arc::clone(&router),
+        heightmaps,
+        tray_clouds: tray::Inlet::new(&trays, items.clone()),
+        items,
+    };
+    let threads = vec![
+        spawn("perception-desk", move || desk.run(&mail))?,
+        spawn("perception-trays", move || trays.run(&tray_mail))?,
+    ];
     let mut doors = Vec::new();
     if settings.has_unlisted_cells {
-        doors.push(Door::open(process, None, &router, &mailbox)?);
+        doors.push(Door::open(process, None, &inside)?);
     } else {
         for name in settings.cells.keys() {
             let cell = Cell::new(name)?;
-            doors.push(Door::open(process, Some(&cell), &router, &mailbox)?);
+            doors.push(Door::open(process, Some(&cell), &inside)?);
         }
     }
     let open = |camera: &RosCamera| ros::Door::open(process, camera, &router, &counts);
@@ -101,30 +134,56 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Perception, Start
         doors,
         cameras,
         router,
-        desk: Some(desk),
+        threads,
         counts,
     })
 }
 
+/// The trays that are set.
+fn trays(settings: &Settings, library: Option<&Arc<Library>>) -> Result<Vec<Tray>, StartError> {
+    let tray = |(name, tray): (&String, &TraySettings)| {
+        let cell = Cell::new(name)?;
+        let library = library.ok_or(StartError::NoLibrary)?;
+        let grid = settings.grid_of(&cell).unwrap_or(&settings.grid).grid()?;
+        let resolution = grid.resolution().clone();
+        Ok(Tray::new(cell, tray, library, resolution))
+    };
+    settings.trays.iter().map(tray).collect()
+}
+
+fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>, StartError> {
+    std::thread::Builder::new()
+        .name(name.to_owned())
+        .spawn(work)
+        .map_err(StartError::Thread)
+}
+
 impl Door {
-    fn open(
-        process: &Process,
-        cell: Option<&Cell>,
-        router: &Arc<Router>,
-        mailbox: &SyncSender<Mail>,
-    ) -> Result<Self, ServiceError> {
-        let mailbox = mailbox.clone();
-        let router = Arc::clone(router);
+    fn open(process: &Process, cell: Option<&Cell>, inside: &Inside) -> Result<Self, ServiceError> {
+        let (heightmaps, items) = (inside.heightmaps.clone(), inside.items.clone());
+        let (router, tray_clouds) = (Arc::clone(&inside.router), inside.tray_clouds.clone());
         Ok(Self {
-            _requests: rpc::listen(process, cell, move |incoming: Incoming<_>| {
-                rpc::deliver(&mailbox, incoming, Mail::Request);
-            })?,
+            _requests: [
+                rpc::listen(process, cell, move |incoming: Incoming<_>| {
+                    rpc::deliver(&heightmaps, incoming, Mail::Request);
+                })?,
+                rpc::listen(process, cell, move |incoming: Incoming<_>| {
+                    rpc::deliver(&items, incoming, tray::Mail::Request);
+                })?,
+            ],
             _clouds: stream::subscribe(
                 process,
                 cell,
                 Stream::Cloud,
                 MAX_CLOUD_BYTES,
                 move |cell, cloud: v1::PointCloud| router.route(&cell, cloud),
+            )?,
+            _tray_clouds: stream::subscribe(
+                process,
+                cell,
+                Stream::TrayCloud,
+                MAX_CLOUD_BYTES,
+                move |cell, cloud: v1::PointCloud| tray_clouds.put(&cell, cloud),
             )?,
             _alive: alive::announce(process, cell)?,
         })
@@ -148,7 +207,7 @@ impl Running for Perception {
     fn finish(mut self: Box<Self>, deadline: Instant) -> Result<(), String> {
         self.close_doors();
         let mut threads = self.router.close();
-        threads.extend(self.desk.take());
+        threads.append(&mut self.threads);
         ppnpack_service::join(threads, deadline)
     }
 }

@@ -1,14 +1,47 @@
 //! `ppnpack-perception`: the perception service as a process.
 
 use std::process::ExitCode;
+use std::sync::Arc;
 
+use anyhow::{Context, Result};
+use ppnpack_catalogue::catalogue::{self, Catalogue, Source};
+use ppnpack_packing::grid::Resolution;
 use ppnpack_perception_service::Settings;
+use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_wire::keys::Service;
 
 fn main() -> ExitCode {
     ppnpack_service::main(Service::Perception, |process, settings: Settings| {
+        let library = library(&settings)?;
         Ok(Box::new(ppnpack_perception_service::start(
-            process, &settings,
+            process,
+            &settings,
+            library.as_ref(),
         )?))
     })
+}
+
+/// The objects that can be recognised, where there are any.
+fn library(settings: &Settings) -> Result<Option<Arc<Library>>> {
+    let source = match settings.catalogue.as_deref() {
+        None => return Ok(None),
+        Some("builtin") => Source::Builtin,
+        Some(folder) => Source::Folder(folder.into()),
+    };
+    // Objects are recognised by their meshes: the resolution does not matter.
+    let resolution = Resolution::reference();
+    let loaded = Catalogue::load(
+        &source,
+        &catalogue::Settings::default(),
+        &resolution,
+        &|_, _| {},
+    );
+    let catalogue = loaded.context("the catalogue cannot be loaded")?;
+    let models: Vec<_> = catalogue
+        .objects
+        .iter()
+        .map(|object| Arc::clone(&object.model))
+        .collect();
+    let library = Library::new(&models, LibrarySettings::default())?;
+    Ok(Some(Arc::new(library)))
 }

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::ros::{self, RosCamera};
 use crate::sensors::Sensors;
+use crate::tray::TraySettings;
 
 /// What a message of a heightmap holds beside heights, at most, in bytes.
 const MESSAGE_OVERHEAD_BYTES: usize = 16 << 10;
@@ -38,8 +39,8 @@ pub struct Settings {
     pub sensors: BTreeMap<String, Vec<String>>,
     /// How points become heights; the defaults are those for a sensor without noise.
     pub mapper: MapperSettings,
-    /// A cloud that is older than the last one is refused, unless no newer one came for this long, in seconds: then the
-    /// sensor counts anew.
+    /// A sensor that sent nothing for this long, in seconds, is said to be silent. What comes then may count anew: before,
+    /// a cloud that is older than the last one is refused.
     pub sensor_restart_after_s: f64,
     /// Requests that wait for a heightmap at most; more are refused.
     pub queue: usize,
@@ -47,6 +48,11 @@ pub struct Settings {
     pub debug_streams: bool,
     /// Cameras whose drivers publish clouds as ROS 2 does.
     pub ros: Vec<RosCamera>,
+    /// The objects that can be recognised: `builtin`, or a folder of meshes. Without, nothing is recognised.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub catalogue: Option<String>,
+    /// Where items wait to be packed, by cell.
+    pub trays: BTreeMap<String, TraySettings>,
 }
 
 /// The grid of a cell.
@@ -75,6 +81,8 @@ impl Default for Settings {
             queue: 256,
             debug_streams: false,
             ros: Vec::new(),
+            catalogue: None,
+            trays: BTreeMap::new(),
         }
     }
 }
@@ -143,6 +151,23 @@ impl Settings {
         Sensors::new(names.map_or(&[], Vec::as_slice))
     }
 
+    fn validate_trays(&self) -> Result<(), String> {
+        for (name, tray) in &self.trays {
+            let cell = Cell::new(name).map_err(|error| error.to_string())?;
+            if self.grid_of(&cell).is_none() {
+                return Err(format!("trays.{name}: the cell is not served"));
+            }
+            tray.validate()
+                .map_err(|error| format!("trays.{name}.{error}"))?;
+        }
+        match self.catalogue {
+            None if !self.trays.is_empty() => {
+                Err("trays: say what lies there: catalogue, \"builtin\" or a folder".to_owned())
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn validate_sensors(&self) -> Result<(), String> {
         for (cell, names) in &self.sensors {
             let named = Cell::new(cell).map_err(|error| error.to_string())?;
@@ -180,6 +205,7 @@ impl ServiceSettings for Settings {
             );
         }
         self.validate_sensors()?;
+        self.validate_trays()?;
         let restart_s = self.sensor_restart_after_s;
         in_range("sensor_restart_after_s", restart_s, 0.0..=3600.0)?;
         in_range("queue", self.queue, 1..=65_536)?;

@@ -137,7 +137,7 @@ impl Rig {
         settings().validate().unwrap();
         let hub = embedded::hub().unwrap();
         let process = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
-        let perception = ppnpack_perception_service::start(&process, &settings()).unwrap();
+        let perception = ppnpack_perception_service::start(&process, &settings(), None).unwrap();
         let driver = embedded::process(&hub, Service::Bridge, "driver").unwrap();
         let rig = Self {
             perception,
@@ -294,7 +294,7 @@ fn impossible_cameras_are_refused_before_anything_is_subscribed() {
     let reason = settings.validate().unwrap_err();
     assert!(reason.starts_with("ros[0]: key: "), "{reason}");
     assert!(matches!(
-        ppnpack_perception_service::start(&process, &settings),
+        ppnpack_perception_service::start(&process, &settings, None),
         Err(StartError::Ros(_))
     ));
 }

@@ -105,7 +105,7 @@ impl Rig {
     fn new(settings: &Settings) -> Self {
         let hub = embedded::hub().unwrap();
         let process = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
-        let perception = ppnpack_perception_service::start(&process, settings).unwrap();
+        let perception = ppnpack_perception_service::start(&process, settings, None).unwrap();
         let sensor = embedded::process(&hub, Service::Bridge, "sensor").unwrap();
         Self {
             perception,

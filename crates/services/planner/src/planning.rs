@@ -22,7 +22,7 @@ use ppnpack_wire::v1;
 use crate::arm::{self, ArmInTime};
 use crate::remote::{Judgement, RemoteProposer, SharedEvaluator, StepContext};
 use crate::rules;
-use crate::session::Rules;
+use crate::session::{Lying, Rules};
 use crate::settings::{CellSettings, ProposalSettings, Where};
 
 /// How many more placements are asked for where rules may refuse some.
@@ -131,6 +131,7 @@ impl Planning {
         scene: &Scene,
         candidate: &Candidate,
         choice: &Evaluated,
+        lying: &Lying,
     ) -> Result<Option<v1::ArmCycle>, Refusal> {
         let Some(station) = &self.station else {
             return Ok(None);
@@ -141,7 +142,9 @@ impl Planning {
             candidates: &[],
             step: 0,
         };
-        let cycle = station.cycle(&input, &candidate.item, &choice.resting)?;
+        let mut cycle = station.cycle(&input, candidate, &choice.resting)?;
+        let from = &mut cycle.from.container_from_item;
+        *from = lying.own_frame(from);
         Ok(Some(arm::write(station, &cycle)))
     }
 

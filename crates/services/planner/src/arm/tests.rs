@@ -51,7 +51,7 @@ fn cycle(settings: &StationSettings) -> (ArmStation, v1::ArmCycle) {
         step: 0,
     };
     let station = ArmStation::new(settings).unwrap();
-    let planned = station.cycle(&input, &block().item, &resting()).unwrap();
+    let planned = station.cycle(&input, &block(), &resting()).unwrap();
     let message = write(&station, &planned);
     (station, message)
 }

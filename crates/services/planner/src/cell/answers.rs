@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use nalgebra::{Isometry3, Vector3};
 use ppnpack_packing::blocked::Region;
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::rpc::Request;
@@ -18,6 +19,9 @@ const MAX_REGIONS: usize = 256;
 
 /// Alternatives that one request may ask for.
 const MAX_ALTERNATIVES: u32 = 64;
+
+/// How far the heightmaps of an item may lean where it waits, in radians: poses that were seen are not exact.
+const GREATEST_LEAN_RAD: f64 = 0.15;
 
 /// Items that one request may announce.
 const MAX_ANNOUNCED: usize = 1_000;
@@ -128,6 +132,20 @@ impl CellPlanner {
     ) -> Result<Announced, Refusal> {
         let item_id = header::id("items.item_id", &item.item_id)?.to_owned();
         let rules = message::read_rules(item.rules.as_ref());
+        let lying = message::read_lying(item.heightmap_from_item.as_ref(), item.waits_at.as_ref())?;
+        let lean_rad = lying
+            .heightmap_frame()
+            .map_or(0.0, |frame| lean_rad(&frame));
+        if lean_rad > GREATEST_LEAN_RAD {
+            let lean_deg = lean_rad.to_degrees();
+            return Err(Refusal::new(
+                Status::Invalid,
+                format_args!(
+                    "item {item_id}: where it waits its heightmaps lean by {lean_deg:.0} degrees: \
+                     announce it with heightmaps of how it lies"
+                ),
+            ));
+        }
         let (object, shape) = match &item.shape {
             Some(v1::announcement::Shape::Object(name)) => {
                 let object = self.objects.named(&self.settings, name).ok_or_else(|| {
@@ -167,6 +185,7 @@ impl CellPlanner {
             object,
             shape,
             rules,
+            lying,
         })
     }
 
@@ -303,4 +322,9 @@ fn read_regions(regions: &[v1::Region]) -> Result<Vec<Region>, Refusal> {
             "keep_out: a region needs finite sides, the least before the greatest",
         )),
     }
+}
+
+/// How far a frame's z axis is from the vertical, in radians.
+fn lean_rad(frame: &Isometry3<f64>) -> f64 {
+    (frame.rotation * Vector3::z()).angle(&Vector3::z())
 }

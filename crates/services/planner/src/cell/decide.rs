@@ -102,9 +102,13 @@ impl CellPlanner {
 
     fn candidates(&mut self, buffer: &[(usize, SessionItem)]) -> Result<Vec<Candidate>, Refusal> {
         let candidate = |(arrival, item): &(usize, SessionItem)| {
+            let held = self.item(item)?;
+            if let Some(station) = self.planning.station() {
+                station.pick_from(*arrival, item.lying.heightmap_frame());
+            }
             Ok(Candidate {
                 arrival: *arrival,
-                item: self.item(&item.object, item.shape)?,
+                item: held,
             })
         };
         buffer.iter().map(candidate).collect()
@@ -133,7 +137,7 @@ impl CellPlanner {
                 ..
             } = &item.state
             {
-                let shape = self.item(&item.object, item.shape)?;
+                let shape = self.item(item)?;
                 let sides = shape.views().get(placement.placement.yaw);
                 let sides = sides.map_or((0, 0), |view| (view.nx(), view.ny()));
                 let cell_m = self.settings.cell_m;
@@ -194,7 +198,8 @@ impl CellPlanner {
         let pose = held
             .item
             .container_from_item(self.planning.grid(), &choice.resting);
-        let cycle = self.planning.cycle(scene, held, &choice);
+        let container_from_item = item.lying.own_frame(&pose.ok_or_else(lost)?);
+        let cycle = self.planning.cycle(scene, held, &choice, &item.lying);
         let cycle = cycle.map_err(|refusal| {
             Refusal::new(Status::Failed, format_args!("the arm's cycle: {refusal}"))
         })?;
@@ -212,7 +217,7 @@ impl CellPlanner {
             item_id: item.item_id.clone(),
             object: item.object.clone(),
             placement: Some(convert::placement::write_resting(&choice.resting)),
-            container_from_item: Some(convert::pose::write(&pose.ok_or_else(lost)?)),
+            container_from_item: Some(convert::pose::write(&container_from_item)),
             value: choice.value,
             alternatives: planned
                 .alternatives

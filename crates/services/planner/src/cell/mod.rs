@@ -22,7 +22,7 @@ use crate::StartError;
 use crate::objects::Objects;
 use crate::planning::{Helpers, Planning};
 use crate::scenes::{SceneLimits, Scenes};
-use crate::session::{Session, SessionError};
+use crate::session::{Session, SessionError, SessionItem};
 use crate::settings::CellSettings;
 use crate::store::{Store, StoreError};
 use automatic::Automatic;
@@ -220,13 +220,36 @@ impl CellPlanner {
     }
 
     /// The heightmaps of an item of the session.
-    fn item(&mut self, object: &str, shape: ItemId) -> Result<Arc<Item>, Refusal> {
+    fn item(&mut self, item: &SessionItem) -> Result<Arc<Item>, Refusal> {
+        let (object, shape) = (item.object.as_str(), item.shape);
         if let Some(known) = self.objects.of_shape(&self.settings, object, shape) {
             if let Some(station) = self.planning.station() {
                 station.hold(&known.item, &known.model);
             }
             return Ok(Arc::clone(&known.item));
         }
+        let found = self.own_shape(object, shape)?;
+        self.hold_as_it_lies(&found, item);
+        Ok(found)
+    }
+
+    /// Has the arm hold an object of the catalogue that lies otherwise than there by its mesh.
+    fn hold_as_it_lies(&self, found: &Item, item: &SessionItem) {
+        let (Some(station), Some(frame)) = (
+            self.planning.station(),
+            item.lying.heightmap_from_item.as_ref(),
+        ) else {
+            return;
+        };
+        if let Some(known) = self.objects.named(&self.settings, &item.object)
+            && !station.holds(found)
+        {
+            station.hold(found, &known.model.turned(&frame.rotation));
+        }
+    }
+
+    /// The heightmaps that an item was announced with.
+    fn own_shape(&mut self, object: &str, shape: ItemId) -> Result<Arc<Item>, Refusal> {
         if let Some(item) = self.shapes.get(&shape) {
             return Ok(Arc::clone(item));
         }

@@ -16,6 +16,34 @@ pub(crate) struct Rules {
     pub(crate) is_upright: bool,
 }
 
+/// How an item lies as it waits.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Lying {
+    /// Its own frame in that of its heightmaps, where they are not the same.
+    pub(crate) heightmap_from_item: Option<Isometry3<f64>>,
+    /// Where its own frame is, where that is known.
+    pub(crate) waits_at: Option<Isometry3<f64>>,
+}
+
+impl Lying {
+    /// Where the item's own frame is, given where that of its heightmaps is.
+    pub(crate) fn own_frame(&self, container_from_heightmap: &Isometry3<f64>) -> Isometry3<f64> {
+        match &self.heightmap_from_item {
+            Some(heightmap_from_item) => container_from_heightmap * heightmap_from_item,
+            None => *container_from_heightmap,
+        }
+    }
+
+    /// Where the frame of its heightmaps is as it waits, where that is known.
+    pub(crate) fn heightmap_frame(&self) -> Option<Isometry3<f64>> {
+        let waits_at = self.waits_at?;
+        Some(match &self.heightmap_from_item {
+            Some(heightmap_from_item) => waits_at * heightmap_from_item.inverse(),
+            None => waits_at,
+        })
+    }
+}
+
 /// An item as it is announced.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Announced {
@@ -23,6 +51,7 @@ pub(crate) struct Announced {
     pub(crate) object: String,
     pub(crate) shape: ItemId,
     pub(crate) rules: Rules,
+    pub(crate) lying: Lying,
 }
 
 /// An item of a session.
@@ -32,6 +61,7 @@ pub(crate) struct SessionItem {
     pub(crate) object: String,
     pub(crate) shape: ItemId,
     pub(crate) rules: Rules,
+    pub(crate) lying: Lying,
     pub(crate) state: ItemState,
 }
 
@@ -60,12 +90,15 @@ impl SessionItem {
             object: announced.object,
             shape: announced.shape,
             rules: announced.rules,
+            lying: announced.lying,
             state: ItemState::Waiting,
         }
     }
 
     pub(crate) fn is_same(&self, announced: &Announced) -> bool {
-        self.shape == announced.shape && self.rules == announced.rules
+        self.shape == announced.shape
+            && self.rules == announced.rules
+            && self.lying == announced.lying
     }
 }
 

@@ -1,11 +1,12 @@
 //! Sessions as messages: on the wire, and on disk.
 
+use nalgebra::Isometry3;
 use ppnpack_packing::blocked::Region;
 use ppnpack_wire::error::WireError;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{convert, v1};
 
-use super::{End, ItemState, Rules, Session, SessionItem};
+use super::{End, ItemState, Lying, Rules, Session, SessionItem};
 
 impl Session {
     /// The session as a message; `buffer` is how many of its waiting items may be chosen from.
@@ -89,17 +90,35 @@ pub(crate) fn read_rules(rules: Option<&v1::ItemRules>) -> Rules {
     })
 }
 
+/// How an item lies, by the poses of its announcement.
+pub(crate) fn read_lying(
+    heightmap_from_item: Option<&v1::Pose>,
+    waits_at: Option<&v1::Pose>,
+) -> Result<Lying, WireError> {
+    let read = |field, pose: Option<&v1::Pose>| match pose {
+        Some(pose) => convert::pose::read_required(field, Some(pose)).map(Some),
+        None => Ok(None),
+    };
+    Ok(Lying {
+        heightmap_from_item: read("items.heightmap_from_item", heightmap_from_item)?,
+        waits_at: read("items.waits_at", waits_at)?,
+    })
+}
+
 fn write_item(item: &SessionItem) -> v1::SessionItem {
     let rules = (item.rules != Rules::default()).then_some(v1::ItemRules {
         is_fragile: item.rules.is_fragile,
         is_bottom_only: item.rules.is_bottom_only,
         is_upright: item.rules.is_upright,
     });
+    let frame = |pose: &Option<Isometry3<f64>>| pose.as_ref().map(convert::pose::write);
     let message = v1::SessionItem {
         item_id: item.item_id.clone(),
         object: item.object.clone(),
         rules,
         shape: item.shape.to_bytes(),
+        heightmap_from_item: frame(&item.lying.heightmap_from_item),
+        waits_at: frame(&item.lying.waits_at),
         ..v1::SessionItem::default()
     };
     let in_state = |state: v1::ItemState| v1::SessionItem {
@@ -139,6 +158,10 @@ fn read_item(message: &v1::SessionItem) -> Result<SessionItem, WireError> {
         object: message.object.clone(),
         shape: ItemId::from_bytes("items.shape", &message.shape)?,
         rules: read_rules(message.rules.as_ref()),
+        lying: read_lying(
+            message.heightmap_from_item.as_ref(),
+            message.waits_at.as_ref(),
+        )?,
         state,
     })
 }

@@ -9,7 +9,7 @@ pub(crate) mod message;
 use ppnpack_packing::blocked::Region;
 use ppnpack_wire::v1;
 
-pub(crate) use item::{Announced, ItemState, Rules, SessionItem};
+pub(crate) use item::{Announced, ItemState, Lying, Rules, SessionItem};
 
 /// The most items of a session.
 const MAX_ITEMS: usize = 1_000;

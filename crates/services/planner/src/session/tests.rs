@@ -4,6 +4,7 @@ use super::*;
 
 fn announced(item_id: &str) -> Announced {
     Announced {
+        lying: Lying::default(),
         item_id: item_id.to_owned(),
         object: "mug".to_owned(),
         shape: ItemId::of(&v1::Item::default()),

@@ -1,0 +1,102 @@
+//! What lies on a tray, as a message.
+
+use nalgebra::{Isometry3, Translation3};
+use ppnpack_packing::grid::Resolution;
+use ppnpack_recognition::posed::posed_item;
+use ppnpack_recognition::recognise::{Candidate, Recogniser, Recognition, UnknownReason};
+use ppnpack_recognition::segmentation::Cluster;
+use ppnpack_recognition::unknown_item::unknown_item;
+use ppnpack_wire::{convert, v1};
+
+/// What a cluster shows, ready to be announced to a planner.
+pub(crate) fn item(
+    cluster: &Cluster,
+    recogniser: &Recogniser,
+    resolution: &Resolution,
+) -> v1::SeenItem {
+    let message = v1::SeenItem {
+        points: cluster.points_m.len() as u64,
+        ..v1::SeenItem::default()
+    };
+    match recogniser.recognise(cluster) {
+        Recognition::Known(known) => {
+            let runner_up = known.runner_up.as_ref();
+            let message = v1::SeenItem {
+                runner_up: runner_up.map_or_else(String::new, |other| other.name.clone()),
+                margin: known.margin,
+                ..with_agreement(message, &known.best)
+            };
+            self::known(message, &known.best, recogniser, resolution)
+        }
+        Recognition::Unknown(unknown) => {
+            let message = match unknown.candidates.first() {
+                Some(best) => with_agreement(message, best),
+                None => message,
+            };
+            self::unknown(message, unknown.reason, cluster, resolution)
+        }
+    }
+}
+
+fn with_agreement(message: v1::SeenItem, best: &Candidate) -> v1::SeenItem {
+    v1::SeenItem {
+        fitness: best.agreement.fitness,
+        unexplained: best.agreement.unexplained,
+        ..message
+    }
+}
+
+/// An object of the catalogue, with its heightmaps as it lies.
+fn known(
+    message: v1::SeenItem,
+    best: &Candidate,
+    recogniser: &Recogniser,
+    resolution: &Resolution,
+) -> v1::SeenItem {
+    let object = recogniser.library().objects.get(best.object);
+    let posed =
+        object.and_then(|object| posed_item(&object.model, &best.world_from_item, resolution).ok());
+    let frame = posed.as_ref().map(|posed| {
+        let no_shift = Translation3::identity();
+        convert::pose::write(&Isometry3::from_parts(no_shift, posed.heightmap_from_item))
+    });
+    v1::SeenItem {
+        object: best.name.clone(),
+        item: posed.map(|posed| convert::item::write(&posed.item)),
+        heightmap_from_item: frame,
+        container_from_item: Some(convert::pose::write(&best.world_from_item)),
+        ..message
+    }
+}
+
+/// An item of which only that is known that was seen.
+fn unknown(
+    message: v1::SeenItem,
+    reason: UnknownReason,
+    cluster: &Cluster,
+    resolution: &Resolution,
+) -> v1::SeenItem {
+    let reason = match reason {
+        UnknownReason::FewPoints => v1::UnknownReason::FewPoints,
+        UnknownReason::NoCandidate => v1::UnknownReason::NoCandidate,
+        UnknownReason::PoorFit => v1::UnknownReason::PoorFit,
+    };
+    let made = unknown_item(&name(cluster), cluster, resolution).ok();
+    v1::SeenItem {
+        unknown_reason: reason.into(),
+        container_from_item: made
+            .as_ref()
+            .map(|made| convert::pose::write(&made.world_from_item)),
+        item: made.map(|made| convert::item::write(&made.item)),
+        ..message
+    }
+}
+
+/// What people read of an unknown item.
+fn name(cluster: &Cluster) -> String {
+    let size_mm = cluster.extents_m() * 1e3;
+    format!(
+        "unknown, {:.0} x {:.0} x {:.0} mm",
+        size_mm.x, size_mm.y, size_mm.z
+    )
+}

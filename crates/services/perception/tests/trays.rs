@@ -1,0 +1,300 @@
+//! What lies on trays, over a real session: a simulated camera above a tray in, items to be announced out.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "a panic in a test is a failing test"
+)]
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
+use ppnpack_catalogue::build::{ModelSettings, model};
+use ppnpack_catalogue::mesh::{Bounds, Mesh};
+use ppnpack_perception_service::{Fate, Perception, Settings, StartError, TraySettings};
+use ppnpack_recognition::library::{Library, LibrarySettings};
+use ppnpack_recognition::recognise::RecognitionSettings;
+use ppnpack_recognition::segmentation::{Region, SegmentationSettings};
+use ppnpack_service::ServiceSettings;
+use ppnpack_service::embedded::{self, Hub};
+use ppnpack_service::rpc::{CallError, Client};
+use ppnpack_wire::convert::cloud::{self, Capture};
+use ppnpack_wire::convert::{item, pose};
+use ppnpack_wire::keys::{Cell, Key, Service, Stream};
+use ppnpack_wire::v1::{self, Status, UnknownReason};
+use prost::Message;
+use zenoh::Wait;
+use zenoh::qos::CongestionControl;
+
+/// Far more than anything here takes.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// The middle of the tray in the container frame, in metres.
+const TRAY_M: Vector3<f64> = Vector3::new(0.15, -0.35, -0.01);
+
+fn cell() -> Cell {
+    Cell::new("cell-1").unwrap()
+}
+
+fn brick(x_m: f64, y_m: f64, z_m: f64) -> Mesh {
+    let half = Vector3::new(x_m, y_m, z_m) / 2.0;
+    let (lowest, highest) = (Point3::from(-half), Point3::from(half));
+    Bounds { lowest, highest }.mesh()
+}
+
+fn known() -> Mesh {
+    brick(0.12, 0.06, 0.03)
+}
+
+fn library() -> Arc<Library> {
+    let meshes = [("slab", known()), ("cube", brick(0.05, 0.05, 0.05))];
+    let models = meshes.map(|(name, mesh)| {
+        let (model, _) = model(name, mesh, &ModelSettings::default()).unwrap();
+        Arc::new(model)
+    });
+    Arc::new(Library::new(&models, LibrarySettings::default()).unwrap())
+}
+
+fn settings() -> Settings {
+    let region = Region {
+        lowest_m: Point3::from(TRAY_M + Vector3::new(-0.2, -0.15, -0.03)),
+        highest_m: Point3::from(TRAY_M + Vector3::new(0.2, 0.15, 0.3)),
+    };
+    let tray = TraySettings {
+        segmentation: SegmentationSettings::of(region),
+        recognition: RecognitionSettings::default(),
+    };
+    Settings {
+        catalogue: Some("builtin".to_owned()),
+        trays: BTreeMap::from([("cell-1".to_owned(), tray)]),
+        ..Settings::default()
+    }
+}
+
+/// What a camera 90 cm above the tray sees of meshes at these poses.
+fn cloud_of(items: &[(Mesh, Isometry3<f64>)], sequence: u64) -> v1::PointCloud {
+    let mut tray = brick(0.6, 0.5, 0.02);
+    tray = tray.transformed(&Isometry3::from_parts(
+        (TRAY_M - Vector3::z() * 0.01).into(),
+        UnitQuaternion::identity(),
+    ));
+    let mut bodies = vec![Body {
+        vertices: &tray.vertices,
+        triangles: &tray.triangles,
+        world_from_body: Isometry3::identity(),
+    }];
+    bodies.extend(items.iter().map(|(mesh, pose)| Body {
+        vertices: &mesh.vertices,
+        triangles: &mesh.triangles,
+        world_from_body: *pose,
+    }));
+    let eye = Point3::from(TRAY_M + Vector3::z() * 0.9);
+    let camera = DepthCamera::looking_down(Intrinsics::centred(640, 480, 600.0).unwrap(), eye);
+    let view = camera.see(&bodies).unwrap();
+    let points = view.noisy_points(&NoiseModel::default(), sequence).unwrap();
+    let capture = Capture {
+        sequence,
+        captured_at_ns: 1_700_000_000_000_000_000,
+        state_number: 0,
+        container_from_sensor: camera.world_from_camera,
+    };
+    cloud::write(&capture, points.points_m())
+}
+
+/// A perception service, the camera of a tray, and somebody who asks.
+struct Rig {
+    perception: Perception,
+    clouds: zenoh::pubsub::Publisher<'static>,
+    client: Client,
+    _hub: Hub,
+}
+
+impl Rig {
+    fn new() -> Self {
+        let hub = embedded::hub().unwrap();
+        let process = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
+        let perception =
+            ppnpack_perception_service::start(&process, &settings(), Some(&library())).unwrap();
+        let sensor = embedded::process(&hub, Service::Bridge, "sensor").unwrap();
+        let clouds = sensor
+            .session()
+            .declare_publisher(Key::Stream(cell(), Stream::TrayCloud).to_string())
+            .congestion_control(CongestionControl::Block)
+            .wait();
+        Self {
+            perception,
+            clouds: clouds.unwrap(),
+            client: Client::new(sensor.session()),
+            _hub: hub,
+        }
+    }
+
+    fn put(&self, cloud: &v1::PointCloud) {
+        self.clouds.put(cloud.encode_to_vec()).wait().unwrap();
+    }
+
+    fn ask(&self, least_sequence: u64, span: Duration) -> Result<v1::ItemsReply, CallError> {
+        let request = v1::ItemsRequest {
+            header: None,
+            least_sequence,
+        };
+        self.client.call(&cell(), request, Instant::now() + span)
+    }
+
+    /// Publishes until the answer is of what was published.
+    fn show(&self, mut cloud: v1::PointCloud) -> v1::ItemsReply {
+        let until = Instant::now() + PATIENCE;
+        let least = cloud.sequence;
+        loop {
+            assert!(Instant::now() < until, "no cloud arrives");
+            self.put(&cloud);
+            if let Ok(reply) = self.ask(least, Duration::from_secs(2)) {
+                return reply;
+            }
+            cloud.sequence += 1;
+        }
+    }
+}
+
+fn on_tray(x_m: f64, y_m: f64, half_height_m: f64, turn: UnitQuaternion<f64>) -> Isometry3<f64> {
+    Isometry3::from_parts(
+        (TRAY_M + Vector3::new(x_m, y_m, half_height_m)).into(),
+        turn,
+    )
+}
+
+#[test]
+fn known_and_unknown_items_are_told_with_what_an_announcement_needs() {
+    let rig = Rig::new();
+    let about = |axis, rad| UnitQuaternion::from_axis_angle(&axis, rad);
+    // The slab stands on its long edge, 6 cm high.
+    let on_edge = about(Vector3::z_axis(), 0.5) * about(Vector3::x_axis(), 1.570_796_326_794_9);
+    let slab = (known(), on_tray(-0.08, 0.03, 0.03, on_edge));
+    let stranger = brick(0.10, 0.08, 0.02);
+    let turned = about(Vector3::z_axis(), 0.3);
+    let stranger = (stranger, on_tray(0.1, -0.02, 0.01, turned));
+    let reply = rig.show(cloud_of(&[slab.clone(), stranger], 7));
+    assert_eq!(reply.items.len(), 2);
+    assert!(reply.cloud_sequence >= 7);
+
+    let seen = reply.items.iter().find(|item| item.object == "slab");
+    let seen = seen.expect("the slab is known");
+    assert!(seen.fitness > 0.8, "{}", seen.fitness);
+    let found = pose::read_required("pose", seen.container_from_item.as_ref()).unwrap();
+    let off_m = (found.translation.vector - slab.1.translation.vector).norm();
+    assert!(off_m < 0.003, "{off_m}");
+    let heightmaps = item::read(seen.item.as_ref().unwrap()).unwrap();
+    let view = &heightmaps.views()[0];
+    let sides = (view.nx().min(view.ny()), view.nx().max(view.ny()));
+    assert_eq!((sides, view.height()), ((3, 12), 30));
+    // The frame of the heightmaps stands upright where the item waits.
+    let frame = pose::read_required("frame", seen.heightmap_from_item.as_ref()).unwrap();
+    let up = found * frame.inverse() * Vector3::z();
+    assert!(up.z > 0.999, "{up}");
+
+    let unknown = reply.items.iter().find(|item| item.object.is_empty());
+    let unknown = unknown.expect("the other one is not known");
+    assert_ne!(unknown.unknown_reason(), UnknownReason::Unspecified);
+    let heightmaps = item::read(unknown.item.as_ref().unwrap()).unwrap();
+    assert!(
+        heightmaps.name().starts_with("unknown"),
+        "{}",
+        heightmaps.name()
+    );
+    let view = &heightmaps.views()[0];
+    let sides = (view.nx().min(view.ny()), view.nx().max(view.ny()));
+    assert!(
+        sides.0.abs_diff(8) <= 1 && sides.1.abs_diff(10) <= 1,
+        "{sides:?}"
+    );
+    assert!(view.height().abs_diff(10) <= 2, "{}", view.height());
+}
+
+#[test]
+fn an_empty_tray_has_no_items() {
+    let reply = Rig::new().show(cloud_of(&[], 1));
+    assert_eq!(reply.items.len(), 0);
+}
+
+#[test]
+fn who_asks_for_what_does_not_come_is_told() {
+    let rig = Rig::new();
+    let status = |answer: Result<v1::ItemsReply, CallError>| match answer {
+        Err(CallError::Refused {
+            status, message, ..
+        }) => (status, message),
+        other => panic!("{other:?}"),
+    };
+    let (refused, message) = status(rig.ask(0, Duration::from_millis(300)));
+    assert_eq!(refused, Status::TimedOut);
+    assert!(message.contains("no cloud of the tray"), "{message}");
+
+    rig.show(cloud_of(&[], 4));
+    let (refused, message) = status(rig.ask(1_000_000, Duration::from_millis(300)));
+    assert_eq!(refused, Status::TimedOut);
+    assert!(message.contains("no newer cloud"), "{message}");
+
+    let other = Cell::new("cell-2").unwrap();
+    let answer = rig.client.call(
+        &other,
+        v1::ItemsRequest::default(),
+        Instant::now() + PATIENCE,
+    );
+    let (refused, message) = status(answer);
+    assert_eq!(refused, Status::NotFound);
+    assert!(message.contains("service.trays.cell-2"), "{message}");
+}
+
+#[test]
+fn malformed_clouds_of_a_tray_are_counted() {
+    let rig = Rig::new();
+    rig.show(cloud_of(&[], 1));
+    let mut cloud = cloud_of(&[], 2);
+    cloud.data.pop();
+    rig.put(&cloud);
+    let until = Instant::now() + PATIENCE;
+    while rig.perception.clouds(Fate::Malformed) == 0 {
+        assert!(Instant::now() < until, "it is not counted");
+        std::thread::yield_now();
+    }
+}
+
+#[test]
+fn trays_that_cannot_be_are_refused() {
+    settings().validate().unwrap();
+    let refused = |change: fn(&mut Settings)| {
+        let mut settings = settings();
+        change(&mut settings);
+        settings.validate().unwrap_err()
+    };
+    assert!(refused(|s| s.catalogue = None).contains("catalogue"));
+    assert!(refused(|s| s.has_unlisted_cells = false).contains("no cell is served"));
+    assert!(
+        refused(|s| {
+            s.has_unlisted_cells = false;
+            s.cells.insert("other".to_owned(), s.grid);
+        })
+        .contains("trays.cell-1: the cell is not served")
+    );
+    let tray = |change: fn(&mut TraySettings)| {
+        let mut settings = settings();
+        settings.trays.values_mut().for_each(change);
+        settings.validate().unwrap_err()
+    };
+    assert!(
+        tray(|t| t.segmentation.join_m = f64::NAN).contains("trays.cell-1.segmentation.join_m")
+    );
+    assert!(tray(|t| t.segmentation.region.highest_m.z = -9.0).contains("region"));
+    assert!(tray(|t| t.recognition.least_fitness = 2.0).contains("recognition.least_fitness"));
+
+    let hub = embedded::hub().unwrap();
+    let process = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
+    assert!(matches!(
+        ppnpack_perception_service::start(&process, &settings(), None),
+        Err(StartError::NoLibrary)
+    ));
+}
