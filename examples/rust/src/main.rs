@@ -71,7 +71,7 @@ impl Controller {
             .map(|(arrival, object)| v1::Announcement {
                 item_id: format!("item-{arrival}"),
                 shape: Some(v1::announcement::Shape::Object(object.clone())),
-                rules: None,
+                ..v1::Announcement::default()
             });
         self.ask(v1::AnnounceRequest {
             items: items.collect(),

@@ -72,7 +72,7 @@ impl CellClient {
             .map(|(index, object)| v1::Announcement {
                 item_id: format!("item-{index}"),
                 shape: Some(v1::announcement::Shape::Object((*object).to_owned())),
-                rules: None,
+                ..v1::Announcement::default()
             });
         self.ask(v1::AnnounceRequest {
             items: items.collect(),

@@ -175,6 +175,7 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
         grid: &grid,
         method: &method,
         simulated: &simulated,
+        sensing: &stack::Sensing::default(),
         catalogue: Arc::clone(&catalogue),
         source: &arguments.catalogue.catalogue,
         network: network.filter(|_| is_network),

@@ -139,7 +139,7 @@ fn parse_unit(text: &str) -> Result<LengthUnit, String> {
         .map_err(|error: ppnpack_catalogue::unit::UnknownUnit| error.to_string())
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err("must be a number above 0".to_owned()),

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use ppnpack_service::rpc::Client;
+use ppnpack_service::rpc::{CallError, Client};
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, ExecutionPhase, PlanResult};
@@ -11,7 +11,7 @@ use ppnpack_wire::v1::{self, ExecutionPhase, PlanResult};
 use crate::failure::{OrRun, Outcome};
 
 /// How long one request may take.
-const REQUEST_LIMIT: Duration = Duration::from_secs(30);
+pub(crate) const REQUEST_LIMIT: Duration = Duration::from_secs(30);
 
 /// How long one placement may take.
 const PLACE_LIMIT: Duration = Duration::from_secs(300);
@@ -98,7 +98,8 @@ impl Controller {
         })
     }
 
-    fn begin(&self, session_id: &str, items: &[Arrival]) -> Outcome {
+    /// Begins a session with these items.
+    pub(crate) fn begin(&self, session_id: &str, items: &[Arrival]) -> Outcome {
         let request = v1::BeginRequest {
             session_id: session_id.to_owned(),
             least_state_number: self.state()?.state_number,
@@ -109,7 +110,7 @@ impl Controller {
             let announcement = |item: &Arrival| v1::Announcement {
                 item_id: item.item_id.clone(),
                 shape: Some(v1::announcement::Shape::Object(item.object.clone())),
-                rules: None,
+                ..v1::Announcement::default()
             };
             let request = v1::AnnounceRequest {
                 items: items.iter().map(announcement).collect(),
@@ -121,19 +122,30 @@ impl Controller {
     }
 
     fn carry_out(&self, decision: v1::Decision) -> Outcome<Done> {
-        let request = v1::PlaceRequest::from(&decision);
+        let outcome = self.place(v1::PlaceRequest::from(&decision))?;
+        self.report(&decision.decision_id, outcome.clone())?;
+        Ok(Done { decision, outcome })
+    }
+
+    /// Has an item placed, and waits for the end of that.
+    pub(crate) fn place(&self, request: v1::PlaceRequest) -> Outcome<v1::Outcome> {
+        let placement_id = request.placement_id.clone();
         let reply = self.ask("bridge", request, REQUEST_LIMIT)?;
-        let outcome = match ended(reply.execution) {
-            Some(outcome) => outcome,
-            None => self.outcome(&decision.decision_id)?,
-        };
+        match ended(reply.execution) {
+            Some(outcome) => Ok(outcome),
+            None => self.outcome(&placement_id),
+        }
+    }
+
+    /// Tells the planner how a decision was carried out.
+    pub(crate) fn report(&self, decision_id: &str, outcome: v1::Outcome) -> Outcome {
         let request = v1::ReportRequest {
-            decision_id: decision.decision_id.clone(),
-            outcome: Some(outcome.clone()),
+            decision_id: decision_id.to_owned(),
+            outcome: Some(outcome),
             ..v1::ReportRequest::default()
         };
         self.ask("planner", request, REQUEST_LIMIT)?;
-        Ok(Done { decision, outcome })
+        Ok(())
     }
 
     fn outcome(&self, placement_id: &str) -> Outcome<v1::Outcome> {
@@ -148,12 +160,14 @@ impl Controller {
             .or_run()
     }
 
-    fn state(&self) -> Outcome<v1::CellState> {
+    /// The state of the cell.
+    pub(crate) fn state(&self) -> Outcome<v1::CellState> {
         let reply = self.ask("bridge", v1::CellStateRequest::default(), REQUEST_LIMIT)?;
         reply.state.context("the bridge told no state").or_run()
     }
 
-    fn heightmap(&self, least_state_number: u64) -> Outcome<v1::Heightmap> {
+    /// The newest heightmap of a state of the cell, or a later one.
+    pub(crate) fn heightmap(&self, least_state_number: u64) -> Outcome<v1::Heightmap> {
         let request = v1::HeightmapRequest {
             least_state_number,
             ..v1::HeightmapRequest::default()
@@ -165,11 +179,24 @@ impl Controller {
             .or_run()
     }
 
-    fn ask<R: Request>(&self, service: &str, request: R, limit: Duration) -> Outcome<R::Reply> {
-        let reply = self
-            .client
-            .call(&self.cell, request, Instant::now() + limit);
-        reply
+    /// Asks a service of the cell.
+    pub(crate) fn call<R: Request>(
+        &self,
+        request: R,
+        limit: Duration,
+    ) -> Result<R::Reply, CallError> {
+        self.client
+            .call(&self.cell, request, Instant::now() + limit)
+    }
+
+    /// Asks a service of the cell that has to serve.
+    pub(crate) fn ask<R: Request>(
+        &self,
+        service: &str,
+        request: R,
+        limit: Duration,
+    ) -> Outcome<R::Reply> {
+        self.call(request, limit)
             .with_context(|| format!("the {service} of cell {} does not serve", self.cell))
             .or_run()
     }

@@ -10,10 +10,13 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, anyhow};
-use ppnpack_bridge::simulated::SimulatedSettings;
+use ppnpack_bridge::simulated::{CameraSettings, FaultSettings, Scan, SimulatedSettings};
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::Grid;
+use ppnpack_perception::settings::MapperSettings;
+use ppnpack_perception_service::TraySettings;
 use ppnpack_planner::{CellSettings, ProposalSettings, Stability};
+use ppnpack_recognition::library::Library;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::Client;
 use ppnpack_service::{Process, Running, Shutdown};
@@ -32,6 +35,8 @@ pub(crate) struct Plan<'a> {
     pub(crate) grid: &'a Grid,
     pub(crate) method: &'a Method,
     pub(crate) simulated: &'a Simulated,
+    /// How its cells are seen and handled.
+    pub(crate) sensing: &'a Sensing,
     pub(crate) catalogue: Arc<Catalogue>,
     /// What `catalogue` was loaded from.
     pub(crate) source: &'a str,
@@ -41,6 +46,25 @@ pub(crate) struct Plan<'a> {
     pub(crate) store: Option<&'a Path>,
     /// Zenoh endpoints to listen on beside a loopback port of the system's choice.
     pub(crate) listen: Vec<String>,
+}
+
+/// How the cells of a stack are seen and handled; by default exactly, and without faults.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Sensing {
+    pub(crate) scan: Scan,
+    /// With [`Scan::Camera`].
+    pub(crate) camera: CameraSettings,
+    pub(crate) mapper: MapperSettings,
+    pub(crate) faults: FaultSettings,
+    /// Where items wait to be recognised.
+    pub(crate) tray: Option<Tray>,
+}
+
+/// A tray, and what can be recognised there.
+#[derive(Debug, Clone)]
+pub(crate) struct Tray {
+    pub(crate) settings: TraySettings,
+    pub(crate) library: Arc<Library>,
 }
 
 /// A running stack.
@@ -75,8 +99,9 @@ impl Stack {
         }
         stack.add(Service::Perception, |process| {
             let settings = perception_settings(plan);
+            let library = plan.sensing.tray.as_ref().map(|tray| &tray.library);
             Ok(Box::new(ppnpack_perception_service::start(
-                process, &settings,
+                process, &settings, library,
             )?))
         })?;
         stack.add(Service::Bridge, |process| {
@@ -107,6 +132,11 @@ impl Stack {
     /// A client of the stack.
     pub(crate) fn client(&self) -> Client {
         Client::new(&self.session)
+    }
+
+    /// The session of what belongs to no service.
+    pub(crate) fn session(&self) -> &zenoh::Session {
+        &self.session
     }
 
     /// The wish that the stack ends.
@@ -191,6 +221,12 @@ fn perception_settings(plan: &Plan<'_>) -> ppnpack_perception_service::Settings 
     };
     ppnpack_perception_service::Settings {
         cells: of_cells(plan, grid),
+        mapper: plan.sensing.mapper.clone(),
+        catalogue: plan.sensing.tray.as_ref().map(|_| plan.source.to_owned()),
+        trays: match &plan.sensing.tray {
+            Some(tray) => of_cells(plan, || tray.settings.clone()),
+            None => BTreeMap::new(),
+        },
         ..ppnpack_perception_service::Settings::default()
     }
 }
@@ -199,6 +235,9 @@ fn bridge_settings(plan: &Plan<'_>) -> ppnpack_bridge::Settings {
     let cell = || SimulatedSettings {
         physics: plan.simulated.cell.clone(),
         scan_pitch_m: plan.grid.resolution().surface_pitch_m(),
+        scan: plan.sensing.scan,
+        camera: plan.sensing.camera,
+        faults: plan.sensing.faults,
         ..SimulatedSettings::default()
     };
     ppnpack_bridge::Settings {

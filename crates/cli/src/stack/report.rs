@@ -20,7 +20,8 @@ pub(crate) fn item_id(arrival: usize) -> String {
     format!("item-{arrival}")
 }
 
-fn arrival_of(item_id: &str) -> Option<usize> {
+/// The place in the sequence of arrivals that an item id names.
+pub(crate) fn arrival_of(item_id: &str) -> Option<usize> {
     item_id.strip_prefix("item-")?.parse().ok()
 }
 

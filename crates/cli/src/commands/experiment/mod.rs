@@ -4,6 +4,7 @@ mod comparison;
 mod document;
 mod network;
 mod pareto;
+mod physical;
 mod runs;
 mod stability;
 mod statistics;
@@ -36,6 +37,8 @@ enum Experiment {
     Transfer(transfer::TransferArguments),
     /// Decision time against packed volume, for every way to propose placements, on several grids
     Pareto(pareto::ParetoArguments),
+    /// The paper's robot cell, simulated with its sensors: a tray, an arm, recognition, noise
+    Physical(physical::PhysicalArguments),
     /// Both stability tests against what the simulated cell does
     Stability(stability::StabilityArguments),
 }
@@ -56,6 +59,7 @@ pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Out
         Experiment::Table4(arguments) => table4::run(arguments, backend),
         Experiment::Transfer(arguments) => transfer::run(arguments, backend),
         Experiment::Pareto(arguments) => pareto::run(arguments, backend),
+        Experiment::Physical(arguments) => physical::run(arguments, backend),
         Experiment::Stability(arguments) => stability::run(arguments),
     }
 }

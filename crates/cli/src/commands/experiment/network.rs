@@ -37,6 +37,14 @@ pub(super) struct NetworkOptions {
 }
 
 impl NetworkOptions {
+    pub(super) fn new(model: Option<PathBuf>, device: DeviceOption, percent: f64) -> Self {
+        Self {
+            model,
+            device,
+            percent,
+        }
+    }
+
     pub(super) fn percent(&self) -> f64 {
         self.percent
     }

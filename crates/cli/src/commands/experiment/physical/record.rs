@@ -1,0 +1,117 @@
+//! What a run leaves.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// A run: one container, and the objects that came to the tray.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(super) struct RunRecord {
+    /// By their order of arrival.
+    pub(super) items: Vec<ItemRecord>,
+    pub(super) decisions: Vec<DecisionRecord>,
+    /// How long the cell took for what, in seconds, once for each time.
+    pub(super) stages_s: BTreeMap<Stage, Vec<f64>>,
+    /// The volume of the meshes that are inside the container at the end.
+    pub(super) volume_m3: f64,
+    /// That volume over the container's floor up to the highest point of the content.
+    pub(super) compactness: f64,
+    /// The deepest that two items reach into each other at the end, in metres.
+    pub(super) deepest_overlap_m: f64,
+    /// Why nothing was planned any more, where the scene was doubtful.
+    pub(super) doubt: Option<String>,
+}
+
+/// A decision of the planner.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(super) struct DecisionRecord {
+    /// Proposals, evaluation and checks, in seconds.
+    pub(super) propose_s: f64,
+    pub(super) evaluate_s: f64,
+    pub(super) check_s: f64,
+    /// The planned time of the arm's cycle, in seconds; 0 without an arm.
+    pub(super) cycle_s: f64,
+    pub(super) degraded: Vec<String>,
+}
+
+impl DecisionRecord {
+    pub(super) fn total_s(&self) -> f64 {
+        self.propose_s + self.evaluate_s + self.check_s
+    }
+}
+
+/// What the cell does, one after the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Stage {
+    /// From the cloud of the tray to what lies there.
+    Recognise,
+    /// From the request to the decision.
+    Plan,
+    /// From the end of a placement to the heightmap that shows it.
+    See,
+    /// The simulation of the placement, which takes other times than an arm.
+    Simulate,
+}
+
+impl Stage {
+    pub(super) const ALL: [Self; 4] = [Self::Recognise, Self::Plan, Self::See, Self::Simulate];
+
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Recognise => "tray: cloud to items",
+            Self::Plan => "request to decision",
+            Self::See => "container: cloud to heightmap",
+            Self::Simulate => "simulated placement",
+        }
+    }
+}
+
+/// What became of an object.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct ItemRecord {
+    pub(super) object: String,
+    /// Whether it could be recognised.
+    pub(super) is_known: bool,
+    pub(super) seen_as: SeenAs,
+    /// How often the arm tried to place it.
+    pub(super) attempts: u32,
+    pub(super) end: End,
+}
+
+/// What the item was taken for on the tray.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum SeenAs {
+    /// It was not found.
+    Nothing,
+    /// No object of the catalogue.
+    Unknown,
+    /// This object.
+    Object {
+        name: String,
+        /// Modulo symmetry, where it is the right object.
+        position_off_m: Option<f64>,
+        angle_off_rad: Option<f64>,
+    },
+}
+
+/// How it ended.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum End {
+    /// It has not come to it.
+    Waiting,
+    /// In the container, as its outcome says.
+    Placed {
+        is_inside: bool,
+        slide_m: f64,
+        tilt_rad: f64,
+        /// How far an item that lay there before was moved at most, in metres.
+        disturbance_m: f64,
+    },
+    /// Not placed, and why.
+    Refused { reason: String },
+    /// It fell beside the container.
+    Lost { failure: String },
+}
