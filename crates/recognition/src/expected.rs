@@ -57,6 +57,15 @@ pub(crate) fn expected_loss(sensor_deviation_m: f64) -> f64 {
     (sensor_deviation_m / UNEXPLAINED_M).powi(2)
 }
 
+/// What of a view is seen.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sight {
+    /// The pixels of the window that show the object.
+    pub(crate) pixels: usize,
+    /// The compared points at such pixels that do not lie before it.
+    pub(crate) free: usize,
+}
+
 /// Memory for drawing expected views.
 #[derive(Debug, Default)]
 pub(crate) struct Sketch {
@@ -237,6 +246,30 @@ impl Observation {
             cost += share * share;
         }
         cost
+    }
+
+    /// How much of what should be seen of a mesh in a pose is seen: neither unmeasured nor hidden.
+    pub(crate) fn sight(
+        &self,
+        object: &LibraryObject,
+        support_from_item: &Isometry3<f64>,
+        sketch: &mut Sketch,
+    ) -> Sight {
+        let camera_from_item = self.camera_from_support * support_from_item;
+        self.draw(&object.model.mesh, &camera_from_item, sketch);
+        let nearness = sketch.buffer.nearness_per_m().iter();
+        let mut sight = Sight {
+            pixels: nearness.filter(|nearness| **nearness > 0.0).count(),
+            free: 0,
+        };
+        for seen in &self.seen {
+            let pixel = seen.row * self.intrinsics.width + seen.column;
+            let depth_m = sketch.buffer.depth_m(pixel);
+            let is_free =
+                depth_m.is_some_and(|depth_m| seen.point.z > f64::from(depth_m) - UNEXPLAINED_M);
+            sight.free += usize::from(is_free);
+        }
+        sight
     }
 
     /// How many points are compared.

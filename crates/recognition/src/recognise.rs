@@ -398,7 +398,7 @@ fn sort(fits: &mut [Fit]) {
 }
 
 /// Some of the points, evenly spaced in their order.
-fn spread(points: &[Point3<f64>], count: usize) -> Vec<Point3<f64>> {
+pub(crate) fn spread(points: &[Point3<f64>], count: usize) -> Vec<Point3<f64>> {
     if points.len() <= count {
         return points.to_vec();
     }

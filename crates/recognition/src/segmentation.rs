@@ -263,8 +263,17 @@ fn groups(
         .filter(|point| point.z >= settings.least_height_m)
         .copied()
         .collect();
+    let mut groups = joined(raised, settings.join_m);
+    let found = groups.len();
+    groups.retain(|group| group.len() >= settings.least_points);
+    let specks = found - groups.len();
+    (groups, specks)
+}
+
+/// Points in groups: seen from above, no gap within a group is wider than `join_m`.
+pub(crate) fn joined(raised: Vec<Point3<f64>>, join_m: f64) -> Vec<Vec<Point3<f64>>> {
     let Some(cells) = Cells::over(&raised) else {
-        return (Vec::new(), 0);
+        return Vec::new();
     };
     let mut is_covered = vec![false; cells.nx * cells.ny];
     for point in &raised {
@@ -272,7 +281,7 @@ fn groups(
             *cell = true;
         }
     }
-    let reach = (settings.join_m / cells.edge_m).floor().clamp(1.0, 16.0) as usize;
+    let reach = (join_m / cells.edge_m).floor().clamp(1.0, 16.0) as usize;
     let group_of = labels(&cells, &is_covered, reach);
     let count = group_of
         .iter()
@@ -286,10 +295,7 @@ fn groups(
             group.push(point);
         }
     }
-    let found = groups.len();
-    groups.retain(|group| group.len() >= settings.least_points);
-    let specks = found - groups.len();
-    (groups, specks)
+    groups
 }
 
 /// The group of each covered cell.

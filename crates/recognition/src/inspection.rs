@@ -1,0 +1,413 @@
+//! Whether a placed item lies where it was planned.
+//!
+//! After an item was placed, the container is seen again from above. What is new against the surface before is the item,
+//! if it fits: first near the planned pose, then in any orientation. What is said is what is seen; where that is not
+//! enough, it is [`Inspection::Unclear`].
+
+mod changes;
+mod lying;
+mod search;
+mod settings;
+
+use std::fmt;
+
+use nalgebra::{Isometry3, Point3};
+use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::heightmap::Surface;
+
+use crate::expected::expected_loss;
+use crate::library::LibraryObject;
+use crate::segmentation::joined;
+use changes::Changes;
+use lying::{Kind, is_possible};
+use search::{Fit, Search};
+
+pub use lying::Lying;
+pub use settings::{InspectionSettingError, InspectionSettings};
+
+/// What a depth camera above a container sees.
+#[derive(Debug, Clone, Copy)]
+pub struct ContainerCloud<'points> {
+    /// Points in the container frame, in metres. Those with a coordinate that is not finite are left out.
+    pub points_m: &'points [Point3<f64>],
+    /// Where the camera is in the container frame, in metres.
+    pub eye_m: Point3<f64>,
+}
+
+/// What became of an item that was placed.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Inspection {
+    /// It lies as planned, within the settings' limits.
+    AsPlanned(Lying),
+    /// It lies elsewhere or is turned, on the side that was planned to be down.
+    Moved(Lying),
+    /// It lies on another side, or leans.
+    Toppled(Lying),
+    /// It is not in the container: nothing new is seen, and it has nowhere to hide.
+    Missing(Absence),
+    /// What is seen does not tell.
+    Unclear(Unclear),
+}
+
+/// What was seen in place of an item.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Absence {
+    /// The area in which something new is seen, in square metres.
+    pub new_m2: f64,
+    /// The least area in which the item would be seen, in square metres.
+    pub least_m2: f64,
+    /// The share of the container that is seen.
+    pub seen_share: f64,
+}
+
+/// An inspection that does not tell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unclear {
+    /// Why.
+    pub reason: UnclearReason,
+    /// The pose that agrees best, where there is one. It is not to be relied on.
+    pub best: Option<Lying>,
+}
+
+/// Why an inspection does not tell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum UnclearReason {
+    /// The container, its surface or a pose is none: sizes and poses are finite, and the surface has samples.
+    Unusable,
+    /// Too little of the container is seen.
+    LittleSeen {
+        /// The share of the container that is seen.
+        seen_share: f64,
+    },
+    /// Little or nothing is new, but the item could lie where that would not be noticed.
+    CouldHide,
+    /// Something is new, but in too few points to tell what.
+    FewPoints {
+        /// How many.
+        points: usize,
+    },
+    /// Something is new, but the item does not fit it.
+    DoesNotFit,
+    /// The item fits what is new, but too much of it is hidden.
+    ItemHidden {
+        /// The share of its view that is seen.
+        seen_share: f64,
+    },
+    /// The item fits what is new in several ways.
+    Ambiguous,
+}
+
+impl fmt::Display for UnclearReason {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unusable => write!(
+                formatter,
+                "the container, its surface or a pose is impossible"
+            ),
+            Self::LittleSeen { seen_share } => write!(
+                formatter,
+                "only {:.0} % of the container is seen",
+                100.0 * seen_share
+            ),
+            Self::CouldHide => write!(
+                formatter,
+                "hardly anything is new in the container, but the item could lie hidden"
+            ),
+            Self::FewPoints { points } => {
+                write!(formatter, "something is new, but in {points} points only")
+            }
+            Self::DoesNotFit => write!(formatter, "something is new, but the item does not fit it"),
+            Self::ItemHidden { seen_share } => write!(
+                formatter,
+                "the item fits what is new, but only {:.0} % of its view is seen",
+                100.0 * seen_share
+            ),
+            Self::Ambiguous => write!(formatter, "the item fits what is new in several ways"),
+        }
+    }
+}
+
+impl Inspection {
+    /// How the item lies, where that is known.
+    pub fn lying(&self) -> Option<&Lying> {
+        match self {
+            Self::AsPlanned(lying) | Self::Moved(lying) | Self::Toppled(lying) => Some(lying),
+            Self::Missing(_) | Self::Unclear(_) => None,
+        }
+    }
+}
+
+/// Where less than this share of the least area is new, the item is not what is new.
+const MISSING_SHARE: f64 = 0.25;
+
+/// Of the planned view, at least this share must be new for its absence to be noticed.
+const NOTICED_SHARE: f64 = 0.4;
+
+/// New points with a gap of up to this between them, seen from above, belong together, in metres.
+const JOIN_M: f64 = 0.008;
+
+/// Groups of new points of less than this share of all of them are taken for what shifted, or for specks.
+const LEAST_GROUP: f64 = 0.05;
+
+/// How many groups are looked at each by itself.
+const GROUPS_ALONE: usize = 3;
+
+/// A fit near the planned pose that loses at most these shares of the limits needs no search.
+const GOOD_ENOUGH: f64 = 0.5;
+
+/// Fits nearer to each other than this say the same, in metres.
+const SAME_PLACE_M: f64 = 0.015;
+
+/// What became of an item that was placed at `planned` (`container_from_item`).
+///
+/// `before` is the surface of the container's content before, `after` what is seen now. Points that rise above the surface
+/// around them are new. Where there are hardly any, the item is missing, unless it could lie hidden. Else the object is
+/// aligned with them from the planned pose, and where it does not agree well then, from orientations all over; a pose
+/// counts if the camera should see what it sees, and if it is possible among what was there before.
+pub fn inspect(
+    object: &LibraryObject,
+    planned: &Isometry3<f64>,
+    before: &Surface,
+    after: &ContainerCloud<'_>,
+    container: ContainerSize,
+    settings: &InspectionSettings,
+) -> Inspection {
+    let inspector = Inspector {
+        object,
+        planned,
+        container,
+        eye_m: after.eye_m,
+        diameter_m: diameter_m(object),
+        settings,
+    };
+    if !inspector.is_usable() {
+        return unclear(UnclearReason::Unusable, None);
+    }
+    let highest_m = container.z_m + inspector.diameter_m;
+    match Changes::new(before, after, container, highest_m, settings) {
+        Some(changes) => inspector.judged(&changes),
+        None => unclear(UnclearReason::Unusable, None),
+    }
+}
+
+fn unclear(reason: UnclearReason, best: Option<Lying>) -> Inspection {
+    Inspection::Unclear(Unclear { reason, best })
+}
+
+/// The diagonal of an object's box, in metres.
+fn diameter_m(object: &LibraryObject) -> f64 {
+    let bounds = object.model.mesh.bounds();
+    bounds.map_or(0.0, |bounds| bounds.extents_m().norm())
+}
+
+/// An inspection under way.
+struct Inspector<'item> {
+    object: &'item LibraryObject,
+    planned: &'item Isometry3<f64>,
+    container: ContainerSize,
+    eye_m: Point3<f64>,
+    diameter_m: f64,
+    settings: &'item InspectionSettings,
+}
+
+impl Inspector<'_> {
+    fn is_usable(&self) -> bool {
+        let size = [self.container.x_m, self.container.y_m, self.container.z_m];
+        let pose = self.planned.to_homogeneous();
+        let mut numbers = pose.iter().chain(self.eye_m.iter());
+        numbers.all(|value| value.abs() < 1e3) && size.iter().all(|side| (1e-3..1e3).contains(side))
+    }
+
+    fn judged(&self, changes: &Changes<'_>) -> Inspection {
+        let seen_share = changes.seen_share;
+        if seen_share < self.settings.least_container_seen {
+            return unclear(UnclearReason::LittleSeen { seen_share }, None);
+        }
+        let absence = Absence {
+            new_m2: changes.new_area_m2(),
+            least_m2: self.least_area_m2(),
+            seen_share,
+        };
+        if absence.new_m2 < MISSING_SHARE * absence.least_m2 {
+            return self.missing(changes, absence);
+        }
+        let points = changes.new_m.len();
+        if points < self.settings.least_points {
+            return unclear(UnclearReason::FewPoints { points }, None);
+        }
+        self.found(changes)
+    }
+
+    /// The least area that the object covers at rest in any pose, in square metres.
+    fn least_area_m2(&self) -> f64 {
+        let poses = self.object.poses.iter();
+        poses
+            .map(|pose| pose.outline.width_m.powi(2))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    fn missing(&self, changes: &Changes<'_>, absence: Absence) -> Inspection {
+        if self.noticed_share(changes) < NOTICED_SHARE || changes.could_hide(self.object) {
+            unclear(UnclearReason::CouldHide, None)
+        } else {
+            Inspection::Missing(absence)
+        }
+    }
+
+    /// The share of the item's upper side in the planned pose that would be new.
+    fn noticed_share(&self, changes: &Changes<'_>) -> f64 {
+        let (mut upper, mut noticed) = (0_u32, 0_u32);
+        for point in &self.object.points {
+            if (self.planned.rotation * point.normal).z < 0.3 {
+                continue;
+            }
+            let place = self.planned * point.point;
+            let below_m = changes.blurred_at(place.x, place.y);
+            let least_m = self.settings.least_rise_m;
+            upper += 1;
+            noticed += u32::from(below_m.is_some_and(|below_m| place.z > below_m + least_m));
+        }
+        f64::from(noticed) / f64::from(upper.max(1))
+    }
+
+    fn found(&self, changes: &Changes<'_>) -> Inspection {
+        let (together, groups) = grouped(&changes.new_m);
+        let mut sets = vec![together];
+        if groups.len() > 1 {
+            sets.extend(groups.into_iter().take(GROUPS_ALONE));
+        }
+        let mut searches: Vec<Search<'_>> = sets
+            .iter()
+            .filter_map(|own_m| self.search(own_m, changes))
+            .collect();
+        let mut starts = Vec::new();
+        for search in &mut searches {
+            let fit = search.near_planned(self.planned);
+            let is_good = self.agrees(&fit, GOOD_ENOUGH) && self.is_possible(&fit, changes);
+            if is_good && search.seen_share(&fit.container_from_item) >= self.settings.least_seen {
+                return self.told(&self.lying(&fit));
+            }
+            starts.push(fit);
+        }
+        let mut refused = None;
+        for (search, start) in searches.iter_mut().zip(starts) {
+            match self.searched(search, start, changes) {
+                Inspection::Unclear(unclear) => {
+                    refused.get_or_insert(unclear);
+                }
+                told => return told,
+            }
+        }
+        match refused {
+            Some(refused) => Inspection::Unclear(refused),
+            None => unclear(UnclearReason::DoesNotFit, None),
+        }
+    }
+
+    /// A search at some of the new points; all others are its surroundings.
+    fn search(&self, own_m: &[Point3<f64>], changes: &Changes<'_>) -> Option<Search<'_>> {
+        if own_m.len() < self.settings.least_points {
+            return None;
+        }
+        let mut others_m = changes.others_m.clone();
+        if own_m.len() < changes.new_m.len() {
+            let key = |point: &Point3<f64>| [point.x, point.y, point.z].map(f64::to_bits);
+            let own: std::collections::HashSet<_> = own_m.iter().map(key).collect();
+            let rest = changes
+                .new_m
+                .iter()
+                .filter(|point| !own.contains(&key(point)));
+            others_m.extend(rest.copied());
+        }
+        Search::new(self.object, own_m, &others_m, self.eye_m, self.diameter_m)
+    }
+
+    /// The best fit from anywhere, with the one from the planned pose.
+    fn searched(&self, search: &mut Search<'_>, start: Fit, changes: &Changes<'_>) -> Inspection {
+        let mut fits = search.anywhere(self.planned, changes, |pose| {
+            is_possible(self.object, pose, changes, self.container)
+        });
+        if self.is_possible(&start, changes) {
+            fits.push(start);
+        }
+        fits.sort_by(|a, b| b.agreement.fitness.total_cmp(&a.agreement.fitness));
+        let best = fits.first().map(|fit| self.lying(fit));
+        fits.retain(|fit| self.agrees(fit, 1.0));
+        let Some(first) = fits.first() else {
+            return unclear(UnclearReason::DoesNotFit, best);
+        };
+        let least_fitness = first.agreement.fitness - self.settings.least_margin;
+        fits.retain(|fit| fit.agreement.fitness >= least_fitness);
+        let ways: Vec<Lying> = fits.iter().map(|fit| self.lying(fit)).collect();
+        self.chosen(search, &ways)
+    }
+
+    /// The fit that is told, of some that agree about equally well, best first.
+    fn chosen(&self, search: &mut Search<'_>, ways: &[Lying]) -> Inspection {
+        let is_planned = |lying: &&Lying| lying.kind(self.settings) == Kind::AsPlanned;
+        let Some(best) = ways.iter().find(is_planned).or(ways.first()) else {
+            return unclear(UnclearReason::DoesNotFit, None);
+        };
+        let seen_share = search.seen_share(&best.container_from_item);
+        if seen_share < self.settings.least_seen {
+            return unclear(UnclearReason::ItemHidden { seen_share }, Some(*best));
+        }
+        let says_the_same = |other: &Lying| {
+            let centre = |lying: &Lying| lying.container_from_item * self.object.centre_m;
+            other.kind(self.settings) == best.kind(self.settings)
+                && nalgebra::distance(&centre(other), &centre(best)) < SAME_PLACE_M
+        };
+        if best.kind(self.settings) != Kind::AsPlanned && !ways.iter().all(says_the_same) {
+            return unclear(UnclearReason::Ambiguous, Some(*best));
+        }
+        self.told(best)
+    }
+
+    fn told(&self, lying: &Lying) -> Inspection {
+        match lying.kind(self.settings) {
+            Kind::AsPlanned => Inspection::AsPlanned(*lying),
+            Kind::Moved => Inspection::Moved(*lying),
+            Kind::Toppled => Inspection::Toppled(*lying),
+        }
+    }
+
+    fn lying(&self, fit: &Fit) -> Lying {
+        Lying::new(
+            self.object,
+            self.planned,
+            &fit.container_from_item,
+            self.container,
+            fit.agreement,
+        )
+    }
+
+    fn is_possible(&self, fit: &Fit, changes: &Changes<'_>) -> bool {
+        is_possible(
+            self.object,
+            &fit.container_from_item,
+            changes,
+            self.container,
+        )
+    }
+
+    /// Whether a fit agrees within a share of what the settings allow it to lose.
+    fn agrees(&self, fit: &Fit, share: f64) -> bool {
+        let settings = self.settings;
+        let loss =
+            share * (1.0 - settings.least_fitness) + expected_loss(settings.sensor_deviation_m);
+        let agreement = fit.agreement;
+        agreement.fitness >= 1.0 - loss
+            && agreement.unexplained <= share * settings.most_unexplained
+            && agreement.contradicted <= share * settings.most_contradicted
+    }
+}
+
+/// The new points that hang together in groups worth a look: all of them, and by group, the largest first.
+fn grouped(new_m: &[Point3<f64>]) -> (Vec<Point3<f64>>, Vec<Vec<Point3<f64>>>) {
+    let mut groups = joined(new_m.to_vec(), JOIN_M);
+    let least = LEAST_GROUP * new_m.len() as f64;
+    groups.retain(|group| group.len() as f64 >= least);
+    groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
+    (groups.concat(), groups)
+}

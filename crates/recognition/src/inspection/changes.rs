@@ -1,0 +1,304 @@
+//! What is new in a container, and where something new would go unnoticed.
+
+use nalgebra::Point3;
+use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::heightmap::Surface;
+
+use crate::inspection::{ContainerCloud, InspectionSettings};
+use crate::library::LibraryObject;
+
+/// Farther than this from the container's origin, a point is no measurement, in metres.
+const FARTHEST_M: f64 = 100.0;
+
+/// The most points of a cloud that are looked at; of more, evenly spaced ones.
+const MAX_POINTS: usize = 1_000_000;
+
+/// Points around the container that are kept, in metres: its walls, and what hangs over its rim.
+const AROUND_M: f64 = 0.1;
+
+/// A sample counts as seen where a point lies within this many spacings of the points.
+const SEEN_SPACINGS: f64 = 1.5;
+
+/// A new item is noticed where it rises above what was there by less than this share of its height.
+const NOTICED_SHARE: f64 = 0.8;
+
+/// An item can hide in a square of this share of its lesser width.
+const HIDING_SHARE: f64 = 0.7;
+
+/// Squares of a container's floor, as its surface samples them; row-major.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Squares {
+    nx: usize,
+    ny: usize,
+    pitch_m: f64,
+}
+
+impl Squares {
+    fn of(surface: &Surface) -> Option<Self> {
+        let pitch_m = surface.pitch_m();
+        let is_sound = pitch_m > 1e-4 && pitch_m < 1.0 && surface.nx() > 0 && surface.ny() > 0;
+        is_sound.then(|| Self {
+            nx: surface.nx(),
+            ny: surface.ny(),
+            pitch_m,
+        })
+    }
+
+    /// The square that a place lies in.
+    pub(crate) fn at(&self, x_m: f64, y_m: f64) -> Option<usize> {
+        if !(x_m >= 0.0 && y_m >= 0.0) {
+            return None;
+        }
+        // Casts saturate.
+        let (x, y) = ((x_m / self.pitch_m) as usize, (y_m / self.pitch_m) as usize);
+        (x < self.nx && y < self.ny).then(|| x * self.ny + y)
+    }
+
+    /// How many squares a length reaches.
+    fn reach(&self, length_m: f64) -> usize {
+        ((length_m / self.pitch_m - 1e-6).ceil().max(0.0) as usize).min(self.nx.max(self.ny))
+    }
+
+    /// The greatest value within a distance in squares, along both axes.
+    fn greatest(&self, values: &[f32], reach: usize) -> Vec<f32> {
+        let along_y: Vec<f32> = values
+            .chunks_exact(self.ny)
+            .flat_map(|row| window_greatest(row, reach))
+            .collect();
+        let mut greatest = vec![0.0; along_y.len()];
+        for y in 0..self.ny {
+            let column: Vec<f32> = along_y.iter().skip(y).step_by(self.ny).copied().collect();
+            let raised = window_greatest(&column, reach);
+            for (value, raised) in greatest.iter_mut().skip(y).step_by(self.ny).zip(raised) {
+                *value = raised;
+            }
+        }
+        greatest
+    }
+
+    /// Whether a square of `side` samples fits where a condition holds.
+    fn holds_square(&self, is_true: &[bool], side: usize) -> bool {
+        // The side of the greatest square that ends at each sample.
+        let mut above = vec![0_usize; self.ny];
+        for row in is_true.chunks_exact(self.ny) {
+            let (mut left, mut above_left) = (0, 0);
+            for (is_true, above) in row.iter().zip(above.iter_mut()) {
+                let here = if *is_true {
+                    1 + left.min(above_left).min(*above)
+                } else {
+                    0
+                };
+                if here >= side {
+                    return true;
+                }
+                (above_left, left) = (*above, here);
+                *above = here;
+            }
+        }
+        false
+    }
+}
+
+/// The greatest value within a distance of each.
+fn window_greatest(values: &[f32], reach: usize) -> Vec<f32> {
+    (0..values.len())
+        .map(|index| {
+            let end = (index + reach + 1).min(values.len());
+            let window = values.get(index.saturating_sub(reach)..end);
+            window
+                .unwrap_or_default()
+                .iter()
+                .copied()
+                .fold(f32::MIN, f32::max)
+        })
+        .collect()
+}
+
+/// A cloud of a container compared with what was there before; everything in the container frame, in metres.
+#[derive(Debug)]
+pub(crate) struct Changes<'surface> {
+    pub(crate) squares: Squares,
+    before_m: &'surface [f32],
+    /// What was there before, wider by the blur.
+    blurred_m: Vec<f32>,
+    /// What was there before, narrower by the blur.
+    certain_m: Vec<f32>,
+    /// The greatest height of points around each square; NaN-free, `f32::MIN` where none is.
+    after_m: Vec<f32>,
+    container: ContainerSize,
+    settings: &'surface InspectionSettings,
+    /// Points that are new.
+    pub(crate) new_m: Vec<Point3<f64>>,
+    /// All others.
+    pub(crate) others_m: Vec<Point3<f64>>,
+    /// The share of the container that is seen.
+    pub(crate) seen_share: f64,
+}
+
+impl<'surface> Changes<'surface> {
+    /// `None` where the surface or the container is none. What rises above `highest_m` is no item of interest.
+    pub(crate) fn new(
+        before: &'surface Surface,
+        after: &ContainerCloud<'_>,
+        container: ContainerSize,
+        highest_m: f64,
+        settings: &'surface InspectionSettings,
+    ) -> Option<Self> {
+        let squares = Squares::of(before)?;
+        let reach = squares.reach(settings.blur_m);
+        let upside_down: Vec<f32> = before
+            .heights_m()
+            .iter()
+            .map(|height_m| -height_m)
+            .collect();
+        let mut certain_m = squares.greatest(&upside_down, reach);
+        certain_m
+            .iter_mut()
+            .for_each(|height_m| *height_m = -*height_m);
+        let mut changes = Self {
+            squares,
+            before_m: before.heights_m(),
+            blurred_m: squares.greatest(before.heights_m(), reach),
+            certain_m,
+            after_m: Vec::new(),
+            container,
+            settings,
+            new_m: Vec::new(),
+            others_m: Vec::new(),
+            seen_share: 0.0,
+        };
+        changes.sort(after.points_m, highest_m);
+        Some(changes)
+    }
+
+    fn sort(&mut self, points_m: &[Point3<f64>], highest_m: f64) {
+        let mut after_m = vec![f32::MIN; self.before_m.len()];
+        let mut inside = 0_u32;
+        let stride = points_m.len().div_ceil(MAX_POINTS).max(1);
+        for point in points_m.iter().step_by(stride) {
+            if !self.is_around(point) {
+                continue;
+            }
+            let square = self
+                .is_within_walls(point.x, point.y)
+                .then(|| self.squares.at(point.x, point.y))
+                .flatten();
+            let blurred_m = square.and_then(|square| self.blurred_m.get(square));
+            let rise_m = blurred_m.map(|height_m| point.z - f64::from(*height_m));
+            if rise_m.is_some_and(|rise_m| rise_m > self.settings.least_rise_m)
+                && point.z < highest_m
+            {
+                self.new_m.push(*point);
+            } else {
+                self.others_m.push(*point);
+            }
+            if let Some(height_m) = square.and_then(|square| after_m.get_mut(square)) {
+                inside += 1;
+                *height_m = height_m.max(point.z as f32);
+            }
+        }
+        let area_m2 = self.container.x_m * self.container.y_m;
+        let spacing_m = (area_m2 / f64::from(inside.max(1))).sqrt();
+        // With few points, most of the container is unseen, whatever their spacing.
+        let reach = self
+            .squares
+            .reach(SEEN_SPACINGS * spacing_m - 0.5 * self.squares.pitch_m);
+        self.after_m = self.squares.greatest(&after_m, reach.clamp(1, 4));
+        let within = (0..self.before_m.len()).filter(|square| !self.is_margin(*square));
+        let (mut all, mut seen) = (0_u32, 0_u32);
+        for square in within {
+            all += 1;
+            seen += u32::from(self.is_seen(square));
+        }
+        self.seen_share = f64::from(seen) / f64::from(all.max(1));
+    }
+
+    fn is_around(&self, point: &Point3<f64>) -> bool {
+        let size = self.container;
+        let is_near = |value: f64, side_m: f64| (-AROUND_M..=side_m + AROUND_M).contains(&value);
+        // No comparison holds for what is not a number.
+        is_near(point.x, size.x_m) && is_near(point.y, size.y_m) && point.z.abs() < FARTHEST_M
+    }
+
+    fn is_within_walls(&self, x_m: f64, y_m: f64) -> bool {
+        let margin_m = self.settings.wall_margin_m;
+        let is_within = |value: f64, side_m: f64| (margin_m..=side_m - margin_m).contains(&value);
+        is_within(x_m, self.container.x_m) && is_within(y_m, self.container.y_m)
+    }
+
+    fn is_margin(&self, square: usize) -> bool {
+        let middle = |index: usize| (index as f64 + 0.5) * self.squares.pitch_m;
+        let (x, y) = (square / self.squares.ny, square % self.squares.ny);
+        !self.is_within_walls(middle(x), middle(y))
+    }
+
+    fn is_seen(&self, square: usize) -> bool {
+        self.after_m
+            .get(square)
+            .is_some_and(|height_m| *height_m > f32::MIN)
+    }
+
+    /// How high the content was at the lowest place nearby; `None` beyond the walls and where it was not known.
+    pub(crate) fn certain_at(&self, x_m: f64, y_m: f64) -> Option<f64> {
+        self.known(&self.certain_m, x_m, y_m)
+    }
+
+    /// The same, of the highest place nearby.
+    pub(crate) fn blurred_at(&self, x_m: f64, y_m: f64) -> Option<f64> {
+        self.known(&self.blurred_m, x_m, y_m)
+    }
+
+    fn known(&self, heights_m: &[f32], x_m: f64, y_m: f64) -> Option<f64> {
+        let height_m = f64::from(*heights_m.get(self.squares.at(x_m, y_m)?)?);
+        // What was not seen counts as higher than the rim.
+        (height_m < self.container.z_m).then_some(height_m)
+    }
+
+    /// How high the points around a place reach now; `None` where there are none.
+    pub(crate) fn after_at(&self, x_m: f64, y_m: f64) -> Option<f64> {
+        let height_m = *self.after_m.get(self.squares.at(x_m, y_m)?)?;
+        (height_m > f32::MIN).then_some(f64::from(height_m))
+    }
+
+    /// The area of the squares that hold new points, in square metres.
+    pub(crate) fn new_area_m2(&self) -> f64 {
+        let mut is_new = vec![false; self.before_m.len()];
+        for point in &self.new_m {
+            let square = self.squares.at(point.x, point.y);
+            if let Some(is_new) = square.and_then(|square| is_new.get_mut(square)) {
+                *is_new = true;
+            }
+        }
+        let count = is_new.iter().filter(|is_new| **is_new).count();
+        count as f64 * self.squares.pitch_m * self.squares.pitch_m
+    }
+
+    /// Whether the object could lie in the container, at rest in some pose, without anything new being seen: in what is
+    /// not seen, and where what was there is about as high.
+    pub(crate) fn could_hide(&self, object: &LibraryObject) -> bool {
+        let rise_m = self.settings.least_rise_m;
+        object.poses.iter().any(|pose| {
+            let outline = &pose.outline;
+            // The covered area of an even shape is its length times its width; the spread along the length tells that.
+            let length_m = 12.0_f64.sqrt() * outline.spreads_m[0].max(1e-6);
+            let width_m = (outline.width_m * outline.width_m / length_m).min(outline.width_m);
+            let side = (HIDING_SHARE * width_m / self.squares.pitch_m)
+                .round()
+                .max(1.0);
+            let noticed_m = NOTICED_SHARE * outline.height_m - rise_m;
+            let is_blind: Vec<bool> = self
+                .before_m
+                .iter()
+                .zip(&self.blurred_m)
+                .enumerate()
+                .map(|(square, (before_m, blurred_m))| {
+                    f64::from(blurred_m - before_m) > noticed_m
+                        || f64::from(*before_m) >= self.container.z_m
+                        || !self.is_seen(square)
+                        || self.is_margin(square)
+                })
+                .collect();
+            self.squares.holds_square(&is_blind, side as usize)
+        })
+    }
+}
