@@ -423,6 +423,15 @@ fn trial(library: &Library, index: usize, case: usize, random: &mut ChaCha8Rng) 
     let start = Instant::now();
     let inspection = inspect(object, &planned, &before, &after, CONTAINER, &settings);
     let time_ms = start.elapsed().as_secs_f64() * 1e3;
+    if let (Some(truth), true) = (&truth, std::env::var("DIAG").is_ok())
+        && matches!(inspection, Inspection::Unclear(_))
+    {
+        let with_truth = inspect(object, truth, &before, &after, CONTAINER, &settings);
+        eprintln!(
+            "DIAG {} {}: {inspection:?}\n   with truth: {with_truth:?}",
+            object.model.name, CASES[case]
+        );
+    }
     let error = truth.zip(inspection.lying()).and_then(|(truth, lying)| {
         let error = library.pose_error(index, &truth, index, &lying.container_from_item)?;
         Some((error.position_m, error.angle_rad))

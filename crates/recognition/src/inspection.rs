@@ -5,6 +5,7 @@
 //! enough, it is [`Inspection::Unclear`].
 
 mod changes;
+mod judge;
 mod lying;
 mod search;
 mod settings;

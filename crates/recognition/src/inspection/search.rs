@@ -1,13 +1,13 @@
 //! Poses of one object at new points.
 
-use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use crate::align::{AlignSettings, align, centroid};
 use crate::expected::{Agreement, Observation, Sketch};
 use crate::inspection::changes::Changes;
+use crate::inspection::judge::Judge;
 use crate::library::LibraryObject;
 use crate::recognise::spread;
-use crate::samples::SurfacePoint;
 use crate::segmentation::Cluster;
 use crate::spacing::spacing_m;
 use crate::symmetry::Symmetry;
@@ -21,15 +21,16 @@ const MOST_POSES: usize = 24;
 /// Yaws that each direction is tried at.
 const YAWS: usize = 20;
 
-/// New points, and points of the surface, that a hypothesis is judged by.
-const JUDGED_POINTS: usize = 48;
-const JUDGED_SURFACE: usize = 96;
+/// Hypotheses that are shifted.
+const SHIFTED: usize = 60;
 
-/// A point farther than this from a hypothesis is as bad as any other, in metres.
-const FAR_M: f64 = 0.012;
+/// Shifts, in metres, by which fits are laid where the outline fits too; the turns that go with them are as wide at the
+/// object's border.
+const OUTLINE_STEPS_M: [f64; 3] = [0.004, 0.002, 0.001];
 
-/// A surface this much higher than any point there should be seen, in metres.
-const SEEN_THROUGH_M: f64 = 0.006;
+/// How many of the best fits are laid so, and the points of the comparison.
+const OUTLINED_FITS: usize = 2;
+const OUTLINE_COMPARED: usize = 600;
 
 /// Hypotheses that are aligned quickly, and thoroughly.
 const QUICK_FITS: usize = 24;
@@ -63,6 +64,12 @@ const THOROUGH: AlignSettings = AlignSettings {
     hold: None,
 };
 
+const LAST: AlignSettings = AlignSettings {
+    rounds: 6,
+    scale_m: (0.003, 0.0015),
+    hold: None,
+};
+
 /// A pose and how well it agrees.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Fit {
@@ -75,7 +82,6 @@ pub(crate) struct Search<'object> {
     object: &'object LibraryObject,
     cluster: Cluster,
     pixel_m: f64,
-    centre: Point3<f64>,
     thorough: Observation,
     sketch: Sketch,
 }
@@ -113,7 +119,6 @@ impl<'object> Search<'object> {
             thorough: Observation::new(&cluster, pixel_m, THOROUGH_COMPARED)?,
             cluster,
             pixel_m,
-            centre,
             sketch: Sketch::default(),
         })
     }
@@ -155,9 +160,7 @@ impl<'object> Search<'object> {
             return Vec::new();
         };
         let points = spread(&self.cluster.points_m, QUICK_ALIGNED);
-        let starts = distinct(self.hypotheses(planned, changes), QUICK_FITS, |start| {
-            *start
-        });
+        let starts = self.hypotheses(planned, changes);
         let mut fits: Vec<Fit> = Vec::with_capacity(starts.len());
         for start in starts {
             let pose = align(&self.object.nearest, &points, &start, &QUICK);
@@ -174,38 +177,71 @@ impl<'object> Search<'object> {
             .filter(|fit| is_possible(&fit.container_from_item))
             .collect();
         sort(&mut fits);
+        self.outline(&mut fits);
+        fits.retain(|fit| is_possible(&fit.container_from_item));
+        sort(&mut fits);
         fits
     }
 
-    /// Poses in all orientations whose visible side is where the new points are, the most alike first.
+    /// Lays the best fits where the outline fits: alignment pulls a surface to points, but does not push it away from
+    /// where there are none.
+    fn outline(&mut self, fits: &mut [Fit]) {
+        let Some(rough) = Observation::new(&self.cluster, self.pixel_m, OUTLINE_COMPARED) else {
+            return;
+        };
+        for fit in fits.iter_mut().take(OUTLINED_FITS) {
+            let pose = self.outlined(&rough, &fit.container_from_item);
+            let outlined = self.aligned(&pose, &LAST);
+            if outlined.agreement.fitness > fit.agreement.fitness {
+                *fit = outlined;
+            }
+        }
+    }
+
+    /// A pose near another at which the expected view fits better, by pattern search over shifts and yaws.
+    fn outlined(&mut self, rough: &Observation, pose: &Isometry3<f64>) -> Isometry3<f64> {
+        let arm_m = self.object.points.iter().map(|point| {
+            let arm = pose * point.point - pose * self.object.centre_m;
+            arm.xy().norm()
+        });
+        let arm_m = arm_m.fold(0.003, f64::max);
+        let mut best = *pose;
+        let mut least = rough.strict_cost(self.object, &best, &mut self.sketch);
+        for step_m in OUTLINE_STEPS_M {
+            for (shift, yaw) in STEPS {
+                let turn =
+                    UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw * step_m / arm_m);
+                let about = Isometry3::rotation_wrt_point(turn, best * self.object.centre_m);
+                let moved = Translation3::from(shift * step_m) * about * best;
+                let cost = rough.strict_cost(self.object, &moved, &mut self.sketch);
+                if cost < least {
+                    (best, least) = (moved, cost);
+                }
+            }
+        }
+        best
+    }
+
+    /// Poses in all orientations whose outline is where the new points are, the most alike first.
     fn hypotheses(&self, planned: &Isometry3<f64>, changes: &Changes<'_>) -> Vec<Isometry3<f64>> {
-        let to_eye = Unit::new_normalize(self.cluster.eye_m - self.centre);
-        let points = spread(&self.cluster.points_m, JUDGED_POINTS);
-        let stride = self.object.points.len().div_ceil(JUDGED_SURFACE).max(1);
-        let surface: Vec<SurfacePoint> =
-            self.object.points.iter().step_by(stride).copied().collect();
+        let judge = Judge::new(self.object, &self.cluster, changes);
         let mut judged: Vec<(f64, Isometry3<f64>)> = Vec::new();
         for upright in self.orientations(planned) {
             for step in 0..self.yaws() {
                 let yaw_rad = std::f64::consts::TAU * step as f64 / YAWS as f64;
                 let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
-                let rotation = yaw * upright;
-                let faces_eye = rotation.inverse() * *to_eye;
-                let Some(middle) = visible_middle(&surface, &faces_eye) else {
-                    continue;
-                };
-                let shift = self.centre - rotation * middle;
-                let pose = Translation3::from(shift) * rotation;
-                let visible = surface
-                    .iter()
-                    .filter(|point| point.normal.dot(&faces_eye) > LEAST_FACING);
-                let cost =
-                    self.distance_cost(&points, &pose) + seen_through(visible, &pose, changes);
-                judged.push((cost, pose));
+                let pose = judge.at_points(&(yaw * upright));
+                judged.push((judge.cost(&pose), pose));
             }
         }
         judged.sort_by(|a, b| a.0.total_cmp(&b.0));
-        judged.into_iter().map(|(_, pose)| pose).collect()
+        let mut judged = distinct(judged, SHIFTED, |(_, pose)| *pose);
+        for (cost, pose) in &mut judged {
+            (*cost, *pose) = judge.shifted(*cost, pose);
+        }
+        judged.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let chosen = distinct(judged, QUICK_FITS, |(_, pose)| *pose);
+        chosen.into_iter().map(|(_, pose)| pose).collect()
     }
 
     fn yaws(&self) -> usize {
@@ -232,52 +268,17 @@ impl<'object> Search<'object> {
         }));
         all
     }
-
-    /// The mean square distance of points from a pose, cut off and scaled to at most 1.
-    fn distance_cost(&self, points: &[Point3<f64>], pose: &Isometry3<f64>) -> f64 {
-        let inverse = pose.inverse();
-        let rotation = inverse.rotation.to_rotation_matrix();
-        let shift = inverse.translation.vector;
-        let costs = points.iter().map(|point| {
-            let nearest = self.object.nearest.nearest(&(rotation * point + shift));
-            (nearest.distance_m / FAR_M).min(1.0).powi(2)
-        });
-        costs.sum::<f64>() / points.len().max(1) as f64
-    }
 }
 
-/// A surface whose normal is this far from the direction to the eye, as a cosine, is seen.
-const LEAST_FACING: f64 = 0.15;
-
-/// The middle of what faces a direction, as it looks from there.
-fn visible_middle(surface: &[SurfacePoint], faces_eye: &Vector3<f64>) -> Option<Point3<f64>> {
-    let (mut sum, mut weights) = (Vector3::zeros(), 0.0);
-    for point in surface {
-        let weight = point.normal.dot(faces_eye);
-        if weight > LEAST_FACING {
-            sum += point.point.coords * weight;
-            weights += weight;
-        }
-    }
-    (weights > 0.0).then(|| Point3::from(sum / weights))
-}
-
-/// The share of points of a posed surface that the camera looks through.
-fn seen_through<'points>(
-    surface: impl Iterator<Item = &'points SurfacePoint>,
-    pose: &Isometry3<f64>,
-    changes: &Changes<'_>,
-) -> f64 {
-    let (mut all, mut through) = (0_u32, 0_u32);
-    let rotation = pose.rotation.to_rotation_matrix();
-    for point in surface {
-        let place = rotation * point.point + pose.translation.vector;
-        let height_m = changes.after_at(place.x, place.y);
-        all += 1;
-        through += u32::from(height_m.is_some_and(|height_m| place.z > height_m + SEEN_THROUGH_M));
-    }
-    f64::from(through) / f64::from(all.max(1))
-}
+/// Steps of the search for the outline: shifts, and turns about the vertical.
+const STEPS: [(Vector3<f64>, f64); 6] = [
+    (Vector3::new(1.0, 0.0, 0.0), 0.0),
+    (Vector3::new(-1.0, 0.0, 0.0), 0.0),
+    (Vector3::new(0.0, 1.0, 0.0), 0.0),
+    (Vector3::new(0.0, -1.0, 0.0), 0.0),
+    (Vector3::new(0.0, 0.0, 0.0), 1.0),
+    (Vector3::new(0.0, 0.0, 0.0), -1.0),
+];
 
 /// One of the directions spread evenly over the sphere along a spiral.
 fn direction(number: usize) -> Vector3<f64> {
