@@ -1,6 +1,6 @@
 //! What is new in a container, and where something new would go unnoticed.
 
-use nalgebra::Point3;
+use nalgebra::{Point2, Point3};
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::heightmap::Surface;
 
@@ -18,6 +18,9 @@ const AROUND_M: f64 = 0.1;
 
 /// A sample counts as seen where a point lies within this many spacings of the points.
 const SEEN_SPACINGS: f64 = 1.5;
+
+/// Stands for no height: lower than any.
+const NOTHING_M: f32 = f32::MIN;
 
 /// A new item is noticed where it rises above what was there by less than this share of its height.
 const NOTICED_SHARE: f64 = 0.8;
@@ -76,6 +79,37 @@ impl Squares {
         greatest
     }
 
+    /// How high each square is hidden from an eye by what stands before it, in metres; [`NOTHING_M`] where nothing does.
+    fn shadows_m(&self, heights_m: &[f32], eye_m: &Point3<f64>) -> Vec<f32> {
+        let highest_m = f64::from(heights_m.iter().copied().fold(0.0, f32::max));
+        (0..heights_m.len())
+            .map(|square| {
+                let middle = self.middle(square);
+                let away = eye_m.xy() - middle;
+                let distance_m = away.norm();
+                if eye_m.z <= highest_m {
+                    return f32::MAX;
+                }
+                // Farther towards the eye, the line of sight to the floor is higher than everything.
+                let reach_m = distance_m * highest_m / eye_m.z;
+                let steps = (reach_m / self.pitch_m).ceil() as usize;
+                let shadow_m = (1..=steps).filter_map(|step| {
+                    let share = step as f64 * self.pitch_m / distance_m;
+                    let place = middle + away * share;
+                    let height_m = *heights_m.get(self.at(place.x, place.y)?)?;
+                    (share < 1.0 && height_m > NOTHING_M)
+                        .then(|| (f64::from(height_m) - share * eye_m.z) / (1.0 - share))
+                });
+                shadow_m.fold(f64::from(NOTHING_M), f64::max) as f32
+            })
+            .collect()
+    }
+
+    fn middle(&self, square: usize) -> Point2<f64> {
+        let along = |index: usize| (index as f64 + 0.5) * self.pitch_m;
+        Point2::new(along(square / self.ny), along(square % self.ny))
+    }
+
     /// Whether a square of `side` samples fits where a condition holds.
     fn holds_square(&self, is_true: &[bool], side: usize) -> bool {
         // The side of the greatest square that ends at each sample.
@@ -116,17 +150,22 @@ fn window_greatest(values: &[f32], reach: usize) -> Vec<f32> {
 
 /// A cloud of a container compared with what was there before; everything in the container frame, in metres.
 #[derive(Debug)]
-pub(crate) struct Changes<'surface> {
+pub(crate) struct Changes<'settings> {
     pub(crate) squares: Squares,
-    before_m: &'surface [f32],
-    /// What was there before, wider by the blur.
+    /// How high the content was at most; where it was not seen, as high as what hid it. Higher than the rim where
+    /// that is not known either.
+    most_m: Vec<f32>,
+    /// How high it was at least.
+    least_m: Vec<f32>,
+    /// The most that was there before, wider by the blur.
     blurred_m: Vec<f32>,
     /// What was there before, narrower by the blur.
     certain_m: Vec<f32>,
-    /// The greatest height of points around each square; NaN-free, `f32::MIN` where none is.
+    /// The greatest height of points around each square; [`NOTHING_M`] where none is.
     after_m: Vec<f32>,
     container: ContainerSize,
-    settings: &'surface InspectionSettings,
+    eye_m: Point3<f64>,
+    settings: &'settings InspectionSettings,
     /// Points that are new.
     pub(crate) new_m: Vec<Point3<f64>>,
     /// All others.
@@ -135,33 +174,54 @@ pub(crate) struct Changes<'surface> {
     pub(crate) seen_share: f64,
 }
 
-impl<'surface> Changes<'surface> {
+impl<'settings> Changes<'settings> {
     /// `None` where the surface or the container is none. What rises above `highest_m` is no item of interest.
     pub(crate) fn new(
-        before: &'surface Surface,
+        before: &Surface,
         after: &ContainerCloud<'_>,
         container: ContainerSize,
         highest_m: f64,
-        settings: &'surface InspectionSettings,
+        settings: &'settings InspectionSettings,
     ) -> Option<Self> {
         let squares = Squares::of(before)?;
-        let reach = squares.reach(settings.blur_m);
-        let upside_down: Vec<f32> = before
-            .heights_m()
+        let rim_m = container.z_m as f32;
+        let heights_m = before.heights_m();
+        let is_known = |height_m: f32| height_m < rim_m;
+        let known_m = heights_m.iter().map(|height_m| {
+            if is_known(*height_m) {
+                *height_m
+            } else {
+                NOTHING_M
+            }
+        });
+        let known_m: Vec<f32> = known_m.collect();
+        let shadows_m = squares.shadows_m(&known_m, &after.eye_m);
+        let most_m = heights_m
             .iter()
-            .map(|height_m| -height_m)
-            .collect();
+            .zip(&shadows_m)
+            .map(|(height_m, shadow_m)| {
+                if is_known(*height_m) || *shadow_m <= 0.0 {
+                    *height_m
+                } else {
+                    *shadow_m
+                }
+            });
+        let most_m: Vec<f32> = most_m.collect();
+        let reach = squares.reach(settings.blur_m);
+        let upside_down: Vec<f32> = heights_m.iter().map(|height_m| -height_m).collect();
         let mut certain_m = squares.greatest(&upside_down, reach);
         certain_m
             .iter_mut()
             .for_each(|height_m| *height_m = -*height_m);
         let mut changes = Self {
             squares,
-            before_m: before.heights_m(),
-            blurred_m: squares.greatest(before.heights_m(), reach),
+            blurred_m: squares.greatest(&most_m, reach),
+            most_m,
+            least_m: known_m.iter().map(|height_m| height_m.max(0.0)).collect(),
             certain_m,
             after_m: Vec::new(),
             container,
+            eye_m: after.eye_m,
             settings,
             new_m: Vec::new(),
             others_m: Vec::new(),
@@ -172,7 +232,7 @@ impl<'surface> Changes<'surface> {
     }
 
     fn sort(&mut self, points_m: &[Point3<f64>], highest_m: f64) {
-        let mut after_m = vec![f32::MIN; self.before_m.len()];
+        let mut after_m = vec![NOTHING_M; self.most_m.len()];
         let mut inside = 0_u32;
         let stride = points_m.len().div_ceil(MAX_POINTS).max(1);
         for point in points_m.iter().step_by(stride) {
@@ -204,7 +264,7 @@ impl<'surface> Changes<'surface> {
             .squares
             .reach(SEEN_SPACINGS * spacing_m - 0.5 * self.squares.pitch_m);
         self.after_m = self.squares.greatest(&after_m, reach.clamp(1, 4));
-        let within = (0..self.before_m.len()).filter(|square| !self.is_margin(*square));
+        let within = (0..self.most_m.len()).filter(|square| !self.is_margin(*square));
         let (mut all, mut seen) = (0_u32, 0_u32);
         for square in within {
             all += 1;
@@ -227,15 +287,14 @@ impl<'surface> Changes<'surface> {
     }
 
     fn is_margin(&self, square: usize) -> bool {
-        let middle = |index: usize| (index as f64 + 0.5) * self.squares.pitch_m;
-        let (x, y) = (square / self.squares.ny, square % self.squares.ny);
-        !self.is_within_walls(middle(x), middle(y))
+        let middle = self.squares.middle(square);
+        !self.is_within_walls(middle.x, middle.y)
     }
 
     fn is_seen(&self, square: usize) -> bool {
         self.after_m
             .get(square)
-            .is_some_and(|height_m| *height_m > f32::MIN)
+            .is_some_and(|height_m| *height_m > NOTHING_M)
     }
 
     /// How high the content was at the lowest place nearby; `None` beyond the walls and where it was not known.
@@ -257,12 +316,12 @@ impl<'surface> Changes<'surface> {
     /// How high the points around a place reach now; `None` where there are none.
     pub(crate) fn after_at(&self, x_m: f64, y_m: f64) -> Option<f64> {
         let height_m = *self.after_m.get(self.squares.at(x_m, y_m)?)?;
-        (height_m > f32::MIN).then_some(f64::from(height_m))
+        (height_m > NOTHING_M).then_some(f64::from(height_m))
     }
 
     /// The area of the squares that hold new points, in square metres.
     pub(crate) fn new_area_m2(&self) -> f64 {
-        let mut is_new = vec![false; self.before_m.len()];
+        let mut is_new = vec![false; self.most_m.len()];
         for point in &self.new_m {
             let square = self.squares.at(point.x, point.y);
             if let Some(is_new) = square.and_then(|square| is_new.get_mut(square)) {
@@ -276,7 +335,7 @@ impl<'surface> Changes<'surface> {
     /// Whether the object could lie in the container, at rest in some pose, without anything new being seen: in what is
     /// not seen, and where what was there is about as high.
     pub(crate) fn could_hide(&self, object: &LibraryObject) -> bool {
-        let rise_m = self.settings.least_rise_m;
+        let shadows_m = self.squares.shadows_m(&self.after_m, &self.eye_m);
         object.poses.iter().any(|pose| {
             let outline = &pose.outline;
             // The covered area of an even shape is its length times its width; the spread along the length tells that.
@@ -285,20 +344,24 @@ impl<'surface> Changes<'surface> {
             let side = (HIDING_SHARE * width_m / self.squares.pitch_m)
                 .round()
                 .max(1.0);
-            let noticed_m = NOTICED_SHARE * outline.height_m - rise_m;
-            let is_blind: Vec<bool> = self
-                .before_m
-                .iter()
-                .zip(&self.blurred_m)
-                .enumerate()
-                .map(|(square, (before_m, blurred_m))| {
-                    f64::from(blurred_m - before_m) > noticed_m
-                        || f64::from(*before_m) >= self.container.z_m
-                        || !self.is_seen(square)
-                        || self.is_margin(square)
-                })
+            let rise_m = NOTICED_SHARE * outline.height_m;
+            let is_blind: Vec<bool> = (0..self.most_m.len())
+                .map(|square| self.is_blind(square, rise_m, &shadows_m))
                 .collect();
             self.squares.holds_square(&is_blind, side as usize)
         })
+    }
+
+    /// Whether something `rise_m` high on the content of a square could go unnoticed.
+    fn is_blind(&self, square: usize, rise_m: f64, shadows_m: &[f32]) -> bool {
+        let height_m = |heights_m: &[f32]| heights_m.get(square).copied().map_or(0.0, f64::from);
+        let top_m = height_m(&self.least_m) + rise_m;
+        let shadow_m = height_m(shadows_m);
+        let is_in_shadow = shadow_m > height_m(&self.least_m);
+        self.is_margin(square)
+            || height_m(&self.most_m) >= self.container.z_m
+            || top_m <= height_m(&self.blurred_m) + self.settings.least_rise_m
+            || top_m <= shadow_m
+            || !(self.is_seen(square) || is_in_shadow)
     }
 }

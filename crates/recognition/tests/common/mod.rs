@@ -12,7 +12,7 @@ use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
 use ppnpack_catalogue::build::{ModelSettings, model};
 use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_catalogue::object::Model;
-use ppnpack_recognition::library::{Library, LibrarySettings};
+use ppnpack_recognition::library::{Library, LibraryObject, LibrarySettings};
 use ppnpack_recognition::recognise::{Recogniser, RecognitionSettings};
 use ppnpack_recognition::segmentation::{Region, Segmentation, SegmentationSettings, segment};
 
@@ -148,4 +148,48 @@ pub(crate) fn region() -> Region {
 pub(crate) fn segmented(items: &[(&Model, Isometry3<f64>)], noise: &NoiseModel) -> Segmentation {
     let (points, eye) = view(items, noise);
     segment(points, &eye, &SegmentationSettings::of(region()))
+}
+
+/// A ball of flat facets.
+pub(crate) fn ball(radius_m: f64) -> Mesh {
+    let (rings, around) = (24_u32, 48_u32);
+    let mut vertices = vec![Point3::new(0.0, 0.0, radius_m)];
+    for ring in 1..rings {
+        let polar = std::f64::consts::PI * f64::from(ring) / f64::from(rings);
+        for step in 0..around {
+            let turn = std::f64::consts::TAU * f64::from(step) / f64::from(around);
+            vertices.push(Point3::from(
+                Vector3::new(
+                    polar.sin() * turn.cos(),
+                    polar.sin() * turn.sin(),
+                    polar.cos(),
+                ) * radius_m,
+            ));
+        }
+    }
+    vertices.push(Point3::new(0.0, 0.0, -radius_m));
+    let last = vertices.len() as u32 - 1;
+    let at = |ring: u32, step: u32| 1 + (ring - 1) * around + step % around;
+    let mut triangles = Vec::new();
+    for step in 0..around {
+        triangles.push([0, at(1, step), at(1, step + 1)]);
+        triangles.push([last, at(rings - 1, step + 1), at(rings - 1, step)]);
+        for ring in 1..rings - 1 {
+            let (above, below) = (at(ring, step), at(ring + 1, step));
+            let (above_next, below_next) = (at(ring, step + 1), at(ring + 1, step + 1));
+            triangles.push([above, below, below_next]);
+            triangles.push([above, below_next, above_next]);
+        }
+    }
+    Mesh {
+        vertices,
+        triangles,
+    }
+}
+
+/// One object, prepared.
+pub(crate) fn object_of(name: &str, mesh: Mesh) -> LibraryObject {
+    let (model, _) = model(name, mesh, &ModelSettings::default()).unwrap();
+    let library = Library::new(&[Arc::new(model)], LibrarySettings::default()).unwrap();
+    library.objects.into_iter().next().unwrap()
 }
