@@ -9,6 +9,7 @@ mod judge;
 mod lying;
 mod search;
 mod settings;
+mod squares;
 
 use std::fmt;
 
@@ -155,7 +156,7 @@ const LEAST_GROUP: f64 = 0.05;
 const GROUPS_ALONE: usize = 3;
 
 /// A fit near the planned pose that loses at most these shares of the limits needs no search.
-const GOOD_ENOUGH: f64 = 0.5;
+const GOOD_ENOUGH: f64 = 0.4;
 
 /// Fits nearer to each other than this say the same, in metres.
 const SAME_PLACE_M: f64 = 0.015;
@@ -273,8 +274,9 @@ impl Inspector<'_> {
     }
 
     fn found(&self, changes: &Changes<'_>) -> Inspection {
-        let (together, groups) = grouped(&changes.new_m);
-        let mut sets = vec![together];
+        let (all, groups) = grouped(&changes.new_m);
+        let together = all.len();
+        let mut sets = vec![all];
         if groups.len() > 1 {
             sets.extend(groups.into_iter().take(GROUPS_ALONE));
         }
@@ -284,7 +286,7 @@ impl Inspector<'_> {
             .collect();
         let mut starts = Vec::new();
         for search in &mut searches {
-            let fit = search.near_planned(self.planned);
+            let fit = search.near_planned(self.planned, self.settings.least_margin);
             let is_good = self.agrees(&fit, GOOD_ENOUGH) && self.is_possible(&fit, changes);
             if is_good && search.seen_share(&fit.container_from_item) >= self.settings.least_seen {
                 return self.told(&self.lying(&fit));
@@ -302,7 +304,7 @@ impl Inspector<'_> {
         }
         match refused {
             Some(refused) => Inspection::Unclear(refused),
-            None => unclear(UnclearReason::DoesNotFit, None),
+            None => unclear(UnclearReason::FewPoints { points: together }, None),
         }
     }
 

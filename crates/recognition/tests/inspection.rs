@@ -216,7 +216,10 @@ fn an_item_that_slid_has_moved() {
             "{} {inspection:?}",
             object.model.name
         );
-        assert!(is_right(object, &truth, &inspection));
+        assert!(
+            is_right(object, &truth, &inspection),
+            "{truth:?} {inspection:?}"
+        );
     }
 }
 
@@ -230,7 +233,10 @@ fn an_item_that_turned_has_moved() {
             panic!("{} {inspection:?}", object.model.name);
         };
         assert!((lying.turn_rad - 30.0_f64.to_radians()).abs() < 0.05 && lying.tilt_rad < 0.05);
-        assert!(is_right(object, &truth, &inspection));
+        assert!(
+            is_right(object, &truth, &inspection),
+            "{truth:?} {inspection:?}"
+        );
     }
 }
 

@@ -1,9 +1,10 @@
 //! What is new in a container, and where something new would go unnoticed.
 
-use nalgebra::{Point2, Point3};
+use nalgebra::Point3;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::heightmap::Surface;
 
+use crate::inspection::squares::{NOTHING_M, Squares};
 use crate::inspection::{ContainerCloud, InspectionSettings};
 use crate::library::LibraryObject;
 
@@ -19,134 +20,11 @@ const AROUND_M: f64 = 0.1;
 /// A sample counts as seen where a point lies within this many spacings of the points.
 const SEEN_SPACINGS: f64 = 1.5;
 
-/// Stands for no height: lower than any.
-const NOTHING_M: f32 = f32::MIN;
-
 /// A new item is noticed where it rises above what was there by less than this share of its height.
 const NOTICED_SHARE: f64 = 0.8;
 
-/// An item can hide in a square of this share of its lesser width.
-const HIDING_SHARE: f64 = 0.7;
-
-/// Squares of a container's floor, as its surface samples them; row-major.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Squares {
-    nx: usize,
-    ny: usize,
-    pitch_m: f64,
-}
-
-impl Squares {
-    fn of(surface: &Surface) -> Option<Self> {
-        let pitch_m = surface.pitch_m();
-        let is_sound = pitch_m > 1e-4 && pitch_m < 1.0 && surface.nx() > 0 && surface.ny() > 0;
-        is_sound.then(|| Self {
-            nx: surface.nx(),
-            ny: surface.ny(),
-            pitch_m,
-        })
-    }
-
-    /// The square that a place lies in.
-    pub(crate) fn at(&self, x_m: f64, y_m: f64) -> Option<usize> {
-        if !(x_m >= 0.0 && y_m >= 0.0) {
-            return None;
-        }
-        // Casts saturate.
-        let (x, y) = ((x_m / self.pitch_m) as usize, (y_m / self.pitch_m) as usize);
-        (x < self.nx && y < self.ny).then(|| x * self.ny + y)
-    }
-
-    /// How many squares a length reaches.
-    fn reach(&self, length_m: f64) -> usize {
-        ((length_m / self.pitch_m - 1e-6).ceil().max(0.0) as usize).min(self.nx.max(self.ny))
-    }
-
-    /// The greatest value within a distance in squares, along both axes.
-    fn greatest(&self, values: &[f32], reach: usize) -> Vec<f32> {
-        let along_y: Vec<f32> = values
-            .chunks_exact(self.ny)
-            .flat_map(|row| window_greatest(row, reach))
-            .collect();
-        let mut greatest = vec![0.0; along_y.len()];
-        for y in 0..self.ny {
-            let column: Vec<f32> = along_y.iter().skip(y).step_by(self.ny).copied().collect();
-            let raised = window_greatest(&column, reach);
-            for (value, raised) in greatest.iter_mut().skip(y).step_by(self.ny).zip(raised) {
-                *value = raised;
-            }
-        }
-        greatest
-    }
-
-    /// How high each square is hidden from an eye by what stands before it, in metres; [`NOTHING_M`] where nothing does.
-    fn shadows_m(&self, heights_m: &[f32], eye_m: &Point3<f64>) -> Vec<f32> {
-        let highest_m = f64::from(heights_m.iter().copied().fold(0.0, f32::max));
-        (0..heights_m.len())
-            .map(|square| {
-                let middle = self.middle(square);
-                let away = eye_m.xy() - middle;
-                let distance_m = away.norm();
-                if eye_m.z <= highest_m {
-                    return f32::MAX;
-                }
-                // Farther towards the eye, the line of sight to the floor is higher than everything.
-                let reach_m = distance_m * highest_m / eye_m.z;
-                let steps = (reach_m / self.pitch_m).ceil() as usize;
-                let shadow_m = (1..=steps).filter_map(|step| {
-                    let share = step as f64 * self.pitch_m / distance_m;
-                    let place = middle + away * share;
-                    let height_m = *heights_m.get(self.at(place.x, place.y)?)?;
-                    (share < 1.0 && height_m > NOTHING_M)
-                        .then(|| (f64::from(height_m) - share * eye_m.z) / (1.0 - share))
-                });
-                shadow_m.fold(f64::from(NOTHING_M), f64::max) as f32
-            })
-            .collect()
-    }
-
-    fn middle(&self, square: usize) -> Point2<f64> {
-        let along = |index: usize| (index as f64 + 0.5) * self.pitch_m;
-        Point2::new(along(square / self.ny), along(square % self.ny))
-    }
-
-    /// Whether a square of `side` samples fits where a condition holds.
-    fn holds_square(&self, is_true: &[bool], side: usize) -> bool {
-        // The side of the greatest square that ends at each sample.
-        let mut above = vec![0_usize; self.ny];
-        for row in is_true.chunks_exact(self.ny) {
-            let (mut left, mut above_left) = (0, 0);
-            for (is_true, above) in row.iter().zip(above.iter_mut()) {
-                let here = if *is_true {
-                    1 + left.min(above_left).min(*above)
-                } else {
-                    0
-                };
-                if here >= side {
-                    return true;
-                }
-                (above_left, left) = (*above, here);
-                *above = here;
-            }
-        }
-        false
-    }
-}
-
-/// The greatest value within a distance of each.
-fn window_greatest(values: &[f32], reach: usize) -> Vec<f32> {
-    (0..values.len())
-        .map(|index| {
-            let end = (index + reach + 1).min(values.len());
-            let window = values.get(index.saturating_sub(reach)..end);
-            window
-                .unwrap_or_default()
-                .iter()
-                .copied()
-                .fold(f32::MIN, f32::max)
-        })
-        .collect()
-}
+/// An item can hide where this share of its length and of its width is out of sight.
+const HIDING_SHARE: f64 = 0.75;
 
 /// A cloud of a container compared with what was there before; everything in the container frame, in metres.
 #[derive(Debug)]
@@ -195,17 +73,14 @@ impl<'settings> Changes<'settings> {
             }
         });
         let known_m: Vec<f32> = known_m.collect();
-        let shadows_m = squares.shadows_m(&known_m, &after.eye_m);
-        let most_m = heights_m
-            .iter()
-            .zip(&shadows_m)
-            .map(|(height_m, shadow_m)| {
-                if is_known(*height_m) || *shadow_m <= 0.0 {
-                    *height_m
-                } else {
-                    *shadow_m
-                }
-            });
+        let highest_known_m = greatest(&known_m);
+        let most_m = heights_m.iter().enumerate().map(|(square, height_m)| {
+            if is_known(*height_m) {
+                return *height_m;
+            }
+            let shadow_m = squares.shadow_m(&known_m, highest_known_m, &after.eye_m, square);
+            if shadow_m > 0.0 { shadow_m } else { *height_m }
+        });
         let most_m: Vec<f32> = most_m.collect();
         let reach = squares.reach(settings.blur_m);
         let upside_down: Vec<f32> = heights_m.iter().map(|height_m| -height_m).collect();
@@ -335,28 +210,33 @@ impl<'settings> Changes<'settings> {
     /// Whether the object could lie in the container, at rest in some pose, without anything new being seen: in what is
     /// not seen, and where what was there is about as high.
     pub(crate) fn could_hide(&self, object: &LibraryObject) -> bool {
-        let shadows_m = self.squares.shadows_m(&self.after_m, &self.eye_m);
+        let highest_m = greatest(&self.after_m);
+        let shadow_m = |square: usize| {
+            let shadow_m = self
+                .squares
+                .shadow_m(&self.after_m, highest_m, &self.eye_m, square);
+            f64::from(shadow_m)
+        };
+        let shadows_m: Vec<f64> = (0..self.most_m.len()).map(shadow_m).collect();
         object.poses.iter().any(|pose| {
             let outline = &pose.outline;
             // The covered area of an even shape is its length times its width; the spread along the length tells that.
             let length_m = 12.0_f64.sqrt() * outline.spreads_m[0].max(1e-6);
             let width_m = (outline.width_m * outline.width_m / length_m).min(outline.width_m);
-            let side = (HIDING_SHARE * width_m / self.squares.pitch_m)
-                .round()
-                .max(1.0);
             let rise_m = NOTICED_SHARE * outline.height_m;
-            let is_blind: Vec<bool> = (0..self.most_m.len())
-                .map(|square| self.is_blind(square, rise_m, &shadows_m))
+            let squares = shadows_m.iter().enumerate();
+            let is_blind: Vec<bool> = squares
+                .map(|(square, shadow_m)| self.is_blind(square, rise_m, *shadow_m))
                 .collect();
-            self.squares.holds_square(&is_blind, side as usize)
+            let (length_m, width_m) = (HIDING_SHARE * length_m, HIDING_SHARE * width_m);
+            self.squares.holds_stretch(&is_blind, length_m, width_m)
         })
     }
 
     /// Whether something `rise_m` high on the content of a square could go unnoticed.
-    fn is_blind(&self, square: usize, rise_m: f64, shadows_m: &[f32]) -> bool {
+    fn is_blind(&self, square: usize, rise_m: f64, shadow_m: f64) -> bool {
         let height_m = |heights_m: &[f32]| heights_m.get(square).copied().map_or(0.0, f64::from);
         let top_m = height_m(&self.least_m) + rise_m;
-        let shadow_m = height_m(shadows_m);
         let is_in_shadow = shadow_m > height_m(&self.least_m);
         self.is_margin(square)
             || height_m(&self.most_m) >= self.container.z_m
@@ -364,4 +244,9 @@ impl<'settings> Changes<'settings> {
             || top_m <= shadow_m
             || !(self.is_seen(square) || is_in_shadow)
     }
+}
+
+/// The greatest of some heights, in metres; at least that of the floor.
+fn greatest(heights_m: &[f32]) -> f64 {
+    f64::from(heights_m.iter().copied().fold(0.0, f32::max))
 }

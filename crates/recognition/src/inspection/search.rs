@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
-use crate::align::{AlignSettings, align, centroid};
+use crate::align::{AlignSettings, Hold, align, centroid};
 use crate::expected::{Agreement, Observation, Sketch};
 use crate::inspection::changes::Changes;
 use crate::inspection::judge::Judge;
@@ -64,6 +64,21 @@ const THOROUGH: AlignSettings = AlignSettings {
     hold: None,
 };
 
+const UPRIGHT: AlignSettings = AlignSettings {
+    rounds: 10,
+    scale_m: (0.006, 0.0015),
+    hold: Some(Hold {
+        tilt_rad: 0.01,
+        height_m: 0.1,
+    }),
+};
+
+/// A fit that turned by more than this is compared with an upright one, in radians.
+const UPRIGHT_RAD: f64 = 0.1;
+
+/// Where the outline is off by more than this, as shares of points, it is fitted.
+const OUTLINE_FROM: f64 = 0.008;
+
 const LAST: AlignSettings = AlignSettings {
     rounds: 6,
     scale_m: (0.003, 0.0015),
@@ -123,9 +138,24 @@ impl<'object> Search<'object> {
         })
     }
 
-    /// The fit that alignment leads to from the planned pose.
-    pub(crate) fn near_planned(&mut self, planned: &Isometry3<f64>) -> Fit {
-        self.aligned(planned, &PLANNED)
+    /// The fit that alignment leads to from the planned pose; one that is as upright as planned where it agrees about as
+    /// well, by `margin`. What is nearly round turns freely under alignment.
+    pub(crate) fn near_planned(&mut self, planned: &Isometry3<f64>, margin: f64) -> Fit {
+        let mut fit = self.aligned(planned, &PLANNED);
+        let apart = fit.container_from_item.rotation.angle_to(&planned.rotation);
+        if apart > UPRIGHT_RAD {
+            let centre = fit.container_from_item * self.object.centre_m;
+            let shift = centre - planned * self.object.centre_m;
+            let upright = self.aligned(&(Translation3::from(shift) * planned), &UPRIGHT);
+            if upright.agreement.fitness >= fit.agreement.fitness - margin {
+                fit = upright;
+            }
+        }
+        let agreement = fit.agreement;
+        if agreement.unexplained + agreement.contradicted > OUTLINE_FROM {
+            self.outline(std::slice::from_mut(&mut fit));
+        }
+        fit
     }
 
     fn aligned(&mut self, start: &Isometry3<f64>, settings: &AlignSettings) -> Fit {

@@ -46,7 +46,7 @@ impl Default for InspectionSettings {
             wall_margin_m: 0.004,
             sensor_deviation_m: 0.001,
             least_points: 30,
-            least_fitness: 0.93,
+            least_fitness: 0.85,
             most_unexplained: 0.08,
             most_contradicted: 0.04,
             least_seen: 0.4,
