@@ -155,8 +155,9 @@ const LEAST_GROUP: f64 = 0.05;
 /// How many groups are looked at each by itself.
 const GROUPS_ALONE: usize = 3;
 
-/// A fit near the planned pose that loses at most these shares of the limits needs no search.
-const GOOD_ENOUGH: f64 = 0.4;
+/// A fit near the planned pose that loses at most this share of the limits needs no search: as planned, and moved.
+const GOOD_ENOUGH: f64 = 0.3;
+const EXCELLENT: f64 = 0.2;
 
 /// Fits nearer to each other than this say the same, in metres.
 const SAME_PLACE_M: f64 = 0.015;
@@ -287,7 +288,11 @@ impl Inspector<'_> {
         let mut starts = Vec::new();
         for search in &mut searches {
             let fit = search.near_planned(self.planned, self.settings.least_margin);
-            let is_good = self.agrees(&fit, GOOD_ENOUGH) && self.is_possible(&fit, changes);
+            let share = match self.lying(&fit).kind(self.settings) {
+                Kind::AsPlanned => GOOD_ENOUGH,
+                Kind::Moved | Kind::Toppled => EXCELLENT,
+            };
+            let is_good = self.agrees(&fit, share) && self.is_possible(&fit, changes);
             if is_good && search.seen_share(&fit.container_from_item) >= self.settings.least_seen {
                 return self.told(&self.lying(&fit));
             }
@@ -331,23 +336,29 @@ impl Inspector<'_> {
         let mut fits = search.anywhere(self.planned, changes, |pose| {
             is_possible(self.object, pose, changes, self.container)
         });
+        // The first of equals is the one nearest to the plan.
         if self.is_possible(&start, changes) {
-            fits.push(start);
+            fits.insert(0, start);
         }
-        fits.sort_by(|a, b| b.agreement.fitness.total_cmp(&a.agreement.fitness));
-        let best = fits.first().map(|fit| self.lying(fit));
+        let fitness = |fit: &Fit| fit.agreement.fitness;
+        let by_fitness = |a: &&Fit, b: &&Fit| fitness(a).total_cmp(&fitness(b));
+        let best = fits.iter().max_by(by_fitness).map(|fit| self.lying(fit));
         fits.retain(|fit| self.agrees(fit, 1.0));
-        let Some(first) = fits.first() else {
-            return unclear(UnclearReason::DoesNotFit, best);
-        };
-        let least_fitness = first.agreement.fitness - self.settings.least_margin;
-        fits.retain(|fit| fit.agreement.fitness >= least_fitness);
+        let greatest = fits.iter().map(fitness).fold(0.0, f64::max);
+        fits.retain(|fit| fitness(fit) >= greatest - self.settings.least_margin);
+        let is_near = fits
+            .first()
+            .is_some_and(|fit| fit.container_from_item == start.container_from_item);
         let ways: Vec<Lying> = fits.iter().map(|fit| self.lying(fit)).collect();
-        self.chosen(search, &ways)
+        if ways.is_empty() {
+            return unclear(UnclearReason::DoesNotFit, best);
+        }
+        self.chosen(search, &ways, is_near)
     }
 
-    /// The fit that is told, of some that agree about equally well, best first.
-    fn chosen(&self, search: &mut Search<'_>, ways: &[Lying]) -> Inspection {
+    /// The fit that is told, of some that agree about equally well; the first may be the one that lies near the plan. To
+    /// lie as planned, or to have slid there, is more likely than to have come to lie otherwise and look the same.
+    fn chosen(&self, search: &mut Search<'_>, ways: &[Lying], is_near: bool) -> Inspection {
         let is_planned = |lying: &&Lying| lying.kind(self.settings) == Kind::AsPlanned;
         let Some(best) = ways.iter().find(is_planned).or(ways.first()) else {
             return unclear(UnclearReason::DoesNotFit, None);
@@ -361,7 +372,8 @@ impl Inspector<'_> {
             other.kind(self.settings) == best.kind(self.settings)
                 && nalgebra::distance(&centre(other), &centre(best)) < SAME_PLACE_M
         };
-        if best.kind(self.settings) != Kind::AsPlanned && !ways.iter().all(says_the_same) {
+        let is_likely = is_near || best.kind(self.settings) == Kind::AsPlanned;
+        if !is_likely && !ways.iter().all(says_the_same) {
             return unclear(UnclearReason::Ambiguous, Some(*best));
         }
         self.told(best)
