@@ -416,6 +416,18 @@ fn where_little_or_nothing_is_seen_nothing_is_said() {
     let strip = |point: &&Point3<f64>| point.y < 0.17 || point.y > 0.26;
     let without: Vec<_> = all.iter().filter(strip).copied().collect();
     assert_eq!(reason(&without), UnclearReason::CouldHide);
+    let part = |index: u32, step: f64, side_m: f64| (f64::from(index) * step).fract() * side_m;
+    let scattered = (0..200_000).map(|index| {
+        Point3::new(
+            part(index, 0.754_877_666, 0.32),
+            part(index, 0.569_840_291, 0.32),
+            part(index, 0.438_312_7, 0.3),
+        )
+    });
+    assert_eq!(
+        reason(&scattered.collect::<Vec<_>>()),
+        UnclearReason::DoesNotFit
+    );
 }
 
 #[test]
@@ -455,6 +467,8 @@ fn what_is_impossible_is_refused() {
     told(&planned, &before, Point3::new(0.1, 0.2, 0.02), CONTAINER);
     let coarse = Surface::from_metres(2, 2, 0.16, vec![0.0; 4]).unwrap();
     told(&planned, &coarse, EYE, CONTAINER);
+    let beside = Point3::new(900.0, -900.0, 0.21);
+    told(&planned, &before, beside, CONTAINER);
 }
 
 #[test]

@@ -76,7 +76,7 @@ impl Squares {
         let distance_m = away.norm();
         // Farther towards the eye, the line of sight to the floor is higher than everything.
         let reach_m = distance_m * highest_m / eye_m.z;
-        let steps = (reach_m / self.pitch_m).ceil() as usize;
+        let steps = ((reach_m / self.pitch_m).ceil() as usize).min(self.nx + self.ny);
         let shadows_m = (1..=steps).filter_map(|step| {
             let share = step as f64 * self.pitch_m / distance_m;
             let place = middle + away * share;
