@@ -1,6 +1,7 @@
 //! How often an inspection tells what became of a placed item, in simulated views.
 //!
-//! `inspection FOLDER [--views N] [--seed N] [--only NAME] [--every N] [--csv FILE]`
+//! `inspection FOLDER [--views N] [--seed N] [--only NAME] [--every N] [--csv FILE] [--width PIXELS]
+//! [--noise METRES]`
 //!
 //! The objects of a folder lie in a container, dropped without physics: each straight down to where it touches. One more
 //! is planned, and then lies as planned, elsewhere, on another side, or not at all; or another object lies there. A depth
@@ -56,6 +57,15 @@ struct Arguments {
     only: Option<String>,
     every: usize,
     csv: Option<PathBuf>,
+    sensor: Sensor,
+}
+
+#[derive(Clone, Copy)]
+struct Sensor {
+    /// Columns of the image.
+    width: usize,
+    /// The standard deviation of the noise, in metres.
+    noise_m: f64,
 }
 
 impl Arguments {
@@ -68,6 +78,10 @@ impl Arguments {
             only: None,
             every: 1,
             csv: None,
+            sensor: Sensor {
+                width: 640,
+                noise_m: 0.001,
+            },
         };
         while let Some(word) = words.next() {
             let mut value = || words.next().expect("a value is missing");
@@ -76,6 +90,8 @@ impl Arguments {
                 "--seed" => arguments.seed = value().parse().unwrap(),
                 "--only" => arguments.only = Some(value()),
                 "--every" => arguments.every = value().parse().unwrap(),
+                "--width" => arguments.sensor.width = value().parse().unwrap(),
+                "--noise" => arguments.sensor.noise_m = value().parse().unwrap(),
                 "--csv" => arguments.csv = Some(value().into()),
                 other => panic!("{other} is no option"),
             }
@@ -286,7 +302,12 @@ fn container() -> Mesh {
     mesh
 }
 
-fn seen(items: &[(Arc<Model>, Isometry3<f64>)], eye_m: Point3<f64>, seed: u64) -> Vec<Point3<f64>> {
+fn seen(
+    items: &[(Arc<Model>, Isometry3<f64>)],
+    eye_m: Point3<f64>,
+    seed: u64,
+    sensor: Sensor,
+) -> Vec<Point3<f64>> {
     let container = container();
     let mut bodies = vec![Body {
         vertices: &container.vertices,
@@ -298,11 +319,20 @@ fn seen(items: &[(Arc<Model>, Isometry3<f64>)], eye_m: Point3<f64>, seed: u64) -
         triangles: &model.mesh.triangles,
         world_from_body: *pose,
     }));
-    let intrinsics = Intrinsics::centred(640, 480, 600.0).unwrap();
+    let intrinsics = Intrinsics::centred(
+        sensor.width,
+        sensor.width * 3 / 4,
+        600.0 * sensor.width as f64 / 640.0,
+    )
+    .unwrap();
+    let noise = NoiseModel {
+        deviation_m: sensor.noise_m,
+        ..NoiseModel::default()
+    };
     let target = Point3::new(0.16, 0.17, 0.0);
     let camera = DepthCamera::looking_at(intrinsics, eye_m, &target);
     let view = camera.see(&bodies).unwrap();
-    let image = view.noisy_points(&NoiseModel::default(), seed).unwrap();
+    let image = view.noisy_points(&noise, seed).unwrap();
     image.in_world_m(&camera.world_from_camera).collect()
 }
 
@@ -424,7 +454,13 @@ impl Trial {
     }
 }
 
-fn trial(library: &Library, index: usize, case: usize, random: &mut ChaCha8Rng) -> Option<Trial> {
+fn trial(
+    library: &Library,
+    index: usize,
+    case: usize,
+    random: &mut ChaCha8Rng,
+    sensor: Sensor,
+) -> Option<Trial> {
     let object = &library.objects[index];
     let mut content = Content::empty();
     for _ in 0..random.random_range(0..8) {
@@ -444,18 +480,22 @@ fn trial(library: &Library, index: usize, case: usize, random: &mut ChaCha8Rng) 
     } else {
         Some(outcome(case, &content, object, &planned, random)?)
     };
-    let before = surface(&seen(&content.items, eye_m, random.random()));
+    let before = surface(&seen(&content.items, eye_m, random.random(), sensor));
     let mut items = shifted(&content.items, random);
     items.extend(truth.map(|pose| (object.model.clone(), pose)));
     if case == 4 {
         items.push(stranger(library, index, &content, &planned, random)?);
     }
-    let points_m = seen(&items, eye_m, random.random());
+    let points_m = seen(&items, eye_m, random.random(), sensor);
     let after = ContainerCloud {
         points_m: &points_m,
         eye_m,
     };
-    let settings = InspectionSettings::default();
+    let settings = InspectionSettings {
+        sensor_deviation_m: sensor.noise_m,
+        least_rise_m: 5.0 * sensor.noise_m,
+        ..InspectionSettings::default()
+    };
     let start = Instant::now();
     let inspection = inspect(object, &planned, &before, &after, CONTAINER, &settings);
     let time_ms = start.elapsed().as_secs_f64() * 1e3;
@@ -557,7 +597,7 @@ fn main() {
             let mut random = ChaCha8Rng::seed_from_u64(arguments.seed);
             random.set_stream((index * CASES.len() + case) as u64);
             for _ in 0..arguments.views {
-                match trial(&library, index, case, &mut random) {
+                match trial(&library, index, case, &mut random, arguments.sensor) {
                     Some(trial) => trials.push(trial),
                     None => impossible += 1,
                 }

@@ -11,6 +11,7 @@ mod outcome;
 mod search;
 mod settings;
 mod squares;
+mod stances;
 
 use nalgebra::{Isometry3, Point3};
 use ppnpack_packing::grid::ContainerSize;
@@ -22,6 +23,7 @@ use crate::segmentation::joined;
 use changes::Changes;
 use lying::{Kind, is_possible};
 use search::{Fit, Search};
+use stances::{Stance, stances};
 
 pub use lying::Lying;
 pub use outcome::{Absence, ContainerCloud, Inspection, Unclear, UnclearReason};
@@ -114,13 +116,15 @@ impl Inspector<'_> {
         if seen_share < self.settings.least_container_seen {
             return unclear(UnclearReason::LittleSeen { seen_share }, None);
         }
+        let stances = stances(self.object);
+        let areas_m2 = stances.iter().map(|stance| stance.area_m2);
         let absence = Absence {
             new_m2: changes.new_area_m2(),
-            least_m2: self.least_area_m2(),
+            least_m2: areas_m2.fold(f64::INFINITY, f64::min),
             seen_share,
         };
         if absence.new_m2 < MISSING_SHARE * absence.least_m2 {
-            return self.missing(changes, absence);
+            return self.missing(changes, &stances, absence);
         }
         let points = changes.new_m.len();
         if points < self.settings.least_points {
@@ -129,16 +133,8 @@ impl Inspector<'_> {
         self.found(changes)
     }
 
-    /// The least area that the object covers at rest in any pose, in square metres.
-    fn least_area_m2(&self) -> f64 {
-        let poses = self.object.poses.iter();
-        poses
-            .map(|pose| pose.outline.width_m.powi(2))
-            .fold(f64::INFINITY, f64::min)
-    }
-
-    fn missing(&self, changes: &Changes<'_>, absence: Absence) -> Inspection {
-        if self.noticed_share(changes) < NOTICED_SHARE || changes.could_hide(self.object) {
+    fn missing(&self, changes: &Changes<'_>, stances: &[Stance], absence: Absence) -> Inspection {
+        if self.noticed_share(changes) < NOTICED_SHARE || changes.could_hide(stances) {
             unclear(UnclearReason::CouldHide, None)
         } else {
             Inspection::Missing(absence)

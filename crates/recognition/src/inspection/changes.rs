@@ -5,8 +5,8 @@ use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::heightmap::Surface;
 
 use crate::inspection::squares::{NOTHING_M, Squares};
+use crate::inspection::stances::Stance;
 use crate::inspection::{ContainerCloud, InspectionSettings};
-use crate::library::LibraryObject;
 
 /// Farther than this from the container's origin, a point is no measurement, in metres.
 const FARTHEST_M: f64 = 100.0;
@@ -207,9 +207,9 @@ impl<'settings> Changes<'settings> {
         count as f64 * self.squares.pitch_m * self.squares.pitch_m
     }
 
-    /// Whether the object could lie in the container, at rest in some pose, without anything new being seen: in what is
-    /// not seen, and where what was there is about as high.
-    pub(crate) fn could_hide(&self, object: &LibraryObject) -> bool {
+    /// Whether an object could be in the container in one of some stances without anything new being seen: in what is not
+    /// seen, and where what was there is about as high.
+    pub(crate) fn could_hide(&self, stances: &[Stance]) -> bool {
         let highest_m = greatest(&self.after_m);
         let shadow_m = |square: usize| {
             let shadow_m = self
@@ -218,17 +218,14 @@ impl<'settings> Changes<'settings> {
             f64::from(shadow_m)
         };
         let shadows_m: Vec<f64> = (0..self.most_m.len()).map(shadow_m).collect();
-        object.poses.iter().any(|pose| {
-            let outline = &pose.outline;
-            // The covered area of an even shape is its length times its width; the spread along the length tells that.
-            let length_m = 12.0_f64.sqrt() * outline.spreads_m[0].max(1e-6);
-            let width_m = (outline.width_m * outline.width_m / length_m).min(outline.width_m);
-            let rise_m = NOTICED_SHARE * outline.height_m;
+        stances.iter().any(|stance| {
+            let rise_m = NOTICED_SHARE * stance.height_m;
             let squares = shadows_m.iter().enumerate();
             let is_blind: Vec<bool> = squares
                 .map(|(square, shadow_m)| self.is_blind(square, rise_m, *shadow_m))
                 .collect();
-            let (length_m, width_m) = (HIDING_SHARE * length_m, HIDING_SHARE * width_m);
+            let length_m = HIDING_SHARE * stance.length_m;
+            let width_m = HIDING_SHARE * stance.width_m;
             self.squares.holds_stretch(&is_blind, length_m, width_m)
         })
     }

@@ -292,9 +292,9 @@ impl<'object> Search<'object> {
         all.extend(poses.map(|pose| pose.support_from_item.rotation));
         let down = -Vector3::z();
         all.extend((0..DIRECTIONS).map(|number| {
-            UnitQuaternion::rotation_between(&direction(number), &down).unwrap_or_else(|| {
-                UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
-            })
+            UnitQuaternion::rotation_between(&direction(number, DIRECTIONS), &down).unwrap_or_else(
+                || UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI),
+            )
         }));
         all
     }
@@ -310,9 +310,9 @@ const STEPS: [(Vector3<f64>, f64); 6] = [
     (Vector3::new(0.0, 0.0, 0.0), -1.0),
 ];
 
-/// One of the directions spread evenly over the sphere along a spiral.
-fn direction(number: usize) -> Vector3<f64> {
-    let z = 1.0 - 2.0 * (number as f64 + 0.5) / DIRECTIONS as f64;
+/// One of `count` directions spread evenly over the sphere along a spiral.
+pub(crate) fn direction(number: usize, count: usize) -> Vector3<f64> {
+    let z = 1.0 - 2.0 * (number as f64 + 0.5) / count as f64;
     let turn_rad = number as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     let radius = (1.0 - z * z).max(0.0).sqrt();
     Vector3::new(radius * turn_rad.cos(), radius * turn_rad.sin(), z)
