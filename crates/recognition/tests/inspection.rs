@@ -343,6 +343,20 @@ fn an_item_on_top_of_a_neighbour_has_moved() {
 }
 
 #[test]
+fn a_pen_that_stands_on_its_end_is_found() {
+    let object = object_of("pen", cuboid(0.13, 0.016, 0.014));
+    let planned = at_rest(&object.model, 0, 0.4, 0.12, 0.21);
+    let stand = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2);
+    let middle = stand * object.model.mass.centre_of_mass_m;
+    let truth = Translation3::new(0.17 - middle.x, 0.19 - middle.y, 0.065 - middle.z) * stand;
+    let inspection = inspected(&object, &planned, &content(), &with(&object, truth));
+    assert!(
+        matches!(inspection, Inspection::Toppled(lying) if (lying.tilt_rad - FRAC_PI_2).abs() < 0.1),
+        "{inspection:?}"
+    );
+}
+
+#[test]
 fn a_ball_that_rolled_in_place_lies_as_planned() {
     let planned = at_rest(&BALL.model, 0, 0.0, 0.1, 0.21);
     let centre = planned * BALL.centre_m;
