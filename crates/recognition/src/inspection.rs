@@ -27,7 +27,7 @@ use stances::{Stance, stances};
 
 pub use lying::Lying;
 pub use outcome::{Absence, ContainerCloud, Inspection, Unclear, UnclearReason};
-pub use settings::{InspectionSettingError, InspectionSettings};
+pub use settings::InspectionSettings;
 
 /// Where less than this share of the least area is new, the item is not what is new.
 const MISSING_SHARE: f64 = 0.25;

@@ -3,8 +3,7 @@
 //! [`segmentation`] finds the items on a support; a [`library::Library`] holds the objects that can be recognised, prepared
 //! once; a [`recognise::Recogniser`] says of each item which object it is and in which pose, or that it is unknown, and why.
 //! Both can be packed: a known one as it lies ([`posed`]), an unknown one as far as it was seen ([`unknown_item`]).
-//! An item that is unknown can be packed all the same ([`unknown_item`]). Whether an item lies where it was placed,
-//! [`inspection`] tells.
+//! Whether an item lies where it was placed, [`inspection`] tells.
 //!
 //! The crate is pure and synchronous; it knows neither the wire nor any sensor.
 

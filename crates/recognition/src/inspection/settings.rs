@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::setting_error::{SettingError, require};
+
 /// How a placed item is looked for in a container, and when it counts as what.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -60,21 +62,12 @@ impl Default for InspectionSettings {
     }
 }
 
-/// A setting that is not possible.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{name} is {value} where {expected} is needed")]
-pub struct InspectionSettingError {
-    name: &'static str,
-    value: f64,
-    expected: &'static str,
-}
-
 impl InspectionSettings {
     /// Checks that every number is possible.
     ///
     /// # Errors
-    /// [`InspectionSettingError`] names the first that is not.
-    pub fn validate(&self) -> Result<(), InspectionSettingError> {
+    /// [`SettingError`] names the first that is not.
+    pub fn validate(&self) -> Result<(), SettingError> {
         let lengths = [
             ("least_rise_m", self.least_rise_m),
             ("blur_m", self.blur_m),
@@ -84,7 +77,7 @@ impl InspectionSettings {
             ("rise_m", self.rise_m),
         ];
         for (name, value) in lengths {
-            require(name, value, "0 to 1 m", 1.0)?;
+            within(name, value, "0 to 1 m", 1.0)?;
         }
         let shares = [
             ("least_fitness", self.least_fitness),
@@ -95,28 +88,22 @@ impl InspectionSettings {
             ("least_container_seen", self.least_container_seen),
         ];
         for (name, value) in shares {
-            require(name, value, "0 to 1", 1.0)?;
+            within(name, value, "0 to 1", 1.0)?;
         }
         for (name, value) in [("turn_rad", self.turn_rad), ("topple_rad", self.topple_rad)] {
-            require(name, value, "0 to pi", std::f64::consts::PI)?;
+            within(name, value, "0 to pi", std::f64::consts::PI)?;
         }
         Ok(())
     }
 }
 
-fn require(
+fn within(
     name: &'static str,
     value: f64,
-    expected: &'static str,
+    possible: &'static str,
     greatest: f64,
-) -> Result<(), InspectionSettingError> {
-    if (0.0..=greatest).contains(&value) {
-        Ok(())
-    } else {
-        Err(InspectionSettingError {
-            name,
-            value,
-            expected,
-        })
-    }
+) -> Result<(), SettingError> {
+    require(name, value, possible, |value| {
+        (0.0..=greatest).contains(&value)
+    })
 }

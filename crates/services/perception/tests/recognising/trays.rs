@@ -30,50 +30,9 @@ use prost::Message;
 use zenoh::Wait;
 use zenoh::qos::CongestionControl;
 
-/// Far more than anything here takes.
-const PATIENCE: Duration = Duration::from_secs(60);
+mod rig;
 
-/// The middle of the tray in the container frame, in metres.
-const TRAY_M: Vector3<f64> = Vector3::new(0.15, -0.35, -0.01);
-
-fn cell() -> Cell {
-    Cell::new("cell-1").unwrap()
-}
-
-fn brick(x_m: f64, y_m: f64, z_m: f64) -> Mesh {
-    let half = Vector3::new(x_m, y_m, z_m) / 2.0;
-    let (lowest, highest) = (Point3::from(-half), Point3::from(half));
-    Bounds { lowest, highest }.mesh()
-}
-
-fn known() -> Mesh {
-    brick(0.12, 0.06, 0.03)
-}
-
-fn library() -> Arc<Library> {
-    let meshes = [("slab", known()), ("cube", brick(0.05, 0.05, 0.05))];
-    let models = meshes.map(|(name, mesh)| {
-        let (model, _) = model(name, mesh, &ModelSettings::default()).unwrap();
-        Arc::new(model)
-    });
-    Arc::new(Library::new(&models, LibrarySettings::default()).unwrap())
-}
-
-fn settings() -> Settings {
-    let region = Region {
-        lowest_m: Point3::from(TRAY_M + Vector3::new(-0.2, -0.15, -0.03)),
-        highest_m: Point3::from(TRAY_M + Vector3::new(0.2, 0.15, 0.3)),
-    };
-    let tray = TraySettings {
-        segmentation: SegmentationSettings::of(region),
-        recognition: RecognitionSettings::default(),
-    };
-    Settings {
-        catalogue: Some("builtin".to_owned()),
-        trays: BTreeMap::from([("cell-1".to_owned(), tray)]),
-        ..Settings::default()
-    }
-}
+use rig::{PATIENCE, Rig, TRAY_M, brick, cell, known, refusal, settings};
 
 /// What a camera 90 cm above the tray sees of meshes at these poses.
 fn cloud_of(items: &[(Mesh, Isometry3<f64>)], sequence: u64) -> v1::PointCloud {
@@ -105,58 +64,10 @@ fn cloud_of(items: &[(Mesh, Isometry3<f64>)], sequence: u64) -> v1::PointCloud {
     cloud::write(&capture, points.points_m())
 }
 
-/// A perception service, the camera of a tray, and somebody who asks.
-struct Rig {
-    perception: Perception,
-    clouds: zenoh::pubsub::Publisher<'static>,
-    client: Client,
-    _hub: Hub,
-}
-
-impl Rig {
-    fn new() -> Self {
-        let hub = embedded::hub().unwrap();
-        let process = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
-        let perception =
-            ppnpack_perception_service::start(&process, &settings(), Some(&library())).unwrap();
-        let sensor = embedded::process(&hub, Service::Bridge, "sensor").unwrap();
-        let clouds = sensor
-            .session()
-            .declare_publisher(Key::Stream(cell(), Stream::TrayCloud).to_string())
-            .congestion_control(CongestionControl::Block)
-            .wait();
-        Self {
-            perception,
-            clouds: clouds.unwrap(),
-            client: Client::new(sensor.session()),
-            _hub: hub,
-        }
-    }
-
-    fn put(&self, cloud: &v1::PointCloud) {
-        self.clouds.put(cloud.encode_to_vec()).wait().unwrap();
-    }
-
-    fn ask(&self, least_sequence: u64, span: Duration) -> Result<v1::ItemsReply, CallError> {
-        let request = v1::ItemsRequest {
-            header: None,
-            least_sequence,
-        };
-        self.client.call(&cell(), request, Instant::now() + span)
-    }
-
-    /// Publishes until the answer is of what was published.
-    fn show(&self, mut cloud: v1::PointCloud) -> v1::ItemsReply {
-        let until = Instant::now() + PATIENCE;
-        let least = cloud.sequence;
-        loop {
-            assert!(Instant::now() < until, "no cloud arrives");
-            self.put(&cloud);
-            if let Ok(reply) = self.ask(least, Duration::from_secs(2)) {
-                return reply;
-            }
-            cloud.sequence += 1;
-        }
+fn at_least(least_sequence: u64) -> v1::ItemsRequest {
+    v1::ItemsRequest {
+        header: None,
+        least_sequence,
     }
 }
 
@@ -169,7 +80,7 @@ fn on_tray(x_m: f64, y_m: f64, half_height_m: f64, turn: UnitQuaternion<f64>) ->
 
 #[test]
 fn known_and_unknown_items_are_told_with_what_an_announcement_needs() {
-    let rig = Rig::new();
+    let rig = Rig::new(Stream::TrayCloud);
     let about = |axis, rad| UnitQuaternion::from_axis_angle(&axis, rad);
     // The slab stands on its long edge, 6 cm high.
     let on_edge = about(Vector3::z_axis(), 0.5) * about(Vector3::x_axis(), 1.570_796_326_794_9);
@@ -177,7 +88,7 @@ fn known_and_unknown_items_are_told_with_what_an_announcement_needs() {
     let stranger = brick(0.10, 0.08, 0.02);
     let turned = about(Vector3::z_axis(), 0.3);
     let stranger = (stranger, on_tray(0.1, -0.02, 0.01, turned));
-    let reply = rig.show(cloud_of(&[slab.clone(), stranger], 7));
+    let reply = rig.show(cloud_of(&[slab.clone(), stranger], 6), at_least(7));
     assert_eq!(reply.items.len(), 2);
     assert!(reply.cloud_sequence >= 7);
 
@@ -216,25 +127,19 @@ fn known_and_unknown_items_are_told_with_what_an_announcement_needs() {
 
 #[test]
 fn an_empty_tray_has_no_items() {
-    let reply = Rig::new().show(cloud_of(&[], 1));
+    let reply = Rig::new(Stream::TrayCloud).show(cloud_of(&[], 0), at_least(1));
     assert_eq!(reply.items.len(), 0);
 }
 
 #[test]
 fn who_asks_for_what_does_not_come_is_told() {
-    let rig = Rig::new();
-    let status = |answer: Result<v1::ItemsReply, CallError>| match answer {
-        Err(CallError::Refused {
-            status, message, ..
-        }) => (status, message),
-        other => panic!("{other:?}"),
-    };
-    let (refused, message) = status(rig.ask(0, Duration::from_millis(300)));
+    let rig = Rig::new(Stream::TrayCloud);
+    let (refused, message) = refusal(rig.ask(at_least(0), Duration::from_millis(300)));
     assert_eq!(refused, Status::TimedOut);
     assert!(message.contains("no cloud of the tray"), "{message}");
 
-    rig.show(cloud_of(&[], 4));
-    let (refused, message) = status(rig.ask(1_000_000, Duration::from_millis(300)));
+    rig.show(cloud_of(&[], 3), at_least(4));
+    let (refused, message) = refusal(rig.ask(at_least(1_000_000), Duration::from_millis(300)));
     assert_eq!(refused, Status::TimedOut);
     assert!(message.contains("no newer cloud"), "{message}");
 
@@ -244,15 +149,15 @@ fn who_asks_for_what_does_not_come_is_told() {
         v1::ItemsRequest::default(),
         Instant::now() + PATIENCE,
     );
-    let (refused, message) = status(answer);
+    let (refused, message) = refusal(answer);
     assert_eq!(refused, Status::NotFound);
     assert!(message.contains("service.trays.cell-2"), "{message}");
 }
 
 #[test]
 fn malformed_clouds_of_a_tray_are_counted() {
-    let rig = Rig::new();
-    rig.show(cloud_of(&[], 1));
+    let rig = Rig::new(Stream::TrayCloud);
+    rig.show(cloud_of(&[], 0), at_least(1));
     let mut cloud = cloud_of(&[], 2);
     cloud.data.pop();
     rig.put(&cloud);

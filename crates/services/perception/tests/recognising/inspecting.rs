@@ -1,0 +1,146 @@
+//! How a placed item lies, over a real session: clouds of the container in, what became of the item out.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "a panic in a test is a failing test"
+)]
+
+mod rig;
+
+use std::time::Duration;
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
+use ppnpack_catalogue::mesh::{Bounds, Mesh};
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::{Scene, Surface};
+use ppnpack_wire::convert::cloud::{self, Capture};
+use ppnpack_wire::convert::{pose, scene};
+use ppnpack_wire::keys::Stream;
+use ppnpack_wire::v1::{self, InspectionKind, Status};
+
+use rig::{PATIENCE, Rig, known, refusal};
+
+/// The empty reference container: its floor and its walls.
+fn container() -> Vec<Mesh> {
+    let (side, rim, wall) = (0.32, 0.30, 0.01);
+    let corners = [
+        ([-wall, -wall, -0.02], [side + wall, side + wall, 0.0]),
+        ([-wall, -wall, 0.0], [0.0, side + wall, rim]),
+        ([side, -wall, 0.0], [side + wall, side + wall, rim]),
+        ([0.0, -wall, 0.0], [side, 0.0, rim]),
+        ([0.0, side, 0.0], [side, side + wall, rim]),
+    ];
+    let mesh = |(lowest, highest): ([f64; 3], [f64; 3])| {
+        let (lowest, highest) = (Point3::from(lowest), Point3::from(highest));
+        Bounds { lowest, highest }.mesh()
+    };
+    corners.map(mesh).to_vec()
+}
+
+/// What a camera above the container sees in a state of the cell.
+fn cloud_of(item: Option<&Isometry3<f64>>, state_number: u64) -> v1::PointCloud {
+    let (container, slab) = (container(), known());
+    let mut bodies: Vec<Body<'_>> = container
+        .iter()
+        .map(|mesh| Body {
+            vertices: &mesh.vertices,
+            triangles: &mesh.triangles,
+            world_from_body: Isometry3::identity(),
+        })
+        .collect();
+    bodies.extend(item.map(|pose| Body {
+        vertices: &slab.vertices,
+        triangles: &slab.triangles,
+        world_from_body: *pose,
+    }));
+    let eye = Point3::new(0.16, 0.16, 1.1);
+    let camera = DepthCamera::looking_down(Intrinsics::centred(640, 480, 900.0).unwrap(), eye);
+    let view = camera.see(&bodies).unwrap();
+    let points = view.noisy_points(&NoiseModel::default(), state_number);
+    let capture = Capture {
+        sequence: 0,
+        captured_at_ns: 1_700_000_000_000_000_000,
+        state_number,
+        container_from_sensor: camera.world_from_camera,
+    };
+    cloud::write(&capture, points.unwrap().points_m())
+}
+
+/// Asks for the slab in a container that was empty before.
+fn request(planned: &Isometry3<f64>, least_state_number: u64) -> v1::InspectRequest {
+    let grid = Grid::reference();
+    let empty = Scene::from_surface(&grid, Surface::empty(&grid)).unwrap();
+    v1::InspectRequest {
+        header: None,
+        object: "slab".to_owned(),
+        planned: Some(pose::write(planned)),
+        before: Some(scene::write(&grid, &empty)),
+        least_state_number,
+    }
+}
+
+fn lying(x_m: f64, y_m: f64, yaw_rad: f64) -> Isometry3<f64> {
+    Isometry3::new(Vector3::new(x_m, y_m, 0.015), Vector3::z() * yaw_rad)
+}
+
+#[test]
+fn an_item_is_found_as_planned_moved_or_missing() {
+    let rig = Rig::new(Stream::Cloud);
+    let planned = lying(0.12, 0.15, 0.0);
+    let inspected = |item: Option<&Isometry3<f64>>, state_number| {
+        let reply = rig.show(
+            cloud_of(item, state_number),
+            request(&planned, state_number),
+        );
+        assert!(reply.state_number >= state_number);
+        reply.inspection.unwrap()
+    };
+    let as_planned = inspected(Some(&lying(0.121, 0.15, 0.01)), 5);
+    assert_eq!(
+        as_planned.kind(),
+        InspectionKind::AsPlanned,
+        "{as_planned:?}"
+    );
+    assert!(as_planned.is_inside && as_planned.fitness > 0.8);
+
+    let truth = lying(0.16, 0.18, 0.4);
+    let moved = inspected(Some(&truth), 6);
+    assert_eq!(moved.kind(), InspectionKind::Moved, "{moved:?}");
+    let found = pose::read_required("pose", moved.container_from_item.as_ref()).unwrap();
+    let off_m = (found.translation.vector - truth.translation.vector).norm();
+    assert!(off_m < 0.005, "{off_m}");
+    assert!((moved.slide_m - 0.05).abs() < 0.005, "{}", moved.slide_m);
+
+    let missing = inspected(None, 7);
+    assert_eq!(missing.kind(), InspectionKind::Missing, "{missing:?}");
+    assert!(missing.reason.contains("not in the container"));
+}
+
+#[test]
+fn what_cannot_be_inspected_is_refused_with_the_reason() {
+    let rig = Rig::new(Stream::Cloud);
+    let planned = lying(0.12, 0.15, 0.0);
+    let short = Duration::from_millis(300);
+    let (status, message) = refusal(rig.ask(request(&planned, 1), short));
+    assert_eq!(status, Status::TimedOut);
+    assert!(message.contains("no cloud"), "{message}");
+
+    rig.show(cloud_of(None, 2), request(&planned, 2));
+    let stranger = v1::InspectRequest {
+        object: "stranger".to_owned(),
+        ..request(&planned, 2)
+    };
+    let (status, message) = refusal(rig.ask(stranger, PATIENCE));
+    assert_eq!(status, Status::NotFound);
+    assert!(message.contains("stranger"), "{message}");
+    let nowhere = v1::InspectRequest {
+        planned: None,
+        ..request(&planned, 2)
+    };
+    let (status, message) = refusal(rig.ask(nowhere, PATIENCE));
+    assert_eq!(status, Status::Invalid);
+    assert!(message.contains("planned"), "{message}");
+}

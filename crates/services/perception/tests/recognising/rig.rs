@@ -1,0 +1,127 @@
+//! A perception service with things to recognise, a camera, and somebody who asks.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use nalgebra::{Point3, Vector3};
+use ppnpack_catalogue::build::{ModelSettings, model};
+use ppnpack_catalogue::mesh::{Bounds, Mesh};
+use ppnpack_perception_service::{Perception, Settings, TraySettings};
+use ppnpack_recognition::library::{Library, LibrarySettings};
+use ppnpack_recognition::recognise::RecognitionSettings;
+use ppnpack_recognition::segmentation::{Region, SegmentationSettings};
+use ppnpack_service::embedded::{self, Hub};
+use ppnpack_service::rpc::{CallError, Client};
+use ppnpack_wire::keys::{Cell, Key, Service, Stream};
+use ppnpack_wire::rpc::Request;
+use ppnpack_wire::v1::{self, Status};
+use prost::Message;
+use zenoh::Wait;
+use zenoh::qos::CongestionControl;
+
+/// Far more than anything here takes.
+pub const PATIENCE: Duration = Duration::from_secs(60);
+
+/// The middle of the tray in the container frame, in metres.
+pub const TRAY_M: Vector3<f64> = Vector3::new(0.15, -0.35, -0.01);
+
+pub fn cell() -> Cell {
+    Cell::new("cell-1").unwrap()
+}
+
+pub fn brick(x_m: f64, y_m: f64, z_m: f64) -> Mesh {
+    let half = Vector3::new(x_m, y_m, z_m) / 2.0;
+    let (lowest, highest) = (Point3::from(-half), Point3::from(half));
+    Bounds { lowest, highest }.mesh()
+}
+
+pub fn known() -> Mesh {
+    brick(0.12, 0.06, 0.03)
+}
+
+pub fn library() -> Arc<Library> {
+    let meshes = [("slab", known()), ("cube", brick(0.05, 0.05, 0.05))];
+    let models = meshes.map(|(name, mesh)| {
+        let (model, _) = model(name, mesh, &ModelSettings::default()).unwrap();
+        Arc::new(model)
+    });
+    Arc::new(Library::new(&models, LibrarySettings::default()).unwrap())
+}
+
+pub fn settings() -> Settings {
+    let region = Region {
+        lowest_m: Point3::from(TRAY_M + Vector3::new(-0.2, -0.15, -0.03)),
+        highest_m: Point3::from(TRAY_M + Vector3::new(0.2, 0.15, 0.3)),
+    };
+    let tray = TraySettings {
+        segmentation: SegmentationSettings::of(region),
+        recognition: RecognitionSettings::default(),
+    };
+    Settings {
+        catalogue: Some("builtin".to_owned()),
+        trays: BTreeMap::from([("cell-1".to_owned(), tray)]),
+        ..Settings::default()
+    }
+}
+
+/// The service, a camera that waits where the network is busy, and somebody who asks.
+pub struct Rig {
+    pub perception: Perception,
+    clouds: zenoh::pubsub::Publisher<'static>,
+    pub client: Client,
+    _hub: Hub,
+}
+
+impl Rig {
+    /// With a camera that publishes this stream.
+    pub fn new(stream: Stream) -> Self {
+        let hub = embedded::hub().unwrap();
+        let process = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
+        let perception =
+            ppnpack_perception_service::start(&process, &settings(), Some(&library())).unwrap();
+        let sensor = embedded::process(&hub, Service::Bridge, "sensor").unwrap();
+        let clouds = sensor
+            .session()
+            .declare_publisher(Key::Stream(cell(), stream).to_string())
+            .congestion_control(CongestionControl::Block)
+            .wait();
+        Self {
+            perception,
+            clouds: clouds.unwrap(),
+            client: Client::new(sensor.session()),
+            _hub: hub,
+        }
+    }
+
+    pub fn put(&self, cloud: &v1::PointCloud) {
+        self.clouds.put(cloud.encode_to_vec()).wait().unwrap();
+    }
+
+    pub fn ask<R: Request>(&self, request: R, span: Duration) -> Result<R::Reply, CallError> {
+        self.client.call(&cell(), request, Instant::now() + span)
+    }
+
+    /// Publishes clouds with numbers from 1 until a request is answered.
+    pub fn show<R: Request + Clone>(&self, mut cloud: v1::PointCloud, request: R) -> R::Reply {
+        let until = Instant::now() + PATIENCE;
+        loop {
+            assert!(Instant::now() < until, "no cloud arrives");
+            cloud.sequence += 1;
+            self.put(&cloud);
+            if let Ok(reply) = self.ask(request.clone(), Duration::from_secs(2)) {
+                return reply;
+            }
+        }
+    }
+}
+
+/// The status of a request that is refused, and why.
+pub fn refusal<T: std::fmt::Debug>(answer: Result<T, CallError>) -> (Status, String) {
+    match answer {
+        Err(CallError::Refused {
+            status, message, ..
+        }) => (status, message),
+        other => panic!("{other:?}"),
+    }
+}
