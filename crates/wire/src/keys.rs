@@ -191,6 +191,8 @@ chunks! {
         Heightmap = "heightmap",
         /// Of perception: [`ItemsRequest`](crate::v1::ItemsRequest).
         Items = "items",
+        /// Of perception: [`InspectRequest`](crate::v1::InspectRequest).
+        Inspect = "inspect",
         /// Of ppn: [`ProposeRequest`](crate::v1::ProposeRequest).
         Propose = "propose",
         /// Of heuristic: [`EvaluateRequest`](crate::v1::EvaluateRequest).

@@ -66,6 +66,7 @@ requests! {
     HealthRequest -> HealthReply: None, Health;
     HeightmapRequest -> HeightmapReply: Some(Service::Perception), Heightmap;
     ItemsRequest -> ItemsReply: Some(Service::Perception), Items;
+    InspectRequest -> InspectReply: Some(Service::Perception), Inspect;
     ProposeRequest -> ProposeReply: Some(Service::Ppn), Propose;
     EvaluateRequest -> EvaluateReply: Some(Service::Heuristic), Evaluate;
     ValidateRequest -> ValidateReply: Some(Service::Heuristic), Validate;

@@ -39,6 +39,8 @@ fn every_request_has_its_method_and_reply() {
         names::<v1::ExplainRequest>(),
         names::<v1::HealthRequest>(),
         names::<v1::HeightmapRequest>(),
+        names::<v1::InspectRequest>(),
+        names::<v1::ItemsRequest>(),
         names::<v1::OutcomeRequest>(),
         names::<v1::PlaceRequest>(),
         names::<v1::PlanRequest>(),

@@ -3,19 +3,14 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, Status};
 
 use crate::router::Router;
-
-/// Who waits is answered so long before the time limit passes, or a tenth of it, that the answer still comes in time.
-const ANSWER_BEFORE: Duration = Duration::from_millis(20);
-
-/// Nobody waits.
-const LONG: Duration = Duration::from_secs(3600);
+use crate::waiting::Waiting;
 
 /// What comes to the desk.
 pub(crate) enum Mail {
@@ -36,9 +31,7 @@ pub(crate) struct Desk {
     /// Knows when clouds came.
     router: Arc<Router>,
     newest: BTreeMap<Cell, Made>,
-    waiting: Vec<Incoming<v1::HeightmapRequest>>,
-    /// How many may wait.
-    most: usize,
+    waiting: Waiting<v1::HeightmapRequest>,
 }
 
 impl Desk {
@@ -46,15 +39,14 @@ impl Desk {
         Self {
             router,
             newest: BTreeMap::new(),
-            waiting: Vec::new(),
-            most,
+            waiting: Waiting::new(most),
         }
     }
 
     /// Works until nothing more can come.
     pub(crate) fn run(mut self, mail: &Receiver<Mail>) {
         loop {
-            match mail.recv_timeout(self.pause()) {
+            match mail.recv_timeout(self.waiting.pause()) {
                 Ok(Mail::Request(incoming)) => self.answer_or_keep(incoming),
                 Ok(Mail::Heightmap(cell, heightmap)) => self.take(cell, heightmap),
                 Err(RecvTimeoutError::Timeout) => {}
@@ -68,8 +60,7 @@ impl Desk {
         incoming.start();
         match self.newest.get(incoming.cell()) {
             Some(made) if is_enough(&made.heightmap, &incoming) => answer(incoming, made),
-            _ if self.waiting.len() < self.most => self.waiting.push(incoming),
-            _ => incoming.refuse(Status::Busy, "too many wait for heightmaps"),
+            _ => self.waiting.keep(incoming),
         }
     }
 
@@ -78,29 +69,18 @@ impl Desk {
             heightmap,
             at: Instant::now(),
         };
-        let is_served = |waiting: &mut Incoming<v1::HeightmapRequest>| {
+        let is_served = |waiting: &Incoming<v1::HeightmapRequest>| {
             *waiting.cell() == cell && is_enough(&made.heightmap, waiting)
         };
-        for incoming in self.waiting.extract_if(.., is_served) {
+        for incoming in self.waiting.take(is_served) {
             answer(incoming, &made);
         }
         self.newest.insert(cell, made);
     }
 
-    fn pause(&self) -> Duration {
-        let moments = self.waiting.iter().map(last_moment);
-        moments.min().map_or(LONG, |first| {
-            first.saturating_duration_since(Instant::now())
-        })
-    }
-
     /// Answers those whose time limit passed.
     fn give_up_waiting(&mut self) {
-        let now = Instant::now();
-        for incoming in self
-            .waiting
-            .extract_if(.., |waiting| last_moment(waiting) <= now)
-        {
+        for incoming in self.waiting.take_expired() {
             let cell = incoming.cell();
             let wanted = incoming.message().least_state_number;
             let silence = self.router.silence(cell);
@@ -120,11 +100,6 @@ impl Desk {
             }
         }
     }
-}
-
-/// When a request that waits has to be answered.
-fn last_moment(incoming: &Incoming<v1::HeightmapRequest>) -> Instant {
-    incoming.deadline() - ANSWER_BEFORE.min(incoming.header().time_limit / 10)
 }
 
 fn is_enough(heightmap: &v1::Heightmap, incoming: &Incoming<v1::HeightmapRequest>) -> bool {

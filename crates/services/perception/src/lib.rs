@@ -2,11 +2,13 @@
 //! planned on.
 //!
 //! Each cell has a thread that takes the newest cloud of each of its sensors; those that came before it was ready are
-//! dropped and counted. One more thread answers requests for heightmaps, and one says what lies on the cells' trays.
+//! dropped and counted. One more thread answers requests for heightmaps, one says what lies on the cells' trays,
+//! and one how items lie that were placed.
 
 mod counts;
 mod desk;
 mod doubts;
+mod inspect;
 mod order;
 mod ros;
 mod round;
@@ -16,6 +18,7 @@ mod settings;
 mod slot;
 mod streams;
 mod tray;
+mod waiting;
 mod worker;
 
 use std::sync::Arc;
@@ -36,6 +39,7 @@ use ppnpack_wire::v1;
 use counts::Counts;
 pub use counts::Fate;
 use desk::{Desk, Mail};
+use inspect::Inspections;
 pub use ros::RosCamera;
 use router::Router;
 pub use settings::{GridSettings, Settings};
@@ -79,7 +83,7 @@ pub struct Perception {
 /// Where clouds and requests come in, of one cell or of all.
 struct Door {
     _alive: alive::Token,
-    _requests: [Listener; 2],
+    _requests: Vec<Listener>,
     _clouds: Subscription,
     _tray_clouds: Subscription,
 }
@@ -89,6 +93,8 @@ struct Inside {
     router: Arc<Router>,
     heightmaps: SyncSender<Mail>,
     items: SyncSender<tray::Mail>,
+    /// Where there are objects that could be inspected.
+    inspections: Option<SyncSender<inspect::Mail>>,
     tray_clouds: tray::Inlet,
 }
 
@@ -105,20 +111,35 @@ pub fn start(
     let (heightmaps, mail) = sync_channel(most);
     let (items, tray_mail) = sync_channel(most);
     let counts = Arc::new(Counts::new());
-    let router = Router::new(process, settings, heightmaps.clone(), Arc::clone(&counts));
+    let mut threads = Vec::new();
+    let mut inspections = None;
+    let mut inspected = None;
+    if let Some(library) = library {
+        let (mailbox, mail) = sync_channel(most);
+        let work = Inspections::new(library, settings.inspection, most);
+        inspected = Some(work.inlet(mailbox.clone()));
+        inspections = Some(mailbox);
+        threads.push(spawn("perception-inspections", move || work.run(&mail))?);
+    }
+    let router = Router::new(
+        process,
+        settings,
+        heightmaps.clone(),
+        inspected,
+        Arc::clone(&counts),
+    );
     let router = Arc::new(router);
     let desk = Desk::new(Arc::clone(&router), most);
     let trays = Trays::new(trays(settings, library)?, most, Arc::clone(&counts));
     let inside = Inside {
         router: Arc::clone(&router),
         heightmaps,
+        inspections,
         tray_clouds: tray::Inlet::new(&trays, items.clone()),
         items,
     };
-    let threads = vec![
-        spawn("perception-desk", move || desk.run(&mail))?,
-        spawn("perception-trays", move || trays.run(&tray_mail))?,
-    ];
+    threads.push(spawn("perception-desk", move || desk.run(&mail))?);
+    threads.push(spawn("perception-trays", move || trays.run(&tray_mail))?);
     let mut doors = Vec::new();
     if settings.has_unlisted_cells {
         doors.push(Door::open(process, None, &inside)?);
@@ -162,15 +183,21 @@ impl Door {
     fn open(process: &Process, cell: Option<&Cell>, inside: &Inside) -> Result<Self, ServiceError> {
         let (heightmaps, items) = (inside.heightmaps.clone(), inside.items.clone());
         let (router, tray_clouds) = (Arc::clone(&inside.router), inside.tray_clouds.clone());
+        let mut requests = vec![
+            rpc::listen(process, cell, move |incoming: Incoming<_>| {
+                rpc::deliver(&heightmaps, incoming, Mail::Request);
+            })?,
+            rpc::listen(process, cell, move |incoming: Incoming<_>| {
+                rpc::deliver(&items, incoming, tray::Mail::request);
+            })?,
+        ];
+        if let Some(inspections) = inside.inspections.clone() {
+            requests.push(rpc::listen(process, cell, move |incoming: Incoming<_>| {
+                rpc::deliver(&inspections, incoming, inspect::Mail::request);
+            })?);
+        }
         Ok(Self {
-            _requests: [
-                rpc::listen(process, cell, move |incoming: Incoming<_>| {
-                    rpc::deliver(&heightmaps, incoming, Mail::Request);
-                })?,
-                rpc::listen(process, cell, move |incoming: Incoming<_>| {
-                    rpc::deliver(&items, incoming, tray::Mail::Request);
-                })?,
-            ],
+            _requests: requests,
             _clouds: stream::subscribe(
                 process,
                 cell,

@@ -12,6 +12,7 @@ use ppnpack_wire::v1;
 
 use crate::counts::{Counts, Fate};
 use crate::desk::Mail;
+use crate::inspect;
 use crate::order::CloudOrder;
 use crate::round::Round;
 use crate::sensors::Sensors;
@@ -34,6 +35,7 @@ pub(crate) struct Router {
 
 struct Open {
     desk: SyncSender<Mail>,
+    inspected: Option<inspect::Inlet>,
     cells: BTreeMap<Cell, Entrance>,
     threads: Vec<JoinHandle<()>>,
 }
@@ -49,6 +51,7 @@ impl Router {
         process: &Process,
         settings: &Settings,
         desk: SyncSender<Mail>,
+        inspected: Option<inspect::Inlet>,
         counts: Arc<Counts>,
     ) -> Self {
         Self {
@@ -58,6 +61,7 @@ impl Router {
             counts,
             open: Mutex::new(Some(Open {
                 desk,
+                inspected,
                 cells: BTreeMap::new(),
                 threads: Vec::new(),
             })),
@@ -131,6 +135,7 @@ impl Router {
             epoch: self.epoch,
             sequence: 0,
             desk: open.desk.clone(),
+            inspected: open.inspected.clone(),
             counts: Arc::clone(&self.counts),
         };
         let process = self.process.clone();

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use ppnpack_packing::grid::{ContainerSize, Grid, GridError, Resolution, Yaws};
 use ppnpack_perception::settings::MapperSettings;
+use ppnpack_recognition::inspection::InspectionSettings;
 use ppnpack_service::ServiceSettings;
 use ppnpack_service::configuration::in_range;
 use ppnpack_wire::MAX_MESSAGE_BYTES;
@@ -53,6 +54,8 @@ pub struct Settings {
     pub catalogue: Option<String>,
     /// Where items wait to be packed, by cell.
     pub trays: BTreeMap<String, TraySettings>,
+    /// How items that were placed are inspected.
+    pub inspection: InspectionSettings,
 }
 
 /// The grid of a cell.
@@ -83,6 +86,7 @@ impl Default for Settings {
             ros: Vec::new(),
             catalogue: None,
             trays: BTreeMap::new(),
+            inspection: InspectionSettings::default(),
         }
     }
 }
@@ -206,6 +210,9 @@ impl ServiceSettings for Settings {
         }
         self.validate_sensors()?;
         self.validate_trays()?;
+        self.inspection
+            .validate()
+            .map_err(|error| format!("inspection.{error}"))?;
         let restart_s = self.sensor_restart_after_s;
         in_range("sensor_restart_after_s", restart_s, 0.0..=3600.0)?;
         in_range("queue", self.queue, 1..=65_536)?;

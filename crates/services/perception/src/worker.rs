@@ -15,6 +15,7 @@ use ppnpack_wire::v1;
 use crate::counts::{Counts, Fate};
 use crate::desk::Mail;
 use crate::doubts;
+use crate::inspect;
 use crate::order::CloudOrder;
 use crate::round::{Round, first_at};
 use crate::slot::{Arrived, Outlet, Taken};
@@ -36,6 +37,8 @@ pub(crate) struct Worker {
     pub(crate) epoch: u64,
     pub(crate) sequence: u64,
     pub(crate) desk: SyncSender<Mail>,
+    /// Where items that were placed can be inspected.
+    pub(crate) inspected: Option<inspect::Inlet>,
     pub(crate) counts: Arc<Counts>,
 }
 
@@ -94,6 +97,11 @@ impl Worker {
         clouds.iter().for_each(|_| self.counts.count(Fate::Mapped));
         if let Some(quality) = &heightmap.quality {
             self.counts.doubt(&self.cell, &quality.doubts);
+        }
+        // There before the heightmap: who has seen that one can ask how an item lies.
+        let first = clouds.into_iter().next();
+        if let (Some(inlet), Some(first)) = (&self.inspected, first) {
+            inlet.put(&self.cell, first.cloud);
         }
         streams.tell(&heightmap, self.mapper.grid(), &mapped.scene);
         // Without a desk the service is ending.

@@ -73,6 +73,8 @@ pub struct CellSettings {
     /// The longest that a cloud may be on its way from a sensor that does not know the cell's state, in seconds: what
     /// comes sooner after a report may show what was before.
     pub sensor_latency_s: f64,
+    /// Whether perception is asked after each placement how the item lies, and the session is corrected by that.
+    pub inspect: bool,
     /// The longest that the bridge may take to carry out a placement in automatic mode, in seconds.
     pub place_limit_s: f64,
 }
@@ -160,6 +162,7 @@ impl Default for CellSettings {
             evaluate_limit_s: 1.0,
             heightmap_age_limit_s: 5.0,
             sensor_latency_s: 0.5,
+            inspect: false,
             place_limit_s: 120.0,
         }
     }

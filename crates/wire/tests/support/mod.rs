@@ -56,7 +56,7 @@ messages! {
     // objective.proto
     Objective Weights
     // perception.proto
-    HeightmapRequest HeightmapReply
+    HeightmapRequest HeightmapReply ItemsRequest ItemsReply SeenItem InspectRequest InspectReply Inspection
     // placement.proto
     Placements RestingPlacement RankedPlacement PlacementCounts Refusals
     // planner.proto

@@ -21,24 +21,14 @@ use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, Status};
 
 use crate::counts::{Counts, Fate};
+use crate::waiting::Waiting;
 pub use settings::TraySettings;
 
 /// The most items that one answer has.
 const MAX_ITEMS: usize = 64;
 
-/// Who waits is answered so long before the time limit passes, or a tenth of it, that the answer still comes in time.
-const ANSWER_BEFORE: Duration = Duration::from_millis(20);
-
-/// Nobody waits.
-const LONG: Duration = Duration::from_secs(3600);
-
 /// What comes to the thread.
-pub(crate) enum Mail {
-    /// Somebody wants to know what lies on a tray.
-    Request(Incoming<v1::ItemsRequest>),
-    /// There is a cloud on the shelf.
-    Cloud,
-}
+pub(crate) type Mail = crate::waiting::Mail<v1::ItemsRequest>;
 
 /// The newest cloud of each tray that was not looked at.
 type Shelf = Arc<Mutex<Vec<Option<Arrived>>>>;
@@ -129,35 +119,11 @@ impl Tray {
     }
 }
 
-/// Somebody who waits.
-struct Waiting {
-    tray: usize,
-    since: Instant,
-    incoming: Incoming<v1::ItemsRequest>,
-}
-
-impl Waiting {
-    /// Whether a cloud is one of those that are wanted.
-    fn is_served_by(&self, arrived: &Arrived) -> bool {
-        match self.incoming.message().least_sequence {
-            0 => arrived.at > self.since,
-            least => arrived.cloud.sequence >= least,
-        }
-    }
-
-    /// When it has to be answered.
-    fn last_moment(&self) -> Instant {
-        self.incoming.deadline() - ANSWER_BEFORE.min(self.incoming.header().time_limit / 10)
-    }
-}
-
 /// Answers what lies on trays.
 pub(crate) struct Trays {
     trays: Vec<Tray>,
     shelf: Shelf,
-    waiting: Vec<Waiting>,
-    /// How many may wait.
-    most: usize,
+    waiting: Waiting<v1::ItemsRequest>,
     counts: Arc<Counts>,
 }
 
@@ -167,8 +133,7 @@ impl Trays {
         Self {
             trays,
             shelf: Arc::new(Mutex::new(shelf)),
-            waiting: Vec::new(),
-            most,
+            waiting: Waiting::new(most),
             counts,
         }
     }
@@ -176,8 +141,8 @@ impl Trays {
     /// Works until nothing more can come.
     pub(crate) fn run(mut self, mail: &Receiver<Mail>) {
         loop {
-            match mail.recv_timeout(self.pause()) {
-                Ok(Mail::Request(incoming)) => self.keep(incoming),
+            match mail.recv_timeout(self.waiting.pause()) {
+                Ok(Mail::Request(incoming)) => self.keep(*incoming),
                 Ok(Mail::Cloud) | Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
             }
@@ -190,19 +155,12 @@ impl Trays {
     fn keep(&mut self, mut incoming: Incoming<v1::ItemsRequest>) {
         incoming.start();
         let cell = incoming.cell();
-        let Some(tray) = self.trays.iter().position(|tray| tray.cell == *cell) else {
+        if self.trays.iter().any(|tray| tray.cell == *cell) {
+            self.waiting.keep(incoming);
+        } else {
             let message = format!("cell {cell} has no tray: set service.trays.{cell}");
-            return incoming.refuse(Status::NotFound, message);
-        };
-        if self.waiting.len() >= self.most {
-            return incoming.refuse(Status::Busy, "too many wait for trays");
+            incoming.refuse(Status::NotFound, message);
         }
-        let since = Instant::now();
-        self.waiting.push(Waiting {
-            tray,
-            since,
-            incoming,
-        });
     }
 
     fn look_at_shelf(&mut self) {
@@ -222,40 +180,30 @@ impl Trays {
 
     /// Answers all that the newest clouds serve; each cloud is looked at once.
     fn answer(&mut self) {
-        for (index, tray) in self.trays.iter().enumerate() {
+        for tray in &self.trays {
             let Some(newest) = &tray.newest else {
                 continue;
             };
-            let is_served =
-                |waiting: &mut Waiting| waiting.tray == index && waiting.is_served_by(newest);
-            let served: Vec<Waiting> = self.waiting.extract_if(.., is_served).collect();
+            let served = self
+                .waiting
+                .take(|incoming| *incoming.cell() == tray.cell && is_wanted(newest, incoming));
             if served.is_empty() {
                 continue;
             }
             let began = Instant::now();
             let found = tray.items(&newest.cloud);
-            for waiting in served {
-                reply(waiting.incoming, &found, began.elapsed());
+            for incoming in served {
+                reply(incoming, &found, began.elapsed());
             }
         }
     }
 
-    fn pause(&self) -> Duration {
-        let first = self.waiting.iter().map(Waiting::last_moment).min();
-        first.map_or(LONG, |first| {
-            first.saturating_duration_since(Instant::now())
-        })
-    }
-
     /// Answers those whose time limit passed.
     fn give_up_waiting(&mut self) {
-        let now = Instant::now();
-        let is_late = |waiting: &mut Waiting| waiting.last_moment() <= now;
-        for waiting in self.waiting.extract_if(.., is_late) {
-            let tray = self.trays.get(waiting.tray);
-            let newest = tray.and_then(|tray| tray.newest.as_ref());
-            let cell = waiting.incoming.cell();
-            let message = match newest {
+        for incoming in self.waiting.take_expired() {
+            let cell = incoming.cell();
+            let tray = self.trays.iter().find(|tray| tray.cell == *cell);
+            let message = match tray.and_then(|tray| tray.newest.as_ref()) {
                 None => format!("no cloud of the tray of cell {cell} has come"),
                 Some(newest) => format!(
                     "no newer cloud of the tray of cell {cell} has come than number {}, {:.1} s ago",
@@ -263,8 +211,16 @@ impl Trays {
                     newest.at.elapsed().as_secs_f64()
                 ),
             };
-            waiting.incoming.refuse(Status::TimedOut, message);
+            incoming.refuse(Status::TimedOut, message);
         }
+    }
+}
+
+/// Whether a cloud is one of those that are wanted.
+fn is_wanted(arrived: &Arrived, incoming: &Incoming<v1::ItemsRequest>) -> bool {
+    match incoming.message().least_sequence {
+        0 => arrived.at > incoming.received(),
+        least => arrived.cloud.sequence >= least,
     }
 }
 

@@ -1,13 +1,4 @@
 //! How a placed item lies, over a real session: clouds of the container in, what became of the item out.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::indexing_slicing,
-    clippy::panic,
-    reason = "a panic in a test is a failing test"
-)]
-
-mod rig;
 
 use std::time::Duration;
 
@@ -21,7 +12,7 @@ use ppnpack_wire::convert::{pose, scene};
 use ppnpack_wire::keys::Stream;
 use ppnpack_wire::v1::{self, InspectionKind, Status};
 
-use rig::{PATIENCE, Rig, known, refusal};
+use crate::rig::{PATIENCE, Rig, known, refusal};
 
 /// The empty reference container: its floor and its walls.
 fn container() -> Vec<Mesh> {
@@ -93,7 +84,7 @@ fn an_item_is_found_as_planned_moved_or_missing() {
     let inspected = |item: Option<&Isometry3<f64>>, state_number| {
         let reply = rig.show(
             cloud_of(item, state_number),
-            request(&planned, state_number),
+            &request(&planned, state_number),
         );
         assert!(reply.state_number >= state_number);
         reply.inspection.unwrap()
@@ -128,7 +119,7 @@ fn what_cannot_be_inspected_is_refused_with_the_reason() {
     assert_eq!(status, Status::TimedOut);
     assert!(message.contains("no cloud"), "{message}");
 
-    rig.show(cloud_of(None, 2), request(&planned, 2));
+    rig.show(cloud_of(None, 2), &request(&planned, 2));
     let stranger = v1::InspectRequest {
         object: "stranger".to_owned(),
         ..request(&planned, 2)

@@ -21,26 +21,26 @@ use zenoh::Wait;
 use zenoh::qos::CongestionControl;
 
 /// Far more than anything here takes.
-pub const PATIENCE: Duration = Duration::from_secs(60);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The middle of the tray in the container frame, in metres.
-pub const TRAY_M: Vector3<f64> = Vector3::new(0.15, -0.35, -0.01);
+pub(crate) const TRAY_M: Vector3<f64> = Vector3::new(0.15, -0.35, -0.01);
 
-pub fn cell() -> Cell {
+pub(crate) fn cell() -> Cell {
     Cell::new("cell-1").unwrap()
 }
 
-pub fn brick(x_m: f64, y_m: f64, z_m: f64) -> Mesh {
+pub(crate) fn brick(x_m: f64, y_m: f64, z_m: f64) -> Mesh {
     let half = Vector3::new(x_m, y_m, z_m) / 2.0;
     let (lowest, highest) = (Point3::from(-half), Point3::from(half));
     Bounds { lowest, highest }.mesh()
 }
 
-pub fn known() -> Mesh {
+pub(crate) fn known() -> Mesh {
     brick(0.12, 0.06, 0.03)
 }
 
-pub fn library() -> Arc<Library> {
+pub(crate) fn library() -> Arc<Library> {
     let meshes = [("slab", known()), ("cube", brick(0.05, 0.05, 0.05))];
     let models = meshes.map(|(name, mesh)| {
         let (model, _) = model(name, mesh, &ModelSettings::default()).unwrap();
@@ -49,7 +49,7 @@ pub fn library() -> Arc<Library> {
     Arc::new(Library::new(&models, LibrarySettings::default()).unwrap())
 }
 
-pub fn settings() -> Settings {
+pub(crate) fn settings() -> Settings {
     let region = Region {
         lowest_m: Point3::from(TRAY_M + Vector3::new(-0.2, -0.15, -0.03)),
         highest_m: Point3::from(TRAY_M + Vector3::new(0.2, 0.15, 0.3)),
@@ -66,16 +66,16 @@ pub fn settings() -> Settings {
 }
 
 /// The service, a camera that waits where the network is busy, and somebody who asks.
-pub struct Rig {
-    pub perception: Perception,
+pub(crate) struct Rig {
+    pub(crate) perception: Perception,
     clouds: zenoh::pubsub::Publisher<'static>,
-    pub client: Client,
+    pub(crate) client: Client,
     _hub: Hub,
 }
 
 impl Rig {
     /// With a camera that publishes this stream.
-    pub fn new(stream: Stream) -> Self {
+    pub(crate) fn new(stream: Stream) -> Self {
         let hub = embedded::hub().unwrap();
         let process = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
         let perception =
@@ -94,16 +94,24 @@ impl Rig {
         }
     }
 
-    pub fn put(&self, cloud: &v1::PointCloud) {
+    pub(crate) fn put(&self, cloud: &v1::PointCloud) {
         self.clouds.put(cloud.encode_to_vec()).wait().unwrap();
     }
 
-    pub fn ask<R: Request>(&self, request: R, span: Duration) -> Result<R::Reply, CallError> {
+    pub(crate) fn ask<R: Request>(
+        &self,
+        request: R,
+        span: Duration,
+    ) -> Result<R::Reply, CallError> {
         self.client.call(&cell(), request, Instant::now() + span)
     }
 
     /// Publishes clouds with numbers from 1 until a request is answered.
-    pub fn show<R: Request + Clone>(&self, mut cloud: v1::PointCloud, request: R) -> R::Reply {
+    pub(crate) fn show<R: Request + Clone>(
+        &self,
+        mut cloud: v1::PointCloud,
+        request: &R,
+    ) -> R::Reply {
         let until = Instant::now() + PATIENCE;
         loop {
             assert!(Instant::now() < until, "no cloud arrives");
@@ -117,7 +125,7 @@ impl Rig {
 }
 
 /// The status of a request that is refused, and why.
-pub fn refusal<T: std::fmt::Debug>(answer: Result<T, CallError>) -> (Status, String) {
+pub(crate) fn refusal<T: std::fmt::Debug>(answer: Result<T, CallError>) -> (Status, String) {
     match answer {
         Err(CallError::Refused {
             status, message, ..

@@ -1,38 +1,19 @@
 //! What lies on trays, over a real session: a simulated camera above a tray in, items to be announced out.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::indexing_slicing,
-    clippy::panic,
-    reason = "a panic in a test is a failing test"
-)]
 
-use std::collections::BTreeMap;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
-use ppnpack_catalogue::build::{ModelSettings, model};
-use ppnpack_catalogue::mesh::{Bounds, Mesh};
-use ppnpack_perception_service::{Fate, Perception, Settings, StartError, TraySettings};
-use ppnpack_recognition::library::{Library, LibrarySettings};
-use ppnpack_recognition::recognise::RecognitionSettings;
-use ppnpack_recognition::segmentation::{Region, SegmentationSettings};
+use ppnpack_catalogue::mesh::Mesh;
+use ppnpack_perception_service::{Fate, Settings, StartError, TraySettings};
 use ppnpack_service::ServiceSettings;
-use ppnpack_service::embedded::{self, Hub};
-use ppnpack_service::rpc::{CallError, Client};
+use ppnpack_service::embedded::{self};
 use ppnpack_wire::convert::cloud::{self, Capture};
 use ppnpack_wire::convert::{item, pose};
-use ppnpack_wire::keys::{Cell, Key, Service, Stream};
+use ppnpack_wire::keys::{Cell, Service, Stream};
 use ppnpack_wire::v1::{self, Status, UnknownReason};
-use prost::Message;
-use zenoh::Wait;
-use zenoh::qos::CongestionControl;
 
-mod rig;
-
-use rig::{PATIENCE, Rig, TRAY_M, brick, cell, known, refusal, settings};
+use crate::rig::{PATIENCE, Rig, TRAY_M, brick, known, refusal, settings};
 
 /// What a camera 90 cm above the tray sees of meshes at these poses.
 fn cloud_of(items: &[(Mesh, Isometry3<f64>)], sequence: u64) -> v1::PointCloud {
@@ -83,12 +64,13 @@ fn known_and_unknown_items_are_told_with_what_an_announcement_needs() {
     let rig = Rig::new(Stream::TrayCloud);
     let about = |axis, rad| UnitQuaternion::from_axis_angle(&axis, rad);
     // The slab stands on its long edge, 6 cm high.
-    let on_edge = about(Vector3::z_axis(), 0.5) * about(Vector3::x_axis(), 1.570_796_326_794_9);
+    let on_edge =
+        about(Vector3::z_axis(), 0.5) * about(Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
     let slab = (known(), on_tray(-0.08, 0.03, 0.03, on_edge));
     let stranger = brick(0.10, 0.08, 0.02);
     let turned = about(Vector3::z_axis(), 0.3);
     let stranger = (stranger, on_tray(0.1, -0.02, 0.01, turned));
-    let reply = rig.show(cloud_of(&[slab.clone(), stranger], 6), at_least(7));
+    let reply = rig.show(cloud_of(&[slab.clone(), stranger], 6), &at_least(7));
     assert_eq!(reply.items.len(), 2);
     assert!(reply.cloud_sequence >= 7);
 
@@ -127,7 +109,7 @@ fn known_and_unknown_items_are_told_with_what_an_announcement_needs() {
 
 #[test]
 fn an_empty_tray_has_no_items() {
-    let reply = Rig::new(Stream::TrayCloud).show(cloud_of(&[], 0), at_least(1));
+    let reply = Rig::new(Stream::TrayCloud).show(cloud_of(&[], 0), &at_least(1));
     assert_eq!(reply.items.len(), 0);
 }
 
@@ -138,7 +120,7 @@ fn who_asks_for_what_does_not_come_is_told() {
     assert_eq!(refused, Status::TimedOut);
     assert!(message.contains("no cloud of the tray"), "{message}");
 
-    rig.show(cloud_of(&[], 3), at_least(4));
+    rig.show(cloud_of(&[], 3), &at_least(4));
     let (refused, message) = refusal(rig.ask(at_least(1_000_000), Duration::from_millis(300)));
     assert_eq!(refused, Status::TimedOut);
     assert!(message.contains("no newer cloud"), "{message}");
@@ -157,7 +139,7 @@ fn who_asks_for_what_does_not_come_is_told() {
 #[test]
 fn malformed_clouds_of_a_tray_are_counted() {
     let rig = Rig::new(Stream::TrayCloud);
-    rig.show(cloud_of(&[], 0), at_least(1));
+    rig.show(cloud_of(&[], 0), &at_least(1));
     let mut cloud = cloud_of(&[], 2);
     cloud.data.pop();
     rig.put(&cloud);

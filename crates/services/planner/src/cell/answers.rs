@@ -276,6 +276,7 @@ impl CellPlanner {
         self.change(|session| session.report(decision_id, outcome))?;
         if was_pending && self.session.pending().is_none() {
             self.scenes.changed();
+            self.has_ended(decision_id, outcome);
         }
         Ok(())
     }

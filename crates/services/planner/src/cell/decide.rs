@@ -66,6 +66,7 @@ impl CellPlanner {
         decision
             .stages
             .push(header::stage("save", saving.elapsed()));
+        self.will_inspect(&decision, &seen.scene);
         self.news.decisions.push(decision.clone());
         Ok(Decided::Decision(Box::new(decision)))
     }

@@ -3,6 +3,7 @@
 mod answers;
 mod automatic;
 mod decide;
+mod inspect;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -26,6 +27,7 @@ use crate::session::{Session, SessionError, SessionItem};
 use crate::settings::CellSettings;
 use crate::store::{Store, StoreError};
 use automatic::Automatic;
+use inspect::ToInspect;
 
 /// How long the thread sleeps at most, so that a lost message of the bridge is made up for.
 const TICK: Duration = Duration::from_millis(250);
@@ -101,6 +103,8 @@ pub(crate) struct CellPlanner {
     decisions: Publisher<v1::Decision>,
     sessions: Publisher<v1::Session>,
     news: News,
+    /// The last decision's item, until it is known how it lies.
+    to_inspect: Option<ToInspect>,
     automatic: Automatic,
 }
 
@@ -140,6 +144,7 @@ impl CellPlanner {
             decisions: Publisher::new(process, cell, Stream::Plan)?,
             sessions: Publisher::new(process, cell, Stream::Session)?,
             news: News::default(),
+            to_inspect: None,
             automatic: Automatic::default(),
         })
     }
@@ -148,6 +153,7 @@ impl CellPlanner {
     pub(crate) fn run(mut self, mailbox: &Receiver<Command>) {
         self.news.is_session_new = true;
         loop {
+            self.inspect();
             self.advance();
             self.publish_news();
             match mailbox.recv_timeout(self.patience()) {

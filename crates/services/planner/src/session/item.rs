@@ -63,6 +63,8 @@ pub(crate) struct SessionItem {
     pub(crate) rules: Rules,
     pub(crate) lying: Lying,
     pub(crate) state: ItemState,
+    /// How it was found after it was placed, where that was looked at.
+    pub(crate) inspection: Option<v1::Inspection>,
 }
 
 /// Where an item is on its way into the container.
@@ -92,7 +94,25 @@ impl SessionItem {
             rules: announced.rules,
             lying: announced.lying,
             state: ItemState::Waiting,
+            inspection: None,
         }
+    }
+
+    /// Enters how it was found: where it is, or that it is gone.
+    pub(crate) fn inspected(&mut self, inspection: v1::Inspection) {
+        let found = inspection.container_from_item.as_ref();
+        let found = found.and_then(|pose| convert::pose::read_required("pose", Some(pose)).ok());
+        match &mut self.state {
+            ItemState::Packed { .. } if inspection.kind() == v1::InspectionKind::Missing => {
+                self.state = ItemState::Gone;
+            }
+            ItemState::Packed {
+                container_from_item,
+                ..
+            } => *container_from_item = found.unwrap_or(*container_from_item),
+            _ => return,
+        }
+        self.inspection = Some(inspection);
     }
 
     pub(crate) fn is_same(&self, announced: &Announced) -> bool {

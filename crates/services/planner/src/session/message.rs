@@ -119,6 +119,7 @@ fn write_item(item: &SessionItem) -> v1::SessionItem {
         shape: item.shape.to_bytes(),
         heightmap_from_item: frame(&item.lying.heightmap_from_item),
         waits_at: frame(&item.lying.waits_at),
+        inspection: item.inspection.clone(),
         ..v1::SessionItem::default()
     };
     let in_state = |state: v1::ItemState| v1::SessionItem {
@@ -163,6 +164,7 @@ fn read_item(message: &v1::SessionItem) -> Result<SessionItem, WireError> {
             message.waits_at.as_ref(),
         )?,
         state,
+        inspection: message.inspection.clone(),
     })
 }
 

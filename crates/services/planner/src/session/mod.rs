@@ -258,6 +258,16 @@ impl Session {
         Ok(())
     }
 
+    /// Enters how a packed item was found.
+    pub(crate) fn inspected(
+        &mut self,
+        item_id: &str,
+        inspection: v1::Inspection,
+    ) -> Result<(), SessionError> {
+        self.item_mut(item_id)?.inspected(inspection);
+        Ok(())
+    }
+
     pub(crate) fn end(&mut self, end: End) {
         self.end = Some(end);
     }

@@ -1,3 +1,5 @@
+use nalgebra::Isometry3;
+use ppnpack_wire::convert;
 use ppnpack_wire::item_id::ItemId;
 
 use super::*;
@@ -228,4 +230,73 @@ fn a_session_without_an_arm_is_encoded_as_before_there_were_arms() {
     assert_eq!(message.mean_cycle_s, 0.0);
     assert!(message.items.iter().all(|item| item.cycle_s == 0.0));
     assert_eq!(message.pending.map(|decision| decision.cycle), Some(None));
+}
+
+#[test]
+fn an_inspection_corrects_where_a_packed_item_is_or_that_it_is_gone() {
+    let mut session = session_of(&["a", "b", "c"]);
+    for (id, item) in [("d1", "a"), ("d2", "b")] {
+        session.decide(decision(id, item)).unwrap();
+        let placed = outcome(v1::OutcomeKind::Placed);
+        session.report(id, &placed).unwrap();
+    }
+    let found = Isometry3::translation(0.1, 0.2, 0.03);
+    let moved = v1::Inspection {
+        kind: v1::InspectionKind::Moved.into(),
+        container_from_item: Some(convert::pose::write(&found)),
+        ..v1::Inspection::default()
+    };
+    let missing = v1::Inspection {
+        kind: v1::InspectionKind::Missing.into(),
+        reason: "nothing is new".to_owned(),
+        ..v1::Inspection::default()
+    };
+    session.inspected("a", moved.clone()).unwrap();
+    session.inspected("b", missing.clone()).unwrap();
+    // What was not packed cannot have been found.
+    session.inspected("c", missing.clone()).unwrap();
+    assert!(session.inspected("d", missing.clone()).is_err());
+    let [a, b, c] = session.items() else {
+        panic!("three items");
+    };
+    assert!(matches!(
+        a.state,
+        ItemState::Packed { container_from_item, .. } if container_from_item == found
+    ));
+    assert_eq!(a.inspection, Some(moved));
+    assert_eq!(
+        (&b.state, &b.inspection),
+        (&ItemState::Gone, &Some(missing))
+    );
+    assert_eq!((&c.state, &c.inspection), (&ItemState::Waiting, &None));
+    let message = session.to_message(5);
+    assert_eq!(Session::from_message(message), Ok(session));
+}
+
+#[test]
+fn an_item_lies_as_announced_after_a_restart_and_another_way_is_another_item() {
+    let mut session = session_of(&["a"]);
+    let turned = Isometry3::rotation(nalgebra::Vector3::x());
+    let waits_at = Isometry3::translation(0.1, -0.3, 0.0) * turned;
+    let lying = Lying {
+        heightmap_from_item: Some(turned),
+        waits_at: Some(waits_at),
+    };
+    let own = lying.heightmap_frame().unwrap();
+    assert!(
+        (lying.own_frame(&own).inverse() * waits_at)
+            .rotation
+            .angle()
+            < 1e-9
+    );
+    let item = Announced {
+        lying,
+        ..announced("b")
+    };
+    session.announce(vec![item.clone()]).unwrap();
+    session.announce(vec![item]).unwrap();
+    let other = session.announce(vec![announced("b")]);
+    assert_eq!(other, Err(SessionError::OtherItem("b".to_owned())));
+    let message = session.to_message(5);
+    assert_eq!(Session::from_message(message), Ok(session));
 }
