@@ -176,8 +176,8 @@ impl ArmCheck {
         let pick = self.lift(item, input.grid.resolution())?;
         let mass_kg = self.masses_kg.get(&item.shape()).copied();
         let from = match self.lying.get(&candidate.arrival) {
-            Some(container_from_item) => Some(PickPose {
-                container_from_item: *container_from_item,
+            Some(lying) => Some(PickPose {
+                container_from_item: self.on_table(lying, item),
                 mass_kg,
             }),
             None => place.pose(item, &pick, mass_kg),
@@ -193,6 +193,16 @@ impl ArmCheck {
         self.planner
             .plan_cycle(&placing, &from, &settings)
             .map(Some)
+    }
+
+    /// A pose that was seen, not below the table: cameras are off by some millimetres, items are not in the table.
+    fn on_table(&self, lying: &Isometry3<f64>, item: &Item) -> Isometry3<f64> {
+        let view = item.views().first();
+        let above_lowest_m = view.map_or(0.0, |view| view.origin_from_corner_m().z);
+        let mut pose = *lying;
+        let z_m = &mut pose.translation.vector.z;
+        *z_m = z_m.max(self.planner.cell().table_height_m + above_lowest_m);
+        pose
     }
 
     /// Why the last placement that was refused was.

@@ -279,6 +279,11 @@ fn an_item_lies_with_its_pick_point_at_the_pick_place() {
     let (_, descent) = &cycle.legs[0];
     let lip = arm.lip(&descent.at(descent.duration_s()).unwrap());
     assert!((lip - waits_at * in_item).norm() < 1e-6, "{lip}");
+    // What is seen a little below the table lies on it.
+    let sunk = Isometry3::new(Vector3::new(0.12, -0.28, -0.004), Vector3::z() * -0.4);
+    station.pick_from(3, Some(sunk));
+    let cycle = station.cycle(&input, &candidate, &resting).unwrap();
+    assert!(cycle.from.container_from_item.translation.z.abs() < 1e-9);
     station.pick_from(3, None);
     let cycle = station.cycle(&input, &candidate, &resting).unwrap();
     assert_eq!(cycle.from.container_from_item, from);
