@@ -56,6 +56,8 @@ pub(crate) struct Sensing {
     pub(crate) camera: CameraSettings,
     pub(crate) mapper: MapperSettings,
     pub(crate) faults: FaultSettings,
+    /// Whether placed items are inspected, for which there must be a tray.
+    pub(crate) inspect: bool,
     /// Where items wait to be recognised.
     pub(crate) tray: Option<Tray>,
 }
@@ -267,6 +269,7 @@ fn planner_settings(plan: &Plan<'_>) -> Result<ppnpack_planner::Settings> {
         arm: method.arm.clone(),
         seed: method.seed,
         proposals: proposals(&method.proposals),
+        inspect: plan.sensing.inspect,
         ..CellSettings::default()
     };
     Ok(ppnpack_planner::Settings {

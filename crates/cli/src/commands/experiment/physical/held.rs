@@ -1,44 +1,55 @@
-//! Which objects take part: those that the arm can hold as they come to lie on the tray.
+//! Which objects take part: those that fit into the container and that the arm can hold, as they come to lie on the tray.
 
-use std::sync::Arc;
-
-use nalgebra::{Isometry3, UnitQuaternion};
+use nalgebra::{Isometry3, Translation3};
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::object::Model;
-use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::item::Item;
 use ppnpack_recognition::posed::posed_item;
 use ppnpack_robot::station::ArmStation;
 
-/// The least chance that an object which takes part comes to lie in a way that the arm can hold.
+/// The least chance that an object which takes part comes to lie in such a way.
 const LEAST_CHANCE: f64 = 0.8;
 
-/// The objects of a catalogue that take part, by index; all of them where there is no arm.
-pub(super) fn objects(catalogue: &Catalogue, station: Option<&ArmStation>) -> Vec<usize> {
-    let Some(station) = station else {
-        return (0..catalogue.len()).collect();
-    };
+/// The objects of a catalogue that take part, by index; without an arm all that fit.
+pub(super) fn objects(
+    catalogue: &Catalogue,
+    grid: &Grid,
+    station: Option<&ArmStation>,
+) -> Vec<usize> {
     let objects = catalogue.objects.iter().enumerate();
     objects
-        .filter(|(_, object)| chance(&object.model, &catalogue.resolution, station) >= LEAST_CHANCE)
+        .filter(|(_, object)| chance(&object.model, grid, station) >= LEAST_CHANCE)
         .map(|(index, _)| index)
         .collect()
 }
 
-/// The chance that an object comes to rest in a pose in which the arm can hold it.
-fn chance(model: &Arc<Model>, resolution: &Resolution, station: &ArmStation) -> f64 {
-    let held = model.resting_poses.iter().filter(|pose| {
-        let standing = Isometry3::from_parts(nalgebra::Translation3::identity(), pose.rotation);
-        posed_item(model, &standing, resolution).is_ok_and(|posed| {
-            let frame: &UnitQuaternion<f64> = &posed.heightmap_from_item;
-            station.hold(&posed.item, &model.turned(frame));
+/// The chance that an object comes to rest in a pose in which it can be packed.
+fn chance(model: &Model, grid: &Grid, station: Option<&ArmStation>) -> f64 {
+    let resolution = grid.resolution();
+    let possible = model.resting_poses.iter().filter(|pose| {
+        let standing = Isometry3::from_parts(Translation3::identity(), pose.rotation);
+        let Ok(posed) = posed_item(model, &standing, resolution) else {
+            return false;
+        };
+        let is_held = station.is_none_or(|station| {
+            station.hold(&posed.item, &model.turned(&posed.heightmap_from_item));
             station.lift(&posed.item, resolution).is_ok()
-        })
+        });
+        is_held && fits(&posed.item, grid)
     });
     let all: f64 = model
         .resting_poses
         .iter()
         .map(|pose| pose.probability)
         .sum();
-    let held: f64 = held.map(|pose| pose.probability).sum();
-    held / all.max(f64::MIN_POSITIVE)
+    let possible: f64 = possible.map(|pose| pose.probability).sum();
+    possible / all.max(f64::MIN_POSITIVE)
+}
+
+/// Whether an item fits into the empty container at some yaw.
+fn fits(item: &Item, grid: &Grid) -> bool {
+    item.views()
+        .iter()
+        .any(|view| view.nx() <= grid.nx() && view.ny() <= grid.ny() && view.height() <= grid.rim())
 }

@@ -6,6 +6,7 @@ mod pictures;
 mod record;
 mod results;
 mod run;
+mod sums;
 mod tray;
 
 use std::path::PathBuf;
@@ -43,6 +44,7 @@ use crate::stack::controller::Controller;
 use crate::stack::{Plan, Sensing, Stack, Tray as StackTray};
 use record::RunRecord;
 use run::{Bench, Case};
+use sums::Line;
 
 /// What says that there is no arm.
 const NO_ARM: &str = "none";
@@ -176,7 +178,7 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
     let settings = settings(arguments, &grid, &catalogue, unseen)?;
     let library = library(&catalogue, if settings.strangers { unseen } else { 0 })?;
     let station = settings.arm.as_ref().map(ArmStation::new).transpose();
-    let held = held::objects(&catalogue, station.or_input()?.as_ref());
+    let held = held::objects(&catalogue, &grid, station.or_input()?.as_ref());
     let pool = Pool::new(arguments, held, unseen)?;
     let runs = Runs::new(&arguments.out.join("runs"), &settings)?;
     let network = NetworkOptions::new(arguments.model.clone(), arguments.device, arguments.percent);
@@ -206,7 +208,7 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
     let mut lines = Vec::new();
     for contender in &contenders {
         let records = world.runs(arguments, contender, &runs)?;
-        lines.push(results::Line::new(&contender.name, records));
+        lines.push(Line::new(&contender.name, records));
     }
     let without_network = model.err();
     let kept = (pool.unseen.len(), pool.others.len());
@@ -441,6 +443,7 @@ impl World<'_> {
                 camera: settings.camera,
                 mapper: settings.mapper.clone(),
                 faults: settings.faults,
+                inspect: true,
                 tray: Some(StackTray {
                     settings: tray::settings(),
                     library: Arc::clone(self.library),

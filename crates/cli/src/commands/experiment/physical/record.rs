@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use ppnpack_wire::v1::InspectionKind;
 use serde::{Deserialize, Serialize};
 
 /// A run: one container, and the objects that came to the tray.
@@ -50,18 +51,27 @@ pub(super) enum Stage {
     Plan,
     /// From the end of a placement to the heightmap that shows it.
     See,
+    /// From the end of a placement to what the inspection says.
+    Inspect,
     /// The simulation of the placement, which takes other times than an arm.
     Simulate,
 }
 
 impl Stage {
-    pub(super) const ALL: [Self; 4] = [Self::Recognise, Self::Plan, Self::See, Self::Simulate];
+    pub(super) const ALL: [Self; 5] = [
+        Self::Recognise,
+        Self::Plan,
+        Self::See,
+        Self::Inspect,
+        Self::Simulate,
+    ];
 
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Recognise => "tray: cloud to items",
             Self::Plan => "request to decision",
             Self::See => "container: cloud to heightmap",
+            Self::Inspect => "placed to inspected",
             Self::Simulate => "simulated placement",
         }
     }
@@ -77,6 +87,42 @@ pub(super) struct ItemRecord {
     /// How often the arm tried to place it.
     pub(super) attempts: u32,
     pub(super) end: End,
+    /// How it was found after it was placed.
+    pub(super) found: Option<Found>,
+}
+
+/// What an inspection said.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Found {
+    pub(super) kind: FoundKind,
+    /// How far the pose that was found is from the true one, modulo symmetry.
+    pub(super) position_off_m: Option<f64>,
+    pub(super) angle_off_rad: Option<f64>,
+    pub(super) reason: String,
+}
+
+/// How an item was found after it was placed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum FoundKind {
+    AsPlanned,
+    Moved,
+    Toppled,
+    Missing,
+    Unclear,
+}
+
+impl FoundKind {
+    pub(super) fn of(kind: InspectionKind) -> Option<Self> {
+        match kind {
+            InspectionKind::Unspecified => None,
+            InspectionKind::AsPlanned => Some(Self::AsPlanned),
+            InspectionKind::Moved => Some(Self::Moved),
+            InspectionKind::Toppled => Some(Self::Toppled),
+            InspectionKind::Missing => Some(Self::Missing),
+            InspectionKind::Unclear => Some(Self::Unclear),
+        }
+    }
 }
 
 /// What the item was taken for on the tray.

@@ -18,7 +18,7 @@ use prost::Message;
 use zenoh::Wait;
 use zenoh::qos::CongestionControl;
 
-use super::record::{DecisionRecord, End, ItemRecord, RunRecord, SeenAs, Stage};
+use super::record::{DecisionRecord, End, Found, FoundKind, ItemRecord, RunRecord, SeenAs, Stage};
 use super::tray::{Lying, Tray};
 use crate::failure::{Failure, OrRun, Outcome};
 use crate::stack::controller::{Controller, REQUEST_LIMIT};
@@ -29,6 +29,10 @@ const MAX_ATTEMPTS: u32 = 5;
 
 /// How long a plan may wait for a heightmap that can be trusted.
 const PLAN_LIMIT: Duration = Duration::from_secs(10);
+
+/// How long an inspection may take, and how often it is looked for.
+const INSPECTION_LIMIT: Duration = Duration::from_secs(6);
+const POLL: Duration = Duration::from_millis(2);
 
 /// Farther than this from an object's centre of mass, what is seen is not it, seen from above in metres.
 const SAME_M: f64 = 0.06;
@@ -101,6 +105,7 @@ impl Bench<'_> {
             seen_as: SeenAs::Nothing,
             attempts: 0,
             end: End::Waiting,
+            found: None,
         });
         let run = Run {
             bench: self,
@@ -334,13 +339,21 @@ impl Run<'_> {
             record.attempts += 1;
         }
         let attempts = self.record.items.get(arrival).map_or(0, |it| it.attempts);
-        let report = as_seen(&outcome, &object.container_from_object, &seen);
+        // A real arm does not know where the item came to lie: that is for the inspection to find.
+        let report = v1::Outcome {
+            container_from_item: None,
+            ..outcome.clone()
+        };
         self.bench
             .controller
             .report(&decision.decision_id, report)?;
         let began = Instant::now();
         self.bench.controller.heightmap(outcome.state_number)?;
         self.took(Stage::See, began);
+        if outcome.kind() == OutcomeKind::Placed {
+            self.inspected(arrival, &outcome)?;
+            self.took(Stage::Inspect, began);
+        }
         match outcome.kind() {
             OutcomeKind::Placed => {
                 let after = self.bench.controller.state()?;
@@ -361,6 +374,50 @@ impl Run<'_> {
                 let failure = outcome.failure.clone();
                 self.leave(arrival, End::Lost { failure });
             }
+        }
+        Ok(())
+    }
+
+    /// How the session says that a placed item lies, and how far that is from the truth.
+    fn inspected(&mut self, arrival: usize, outcome: &v1::Outcome) -> Outcome {
+        let until = Instant::now() + INSPECTION_LIMIT;
+        let inspection = loop {
+            let request = v1::SessionRequest::default();
+            let reply = self
+                .bench
+                .controller
+                .ask("planner", request, REQUEST_LIMIT)?;
+            let items = reply.session.unwrap_or_default().items;
+            let own = items.into_iter().find(|it| it.item_id == item_id(arrival));
+            match own.and_then(|own| own.inspection) {
+                Some(inspection) => break inspection,
+                None if Instant::now() < until => std::thread::sleep(POLL),
+                None => return Ok(()),
+            }
+        };
+        let Some(kind) = FoundKind::of(inspection.kind()) else {
+            return Ok(());
+        };
+        let read = |pose| pose::read_required("pose", pose).ok();
+        let found = read(inspection.container_from_item.as_ref());
+        let truth = read(outcome.container_from_item.as_ref());
+        if let Some(record) = self.record.items.get_mut(arrival) {
+            let known = self.bench.known(&record.object);
+            let is_right =
+                matches!(&record.seen_as, SeenAs::Object { name, .. } if *name == record.object);
+            let error = found
+                .zip(truth)
+                .filter(|_| is_right)
+                .and_then(|(found, truth)| {
+                    let library = self.bench.library;
+                    library.pose_error(known?, &truth, known?, &found)
+                });
+            record.found = Some(Found {
+                kind,
+                position_off_m: error.map(|error| error.position_m),
+                angle_off_rad: error.map(|error| error.angle_rad),
+                reason: inspection.reason,
+            });
         }
         Ok(())
     }
@@ -434,15 +491,6 @@ fn decision_record(decision: &v1::Decision) -> DecisionRecord {
         check_s: stage_s("check"),
         cycle_s: decision.cycle.as_ref().map_or(0.0, |cycle| cycle.cycle_s),
         degraded: decision.degraded.clone(),
-    }
-}
-
-/// An outcome as somebody tells it who knows the item by what was seen: the simulated cell tells of the object itself.
-fn as_seen(outcome: &v1::Outcome, truth: &Isometry3<f64>, seen: &Isometry3<f64>) -> v1::Outcome {
-    let now = pose::read_required("pose", outcome.container_from_item.as_ref()).ok();
-    v1::Outcome {
-        container_from_item: now.map(|now| pose::write(&(now * truth.inverse() * seen))),
-        ..outcome.clone()
     }
 }
 

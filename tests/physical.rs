@@ -1,0 +1,147 @@
+//! The robot cell, simulated with its sensors: from objects on a tray to a session that knows where they lie.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "a panic in a test is a failing test"
+)]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn ppnpack(arguments: &[&str]) -> Output {
+    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
+    Command::new(env!("CARGO_BIN_EXE_ppnpack"))
+        .args(arguments)
+        .env("XDG_CACHE_HOME", cache)
+        .output()
+        .unwrap()
+}
+
+/// Writes a box of these sides, in metres, as a mesh file.
+fn write_box(folder: &Path, name: &str, sides_m: [f64; 3]) {
+    let mut text = String::new();
+    for corner in 0..8 {
+        let at = |axis: usize| sides_m[axis] * (f64::from(corner >> axis & 1) - 0.5);
+        text += &format!("v {} {} {}\n", at(0), at(1), at(2));
+    }
+    for face in [
+        "1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6",
+    ] {
+        text += &format!("f {face}\n");
+    }
+    std::fs::write(folder.join(format!("{name}.obj")), text).unwrap();
+}
+
+/// Runs the experiment on three boxes, one of them known besides, and gives the results of the exhaustive search.
+fn experiment(options: &[&str]) -> Value {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |name: &str| {
+        let path = folder.path().join(name);
+        std::fs::create_dir(&path).unwrap();
+        path
+    };
+    let (unseen, known) = (of("unseen"), of("known"));
+    write_box(&unseen, "slab", [0.14, 0.09, 0.045]);
+    write_box(&unseen, "bar", [0.12, 0.06, 0.05]);
+    write_box(&known, "block", [0.08, 0.07, 0.06]);
+    let out = folder.path().join("out");
+    let (unseen, known) = (unseen.to_str().unwrap(), known.to_str().unwrap());
+    let out = out.to_str().unwrap();
+    let mut arguments = vec![
+        "experiment",
+        "physical",
+        "--unseen",
+        unseen,
+        "--known",
+        known,
+        "--unseen-count",
+        "2",
+        "--runs",
+        "1",
+        "--drops",
+        "0",
+        "--missed-picks",
+        "0",
+        "--json",
+        "--out",
+        out,
+    ];
+    arguments.extend(options);
+    let output = ppnpack(&arguments);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    for file in [
+        "physical.md",
+        "exhaustive/tray.png",
+        "exhaustive/packed.png",
+        "exhaustive/heightmap.png",
+    ] {
+        assert!(Path::new(out).join(file).exists(), "{file}");
+    }
+    let results: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let line = results["lines"][0].clone();
+    assert_eq!(line["method"], "exhaustive");
+    line
+}
+
+#[test]
+fn known_objects_are_recognised_packed_and_found_again() {
+    let line = experiment(&[]);
+    assert_eq!(line["items"]["all"], 3, "{:?}", line["items"]);
+    assert_eq!(line["items"]["placed"], 3, "{:?}", line["refusals"]);
+    assert_eq!(line["items"]["outside"], 0);
+    assert_eq!(line["seen"]["right"], 3, "{:?}", line["seen"]);
+    assert_eq!(line["deepest_overlap_mm"], 0.0);
+    let run = &line["records"][0];
+    for item in run["items"].as_array().unwrap() {
+        let found = &item["found"];
+        assert!(
+            found["kind"] == "as_planned" || found["kind"] == "moved",
+            "{item:?}"
+        );
+        assert!(
+            found["position_off_m"].as_f64().unwrap() < 0.005,
+            "{item:?}"
+        );
+    }
+    for decision in run["decisions"].as_array().unwrap() {
+        assert!(decision["cycle_s"].as_f64().unwrap() > 0.5, "{decision:?}");
+    }
+}
+
+#[test]
+fn strangers_are_packed_as_unknown_items() {
+    let line = experiment(&["--strangers", "--arm", "none"]);
+    assert_eq!(line["items"]["placed"], 3, "{:?}", line["refusals"]);
+    assert_eq!(line["seen"]["strangers"], 2);
+    assert_eq!(line["seen"]["strangers_as_unknown"], 2);
+    assert_eq!(line["seen"]["right"], 1);
+    // What is not in the catalogue cannot be found again, and that is said.
+    assert_eq!(line["found"]["kinds"]["unclear"], 2);
+}
+
+#[test]
+fn too_few_objects_and_unknown_arms_are_refused() {
+    let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+    write_box(folders[0].path(), "slab", [0.14, 0.09, 0.045]);
+    write_box(folders[1].path(), "block", [0.08, 0.07, 0.06]);
+    let [unseen, known] = [0, 1].map(|index| folders[index].path().to_str().unwrap());
+    let refused = |options: &[&str], part: &str| {
+        let mut arguments = vec!["experiment", "physical", "--unseen", unseen, "--runs", "1"];
+        arguments.extend(options);
+        let output = ppnpack(&arguments);
+        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{errors}");
+        assert!(errors.contains(part), "{errors}");
+    };
+    refused(
+        &["--arm", "none", "--known", unseen],
+        "both --unseen and --known",
+    );
+    refused(&["--arm", "no-such-arm", "--known", known], "nachi-mz07l");
+    refused(&["--arm", "none", "--known", known], "too few for a run");
+}
