@@ -297,3 +297,84 @@ fn wrong_input_is_refused() {
     );
     assert!(!folder.path("out").exists(), "nothing is written");
 }
+
+/// Points on the upper side of a box on a table, and on the table around it, 2 mm apart.
+fn box_on_a_table(sides_m: [f64; 3]) -> Vec<[f64; 3]> {
+    let steps = |half_m: f64| {
+        let count = (half_m / 0.002).round() as i32;
+        (-count..=count).map(|step| f64::from(step) * 0.002)
+    };
+    let [x_m, y_m, z_m] = sides_m;
+    let table = steps(0.15).flat_map(|x| steps(0.15).map(move |y| (x, y)));
+    table
+        .map(|(x, y)| {
+            let is_on_box = x.abs() <= x_m / 2.0 && y.abs() <= y_m / 2.0;
+            [x, y, if is_on_box { z_m } else { 0.0 }]
+        })
+        .collect()
+}
+
+#[test]
+fn what_lies_in_a_cloud_is_recognised_or_called_unknown() {
+    let folder = Folder::new();
+    let meshes = folder.path("meshes");
+    std::fs::create_dir(&meshes).unwrap();
+    // A box of 10 x 6 x 4 cm, as a mesh that stands on its end.
+    let mut text = String::new();
+    for corner in 0..8 {
+        let at = |axis: usize, side: f64| side * (f64::from(corner >> axis & 1) - 0.5);
+        text += &format!("v {} {} {}\n", at(0, 0.04), at(1, 0.06), at(2, 0.10));
+    }
+    text += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    std::fs::write(meshes.join("box.obj"), text).unwrap();
+    let meshes = meshes.to_str().unwrap();
+    let pose = "0,0,0.9,1,0,0,0";
+    let recognised = |name: &str, sides_m: [f64; 3]| {
+        // As seen from 90 cm above, looking down.
+        let seen = box_on_a_table(sides_m);
+        let seen: Vec<[f64; 3]> = seen.iter().map(|[x, y, z]| [*x, -y, 0.9 - z]).collect();
+        let cloud = folder.cloud(name, &seen);
+        json(&[
+            "recognise",
+            &cloud,
+            "--catalogue",
+            meshes,
+            "--container-from-sensor",
+            pose,
+        ])
+    };
+    let known = recognised("known.pcd", [0.10, 0.06, 0.04]);
+    let items = known["items"].as_array().unwrap();
+    assert_eq!(items.len(), 1, "{known}");
+    assert_eq!(items[0]["object"], "box", "{known}");
+    let position = items[0]["pose"]["position_m"].as_array().unwrap();
+    let position: Vec<f64> = position
+        .iter()
+        .map(|value| value.as_f64().unwrap())
+        .collect();
+    assert!(
+        position[0].abs() < 0.003 && position[1].abs() < 0.003,
+        "{position:?}"
+    );
+    assert!((position[2] - 0.02).abs() < 0.003, "{position:?}");
+
+    let other = recognised("other.pcd", [0.16, 0.12, 0.09]);
+    assert_eq!(other["items"][0]["object"], Value::Null, "{other}");
+    assert!(other["items"][0]["unknown"].is_string());
+
+    let cloud = folder.name("known.pcd");
+    let arguments = [
+        "recognise",
+        &cloud,
+        "--catalogue",
+        meshes,
+        "--region",
+        "0,0,0,1,1,0",
+    ];
+    refused(&arguments, &["second corner"]);
+    let missing = folder.name("missing.pcd");
+    refused(
+        &["recognise", &missing, "--catalogue", meshes],
+        &["missing.pcd"],
+    );
+}

@@ -53,6 +53,8 @@ enum Command {
     Catalogue(commands::catalogue::CatalogueArguments),
     /// Make a heightmap of point cloud files
     Perceive(commands::perceive::PerceiveArguments),
+    /// Say which objects lie in a point cloud file, and how
+    Recognise(Box<commands::recognise::RecogniseArguments>),
     /// Find the container's pose and size in a cloud of it empty
     Calibrate(commands::calibrate::CalibrateArguments),
     /// Evaluate one object on one container at every offset
@@ -92,6 +94,7 @@ fn run(command: &Command, backend: &dyn Backend) -> Outcome {
         }
         Command::Catalogue(arguments) => commands::catalogue::run(arguments),
         Command::Perceive(arguments) => commands::perceive::run(arguments),
+        Command::Recognise(arguments) => commands::recognise::run(arguments),
         Command::Calibrate(arguments) => commands::calibrate::run(arguments),
         Command::Evaluate(arguments) => commands::evaluate::run(arguments),
     }

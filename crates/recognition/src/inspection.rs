@@ -108,7 +108,9 @@ impl Inspector<'_> {
         let size = [self.container.x_m, self.container.y_m, self.container.z_m];
         let pose = self.planned.to_homogeneous();
         let mut numbers = pose.iter().chain(self.eye_m.iter());
-        numbers.all(|value| value.abs() < 1e3) && size.iter().all(|side| (1e-3..1e3).contains(side))
+        let is_finite = numbers.all(|value| value.abs() < 1e3)
+            && size.iter().all(|side| (1e-3..1e3).contains(side));
+        is_finite && self.eye_m.z > self.container.z_m
     }
 
     fn judged(&self, changes: &Changes<'_>) -> Inspection {

@@ -471,14 +471,14 @@ fn what_is_impossible_is_refused() {
         told(&planned, &none, EYE, CONTAINER),
         told(&planned, &endless, EYE, CONTAINER),
         told(&planned, &before, blind, CONTAINER),
+        // A camera within the container sees nothing that it could be compared with.
+        told(&planned, &before, Point3::new(0.1, 0.2, 0.02), CONTAINER),
     ] {
         assert!(
             matches!(inspection, Inspection::Unclear(unclear) if unclear.reason == UnclearReason::Unusable),
             "{inspection:?}"
         );
     }
-    // A camera within the items sees nothing that it could be compared with, but is no reason to fail.
-    told(&planned, &before, Point3::new(0.1, 0.2, 0.02), CONTAINER);
     let coarse = Surface::from_metres(2, 2, 0.16, vec![0.0; 4]).unwrap();
     told(&planned, &coarse, EYE, CONTAINER);
     let beside = Point3::new(900.0, -900.0, 0.21);

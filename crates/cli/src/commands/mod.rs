@@ -8,6 +8,7 @@ pub(crate) mod evaluate;
 pub(crate) mod experiment;
 pub(crate) mod pack;
 pub(crate) mod perceive;
+pub(crate) mod recognise;
 pub(crate) mod status;
 pub(crate) mod train;
 pub(crate) mod up;

@@ -6,7 +6,11 @@ use std::time::Instant;
 
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_perception_service::TraySettings;
 use ppnpack_physics::packing_cell::Scan;
+use ppnpack_recognition::library::{Library, LibrarySettings};
+use ppnpack_recognition::recognise::RecognitionSettings;
+use ppnpack_recognition::segmentation::{Region, SegmentationSettings};
 use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::Cell;
 
@@ -16,7 +20,7 @@ use crate::fastest;
 use crate::network::Backend;
 use crate::options::{
     CatalogueOptions, Conditions, GridOptions, MethodOptions, Network, PhysicsOptions,
-    ProposalSource,
+    ProposalSource, parse_region,
 };
 use crate::output::print_line;
 use crate::progress;
@@ -59,6 +63,11 @@ pub(crate) struct UpArguments {
     #[arg(long, value_name = "DIR")]
     store: Option<PathBuf>,
 
+    /// Where items wait below a sensor of their own, by the lowest and the highest corner in the container frame: they are
+    /// recognised there. See docs/protocol.md
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = parse_region, allow_hyphen_values = true)]
+    tray: Option<Region>,
+
     #[command(flatten)]
     job: JobOptions,
 }
@@ -84,7 +93,7 @@ struct JobOptions {
 
     /// Pack through the stack at this Zenoh endpoint instead, into an empty container that it is asked to bring.
     /// Catalogue, grid and method must be what that stack is configured with; of these, only the grid is checked
-    #[arg(long, value_name = "ENDPOINT", requires = "pack", conflicts_with_all = ["listen", "store", "cells"])]
+    #[arg(long, value_name = "ENDPOINT", requires = "pack", conflicts_with_all = ["listen", "store", "cells", "tray"])]
     connect: Option<String>,
 
     /// A Zenoh configuration (JSON5) for --connect to begin with, such as one with certificates
@@ -175,7 +184,7 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
         grid: &grid,
         method: &method,
         simulated: &simulated,
-        sensing: &stack::Sensing::default(),
+        sensing: &arguments.sensing(&catalogue)?,
         catalogue: Arc::clone(&catalogue),
         source: &arguments.catalogue.catalogue,
         network: network.filter(|_| is_network),
@@ -195,6 +204,29 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
 }
 
 impl UpArguments {
+    /// Cells that are seen exactly, with what can be recognised where that is wanted.
+    fn sensing(&self, catalogue: &Catalogue) -> Outcome<stack::Sensing> {
+        let Some(region) = self.tray else {
+            return Ok(stack::Sensing::default());
+        };
+        let models: Vec<_> = catalogue
+            .objects
+            .iter()
+            .map(|object| Arc::clone(&object.model))
+            .collect();
+        let library = Library::new(&models, LibrarySettings::default()).or_input()?;
+        let segmentation = SegmentationSettings::of(region);
+        segmentation.validate().or_input()?;
+        Ok(stack::Sensing {
+            tray: Some(TraySettings {
+                segmentation,
+                recognition: RecognitionSettings::default(),
+            }),
+            library: Some(Arc::new(library)),
+            ..stack::Sensing::default()
+        })
+    }
+
     fn listen(&self) -> Vec<String> {
         if self.listen.is_empty() && !self.job.pack {
             vec![DEFAULT_ENDPOINT.to_owned()]

@@ -5,6 +5,7 @@ mod mapper;
 mod method;
 mod physics;
 mod proposals;
+mod region;
 mod sensor;
 
 use std::path::PathBuf;
@@ -25,6 +26,7 @@ pub(crate) use physics::{Conditions, PhysicsOptions, Simulated};
 pub(crate) use proposals::{
     DeviceOption, Network, PROPOSAL_YAWS, ProposalSource, at_least_one, read_model,
 };
+pub(crate) use region::parse_region;
 pub(crate) use sensor::{Sensor, SensorOption, calibration_file, parse_sensor};
 
 /// Which objects there are.

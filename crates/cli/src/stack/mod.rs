@@ -56,17 +56,12 @@ pub(crate) struct Sensing {
     pub(crate) camera: CameraSettings,
     pub(crate) mapper: MapperSettings,
     pub(crate) faults: FaultSettings,
-    /// Whether placed items are inspected, for which there must be a tray.
+    /// Whether placed items are inspected.
     pub(crate) inspect: bool,
     /// Where items wait to be recognised.
-    pub(crate) tray: Option<Tray>,
-}
-
-/// A tray, and what can be recognised there.
-#[derive(Debug, Clone)]
-pub(crate) struct Tray {
-    pub(crate) settings: TraySettings,
-    pub(crate) library: Arc<Library>,
+    pub(crate) tray: Option<TraySettings>,
+    /// What can be recognised: a tray and inspections need it.
+    pub(crate) library: Option<Arc<Library>>,
 }
 
 /// A running stack.
@@ -101,7 +96,7 @@ impl Stack {
         }
         stack.add(Service::Perception, |process| {
             let settings = perception_settings(plan);
-            let library = plan.sensing.tray.as_ref().map(|tray| &tray.library);
+            let library = plan.sensing.library.as_ref();
             Ok(Box::new(ppnpack_perception_service::start(
                 process, &settings, library,
             )?))
@@ -152,6 +147,7 @@ impl Stack {
         self.hub.shutdown().request();
         let mut left = Vec::new();
         for (service, process, running) in self.services.into_iter().rev() {
+            process.health().end_quietly();
             if let Err(undone) = running.finish(deadline) {
                 left.push(format!("{service}: {undone}"));
             }
@@ -224,9 +220,13 @@ fn perception_settings(plan: &Plan<'_>) -> ppnpack_perception_service::Settings 
     ppnpack_perception_service::Settings {
         cells: of_cells(plan, grid),
         mapper: plan.sensing.mapper.clone(),
-        catalogue: plan.sensing.tray.as_ref().map(|_| plan.source.to_owned()),
+        catalogue: plan
+            .sensing
+            .library
+            .as_ref()
+            .map(|_| plan.source.to_owned()),
         trays: match &plan.sensing.tray {
-            Some(tray) => of_cells(plan, || tray.settings.clone()),
+            Some(tray) => of_cells(plan, || tray.clone()),
             None => BTreeMap::new(),
         },
         ..ppnpack_perception_service::Settings::default()

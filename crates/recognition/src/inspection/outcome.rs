@@ -54,7 +54,8 @@ pub struct Unclear {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum UnclearReason {
-    /// The container, its surface or a pose is none: sizes and poses are finite, and the surface has samples.
+    /// The container, its surface or a pose is none: sizes and poses are finite, the surface has samples, and the camera is
+    /// above the rim.
     Unusable,
     /// Too little of the container is seen.
     LittleSeen {
@@ -84,7 +85,7 @@ impl fmt::Display for UnclearReason {
         match self {
             Self::Unusable => write!(
                 formatter,
-                "the container, its surface or a pose is impossible"
+                "the container, its surface or a pose is impossible, or the camera is not above the rim"
             ),
             Self::LittleSeen { seen_share } => write!(
                 formatter,

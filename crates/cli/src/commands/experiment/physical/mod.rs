@@ -6,6 +6,7 @@ mod pictures;
 mod record;
 mod results;
 mod run;
+mod setup;
 mod sums;
 mod tray;
 
@@ -13,24 +14,17 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use ppnpack_bridge::simulated::{CameraSettings, FaultSettings, Scan};
-use ppnpack_catalogue::cache::CacheDir;
-use ppnpack_catalogue::catalogue::{self, Catalogue, Source};
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution};
+use ppnpack_bridge::simulated::Scan;
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_packing::grid::Grid;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
-use ppnpack_perception::doubts::DoubtSettings;
-use ppnpack_perception::settings::MapperSettings;
-use ppnpack_physics::camera::DepthNoise;
 use ppnpack_physics::packing_cell::Scan as PhysicsScan;
-use ppnpack_physics::settings::CellSettings;
-use ppnpack_recognition::library::{Library, LibrarySettings};
-use ppnpack_robot::arms;
-use ppnpack_robot::station::{ArmStation, StationSettings};
+use ppnpack_recognition::library::Library;
+use ppnpack_robot::station::ArmStation;
 use ppnpack_wire::keys::Cell;
 use rand::seq::index;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
 use super::network::NetworkOptions;
 use super::runs::Runs;
@@ -41,13 +35,11 @@ use crate::options::{
 };
 use crate::progress;
 use crate::stack::controller::Controller;
-use crate::stack::{Plan, Sensing, Stack, Tray as StackTray};
+use crate::stack::{Plan, Sensing, Stack};
 use record::RunRecord;
 use run::{Bench, Case};
+use setup::Settings;
 use sums::Line;
-
-/// What says that there is no arm.
-const NO_ARM: &str = "none";
 
 /// Packs objects that the network was not trained on in the paper's robot cell: seen on a tray by a depth camera,
 /// recognised, planned with the arm, placed, seen again; by the exhaustive search and with the network's proposals.
@@ -147,25 +139,6 @@ pub(super) struct PhysicalArguments {
     json: bool,
 }
 
-/// What all runs have in common; with another one they begin anew.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-struct Settings {
-    version: String,
-    container: ContainerSize,
-    catalogue_hash: String,
-    unseen: usize,
-    unseen_count: u32,
-    known_count: u32,
-    strangers: bool,
-    arm: Option<StationSettings>,
-    simulated: CellSettings,
-    faults: FaultSettings,
-    camera: CameraSettings,
-    mapper: MapperSettings,
-    buffer: usize,
-    seed: u64,
-}
-
 /// A way to plan.
 struct Contender {
     name: String,
@@ -173,10 +146,10 @@ struct Contender {
 }
 
 pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outcome {
-    let grid = grid()?;
-    let (catalogue, unseen) = catalogue(arguments, grid.resolution())?;
-    let settings = settings(arguments, &grid, &catalogue, unseen)?;
-    let library = library(&catalogue, if settings.strangers { unseen } else { 0 })?;
+    let grid = setup::grid()?;
+    let (catalogue, unseen) = setup::catalogue(arguments, grid.resolution())?;
+    let settings = setup::settings(arguments, &grid, &catalogue, unseen)?;
+    let library = setup::library(&catalogue, if settings.strangers { unseen } else { 0 })?;
     let station = settings.arm.as_ref().map(ArmStation::new).transpose();
     let held = held::objects(&catalogue, &grid, station.or_input()?.as_ref());
     let pool = Pool::new(arguments, held, unseen)?;
@@ -237,134 +210,6 @@ impl Pool {
         }
         Ok(Self { unseen, others })
     }
-}
-
-/// The grid of the paper's robot cell.
-fn grid() -> Outcome<Grid> {
-    let container = ContainerSize {
-        x_m: 0.30,
-        y_m: 0.30,
-        z_m: 0.16,
-    };
-    Grid::new(container, Resolution::reference()).or_input()
-}
-
-/// The unseen objects, then the others; how many are unseen.
-fn catalogue(
-    arguments: &PhysicalArguments,
-    resolution: &Resolution,
-) -> Outcome<(Catalogue, usize)> {
-    let settings = catalogue::Settings {
-        density_kg_m3: arguments.density,
-        cache: CacheDir::User,
-        ..catalogue::Settings::default()
-    };
-    let load = |source: &Source| {
-        let bar = progress::bar("Preparing objects", 0);
-        let loaded = Catalogue::load(source, &settings, resolution, &|done, total| {
-            bar.set_length(total as u64);
-            bar.set_position(done as u64);
-        });
-        bar.finish_and_clear();
-        loaded.or_input()
-    };
-    let mut all = load(&Source::Folder(arguments.unseen.clone()))?;
-    let unseen = all.len();
-    let known = match arguments.known.as_str() {
-        "builtin" => load(&Source::Builtin)?,
-        folder => load(&Source::Folder(folder.into()))?,
-    };
-    for object in known.objects {
-        if all.find(&object.model.name).is_some() {
-            return Err(Failure::input(format_args!(
-                "both --unseen and --known have an object '{}'",
-                object.model.name
-            )));
-        }
-        all.objects.push(object);
-    }
-    Ok((all, unseen))
-}
-
-/// What can be recognised: all objects but the first `strangers`.
-fn library(catalogue: &Catalogue, strangers: usize) -> Outcome<Arc<Library>> {
-    let models: Vec<_> = catalogue
-        .objects
-        .iter()
-        .skip(strangers)
-        .map(|object| Arc::clone(&object.model))
-        .collect();
-    Library::new(&models, LibrarySettings::default())
-        .map(Arc::new)
-        .or_input()
-}
-
-fn settings(
-    arguments: &PhysicalArguments,
-    grid: &Grid,
-    catalogue: &Catalogue,
-    unseen: usize,
-) -> Outcome<Settings> {
-    let mut simulated = CellSettings::robot();
-    simulated.container = grid.container();
-    simulated.seed = arguments.seed;
-    simulated.release.jitter_m = arguments.placement_noise;
-    simulated.release.jitter_yaw_rad = arguments.placement_noise / 0.1;
-    simulated.validate().or_input()?;
-    let noise = DepthNoise {
-        sigma_m: 0.001,
-        dropout: 0.05,
-        step_m: 0.0,
-    };
-    let mapper = MapperSettings {
-        noise_m: noise.sigma_m,
-        point_radius_m: 0.001,
-        largest_hole_m: 0.005,
-        wall_margin_m: 0.003,
-        largest_unseen_share: 0.25,
-        doubts: DoubtSettings {
-            wall_thickness_m: simulated.walls.thickness_m,
-            reach_above_rim_m: Some(0.05),
-            ..DoubtSettings::default()
-        },
-        ..MapperSettings::default()
-    };
-    let arm = match arguments.arm.as_str() {
-        NO_ARM => None,
-        arm => Some(StationSettings {
-            arm: arm.to_owned(),
-            ..StationSettings::default()
-        }),
-    };
-    if let Some(arm) = &arm {
-        let known: Vec<&str> = arms::names().collect();
-        arm.parameters()
-            .map_err(|error| Failure::input(format_args!("--arm: {error}; built in: {known:?}")))?;
-    }
-    Ok(Settings {
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        container: grid.container(),
-        catalogue_hash: catalogue.content_hash(),
-        unseen,
-        unseen_count: arguments.unseen_count,
-        known_count: arguments.known_count,
-        strangers: arguments.strangers,
-        arm,
-        simulated,
-        faults: FaultSettings {
-            missed_picks: arguments.missed_picks,
-            drops: arguments.drops,
-            seed: arguments.seed,
-        },
-        camera: CameraSettings {
-            noise,
-            seed: arguments.seed,
-            ..CameraSettings::default()
-        },
-        mapper,
-        buffer: arguments.buffer as usize,
-        seed: arguments.seed,
-    })
 }
 
 /// What runs are made in.
@@ -444,10 +289,8 @@ impl World<'_> {
                 mapper: settings.mapper.clone(),
                 faults: settings.faults,
                 inspect: true,
-                tray: Some(StackTray {
-                    settings: tray::settings(),
-                    library: Arc::clone(self.library),
-                }),
+                tray: Some(tray::settings()),
+                library: Some(Arc::clone(self.library)),
             },
             catalogue: Arc::new(self.catalogue.clone()),
             source: "builtin",

@@ -1,0 +1,262 @@
+//! `ppnpack recognise`: what lies in a point cloud file.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+use anyhow::anyhow;
+use clap::Args;
+use comfy_table::Table;
+use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
+use nalgebra::{Isometry3, Point3};
+use ppnpack_packing::grid::Resolution;
+use ppnpack_perception::extrinsics::Extrinsics;
+use ppnpack_recognition::library::{Library, LibrarySettings};
+use ppnpack_recognition::recognise::{
+    Candidate, Recogniser, Recognition, RecognitionSettings, UnknownReason,
+};
+use ppnpack_recognition::segmentation::{Cluster, Region, SegmentationSettings, segment};
+use ppnpack_recognition::unknown_item::unknown_item;
+use serde::Serialize;
+
+use crate::failure::{Failure, OrInput, Outcome};
+use crate::length::parse_distance;
+use crate::options::{CatalogueOptions, SensorOption, parse_region, parse_sensor};
+use crate::output::{print_json, print_line};
+
+/// How far beyond the cloud its own region reaches, in metres.
+const MARGIN_M: f64 = 0.001;
+
+/// Finds the items in a point cloud of a tray or a table, and says which object of the catalogue each one is and how it
+/// lies.
+///
+/// The cloud is a PCD or PLY file in metres. The z axis of the frame that the pose leads to must point up; without a pose,
+/// that is the sensor's own. What items stand on is the plane that most points lie on.
+#[derive(Debug, Args)]
+pub(crate) struct RecogniseArguments {
+    /// The cloud
+    #[arg(value_name = "CLOUD")]
+    cloud: PathBuf,
+
+    #[command(flatten)]
+    catalogue: CatalogueOptions,
+
+    /// Where the sensor is: metres and a unit quaternion, or a file that `ppnpack calibrate` wrote
+    #[arg(long, value_name = "X,Y,Z,QX,QY,QZ,QW|FILE", value_parser = parse_sensor, allow_hyphen_values = true)]
+    container_from_sensor: Option<SensorOption>,
+
+    /// Where items may be, by the lowest and the highest corner; keep a tray's walls out [default: everywhere]
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = parse_region, allow_hyphen_values = true)]
+    region: Option<Region>,
+
+    /// The standard deviation of the sensor's noise
+    #[arg(long, value_name = "LENGTH", default_value = "1mm", value_parser = parse_distance, allow_hyphen_values = true)]
+    noise: f64,
+
+    /// Print what was found as JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was found, for programs and people.
+#[derive(Debug, Serialize)]
+struct Found {
+    items: Vec<Item>,
+    /// Groups of points that are too small to be items.
+    specks: usize,
+    points: usize,
+    /// Finding the items among the points.
+    segmentation_s: f64,
+}
+
+/// An item.
+#[derive(Debug, Serialize)]
+struct Item {
+    /// None where it is unknown.
+    object: Option<String>,
+    /// Why it is unknown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unknown: Option<&'static str>,
+    /// Of an unknown item: on what it stands on, below the middle of what was seen.
+    pose: Option<Extrinsics>,
+    size_m: [f64; 3],
+    points: usize,
+    /// How well it, or the best object, agrees with what was seen; at most 1.
+    fitness: Option<f64>,
+    runner_up: Option<String>,
+    /// By how much the fitness is above the runner-up's.
+    margin: Option<f64>,
+    took_s: f64,
+}
+
+pub(crate) fn run(arguments: &RecogniseArguments) -> Outcome {
+    let cloud = ppnpack_clouds::read(&arguments.cloud).or_input()?;
+    let sensor = arguments.container_from_sensor.as_ref();
+    let sensor = sensor.map(SensorOption::sensor).transpose().or_input()?;
+    let container_from_sensor = sensor.unwrap_or_default().container_from_sensor;
+    let points: Vec<Point3<f64>> = cloud
+        .points_m()
+        .iter()
+        .map(|point| container_from_sensor * point.cast::<f64>())
+        .filter(|point| point.iter().all(|value| value.is_finite()))
+        .collect();
+    let region = arguments.region.or_else(|| around(&points));
+    let region =
+        region.ok_or_else(|| Failure::input("the cloud has no point that was measured"))?;
+    let settings = SegmentationSettings::of(region);
+    settings.validate().or_input()?;
+    let recogniser = arguments.recogniser()?;
+    let began = Instant::now();
+    let eye = Point3::from(container_from_sensor.translation.vector);
+    let found = segment(points.iter().copied(), &eye, &settings);
+    let segmentation_s = began.elapsed().as_secs_f64();
+    if found.world_from_support.is_none() {
+        return Err(Failure::Run(anyhow!(
+            "nothing level is seen that items could stand on: give the sensor's pose, or the region"
+        )));
+    }
+    let found = Found {
+        items: found
+            .clusters
+            .iter()
+            .map(|cluster| Item::of(cluster, &recogniser))
+            .collect(),
+        specks: found.specks,
+        points: points.len(),
+        segmentation_s,
+    };
+    if arguments.json {
+        Ok(print_json(&found)?)
+    } else {
+        Ok(print_line(&found.table())?)
+    }
+}
+
+impl RecogniseArguments {
+    fn recogniser(&self) -> Outcome<Recogniser> {
+        let catalogue = self.catalogue.load(&Resolution::reference())?;
+        let models: Vec<_> = catalogue
+            .objects
+            .iter()
+            .map(|object| Arc::clone(&object.model))
+            .collect();
+        let library = Library::new(&models, LibrarySettings::default()).or_input()?;
+        let settings = RecognitionSettings {
+            sensor_deviation_m: self.noise,
+            ..RecognitionSettings::default()
+        };
+        settings.validate().or_input()?;
+        Ok(Recogniser::new(Arc::new(library), settings))
+    }
+}
+
+/// The region of all points; `None` without any.
+fn around(points: &[Point3<f64>]) -> Option<Region> {
+    let first = *points.first()?;
+    let (lowest, highest) = points
+        .iter()
+        .fold((first, first), |(lowest, highest), point| {
+            (lowest.inf(point), highest.sup(point))
+        });
+    Some(Region {
+        lowest_m: lowest.map(|value| value - MARGIN_M),
+        highest_m: highest.map(|value| value + MARGIN_M),
+    })
+}
+
+impl Item {
+    fn of(cluster: &Cluster, recogniser: &Recogniser) -> Self {
+        let began = Instant::now();
+        let recognition = recogniser.recognise(cluster);
+        let took_s = began.elapsed().as_secs_f64();
+        let pose = |pose: &Isometry3<f64>| Extrinsics::from(pose);
+        let fitness = |best: &Candidate| best.agreement.fitness;
+        let item = Self {
+            object: None,
+            unknown: None,
+            pose: None,
+            size_m: cluster.extents_m().into(),
+            points: cluster.points_m.len(),
+            fitness: None,
+            runner_up: None,
+            margin: None,
+            took_s,
+        };
+        match recognition {
+            Recognition::Known(known) => Self {
+                pose: Some(pose(&known.best.world_from_item)),
+                fitness: Some(fitness(&known.best)),
+                runner_up: known.runner_up.map(|other| other.name),
+                margin: Some(known.margin),
+                object: Some(known.best.name),
+                ..item
+            },
+            Recognition::Unknown(unknown) => {
+                let made = unknown_item("unknown", cluster, &Resolution::reference()).ok();
+                Self {
+                    unknown: Some(reason(unknown.reason)),
+                    pose: made.map(|made| pose(&made.world_from_item)),
+                    fitness: unknown.candidates.first().map(fitness),
+                    ..item
+                }
+            }
+        }
+    }
+}
+
+fn reason(reason: UnknownReason) -> &'static str {
+    match reason {
+        UnknownReason::FewPoints => "too few points",
+        UnknownReason::NoCandidate => "no object of this size",
+        UnknownReason::PoorFit => "no object agrees well enough",
+    }
+}
+
+impl Found {
+    fn table(&self) -> String {
+        let mut table = Table::new();
+        table.load_style(UTF8_HORIZONTAL_ONLY);
+        table.set_header([
+            "object",
+            "position (cm)",
+            "seen (cm)",
+            "points",
+            "fitness",
+            "next",
+            "ms",
+        ]);
+        for item in &self.items {
+            let centimetres = |lengths_m: [f64; 3]| {
+                lengths_m
+                    .map(|length_m| format!("{:.1}", length_m * 100.0))
+                    .join(", ")
+            };
+            let object = match (&item.object, item.unknown) {
+                (Some(object), _) => object.clone(),
+                (None, reason) => format!("unknown: {}", reason.unwrap_or_default()),
+            };
+            let next = match (&item.runner_up, item.margin) {
+                (Some(other), Some(margin)) => format!("{other}, {margin:.3} less"),
+                _ => String::new(),
+            };
+            let pose = item.pose.as_ref();
+            table.add_row([
+                object,
+                pose.map_or_else(String::new, |pose| centimetres(pose.position_m)),
+                centimetres(item.size_m),
+                item.points.to_string(),
+                item.fitness
+                    .map_or_else(String::new, |fitness| format!("{fitness:.3}")),
+                next,
+                format!("{:.0}", item.took_s * 1e3),
+            ]);
+        }
+        format!(
+            "{table}\n{} items and {} specks in {} points, found in {:.0} ms",
+            self.items.len(),
+            self.specks,
+            self.points,
+            self.segmentation_s * 1e3
+        )
+    }
+}
