@@ -221,6 +221,12 @@ impl Catalogue {
             .collect()
     }
 
+    /// The geometry of all objects, by index.
+    pub fn models(&self) -> Vec<Arc<Model>> {
+        let objects = self.objects.iter();
+        objects.map(|object| Arc::clone(&object.model)).collect()
+    }
+
     /// How many objects there are.
     pub fn len(&self) -> usize {
         self.objects.len()

@@ -8,7 +8,8 @@ use ppnpack_packing::item::Item;
 
 use crate::rectangle::least_rectangle_rad;
 
-/// Leaning at most this much from a pose at rest, an object is taken to be at rest, in radians.
+/// Leaning at most this much from a pose at rest, an object is taken to be at rest, in radians. A planner takes heightmaps
+/// that lean by a little more.
 const AT_REST_RAD: f64 = 0.12;
 
 /// An object as it lies.

@@ -13,7 +13,7 @@ const FINER: f64 = 20.0;
 const FINEST_RAD: f64 = 1e-11;
 
 /// The yaw of the rectangle of the least area around some points, from 0 up to a quarter turn, in radians; `None`
-/// without points. Of yaws that are as good, the least.
+/// without points.
 ///
 /// It is sought around the outermost point of each direction from the middle.
 pub(crate) fn least_rectangle_rad(

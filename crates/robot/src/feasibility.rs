@@ -93,6 +93,14 @@ impl ArmCheck {
         self.held.contains_key(&item.shape())
     }
 
+    /// Forgets an item that will not come again.
+    pub fn release(&mut self, item: &Item) {
+        let shape = item.shape();
+        self.held.remove(&shape);
+        self.masses_kg.remove(&shape);
+        self.picks.remove(&shape);
+    }
+
     /// Says what an item weighs, in kilograms.
     pub fn weigh(&mut self, item: &Item, mass_kg: f64) {
         self.masses_kg.insert(item.shape(), mass_kg);

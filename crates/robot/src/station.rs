@@ -149,6 +149,11 @@ impl ArmStation {
         self.lock().holds(item)
     }
 
+    /// Forgets an item that will not come again.
+    pub fn release(&self, item: &Item) {
+        self.lock().release(item);
+    }
+
     /// Says where the item of an arrival lies to be picked; see [`ArmCheck::pick_from`].
     pub fn pick_from(&self, arrival: usize, container_from_item: Option<Isometry3<f64>>) {
         self.lock().pick_from(arrival, container_from_item);

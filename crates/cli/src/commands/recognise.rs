@@ -135,12 +135,7 @@ pub(crate) fn run(arguments: &RecogniseArguments) -> Outcome {
 impl RecogniseArguments {
     fn recogniser(&self) -> Outcome<Recogniser> {
         let catalogue = self.catalogue.load(&Resolution::reference())?;
-        let models: Vec<_> = catalogue
-            .objects
-            .iter()
-            .map(|object| Arc::clone(&object.model))
-            .collect();
-        let library = Library::new(&models, LibrarySettings::default()).or_input()?;
+        let library = Library::new(&catalogue.models(), LibrarySettings::default()).or_input()?;
         let settings = RecognitionSettings {
             sensor_deviation_m: self.noise,
             ..RecognitionSettings::default()

@@ -209,12 +209,7 @@ impl UpArguments {
         let Some(region) = self.tray else {
             return Ok(stack::Sensing::default());
         };
-        let models: Vec<_> = catalogue
-            .objects
-            .iter()
-            .map(|object| Arc::clone(&object.model))
-            .collect();
-        let library = Library::new(&models, LibrarySettings::default()).or_input()?;
+        let library = Library::new(&catalogue.models(), LibrarySettings::default()).or_input()?;
         let segmentation = SegmentationSettings::of(region);
         segmentation.validate().or_input()?;
         Ok(stack::Sensing {

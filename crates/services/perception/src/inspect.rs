@@ -16,7 +16,13 @@ use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, InspectionKind, Status};
 use ppnpack_wire::{WireError, header};
 
-use crate::waiting::Waiting;
+use crate::waiting::{Bell, Waiting};
+
+/// Requests that come and that wait at most: each holds a heightmap, and a cell's planner makes one at a time.
+pub(crate) const MOST_WAITING: usize = 16;
+
+/// What is said where nothing can be found.
+const NO_CATALOGUE: &str = "perception has no catalogue: set service.catalogue";
 
 /// What comes to the thread.
 pub(crate) type Mail = crate::waiting::Mail<v1::InspectRequest>;
@@ -28,7 +34,7 @@ type Newest = Arc<Mutex<BTreeMap<Cell, Arc<v1::PointCloud>>>>;
 #[derive(Clone)]
 pub(crate) struct Inlet {
     newest: Newest,
-    bell: SyncSender<Mail>,
+    bell: Bell<v1::InspectRequest>,
 }
 
 impl Inlet {
@@ -36,35 +42,35 @@ impl Inlet {
         let mut newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
         newest.insert(cell.clone(), Arc::new(cloud));
         drop(newest);
-        // After whatever else fills the mailbox, the clouds are looked at all the same.
-        self.bell.try_send(Mail::Cloud).ok();
+        self.bell.ring();
     }
 }
 
 /// Answers how placed items lie.
 pub(crate) struct Inspections {
-    library: Arc<Library>,
+    /// `None` where nothing is known that could be placed.
+    library: Option<Arc<Library>>,
     settings: InspectionSettings,
     newest: Newest,
     waiting: Waiting<v1::InspectRequest>,
 }
 
 impl Inspections {
-    pub(crate) fn new(library: &Arc<Library>, settings: InspectionSettings, most: usize) -> Self {
+    pub(crate) fn new(library: Option<&Arc<Library>>, settings: InspectionSettings) -> Self {
         Self {
-            library: Arc::clone(library),
+            library: library.cloned(),
             settings,
             newest: Newest::default(),
-            waiting: Waiting::new(most),
+            waiting: Waiting::new(MOST_WAITING),
         }
     }
 
-    /// Where clouds are put; `bell` leads to whoever works on these.
-    pub(crate) fn inlet(&self, bell: SyncSender<Mail>) -> Inlet {
-        Inlet {
+    /// Where clouds are put, if they are of use; `mailbox` is that of the thread that works on these.
+    pub(crate) fn inlet(&self, mailbox: SyncSender<Mail>) -> Option<Inlet> {
+        self.library.as_ref().map(|_| Inlet {
             newest: Arc::clone(&self.newest),
-            bell,
-        }
+            bell: Bell::new(mailbox, &self.waiting),
+        })
     }
 
     /// Works until nothing more can come.
@@ -73,9 +79,12 @@ impl Inspections {
             match mail.recv_timeout(self.waiting.pause()) {
                 Ok(Mail::Request(mut incoming)) => {
                     incoming.start();
-                    self.waiting.keep(*incoming);
+                    match self.library {
+                        Some(_) => self.waiting.keep(*incoming),
+                        None => incoming.refuse(Status::NotFound, NO_CATALOGUE),
+                    }
                 }
-                Ok(Mail::Cloud) | Err(RecvTimeoutError::Timeout) => {}
+                Ok(Mail::Clouds) | Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
             }
             self.answer();
@@ -85,6 +94,7 @@ impl Inspections {
 
     /// Answers those who want no newer cloud than there is.
     fn answer(&mut self) {
+        self.waiting.has_heard();
         // Cheap, and not locked while an item is looked for.
         let newest = {
             let newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
@@ -96,7 +106,9 @@ impl Inspections {
                 .is_some_and(|cloud| cloud.state_number >= incoming.message().least_state_number)
         };
         for incoming in self.waiting.take(is_served) {
-            if let Some(cloud) = newest.get(incoming.cell()) {
+            if incoming.has_expired() {
+                incoming.refuse(Status::TimedOut, "the time limit passed in the queue");
+            } else if let Some(cloud) = newest.get(incoming.cell()) {
                 self.answer_one(incoming, cloud);
             }
         }
@@ -105,7 +117,7 @@ impl Inspections {
     fn answer_one(&self, incoming: Incoming<v1::InspectRequest>, cloud: &v1::PointCloud) {
         let began = Instant::now();
         let object = &incoming.message().object;
-        let mut objects = self.library.objects.iter();
+        let mut objects = self.library.iter().flat_map(|library| &library.objects);
         let Some(object) = objects.find(|known| known.model.name == *object) else {
             let message = format!("the catalogue has no object '{object}'");
             return incoming.refuse(Status::NotFound, message);
@@ -189,7 +201,7 @@ fn write(found: &Inspection) -> v1::Inspection {
         Inspection::Missing(absence) => {
             let (new_cm2, least_cm2) = (absence.new_m2 * 1e4, absence.least_m2 * 1e4);
             let reason = format!(
-                "it is not in the container: {new_cm2:.1} cm2 is new where it would show at least {least_cm2:.1}"
+                "it is not seen in the container, and nothing there could hide it: {new_cm2:.1} cm2 is new where it would show at least {least_cm2:.1}"
             );
             without(InspectionKind::Missing, reason)
         }

@@ -93,8 +93,7 @@ struct Inside {
     router: Arc<Router>,
     heightmaps: SyncSender<Mail>,
     items: SyncSender<tray::Mail>,
-    /// Where there are objects that could be inspected.
-    inspections: Option<SyncSender<inspect::Mail>>,
+    inspections: SyncSender<inspect::Mail>,
     tray_clouds: tray::Inlet,
 }
 
@@ -111,16 +110,9 @@ pub fn start(
     let (heightmaps, mail) = sync_channel(most);
     let (items, tray_mail) = sync_channel(most);
     let counts = Arc::new(Counts::new());
-    let mut threads = Vec::new();
-    let mut inspections = None;
-    let mut inspected = None;
-    if let Some(library) = library {
-        let (mailbox, mail) = sync_channel(most);
-        let work = Inspections::new(library, settings.inspection, most);
-        inspected = Some(work.inlet(mailbox.clone()));
-        inspections = Some(mailbox);
-        threads.push(spawn("perception-inspections", move || work.run(&mail))?);
-    }
+    let (inspections, inspection_mail) = sync_channel(inspect::MOST_WAITING);
+    let inspector = Inspections::new(library, settings.inspection);
+    let inspected = inspector.inlet(inspections.clone());
     let router = Router::new(
         process,
         settings,
@@ -138,8 +130,13 @@ pub fn start(
         tray_clouds: tray::Inlet::new(&trays, items.clone()),
         items,
     };
-    threads.push(spawn("perception-desk", move || desk.run(&mail))?);
-    threads.push(spawn("perception-trays", move || trays.run(&tray_mail))?);
+    let threads = vec![
+        spawn("perception-desk", move || desk.run(&mail))?,
+        spawn("perception-trays", move || trays.run(&tray_mail))?,
+        spawn("perception-inspections", move || {
+            inspector.run(&inspection_mail);
+        })?,
+    ];
     let mut doors = Vec::new();
     if settings.has_unlisted_cells {
         doors.push(Door::open(process, None, &inside)?);
@@ -183,19 +180,18 @@ impl Door {
     fn open(process: &Process, cell: Option<&Cell>, inside: &Inside) -> Result<Self, ServiceError> {
         let (heightmaps, items) = (inside.heightmaps.clone(), inside.items.clone());
         let (router, tray_clouds) = (Arc::clone(&inside.router), inside.tray_clouds.clone());
-        let mut requests = vec![
+        let inspections = inside.inspections.clone();
+        let requests = vec![
             rpc::listen(process, cell, move |incoming: Incoming<_>| {
                 rpc::deliver(&heightmaps, incoming, Mail::Request);
             })?,
             rpc::listen(process, cell, move |incoming: Incoming<_>| {
                 rpc::deliver(&items, incoming, tray::Mail::request);
             })?,
-        ];
-        if let Some(inspections) = inside.inspections.clone() {
-            requests.push(rpc::listen(process, cell, move |incoming: Incoming<_>| {
+            rpc::listen(process, cell, move |incoming: Incoming<_>| {
                 rpc::deliver(&inspections, incoming, inspect::Mail::request);
-            })?);
-        }
+            })?,
+        ];
         Ok(Self {
             _requests: requests,
             _clouds: stream::subscribe(

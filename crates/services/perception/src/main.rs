@@ -37,11 +37,6 @@ fn library(settings: &Settings) -> Result<Option<Arc<Library>>> {
         &|_, _| {},
     );
     let catalogue = loaded.context("the catalogue cannot be loaded")?;
-    let models: Vec<_> = catalogue
-        .objects
-        .iter()
-        .map(|object| Arc::clone(&object.model))
-        .collect();
-    let library = Library::new(&models, LibrarySettings::default())?;
+    let library = Library::new(&catalogue.models(), LibrarySettings::default())?;
     Ok(Some(Arc::new(library)))
 }

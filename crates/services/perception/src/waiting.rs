@@ -1,5 +1,8 @@
 //! Requests that wait until something has come, and what comes to the threads that answer them.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
 use ppnpack_service::rpc::Incoming;
@@ -16,8 +19,8 @@ const LONG: Duration = Duration::from_secs(3600);
 pub(crate) enum Mail<R: Request> {
     /// Somebody asks.
     Request(Box<Incoming<R>>),
-    /// There is a new cloud.
-    Cloud,
+    /// There are new clouds.
+    Clouds,
 }
 
 impl<R: Request> Mail<R> {
@@ -26,11 +29,43 @@ impl<R: Request> Mail<R> {
     }
 }
 
+/// Tells a thread that there are new clouds: once until it has looked, so that bells leave room for requests.
+pub(crate) struct Bell<R: Request> {
+    mailbox: SyncSender<Mail<R>>,
+    is_rung: Arc<AtomicBool>,
+}
+
+impl<R: Request> Bell<R> {
+    /// A bell of a thread that answers it by [`Waiting::has_heard`].
+    pub(crate) fn new(mailbox: SyncSender<Mail<R>>, waiting: &Waiting<R>) -> Self {
+        let is_rung = Arc::clone(&waiting.is_rung);
+        Self { mailbox, is_rung }
+    }
+
+    pub(crate) fn ring(&self) {
+        let was_rung = self.is_rung.swap(true, Ordering::AcqRel);
+        if !was_rung && self.mailbox.try_send(Mail::Clouds).is_err() {
+            // After whatever fills the mailbox, the clouds are looked at all the same.
+            self.is_rung.store(false, Ordering::Release);
+        }
+    }
+}
+
+impl<R: Request> Clone for Bell<R> {
+    fn clone(&self) -> Self {
+        Self {
+            mailbox: self.mailbox.clone(),
+            is_rung: Arc::clone(&self.is_rung),
+        }
+    }
+}
+
 /// Requests that wait.
 pub(crate) struct Waiting<R: Request> {
     requests: Vec<Incoming<R>>,
     /// How many may wait.
     most: usize,
+    is_rung: Arc<AtomicBool>,
 }
 
 impl<R: Request> Waiting<R> {
@@ -38,7 +73,13 @@ impl<R: Request> Waiting<R> {
         Self {
             requests: Vec::new(),
             most,
+            is_rung: Arc::default(),
         }
+    }
+
+    /// Before clouds are looked at: those that come from now on ring again.
+    pub(crate) fn has_heard(&self) {
+        self.is_rung.store(false, Ordering::Release);
     }
 
     /// Lets a request wait; it is refused where too many do.
@@ -50,17 +91,20 @@ impl<R: Request> Waiting<R> {
         }
     }
 
-    /// Takes out those whose time has come.
+    /// Takes out those whose time has come and whose caller still waits.
     pub(crate) fn take(&mut self, is_served: impl Fn(&Incoming<R>) -> bool) -> Vec<Incoming<R>> {
+        let has_time = |incoming: &Incoming<R>| Instant::now() < last_moment(incoming);
         self.requests
-            .extract_if(.., |incoming| is_served(incoming))
+            .extract_if(.., |incoming| has_time(incoming) && is_served(incoming))
             .collect()
     }
 
     /// Takes out those whose time limit is about to pass.
     pub(crate) fn take_expired(&mut self) -> Vec<Incoming<R>> {
         let now = Instant::now();
-        self.take(|incoming| last_moment(incoming) <= now)
+        self.requests
+            .extract_if(.., |incoming| last_moment(incoming) <= now)
+            .collect()
     }
 
     /// How long until the next one has to be answered.

@@ -98,8 +98,11 @@ impl Worker {
         if let Some(quality) = &heightmap.quality {
             self.counts.doubt(&self.cell, &quality.doubts);
         }
-        // There before the heightmap: who has seen that one can ask how an item lies.
-        let first = clouds.into_iter().next();
+        // There before the heightmap: who has seen that one can ask how an item lies. Not in a doubtful scene.
+        let first = clouds
+            .into_iter()
+            .next()
+            .filter(|_| mapped.doubts.is_empty());
         if let (Some(inlet), Some(first)) = (&self.inspected, first) {
             inlet.put(&self.cell, first.cloud);
         }

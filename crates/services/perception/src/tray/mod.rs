@@ -21,7 +21,7 @@ use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, Status};
 
 use crate::counts::{Counts, Fate};
-use crate::waiting::Waiting;
+use crate::waiting::{Bell, Waiting};
 pub use settings::TraySettings;
 
 /// The most items that one answer has.
@@ -38,7 +38,8 @@ type Shelf = Arc<Mutex<Vec<Option<Arrived>>>>;
 pub(crate) struct Inlet {
     cells: Arc<[Cell]>,
     shelf: Shelf,
-    bell: SyncSender<Mail>,
+    bell: Bell<v1::ItemsRequest>,
+    counts: Arc<Counts>,
 }
 
 struct Arrived {
@@ -47,28 +48,31 @@ struct Arrived {
 }
 
 impl Inlet {
-    /// Whoever works on the mailbox that `bell` leads to looks at the shelf.
-    pub(crate) fn new(trays: &Trays, bell: SyncSender<Mail>) -> Self {
+    /// Of trays whose thread works on this mailbox.
+    pub(crate) fn new(trays: &Trays, mailbox: SyncSender<Mail>) -> Self {
         Self {
             cells: trays.trays.iter().map(|tray| tray.cell.clone()).collect(),
             shelf: Arc::clone(&trays.shelf),
-            bell,
+            bell: Bell::new(mailbox, &trays.waiting),
+            counts: Arc::clone(&trays.counts),
         }
     }
 
     /// Puts a cloud. Runs on Zenoh's thread, and waits for nothing but a lock that is held as briefly.
     pub(crate) fn put(&self, cell: &Cell, cloud: v1::PointCloud) {
         let Some(tray) = self.cells.iter().position(|known| known == cell) else {
-            return;
+            let reason = "the cell has no tray: set service.trays";
+            return self.counts.refuse(cell, Fate::Unserved, &reason);
         };
         let at = Instant::now();
         let mut shelf = self.shelf.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(place) = shelf.get_mut(tray) {
-            *place = Some(Arrived { cloud, at });
-        }
+        let place = shelf.get_mut(tray);
+        let replaced = place.and_then(|place| place.replace(Arrived { cloud, at }));
         drop(shelf);
-        // After whatever else fills the mailbox, the shelf is looked at all the same.
-        self.bell.try_send(Mail::Cloud).ok();
+        if replaced.is_some() {
+            self.counts.count(Fate::Replaced);
+        }
+        self.bell.ring();
     }
 }
 
@@ -111,7 +115,7 @@ impl Tray {
         let items = clusters.map(|cluster| seen::item(cluster, &self.recogniser, &self.resolution));
         Ok(v1::ItemsReply {
             header: None,
-            items: items.collect(),
+            items: seen::within_message(items.collect()),
             cloud_sequence: read.sequence(),
             captured_at_ns: read.captured_at_ns(),
             specks: u32::try_from(found.specks).unwrap_or(u32::MAX),
@@ -143,7 +147,7 @@ impl Trays {
         loop {
             match mail.recv_timeout(self.waiting.pause()) {
                 Ok(Mail::Request(incoming)) => self.keep(*incoming),
-                Ok(Mail::Cloud) | Err(RecvTimeoutError::Timeout) => {}
+                Ok(Mail::Clouds) | Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
             }
             self.look_at_shelf();
@@ -164,6 +168,7 @@ impl Trays {
     }
 
     fn look_at_shelf(&mut self) {
+        self.waiting.has_heard();
         let mut shelf = self.shelf.lock().unwrap_or_else(PoisonError::into_inner);
         let arrived: Vec<Option<Arrived>> = shelf.iter_mut().map(Option::take).collect();
         drop(shelf);
@@ -178,7 +183,7 @@ impl Trays {
         }
     }
 
-    /// Answers all that the newest clouds serve; each cloud is looked at once.
+    /// Answers all that the newest clouds serve; a cloud is looked at once for all that wait.
     fn answer(&mut self) {
         for tray in &self.trays {
             let Some(newest) = &tray.newest else {

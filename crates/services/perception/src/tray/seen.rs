@@ -6,7 +6,11 @@ use ppnpack_recognition::posed::posed_item;
 use ppnpack_recognition::recognise::{Candidate, Recogniser, Recognition, UnknownReason};
 use ppnpack_recognition::segmentation::Cluster;
 use ppnpack_recognition::unknown_item::unknown_item;
-use ppnpack_wire::{convert, v1};
+use ppnpack_wire::{MAX_MESSAGE_BYTES, convert, v1};
+use prost::Message;
+
+/// What a message holds beside heightmaps, at most, in bytes.
+const OVERHEAD_BYTES: usize = 64 << 10;
 
 /// What a cluster shows, ready to be announced to a planner.
 pub(crate) fn item(
@@ -36,6 +40,19 @@ pub(crate) fn item(
             self::unknown(message, unknown.reason, cluster, resolution)
         }
     }
+}
+
+/// The items, without heightmaps from where on all of them would be too much for a message.
+pub(crate) fn within_message(mut items: Vec<v1::SeenItem>) -> Vec<v1::SeenItem> {
+    let mut room = MAX_MESSAGE_BYTES - OVERHEAD_BYTES;
+    for item in &mut items {
+        let bytes = item.item.as_ref().map_or(0, Message::encoded_len);
+        match room.checked_sub(bytes) {
+            Some(left) => room = left,
+            None => item.item = None,
+        }
+    }
+    items
 }
 
 fn with_agreement(message: v1::SeenItem, best: &Candidate) -> v1::SeenItem {

@@ -107,7 +107,7 @@ fn an_item_is_found_as_planned_moved_or_missing() {
 
     let missing = inspected(None, 7);
     assert_eq!(missing.kind(), InspectionKind::Missing, "{missing:?}");
-    assert!(missing.reason.contains("not in the container"));
+    assert!(missing.reason.contains("not seen in the container"));
 }
 
 #[test]

@@ -5,7 +5,9 @@ use std::time::Instant;
 
 use nalgebra::{Isometry3, Vector3};
 use ppnpack_packing::blocked::Region;
+use ppnpack_packing::item::Item;
 use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
@@ -90,7 +92,12 @@ impl CellPlanner {
             let saved = self.store.begin(&self.cell, &session);
             self.saved(saved)?;
             self.session = session;
-            self.shapes.clear();
+            self.to_inspect = None;
+            for item in std::mem::take(&mut self.shapes).values() {
+                if let Some(station) = self.planning.station() {
+                    station.release(item);
+                }
+            }
             self.news.is_session_new = true;
         }
         Ok(v1::BeginReply {
@@ -114,11 +121,15 @@ impl CellPlanner {
             ));
         }
         let mut shapes = Vec::new();
+        let mut items = Vec::new();
         let mut announced = Vec::with_capacity(request.items.len());
         for item in &request.items {
-            announced.push(self.read_announcement(item, &mut shapes)?);
+            announced.push(self.read_announcement(item, &mut shapes, &mut items)?);
         }
         self.change_with(&shapes, |session| session.announce(announced))?;
+        for (shape, item) in items {
+            self.shapes.entry(shape).or_insert(item);
+        }
         Ok(v1::AnnounceReply {
             session: Some(self.message()),
             ..v1::AnnounceReply::default()
@@ -126,9 +137,10 @@ impl CellPlanner {
     }
 
     fn read_announcement(
-        &mut self,
+        &self,
         item: &v1::Announcement,
         shapes: &mut Vec<v1::Item>,
+        items: &mut Vec<(ItemId, Arc<Item>)>,
     ) -> Result<Announced, Refusal> {
         let item_id = header::id("items.item_id", &item.item_id)?.to_owned();
         let rules = message::read_rules(item.rules.as_ref());
@@ -147,6 +159,15 @@ impl CellPlanner {
             ));
         }
         let (object, shape) = match &item.shape {
+            Some(v1::announcement::Shape::Object(_)) if lying.heightmap_from_item.is_some() => {
+                return Err(Refusal::new(
+                    Status::Invalid,
+                    format_args!(
+                        "item {item_id}: an object lies as the catalogue has it: with heightmap_from_item, announce it with \
+                         heightmaps of how it lies"
+                    ),
+                ));
+            }
             Some(v1::announcement::Shape::Object(name)) => {
                 let object = self.objects.named(&self.settings, name).ok_or_else(|| {
                     Refusal::new(
@@ -168,8 +189,8 @@ impl CellPlanner {
                         ),
                     ));
                 }
-                let shape = ppnpack_wire::item_id::ItemId::of(message);
-                self.shapes.insert(shape, item);
+                let shape = ItemId::of(message);
+                items.push((shape, item));
                 shapes.push(message.clone());
                 (message.name.clone(), shape)
             }

@@ -9,6 +9,7 @@ use ppnpack_service::rpc::CallError;
 use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
 
 use super::decide::Decided;
+use super::inspect::ToInspect;
 use super::{CellPlanner, Refusal};
 use crate::session::{End, Session};
 
@@ -74,6 +75,10 @@ impl CellPlanner {
     pub(crate) fn advance(&mut self) {
         if !is_on(&self.session) {
             self.automatic.placing = None;
+            return;
+        }
+        // How the last item lies is known first: a missing one may be in the arm's way.
+        if self.to_inspect.as_ref().is_some_and(ToInspect::is_due) {
             return;
         }
         if self

@@ -3,10 +3,8 @@
 use std::collections::HashMap;
 use std::time::Instant;
 
-use nalgebra::Isometry3;
-use ppnpack_packing::blocked::{Region, block};
+use ppnpack_packing::blocked::block;
 use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_packing::plan::{CandidateReport, Reason};
 use ppnpack_packing::step::Candidate;
 use ppnpack_packing::valid::Tally;
@@ -14,6 +12,7 @@ use ppnpack_robot::feasibility::NAME;
 use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
 
+use super::footprint::footprint;
 use super::{CellPlanner, Refusal};
 use crate::planning::{Planned, Wanted};
 use crate::scenes::Seen;
@@ -45,6 +44,8 @@ impl CellPlanner {
         }
         let candidates = self.candidates(&buffer)?;
         let seen = self.seen(deadline)?;
+        // The heightmap is there now; what is found moves the regions of fragile items.
+        self.inspect();
         let scene = self.blocked(&seen.scene)?;
         let waited = started.elapsed();
         let planned = self.plan(&scene, &buffer, &candidates, alternatives, deadline)?;
@@ -139,16 +140,10 @@ impl CellPlanner {
             } = &item.state
             {
                 let shape = self.item(item)?;
-                let sides = shape.views().get(placement.placement.yaw);
-                let sides = sides.map_or((0, 0), |view| (view.nx(), view.ny()));
-                let cell_m = self.settings.cell_m;
-                regions.push(footprint(
-                    placement,
-                    sides,
-                    cell_m,
-                    planned,
-                    container_from_item,
-                ));
+                let moved = container_from_item * planned.inverse();
+                if let Some(view) = shape.views().get(placement.placement.yaw) {
+                    regions.push(footprint(placement, view, self.planning.grid(), &moved));
+                }
             }
         }
         if regions.is_empty() {
@@ -289,25 +284,6 @@ impl CellPlanner {
         let (buffer, candidates) = ([entry.clone()], [candidate.clone()]);
         let planned = self.plan(scene, &buffer, &candidates, 0, deadline);
         planned.is_ok_and(|planned| planned.choice.is_some())
-    }
-}
-
-/// The floor below a packed item, moved as far as the item is from where it was planned, and grown by a cell.
-fn footprint(
-    placement: &RestingPlacement,
-    (nx, ny): (usize, usize),
-    cell_m: f64,
-    planned: &Isometry3<f64>,
-    container_from_item: &Isometry3<f64>,
-) -> Region {
-    let moved = container_from_item.translation.vector - planned.translation.vector;
-    let x_m = placement.placement.x as f64 * cell_m + moved.x;
-    let y_m = placement.placement.y as f64 * cell_m + moved.y;
-    Region {
-        x_min_m: x_m - cell_m,
-        y_min_m: y_m - cell_m,
-        x_max_m: x_m + (nx as f64 + 1.0) * cell_m,
-        y_max_m: y_m + (ny as f64 + 1.0) * cell_m,
     }
 }
 

@@ -3,6 +3,7 @@
 mod answers;
 mod automatic;
 mod decide;
+mod footprint;
 mod inspect;
 
 use std::collections::HashMap;

@@ -98,8 +98,8 @@ impl SessionItem {
         }
     }
 
-    /// Enters how it was found: where it is, or that it is gone.
-    pub(crate) fn inspected(&mut self, inspection: v1::Inspection) {
+    /// Enters how it was found: where it is, or that it is gone. Says whether it was packed.
+    pub(crate) fn inspected(&mut self, inspection: v1::Inspection) -> bool {
         let found = inspection.container_from_item.as_ref();
         let found = found.and_then(|pose| convert::pose::read_required("pose", Some(pose)).ok());
         match &mut self.state {
@@ -110,9 +110,10 @@ impl SessionItem {
                 container_from_item,
                 ..
             } => *container_from_item = found.unwrap_or(*container_from_item),
-            _ => return,
+            _ => return false,
         }
         self.inspection = Some(inspection);
+        true
     }
 
     pub(crate) fn is_same(&self, announced: &Announced) -> bool {

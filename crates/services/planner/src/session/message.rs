@@ -90,6 +90,9 @@ pub(crate) fn read_rules(rules: Option<&v1::ItemRules>) -> Rules {
     })
 }
 
+/// Origins that are nearer to each other than this are the same, in metres.
+const SAME_ORIGIN_M: f64 = 1e-6;
+
 /// How an item lies, by the poses of its announcement.
 pub(crate) fn read_lying(
     heightmap_from_item: Option<&v1::Pose>,
@@ -99,8 +102,17 @@ pub(crate) fn read_lying(
         Some(pose) => convert::pose::read_required(field, Some(pose)).map(Some),
         None => Ok(None),
     };
+    let field = "items.heightmap_from_item";
+    let heightmap_from_item = read(field, heightmap_from_item)?;
+    let shift_m = heightmap_from_item.map_or(0.0, |frame| frame.translation.vector.norm());
+    if shift_m > SAME_ORIGIN_M {
+        return Err(WireError::invalid(
+            field,
+            "only a rotation is possible: both frames have the same origin",
+        ));
+    }
     Ok(Lying {
-        heightmap_from_item: read("items.heightmap_from_item", heightmap_from_item)?,
+        heightmap_from_item,
         waits_at: read("items.waits_at", waits_at)?,
     })
 }

@@ -258,14 +258,13 @@ impl Session {
         Ok(())
     }
 
-    /// Enters how a packed item was found.
+    /// Enters how a packed item was found; says whether it was packed.
     pub(crate) fn inspected(
         &mut self,
         item_id: &str,
         inspection: v1::Inspection,
-    ) -> Result<(), SessionError> {
-        self.item_mut(item_id)?.inspected(inspection);
-        Ok(())
+    ) -> Result<bool, SessionError> {
+        Ok(self.item_mut(item_id)?.inspected(inspection))
     }
 
     pub(crate) fn end(&mut self, end: End) {

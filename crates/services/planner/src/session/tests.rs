@@ -251,10 +251,10 @@ fn an_inspection_corrects_where_a_packed_item_is_or_that_it_is_gone() {
         reason: "nothing is new".to_owned(),
         ..v1::Inspection::default()
     };
-    session.inspected("a", moved.clone()).unwrap();
-    session.inspected("b", missing.clone()).unwrap();
+    assert_eq!(session.inspected("a", moved.clone()), Ok(true));
+    assert_eq!(session.inspected("b", missing.clone()), Ok(true));
     // What was not packed cannot have been found.
-    session.inspected("c", missing.clone()).unwrap();
+    assert_eq!(session.inspected("c", missing.clone()), Ok(false));
     assert!(session.inspected("d", missing.clone()).is_err());
     let [a, b, c] = session.items() else {
         panic!("three items");

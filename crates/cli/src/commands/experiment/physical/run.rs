@@ -325,7 +325,12 @@ impl Run<'_> {
         let object = object.cloned().context("a decision on an absent item")?;
         let seen = self.seen.get(&arrival).copied().unwrap_or_default();
         let target = pose::read_required("pose", decision.container_from_item.as_ref()).or_run()?;
-        let truly = target * seen.inverse() * object.container_from_object;
+        // An arm picks the item as its cycle says; without one, as it was seen.
+        let cycle = decision.cycle.as_ref();
+        let picked = cycle.and_then(|cycle| {
+            pose::read_required("pose", cycle.container_from_item_at_pick.as_ref()).ok()
+        });
+        let truly = target * picked.unwrap_or(seen).inverse() * object.container_from_object;
         let before = self.bench.controller.state()?;
         let request = v1::PlaceRequest {
             object: object.model.name.clone(),

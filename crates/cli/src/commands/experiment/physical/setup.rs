@@ -90,13 +90,9 @@ pub(super) fn catalogue(
 
 /// What can be recognised: all objects but the first `strangers`.
 pub(super) fn library(catalogue: &Catalogue, strangers: usize) -> Outcome<Arc<Library>> {
-    let models: Vec<_> = catalogue
-        .objects
-        .iter()
-        .skip(strangers)
-        .map(|object| Arc::clone(&object.model))
-        .collect();
-    Library::new(&models, LibrarySettings::default())
+    let models = catalogue.models();
+    let known = models.get(strangers..).unwrap_or_default();
+    Library::new(known, LibrarySettings::default())
         .map(Arc::new)
         .or_input()
 }
