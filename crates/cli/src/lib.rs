@@ -1,6 +1,7 @@
 //! `ppnpack`: packs objects in a simulated cell, shows the result, trains the network and runs the experiments.
 
 mod commands;
+mod drawing;
 mod failure;
 mod fastest;
 pub mod launcher;

@@ -7,6 +7,7 @@ use ppnpack_packing::grid::Resolution;
 use ppnpack_packing::item::Item;
 
 use crate::rectangle::least_rectangle_rad;
+use crate::rest::turn_to_rest;
 
 /// Leaning at most this much from a pose at rest, an object is taken to be at rest, in radians. A planner takes heightmaps
 /// that lean by a little more.
@@ -45,15 +46,8 @@ pub fn posed_item(
 
 /// The rotation that lays an object exactly at rest, where it nearly is.
 fn at_rest(model: &Model, rotation: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
-    let down = -Vector3::z();
-    let leans = model.resting_poses.iter().filter_map(|pose| {
-        let resting_down = rotation * (pose.rotation.inverse() * down);
-        let upright = UnitQuaternion::rotation_between(&resting_down, &down)?;
-        Some(upright)
-    });
-    let least = leans.min_by(|a, b| a.angle().total_cmp(&b.angle()));
-    match least {
-        Some(upright) if upright.angle() <= AT_REST_RAD => upright * rotation,
+    match turn_to_rest(model, rotation) {
+        Some(turn) if turn.angle() <= AT_REST_RAD => turn * rotation,
         _ => *rotation,
     }
 }

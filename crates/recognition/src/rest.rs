@@ -1,27 +1,36 @@
 //! Poses at rest.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use ppnpack_catalogue::object::Model;
 
 use crate::library::LibraryObject;
 
 /// A pose that leans more than this from every resting pose stays as it is, in radians.
 const GREATEST_LEAN_RAD: f64 = 0.2;
 
+/// The least turn that lays an object, turned like this, in one of its resting poses; z is up.
+pub(crate) fn turn_to_rest(
+    model: &Model,
+    rotation: &UnitQuaternion<f64>,
+) -> Option<UnitQuaternion<f64>> {
+    let down = -Vector3::z();
+    let leaning = model.resting_poses.iter().map(|pose| {
+        let direction = rotation * (pose.rotation.inverse() * down);
+        (direction.angle(&down), direction)
+    });
+    let (_, direction) = leaning.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    UnitQuaternion::rotation_between(&direction, &down)
+}
+
 /// A pose turned as little as possible so that the object rests on the support; `None` where no resting pose is near.
 pub(crate) fn laid_at_rest(
     object: &LibraryObject,
     support_from_item: &Isometry3<f64>,
 ) -> Option<Isometry3<f64>> {
-    let down = -Vector3::z();
-    let leaning = object.model.resting_poses.iter().map(|pose| {
-        let direction = support_from_item.rotation * (pose.rotation.inverse() * down);
-        (direction.angle(&down), direction)
-    });
-    let (lean_rad, direction) = leaning.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    if lean_rad > GREATEST_LEAN_RAD {
+    let turn = turn_to_rest(&object.model, &support_from_item.rotation)?;
+    if turn.angle() > GREATEST_LEAN_RAD {
         return None;
     }
-    let turn = UnitQuaternion::rotation_between(&direction, &down)?;
     let centre = support_from_item * object.centre_m;
     let turned = Isometry3::rotation_wrt_point(turn, centre) * support_from_item;
     let rotation = turned.rotation.to_rotation_matrix();

@@ -1,11 +1,10 @@
 //! The pictures of a report.
 
 use anyhow::Context;
-use ppnpack_picture::{
-    Camera, Colour, Curve, HeightField, Item, Lines, Scene3d, Size, TriangleMesh, heightmap, render,
-};
+use ppnpack_picture::{Curve, Lines, Size};
 
 use super::Packing;
+use crate::drawing;
 
 /// Pictures as the files hold them.
 pub(super) struct Pictures {
@@ -24,41 +23,19 @@ pub(super) fn draw(packing: &Packing) -> anyhow::Result<Pictures> {
     })
 }
 
-fn packed(packing: &Packing) -> anyhow::Result<Vec<u8>> {
-    let container = packing.settings.grid.container();
-    let bodies = packing.contents.iter();
-    let items = bodies.map(|(arrival, body)| Item {
-        mesh: TriangleMesh {
-            vertices: &body.model.mesh.vertices,
-            triangles: &body.model.mesh.triangles,
-        },
-        world_from_item: body.container_from_item,
-        colour: Colour::of_item(*arrival),
-    });
-    let scene = Scene3d {
-        items: items.collect(),
-        container_m: Some([container.x_m, container.y_m, container.z_m]),
-    };
-    let image = render(&scene, &Camera::overlooking(&scene), Size::new(1600, 1200)?)?;
-    Ok(image.to_png()?)
+fn heights(packing: &Packing) -> anyhow::Result<Vec<u8>> {
+    let title = "Heightmap of the packed container";
+    drawing::heights(
+        title,
+        &packing.settings.grid,
+        packing.scene.heightmap(),
+        None,
+    )
 }
 
-fn heights(packing: &Packing) -> anyhow::Result<Vec<u8>> {
-    let (grid, map) = (&packing.settings.grid, packing.scene.heightmap());
-    let unit_m = grid.resolution().height_unit_m();
-    let heights_m: Vec<f64> = map
-        .heights()
-        .iter()
-        .map(|height| f64::from(*height) * unit_m)
-        .collect();
-    let field = HeightField {
-        nx: map.nx(),
-        ny: map.ny(),
-        cell_m: grid.resolution().cell_m(),
-        heights_m: &heights_m,
-        scale_top_m: Some(grid.container().z_m),
-    };
-    Ok(heightmap("Heightmap of the packed container", &field)?.to_png()?)
+fn packed(packing: &Packing) -> anyhow::Result<Vec<u8>> {
+    let contents = packing.contents.iter();
+    drawing::packed(&packing.settings.grid, contents, Size::new(1600, 1200)?)
 }
 
 /// How the container fills: the share of its volume by the items' meshes after each step.

@@ -40,12 +40,7 @@ pub(crate) fn packing(
     let topple_rad = settings.simulated.cell.outcome.topple_rad;
     let steps = packed.done.iter().map(|done| step(done, catalogue));
     let steps: Vec<Step> = steps.collect::<Result<_>>()?;
-    let contents = packed
-        .state
-        .bodies
-        .iter()
-        .map(|body| content(body, catalogue));
-    let contents: Vec<(usize, Content)> = contents.collect::<Result<_>>()?;
+    let contents = contents(&packed.state, catalogue)?;
     let scene = scene(&packed.heightmap, &grid)?;
     let is_inside = |arrival| {
         let mut contents = contents.iter();
@@ -120,6 +115,18 @@ fn stage(decision: &v1::Decision, name: &str) -> Duration {
     let mut stages = decision.stages.iter();
     let stage = stages.find(|stage| stage.stage == name);
     Duration::from_nanos(stage.map_or(0, |stage| stage.duration_ns))
+}
+
+/// What lies in the container, each with its place in the sequence of arrivals.
+///
+/// # Errors
+/// Where the catalogue has not what lies there, or a message lacks something.
+pub(crate) fn contents(
+    state: &v1::CellState,
+    catalogue: &Catalogue,
+) -> Result<Vec<(usize, Content)>> {
+    let bodies = state.bodies.iter();
+    bodies.map(|body| content(body, catalogue)).collect()
 }
 
 fn content(body: &v1::Body, catalogue: &Catalogue) -> Result<(usize, Content)> {

@@ -15,7 +15,7 @@ use crate::network::Backend;
 use crate::options::{DeviceOption, Network, PROPOSAL_YAWS, ProposalSource, read_model};
 
 /// Which network proposes.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Network")]
 pub(super) struct NetworkOptions {
     /// The network's weights, a .safetensors file with its .json card beside it [default: those that ship]
@@ -26,27 +26,25 @@ pub(super) struct NetworkOptions {
     #[arg(long, value_enum, default_value = "cpu")]
     device: DeviceOption,
 
-    /// The share of placements that the network proposes, in percent
-    #[arg(
-        long = "k",
-        value_name = "PERCENT",
-        default_value_t = 5.0,
-        allow_hyphen_values = true
-    )]
-    percent: f64,
+    /// The share of placements that the network proposes, in percent [default: the paper's: 5, and 20 in its robot cell]
+    #[arg(long = "k", value_name = "PERCENT", allow_hyphen_values = true)]
+    percent: Option<f64>,
 }
 
+/// The share that the paper's network proposes in its tables, in percent.
+const DEFAULT_PERCENT: f64 = 5.0;
+
 impl NetworkOptions {
-    pub(super) fn new(model: Option<PathBuf>, device: DeviceOption, percent: f64) -> Self {
+    /// The same with another share where none is given, in percent.
+    pub(super) fn with_default(&self, percent: f64) -> Self {
         Self {
-            model,
-            device,
-            percent,
+            percent: self.percent.or(Some(percent)),
+            ..self.clone()
         }
     }
 
     pub(super) fn percent(&self) -> f64 {
-        self.percent
+        self.percent.unwrap_or(DEFAULT_PERCENT)
     }
 
     /// The model; or, where nothing here can run a network, the reason. Files that cannot be used are an error.
@@ -58,7 +56,12 @@ impl NetworkOptions {
         let model = read_model(self.model.as_deref())?;
         let network = self.of(backend, &model, &[]);
         let not_coarser = Coarsening { cells: 1, yaws: 1 };
-        match network.open(grid, &SearchSettings::default(), not_coarser, self.percent) {
+        match network.open(
+            grid,
+            &SearchSettings::default(),
+            not_coarser,
+            self.percent(),
+        ) {
             Ok(_) => Ok(Ok(model)),
             Err(Failure::Run(error)) => {
                 let reason = format!("{error:#}");
@@ -85,6 +88,6 @@ impl NetworkOptions {
 
     /// The network as a source of proposals.
     pub(super) fn source(&self, grid: &Grid, model: &Model) -> ProposalSource {
-        ProposalSource::network(grid, self.percent, PROPOSAL_YAWS, model)
+        ProposalSource::network(grid, self.percent(), PROPOSAL_YAWS, model)
     }
 }

@@ -5,26 +5,11 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_perception::mapper::Mapped;
 use ppnpack_picture::HeightField;
 
+use crate::drawing;
+
 /// The heightmap that placements are planned on, as a PNG.
 pub(super) fn heightmap(grid: &Grid, mapped: &Mapped) -> anyhow::Result<Vec<u8>> {
-    let unit_m = grid.resolution().height_unit_m();
-    let unknown = grid.rim() + 1;
-    let heights_m = mapped.scene.heightmap().heights().iter().map(|height| {
-        if *height == unknown {
-            f64::NAN
-        } else {
-            f64::from(*height) * unit_m
-        }
-    });
-    let heights_m: Vec<f64> = heights_m.collect();
-    let field = HeightField {
-        nx: grid.nx(),
-        ny: grid.ny(),
-        cell_m: grid.resolution().cell_m(),
-        heights_m: &heights_m,
-        scale_top_m: Some(grid.container().z_m),
-    };
-    draw("Heightmap (grey: unknown)", &field)
+    drawing::perceived("Heightmap (grey: unknown)", grid, mapped.scene.heightmap())
 }
 
 /// The surface that it was made of, as a PNG.

@@ -30,9 +30,7 @@ use super::network::NetworkOptions;
 use super::runs::Runs;
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::network::Backend;
-use crate::options::{
-    DeviceOption, Method, Network, ProposalSource, Simulated, StabilityOption, positive,
-};
+use crate::options::{Method, Network, ProposalSource, Simulated, StabilityOption, positive};
 use crate::progress;
 use crate::stack::controller::Controller;
 use crate::stack::{Plan, Sensing, Stack};
@@ -40,6 +38,9 @@ use record::RunRecord;
 use run::{Bench, Case};
 use setup::Settings;
 use sums::Line;
+
+/// The share that the paper's network proposes in its robot cell, in percent.
+const PERCENT: f64 = 20.0;
 
 /// Packs objects that the network was not trained on in the paper's robot cell: seen on a tray by a depth camera,
 /// recognised, planned with the arm, placed, seen again; by the exhaustive search and with the network's proposals.
@@ -109,22 +110,8 @@ pub(super) struct PhysicalArguments {
     #[arg(long, value_name = "KG_M3", default_value_t = 400.0, value_parser = positive, allow_hyphen_values = true)]
     density: f64,
 
-    /// The network's weights, a .safetensors file with its .json card beside it [default: those that ship]
-    #[arg(long, value_name = "FILE")]
-    model: Option<PathBuf>,
-
-    /// Where the network runs
-    #[arg(long, value_enum, default_value = "cpu")]
-    device: DeviceOption,
-
-    /// The share of placements that the network proposes, in percent
-    #[arg(
-        long = "k",
-        value_name = "PERCENT",
-        default_value_t = 20.0,
-        allow_hyphen_values = true
-    )]
-    percent: f64,
+    #[command(flatten)]
+    network: NetworkOptions,
 
     /// The seed of everything that is random
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
@@ -154,7 +141,7 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
     let held = held::objects(&catalogue, &grid, station.or_input()?.as_ref());
     let pool = Pool::new(arguments, held, unseen)?;
     let runs = Runs::new(&arguments.out.join("runs"), &settings)?;
-    let network = NetworkOptions::new(arguments.model.clone(), arguments.device, arguments.percent);
+    let network = arguments.network.with_default(PERCENT);
     let model = network.find(backend, &grid)?;
     let items = catalogue.items();
     let mut contenders = vec![Contender {
@@ -162,7 +149,7 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
         proposals: ProposalSource::All,
     }];
     if let Ok(model) = &model {
-        let percent = arguments.percent;
+        let percent = network.percent();
         contenders.push(Contender {
             name: format!("network, K = {percent} %"),
             proposals: network.source(&grid, model),

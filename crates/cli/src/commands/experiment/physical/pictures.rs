@@ -5,17 +5,16 @@ use std::path::Path;
 use anyhow::Context;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::Grid;
-use ppnpack_picture::{
-    Camera, Colour, HeightField, Item, Scene3d, Size, TriangleMesh, heightmap, render,
-};
+use ppnpack_picture::{HeightField, Size, heightmap};
 use ppnpack_wire::convert::{cloud, scene};
 use ppnpack_wire::v1;
 
-use super::content;
 use super::run::Done;
 use super::tray::{HEIGHT_M, REGION};
+use crate::drawing;
 use crate::failure::{OrRun, Outcome};
 use crate::output::write_whole;
+use crate::stack::report::contents;
 
 /// The edge of a cell of the tray's picture, in metres.
 const TRAY_CELL_M: f64 = 0.004;
@@ -63,39 +62,11 @@ fn tray(message: &v1::PointCloud) -> anyhow::Result<Vec<u8>> {
 /// The last heightmap; what is unknown is grey.
 fn heights(message: &v1::Heightmap, grid: &Grid) -> anyhow::Result<Vec<u8>> {
     let (_, scene) = scene::read(message.scene.as_ref().context("no scene")?)?;
-    let unit_m = grid.resolution().height_unit_m();
-    let heights = scene.heightmap().heights().iter();
-    let heights_m: Vec<f64> = heights
-        .map(|height| match *height {
-            height if height > grid.rim() => f64::NAN,
-            height => f64::from(height) * unit_m,
-        })
-        .collect();
-    let field = HeightField {
-        nx: grid.nx(),
-        ny: grid.ny(),
-        cell_m: grid.resolution().cell_m(),
-        heights_m: &heights_m,
-        scale_top_m: Some(grid.container().z_m),
-    };
-    Ok(heightmap("Heightmap at the end (grey: unknown)", &field)?.to_png()?)
+    let title = "Heightmap at the end (grey: unknown)";
+    drawing::perceived(title, grid, scene.heightmap())
 }
 
 fn packed(done: &Done, catalogue: &Catalogue, grid: &Grid) -> anyhow::Result<Vec<u8>> {
-    let contents = content::of(&done.state, catalogue);
-    let items = contents.iter().enumerate().map(|(index, body)| Item {
-        mesh: TriangleMesh {
-            vertices: &body.model.mesh.vertices,
-            triangles: &body.model.mesh.triangles,
-        },
-        world_from_item: body.container_from_object,
-        colour: Colour::of_item(index),
-    });
-    let container = grid.container();
-    let scene = Scene3d {
-        items: items.collect(),
-        container_m: Some([container.x_m, container.y_m, container.z_m]),
-    };
-    let image = render(&scene, &Camera::overlooking(&scene), Size::new(1200, 900)?)?;
-    Ok(image.to_png()?)
+    let contents = contents(&done.state, catalogue)?;
+    drawing::packed(grid, contents.iter(), Size::new(1200, 900)?)
 }

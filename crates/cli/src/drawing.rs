@@ -1,0 +1,63 @@
+//! Pictures that several commands draw.
+
+use ppnpack_packing::grid::{Grid, Units};
+use ppnpack_packing::heightmap::Heightmap;
+use ppnpack_picture::{
+    Camera, Colour, HeightField, Item, Scene3d, Size, TriangleMesh, heightmap, render,
+};
+
+use crate::report::Content;
+
+/// Perception's heightmap as a PNG. What it does not know has a height of one unit above the rim, and is grey.
+pub(crate) fn perceived(title: &str, grid: &Grid, map: &Heightmap) -> anyhow::Result<Vec<u8>> {
+    heights(title, grid, map, Some(grid.rim() + 1))
+}
+
+/// A heightmap as a PNG; cells of the height `unknown` are grey.
+pub(crate) fn heights(
+    title: &str,
+    grid: &Grid,
+    map: &Heightmap,
+    unknown: Option<Units>,
+) -> anyhow::Result<Vec<u8>> {
+    let unit_m = grid.resolution().height_unit_m();
+    let height_m = |height: &Units| {
+        if Some(*height) == unknown {
+            f64::NAN
+        } else {
+            f64::from(*height) * unit_m
+        }
+    };
+    let heights_m: Vec<f64> = map.heights().iter().map(height_m).collect();
+    let field = HeightField {
+        nx: map.nx(),
+        ny: map.ny(),
+        cell_m: grid.resolution().cell_m(),
+        heights_m: &heights_m,
+        scale_top_m: Some(grid.container().z_m),
+    };
+    Ok(heightmap(title, &field)?.to_png()?)
+}
+
+/// A packed container as a PNG; colours go by the order of arrivals.
+pub(crate) fn packed<'a>(
+    grid: &Grid,
+    contents: impl Iterator<Item = &'a (usize, Content)>,
+    size: Size,
+) -> anyhow::Result<Vec<u8>> {
+    let container = grid.container();
+    let items = contents.map(|(arrival, body)| Item {
+        mesh: TriangleMesh {
+            vertices: &body.model.mesh.vertices,
+            triangles: &body.model.mesh.triangles,
+        },
+        world_from_item: body.container_from_item,
+        colour: Colour::of_item(*arrival),
+    });
+    let scene = Scene3d {
+        items: items.collect(),
+        container_m: Some([container.x_m, container.y_m, container.z_m]),
+    };
+    let image = render(&scene, &Camera::overlooking(&scene), size)?;
+    Ok(image.to_png()?)
+}
