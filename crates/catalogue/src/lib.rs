@@ -13,7 +13,6 @@ mod guard;
 pub mod household;
 mod hull;
 pub mod mass;
-pub mod mesh;
 pub mod object;
 mod origin;
 pub mod raster;
@@ -26,3 +25,5 @@ mod shapes;
 mod table;
 pub mod unit;
 pub mod views;
+
+pub use ppnpack_packing::model::mesh;

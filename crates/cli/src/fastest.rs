@@ -102,10 +102,8 @@ fn replay(planner: &mut Planner, grid: &Grid, steps: &[Sampled]) -> Outcome<Dura
     let started = Instant::now();
     for (step, Sampled { scene, candidates }) in steps.iter().enumerate() {
         let input = StepInput {
-            grid,
-            scene,
-            candidates,
             step: step as u64,
+            ..StepInput::new(grid, scene, candidates)
         };
         planner.plan(&input).or_run()?;
     }

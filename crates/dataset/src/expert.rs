@@ -3,11 +3,10 @@
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::objective::WeightError;
-use ppnpack_packing::placement::RestingPlacement;
-use ppnpack_packing::plan::{Evaluated, Evaluator};
 use ppnpack_packing::proposals::Proposals;
 use ppnpack_packing::search::{Search, SearchSettings};
-use ppnpack_packing::step::{Candidate, StageError, StepInput};
+use ppnpack_packing::step::{Evaluated, StageError, StepInput};
+use ppnpack_packing::valid::ValidSearch;
 
 use crate::record::{Corner, YawOptima};
 use crate::values::Values;
@@ -17,8 +16,7 @@ pub const TIE_TOLERANCE: f64 = 1e-9;
 
 /// Labels candidates by an exhaustive search with validity checks.
 pub struct Expert {
-    search: Search,
-    checks: Vec<BoxedCheck>,
+    search: ValidSearch<Search>,
     proposals: Proposals,
     with_values: bool,
 }
@@ -37,13 +35,11 @@ impl Expert {
     pub fn new(
         grid: &Grid,
         settings: &SearchSettings,
-        mut checks: Vec<BoxedCheck>,
+        checks: Vec<BoxedCheck>,
         with_values: bool,
     ) -> Result<Self, WeightError> {
-        checks.sort_by_key(|check| check.cost());
         Ok(Self {
-            search: Search::new(grid, settings)?,
-            checks,
+            search: ValidSearch::new(Search::new(grid, settings)?, checks),
             proposals: Proposals::default(),
             with_values,
         })
@@ -64,14 +60,14 @@ impl Expert {
             .with_values
             .then(|| Values::none_valid(input.grid, &held.item));
         self.rank(input, candidate)?;
-        while let Some(found) = self.search.next_best(input)? {
+        while let Some(found) = self.search.next_ranked(input)? {
             let placement = found.resting.placement;
             let Some(optimum) = optima.get_mut(placement.yaw) else {
                 continue;
             };
             optimum.settle(found.value);
             let is_wanted = !optimum.is_settled || values.is_some();
-            if is_wanted && is_valid(&mut self.checks, input, held, &found.resting)? {
+            if is_wanted && self.is_valid(input, &found)? {
                 optimum.add(&found);
                 if let Some(values) = &mut values {
                     values.enter(&placement, found.value);
@@ -87,12 +83,17 @@ impl Expert {
         })
     }
 
+    fn is_valid(&mut self, input: &StepInput<'_>, found: &Evaluated) -> Result<bool, StageError> {
+        let verdict = self.search.judge(input, found)?;
+        Ok(verdict.is_some_and(|verdict| verdict.is_accepted()))
+    }
+
     /// Starts ranking every placement of a candidate.
     fn rank(&mut self, input: &StepInput<'_>, candidate: usize) -> Result<(), StageError> {
         self.proposals.clear();
         let all = input.candidates.iter();
         all.for_each(|_| self.proposals.push_all());
-        self.search.rank(input, &[candidate], &self.proposals)
+        Ok(self.search.rank(input, &[candidate], &self.proposals)?)
     }
 }
 
@@ -141,18 +142,4 @@ impl Optimum {
             placements: self.placements,
         }
     }
-}
-
-fn is_valid(
-    checks: &mut [BoxedCheck],
-    input: &StepInput<'_>,
-    held: &Candidate,
-    resting: &RestingPlacement,
-) -> Result<bool, StageError> {
-    for check in checks {
-        if !check.is_valid(input, held, resting)? {
-            return Ok(false);
-        }
-    }
-    Ok(true)
 }

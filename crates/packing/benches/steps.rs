@@ -174,10 +174,8 @@ fn steps(criterion: &mut Criterion) {
                         &raised
                     };
                     let input = StepInput {
-                        grid,
-                        scene,
-                        candidates,
                         step,
+                        ..StepInput::new(grid, scene, candidates)
                     };
                     black_box(planner.plan(&input).unwrap().choice())
                 });
@@ -252,10 +250,8 @@ fn steps(criterion: &mut Criterion) {
                         for (step, (scene, candidates)) in setting.steps.iter().enumerate() {
                             let step = step as u64;
                             let input = StepInput {
-                                grid,
-                                scene,
-                                candidates,
                                 step,
+                                ..StepInput::new(grid, scene, candidates)
                             };
                             black_box(planner.plan(&input).unwrap().choice());
                         }
@@ -304,12 +300,7 @@ fn kernels(criterion: &mut Criterion) {
         group.sample_size(30);
         // Ranking by first-fit takes the resting heights and nothing else until its first value is asked for.
         let mut proposals = Proposals::default();
-        let input = StepInput {
-            grid,
-            scene,
-            candidates,
-            step: 0,
-        };
+        let input = StepInput::new(grid, scene, candidates);
         ProposeAll.propose(&input, &mut proposals).unwrap();
         let buffer: Vec<usize> = (0..candidates.len()).collect();
         for (label, heuristic) in [
@@ -327,10 +318,8 @@ fn kernels(criterion: &mut Criterion) {
                         &raised
                     };
                     let input = StepInput {
-                        grid,
-                        scene,
-                        candidates,
                         step,
+                        ..StepInput::new(grid, scene, candidates)
                     };
                     search.rank(&input, &buffer, &proposals).unwrap();
                 });

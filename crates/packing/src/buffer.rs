@@ -1,27 +1,23 @@
 //! The buffer: the first items of a sequence that are not packed yet, from which a step may choose.
 
-use std::sync::Arc;
-
-use crate::item::Item;
-use crate::step::Candidate;
+use crate::candidate::Candidate;
 
 /// A sequence of arriving items seen through a buffer of limited size.
 #[derive(Debug, Clone)]
 pub struct Buffer {
     candidates: Vec<Candidate>,
     capacity: usize,
-    arrivals: std::iter::Enumerate<std::vec::IntoIter<Arc<Item>>>,
+    arrivals: std::vec::IntoIter<Candidate>,
 }
 
 impl Buffer {
     /// The buffer of a sequence that lets a step choose among `capacity` items, at least one.
-    pub fn new(sequence: Vec<Arc<Item>>, capacity: usize) -> Self {
+    pub fn new(sequence: Vec<Candidate>, capacity: usize) -> Self {
         let capacity = capacity.max(1);
-        let arrivals = sequence.into_iter().enumerate();
         let mut buffer = Self {
             candidates: Vec::with_capacity(capacity),
             capacity,
-            arrivals,
+            arrivals: sequence.into_iter(),
         };
         buffer.refill();
         buffer
@@ -44,9 +40,9 @@ impl Buffer {
 
     fn refill(&mut self) {
         while self.candidates.len() < self.capacity
-            && let Some((arrival, item)) = self.arrivals.next()
+            && let Some(candidate) = self.arrivals.next()
         {
-            self.candidates.push(Candidate { arrival, item });
+            self.candidates.push(candidate);
         }
     }
 }

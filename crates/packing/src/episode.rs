@@ -1,16 +1,15 @@
 //! Episodes: packing a sequence until everything is packed or nothing in the buffer has a valid placement.
 
-use std::sync::Arc;
-
 use crate::buffer::Buffer;
+use crate::check::Evidence;
 use crate::grid::Grid;
 use crate::heightmap::Scene;
-use crate::item::Item;
 use crate::metrics::{Metrics, PackedVolume};
 use crate::placement::RestingPlacement;
 use crate::plan::{
     Candidate, Evaluated, Plan, PlanError, Planner, Reason, StageError, StepInput, Timings,
 };
+use crate::refusal::Refusals;
 
 /// The cell that an episode is played in: simulated, real, or only imagined.
 pub trait PackingCell {
@@ -20,11 +19,16 @@ pub trait PackingCell {
     /// What kept the scene from being seen.
     fn scan(&mut self) -> Result<Scene, StageError>;
 
-    /// Places an item and waits until the placement is done.
+    /// Places an item and waits until the placement is done. The evidence of the choice says how, where that is known.
     ///
     /// # Errors
     /// What kept the placement from being carried out.
-    fn place(&mut self, item: &Candidate, resting: &RestingPlacement) -> Result<(), StageError>;
+    fn place(
+        &mut self,
+        item: &Candidate,
+        resting: &RestingPlacement,
+        evidence: &Evidence,
+    ) -> Result<(), StageError>;
 
     /// Whether an item that was placed, by its arrival, is inside the container now.
     fn is_inside(&self, arrival: usize) -> bool;
@@ -56,12 +60,14 @@ pub struct Step {
     pub candidate: Candidate,
     /// Where it was placed, and the value of the objective there.
     pub choice: Evaluated,
+    /// What the checks found out about the choice.
+    pub evidence: Evidence,
     /// The next best valid placements.
     pub alternatives: Vec<Evaluated>,
     /// Time from the heightmap to the choice.
     pub timings: Timings,
-    /// Why it was not planned on the proposals that were wanted, where it was not.
-    pub degraded: Option<String>,
+    /// Why it was not planned as was asked for, where it was not.
+    pub degraded: Vec<String>,
 }
 
 /// Why an episode ended.
@@ -84,6 +90,8 @@ pub struct Episode {
     pub scene: Scene,
     /// What was achieved.
     pub metrics: Metrics,
+    /// Placements that were refused before the steps were decided, over all steps.
+    pub refusals: Refusals,
 }
 
 impl Episode {
@@ -113,6 +121,15 @@ impl Observer for () {
     fn on_step(&mut self, _step: &Step, _input: &StepInput<'_>) {}
 }
 
+/// How an episode is played.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Play {
+    /// Items that a step may choose among.
+    pub buffer: usize,
+    /// Valid placements that are wanted beside each choice.
+    pub alternatives: usize,
+}
+
 /// Plays an episode.
 ///
 /// # Errors
@@ -122,12 +139,13 @@ pub fn play(
     grid: &Grid,
     planner: &mut Planner,
     cell: &mut dyn PackingCell,
-    sequence: Vec<Arc<Item>>,
-    buffer: usize,
+    sequence: Vec<Candidate>,
+    play: Play,
     observer: &mut dyn Observer,
 ) -> Result<Episode, EpisodeError> {
-    let mut buffer = Buffer::new(sequence, buffer);
+    let mut buffer = Buffer::new(sequence, play.buffer);
     let mut steps: Vec<Step> = Vec::new();
+    let mut refusals = Refusals::default();
     let mut scene = scan(cell, 0)?;
     let ending = loop {
         let step = steps.len() as u64;
@@ -135,34 +153,34 @@ pub fn play(
             break Ending::AllPacked;
         }
         let input = StepInput {
-            grid,
-            scene: &scene,
-            candidates: buffer.candidates(),
             step,
+            alternatives: play.alternatives,
+            ..StepInput::new(grid, &scene, buffer.candidates())
         };
         let plan = planner.plan(&input)?;
-        let Some(choice) = plan.choice() else {
+        for report in plan.candidates() {
+            refusals.add(&report.refusals);
+        }
+        let chosen = plan.choice().and_then(|choice| {
+            let candidate = input.candidates.get(choice.candidate)?;
+            Some((choice, candidate.clone()))
+        });
+        let Some((choice, candidate)) = chosen else {
             break Ending::NothingFits(reasons(buffer.candidates(), plan));
         };
-        let alternatives = plan.alternatives().to_vec();
-        let timings = plan.timings();
-        let degraded = plan.degraded().map(str::to_owned);
-        let Some(candidate) = input.candidates.get(choice.candidate).cloned() else {
-            break Ending::AllPacked;
-        };
-        cell.place(&candidate, &choice.resting)
-            .map_err(|source| EpisodeError::Cell { step, source })?;
-        steps.push(Step {
+        let done = Step {
             step,
             candidate,
             choice,
-            alternatives,
-            timings,
-            degraded,
-        });
-        if let Some(step) = steps.last() {
-            observer.on_step(step, &input);
-        }
+            evidence: plan.evidence().cloned().unwrap_or_default(),
+            alternatives: plan.alternatives().copied().collect(),
+            timings: plan.timings(),
+            degraded: plan.degraded().to_vec(),
+        };
+        cell.place(&done.candidate, &choice.resting, &done.evidence)
+            .map_err(|source| EpisodeError::Cell { step, source })?;
+        observer.on_step(&done, &input);
+        steps.push(done);
         buffer.take(choice.candidate);
         scene = scan(cell, step)?;
     };
@@ -173,6 +191,7 @@ pub fn play(
         ending,
         scene,
         metrics,
+        refusals,
     })
 }
 
@@ -184,7 +203,7 @@ fn scan(cell: &mut dyn PackingCell, step: u64) -> Result<Scene, EpisodeError> {
 fn reasons(candidates: &[Candidate], plan: &Plan) -> Vec<(Candidate, Reason)> {
     let reports = candidates.iter().zip(plan.candidates());
     reports
-        .filter_map(|(held, report)| Some((held.clone(), report.reason?)))
+        .filter_map(|(held, report)| Some((held.clone(), report.reason.clone()?)))
         .collect()
 }
 
@@ -235,7 +254,12 @@ impl PackingCell for IdealCell {
         Ok(self.scene.clone())
     }
 
-    fn place(&mut self, item: &Candidate, resting: &RestingPlacement) -> Result<(), StageError> {
+    fn place(
+        &mut self,
+        item: &Candidate,
+        resting: &RestingPlacement,
+        _evidence: &Evidence,
+    ) -> Result<(), StageError> {
         let Some(view) = item.item.views().get(resting.placement.yaw) else {
             return Ok(());
         };

@@ -2,30 +2,36 @@
 //!
 //! A [`Planner`](plan::Planner) plans one step by Algorithm 1 of the PPN-Pack paper: a
 //! [`Proposer`](proposals::Proposer) says which placements of the buffer's items are worth evaluating, an
-//! [`Evaluator`](plan::Evaluator) ranks them by a packing heuristic, and the best one that every
+//! [`Evaluator`](evaluator::Evaluator) ranks them by a packing heuristic, and the best one that every
 //! [`ValidityCheck`](check::ValidityCheck) accepts is chosen.
 //!
 //! The crate is pure and synchronous: no wire, no async, no network library.
 
 pub mod blocked;
 pub mod buffer;
+pub mod candidate;
 pub mod check;
 pub mod coarse;
 pub mod distance;
 pub mod episode;
+pub mod evaluator;
 pub mod grid;
 pub mod heightmap;
 pub mod item;
 mod kernel;
 pub mod metrics;
+pub mod model;
+pub mod motion;
 pub mod objective;
 pub mod oracle;
 pub mod placement;
 pub mod plan;
 pub mod proposals;
 mod random;
+pub mod refusal;
 pub mod resting;
 mod resting_maps;
+pub mod rules;
 pub mod search;
 pub mod stability;
 pub mod step;

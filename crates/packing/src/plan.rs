@@ -7,12 +7,15 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::check::ValidityCheck;
+use crate::check::{BoxedCheck, Evidence};
+pub use crate::evaluator::Evaluator;
 use crate::item::YawsMismatch;
 use crate::objective::Order;
 use crate::proposals::{Proposals, Proposer};
+use crate::refusal::{Refusal, Refusals};
+use crate::step::Shortfall;
 pub use crate::step::{Candidate, Evaluated, PlacementCounts, StageError, StepInput};
-use crate::valid::ValidityFilter;
+use crate::valid::{SearchError, ValidPlacement, ValidSearch};
 
 /// Why a step could not be planned. That nothing fits is no error: see [`Plan::choice`].
 #[derive(Debug, thiserror::Error)]
@@ -35,51 +38,13 @@ pub enum PlanError {
     /// The proposer failed.
     #[error("proposing placements failed: {0}")]
     Propose(#[source] StageError),
-    /// The evaluator failed.
-    #[error("evaluating placements failed: {0}")]
-    Evaluate(#[source] StageError),
-    /// A validity check failed to give an answer.
-    #[error("the check '{check}' failed: {source}")]
-    Check {
-        /// The check's name.
-        check: &'static str,
-        /// What went wrong.
-        source: StageError,
-    },
-}
-
-/// Ranks placements by an objective. Placements that do not fit below the rim are left out.
-pub trait Evaluator: Send {
-    /// Starts ranking the proposals of some candidates; `group` holds indices into the input's candidates.
-    ///
-    /// # Errors
-    /// What kept the evaluator from answering.
-    fn rank(
-        &mut self,
-        input: &StepInput<'_>,
-        group: &[usize],
-        proposals: &Proposals,
-    ) -> Result<(), StageError>;
-
-    /// The next placement by increasing value; equal values by candidate, yaw, x, y. `None` after the last.
-    ///
-    /// # Errors
-    /// What kept the evaluator from answering.
-    fn next_best(&mut self, input: &StepInput<'_>) -> Result<Option<Evaluated>, StageError>;
-
-    /// The counts of a candidate of the last ranked group.
-    fn counts(&self, candidate: usize) -> PlacementCounts;
-
-    /// The placements of a candidate of the last ranked group that were left out because a check refused them, per
-    /// check: of evaluators that ask checks themselves.
-    fn refusals(&self, _candidate: usize) -> &[(&'static str, u64)] {
-        &[]
-    }
+    /// The evaluator or a check failed.
+    #[error(transparent)]
+    Search(#[from] SearchError),
 }
 
 /// Why no placement of an item was valid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", tag = "reason", content = "check")]
+#[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Reason {
     /// Its footprint is larger than the container at every yaw, or it is taller than the container.
@@ -88,8 +53,8 @@ pub enum Reason {
     NotProposed,
     /// Wherever it was proposed it would stick out above the rim.
     NoFit,
-    /// Where it fits, this check refused it; of several checks the one that refused most.
-    Rejected(&'static str),
+    /// Where it fits it was refused: the most frequent refusal.
+    Rejected(Refusal),
 }
 
 impl std::fmt::Display for Reason {
@@ -98,20 +63,43 @@ impl std::fmt::Display for Reason {
             Self::TooLarge => formatter.write_str("too large for the container"),
             Self::NotProposed => formatter.write_str("no placement proposed"),
             Self::NoFit => formatter.write_str("would stick out above the rim everywhere"),
-            Self::Rejected(check) => write!(formatter, "{check} wherever it fits"),
+            Self::Rejected(Refusal { cause, detail }) => {
+                write!(formatter, "{cause} wherever it fits")?;
+                match detail {
+                    Some(detail) => write!(formatter, ": {detail}"),
+                    None => Ok(()),
+                }
+            }
         }
     }
 }
 
 /// What became of a candidate in a step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct CandidateReport {
     /// Placements before the checks; all zero where the step was decided before the candidate was looked at.
     pub counts: PlacementCounts,
+    /// Placements that were refused before the step was decided.
+    pub refusals: Refusals,
     /// Whether every placement was looked at and none was valid; then it has a reason.
     pub reason: Option<Reason>,
-    /// Placements that the checks refused before the step was decided.
-    pub rejected: u64,
+}
+
+impl CandidateReport {
+    /// A candidate that was left out of the step, as all of its placements are refused.
+    fn ruled_out(refusal: &Refusal) -> Self {
+        Self {
+            reason: Some(Reason::Rejected(refusal.clone())),
+            ..Self::default()
+        }
+    }
+
+    /// Forgets all, keeping the memory.
+    fn clear(&mut self) {
+        self.counts = PlacementCounts::default();
+        self.refusals.clear();
+        self.reason = None;
+    }
 }
 
 /// Time spent in the stages of a step.
@@ -135,24 +123,27 @@ impl Timings {
 /// The outcome of planning one step.
 #[derive(Debug, Clone, Default)]
 pub struct Plan {
-    ranked: Vec<Evaluated>,
+    ranked: Vec<ValidPlacement>,
     candidates: Vec<CandidateReport>,
-    /// Candidate, check, and how many placements of the one the other refused.
-    refusals: Vec<(usize, &'static str, u64)>,
     timings: Timings,
-    degraded: Option<String>,
+    shortfall: Shortfall,
     is_widened: bool,
 }
 
 impl Plan {
     /// The best valid placement; `None` where no candidate has one.
     pub fn choice(&self) -> Option<Evaluated> {
-        self.ranked.first().copied()
+        self.ranked.first().map(|best| best.placement)
     }
 
-    /// The next best valid placements, as many as the planner was asked for.
-    pub fn alternatives(&self) -> &[Evaluated] {
-        self.ranked.get(1..).unwrap_or(&[])
+    /// What the checks found out about the choice.
+    pub fn evidence(&self) -> Option<&Evidence> {
+        self.ranked.first().map(|best| &best.evidence)
+    }
+
+    /// The next best valid placements, as many as the step was asked for.
+    pub fn alternatives(&self) -> impl Iterator<Item = &Evaluated> {
+        self.ranked.iter().skip(1).map(|next| &next.placement)
     }
 
     /// What became of each candidate, in the input's order.
@@ -160,19 +151,15 @@ impl Plan {
         &self.candidates
     }
 
-    /// How many placements of a candidate each check refused before the step was decided; those that refused none are
-    /// left out.
-    pub fn refusals(&self, candidate: usize) -> impl Iterator<Item = (&'static str, u64)> {
-        let refusals = self.refusals.iter();
-        refusals
-            .filter(move |(refused, ..)| *refused == candidate)
-            .map(|(_, check, count)| (*check, *count))
+    /// Why the step was not planned as was asked for, where it was not: the answer is as good, but took longer.
+    pub fn degraded(&self) -> &[String] {
+        &self.shortfall.degraded
     }
 
-    /// Why the step was not planned on the proposals that were wanted, where it was not: the answer is as good, but
-    /// took longer.
-    pub fn degraded(&self) -> Option<&str> {
-        self.degraded.as_deref()
+    /// Whether the time was over before everything was looked at: that there is no choice does not mean that nothing
+    /// fits.
+    pub fn is_cut(&self) -> bool {
+        self.shortfall.is_cut
     }
 
     /// Whether none of the proposals was valid, so that all placements were searched.
@@ -184,21 +171,29 @@ impl Plan {
     pub fn timings(&self) -> Timings {
         self.timings
     }
+
+    fn begin(&mut self, candidates: usize) {
+        self.ranked.clear();
+        self.candidates.iter_mut().for_each(CandidateReport::clear);
+        self.candidates
+            .resize(candidates, CandidateReport::default());
+        self.timings = Timings::default();
+        self.shortfall.clear();
+        self.is_widened = false;
+    }
 }
 
 /// Plans steps by Algorithm 1: propose, rank, check from the best value down, take the first valid placement. Where no
 /// proposal of any candidate is valid, all placements are searched before the buffer is given up.
 pub struct Planner {
     proposer: Box<dyn Proposer>,
-    evaluator: Box<dyn Evaluator>,
-    filter: ValidityFilter,
+    search: ValidSearch<Box<dyn Evaluator>>,
     order: Order,
     seed: u64,
-    alternatives: usize,
     proposals: Proposals,
     sequence: Vec<usize>,
-    /// Per candidate of the input: the check that refuses all of its placements.
-    ruled_out: Vec<Option<&'static str>>,
+    /// Per candidate of the input: why all of its placements are refused.
+    ruled_out: Vec<Option<Refusal>>,
     plan: Plan,
 }
 
@@ -207,34 +202,20 @@ impl Planner {
     pub fn new(
         proposer: Box<dyn Proposer>,
         evaluator: Box<dyn Evaluator>,
-        checks: Vec<Box<dyn ValidityCheck>>,
+        checks: Vec<BoxedCheck>,
         order: Order,
         seed: u64,
     ) -> Self {
         Self {
             proposer,
-            evaluator,
-            filter: ValidityFilter::new(checks),
+            search: ValidSearch::new(evaluator, checks),
             order,
             seed,
-            alternatives: 0,
             proposals: Proposals::default(),
             sequence: Vec::new(),
             ruled_out: Vec::new(),
             plan: Plan::default(),
         }
-    }
-
-    /// Asks for up to `count` valid placements beside the best; each costs the checks down to it.
-    #[must_use]
-    pub fn with_alternatives(mut self, count: usize) -> Self {
-        self.alternatives = count;
-        self
-    }
-
-    /// Asks for up to `count` valid placements beside the best from now on.
-    pub fn set_alternatives(&mut self, count: usize) {
-        self.alternatives = count;
     }
 
     /// Plans one step. To learn why an item of the buffer cannot be placed although another can, plan with it as the
@@ -248,7 +229,7 @@ impl Planner {
         self.ruled_out.clear();
         for candidate in input.candidates {
             self.ruled_out
-                .push(self.filter.ruled_out_by(input, candidate)?);
+                .push(self.search.ruled_out(input, candidate)?);
         }
         let took = started.elapsed();
         if self.ruled_out.iter().all(Option::is_none) {
@@ -263,65 +244,51 @@ impl Planner {
     /// Plans without the candidates that are ruled out: nothing is proposed for them or searched.
     fn plan_for_others(&mut self, input: &StepInput<'_>) -> Result<(), PlanError> {
         let candidates = || input.candidates.iter().zip(&self.ruled_out).enumerate();
-        let others = || candidates().filter(|(_, (_, check))| check.is_none());
+        let others = || candidates().filter(|(_, (_, refusal))| refusal.is_none());
         let indices: Vec<usize> = others().map(|(index, _)| index).collect();
         let others: Vec<Candidate> = others().map(|(_, (held, _))| held.clone()).collect();
         if others.is_empty() {
-            self.begin(0);
+            self.plan.begin(0);
         } else {
             self.plan_for(&StepInput {
                 candidates: &others,
                 ..*input
             })?;
         }
-        let ranked = self.plan.ranked.iter_mut();
-        let ranked = ranked.map(|placement| &mut placement.candidate);
-        let refused = self.plan.refusals.iter_mut();
-        for candidate in ranked.chain(refused.map(|(candidate, ..)| candidate)) {
+        for ranked in &mut self.plan.ranked {
+            let candidate = &mut ranked.placement.candidate;
             if let Some(index) = indices.get(*candidate) {
                 *candidate = *index;
             }
         }
         let mut reports = std::mem::take(&mut self.plan.candidates).into_iter();
-        let report = |check: &Option<&'static str>| match check {
+        let report = |refusal: &Option<Refusal>| match refusal {
             None => reports.next().unwrap_or_default(),
-            Some(check) => CandidateReport {
-                reason: Some(Reason::Rejected(check)),
-                ..CandidateReport::default()
-            },
+            Some(refusal) => CandidateReport::ruled_out(refusal),
         };
         self.plan.candidates = self.ruled_out.iter().map(report).collect();
         Ok(())
     }
 
-    fn begin(&mut self, candidates: usize) {
-        self.plan.ranked.clear();
-        self.plan.refusals.clear();
-        self.plan.candidates.clear();
-        self.plan
-            .candidates
-            .resize(candidates, CandidateReport::default());
-        self.plan.timings = Timings::default();
-        self.plan.degraded = None;
-        self.plan.is_widened = false;
-    }
-
     fn plan_for(&mut self, input: &StepInput<'_>) -> Result<(), PlanError> {
-        self.begin(input.candidates.len());
+        self.plan.begin(input.candidates.len());
         let started = Instant::now();
         self.proposer
             .propose(input, &mut self.proposals)
             .map_err(PlanError::Propose)?;
         self.plan.timings.propose = started.elapsed();
-        self.plan.degraded = self.proposals.degraded().map(str::to_owned);
 
         self.arrange(input);
         self.search_all(input)?;
-        if self.plan.choice().is_none() && self.proposals.is_pruned() {
+        let is_fruitless = self.plan.choice().is_none() && !self.plan.is_cut();
+        if is_fruitless && self.proposals.is_pruned() {
             // Better late than not at all: an item is given up only where no placement is valid.
             self.proposals.widen();
             self.plan.is_widened = true;
             self.search_all(input)?;
+        }
+        if let Some(reason) = self.proposals.degraded() {
+            self.plan.shortfall.degrade(reason.to_owned());
         }
         Ok(())
     }
@@ -329,11 +296,11 @@ impl Planner {
     /// Searches the candidates in their order until one has a valid placement.
     fn search_all(&mut self, input: &StepInput<'_>) -> Result<(), PlanError> {
         if self.order == Order::Balance {
-            return self.search(input, 0..self.sequence.len());
+            return self.search_group(input, 0..self.sequence.len());
         }
         for position in 0..self.sequence.len() {
-            self.search(input, position..position + 1)?;
-            if self.plan.choice().is_some() {
+            self.search_group(input, position..position + 1)?;
+            if self.plan.choice().is_some() || self.plan.is_cut() {
                 break;
             }
         }
@@ -362,43 +329,38 @@ impl Planner {
     }
 
     /// Searches some of the candidates together and adds what is valid to the plan.
-    fn search(
+    fn search_group(
         &mut self,
         input: &StepInput<'_>,
         positions: std::ops::Range<usize>,
     ) -> Result<(), PlanError> {
         let group = self.sequence.get(positions).unwrap_or(&[]);
-        let Plan {
-            ranked,
-            candidates,
-            refusals,
-            timings,
-            ..
-        } = &mut self.plan;
-        let searched = self.filter.search(
-            &mut *self.evaluator,
-            input,
-            group,
-            &self.proposals,
-            self.alternatives + 1,
-            ranked,
-        )?;
-        timings.evaluate += searched.evaluate;
-        timings.check += searched.check;
-        for (position, candidate) in group.iter().enumerate() {
-            let Some(report) = candidates.get_mut(*candidate) else {
+        let (search, plan) = (&mut self.search, &mut self.plan);
+        search.rank(input, group, &self.proposals)?;
+        let mut is_exhausted = false;
+        while plan.ranked.len() < input.wanted() && !is_exhausted {
+            match search.next_valid(input)? {
+                Some(valid) => plan.ranked.push(valid),
+                None => is_exhausted = true,
+            }
+        }
+        plan.timings.evaluate += search.timings().evaluate;
+        plan.timings.check += search.timings().check;
+        for shortfall in search.shortfalls() {
+            plan.shortfall.add(shortfall);
+        }
+        let is_decided = is_exhausted && !search.is_cut();
+        for candidate in group {
+            let Some(report) = plan.candidates.get_mut(*candidate) else {
                 continue;
             };
-            let refused = self.evaluator.refusals(*candidate).iter().copied();
-            let refused = refused.chain(self.filter.refusals(position));
-            report.counts = self.evaluator.counts(*candidate);
-            report.rejected = refused.clone().map(|(_, count)| count).sum();
-            refusals.retain(|(known, ..)| known != candidate);
-            let of_checks = refused.clone().filter(|(_, count)| *count > 0);
-            refusals.extend(of_checks.map(|(check, count)| (*candidate, check, count)));
-            let placed = ranked.iter().any(|ranked| ranked.candidate == *candidate);
-            if searched.is_exhausted && !placed {
-                report.reason = Some(reason(&report.counts, refused));
+            report.clear();
+            report.counts = search.counts(*candidate);
+            search.add_refusals(*candidate, &mut report.refusals);
+            let mut ranked = plan.ranked.iter();
+            let is_placed = ranked.any(|ranked| ranked.placement.candidate == *candidate);
+            if is_decided && !is_placed {
+                report.reason = Some(reason(report));
             }
         }
         Ok(())
@@ -418,15 +380,16 @@ fn validate(input: &StepInput<'_>) -> Result<(), PlanError> {
     Ok(())
 }
 
-fn reason(counts: &PlacementCounts, refused: impl Iterator<Item = (&'static str, u64)>) -> Reason {
+fn reason(report: &CandidateReport) -> Reason {
+    let counts = &report.counts;
     if counts.possible == 0 {
         return Reason::TooLarge;
     }
     if counts.proposed == 0 {
         return Reason::NotProposed;
     }
-    match refused.max_by_key(|(_, count)| *count) {
-        Some((check, count)) if counts.fitting > 0 && count > 0 => Reason::Rejected(check),
+    match report.refusals.most() {
+        Some(most) if counts.fitting > 0 => Reason::Rejected(most.clone()),
         _ => Reason::NoFit,
     }
 }

@@ -377,16 +377,8 @@ mod tests {
         };
         let item = Item::new("cube", vec![view; 4], 0.0).unwrap();
         let scene = Scene::from_heightmap(Heightmap::empty(&grid));
-        let candidates = [crate::step::Candidate {
-            arrival: 0,
-            item: std::sync::Arc::new(item),
-        }];
-        let input = StepInput {
-            grid: &grid,
-            scene: &scene,
-            candidates: &candidates,
-            step: 0,
-        };
+        let candidates = [crate::step::Candidate::new(0, std::sync::Arc::new(item))];
+        let input = StepInput::new(&grid, &scene, &candidates);
         let mut proposals = Proposals::default();
         let mut proposer = OrExhaustive::new(Box::new(Unsteady(0)));
         for round in 0..4 {

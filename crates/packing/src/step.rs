@@ -1,27 +1,21 @@
 //! What the parts of Algorithm 1 exchange in a step.
 
-use std::sync::Arc;
+use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
+pub use crate::candidate::Candidate;
 use crate::grid::Grid;
 use crate::heightmap::Scene;
-use crate::item::Item;
 use crate::placement::RestingPlacement;
 
 /// An error of a proposer, an evaluator or a check, local or remote.
 pub type StageError = Box<dyn std::error::Error + Send + Sync>;
 
-/// An item of the buffer that a step may choose.
-#[derive(Debug, Clone)]
-pub struct Candidate {
-    /// Its place in the sequence of arrivals, from 0.
-    pub arrival: usize,
-    /// The item.
-    pub item: Arc<Item>,
-}
-
-/// What one step is planned on.
+/// What one step is planned on, and what is asked of it.
+///
+/// All that its stages need to know of a step is in here: they keep nothing of it beside. A step over several
+/// containers is one input each, with the same candidates; their choices are compared by value.
 #[derive(Debug, Clone, Copy)]
 pub struct StepInput<'a> {
     /// The container's grid.
@@ -32,6 +26,29 @@ pub struct StepInput<'a> {
     pub candidates: &'a [Candidate],
     /// Number of the step, which stochastic parts mix into their seed.
     pub step: u64,
+    /// How many valid placements are wanted beside the best; each costs the checks down to it.
+    pub alternatives: usize,
+    /// When the answer has to be there; `None` where it is waited for as long as it takes.
+    pub deadline: Option<Instant>,
+}
+
+impl<'a> StepInput<'a> {
+    /// The first step: the best valid placement is wanted, however long that takes.
+    pub fn new(grid: &'a Grid, scene: &'a Scene, candidates: &'a [Candidate]) -> Self {
+        Self {
+            grid,
+            scene,
+            candidates,
+            step: 0,
+            alternatives: 0,
+            deadline: None,
+        }
+    }
+
+    /// How many valid placements are wanted.
+    pub fn wanted(&self) -> usize {
+        self.alternatives + 1
+    }
 }
 
 /// A placement with the value of the objective.
@@ -45,6 +62,16 @@ pub struct Evaluated {
     pub value: f64,
 }
 
+impl Evaluated {
+    /// The order of rankings: by value; equal values by candidate, yaw, x, y.
+    pub fn rank_cmp(&self, other: &Self) -> std::cmp::Ordering {
+        let key = |found: &Self| (found.candidate, found.resting.placement);
+        self.value
+            .total_cmp(&other.value)
+            .then_with(|| key(self).cmp(&key(other)))
+    }
+}
+
 /// How many placements of a candidate there were before any validity check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct PlacementCounts {
@@ -55,4 +82,42 @@ pub struct PlacementCounts {
     /// Proposed ones that stay below the rim; of a search by bounds, those that it looked at, which are all only where
     /// none was valid.
     pub fitting: u64,
+}
+
+/// What a stage did otherwise than was asked for.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Shortfall {
+    /// What, and why, for people; each once.
+    pub degraded: Vec<String>,
+    /// Whether some placements were left out for want of time: that none is valid does not mean that nothing fits.
+    pub is_cut: bool,
+}
+
+impl Shortfall {
+    /// Says that something was done in another way.
+    pub fn degrade(&mut self, reason: String) {
+        if !self.degraded.contains(&reason) {
+            self.degraded.push(reason);
+        }
+    }
+
+    /// Says that some placements were left out for want of time.
+    pub fn cut(&mut self, what: String) {
+        self.degrade(what);
+        self.is_cut = true;
+    }
+
+    /// Adds another stage's.
+    pub fn add(&mut self, other: &Self) {
+        for reason in &other.degraded {
+            self.degrade(reason.clone());
+        }
+        self.is_cut |= other.is_cut;
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.degraded.clear();
+        self.is_cut = false;
+    }
 }

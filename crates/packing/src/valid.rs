@@ -2,167 +2,31 @@
 
 use std::time::{Duration, Instant};
 
-use crate::check::BoxedCheck;
-use crate::grid::Grid;
-use crate::objective::WeightError;
-use crate::plan::{Evaluator, PlanError};
+use crate::check::{BoxedCheck, Evidence, Verdict};
+use crate::evaluator::Evaluator;
 use crate::proposals::Proposals;
-use crate::search::{Search, SearchSettings};
-use crate::step::{Candidate, Evaluated, PlacementCounts, StepInput};
+use crate::refusal::{Refusal, Refusals};
+use crate::step::{Candidate, Evaluated, PlacementCounts, Shortfall, StageError, StepInput};
 
-/// Checks, sorted by their cost, and what they refused in the last search.
-pub struct ValidityFilter {
-    checks: Vec<BoxedCheck>,
-    /// By position in the group, then check.
-    refusals: Vec<u64>,
+/// What kept a search for valid placements from going on.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SearchError {
+    /// The evaluator failed.
+    #[error("evaluating placements failed: {0}")]
+    Evaluate(#[source] StageError),
+    /// A validity check failed to give an answer.
+    #[error("a validity check failed: {0}")]
+    Check(#[source] StageError),
 }
 
-/// How a search for valid placements went.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Searched {
-    /// Whether every placement was looked at.
-    pub is_exhausted: bool,
-    /// Time spent ranking placements.
-    pub evaluate: Duration,
-    /// Time spent in the checks.
-    pub check: Duration,
-}
-
-impl ValidityFilter {
-    /// A filter that asks these checks, the cheap ones first.
-    pub fn new(mut checks: Vec<BoxedCheck>) -> Self {
-        checks.sort_by_key(|check| check.cost());
-        Self {
-            checks,
-            refusals: Vec::new(),
-        }
-    }
-
-    /// Ranks the proposals of some candidates and adds valid placements to `found`, the best first, until it holds
-    /// `limit` of them or none is left. `group` holds indices into the input's candidates.
-    ///
-    /// # Errors
-    /// [`PlanError::Evaluate`] and [`PlanError::Check`] where a stage failed.
-    pub fn search(
-        &mut self,
-        evaluator: &mut dyn Evaluator,
-        input: &StepInput<'_>,
-        group: &[usize],
-        proposals: &Proposals,
-        limit: usize,
-        found: &mut Vec<Evaluated>,
-    ) -> Result<Searched, PlanError> {
-        self.refusals.clear();
-        self.refusals.resize(group.len() * self.checks.len(), 0);
-        let started = Instant::now();
-        evaluator
-            .rank(input, group, proposals)
-            .map_err(PlanError::Evaluate)?;
-        let mut searched = Searched {
-            is_exhausted: false,
-            evaluate: started.elapsed(),
-            check: Duration::ZERO,
-        };
-        while found.len() < limit {
-            let started = Instant::now();
-            let best = evaluator.next_best(input).map_err(PlanError::Evaluate)?;
-            let ranked = Instant::now();
-            searched.evaluate += ranked - started;
-            let Some(best) = best else {
-                searched.is_exhausted = true;
-                break;
-            };
-            let refused_by = self.refused_by(input, &best)?;
-            searched.check += ranked.elapsed();
-            match refused_by {
-                None => found.push(best),
-                Some(check) => self.count(group, best.candidate, check),
-            }
-        }
-        Ok(searched)
-    }
-
-    /// What each check refused of a candidate in the last search, by the candidate's position in the group.
-    pub fn refusals(&self, position: usize) -> impl Iterator<Item = (&'static str, u64)> + Clone {
-        let first = position * self.checks.len();
-        let counts = self.refusals.get(first..).unwrap_or(&[]);
-        let names = self.checks.iter().map(|check| check.name());
-        names.zip(counts.iter().copied())
-    }
-
-    /// The first check that refuses every placement of a candidate, if one does.
-    ///
-    /// # Errors
-    /// [`PlanError::Check`] where a check failed.
-    pub fn ruled_out_by(
-        &mut self,
-        input: &StepInput<'_>,
-        candidate: &Candidate,
-    ) -> Result<Option<&'static str>, PlanError> {
-        for check in &mut self.checks {
-            let name = check.name();
-            let is_ruled_out =
-                check
-                    .rules_out(input, candidate)
-                    .map_err(|source| PlanError::Check {
-                        check: name,
-                        source,
-                    })?;
-            if is_ruled_out {
-                return Ok(Some(name));
-            }
-        }
-        Ok(None)
-    }
-
-    /// The index of the first check that refuses a placement.
-    fn refused_by(
-        &mut self,
-        input: &StepInput<'_>,
-        placement: &Evaluated,
-    ) -> Result<Option<usize>, PlanError> {
-        let Some(candidate) = input.candidates.get(placement.candidate) else {
-            return Ok(None);
-        };
-        for (index, check) in self.checks.iter_mut().enumerate() {
-            let valid = check
-                .is_valid(input, candidate, &placement.resting)
-                .map_err(|source| PlanError::Check {
-                    check: check.name(),
-                    source,
-                })?;
-            if !valid {
-                return Ok(Some(index));
-            }
-        }
-        Ok(None)
-    }
-
-    fn count(&mut self, group: &[usize], candidate: usize, check: usize) {
-        let position = group.iter().position(|member| *member == candidate);
-        let count = position.and_then(|at| self.refusals.get_mut(at * self.checks.len() + check));
-        if let Some(count) = count {
-            *count += 1;
-        }
-    }
-}
-
-/// A search with its checks, for those who want the best valid placements of a step without planning it: a service
-/// that evaluates for a planner elsewhere.
-pub struct ValidSearch {
-    search: Search,
-    filter: ValidityFilter,
-}
-
-/// The best valid placements of some candidates.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct BestValid {
-    /// By increasing value; equal values by candidate, yaw, x, y.
-    pub placements: Vec<Evaluated>,
-    /// Whether there are no further ones.
-    pub is_complete: bool,
-    /// What became of the placements of each candidate of the group, in its order.
-    pub tallies: Vec<Tally>,
+/// A placement that every check accepted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ValidPlacement {
+    /// The placement, with its value.
+    pub placement: Evaluated,
+    /// What the checks found out about it.
+    pub evidence: Evidence,
 }
 
 /// What became of a candidate's placements.
@@ -172,62 +36,216 @@ pub struct Tally {
     pub candidate: usize,
     /// Before any check.
     pub counts: PlacementCounts,
-    /// What each check refused before the search ended.
-    pub refusals: Vec<(&'static str, u64)>,
+    /// Those that checks refused before the search ended.
+    pub refusals: Refusals,
 }
 
-impl ValidSearch {
-    /// A search by these settings, for placements that pass these checks.
-    ///
-    /// # Errors
-    /// [`WeightError`] where a weight is negative or not finite.
-    pub fn new(
-        grid: &Grid,
-        settings: &SearchSettings,
-        checks: Vec<BoxedCheck>,
-    ) -> Result<Self, WeightError> {
-        Ok(Self {
-            search: Search::new(grid, settings)?.bounded(),
-            filter: ValidityFilter::new(checks),
-        })
+/// Time spent in a search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SearchTimings {
+    /// Ranking by the objective.
+    pub evaluate: Duration,
+    /// Validity checks.
+    pub check: Duration,
+}
+
+/// Valid placements by increasing value: an evaluator, and the checks that its placements have to pass. All checks of
+/// the program are asked here, those of the planner, of the services and of the dataset's expert.
+///
+/// Like the evaluator's ranking, the search goes on where it stopped.
+pub struct ValidSearch<E> {
+    evaluator: E,
+    /// The cheap ones first.
+    checks: Vec<BoxedCheck>,
+    /// By candidate of the input.
+    refusals: Vec<Refusals>,
+    shortfall: Shortfall,
+    timings: SearchTimings,
+}
+
+impl<E: Evaluator> ValidSearch<E> {
+    /// A search that asks these checks, the cheap ones first.
+    pub fn new(evaluator: E, mut checks: Vec<BoxedCheck>) -> Self {
+        checks.sort_by_key(|check| check.cost());
+        Self {
+            evaluator,
+            checks,
+            refusals: Vec::new(),
+            shortfall: Shortfall::default(),
+            timings: SearchTimings::default(),
+        }
     }
 
-    /// Spreads the work over the threads of a pool; the result is the same, bit for bit.
-    #[must_use]
-    pub fn with_pool(mut self, pool: std::sync::Arc<rayon::ThreadPool>) -> Self {
-        self.search = self.search.with_pool(pool);
-        self
-    }
-
-    /// The best `limit` valid placements of a group of candidates among their proposals.
+    /// Starts a search among the proposals of some candidates; `group` holds indices into the input's candidates.
     ///
     /// # Errors
-    /// [`PlanError::Evaluate`] and [`PlanError::Check`] where a stage failed.
-    pub fn best(
+    /// [`SearchError::Evaluate`] where the evaluator failed.
+    pub fn rank(
         &mut self,
         input: &StepInput<'_>,
         group: &[usize],
         proposals: &Proposals,
-        limit: usize,
-    ) -> Result<BestValid, PlanError> {
-        let mut placements = Vec::new();
-        let searched = self.filter.search(
-            &mut self.search,
-            input,
-            group,
-            proposals,
-            limit,
-            &mut placements,
-        )?;
-        let tallies = group.iter().enumerate().map(|(position, candidate)| Tally {
-            candidate: *candidate,
-            counts: self.search.counts(*candidate),
-            refusals: self.filter.refusals(position).collect(),
-        });
-        Ok(BestValid {
-            placements,
-            is_complete: searched.is_exhausted,
-            tallies: tallies.collect(),
-        })
+    ) -> Result<(), SearchError> {
+        self.refusals.iter_mut().for_each(Refusals::clear);
+        let candidates = input.candidates.len().max(self.refusals.len());
+        self.refusals.resize(candidates, Refusals::default());
+        self.shortfall.clear();
+        let started = Instant::now();
+        let ranked = self.evaluator.rank(input, group, proposals);
+        self.timings = SearchTimings {
+            evaluate: started.elapsed(),
+            check: Duration::ZERO,
+        };
+        ranked.map_err(SearchError::Evaluate)
+    }
+
+    /// The next valid placement by increasing value; equal values by candidate, yaw, x, y. `None` where there are no
+    /// more, or where the time is over: see [`is_cut`](Self::is_cut).
+    ///
+    /// # Errors
+    /// [`SearchError`] where the evaluator or a check failed.
+    pub fn next_valid(
+        &mut self,
+        input: &StepInput<'_>,
+    ) -> Result<Option<ValidPlacement>, SearchError> {
+        while let Some(placement) = self.next_ranked(input)? {
+            match self.judge(input, &placement)? {
+                Some(Verdict::Accepted(evidence)) => {
+                    return Ok(Some(ValidPlacement {
+                        placement,
+                        evidence,
+                    }));
+                }
+                Some(Verdict::Refused(_)) => {}
+                None => break,
+            }
+        }
+        Ok(None)
+    }
+
+    /// The next placement by increasing value, before any check; `None` after the last.
+    ///
+    /// # Errors
+    /// [`SearchError::Evaluate`] where the evaluator failed.
+    pub fn next_ranked(&mut self, input: &StepInput<'_>) -> Result<Option<Evaluated>, SearchError> {
+        if self.shortfall.is_cut {
+            return Ok(None);
+        }
+        let started = Instant::now();
+        let best = self.evaluator.next_best(input);
+        self.timings.evaluate += started.elapsed();
+        best.map_err(SearchError::Evaluate)
+    }
+
+    /// What the checks say of a placement: a refusal by the first that refuses it, else the evidence of all. `None`
+    /// where the time is over.
+    ///
+    /// # Errors
+    /// [`SearchError::Check`] where a check failed.
+    pub fn judge(
+        &mut self,
+        input: &StepInput<'_>,
+        placement: &Evaluated,
+    ) -> Result<Option<Verdict>, SearchError> {
+        let started = Instant::now();
+        if input.deadline.is_some_and(|deadline| started >= deadline) {
+            let what = "the time limit left placements unchecked";
+            self.shortfall.cut(what.to_owned());
+            return Ok(None);
+        }
+        let verdict = self.ask_checks(input, placement);
+        self.timings.check += started.elapsed();
+        let verdict = verdict?;
+        if let Verdict::Refused(refusal) = &verdict
+            && let Some(refusals) = self.refusals.get_mut(placement.candidate)
+        {
+            refusals.count(refusal.clone(), 1);
+        }
+        Ok(Some(verdict))
+    }
+
+    fn ask_checks(
+        &mut self,
+        input: &StepInput<'_>,
+        placement: &Evaluated,
+    ) -> Result<Verdict, SearchError> {
+        let mut evidence = Evidence::default();
+        let Some(candidate) = input.candidates.get(placement.candidate) else {
+            return Ok(Verdict::Accepted(evidence));
+        };
+        for check in &mut self.checks {
+            let verdict = check
+                .judge(input, candidate, &placement.resting)
+                .map_err(SearchError::Check)?;
+            match verdict {
+                Verdict::Accepted(found) => evidence.add(found),
+                refused @ Verdict::Refused(_) => return Ok(refused),
+            }
+        }
+        Ok(Verdict::Accepted(evidence))
+    }
+
+    /// Why a check refuses every placement of a candidate, if one does.
+    ///
+    /// # Errors
+    /// [`SearchError::Check`] where a check failed.
+    pub fn ruled_out(
+        &mut self,
+        input: &StepInput<'_>,
+        candidate: &Candidate,
+    ) -> Result<Option<Refusal>, SearchError> {
+        for check in &mut self.checks {
+            let refusal = check
+                .rules_out(input, candidate)
+                .map_err(SearchError::Check)?;
+            if refusal.is_some() {
+                return Ok(refusal);
+            }
+        }
+        Ok(None)
+    }
+
+    /// The placements of a candidate before any check.
+    pub fn counts(&self, candidate: usize) -> PlacementCounts {
+        self.evaluator.counts(candidate)
+    }
+
+    /// Adds the placements of a candidate that were refused since the search started: by the evaluator's checks, and by
+    /// those of this search.
+    pub fn add_refusals(&self, candidate: usize, refusals: &mut Refusals) {
+        self.evaluator.add_refusals(candidate, refusals);
+        if let Some(own) = self.refusals.get(candidate) {
+            refusals.add(own);
+        }
+    }
+
+    /// What became of a candidate's placements since the search started.
+    pub fn tally(&self, candidate: usize) -> Tally {
+        let mut refusals = Refusals::default();
+        self.add_refusals(candidate, &mut refusals);
+        Tally {
+            candidate,
+            counts: self.counts(candidate),
+            refusals,
+        }
+    }
+
+    /// Whether the time was over before every placement was looked at.
+    pub fn is_cut(&self) -> bool {
+        let of_evaluator = self.evaluator.shortfall();
+        self.shortfall.is_cut || of_evaluator.is_some_and(|shortfall| shortfall.is_cut)
+    }
+
+    /// What was done otherwise than was asked for: by the evaluator, and by this search.
+    pub fn shortfalls(&self) -> impl Iterator<Item = &Shortfall> {
+        let of_evaluator = self.evaluator.shortfall();
+        of_evaluator
+            .into_iter()
+            .chain(std::iter::once(&self.shortfall))
+    }
+
+    /// Time spent since the search started.
+    pub fn timings(&self) -> SearchTimings {
+        self.timings
     }
 }

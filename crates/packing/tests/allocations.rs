@@ -86,7 +86,7 @@ fn a_step_allocates_nothing_after_warm_up() {
                     .map(|step| {
                         let held = (0..5).map(|slot| kinds[(step + slot) % kinds.len()].clone());
                         let held = held.enumerate();
-                        held.map(|(arrival, item)| Candidate { arrival, item })
+                        held.map(|(arrival, item)| Candidate::new(arrival, item))
                             .collect()
                     })
                     .collect();
@@ -96,10 +96,8 @@ fn a_step_allocates_nothing_after_warm_up() {
                         let step = step as u64;
                         planner
                             .plan(&StepInput {
-                                grid: &grid,
-                                scene,
-                                candidates,
                                 step,
+                                ..StepInput::new(&grid, scene, candidates)
                             })
                             .unwrap();
                     }

@@ -27,7 +27,7 @@ mod support;
 fn candidates(items: &[Arc<Item>]) -> Vec<Candidate> {
     let arrivals = items.iter().cloned().enumerate();
     arrivals
-        .map(|(arrival, item)| Candidate { arrival, item })
+        .map(|(arrival, item)| Candidate::new(arrival, item))
         .collect()
 }
 
@@ -102,7 +102,7 @@ proptest! {
         };
         let scene = Scene::from_heightmap(heightmap);
         let held = candidates(&items);
-        let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step: 0 };
+        let input = StepInput { step: 0, ..StepInput::new(&grid, &scene, &held) };
         let everything = ProposeRandom::new(Percent::new(100.0).unwrap(), 1);
         let coarse: Vec<Item> = items.iter().map(|item| grids.item(item).unwrap()).collect();
         let coarse_grid = grids.coarse().clone();
@@ -137,7 +137,7 @@ proptest! {
     ) {
         let scene = Scene::from_heightmap(heightmap);
         let held = candidates(&items);
-        let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step: 0 };
+        let input = StepInput { step: 0, ..StepInput::new(&grid, &scene, &held) };
         let share = Percent::new(percent).unwrap();
         let mut proposals = Proposals::default();
         ProposeBest::new(&grid, &settings(), share).unwrap().propose(&input, &mut proposals).unwrap();
@@ -163,7 +163,7 @@ proptest! {
     ) {
         let scene = Scene::from_heightmap(heightmap);
         let held = candidates(&items);
-        let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step: 0 };
+        let input = StepInput { step: 0, ..StepInput::new(&grid, &scene, &held) };
         let (share, wide) = (Percent::new(percent).unwrap(), Percent::new(wide).unwrap());
         let settings = SearchSettings { order, ..settings() };
         let mut among = ProposeRandom::new(wide, 3);
@@ -202,7 +202,7 @@ proptest! {
     ) {
         let scene = Scene::from_heightmap(heightmap);
         let held = candidates(&items);
-        let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step: 0 };
+        let input = StepInput { step: 0, ..StepInput::new(&grid, &scene, &held) };
         let possible: Vec<Placement> = possible_placements(&grid, &items[0]).collect();
         let outside = [
             Placement { yaw: 0, x: grid.nx(), y: 0 },

@@ -5,13 +5,14 @@
     reason = "a panic in a test is a failing test"
 )]
 
-use ppnpack_packing::check::{BoxedCheck, Cost, ValidityCheck};
+use ppnpack_packing::check::{BoxedCheck, Cost, ValidityCheck, Verdict};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::objective::Order;
 use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_packing::plan::{Plan, Planner, Reason};
 use ppnpack_packing::proposals::ProposeAll;
+use ppnpack_packing::refusal::{Cause, Refusal};
 use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::PublishedStability;
 use ppnpack_packing::step::{Candidate, StageError, StepInput};
@@ -23,26 +24,26 @@ mod support;
 struct Picky(Vec<bool>);
 
 impl ValidityCheck for Picky {
-    fn name(&self) -> &'static str {
-        "picky"
-    }
-
     fn cost(&self) -> Cost {
         Cost::Motion
     }
 
-    fn rules_out(&mut self, _: &StepInput<'_>, held: &Candidate) -> Result<bool, StageError> {
-        Ok(self.0[held.arrival])
+    fn rules_out(
+        &mut self,
+        _: &StepInput<'_>,
+        held: &Candidate,
+    ) -> Result<Option<Refusal>, StageError> {
+        Ok(self.0[held.arrival].then(|| Cause::Arm.into()))
     }
 
-    fn is_valid(
+    fn judge(
         &mut self,
         _: &StepInput<'_>,
         held: &Candidate,
         resting: &RestingPlacement,
-    ) -> Result<bool, StageError> {
+    ) -> Result<Verdict, StageError> {
         assert!(!self.0[held.arrival], "it was ruled out");
-        Ok(resting.placement.x > 0)
+        Ok(Verdict::of(resting.placement.x > 0, Cause::Arm))
     }
 }
 
@@ -56,13 +57,13 @@ fn planner(grid: &Grid, order: Order, ruled_out: Vec<bool>) -> Planner {
         Box::new(Picky(ruled_out)),
         Box::new(PublishedStability::default()),
     ];
-    Planner::new(Box::new(ProposeAll), Box::new(search), checks, order, 1).with_alternatives(2)
+    Planner::new(Box::new(ProposeAll), Box::new(search), checks, order, 1)
 }
 
 /// The chosen placements, each with the arrival of its candidate.
 fn chosen(plan: &Plan, held: &[Candidate]) -> Vec<(usize, RestingPlacement, f64)> {
     let placements = plan.choice().into_iter();
-    let placements = placements.chain(plan.alternatives().iter().copied());
+    let placements = placements.chain(plan.alternatives().copied());
     placements
         .map(|found| (held[found.candidate].arrival, found.resting, found.value))
         .collect()
@@ -78,27 +79,24 @@ proptest! {
         order in proptest::sample::select(&[Order::Balance, Order::BboxVolume, Order::Arrival][..]),
     ) {
         let scene = Scene::from_heightmap(heightmap);
-        let candidate = |(arrival, item): (usize, &_)| Candidate { arrival, item: std::sync::Arc::clone(item) };
+        let candidate = |(arrival, item): (usize, &_)| Candidate::new(arrival, std::sync::Arc::clone(item));
         let held: Vec<Candidate> = items.iter().enumerate().map(candidate).collect();
         let others: Vec<Candidate> = held.iter().filter(|held| !ruled_out[held.arrival]).cloned().collect();
-        let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step: 3 };
+        let input = StepInput { step: 3, alternatives: 2, ..StepInput::new(&grid, &scene, &held) };
         let without = StepInput { candidates: &others, ..input };
         let mut of_all = planner(&grid, order, ruled_out.clone());
         let mut of_others = planner(&grid, order, ruled_out.clone());
         let (plan, expected) = (of_all.plan(&input).unwrap(), of_others.plan(&without).unwrap());
         prop_assert_eq!(chosen(plan, &held), chosen(expected, &others));
-        let mut reports = expected.candidates().iter().enumerate();
+        let mut reports = expected.candidates().iter();
         for (index, candidate) in held.iter().enumerate() {
             if ruled_out[candidate.arrival] {
-                let reason = plan.candidates()[index].reason;
-                prop_assert_eq!(reason, Some(Reason::Rejected("picky")));
-                prop_assert_eq!(plan.refusals(index).count(), 0);
+                let report = &plan.candidates()[index];
+                let reason = Some(Reason::Rejected(Cause::Arm.into()));
+                prop_assert_eq!(&report.reason, &reason);
+                prop_assert_eq!(report.refusals.total(), 0);
             } else {
-                let (at, report) = reports.next().unwrap();
-                prop_assert_eq!(plan.candidates()[index], *report);
-                prop_assert!(plan.refusals(index).eq(expected.refusals(at)));
-                let refused: u64 = plan.refusals(index).map(|(_, count)| count).sum();
-                prop_assert_eq!(refused, report.rejected);
+                prop_assert_eq!(Some(&plan.candidates()[index]), reports.next());
             }
         }
     }

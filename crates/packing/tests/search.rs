@@ -20,6 +20,7 @@ use ppnpack_packing::plan::{
 use ppnpack_packing::proposals::{
     CandidateProposals, Percent, Proposals, ProposeAll, ProposeRandom, Proposer, YawRange,
 };
+use ppnpack_packing::refusal::Cause;
 use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::PublishedStability;
 use proptest::prelude::*;
@@ -47,10 +48,7 @@ fn settings(heuristic: Heuristic, order: Order) -> SearchSettings {
 fn candidates(items: &[Arc<Item>]) -> Vec<Candidate> {
     let arrivals = items.iter().enumerate();
     arrivals
-        .map(|(arrival, item)| Candidate {
-            arrival,
-            item: item.clone(),
-        })
+        .map(|(arrival, item)| Candidate::new(arrival, item.clone()))
         .collect()
 }
 
@@ -114,7 +112,7 @@ proptest! {
     ) {
         let scene = Scene::from_heightmap(heightmap);
         let held = candidates(&items);
-        let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step: 0 };
+        let input = StepInput::new(&grid, &scene, &held);
         let mut search = Search::new(&grid, &settings(heuristic, Order::Balance)).unwrap();
         let found = ranking(&mut search, &input, &all(&input));
         let expected = sorted(&input, heuristic);
@@ -151,7 +149,7 @@ proptest! {
         for (step, scene) in scenes.iter().enumerate() {
             // The buffer changes from step to step too.
             let held = &held[step.min(held.len() - 1)..];
-            let input = StepInput { grid: &grid, scene, candidates: held, step: step as u64 };
+            let input = StepInput { step: step as u64 , ..StepInput::new(&grid, scene, held) };
             let mut fresh = Search::new(&grid, &settings).unwrap();
             let expected = ranking(&mut fresh, &input, &all(&input));
             prop_assert_eq!(ranking(&mut kept, &input, &all(&input)), expected);
@@ -174,7 +172,7 @@ proptest! {
         let mut bounded = Search::new(&grid, &settings).unwrap().bounded();
         let mut whole = Search::new(&grid, &settings).unwrap();
         for scene in [first, second].map(Scene::from_heightmap) {
-            let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step: 1 };
+            let input = StepInput { step: 1, ..StepInput::new(&grid, &scene, &held) };
             // All placements of the first candidate, a few yaws of the second and some placements of the third.
             let mut random = Proposals::default();
             ProposeRandom::new(Percent::new(percent).unwrap(), 5).propose(&input, &mut random).unwrap();
@@ -202,7 +200,7 @@ proptest! {
     ) {
         let scene = Scene::from_heightmap(heightmap);
         let held = candidates(&items);
-        let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step: 3 };
+        let input = StepInput { step: 3, ..StepInput::new(&grid, &scene, &held) };
         let mut proposals = Proposals::default();
         let share = Percent::new(percent).unwrap();
         ProposeRandom::new(share, 5).propose(&input, &mut proposals).unwrap();
@@ -235,7 +233,7 @@ proptest! {
     ) {
         let scene = Scene::from_heightmap(heightmap);
         let held = candidates(&items);
-        let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step: 2 };
+        let input = StepInput { step: 2, ..StepInput::new(&grid, &scene, &held) };
         let settings = settings(heuristic, Order::Balance);
         let mut whole = Search::new(&grid, &settings).unwrap();
         let expected = ranking(&mut whole, &input, &all(&input));
@@ -273,11 +271,11 @@ proptest! {
     ) {
         let scene = Scene::from_heightmap(heightmap);
         let held = candidates(&items);
-        let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step: 0 };
+        let input = StepInput { alternatives: 2, ..StepInput::new(&grid, &scene, &held) };
         let search = Search::new(&grid, &settings(Heuristic::Sdfm, order)).unwrap();
         let checks: Vec<BoxedCheck> = vec![Box::new(PublishedStability::default()), Box::new(Fits)];
         let mut planner =
-            Planner::new(Box::new(ProposeAll), Box::new(search), checks, order, 1).with_alternatives(2);
+            Planner::new(Box::new(ProposeAll), Box::new(search), checks, order, 1);
         let plan = planner.plan(&input).unwrap();
         let mut search = Search::new(&grid, &settings(Heuristic::Sdfm, order)).unwrap();
         let mut stability = PublishedStability::default();
@@ -289,16 +287,16 @@ proptest! {
         });
         if order == Order::Balance {
             prop_assert_eq!(plan.choice(), valid.first().copied());
-            prop_assert_eq!(plan.alternatives(), valid.get(1..valid.len().min(3)).unwrap_or(&[]));
+            prop_assert!(plan.alternatives().eq(valid.iter().skip(1).take(2)));
         }
         prop_assert_eq!(plan.choice().is_some(), !valid.is_empty());
         for (index, report) in plan.candidates().iter().enumerate() {
             let of = |ranked: &[Evaluated]| ranked.iter().filter(|found| found.candidate == index).count();
-            match report.reason {
-                Some(Reason::Rejected(check)) => {
-                    prop_assert_eq!(check, "unstable by the published test");
+            match &report.reason {
+                Some(Reason::Rejected(refusal)) => {
+                    prop_assert_eq!(refusal.cause, Cause::UnstableByPublishedTest);
                     prop_assert!(of(&fitting) > 0 && of(&valid) == 0);
-                    prop_assert_eq!(report.rejected as usize, of(&fitting));
+                    prop_assert_eq!(report.refusals.total() as usize, of(&fitting));
                 }
                 Some(_) => prop_assert_eq!(of(&fitting), 0),
                 None => prop_assert!(plan.choice().is_some()),
@@ -326,10 +324,8 @@ fn random_placements_are_spread_over_all_valid_ones() {
     let mut quadrants = [0; 8];
     for step in 0..4000 {
         let input = StepInput {
-            grid: &grid,
-            scene: &scene,
-            candidates: &held,
             step,
+            ..StepInput::new(&grid, &scene, &held)
         };
         let group = [0];
         search.rank(&input, &group, &all(&input)).unwrap();

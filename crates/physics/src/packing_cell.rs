@@ -6,6 +6,7 @@ use std::sync::Arc;
 use nalgebra::Isometry3;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::object::Model;
+use ppnpack_packing::check::Evidence;
 use ppnpack_packing::episode::PackingCell;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
@@ -136,7 +137,12 @@ impl PackingCell for SimulatedPackingCell {
         })
     }
 
-    fn place(&mut self, item: &Candidate, resting: &RestingPlacement) -> Result<(), StageError> {
+    fn place(
+        &mut self,
+        item: &Candidate,
+        resting: &RestingPlacement,
+        _evidence: &Evidence,
+    ) -> Result<(), StageError> {
         let (model, container_from_item) = self.planned(item, resting)?;
         let report = self.cell.place(&model, &container_from_item)?;
         self.placed.push(Placed {

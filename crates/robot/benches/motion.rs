@@ -26,12 +26,7 @@ use rand_chacha::ChaCha8Rng;
 const CASES: usize = 256;
 
 fn input(case: &Case) -> StepInput<'_> {
-    StepInput {
-        grid: &case.grid,
-        scene: &case.scene,
-        candidates: &[],
-        step: 0,
-    }
+    StepInput::new(&case.grid, &case.scene, &[])
 }
 
 fn bench(criterion: &mut Criterion) {

@@ -60,12 +60,7 @@ fn run(arm: &Arc<Arm>, cell: &CellSettings, seed: u64, placements: usize) -> Rep
     let mut report = Report::default();
     while report.accepted.len() + report.refused.len() < placements {
         let case = case(&mut random);
-        let input = StepInput {
-            grid: &case.grid,
-            scene: &case.scene,
-            candidates: &[],
-            step: 0,
-        };
+        let input = StepInput::new(&case.grid, &case.scene, &[]);
         let Ok(pick) = check.pick(&case.item, case.grid.resolution()) else {
             continue;
         };

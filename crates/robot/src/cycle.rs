@@ -7,7 +7,9 @@ use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
+use ppnpack_packing::candidate::Lying;
 use ppnpack_packing::item::Item;
+use ppnpack_packing::motion::{Cycle, JointPoint, Leg, LegKind, MAX_POINTS};
 use serde::{Deserialize, Serialize};
 
 use crate::clearance::{Held, Sweep, deviations_m, extruded};
@@ -143,39 +145,68 @@ impl PickPlace {
     }
 }
 
-/// A part of a cycle, from rest to rest.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Leg {
-    /// Down to the item.
-    Descend,
-    /// Up with the item.
-    Lift,
-    /// Over to the container, at one height.
-    Transfer,
-    /// Down into the container.
-    Insert,
-    /// Up without the item.
-    Retreat,
-    /// Back to above the next item.
-    Return,
-}
-
 /// A cycle that the arm can make.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Cycle {
+pub struct PlannedCycle {
     /// What is done, in order.
-    pub legs: Vec<(Leg, Trajectory)>,
+    pub legs: Vec<(LegKind, Trajectory)>,
     /// Where the item lies when it is picked.
     pub from: PickPose,
     /// The flange's turn about the vertical seen from the item's.
     pub grasp_yaw_rad: f64,
-    /// How long the cup takes to hold the item, after [`Leg::Descend`], in seconds.
+    /// How long the cup takes to hold the item, after [`LegKind::Descend`], in seconds.
     pub grip_s: f64,
-    /// How long the cup takes to let go, after [`Leg::Insert`], in seconds.
+    /// How long the cup takes to let go, after [`LegKind::Insert`], in seconds.
     pub release_s: f64,
     /// The time from the start of the descent to the return above the pick, gripping and letting go included, in
     /// seconds.
     pub cycle_s: f64,
+}
+
+/// The distance of the points at which a cycle is sampled, in seconds. Long legs have [`MAX_POINTS`] at most.
+const PERIOD_S: f64 = 0.01;
+
+/// The shortest distance of two points, in seconds: nothing moves far within it.
+const LEAST_S: f64 = 1e-6;
+
+impl PlannedCycle {
+    /// The cycle as whoever carries it out is given it: joint angles over time, and where the item's own frame is when
+    /// it is picked.
+    pub fn sampled(&self, arm: &str, lying: &Lying) -> Cycle {
+        let legs = self.legs.iter().map(|(kind, trajectory)| Leg {
+            kind: *kind,
+            points: points(trajectory),
+        });
+        Cycle {
+            arm: arm.to_owned(),
+            cycle_s: self.cycle_s,
+            container_from_item_at_pick: lying.own_frame(&self.from.container_from_item),
+            grasp_yaw_rad: self.grasp_yaw_rad,
+            grip_s: self.grip_s,
+            release_s: self.release_s,
+            legs: legs.collect(),
+        }
+    }
+}
+
+/// Points of a trajectory, its end among them.
+fn points(trajectory: &Trajectory) -> Vec<JointPoint> {
+    let end_s = trajectory.duration_s();
+    let longest = (MAX_POINTS - 1) as f64;
+    let period_s = PERIOD_S.max(end_s / (longest - 1.0));
+    let mut points: Vec<JointPoint> = Vec::new();
+    for (time_s, joints) in trajectory.samples(period_s) {
+        let position_rad = *joints.as_array();
+        match points.last_mut() {
+            // The end may come a hair after the point before it: it takes that one's place.
+            Some(before) if time_s < before.time_s + LEAST_S => before.position_rad = position_rad,
+            _ => points.push(JointPoint {
+                time_s,
+                position_rad,
+            }),
+        }
+    }
+    points
 }
 
 /// Places of the cup's lip over lift, transfer and insert, and where the legs meet.
@@ -229,7 +260,7 @@ impl PlacePlanner {
         placing: &Placing<'_>,
         from: &PickPose,
         settings: &CycleSettings,
-    ) -> Result<Cycle, Refusal> {
+    ) -> Result<PlannedCycle, Refusal> {
         if let Some(mass_kg) = from
             .mass_kg
             .filter(|mass_kg| *mass_kg > self.arm.payload_kg())
@@ -403,19 +434,19 @@ impl PlacePlanner {
     }
 
     /// Times the legs there and back.
-    fn timed(&self, carry: Carry, from: &PickPose, settings: &CycleSettings) -> Cycle {
+    fn timed(&self, carry: Carry, from: &PickPose, settings: &CycleSettings) -> PlannedCycle {
         let mut limits = *self.arm.limits();
         for limit in &mut limits {
             limit.speed_rad_per_s *= settings.speed_share;
             limit.acceleration_rad_per_s2 *= settings.acceleration_share;
         }
         let legs = [
-            (Leg::Descend, carry.lift.reversed()),
-            (Leg::Retreat, carry.insert.reversed()),
-            (Leg::Return, carry.transfer.reversed()),
-            (Leg::Lift, carry.lift),
-            (Leg::Transfer, carry.transfer),
-            (Leg::Insert, carry.insert),
+            (LegKind::Descend, carry.lift.reversed()),
+            (LegKind::Retreat, carry.insert.reversed()),
+            (LegKind::Return, carry.transfer.reversed()),
+            (LegKind::Lift, carry.lift),
+            (LegKind::Transfer, carry.transfer),
+            (LegKind::Insert, carry.insert),
         ];
         let [descend, retreat, back, lift, transfer, insert] =
             legs.map(|(leg, path)| (leg, Trajectory::new(path, &limits)));
@@ -424,7 +455,7 @@ impl PlacePlanner {
             .iter()
             .map(|(_, trajectory)| trajectory.duration_s())
             .sum();
-        Cycle {
+        PlannedCycle {
             legs,
             from: *from,
             grasp_yaw_rad: carry.grasp_yaw_rad,

@@ -1,53 +1,39 @@
 //! Arm feasibility as a validity check of the planning engine.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
+use std::sync::Arc;
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-use ppnpack_packing::check::{Cost, ValidityCheck};
+use ppnpack_packing::check::{Cost, Evidence, ValidityCheck, Verdict};
 use ppnpack_packing::grid::Resolution;
 use ppnpack_packing::item::{Item, ShapeId};
 use ppnpack_packing::placement::RestingPlacement;
+use ppnpack_packing::refusal::{Cause, Refusal as Refused};
 use ppnpack_packing::step::{Candidate, StageError, StepInput};
 
-use crate::cycle::{Cycle, CycleSettings, PickPlace, PickPose};
+use crate::cycle::{CycleSettings, PickPlace, PickPose, PlannedCycle};
 use crate::motion::{PlaceMotion, PlacePlanner, Placing};
 use crate::pick::{self, NoPickPoint, PickPoint};
 use crate::refusal::Refusal;
 use crate::surface::UpperSurface;
 
-/// What the check calls itself.
-pub const NAME: &str = "not possible for the arm";
+/// How finely models are sampled where they are held, in metres.
+const SURFACE_PITCH_M: f64 = 0.002;
 
-/// Pick points found on heightmaps that are kept; items that come with heightmaps of their own never come again.
+/// Pick points that are kept; items that come with heightmaps of their own never come again.
 const PICKS_KEPT: usize = 4096;
 
 /// Accepts placements that the arm can make: the item can be held, and the place motion is possible. Where it is
-/// known where items are picked, the whole cycle has to be.
+/// known where items are picked, the whole cycle has to be, and it is the evidence.
 ///
-/// Where an item is held is looked for once per shape: in the model's mesh where it was given by
-/// [`hold`](Self::hold), else in the item's heightmap at its first yaw.
+/// Where an item is held is looked for once per shape: on its model where that is known, else in its heightmap at the
+/// first yaw.
 #[derive(Debug, Clone)]
 pub struct ArmCheck {
     planner: PlacePlanner,
     cycles: Option<(PickPlace, CycleSettings)>,
-    held: HashMap<ShapeId, Result<PickPoint, NoPickPoint>>,
-    masses_kg: HashMap<ShapeId, f64>,
-    picks: HashMap<ShapeId, Result<PickPoint, NoPickPoint>>,
-    /// By arrival: where items lie that are not brought to the usual place.
-    lying: HashMap<usize, Isometry3<f64>>,
-    last_refusal: Option<Refusal>,
-    tally: Tally,
-    /// By arrival: why placements were refused in the step.
-    causes: HashMap<usize, BTreeMap<String, u64>>,
-}
-
-/// What a check was asked.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Tally {
-    /// For how many placements.
-    pub asked: u64,
-    /// How many of them were refused, by reason.
-    pub refused: BTreeMap<String, u64>,
+    /// By shape, and whether the model is known.
+    picks: HashMap<(ShapeId, bool), Result<PickPoint, NoPickPoint>>,
 }
 
 impl ArmCheck {
@@ -56,13 +42,7 @@ impl ArmCheck {
         Self {
             planner,
             cycles: None,
-            held: HashMap::new(),
-            masses_kg: HashMap::new(),
             picks: HashMap::new(),
-            lying: HashMap::new(),
-            last_refusal: None,
-            tally: Tally::default(),
-            causes: HashMap::new(),
         }
     }
 
@@ -78,58 +58,31 @@ impl ArmCheck {
         &self.planner
     }
 
-    /// Looks for an item's pick point on a finely sampled surface, such as its model's.
-    ///
-    /// # Errors
-    /// [`NoPickPoint`] where it cannot be held; its placements are refused from then on.
-    pub fn hold(&mut self, item: &Item, surface: &UpperSurface) -> Result<PickPoint, NoPickPoint> {
-        let found = self.find(surface);
-        self.held.insert(item.shape(), found);
-        found
-    }
-
-    /// Whether [`hold`](Self::hold) was called for an item.
-    pub fn holds(&self, item: &Item) -> bool {
-        self.held.contains_key(&item.shape())
-    }
-
-    /// Forgets an item that will not come again.
-    pub fn release(&mut self, item: &Item) {
-        let shape = item.shape();
-        self.held.remove(&shape);
-        self.masses_kg.remove(&shape);
-        self.picks.remove(&shape);
-    }
-
-    /// Says what an item weighs, in kilograms.
-    pub fn weigh(&mut self, item: &Item, mass_kg: f64) {
-        self.masses_kg.insert(item.shape(), mass_kg);
-    }
-
-    /// Says where the item of an arrival lies to be picked: the frame of its heightmaps, of which the place and the yaw
-    /// count. `None` for the usual place.
-    pub fn pick_from(&mut self, arrival: usize, container_from_item: Option<Isometry3<f64>>) {
-        match container_from_item {
-            Some(pose) => self.lying.insert(arrival, upright(&pose)),
-            None => self.lying.remove(&arrival),
-        };
-    }
-
     /// Where an item is held.
     ///
     /// # Errors
     /// [`NoPickPoint`] where it cannot be held.
-    pub fn pick(&mut self, item: &Item, resolution: &Resolution) -> Result<PickPoint, NoPickPoint> {
-        let shape = item.shape();
-        if let Some(known) = self.held.get(&shape).or_else(|| self.picks.get(&shape)) {
+    pub fn pick(
+        &mut self,
+        candidate: &Candidate,
+        resolution: &Resolution,
+    ) -> Result<PickPoint, NoPickPoint> {
+        let key = (candidate.item.shape(), candidate.model.is_some());
+        if let Some(known) = self.picks.get(&key) {
             return *known;
         }
-        let surface = UpperSurface::of_item(item, resolution);
-        let found = surface.map_or(Err(NoPickPoint::Empty), |surface| self.find(&surface));
+        let of_model = candidate.model.as_ref();
+        let surface = of_model
+            .and_then(|model| UpperSurface::of_model(model, SURFACE_PITCH_M))
+            .or_else(|| UpperSurface::of_item(&candidate.item, resolution));
+        let found = surface.map_or(Err(NoPickPoint::Empty), |surface| {
+            let gripper = self.planner.arm().gripper();
+            pick::find(&surface, gripper, &self.planner.cell().pick)
+        });
         if self.picks.len() >= PICKS_KEPT {
             self.picks.clear();
         }
-        self.picks.insert(shape, found);
+        self.picks.insert(key, found);
         found
     }
 
@@ -137,11 +90,15 @@ impl ArmCheck {
     ///
     /// # Errors
     /// [`Refusal::Pick`] and [`Refusal::TooHeavy`], wherever the item would be placed.
-    pub fn lift(&mut self, item: &Item, resolution: &Resolution) -> Result<PickPoint, Refusal> {
-        let pick = self.pick(item, resolution)?;
-        match self.masses_kg.get(&item.shape()) {
-            Some(mass_kg) if *mass_kg > self.planner.arm().payload_kg() => {
-                Err(Refusal::TooHeavy { mass_kg: *mass_kg })
+    pub fn lift(
+        &mut self,
+        candidate: &Candidate,
+        resolution: &Resolution,
+    ) -> Result<PickPoint, Refusal> {
+        let pick = self.pick(candidate, resolution)?;
+        match mass_kg(candidate) {
+            Some(mass_kg) if mass_kg > self.planner.arm().payload_kg() => {
+                Err(Refusal::TooHeavy { mass_kg })
             }
             _ => Ok(pick),
         }
@@ -154,17 +111,12 @@ impl ArmCheck {
     pub fn plan(
         &mut self,
         input: &StepInput<'_>,
-        item: &Item,
+        candidate: &Candidate,
         resting: &RestingPlacement,
     ) -> Result<PlaceMotion, Refusal> {
-        let pick = self.lift(item, input.grid.resolution())?;
-        self.planner.plan(&Placing {
-            grid: input.grid,
-            scene: input.scene,
-            item,
-            resting,
-            pick: &pick,
-        })
+        let pick = self.lift(candidate, input.grid.resolution())?;
+        self.planner
+            .plan(&placing(input, candidate, resting, &pick))
     }
 
     /// The cycle that picks and places a candidate; `None` where it is not known where items are picked.
@@ -176,28 +128,22 @@ impl ArmCheck {
         input: &StepInput<'_>,
         candidate: &Candidate,
         resting: &RestingPlacement,
-    ) -> Result<Option<Cycle>, Refusal> {
-        let item = &candidate.item;
+    ) -> Result<Option<PlannedCycle>, Refusal> {
         let Some((place, settings)) = self.cycles else {
             return Ok(None);
         };
-        let pick = self.lift(item, input.grid.resolution())?;
-        let mass_kg = self.masses_kg.get(&item.shape()).copied();
-        let from = match self.lying.get(&candidate.arrival) {
+        let item = &candidate.item;
+        let pick = self.lift(candidate, input.grid.resolution())?;
+        let mass_kg = mass_kg(candidate);
+        let from = match candidate.lying.heightmap_frame() {
             Some(lying) => Some(PickPose {
-                container_from_item: self.on_table(lying, item),
+                container_from_item: self.on_table(&upright(&lying), item),
                 mass_kg,
             }),
             None => place.pose(item, &pick, mass_kg),
         };
         let from = from.ok_or(Refusal::Placement)?;
-        let placing = Placing {
-            grid: input.grid,
-            scene: input.scene,
-            item,
-            resting,
-            pick: &pick,
-        };
+        let placing = placing(input, candidate, resting, &pick);
         self.planner
             .plan_cycle(&placing, &from, &settings)
             .map(Some)
@@ -213,47 +159,39 @@ impl ArmCheck {
         pose
     }
 
-    /// Why the last placement that was refused was.
-    pub fn last_refusal(&self) -> Option<&Refusal> {
-        self.last_refusal.as_ref()
-    }
-
-    /// What it was asked since the last call.
-    pub fn take_tally(&mut self) -> Tally {
-        std::mem::take(&mut self.tally)
-    }
-
-    /// Why most placements of a candidate were refused in the step, by the candidate's arrival; `None` where none was.
-    pub fn why(&self, arrival: usize) -> Option<&str> {
-        let causes = self.causes.get(&arrival)?;
-        let most = causes.iter().max_by_key(|(_, count)| **count);
-        most.map(|(cause, _)| cause.as_str())
-    }
-
     /// The place motion is tried first: it takes a tenth of the time of a cycle, and finds most of what is not possible.
     fn try_placement(
         &mut self,
         input: &StepInput<'_>,
         candidate: &Candidate,
         resting: &RestingPlacement,
-    ) -> Result<(), Refusal> {
-        self.plan(input, &candidate.item, resting)?;
-        self.cycle(input, candidate, resting)?;
-        Ok(())
+    ) -> Result<Evidence, Refusal> {
+        self.plan(input, candidate, resting)?;
+        let cycle = self.cycle(input, candidate, resting)?;
+        let arm = self.planner.arm().name();
+        Ok(Evidence {
+            cycle: cycle.map(|cycle| Arc::new(cycle.sampled(arm, &candidate.lying))),
+        })
     }
+}
 
-    fn note(&mut self, arrival: usize, refusal: Refusal) {
-        let cause = refusal.cause();
-        *self.tally.refused.entry(cause.clone()).or_default() += 1;
-        let causes = self.causes.entry(arrival).or_default();
-        *causes.entry(cause).or_default() += 1;
-        self.last_refusal = Some(refusal);
+fn placing<'a>(
+    input: &StepInput<'a>,
+    candidate: &'a Candidate,
+    resting: &'a RestingPlacement,
+    pick: &'a PickPoint,
+) -> Placing<'a> {
+    Placing {
+        grid: input.grid,
+        scene: input.scene,
+        item: &candidate.item,
+        resting,
+        pick,
     }
+}
 
-    fn find(&self, surface: &UpperSurface) -> Result<PickPoint, NoPickPoint> {
-        let gripper = self.planner.arm().gripper();
-        pick::find(surface, gripper, &self.planner.cell().pick)
-    }
+fn mass_kg(candidate: &Candidate) -> Option<f64> {
+    candidate.model.as_ref().map(|model| model.mass.mass_kg)
 }
 
 /// A pose without what it leans.
@@ -263,11 +201,14 @@ fn upright(pose: &Isometry3<f64>) -> Isometry3<f64> {
     Isometry3::from_parts(pose.translation, turn)
 }
 
-impl ValidityCheck for ArmCheck {
-    fn name(&self) -> &'static str {
-        NAME
+/// A refusal of the arm as one of the engine.
+impl From<&Refusal> for Refused {
+    fn from(refusal: &Refusal) -> Self {
+        Self::because(Cause::Arm, refusal.cause())
     }
+}
 
+impl ValidityCheck for ArmCheck {
     fn cost(&self) -> Cost {
         Cost::Motion
     }
@@ -276,31 +217,20 @@ impl ValidityCheck for ArmCheck {
         &mut self,
         input: &StepInput<'_>,
         candidate: &Candidate,
-    ) -> Result<bool, StageError> {
-        // Asked as a step begins: what was said of the candidate in another step is forgotten.
-        self.causes.remove(&candidate.arrival);
-        let Err(refusal) = self.lift(&candidate.item, input.grid.resolution()) else {
-            return Ok(false);
-        };
-        let causes = self.causes.entry(candidate.arrival).or_default();
-        causes.insert(refusal.cause(), 1);
-        self.last_refusal = Some(refusal);
-        Ok(true)
+    ) -> Result<Option<Refused>, StageError> {
+        let lifted = self.lift(candidate, input.grid.resolution());
+        Ok(lifted.err().as_ref().map(Refused::from))
     }
 
-    fn is_valid(
+    fn judge(
         &mut self,
         input: &StepInput<'_>,
         candidate: &Candidate,
         resting: &RestingPlacement,
-    ) -> Result<bool, StageError> {
-        self.tally.asked += 1;
-        match self.try_placement(input, candidate, resting) {
-            Ok(()) => Ok(true),
-            Err(refusal) => {
-                self.note(candidate.arrival, refusal);
-                Ok(false)
-            }
-        }
+    ) -> Result<Verdict, StageError> {
+        Ok(match self.try_placement(input, candidate, resting) {
+            Ok(evidence) => Verdict::Accepted(evidence),
+            Err(refusal) => Verdict::Refused(Refused::from(&refusal)),
+        })
     }
 }

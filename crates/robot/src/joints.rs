@@ -4,8 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use crate::parameters::JointParameters;
 
-/// Joints of an arm.
-pub const JOINTS: usize = 6;
+pub use ppnpack_packing::motion::JOINTS;
 
 /// A joint, counted from the base.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

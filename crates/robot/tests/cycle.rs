@@ -57,12 +57,7 @@ fn cycles(name: &str, count: usize) -> (PlacePlanner, Vec<(Case, PickPose, Cycle
         };
         if let Ok(cycle) = planner.plan_cycle(&placing, &pose, &CycleSettings::default()) {
             // What a whole cycle can do, the place motion alone can.
-            let input = StepInput {
-                grid: &case.grid,
-                scene: &case.scene,
-                candidates: &[],
-                step: 0,
-            };
+            let input = StepInput::new(&case.grid, &case.scene, &[]);
             assert!(check.plan(&input, &case.item, &case.resting).is_ok());
             found.push((case, pose, cycle));
         }

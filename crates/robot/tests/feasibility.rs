@@ -63,13 +63,8 @@ fn ask(check: &mut ArmCheck, content: &Heightmap, x: usize, y: usize) -> Result<
     let grid = grid();
     let scene = Scene::from_heightmap(content.clone());
     let item = block(6, 6, 20);
-    let candidates = [Candidate { arrival: 0, item }];
-    let input = StepInput {
-        grid: &grid,
-        scene: &scene,
-        candidates: &candidates,
-        step: 0,
-    };
+    let candidates = [Candidate::new(0, item)];
+    let input = StepInput::new(&grid, &scene, &candidates);
     let resting = RestingPlacement {
         placement: Placement { yaw: 0, x, y },
         resting_height: 0,
@@ -114,12 +109,7 @@ fn refusals_name_what_is_in_the_way() {
 
     assert_eq!(ask(&mut check, &empty, 27, 13), Err(Refusal::Placement));
     let stage = &Scene::from_heightmap(empty);
-    let input = StepInput {
-        grid: &grid,
-        scene: stage,
-        candidates: &[],
-        step: 0,
-    };
+    let input = StepInput::new(&grid, stage, &[]);
     let resting = RestingPlacement {
         placement: Placement {
             yaw: 0,
@@ -209,16 +199,8 @@ fn an_arm_on_the_ceiling_places_too() {
 fn the_engine_gives_up_an_item_that_the_arm_cannot_place() {
     let grid = grid();
     let scene = Scene::from_heightmap(Heightmap::empty(&grid));
-    let candidates = [Candidate {
-        arrival: 0,
-        item: block(6, 6, 20),
-    }];
-    let input = StepInput {
-        grid: &grid,
-        scene: &scene,
-        candidates: &candidates,
-        step: 0,
-    };
+    let candidates = [Candidate::new(0, block(6, 6, 20))];
+    let input = StepInput::new(&grid, &scene, &candidates);
     let plan_with = |check: ArmCheck| {
         let settings = SearchSettings {
             heuristic: Heuristic::Dbl,

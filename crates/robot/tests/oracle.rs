@@ -29,12 +29,7 @@ fn no_unsafe_placement_is_accepted() {
         let mut random = ChaCha8Rng::seed_from_u64(seed as u64);
         for number in 0..40 {
             let case = case(&mut random);
-            let input = StepInput {
-                grid: &case.grid,
-                scene: &case.scene,
-                candidates: &[],
-                step: 0,
-            };
+            let input = StepInput::new(&case.grid, &case.scene, &[]);
             let Ok(pick) = check.pick(&case.item, case.grid.resolution()) else {
                 continue;
             };

@@ -94,16 +94,8 @@ fn the_check_accepts_what_can_be_placed_and_has_a_whole_cycle() {
         let (mut asked, mut accepted) = (0, 0);
         for _ in 0..150 {
             let case = case(&mut random);
-            let candidate = Candidate {
-                arrival: 0,
-                item: Arc::clone(&case.item),
-            };
-            let input = StepInput {
-                grid: &case.grid,
-                scene: &case.scene,
-                candidates: std::slice::from_ref(&candidate),
-                step: 0,
-            };
+            let candidate = Candidate::new(0, Arc::clone(&case.item));
+            let input = StepInput::new(&case.grid, &case.scene, std::slice::from_ref(&candidate));
             let can_hold = motion.pick(&case.item, case.grid.resolution()).is_ok();
             assert_eq!(
                 station.rules_out(&input, &candidate).unwrap(),
@@ -225,12 +217,7 @@ fn what_cannot_be_picked_is_left_out_with_the_reason_and_does_not_keep_others_wa
 fn an_item_lies_with_its_pick_point_at_the_pick_place() {
     let grid = Grid::reference();
     let scene = Scene::from_heightmap(Heightmap::empty(&grid));
-    let input = StepInput {
-        grid: &grid,
-        scene: &scene,
-        candidates: &[],
-        step: 0,
-    };
+    let input = StepInput::new(&grid, &scene, &[]);
     let resting = RestingPlacement {
         placement: Placement {
             yaw: 2,
@@ -248,10 +235,7 @@ fn an_item_lies_with_its_pick_point_at_the_pick_place() {
         ..StationSettings::default()
     })
     .unwrap();
-    let candidate = Candidate {
-        arrival: 3,
-        item: block(6, 20),
-    };
+    let candidate = Candidate::new(3, block(6, 20));
     let cycle = station.cycle(&input, &candidate, &resting).unwrap();
     let from = cycle.from.container_from_item;
     // The block's origin is 1 cm above its lowest point.

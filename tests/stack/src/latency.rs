@@ -155,10 +155,7 @@ impl<'a> Twin<'a> {
                 .parse()?;
             let name = objects.get(arrival).context("an unknown item")?;
             let (_, object) = self.catalogue.find(name).context("an unknown object")?;
-            Ok(Candidate {
-                arrival,
-                item: object.item.clone(),
-            })
+            Ok(Candidate::new(arrival, object.item.clone()))
         };
         let candidates: Vec<Candidate> = decision
             .buffer
@@ -166,10 +163,8 @@ impl<'a> Twin<'a> {
             .map(candidate)
             .collect::<Result<_>>()?;
         let input = StepInput {
-            grid: &self.grid,
-            scene: &scene,
-            candidates: &candidates,
             step: decision.step,
+            ..StepInput::new(&self.grid, &scene, &candidates)
         };
         let started = Instant::now();
         let choice = self.planner.plan(&input)?.choice();

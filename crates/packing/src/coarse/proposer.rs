@@ -122,8 +122,8 @@ impl Proposer for CoarseToFine {
         self.uses += 1;
         let candidates = input.candidates.iter().map(|candidate| {
             Ok(Candidate {
-                arrival: candidate.arrival,
                 item: self.coarse_item(&candidate.item)?,
+                ..candidate.clone()
             })
         });
         let candidates = candidates.collect::<Result<Vec<_>, ItemError>>()?;
@@ -132,7 +132,7 @@ impl Proposer for CoarseToFine {
             grid: self.grids.coarse(),
             scene: &scene,
             candidates: &candidates,
-            step: input.step,
+            ..*input
         };
         self.proposer.propose(&coarse, &mut self.proposals)?;
         proposals.clear();

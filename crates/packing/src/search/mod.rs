@@ -19,12 +19,13 @@ use pulp::Arch;
 use rayon::prelude::*;
 
 use crate::distance::DistanceLevels;
+use crate::evaluator::Evaluator;
 use crate::grid::{Grid, Units};
 use crate::objective::{Heuristic, Objective, Order, ViewTerms, WeightError, Weights};
 use crate::placement::{Placement, RestingPlacement};
-use crate::plan::{Candidate, Evaluated, Evaluator, PlacementCounts, StageError, StepInput};
 use crate::proposals::{CandidateProposals, Proposals, YawRange, possible_count_at};
 use crate::resting_maps::{RestingMap, RestingMaps};
+use crate::step::{Candidate, Evaluated, PlacementCounts, StageError, StepInput};
 use blocks::{BlockSearch, Ranking};
 use evaluation::{EvaluateAll, Evaluation};
 use passes::{Collect, Summarise, UpdateDistance};

@@ -1,11 +1,12 @@
 //! The heuristic itself as a source of proposals.
 
 use super::{Search, SearchSettings};
+use crate::evaluator::Evaluator;
 use crate::grid::Grid;
 use crate::objective::{Order, WeightError};
 use crate::placement::Placement;
-use crate::plan::{Evaluator, StepInput};
 use crate::proposals::{Percent, Proposals, ProposeAll, Proposer, all_count};
+use crate::step::StepInput;
 use crate::step::{Candidate, StageError};
 
 /// Proposes the placements of each candidate that a heuristic ranks best, best first: a share of all its placements.

@@ -4,11 +4,12 @@ use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
 use super::polygon::SupportPolygon;
-use crate::check::{Cost, ValidityCheck};
+use crate::check::{Cost, ValidityCheck, Verdict};
 use crate::grid::Grid;
 use crate::heightmap::Scene;
 use crate::item::{ABSENT, ItemView};
 use crate::placement::{Placement, RestingPlacement};
+use crate::refusal::Cause;
 use crate::step::{Candidate, StageError, StepInput};
 
 /// What the physical stability test asks for.
@@ -142,21 +143,19 @@ impl PhysicalStability {
 }
 
 impl ValidityCheck for PhysicalStability {
-    fn name(&self) -> &'static str {
-        "unstable"
-    }
-
     fn cost(&self) -> Cost {
         Cost::Footprint
     }
 
-    fn is_valid(
+    fn judge(
         &mut self,
         input: &StepInput<'_>,
         candidate: &Candidate,
         resting: &RestingPlacement,
-    ) -> Result<bool, StageError> {
+    ) -> Result<Verdict, StageError> {
         let view = candidate.item.views().get(resting.placement.yaw);
-        Ok(view.is_some_and(|view| self.is_stable(input.grid, input.scene, view, resting)))
+        let is_stable =
+            view.is_some_and(|view| self.is_stable(input.grid, input.scene, view, resting));
+        Ok(Verdict::of(is_stable, Cause::Unstable))
     }
 }

@@ -3,11 +3,12 @@
 use nalgebra::Point2;
 
 use super::polygon::SupportPolygon;
-use crate::check::{Cost, ValidityCheck};
+use crate::check::{Cost, ValidityCheck, Verdict};
 use crate::grid::{Grid, Units};
 use crate::heightmap::Heightmap;
 use crate::item::{ABSENT, ItemView};
 use crate::placement::RestingPlacement;
+use crate::refusal::Cause;
 use crate::step::{Candidate, StageError, StepInput};
 
 /// Contact is counted over this height: 5 units of 0.2 cm in the paper.
@@ -83,22 +84,20 @@ impl PublishedStability {
 }
 
 impl ValidityCheck for PublishedStability {
-    fn name(&self) -> &'static str {
-        "unstable by the published test"
-    }
-
     fn cost(&self) -> Cost {
         Cost::Footprint
     }
 
-    fn is_valid(
+    fn judge(
         &mut self,
         input: &StepInput<'_>,
         candidate: &Candidate,
         resting: &RestingPlacement,
-    ) -> Result<bool, StageError> {
+    ) -> Result<Verdict, StageError> {
         let view = candidate.item.views().get(resting.placement.yaw);
         let heightmap = input.scene.heightmap();
-        Ok(view.is_some_and(|view| self.is_stable(input.grid, heightmap, view, resting)))
+        let is_stable =
+            view.is_some_and(|view| self.is_stable(input.grid, heightmap, view, resting));
+        Ok(Verdict::of(is_stable, Cause::UnstableByPublishedTest))
     }
 }

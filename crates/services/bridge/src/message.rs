@@ -1,6 +1,8 @@
 //! From messages to what a robot is asked for, and back.
 
-use ppnpack_wire::convert::pose;
+use std::sync::Arc;
+
+use ppnpack_wire::convert::{cycle, pose};
 use ppnpack_wire::{WireError, header, limits, v1};
 
 use crate::ledger::Outcome;
@@ -17,6 +19,11 @@ pub(crate) fn read_placement(message: &v1::PlaceRequest) -> Result<Placement, Wi
             message.container_from_item.as_ref(),
         )?,
         state_number: message.state_number,
+        cycle: message
+            .cycle
+            .as_deref()
+            .map(|cycle| cycle::read(cycle).map(Arc::new))
+            .transpose()?,
     })
 }
 

@@ -1,9 +1,11 @@
 //! The interface behind which a cell is: its robot, its container and its sensor.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3};
 use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::motion::Cycle;
 use ppnpack_service::Shutdown;
 use serde::{Deserialize, Serialize};
 
@@ -20,6 +22,22 @@ pub struct Placement {
     pub container_from_item: Isometry3<f64>,
     /// The state of the cell that this was planned on.
     pub state_number: u64,
+    /// The motion that was checked for it, where the cell has an arm. The journal keeps that of the last placement
+    /// apart from the records.
+    #[serde(skip)]
+    pub cycle: Option<Arc<Cycle>>,
+}
+
+impl Placement {
+    /// Whether the same is asked for. Where one has no motion any more, it does not count.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        let both = self.cycle.as_ref().zip(other.cycle.as_ref());
+        let without = |placement: &Self| Self {
+            cycle: None,
+            ..placement.clone()
+        };
+        both.is_none_or(|(own, others)| own == others) && without(self) == without(other)
+    }
 }
 
 /// How a placement ended.
@@ -123,7 +141,7 @@ pub trait Robot: Send {
     /// Told once, before anything else is asked: what the journal says lies in the container. Gives what does.
     fn resume(&mut self, bodies: Vec<Body>) -> Vec<Body>;
 
-    /// Places an item, and comes back when that has ended. Where `cut_off` is requested before anything in the cell
+    /// Places an item, by the placement's motion where it has one, and comes back when that has ended. Where `cut_off` is requested before anything in the cell
     /// was touched, it gives up. What goes wrong is a finding.
     ///
     /// # Errors

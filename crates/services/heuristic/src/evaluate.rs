@@ -2,15 +2,16 @@
 
 use std::time::Instant;
 
-use ppnpack_packing::plan::PlanError;
 use ppnpack_packing::proposals::{Proposals, YawRange};
-use ppnpack_packing::step::{Candidate, StepInput};
+use ppnpack_packing::search::Search;
+use ppnpack_packing::step::{Candidate, Evaluated, StepInput};
+use ppnpack_packing::valid::ValidSearch;
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::error::WireError;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{convert, header, v1};
 
-use crate::worker::{Refusal, Worker};
+use crate::worker::{Given, Ranking, Refusal, Worker};
 
 /// The most placements that one request may ask for.
 const MAX_LIMIT: u32 = 65_536;
@@ -32,35 +33,42 @@ pub(crate) fn evaluate(
         .candidates
         .iter()
         .zip(items)
-        .map(|(candidate, item)| Candidate {
-            arrival: usize::try_from(candidate.arrival).unwrap_or(usize::MAX),
-            item,
+        .map(|(candidate, item)| {
+            let arrival = usize::try_from(candidate.arrival).unwrap_or(usize::MAX);
+            Candidate::new(arrival, item)
         })
         .collect();
     let (group, proposals) = read_parts(&request.parts, &candidates)?;
     let settings = convert::objective::read_required("objective", request.objective.as_ref())?;
-    let search = worker.search(incoming.cell(), &grid, &settings, &request.checks)?;
+    let asked = Asked {
+        group: &group,
+        proposals: &proposals,
+        limit,
+        ranking_id: read_ranking_id(&request.ranking_id)?,
+        after: request
+            .after
+            .as_ref()
+            .map(convert::placement::read_ranked)
+            .transpose()?,
+    };
+    let ranking = worker.ranking(incoming.cell(), &grid, &settings, &request.checks)?;
     let input = StepInput {
-        grid: &grid,
-        scene: &scene,
-        candidates: &candidates,
         step: request.step,
+        ..StepInput::new(&grid, &scene, &candidates)
     };
     let read = Instant::now();
-    let best = search
-        .best(&input, &group, &proposals, limit)
-        .map_err(|error| refusal(&error))?;
+    let (placements, is_complete) = asked.of(ranking, &input)?;
+    let tallies = group
+        .iter()
+        .map(|candidate| ranking.search.tally(*candidate));
     let reply = v1::EvaluateReply {
-        placements: best
-            .placements
+        placements: placements
             .iter()
             .map(convert::placement::write_ranked)
             .collect(),
-        is_complete: best.is_complete,
-        counts: best
-            .tallies
-            .iter()
-            .map(convert::placement::write_tally)
+        is_complete,
+        counts: tallies
+            .map(|tally| convert::placement::write_tally(&tally))
             .collect(),
         ..v1::EvaluateReply::default()
     };
@@ -75,6 +83,76 @@ pub(crate) fn evaluate(
             ..Done::default()
         },
     ))
+}
+
+/// What a request wants of a ranking.
+struct Asked<'a> {
+    group: &'a [usize],
+    proposals: &'a Proposals,
+    limit: usize,
+    /// Empty where no more will be wanted.
+    ranking_id: &'a str,
+    after: Option<Evaluated>,
+}
+
+impl Asked<'_> {
+    /// The next valid placements of the ranking, and whether there are no more after them.
+    fn of(
+        &self,
+        ranking: &mut Ranking,
+        input: &StepInput<'_>,
+    ) -> Result<(Vec<Evaluated>, bool), Refusal> {
+        let given = ranking.given.take();
+        let search = &mut ranking.search;
+        let is_there = |given: &Given| {
+            given.ranking_id == self.ranking_id && Some(&given.last) == self.after.as_ref()
+        };
+        if !given.as_ref().is_some_and(is_there) {
+            search.rank(input, self.group, self.proposals)?;
+            self.leave_out(search, input)?;
+        }
+        let mut placements = Vec::new();
+        let mut is_complete = false;
+        while placements.len() < self.limit && !is_complete {
+            match search.next_valid(input)? {
+                Some(valid) => placements.push(valid.placement),
+                None => is_complete = true,
+            }
+        }
+        let last = placements.last().copied().or(self.after);
+        ranking.given = last
+            .filter(|_| !self.ranking_id.is_empty())
+            .map(|last| Given {
+                ranking_id: self.ranking_id.to_owned(),
+                last,
+            });
+        Ok((placements, is_complete))
+    }
+
+    /// Goes through a new ranking up to what was given before.
+    fn leave_out(
+        &self,
+        search: &mut ValidSearch<Search>,
+        input: &StepInput<'_>,
+    ) -> Result<(), Refusal> {
+        let Some(after) = &self.after else {
+            return Ok(());
+        };
+        while let Some(valid) = search.next_valid(input)? {
+            if valid.placement == *after {
+                return Ok(());
+            }
+        }
+        let unknown = "after: this is no valid placement of the ranking";
+        Err(Refusal::Invalid(unknown.to_owned()))
+    }
+}
+
+fn read_ranking_id(id: &str) -> Result<&str, Refusal> {
+    if id.is_empty() {
+        return Ok(id);
+    }
+    Ok(header::id("ranking_id", id)?)
 }
 
 fn read_limit(limit: u32) -> Result<usize, Refusal> {
@@ -159,8 +237,4 @@ fn read_yaws(part: &v1::SearchPart, yaws: usize) -> Result<YawRange, Refusal> {
             "parts: the yaws {first} to below {end} of an item with {yaws}"
         )))
     }
-}
-
-pub(crate) fn refusal(error: &PlanError) -> Refusal {
-    Refusal::Failed(error.to_string())
 }

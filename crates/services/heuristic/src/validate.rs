@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use ppnpack_packing::check::{Fits, ValidityCheck};
+use ppnpack_packing::check::{BoxedCheck, Fits, Verdict};
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_packing::resting::RestingHeights;
 use ppnpack_packing::step::{Candidate, StepInput};
@@ -35,7 +35,7 @@ pub(crate) fn validate(
     }
     let candidates: Vec<Candidate> = items
         .into_iter()
-        .map(|item| Candidate { arrival: 0, item })
+        .map(|item| Candidate::new(0, item))
         .collect();
     let Some(candidate) = candidates.first() else {
         return Err(Refusal::Invalid("the item is missing".to_owned()));
@@ -50,13 +50,10 @@ pub(crate) fn validate(
         let map: &Vec<Vec<i16>> = maps.get(placement.yaw)?;
         map.get(placement.x)?.get(placement.y).copied()
     };
-    let input = StepInput {
-        grid: &grid,
-        scene: &scene,
-        candidates: &candidates,
-        step: 0,
-    };
-    let mut checks = Checks::read(&request.checks)?;
+    let input = StepInput::new(&grid, &scene, &candidates);
+    let mut checks = convert::check::read_all(&request.checks)?;
+    checks.push(Box::new(Fits));
+    checks.sort_by_key(|check| check.cost());
     let mut validities = Vec::with_capacity(placements.len());
     for placement in placements {
         let Some(resting_height) = height(&placement) else {
@@ -70,7 +67,7 @@ pub(crate) fn validate(
         validities.push(v1::Validity {
             resting_height: u32::try_from(resting_height).unwrap_or(0),
             is_inside: true,
-            refused_by: checks.refused_by(&input, candidate, &resting)?.into(),
+            refused_by: refused_by(&mut checks, &input, candidate, &resting)?.into(),
         });
     }
     let reply = v1::ValidateReply {
@@ -87,34 +84,20 @@ pub(crate) fn validate(
     ))
 }
 
-/// The checks of a request, each with its name on the wire.
-struct Checks(Vec<(Check, Box<dyn ValidityCheck>)>);
-
-impl Checks {
-    fn read(checks: &[i32]) -> Result<Self, Refusal> {
-        let mut named: Vec<(Check, Box<dyn ValidityCheck>)> = vec![(Check::Fits, Box::new(Fits))];
-        for (number, check) in checks.iter().zip(convert::check::read_all(checks)?) {
-            let name = Check::try_from(*number).unwrap_or(Check::Unspecified);
-            named.push((name, check));
+/// The first check that refuses a placement; unspecified where all accept it.
+fn refused_by(
+    checks: &mut [BoxedCheck],
+    input: &StepInput<'_>,
+    candidate: &Candidate,
+    resting: &RestingPlacement,
+) -> Result<Check, Refusal> {
+    for check in checks {
+        let verdict = check
+            .judge(input, candidate, resting)
+            .map_err(|error| Refusal::Failed(error.to_string()))?;
+        if let Verdict::Refused(refusal) = verdict {
+            return Ok(convert::check::of_cause(refusal.cause));
         }
-        named.sort_by_key(|(_, check)| check.cost());
-        Ok(Self(named))
     }
-
-    fn refused_by(
-        &mut self,
-        input: &StepInput<'_>,
-        candidate: &Candidate,
-        resting: &RestingPlacement,
-    ) -> Result<Check, Refusal> {
-        for (name, check) in &mut self.0 {
-            let is_valid = check
-                .is_valid(input, candidate, resting)
-                .map_err(|error| Refusal::Failed(error.to_string()))?;
-            if !is_valid {
-                return Ok(*name);
-            }
-        }
-        Ok(Check::Unspecified)
-    }
+    Ok(Check::Unspecified)
 }

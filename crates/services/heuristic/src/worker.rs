@@ -6,8 +6,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::{Item, YawsMismatch};
-use ppnpack_packing::search::SearchSettings;
-use ppnpack_packing::valid::ValidSearch;
+use ppnpack_packing::search::{Search, SearchSettings};
+use ppnpack_packing::step::Evaluated;
+use ppnpack_packing::valid::{SearchError, ValidSearch};
 use ppnpack_service::alive::Alive;
 use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::error::WireError;
@@ -39,6 +40,12 @@ impl From<YawsMismatch> for Refusal {
     }
 }
 
+impl From<SearchError> for Refusal {
+    fn from(error: SearchError) -> Self {
+        Self::Failed(error.to_string())
+    }
+}
+
 impl From<WireError> for Refusal {
     fn from(error: WireError) -> Self {
         Self::Invalid(error.to_string())
@@ -59,7 +66,22 @@ struct KeptSearch {
     grid: Grid,
     settings: SearchSettings,
     checks: Vec<i32>,
-    search: ValidSearch,
+    ranking: Ranking,
+}
+
+/// A search, and how far it was asked for.
+pub(crate) struct Ranking {
+    pub(crate) search: ValidSearch<Search>,
+    /// The ranking that the search is in, where more of it may be asked for.
+    pub(crate) given: Option<Given>,
+}
+
+/// What was given of a ranking.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Given {
+    pub(crate) ranking_id: String,
+    /// The last placement.
+    pub(crate) last: Evaluated,
 }
 
 impl Worker {
@@ -140,13 +162,13 @@ impl Worker {
     }
 
     /// The search that this cell used last with these settings, or a new one.
-    pub(crate) fn search(
+    pub(crate) fn ranking(
         &mut self,
         cell: &Cell,
         grid: &Grid,
         settings: &SearchSettings,
         checks: &[i32],
-    ) -> Result<&mut ValidSearch, Refusal> {
+    ) -> Result<&mut Ranking, Refusal> {
         let is_same = |kept: &KeptSearch| {
             kept.cell == *cell
                 && kept.grid == *grid
@@ -161,7 +183,7 @@ impl Worker {
         self.searches.truncate(self.searches_kept - 1);
         self.searches.push_front(kept);
         match self.searches.front_mut() {
-            Some(kept) => Ok(&mut kept.search),
+            Some(kept) => Ok(&mut kept.ranking),
             None => Err(Refusal::Failed("the search was lost".to_owned())),
         }
     }
@@ -174,8 +196,9 @@ impl Worker {
         checks: &[i32],
     ) -> Result<KeptSearch, Refusal> {
         let boxed = convert::check::read_all(checks)?;
-        let mut search = ValidSearch::new(grid, settings, boxed)
-            .map_err(|error| Refusal::Invalid(error.to_string()))?;
+        let mut search = Search::new(grid, settings)
+            .map_err(|error| Refusal::Invalid(error.to_string()))?
+            .bounded();
         if let Some(pool) = &self.pool {
             search = search.with_pool(Arc::clone(pool));
         }
@@ -184,7 +207,10 @@ impl Worker {
             grid: grid.clone(),
             settings: settings.clone(),
             checks: checks.to_vec(),
-            search,
+            ranking: Ranking {
+                search: ValidSearch::new(search, boxed),
+                given: None,
+            },
         })
     }
 }

@@ -3,12 +3,10 @@
 //! A cell is a thread with a mailbox; cells know nothing of each other. Algorithm 1 is that of
 //! [`packing`](ppnpack_packing); here its stages ask the services that are alive, and do without those that are not.
 
-mod arm;
 mod cell;
 mod objects;
 mod planning;
 mod remote;
-mod rules;
 mod scenes;
 mod session;
 mod settings;

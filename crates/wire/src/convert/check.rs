@@ -1,44 +1,41 @@
 //! The checks that placements have to pass.
 
 use ppnpack_packing::check::{BoxedCheck, Fits};
+use ppnpack_packing::refusal::{Cause, Refusal};
 use ppnpack_packing::stability::{
     PhysicalStability, PhysicalStabilitySettings, PublishedStability,
 };
 
 use crate::error::WireError;
-use crate::v1::Check;
+use crate::header;
+use crate::v1::{self, Check};
 
-/// Each check with the name of its domain, [`ValidityCheck::name`](ppnpack_packing::check::ValidityCheck::name).
-const NAMES: [(Check, &str); 4] = [
-    (Check::PhysicalStability, "unstable"),
-    (Check::PublishedStability, "unstable by the published test"),
-    (Check::Fits, "above the rim"),
-    (Check::Arm, "not possible for the arm"),
+/// What a refusal by each check says of a placement.
+const CAUSES: [(Check, Cause); 6] = [
+    (Check::PhysicalStability, Cause::Unstable),
+    (Check::PublishedStability, Cause::UnstableByPublishedTest),
+    (Check::Fits, Cause::AboveRim),
+    (Check::Arm, Cause::Arm),
+    (Check::OnFloor, Cause::NotOnFloor),
+    (Check::Upright, Cause::CouldFallOver),
 ];
 
 /// Makes the checks of a request, in its order.
 ///
 /// # Errors
-/// [`WireError`] where one is unspecified or not known, comes twice, or is the arm's.
+/// [`WireError`] where one is unspecified or not known, comes twice, or is one that the planner asks itself.
 pub fn read_all(checks: &[i32]) -> Result<Vec<BoxedCheck>, WireError> {
     let field = "checks";
     let mut found = Vec::new();
     for (index, number) in checks.iter().enumerate() {
         let check = read(field, *number)?;
+        let name = check.as_str_name();
         if checks.iter().take(index).any(|before| before == number) {
-            let name = check.as_str_name();
-            return Err(WireError::invalid(
-                field,
-                format_args!("{name} comes twice"),
-            ));
+            let twice = format_args!("{name} comes twice");
+            return Err(WireError::invalid(field, twice));
         }
-        if check == Check::Arm {
-            return Err(WireError::invalid(
-                field,
-                "whether an arm can do it is checked by the planner that has the arm",
-            ));
-        }
-        found.extend(boxed(check));
+        let of_planner = || WireError::invalid(field, format_args!("{name} is the planner's own"));
+        found.push(boxed(check).ok_or_else(of_planner)?);
     }
     Ok(found)
 }
@@ -57,7 +54,7 @@ pub(super) fn read(field: &'static str, number: i32) -> Result<Check, WireError>
 
 fn boxed(check: Check) -> Option<BoxedCheck> {
     match check {
-        Check::Unspecified | Check::Arm => None,
+        Check::Unspecified | Check::Arm | Check::OnFloor | Check::Upright => None,
         Check::PhysicalStability => {
             let settings = PhysicalStabilitySettings::default();
             Some(Box::new(PhysicalStability::new(settings)))
@@ -67,19 +64,40 @@ fn boxed(check: Check) -> Option<BoxedCheck> {
     }
 }
 
-/// The name of a check in the domain; empty for the unspecified one.
-pub fn name(check: Check) -> &'static str {
-    let mut names = NAMES.iter();
-    names
+/// What a refusal by a check says; `None` for the unspecified one.
+pub fn cause(check: Check) -> Option<Cause> {
+    let mut causes = CAUSES.iter();
+    causes
         .find(|(known, _)| *known == check)
-        .map_or("", |(_, name)| name)
+        .map(|(_, cause)| *cause)
 }
 
-/// The check of a name of the domain; unspecified where there is none.
-pub fn from_name(text: &str) -> Check {
-    let mut names = NAMES.iter();
-    let named = names.find(|(_, name)| *name == text);
-    named.map_or(Check::Unspecified, |(check, _)| *check)
+/// The check that refuses for a cause; unspecified where the wire knows none.
+pub fn of_cause(cause: Cause) -> Check {
+    let mut causes = CAUSES.iter();
+    let found = causes.find(|(_, known)| *known == cause);
+    found.map_or(Check::Unspecified, |(check, _)| *check)
+}
+
+/// Reads how many placements a check refused.
+pub(super) fn read_refusals(message: &v1::Refusals) -> Result<(Refusal, u64), WireError> {
+    let field = "placement_counts.refusals.check";
+    let check = read(field, message.check)?;
+    let unknown = || WireError::invalid(field, "no check that refuses");
+    let refusal = Refusal {
+        cause: cause(check).ok_or_else(unknown)?,
+        detail: (!message.detail.is_empty()).then(|| header::text(&message.detail).into()),
+    };
+    Ok((refusal, message.count))
+}
+
+/// Writes how many placements were refused.
+pub(super) fn write_refusals((refusal, count): (&Refusal, u64)) -> v1::Refusals {
+    v1::Refusals {
+        check: of_cause(refusal.cause).into(),
+        count,
+        detail: refusal.detail.as_deref().unwrap_or_default().to_owned(),
+    }
 }
 
 #[cfg(test)]
@@ -87,21 +105,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn checks_have_the_names_of_the_domain() {
-        let of_wire = || NAMES.iter().filter(|(check, _)| *check != Check::Arm);
-        let numbers: Vec<i32> = of_wire().map(|(check, _)| i32::from(*check)).collect();
-        let boxed = read_all(&numbers).unwrap();
-        assert_eq!(boxed.len(), numbers.len());
-        for ((_, text), boxed) in of_wire().zip(boxed) {
-            assert_eq!(boxed.name(), *text);
+    fn every_check_has_a_cause_and_every_cause_a_check() {
+        for number in 1..=6 {
+            let check = Check::try_from(number).unwrap();
+            assert_eq!(of_cause(cause(check).unwrap()), check);
+            let of_planner = matches!(check, Check::Arm | Check::OnFloor | Check::Upright);
+            assert_eq!(read_all(&[number]).is_err(), of_planner, "{check:?}");
         }
-        for (check, text) in NAMES {
-            assert_eq!(name(check), text);
-            assert_eq!(from_name(text), check);
-        }
+        assert!(Check::try_from(7).is_err(), "a check without a cause");
+        assert_eq!(cause(Check::Unspecified), None);
         let refused = read_all(&[Check::Arm.into()]).map(|_| ()).unwrap_err();
         assert!(refused.to_string().contains("planner"), "{refused}");
-        assert_eq!(name(Check::Unspecified), "");
-        assert_eq!(from_name("out of reach"), Check::Unspecified);
+    }
+
+    #[test]
+    fn refusals_are_read_as_they_were_written() {
+        for (refusal, count) in [
+            (Refusal::from(Cause::NotOnFloor), 3),
+            (Refusal::because(Cause::Arm, "a wall"), 7),
+        ] {
+            let message = write_refusals((&refusal, count));
+            assert_eq!(read_refusals(&message).unwrap(), (refusal, count));
+        }
     }
 }

@@ -2,18 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::Isometry3;
+use ppnpack_packing::motion::{Cycle, JOINTS, JointPoint, Leg, LegKind, MAX_POINTS};
 
 use super::pose;
 use crate::error::{WireError, needed};
 use crate::limits::{count, name};
 use crate::v1::{self, ArmLegKind};
-
-/// Joints of an arm.
-pub const JOINTS: usize = 6;
-
-/// The most points of a trajectory.
-pub const MAX_POINTS: usize = 2_000;
 
 /// The most legs of a cycle.
 const MAX_LEGS: usize = 16;
@@ -27,42 +21,15 @@ const MAX_WAIT_S: f64 = 60.0;
 /// The greatest angle in either direction, in radians.
 const MAX_ANGLE_RAD: f64 = 2.0 * TAU;
 
-/// A cycle of an arm: pick, carry over, place, come back.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Cycle {
-    /// The arm's name.
-    pub arm: String,
-    /// The time that it takes, gripping and letting go included, in seconds.
-    pub cycle_s: f64,
-    /// Where the item has to lie when it is picked.
-    pub container_from_item_at_pick: Isometry3<f64>,
-    /// The flange's turn about the vertical seen from the item's, in radians.
-    pub grasp_yaw_rad: f64,
-    /// How long the cup takes to hold the item, in seconds.
-    pub grip_s: f64,
-    /// How long the cup takes to let go, in seconds.
-    pub release_s: f64,
-    /// What is done, in order.
-    pub legs: Vec<Leg>,
-}
-
-/// A part of a cycle, from rest to rest.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Leg {
-    /// What is done.
-    pub kind: ArmLegKind,
-    /// Where the joints are, by increasing time.
-    pub points: Vec<JointPoint>,
-}
-
-/// Where the joints are at a time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JointPoint {
-    /// Since the leg's start, in seconds.
-    pub time_s: f64,
-    /// J1 to J6, in radians.
-    pub position_rad: [f64; JOINTS],
-}
+/// The legs of a cycle.
+const KINDS: [(ArmLegKind, LegKind); 6] = [
+    (ArmLegKind::Descend, LegKind::Descend),
+    (ArmLegKind::Lift, LegKind::Lift),
+    (ArmLegKind::Transfer, LegKind::Transfer),
+    (ArmLegKind::Insert, LegKind::Insert),
+    (ArmLegKind::Retreat, LegKind::Retreat),
+    (ArmLegKind::Return, LegKind::Return),
+];
 
 /// Reads a cycle.
 ///
@@ -90,17 +57,20 @@ pub fn read(message: &v1::ArmCycle) -> Result<Cycle, WireError> {
 }
 
 fn read_leg(message: &v1::ArmLeg) -> Result<Leg, WireError> {
-    let kind = message.kind();
-    if kind == ArmLegKind::Unspecified {
+    let known = |(number, _): &&(ArmLegKind, LegKind)| *number == message.kind();
+    let (_, kind) = KINDS.iter().find(known).ok_or_else(|| {
         let number = message.kind;
-        return Err(WireError::invalid(
+        WireError::invalid(
             "cycle.legs.kind",
             format_args!("{number} is no leg that is known"),
-        ));
-    }
+        )
+    })?;
     let trajectory = needed("cycle.legs.trajectory", message.trajectory.as_ref())?;
     let points = read_trajectory(trajectory)?;
-    Ok(Leg { kind, points })
+    Ok(Leg {
+        kind: *kind,
+        points,
+    })
 }
 
 fn read_trajectory(message: &v1::Trajectory) -> Result<Vec<JointPoint>, WireError> {
@@ -155,11 +125,17 @@ pub fn write(cycle: &Cycle) -> v1::ArmCycle {
     }
 }
 
+fn write_kind(kind: LegKind) -> ArmLegKind {
+    let mut kinds = KINDS.iter();
+    let found = kinds.find(|(_, known)| *known == kind);
+    found.map_or(ArmLegKind::Unspecified, |(written, _)| *written)
+}
+
 fn write_leg(leg: &Leg) -> v1::ArmLeg {
     let points = leg.points.iter();
     let angles = points.clone().flat_map(|point| point.position_rad);
     v1::ArmLeg {
-        kind: leg.kind.into(),
+        kind: write_kind(leg.kind).into(),
         trajectory: Some(v1::Trajectory {
             time_s: points.map(|point| point.time_s).collect(),
             position_rad: angles.collect(),
@@ -191,6 +167,8 @@ fn angle_rad(field: &'static str, value: f64) -> Result<f64, WireError> {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Isometry3;
+
     use super::*;
 
     fn cycle() -> Cycle {
@@ -211,7 +189,7 @@ mod tests {
             grasp_yaw_rad: 0.75,
             grip_s: 0.2,
             release_s: 0.15,
-            legs: vec![leg(ArmLegKind::Descend, 3), leg(ArmLegKind::Lift, 1)],
+            legs: vec![leg(LegKind::Descend, 3), leg(LegKind::Lift, 1)],
         }
     }
 

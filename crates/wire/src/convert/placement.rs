@@ -117,10 +117,7 @@ pub fn write_ranked(evaluated: &Evaluated) -> v1::RankedPlacement {
 /// # Errors
 /// [`WireError`] where the candidate or a check is not possible.
 pub fn read_tally(message: &v1::PlacementCounts) -> Result<Tally, WireError> {
-    let refusals = message.refusals.iter().map(|refusals| {
-        let check = check::read("placement_counts.refusals.check", refusals.check)?;
-        Ok((check::name(check), refusals.count))
-    });
+    let refusals = message.refusals.iter().map(check::read_refusals);
     Ok(Tally {
         candidate: candidate("placement_counts.candidate", message.candidate)?,
         counts: PlacementCounts {
@@ -132,18 +129,13 @@ pub fn read_tally(message: &v1::PlacementCounts) -> Result<Tally, WireError> {
     })
 }
 
-/// Writes what became of a candidate's placements. Refusals by checks that the wire does not know are left out.
+/// Writes what became of a candidate's placements.
 pub fn write_tally(tally: &Tally) -> v1::PlacementCounts {
-    let refusals = tally.refusals.iter().map(|(name, count)| v1::Refusals {
-        check: check::from_name(name).into(),
-        count: *count,
-    });
-    let is_known = |refusals: &v1::Refusals| refusals.check() != v1::Check::Unspecified;
     v1::PlacementCounts {
         candidate: to_index(tally.candidate),
         possible: tally.counts.possible,
         proposed: tally.counts.proposed,
         fitting: tally.counts.fitting,
-        refusals: refusals.filter(is_known).collect(),
+        refusals: tally.refusals.iter().map(check::write_refusals).collect(),
     }
 }

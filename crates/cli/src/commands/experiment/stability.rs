@@ -259,10 +259,8 @@ impl<'a> Trials<'a> {
                 .or_run()?;
             let candidates = self.buffer.candidates().to_vec();
             let input = StepInput {
-                grid,
-                scene: &scene,
-                candidates: &candidates,
                 step,
+                ..StepInput::new(grid, &scene, &candidates)
             };
             if step.is_multiple_of(STEPS_BETWEEN_SCENES) {
                 self.try_placements(&input)?;

@@ -228,12 +228,7 @@ fn search(grid: &Grid, items: Vec<Arc<Item>>, network: Network<'_>, seed: u64) -
     };
     for (scene, candidates) in &recorder.0 {
         for candidate in candidates.chunks(1) {
-            let input = StepInput {
-                grid,
-                scene,
-                candidates: candidate,
-                step: 0,
-            };
+            let input = StepInput::new(grid, scene, candidate);
             let Some(best) = value(&mut planner, &input)? else {
                 continue;
             };

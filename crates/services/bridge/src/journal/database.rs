@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
+use std::sync::Arc;
 
+use ppnpack_packing::motion::Cycle;
 use redb::{
     Database, ReadTransaction, ReadableDatabase, Table, TableDefinition, TableError,
     WriteTransaction,
@@ -17,6 +19,9 @@ const HEADS: TableDefinition<&str, &[u8]> = TableDefinition::new("heads-1");
 
 /// Per cell and number: its [`Record`]s.
 const RECORDS: TableDefinition<(&str, u64), &[u8]> = TableDefinition::new("records-1");
+
+/// Per cell: the number of its last placement with a motion, and the motion.
+const CYCLES: TableDefinition<&str, &[u8]> = TableDefinition::new("cycles-1");
 
 /// Why the database did not do what was asked.
 #[derive(Debug, thiserror::Error)]
@@ -83,8 +88,26 @@ pub(super) fn load(database: &Database, cell: &str) -> Result<Option<Ledger>, Fa
     let Some(head) = load_head(&transaction, cell)? else {
         return Ok(None);
     };
-    let records = load_records(&transaction, cell)?;
+    let mut records = load_records(&transaction, cell)?;
+    if let Some((number, cycle)) = load_cycle(&transaction, cell)?
+        && let Some(Record::Placement {
+            placement,
+            outcome: None,
+        }) = records.get_mut(&number)
+    {
+        placement.cycle = Some(Arc::new(cycle));
+    }
     Ok(Some(Ledger::of(head, records)))
+}
+
+/// The last motion, with the number of its placement.
+fn load_cycle(transaction: &ReadTransaction, cell: &str) -> Result<Option<(u64, Cycle)>, Fault> {
+    let cycles = match transaction.open_table(CYCLES) {
+        Err(TableError::TableDoesNotExist(_)) => return Ok(None),
+        cycles => cycles?,
+    };
+    let cycle = cycles.get(cell)?;
+    cycle.map(|cycle| decode(cycle.value())).transpose()
 }
 
 fn load_head(transaction: &ReadTransaction, cell: &str) -> Result<Option<Head>, Fault> {
@@ -118,6 +141,7 @@ pub(super) fn write(
     transaction.set_two_phase_commit(true);
     write_head(&transaction, cell, &change.head)?;
     write_records(&transaction, cell, whole, change)?;
+    write_cycle(&transaction, cell, change)?;
     transaction.commit()?;
     Ok(())
 }
@@ -149,6 +173,17 @@ fn write_records(
         Some((number, record)) => insert(&mut records, cell, *number, record),
         None => Ok(()),
     }
+}
+
+fn write_cycle(transaction: &WriteTransaction, cell: &str, change: &Change) -> Result<(), Fault> {
+    let Some((number, Record::Placement { placement, .. })) = &change.written else {
+        return Ok(());
+    };
+    if let Some(cycle) = &placement.cycle {
+        let mut cycles = transaction.open_table(CYCLES)?;
+        cycles.insert(cell, encode(&(number, &**cycle))?.as_slice())?;
+    }
+    Ok(())
 }
 
 fn insert(

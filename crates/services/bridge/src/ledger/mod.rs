@@ -159,7 +159,7 @@ impl Ledger {
     /// What is to be done about a placement.
     pub(crate) fn judge(&self, asked: &Placement) -> PlacementVerdict<'_> {
         match self.placement(&asked.placement_id) {
-            Some((known, outcome)) if known == asked => PlacementVerdict::Known(outcome),
+            Some((known, outcome)) if known.is_same(asked) => PlacementVerdict::Known(outcome),
             Some(_) => PlacementVerdict::Conflict,
             None if self.under_way.is_some() => PlacementVerdict::Busy,
             None if asked.state_number != self.head.state_number => PlacementVerdict::Stale,
@@ -206,11 +206,13 @@ impl Ledger {
         head.bodies = bodies;
         let state_number = head.state_number;
         self.end(head, |record| match record {
-            Record::Placement { outcome, .. } => {
+            Record::Placement { placement, outcome } => {
                 *outcome = Some(Outcome {
                     finding,
                     state_number,
                 });
+                // It is long, and nobody asks for it any more.
+                placement.cycle = None;
             }
             Record::Renewal { .. } => {}
         })

@@ -1,5 +1,6 @@
 //! The simulated cell as a robot.
 
+mod motion;
 mod settings;
 mod view;
 
@@ -10,6 +11,7 @@ use nalgebra::{Isometry3, Point3};
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::object::Model;
 use ppnpack_packing::grid::{ContainerSize, GridError};
+use ppnpack_packing::motion::{Cycle, LegKind};
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::error::PhysicsError;
 use ppnpack_physics::outcome::{BodyId, PlacedReport};
@@ -20,6 +22,8 @@ use rand_chacha::ChaCha8Rng;
 use crate::robot::{
     Body, CutOff, Ending, Finding, Outline, Placement, Robot, RobotError, View as RobotView,
 };
+use motion::Motion;
+pub use motion::{JointState, JointWatch};
 pub use settings::{CameraSettings, FaultSettings, Scan, SimulatedSettings};
 use view::View;
 
@@ -44,6 +48,7 @@ pub struct SimulatedRobot {
     /// The items of the bodies, in their order.
     items: Vec<(BodyId, String)>,
     faults: ChaCha8Rng,
+    motion: Motion,
 }
 
 impl SimulatedRobot {
@@ -61,8 +66,39 @@ impl SimulatedRobot {
                 .collect(),
             items: Vec::new(),
             faults: ChaCha8Rng::seed_from_u64(settings.faults.seed),
+            motion: Motion::new(settings.motion_speed),
             settings,
         })
+    }
+
+    /// Tells where the joints are as the robot follows the motions of placements.
+    pub fn watch_joints(&mut self, watch: JointWatch) {
+        self.motion.watch(watch);
+    }
+
+    /// Follows the legs of a motion up to the release of the item.
+    fn bring(&mut self, cycle: &Cycle, cut_off: &Shutdown) -> Result<(), CutOff> {
+        for leg in cycle.legs.iter().take_while(|leg| !is_way_back(leg.kind)) {
+            let is_cut_off = self.motion.follow(leg, cut_off);
+            // Until the item is held nothing in the cell is touched. What is on its way then is brought to its end.
+            match leg.kind {
+                LegKind::Descend if is_cut_off || self.motion.wait(cycle.grip_s, cut_off) => {
+                    return Err(CutOff);
+                }
+                LegKind::Insert => {
+                    self.motion.wait(cycle.release_s, cut_off);
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Follows the legs after the release of the item.
+    fn come_back(&mut self, cycle: &Cycle, cut_off: &Shutdown) {
+        for leg in cycle.legs.iter().filter(|leg| is_way_back(leg.kind)) {
+            self.motion.follow(leg, cut_off);
+        }
     }
 
     /// The fault that this placement meets, if any. Takes one random number a placement.
@@ -106,6 +142,10 @@ impl SimulatedRobot {
             Err(error) => Finding::failed(Ending::NotPlaced, error.to_string()),
         }
     }
+}
+
+fn is_way_back(leg: LegKind) -> bool {
+    matches!(leg, LegKind::Retreat | LegKind::Return)
 }
 
 fn finding(report: &PlacedReport) -> Finding {
@@ -166,13 +206,19 @@ impl Robot for SimulatedRobot {
     }
 
     fn place(&mut self, placement: &Placement, cut_off: &Shutdown) -> Result<Finding, CutOff> {
-        if cut_off.wait_timeout(self.settings.place_duration()) {
-            return Err(CutOff);
+        match &placement.cycle {
+            Some(cycle) => self.bring(cycle, cut_off)?,
+            None if cut_off.wait_timeout(self.settings.place_duration()) => return Err(CutOff),
+            None => {}
         }
-        Ok(match self.fault() {
+        let finding = match self.fault() {
             Some(finding) => finding,
             None => self.release(placement),
-        })
+        };
+        if let Some(cycle) = &placement.cycle {
+            self.come_back(cycle, cut_off);
+        }
+        Ok(finding)
     }
 
     fn renew(&mut self) -> Result<(), RobotError> {

@@ -18,8 +18,11 @@ pub struct SimulatedSettings {
     /// lays items down.
     #[serde(deserialize_with = "over_robot")]
     pub physics: CellSettings,
-    /// How long the robot takes for a placement, in seconds.
+    /// How long the robot takes for a placement that comes without an arm's motion, in seconds.
     pub place_duration_s: f64,
+    /// How fast the robot follows the motion of a placement: 1 as it was planned, 2 in half of the time, 0 without any
+    /// wait.
+    pub motion_speed: f64,
     /// What goes wrong.
     pub faults: FaultSettings,
     /// How the sensor sees the container.
@@ -75,6 +78,7 @@ impl Default for SimulatedSettings {
         Self {
             physics: CellSettings::robot(),
             place_duration_s: 0.0,
+            motion_speed: 1.0,
             faults: FaultSettings::default(),
             scan: Scan::default(),
             scan_pitch_m: MAX_PITCH_M,
@@ -107,6 +111,7 @@ impl SimulatedSettings {
             .map_err(|error| format!("physics: {error}"))?;
         let numbers = [
             ("place_duration_s", self.place_duration_s, 3600.0),
+            ("motion_speed", self.motion_speed, 1000.0),
             ("faults.missed_picks", self.faults.missed_picks, 1.0),
             ("faults.drops", self.faults.drops, 1.0),
         ];

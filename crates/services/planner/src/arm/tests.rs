@@ -23,10 +23,7 @@ fn block() -> Candidate {
         origin_from_corner_m: Vector3::new(0.03, 0.03, 0.0),
         centre_of_mass_m: Some(Point2::new(0.03, 0.03)),
     };
-    Candidate {
-        arrival: 0,
-        item: Arc::new(Item::new("block", vec![view; 4], 0.0).unwrap()),
-    }
+    Candidate::new(0, Arc::new(Item::new("block", vec![view; 4], 0.0).unwrap()))
 }
 
 fn resting() -> RestingPlacement {
@@ -44,12 +41,7 @@ fn resting() -> RestingPlacement {
 fn cycle(settings: &StationSettings) -> (ArmStation, v1::ArmCycle) {
     let grid = Grid::reference();
     let scene = Scene::from_heightmap(Heightmap::empty(&grid));
-    let input = StepInput {
-        grid: &grid,
-        scene: &scene,
-        candidates: &[],
-        step: 0,
-    };
+    let input = StepInput::new(&grid, &scene, &[]);
     let station = ArmStation::new(settings).unwrap();
     let planned = station.cycle(&input, &block(), &resting()).unwrap();
     let message = write(&station, &planned);
@@ -124,12 +116,7 @@ fn a_slow_cycle_has_no_more_points_than_the_wire_allows() {
 fn after_the_deadline_the_arm_is_not_asked() {
     let grid = Grid::reference();
     let scene = Scene::from_heightmap(Heightmap::empty(&grid));
-    let input = StepInput {
-        grid: &grid,
-        scene: &scene,
-        candidates: &[],
-        step: 0,
-    };
+    let input = StepInput::new(&grid, &scene, &[]);
     let station = ArmStation::new(&StationSettings::default()).unwrap();
     let context = Arc::new(StepContext::new());
     let mut check = ArmInTime::new(&station, &context);

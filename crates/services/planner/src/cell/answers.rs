@@ -93,11 +93,8 @@ impl CellPlanner {
             self.saved(saved)?;
             self.session = session;
             self.to_inspect = None;
-            for item in std::mem::take(&mut self.shapes).values() {
-                if let Some(station) = self.planning.station() {
-                    station.release(item);
-                }
-            }
+            self.shapes.clear();
+            self.posed_models.clear();
             self.news.is_session_new = true;
         }
         Ok(v1::BeginReply {

@@ -1,20 +1,18 @@
 //! From a request to a decision: the scene, the buffer, the plan.
 
-use std::collections::HashMap;
 use std::time::Instant;
 
 use ppnpack_packing::blocked::block;
 use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::plan::{CandidateReport, Reason};
-use ppnpack_packing::step::Candidate;
+use ppnpack_packing::plan::{CandidateReport, Plan, Reason};
+use ppnpack_packing::step::{Candidate, Evaluated};
 use ppnpack_packing::valid::Tally;
-use ppnpack_robot::feasibility::NAME;
 use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
 
 use super::footprint::footprint;
 use super::{CellPlanner, Refusal};
-use crate::planning::{Planned, Wanted};
+use crate::planning::Step;
 use crate::scenes::Seen;
 use crate::session::{ItemState, SessionItem};
 
@@ -48,18 +46,25 @@ impl CellPlanner {
         self.inspect();
         let scene = self.blocked(&seen.scene)?;
         let waited = started.elapsed();
-        let planned = self.plan(&scene, &buffer, &candidates, alternatives, deadline)?;
-        if planned.choice.is_none() {
-            let reasons = self.reasons(&seen.scene, &buffer, &candidates, &planned, deadline);
+        let step = Step {
+            scene: &scene,
+            candidates: &candidates,
+            number: self.session.step(),
+            alternatives,
+            deadline,
+        };
+        let planned = self.plan(&step)?;
+        let Some(choice) = planned.choice() else {
+            let reasons = self.reasons(&seen.scene, &buffer, &step, planned.candidates());
             return Ok(Decided::NothingFits(reasons));
-        }
+        };
         if Instant::now() >= deadline {
             // Whoever asked has left, and a decision that nobody knows of keeps others waiting.
             let late = "the time limit passed while planning";
             return Err(Refusal::new(Status::TimedOut, late));
         }
         let mut decision =
-            self.decision(request_id, (&seen, &scene), &buffer, &candidates, planned)?;
+            self.decision(request_id, &seen, &buffer, &candidates, &choice, &planned)?;
         decision.stages.insert(0, header::stage("prepare", waited));
         let saving = Instant::now();
         let entered = decision.clone();
@@ -83,34 +88,38 @@ impl CellPlanner {
         let candidates = self.candidates(&buffer)?;
         let seen = self.seen(deadline)?;
         let scene = self.blocked(&seen.scene)?;
-        let planned = self.plan(&scene, &buffer, &candidates, 0, deadline)?;
-        let refusals = planned.refusals.first().cloned().unwrap_or_default();
-        let counts = planned.reports.first();
-        let counts = counts.map(|report| write_report(report, refusals));
-        let reasons = match planned.choice {
+        let step = Step {
+            scene: &scene,
+            candidates: &candidates,
+            number: self.session.step(),
+            alternatives: 0,
+            deadline,
+        };
+        let planned = self.plan(&step)?;
+        let reasons = match planned.choice() {
             Some(_) => Vec::new(),
-            None => self.reasons(&seen.scene, &buffer, &candidates, &planned, deadline),
+            None => self.reasons(&seen.scene, &buffer, &step, planned.candidates()),
         };
         Ok(v1::ExplainReply {
             best: planned
-                .choice
+                .choice()
                 .as_ref()
                 .map(convert::placement::write_ranked),
             reason: reasons.into_iter().next(),
-            counts,
+            counts: planned.candidates().first().map(write_report),
             ..v1::ExplainReply::default()
         })
     }
 
     fn candidates(&mut self, buffer: &[(usize, SessionItem)]) -> Result<Vec<Candidate>, Refusal> {
         let candidate = |(arrival, item): &(usize, SessionItem)| {
-            let held = self.item(item)?;
-            if let Some(station) = self.planning.station() {
-                station.pick_from(*arrival, item.lying.heightmap_frame());
-            }
+            let shape = self.shape(item)?;
             Ok(Candidate {
                 arrival: *arrival,
-                item: held,
+                item: shape.item,
+                model: shape.model,
+                lying: item.lying,
+                rules: item.rules,
             })
         };
         buffer.iter().map(candidate).collect()
@@ -139,7 +148,7 @@ impl CellPlanner {
                 ..
             } = &item.state
             {
-                let shape = self.item(item)?;
+                let shape = self.shape(item)?.item;
                 let moved = container_from_item * planned.inverse();
                 if let Some(view) = shape.views().get(placement.placement.yaw) {
                     regions.push(footprint(placement, view, self.planning.grid(), &moved));
@@ -152,54 +161,35 @@ impl CellPlanner {
         Ok(block(scene, self.planning.grid(), &regions))
     }
 
-    fn plan(
-        &mut self,
-        scene: &Scene,
-        buffer: &[(usize, SessionItem)],
-        candidates: &[Candidate],
-        alternatives: usize,
-        deadline: Instant,
-    ) -> Result<Planned, Refusal> {
-        let rules = buffer.iter().map(|(arrival, item)| (*arrival, item.rules));
-        let wanted = Wanted {
-            step: self.session.step(),
-            alternatives,
-            deadline,
-            rules: rules.collect::<HashMap<_, _>>(),
-        };
-        let planned = self
-            .planning
-            .plan(scene, candidates, wanted)
-            .map_err(|error| Refusal::new(Status::Failed, error))?;
-        if planned.choice.is_none() && planned.is_cut {
+    fn plan(&mut self, step: &Step<'_>) -> Result<Plan, Refusal> {
+        let plan = self.planning.plan(step);
+        let plan = plan.map_err(|error| Refusal::new(Status::Failed, error))?;
+        if plan.choice().is_none() && plan.is_cut() {
             let late =
                 "the time limit passed before a valid placement was found: give it more time";
             return Err(Refusal::new(Status::TimedOut, late));
         }
-        Ok(planned)
+        Ok(plan.clone())
     }
 
     fn decision(
         &self,
         request_id: &str,
-        (seen, scene): (&Seen, &Scene),
+        seen: &Seen,
         buffer: &[(usize, SessionItem)],
         candidates: &[Candidate],
-        planned: Planned,
+        choice: &Evaluated,
+        planned: &Plan,
     ) -> Result<v1::Decision, Refusal> {
         let lost = || Refusal::new(Status::Failed, "the plan chose an item that is not there");
-        let choice = planned.choice.ok_or_else(lost)?;
         let (_, item) = buffer.get(choice.candidate).ok_or_else(lost)?;
         let held = candidates.get(choice.candidate).ok_or_else(lost)?;
         let pose = held
             .item
             .container_from_item(self.planning.grid(), &choice.resting);
         let container_from_item = item.lying.own_frame(&pose.ok_or_else(lost)?);
-        let cycle = self.planning.cycle(scene, held, &choice, &item.lying);
-        let cycle = cycle.map_err(|refusal| {
-            Refusal::new(Status::Failed, format_args!("the arm's cycle: {refusal}"))
-        })?;
-        let timings = planned.timings;
+        let cycle = planned.evidence().and_then(|found| found.cycle.as_ref());
+        let timings = planned.timings();
         let stages = vec![
             header::stage("propose", timings.propose),
             header::stage("evaluate", timings.evaluate),
@@ -216,8 +206,7 @@ impl CellPlanner {
             container_from_item: Some(convert::pose::write(&container_from_item)),
             value: choice.value,
             alternatives: planned
-                .alternatives
-                .iter()
+                .alternatives()
                 .map(convert::placement::write_ranked)
                 .collect(),
             buffer: buffer
@@ -226,68 +215,50 @@ impl CellPlanner {
                 .collect(),
             heightmap: Some(seen.id),
             state_number: seen.state_number,
-            degraded: planned.degraded,
-            is_widened: planned.is_widened,
+            degraded: planned.degraded().to_vec(),
+            is_widened: planned.is_widened(),
             stages,
-            cycle: cycle.map(Box::new),
+            cycle: cycle.map(|cycle| Box::new(convert::cycle::write(cycle))),
         })
     }
 
-    /// Why the items of the buffer have no valid placement. What only the blocked regions keep out is told apart.
+    /// Why the items of the buffer have no valid placement. What only the blocked regions keep out is told apart, by
+    /// planning on the scene without them.
     fn reasons(
         &mut self,
         scene: &Scene,
         buffer: &[(usize, SessionItem)],
-        candidates: &[Candidate],
-        planned: &Planned,
-        deadline: Instant,
+        step: &Step<'_>,
+        reports: &[CandidateReport],
     ) -> Vec<v1::ItemReason> {
-        // Planning without the regions is another step for the arm, which forgets this one.
-        let of_arm: Vec<Option<String>> = buffer
-            .iter()
-            .map(|(arrival, _)| self.planning.station()?.why(*arrival))
-            .collect();
         let mut reasons = Vec::with_capacity(buffer.len());
-        let reports = planned.reports.iter().zip(of_arm);
-        for (index, (entry, (report, of_arm))) in buffer.iter().zip(reports).enumerate() {
-            let Some(candidate) = candidates.get(index) else {
-                continue;
+        let candidates = step.candidates.iter().zip(reports);
+        for ((_, item), (candidate, report)) in buffer.iter().zip(candidates) {
+            let alone = Step {
+                scene,
+                candidates: std::slice::from_ref(candidate),
+                alternatives: 0,
+                ..*step
             };
-            let is_blocked = self.fits_without_regions(scene, entry, candidate, deadline);
-            let mut reason = write_reason(&entry.1.item_id, report.reason, is_blocked);
-            if let (Some(Reason::Rejected(NAME)), Some(why), false) =
-                (report.reason, of_arm, is_blocked)
-            {
-                reason.text = format!("{}: {why}", reason.text);
-            }
-            reasons.push(reason);
+            let is_blocked = self.fits_without_regions(&alone);
+            reasons.push(write_reason(
+                &item.item_id,
+                report.reason.as_ref(),
+                is_blocked,
+            ));
         }
         reasons
     }
 
-    fn fits_without_regions(
-        &mut self,
-        scene: &Scene,
-        entry: &(usize, SessionItem),
-        candidate: &Candidate,
-        deadline: Instant,
-    ) -> bool {
-        let has_regions = !self.session.keep_out().is_empty()
-            || self
-                .session
-                .items()
-                .iter()
-                .any(|item| item.rules.is_fragile);
-        if !has_regions {
-            return false;
-        }
-        let (buffer, candidates) = ([entry.clone()], [candidate.clone()]);
-        let planned = self.plan(scene, &buffer, &candidates, 0, deadline);
-        planned.is_ok_and(|planned| planned.choice.is_some())
+    fn fits_without_regions(&mut self, alone: &Step<'_>) -> bool {
+        let mut items = self.session.items().iter();
+        let has_regions =
+            !self.session.keep_out().is_empty() || items.any(|item| item.rules.is_fragile);
+        has_regions && self.plan(alone).is_ok_and(|plan| plan.choice().is_some())
     }
 }
 
-fn write_reason(item_id: &str, reason: Option<Reason>, is_blocked: bool) -> v1::ItemReason {
+fn write_reason(item_id: &str, reason: Option<&Reason>, is_blocked: bool) -> v1::ItemReason {
     let (kind, text) = match reason {
         _ if is_blocked => (
             v1::Reason::Constrained,
@@ -307,13 +278,10 @@ fn write_reason(item_id: &str, reason: Option<Reason>, is_blocked: bool) -> v1::
     }
 }
 
-fn write_report(
-    report: &CandidateReport,
-    refusals: Vec<(&'static str, u64)>,
-) -> v1::PlacementCounts {
+fn write_report(report: &CandidateReport) -> v1::PlacementCounts {
     convert::placement::write_tally(&Tally {
         candidate: 0,
         counts: report.counts,
-        refusals,
+        refusals: report.refusals.clone(),
     })
 }

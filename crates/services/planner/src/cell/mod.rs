@@ -12,6 +12,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::item::Item;
+use ppnpack_packing::model::Model;
 use ppnpack_service::health::HealthLatch;
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::{Client, Incoming};
@@ -97,6 +98,8 @@ pub(crate) struct CellPlanner {
     objects: Arc<Objects>,
     /// The items of the session that have heightmaps of their own.
     shapes: HashMap<ItemId, Arc<Item>>,
+    /// Of these, the solids of those that the catalogue has, as they lie.
+    posed_models: HashMap<ItemId, Arc<Model>>,
     session: Session,
     planning: Planning,
     scenes: Scenes,
@@ -138,6 +141,7 @@ impl CellPlanner {
             store_health: shared.store_health.clone(),
             objects: Arc::clone(&shared.objects),
             shapes: HashMap::new(),
+            posed_models: HashMap::new(),
             session,
             planning,
             scenes,
@@ -226,33 +230,31 @@ impl CellPlanner {
         }
     }
 
-    /// The heightmaps of an item of the session.
-    fn item(&mut self, item: &SessionItem) -> Result<Arc<Item>, Refusal> {
+    /// The heightmaps of an item of the session, and its solid where the catalogue has it.
+    fn shape(&mut self, item: &SessionItem) -> Result<Shape, Refusal> {
         let (object, shape) = (item.object.as_str(), item.shape);
         if let Some(known) = self.objects.of_shape(&self.settings, object, shape) {
-            if let Some(station) = self.planning.station() {
-                station.hold(&known.item, &known.model);
-            }
-            return Ok(Arc::clone(&known.item));
+            return Ok(Shape {
+                item: Arc::clone(&known.item),
+                model: Some(Arc::clone(&known.model)),
+            });
         }
-        let found = self.own_shape(object, shape)?;
-        self.hold_as_it_lies(&found, item);
-        Ok(found)
+        Ok(Shape {
+            item: self.own_shape(object, shape)?,
+            model: self.posed_model(item),
+        })
     }
 
-    /// Has the arm hold an object of the catalogue that lies otherwise than there by its mesh.
-    fn hold_as_it_lies(&self, found: &Item, item: &SessionItem) {
-        let (Some(station), Some(frame)) = (
-            self.planning.station(),
-            item.lying.heightmap_from_item.as_ref(),
-        ) else {
-            return;
-        };
-        if let Some(known) = self.objects.named(&self.settings, &item.object)
-            && !station.holds(found)
-        {
-            station.hold(found, &known.model.turned(&frame.rotation));
+    /// The solid of an object of the catalogue that lies otherwise than there.
+    fn posed_model(&mut self, item: &SessionItem) -> Option<Arc<Model>> {
+        if let Some(known) = self.posed_models.get(&item.shape) {
+            return Some(Arc::clone(known));
         }
+        let frame = item.lying.heightmap_from_item.as_ref()?;
+        let known = self.objects.named(&self.settings, &item.object)?;
+        let model = Arc::new(known.model.turned(&frame.rotation));
+        self.posed_models.insert(item.shape, Arc::clone(&model));
+        Some(model)
     }
 
     /// The heightmaps that an item was announced with.
@@ -278,6 +280,13 @@ impl CellPlanner {
             None => TICK,
         }
     }
+}
+
+/// What is known of an item's shape.
+struct Shape {
+    item: Arc<Item>,
+    /// In the frame of the heightmaps.
+    model: Option<Arc<Model>>,
 }
 
 /// What the cells of one planner share.

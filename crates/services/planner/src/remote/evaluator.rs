@@ -4,12 +4,14 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use ppnpack_packing::evaluator::Evaluator;
+use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::Item;
-use ppnpack_packing::plan::Evaluator;
+use ppnpack_packing::objective::WeightError;
 use ppnpack_packing::proposals::{Proposals, possible_count_at, possible_count_below_rim};
-use ppnpack_packing::search::SearchSettings;
-use ppnpack_packing::step::{Evaluated, PlacementCounts, StageError, StepInput};
-use ppnpack_packing::valid::{BestValid, Tally, ValidSearch};
+use ppnpack_packing::refusal::Refusals;
+use ppnpack_packing::step::{Evaluated, PlacementCounts, Shortfall, StageError, StepInput};
+use ppnpack_packing::valid::Tally;
 use ppnpack_service::alive::Alive;
 use ppnpack_service::rpc::{CallError, Client, PendingCall};
 use ppnpack_wire::error::WireError;
@@ -17,15 +19,14 @@ use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::{Cell, Instance};
 use ppnpack_wire::{convert, v1};
 
-use super::context::StepContext;
 use super::items::ItemMessages;
-use super::local::LocalSearch;
-use super::merge::merge;
+use super::local::{Judgement, LocalSearches, MAX_SEARCHES};
 use super::pace::Pace;
+use super::source::{Searcher, Source, take_best};
 use super::split::{Part, parts, split};
 
 /// The most placements that a service is asked for at once.
-const MAX_LIMIT: usize = 65_536;
+const MAX_PAGE: usize = 4_096;
 
 /// How many times more placements are asked for when those that came were not enough.
 const GROWTH: usize = 8;
@@ -41,63 +42,63 @@ pub(crate) struct SharedEvaluator {
     cell: Cell,
     client: Client,
     alive: Arc<Alive>,
-    context: Arc<StepContext>,
     limit: Duration,
-    settings: SearchSettings,
-    checks: Vec<i32>,
-    local: LocalSearch,
+    judgement: Judgement,
+    local: LocalSearches,
     pace: Pace,
     /// Whether the sooner way is taken; the services' otherwise.
     is_sooner_taken: bool,
     items: ItemMessages,
-    parts: Vec<Part>,
-    asked: usize,
-    given: usize,
-    best: BestValid,
+    /// Names the ranking to the services.
+    ranking_id: String,
+    /// How many placements a service is asked for.
+    page: usize,
+    sources: Vec<Source>,
+    /// By candidate of the input: placements within the container, over all yaws.
+    possible: Vec<u64>,
+    shortfall: Shortfall,
 }
 
-/// A share of the work that a service was asked to do.
+/// A request to a service for more of a source's placements.
 struct Begun {
     instance: Instance,
-    share: Vec<Part>,
     call: Result<PendingCall<v1::EvaluateRequest>, CallError>,
 }
 
-/// What the services are asked to judge by, and what stands in for them.
-pub(crate) struct Judgement {
-    pub(crate) settings: SearchSettings,
-    /// The checks that placements must pass, as on the wire.
-    pub(crate) checks: Vec<i32>,
-    /// The same in this process.
-    pub(crate) local: ValidSearch,
+/// What a service answered.
+struct Found {
+    placements: Vec<Evaluated>,
+    is_complete: bool,
+    tallies: Vec<Tally>,
 }
 
 impl SharedEvaluator {
+    /// # Errors
+    /// [`WeightError`] where a weight is negative or not finite.
     pub(crate) fn new(
         cell: Cell,
         client: Client,
         alive: Arc<Alive>,
-        context: Arc<StepContext>,
         limit: Duration,
+        grid: &Grid,
         judgement: Judgement,
-    ) -> Self {
-        Self {
+    ) -> Result<Self, WeightError> {
+        Ok(Self {
             cell,
             client,
             alive,
-            context,
             limit,
-            settings: judgement.settings,
-            checks: judgement.checks,
-            local: LocalSearch::new(judgement.local),
+            local: LocalSearches::new(grid, &judgement)?,
+            judgement,
             pace: Pace::default(),
             is_sooner_taken: false,
             items: ItemMessages::default(),
-            parts: Vec::new(),
-            asked: 0,
-            given: 0,
-            best: BestValid::default(),
-        }
+            ranking_id: String::new(),
+            page: 1,
+            sources: Vec::new(),
+            possible: Vec::new(),
+            shortfall: Shortfall::default(),
+        })
     }
 
     /// Searches in this process what is found sooner that way.
@@ -107,76 +108,106 @@ impl SharedEvaluator {
         self
     }
 
-    /// Has everything searched for the best `limit` placements.
-    fn fetch(&mut self, input: &StepInput<'_>, limit: usize) -> Result<BestValid, StageError> {
+    /// Has everything searched: by services, or here.
+    fn begin(&mut self, input: &StepInput<'_>, parts: Vec<Part>) -> Result<(), StageError> {
         let mut alive = self.alive.instances();
         alive.truncate(MAX_REPLICAS);
         if alive.is_empty() {
-            self.context
-                .degrade("no heuristic service is alive: searched in the planner".to_owned());
-            return self.search_all_here(input, limit);
+            let why = "no heuristic service is alive: searched in the planner";
+            self.shortfall.degrade(why.to_owned());
+            return self.search_here(input, parts, None);
         }
-        let placements = placements(&self.parts, input);
-        let (replicas, started) = (alive.len(), Instant::now());
-        if self.is_sooner_taken && self.pace.is_sooner_here(placements, replicas) {
-            return self.search_all_here(input, limit);
+        let (all, replicas) = (placements(&parts, input), alive.len());
+        if self.is_sooner_taken && self.pace.is_sooner_here(all, replicas) {
+            return self.search_here(input, parts, None);
         }
-        let found = self.ask(input, limit, alive)?;
-        self.pace.asked(placements, replicas, started.elapsed());
-        Ok(found)
-    }
-
-    fn search_all_here(
-        &mut self,
-        input: &StepInput<'_>,
-        limit: usize,
-    ) -> Result<BestValid, StageError> {
-        let parts = std::mem::take(&mut self.parts);
-        let found = self.search_here(input, &parts, limit);
-        self.parts = parts;
-        found
-    }
-
-    /// Has services search, each its share.
-    fn ask(
-        &mut self,
-        input: &StepInput<'_>,
-        limit: usize,
-        alive: Vec<Instance>,
-    ) -> Result<BestValid, StageError> {
-        let shares = split(&self.parts, input.candidates, alive.len());
-        let now = Instant::now();
-        let left = self.context.deadline().saturating_duration_since(now);
-        let deadline = now + self.limit.min(left / 2);
-        let shares = alive.into_iter().zip(shares);
-        let begun: Vec<Begun> = shares
-            .filter(|(_, share)| !share.is_empty())
+        let shares = alive
+            .iter()
+            .zip(split(&parts, input.candidates, replicas))
+            .filter(|(_, share)| !share.is_empty());
+        self.sources = shares
             .map(|(instance, share)| {
-                let request = self.request(&instance, input, &share, limit);
-                let call = self
-                    .client
-                    .begin_instance(&self.cell, &instance, request, deadline);
-                Begun {
-                    instance,
-                    share,
-                    call,
-                }
+                Source::new(share, Searcher::Service(instance.clone(), Vec::new()))
             })
             .collect();
-        let mut found = Vec::with_capacity(begun.len());
-        for begun in begun {
-            let (instance, share) = (begun.instance.clone(), begun.share.clone());
-            found.push(match self.finish(begun, input, limit, deadline) {
-                Ok(best) => best,
+        let started = Instant::now();
+        self.fetch(input)?;
+        self.pace.asked(all, replicas, started.elapsed());
+        Ok(())
+    }
+
+    /// Has every source that is dry go on.
+    fn fetch(&mut self, input: &StepInput<'_>) -> Result<(), StageError> {
+        let deadline = self.request_deadline(input);
+        let mut begun = Vec::new();
+        for number in 0..self.sources.len() {
+            let source = self.sources.get(number).filter(|source| source.is_dry());
+            match source.map(|source| &source.searcher) {
+                Some(Searcher::Service(..)) => begun.extend(self.ask(number, input, deadline)),
+                Some(Searcher::Here(_)) => self.go_on_here(number, input)?,
+                None => {}
+            }
+        }
+        for (number, begun) in begun {
+            let instance = begun.instance.clone();
+            let Some(source) = self.sources.get(number) else {
+                continue;
+            };
+            let (share, last) = (source.share.clone(), source.last().copied());
+            let answer = self.finish(begun, input, &share, last.as_ref(), deadline);
+            let Some(source) = self.sources.get_mut(number) else {
+                continue;
+            };
+            match answer {
+                Ok(found) => {
+                    source.extend(found.placements, found.is_complete);
+                    source.searcher = Searcher::Service(instance, found.tallies);
+                }
                 Err(reason) => {
-                    self.context.degrade(format!(
+                    self.shortfall.degrade(format!(
                         "heuristic service {instance} did not answer ({reason}): its part was searched in the planner"
                     ));
-                    self.search_here(input, &share, limit)?
+                    // The place stays empty, so that the others keep their numbers.
+                    *source = Source::new(Vec::new(), Searcher::Here(usize::MAX));
+                    source.end();
+                    self.search_here(input, share, last)?;
                 }
-            });
+            }
         }
-        Ok(merge(found, limit))
+        self.page = (self.page * GROWTH).min(MAX_PAGE);
+        Ok(())
+    }
+
+    fn request_deadline(&self, input: &StepInput<'_>) -> Instant {
+        let now = Instant::now();
+        // Half of what is left is kept for what follows.
+        let left = input
+            .deadline
+            .map(|deadline| deadline.saturating_duration_since(now) / 2);
+        now + left.map_or(self.limit, |left| left.min(self.limit))
+    }
+
+    /// Asks a source's service for more.
+    fn ask(
+        &mut self,
+        number: usize,
+        input: &StepInput<'_>,
+        deadline: Instant,
+    ) -> Option<(usize, Begun)> {
+        let source = self.sources.get(number)?;
+        let Searcher::Service(instance, _) = &source.searcher else {
+            return None;
+        };
+        let (instance, share, last) = (
+            instance.clone(),
+            source.share.clone(),
+            source.last().copied(),
+        );
+        let request = self.request(&instance, input, &share, last.as_ref());
+        let call = self
+            .client
+            .begin_instance(&self.cell, &instance, request, deadline);
+        Some((number, Begun { instance, call }))
     }
 
     fn request(
@@ -184,7 +215,7 @@ impl SharedEvaluator {
         instance: &Instance,
         input: &StepInput<'_>,
         share: &[Part],
-        limit: usize,
+        after: Option<&Evaluated>,
     ) -> v1::EvaluateRequest {
         let items = || input.candidates.iter().map(|held| &*held.item);
         let ids = self.items.ids(items());
@@ -199,10 +230,12 @@ impl SharedEvaluator {
                 .collect(),
             items: self.items.unsent(instance, items()),
             parts: share.iter().map(write_part).collect(),
-            objective: Some(convert::objective::write(&self.settings)),
-            checks: self.checks.clone(),
-            limit: u32::try_from(limit).unwrap_or(u32::MAX),
+            objective: Some(convert::objective::write(&self.judgement.settings)),
+            checks: self.judgement.checks_on_wire.clone(),
+            limit: u32::try_from(self.page).unwrap_or(u32::MAX),
             step: input.step,
+            ranking_id: self.ranking_id.clone(),
+            after: after.map(convert::placement::write_ranked),
             ..v1::EvaluateRequest::default()
         }
     }
@@ -211,14 +244,15 @@ impl SharedEvaluator {
         &mut self,
         begun: Begun,
         input: &StepInput<'_>,
-        limit: usize,
+        share: &[Part],
+        after: Option<&Evaluated>,
         deadline: Instant,
-    ) -> Result<BestValid, String> {
+    ) -> Result<Found, String> {
         let instance = &begun.instance;
         let answer = match begun.call.and_then(PendingCall::wait) {
             Err(error) if error.status() == Some(v1::Status::MissingItems) => {
                 self.items.forget(instance);
-                let request = self.request(instance, input, &begun.share, limit);
+                let request = self.request(instance, input, share, after);
                 self.client
                     .call_instance(&self.cell, instance, request, deadline)
             }
@@ -233,42 +267,94 @@ impl SharedEvaluator {
     }
 
     /// Searches in this process: whole where that is expected to take less than half of the time left, by parts
-    /// otherwise, so that there is an answer when the time is over.
+    /// otherwise, so that there is an answer when the time is over. What comes up to `after` is left out.
     fn search_here(
         &mut self,
         input: &StepInput<'_>,
-        parts: &[Part],
-        limit: usize,
-    ) -> Result<BestValid, StageError> {
+        parts: Vec<Part>,
+        after: Option<Evaluated>,
+    ) -> Result<(), StageError> {
         let started = Instant::now();
-        let left = self.context.deadline().saturating_duration_since(started);
-        let left = left.saturating_sub(RESERVE);
-        let all = placements(parts, input);
-        if self
-            .pace
-            .expected_here(all)
-            .is_some_and(|all| 2 * all < left)
-        {
-            let best = self.local.all(input, parts, limit)?;
-            self.pace.searched_here(all, started.elapsed());
-            return Ok(best);
+        let left = input
+            .deadline
+            .map(|deadline| deadline.saturating_duration_since(started));
+        let left = left.map(|left| left.saturating_sub(RESERVE));
+        let all = placements(&parts, input);
+        let expected = self.pace.expected_here(all);
+        let is_quick = left.is_none_or(|left| expected.is_some_and(|all| 2 * all < left));
+        let free = MAX_SEARCHES.saturating_sub(self.searching_here()).max(1);
+        let together = if is_quick { 1 } else { parts.len().min(free) };
+        let size = parts.len().div_ceil(together.max(1)).max(1);
+        let is_late = || left.is_some_and(|left| started.elapsed() >= left);
+        let (mut searched, mut left_out) = (0, 0);
+        for share in parts.chunks(size) {
+            if !is_quick && is_late() {
+                left_out += share.len();
+                continue;
+            }
+            self.begin_here(input, share.to_vec(), after.as_ref())?;
+            searched += placements(share, input);
         }
-        let mut is_late = || started.elapsed() >= left;
-        let (best, searched) = self.local.until(input, parts, limit, &mut is_late)?;
-        let (done, left_out) = parts.split_at(searched.min(parts.len()));
-        if !done.is_empty() {
-            self.pace
-                .searched_here(placements(done, input), started.elapsed());
+        if searched > 0 {
+            self.pace.searched_here(searched, started.elapsed());
         }
-        if !left_out.is_empty() {
-            self.context.cut(left_out.len());
+        if left_out > 0 {
+            self.shortfall
+                .cut(format!("the time limit left {left_out} items unsearched"));
         }
-        Ok(best)
+        Ok(())
     }
 
-    fn tally(&self, candidate: usize) -> Option<&Tally> {
-        let mut tallies = self.best.tallies.iter();
-        tallies.find(|tally| tally.candidate == candidate)
+    /// Adds a search of this process, and has its best placement found.
+    fn begin_here(
+        &mut self,
+        input: &StepInput<'_>,
+        share: Vec<Part>,
+        after: Option<&Evaluated>,
+    ) -> Result<(), StageError> {
+        let search = self.searching_here();
+        self.local.rank(search, &self.judgement, input, &share)?;
+        let number = self.sources.len();
+        self.sources
+            .push(Source::new(share, Searcher::Here(search)));
+        self.go_on_here(number, input)?;
+        let Some(after) = after else {
+            return Ok(());
+        };
+        while let Some(next) = self.sources.get(number).and_then(Source::peek)
+            && next.rank_cmp(after).is_le()
+        {
+            self.sources.get_mut(number).and_then(Source::take);
+            self.go_on_here(number, input)?;
+        }
+        Ok(())
+    }
+
+    /// How many searches go on in this process.
+    fn searching_here(&self) -> usize {
+        let sources = self.sources.iter();
+        let here = sources.filter_map(|source| match source.searcher {
+            Searcher::Here(search) if search < MAX_SEARCHES => Some(search + 1),
+            _ => None,
+        });
+        here.max().unwrap_or(0)
+    }
+
+    fn go_on_here(&mut self, number: usize, input: &StepInput<'_>) -> Result<(), StageError> {
+        let Some(source) = self.sources.get_mut(number) else {
+            return Ok(());
+        };
+        let Searcher::Here(search) = source.searcher else {
+            return Ok(());
+        };
+        let next = self.local.next(search, input)?;
+        let is_last = next.is_none();
+        source.extend(next, is_last);
+        if is_last && self.local.is_cut(search) {
+            let why = "the time limit left placements unchecked";
+            self.shortfall.cut(why.to_owned());
+        }
+        Ok(())
     }
 }
 
@@ -279,49 +365,65 @@ impl Evaluator for SharedEvaluator {
         group: &[usize],
         proposals: &Proposals,
     ) -> Result<(), StageError> {
-        self.parts = parts(group, input.candidates, proposals);
-        self.given = 0;
-        self.asked = self.context.wanted().clamp(1, MAX_LIMIT);
-        self.best = self.fetch(input, self.asked)?;
-        for tally in &mut self.best.tallies {
-            let item: Option<&Item> = input
-                .candidates
-                .get(tally.candidate)
-                .map(|held| &*held.item);
-            // Parts with proposals count the placements of all yaws each.
-            tally.counts.possible =
-                item.map_or(0, |item| possible_count_below_rim(input.grid, item));
-        }
-        Ok(())
+        self.sources.clear();
+        self.shortfall.clear();
+        self.ranking_id = format!("{:032x}", rand::random::<u128>());
+        self.page = input.wanted().min(MAX_PAGE);
+        let items = input.candidates.iter().map(|held| &*held.item);
+        // Parts with proposals count the placements of all yaws each.
+        let possible = |item: &Item| possible_count_below_rim(input.grid, item);
+        self.possible = items.map(possible).collect();
+        self.begin(input, parts(group, input.candidates, proposals))
     }
 
     fn next_best(&mut self, input: &StepInput<'_>) -> Result<Option<Evaluated>, StageError> {
-        loop {
-            if let Some(next) = self.best.placements.get(self.given) {
-                self.given += 1;
-                return Ok(Some(*next));
-            }
-            if self.best.is_complete || self.context.is_cut() || self.asked >= MAX_LIMIT {
-                return Ok(None);
-            }
-            // The order of placements is the same each time, so those given already are skipped.
-            self.asked = (self.asked * GROWTH).min(MAX_LIMIT);
-            let tallies = std::mem::take(&mut self.best.tallies);
-            self.best = self.fetch(input, self.asked)?;
-            for (tally, before) in self.best.tallies.iter_mut().zip(tallies) {
-                tally.counts.possible = before.counts.possible;
-            }
+        while !self.shortfall.is_cut && self.sources.iter().any(Source::is_dry) {
+            self.fetch(input)?;
         }
+        Ok(take_best(&mut self.sources))
     }
 
     fn counts(&self, candidate: usize) -> PlacementCounts {
-        self.tally(candidate)
-            .map(|tally| tally.counts)
-            .unwrap_or_default()
+        let mut counts = PlacementCounts::default();
+        for tally in self.tallies(candidate) {
+            counts.proposed += tally.counts.proposed;
+            counts.fitting += tally.counts.fitting;
+        }
+        let is_searched = |source: &Source| {
+            let mut share = source.share.iter();
+            share.any(|part| part.candidate == candidate)
+        };
+        if self.sources.iter().any(is_searched) {
+            counts.possible = self.possible.get(candidate).copied().unwrap_or_default();
+        }
+        counts
     }
 
-    fn refusals(&self, candidate: usize) -> &[(&'static str, u64)] {
-        self.tally(candidate).map_or(&[], |tally| &tally.refusals)
+    fn add_refusals(&self, candidate: usize, refusals: &mut Refusals) {
+        for tally in self.tallies(candidate) {
+            refusals.add(&tally.refusals);
+        }
+    }
+
+    fn shortfall(&self) -> Option<&Shortfall> {
+        Some(&self.shortfall)
+    }
+}
+
+impl SharedEvaluator {
+    /// What each source says of a candidate.
+    fn tallies(&self, candidate: usize) -> impl Iterator<Item = Tally> {
+        self.sources.iter().filter_map(move |source| {
+            let mut share = source.share.iter();
+            share.find(|part| part.candidate == candidate)?;
+            match &source.searcher {
+                Searcher::Service(_, tallies) => {
+                    let mut tallies = tallies.iter();
+                    tallies.find(|tally| tally.candidate == candidate).cloned()
+                }
+                Searcher::Here(search) => self.local.tally(*search, candidate),
+            }
+        })
     }
 }
 
@@ -349,12 +451,13 @@ fn write_part(part: &Part) -> v1::SearchPart {
     }
 }
 
-fn read_reply(reply: &v1::EvaluateReply) -> Result<BestValid, WireError> {
+fn read_reply(reply: &v1::EvaluateReply) -> Result<Found, WireError> {
     let placements = reply.placements.iter().map(convert::placement::read_ranked);
     let tallies = reply.counts.iter().map(convert::placement::read_tally);
-    Ok(BestValid {
+    Ok(Found {
         placements: placements.collect::<Result<_, _>>()?,
-        is_complete: reply.is_complete,
+        // An empty page ends a ranking whatever else is said of it.
+        is_complete: reply.is_complete || reply.placements.is_empty(),
         tallies: tallies.collect::<Result<_, _>>()?,
     })
 }

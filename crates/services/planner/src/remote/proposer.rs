@@ -12,7 +12,6 @@ use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::{Cell, Instance};
 use ppnpack_wire::{convert, v1};
 
-use super::context::StepContext;
 use super::items::ItemMessages;
 
 /// After a failure the service is not asked again for this long: a service that hangs costs the time limit each time.
@@ -23,7 +22,6 @@ pub(crate) struct RemoteProposer {
     cell: Cell,
     client: Client,
     alive: Arc<Alive>,
-    context: Arc<StepContext>,
     share: Percent,
     limit: Duration,
     items: ItemMessages,
@@ -42,7 +40,6 @@ impl RemoteProposer {
         cell: Cell,
         client: Client,
         alive: Arc<Alive>,
-        context: Arc<StepContext>,
         share: Percent,
         limit: Duration,
     ) -> Self {
@@ -50,7 +47,6 @@ impl RemoteProposer {
             cell,
             client,
             alive,
-            context,
             share,
             limit,
             items: ItemMessages::default(),
@@ -117,8 +113,10 @@ impl Proposer for RemoteProposer {
         let instance = self.instance()?;
         let now = Instant::now();
         // Half of what is left is kept for the search that follows.
-        let left = self.context.deadline().saturating_duration_since(now);
-        let deadline = now + self.limit.min(left / 2);
+        let left = input
+            .deadline
+            .map(|deadline| deadline.saturating_duration_since(now) / 2);
+        let deadline = now + left.map_or(self.limit, |left| left.min(self.limit));
         let items: Vec<&Item> = input.candidates.iter().map(|held| &*held.item).collect();
         let ids = self.items.ids(items.into_iter());
         let asked = self.ask(&instance, input, &ids, deadline);

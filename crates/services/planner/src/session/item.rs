@@ -1,48 +1,10 @@
 //! The items of a session.
 
 use nalgebra::Isometry3;
+pub(crate) use ppnpack_packing::candidate::{Lying, Rules};
 use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{convert, v1};
-
-/// What has to be respected when an item is packed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) struct Rules {
-    /// Nothing may be placed above it.
-    pub(crate) is_fragile: bool,
-    /// It must stand on the floor.
-    pub(crate) is_bottom_only: bool,
-    /// Its centre of mass has to be well inside what supports it.
-    pub(crate) is_upright: bool,
-}
-
-/// How an item lies as it waits.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Lying {
-    /// Its own frame in that of its heightmaps, where they are not the same.
-    pub(crate) heightmap_from_item: Option<Isometry3<f64>>,
-    /// Where its own frame is, where that is known.
-    pub(crate) waits_at: Option<Isometry3<f64>>,
-}
-
-impl Lying {
-    /// Where the item's own frame is, given where that of its heightmaps is.
-    pub(crate) fn own_frame(&self, container_from_heightmap: &Isometry3<f64>) -> Isometry3<f64> {
-        match &self.heightmap_from_item {
-            Some(heightmap_from_item) => container_from_heightmap * heightmap_from_item,
-            None => *container_from_heightmap,
-        }
-    }
-
-    /// Where the frame of its heightmaps is as it waits, where that is known.
-    pub(crate) fn heightmap_frame(&self) -> Option<Isometry3<f64>> {
-        let waits_at = self.waits_at?;
-        Some(match &self.heightmap_from_item {
-            Some(heightmap_from_item) => waits_at * heightmap_from_item.inverse(),
-            None => waits_at,
-        })
-    }
-}
 
 /// An item as it is announced.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,0 +1,90 @@
+//! An item that a step may choose, with all that is known of it.
+
+use std::sync::Arc;
+
+use nalgebra::Isometry3;
+
+use crate::item::Item;
+use crate::model::Model;
+
+/// An item of the buffer that a step may choose.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// Its place in the sequence of arrivals, from 0.
+    pub arrival: usize,
+    /// Its heightmaps.
+    pub item: Arc<Item>,
+    /// Its solid, in the frame of its heightmaps, where it is known.
+    pub model: Option<Arc<Model>>,
+    /// How it lies as it waits.
+    pub lying: Lying,
+    /// What has to be respected when it is packed.
+    pub rules: Rules,
+}
+
+impl Candidate {
+    /// An item of which only the heightmaps are known: it waits at the usual place and has no rules.
+    pub fn new(arrival: usize, item: Arc<Item>) -> Self {
+        Self {
+            arrival,
+            item,
+            model: None,
+            lying: Lying::default(),
+            rules: Rules::default(),
+        }
+    }
+
+    /// The same item, whose solid is known.
+    #[must_use]
+    pub fn with_model(mut self, model: Arc<Model>) -> Self {
+        self.model = Some(model);
+        self
+    }
+
+    /// Items that arrive in this order.
+    pub fn sequence(items: impl IntoIterator<Item = Arc<Item>>) -> Vec<Self> {
+        let items = items.into_iter().enumerate();
+        items
+            .map(|(arrival, item)| Self::new(arrival, item))
+            .collect()
+    }
+}
+
+/// What has to be respected when an item is packed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Rules {
+    /// Nothing may be placed above it.
+    pub is_fragile: bool,
+    /// It must stand on the floor.
+    pub is_bottom_only: bool,
+    /// Its centre of mass has to be well inside what supports it.
+    pub is_upright: bool,
+}
+
+/// How an item lies as it waits.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Lying {
+    /// Its own frame in that of its heightmaps, where they are not the same.
+    pub heightmap_from_item: Option<Isometry3<f64>>,
+    /// Where its own frame is, where that is known; elsewhere it waits at the cell's usual place.
+    pub waits_at: Option<Isometry3<f64>>,
+}
+
+impl Lying {
+    /// Where the item's own frame is, given where that of its heightmaps is.
+    pub fn own_frame(&self, container_from_heightmap: &Isometry3<f64>) -> Isometry3<f64> {
+        match &self.heightmap_from_item {
+            Some(heightmap_from_item) => container_from_heightmap * heightmap_from_item,
+            None => *container_from_heightmap,
+        }
+    }
+
+    /// Where the frame of its heightmaps is as it waits, where that is known.
+    pub fn heightmap_frame(&self) -> Option<Isometry3<f64>> {
+        let waits_at = self.waits_at?;
+        Some(match &self.heightmap_from_item {
+            Some(heightmap_from_item) => waits_at * heightmap_from_item.inverse(),
+            None => waits_at,
+        })
+    }
+}
