@@ -14,6 +14,7 @@ pub mod doubts;
 pub mod extrinsics;
 mod holes;
 mod layers;
+mod limits;
 pub mod mapper;
 pub mod settings;
 pub mod still;
