@@ -17,11 +17,11 @@
 //! use ppnpack_perception::mapper::Mapper;
 //! use ppnpack_perception::settings::MapperSettings;
 //!
-//! // A point every 2 mm; the block is 10 cm high.
+//! // A point every 2 mm; the block is just under 10 cm high.
 //! let middle = |number: u16| 0.002 * (f32::from(number) + 0.5);
 //! let is_block = |x_m: f32, y_m: f32| x_m < 0.12 && y_m < 0.08;
 //! let cloud = (0..160_u16).flat_map(|row| (0..160).map(move |column| (middle(row), middle(column))));
-//! let cloud = cloud.map(|(x_m, y_m)| Point3::new(x_m, y_m, if is_block(x_m, y_m) { 0.1 } else { 0.0 }));
+//! let cloud = cloud.map(|(x_m, y_m)| Point3::new(x_m, y_m, if is_block(x_m, y_m) { 0.099 } else { 0.0 }));
 //!
 //! let grid = Grid::reference();
 //! let mut mapper = Mapper::new(&grid, MapperSettings::default())?;

@@ -34,9 +34,9 @@
 //! // What a camera 90 cm above the table sees.
 //! let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.4);
 //! let world_from_carton = Translation3::new(0.1, 0.05, 0.0) * turn;
-//! let body = |mesh: &'_ Mesh, world_from_body| -> Body<'_> {
+//! fn body(mesh: &Mesh, world_from_body: Isometry3<f64>) -> Body<'_> {
 //!     Body { vertices: &mesh.vertices, triangles: &mesh.triangles, world_from_body }
-//! };
+//! }
 //! let bodies = [body(&table, Isometry3::identity()), body(&carton, world_from_carton)];
 //! let eye = Point3::new(0.0, 0.0, 0.9);
 //! let camera = DepthCamera::looking_down(Intrinsics::centred(640, 480, 600.0)?, eye);
