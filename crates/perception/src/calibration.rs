@@ -17,9 +17,11 @@
 mod checks;
 mod direction;
 mod error;
+mod found;
 mod frame;
 mod levelled;
 mod mask;
+mod median;
 mod opening;
 mod plane;
 mod rectangle;
@@ -30,12 +32,12 @@ use nalgebra::{Isometry3, Point3};
 use ppnpack_packing::grid::ContainerSize;
 use serde::{Deserialize, Serialize};
 
+pub use checks::Residuals;
 pub use error::CalibrationError;
 pub use settings::CalibrationSettings;
 
-use levelled::Levelled;
-use opening::Opening;
-use rectangle::Rectangle;
+use found::Found;
+use median::median;
 
 /// How often up is fitted anew.
 const ROUNDS: usize = 3;
@@ -59,33 +61,6 @@ pub struct Calibration {
     pub residuals: Residuals,
 }
 
-/// How well points fit a container of four plane walls.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Residuals {
-    /// Root mean square distance of the floor's points from its plane, in metres.
-    pub floor_rms_m: f64,
-    /// Root mean square distance of the rim's points from its plane, in metres.
-    pub rim_rms_m: f64,
-    /// Root mean square distance of the walls' points from their planes, in metres; 0 where no wall is seen.
-    pub walls_rms_m: f64,
-    /// How far the walls are from plane: 90 % of each lie within this of its plane, in metres.
-    pub bow_m: f64,
-    /// The greatest angle between a side and that of the rectangle, in radians.
-    pub squareness_rad: f64,
-    /// The angle between floor and rim, in radians.
-    pub parallelism_rad: f64,
-    /// How many of the four walls' inner faces were seen. The others are taken from the rim's inner edge.
-    pub walls_seen: usize,
-}
-
-/// What one round finds.
-struct Found {
-    levelled: Levelled,
-    opening: Opening,
-    rectangle: Rectangle,
-    surfaces: checks::Surfaces,
-}
-
 /// Finds the container in a cloud of it empty, given in metres in the sensor's frame. Points with a coordinate that is
 /// not finite are left out.
 ///
@@ -101,10 +76,10 @@ pub fn calibrate(
     settings.validate()?;
     let points_m = measured(points_m)?;
     let mut up = direction::find(&points_m, settings)?;
-    let mut found = look(&points_m, &up, settings)?;
+    let mut found = Found::look(&points_m, &up, settings)?;
     for _ in 1..ROUNDS {
         up = found.surfaces.up(&found.levelled);
-        found = look(&points_m, &up, settings)?;
+        found = Found::look(&points_m, &up, settings)?;
     }
     checks::has_rim(&found)?;
     let residuals = checks::residuals(&found, settings)?;
@@ -115,23 +90,6 @@ pub fn calibrate(
         size: placed.size,
         measured_size: placed.measured_size,
         residuals,
-    })
-}
-
-fn look(
-    points_m: &[Point3<f64>],
-    up: &nalgebra::Unit<nalgebra::Vector3<f64>>,
-    settings: &CalibrationSettings,
-) -> Result<Found, CalibrationError> {
-    let levelled = Levelled::new(points_m, up);
-    let opening = opening::find(&levelled, settings)?;
-    let rectangle = rectangle::find(&levelled, &opening, settings)?;
-    let surfaces = checks::Surfaces::fit(&levelled, &opening, &rectangle)?;
-    Ok(Found {
-        levelled,
-        opening,
-        rectangle,
-        surfaces,
     })
 }
 
@@ -157,13 +115,4 @@ fn measured(
     } else {
         Err(CalibrationError::Distance { median_m })
     }
-}
-
-/// The median, of unsorted values; 0 of none.
-fn median(values: &mut [f64]) -> f64 {
-    let middle = values.len() / 2;
-    if values.is_empty() {
-        return 0.0;
-    }
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }

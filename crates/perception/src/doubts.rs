@@ -6,7 +6,7 @@ use nalgebra::Point3;
 use ppnpack_packing::grid::ContainerSize;
 use serde::{Deserialize, Serialize};
 
-use crate::settings::{SettingError, length, share};
+use crate::limits::{SettingError, length, share};
 
 /// A reason not to plan on a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]

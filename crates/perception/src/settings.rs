@@ -4,7 +4,10 @@ use ppnpack_packing::grid::Grid;
 use serde::{Deserialize, Serialize};
 
 use crate::doubts::DoubtSettings;
+use crate::limits::{length, share};
 use crate::still::StillSettings;
+
+pub use crate::limits::SettingError;
 
 /// What a [`Mapper`](crate::mapper::Mapper) makes of points. The defaults are those for a sensor without noise.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -54,15 +57,6 @@ impl Default for MapperSettings {
     }
 }
 
-/// A setting that is not possible.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{name} is {value} where {expected} is possible")]
-pub struct SettingError {
-    name: &'static str,
-    value: f64,
-    expected: &'static str,
-}
-
 impl MapperSettings {
     /// Checks that every number is possible on a grid. A point is kept once for each sample that it stands for: at half
     /// a sample, four times at most.
@@ -96,33 +90,5 @@ impl MapperSettings {
         share("largest_unseen_share", self.largest_unseen_share)?;
         self.still.validate()?;
         self.doubts.validate()
-    }
-}
-
-impl SettingError {
-    pub(crate) fn new(name: &'static str, value: f64, expected: &'static str) -> Self {
-        Self {
-            name,
-            value,
-            expected,
-        }
-    }
-}
-
-/// Checks a length.
-pub(crate) fn length(name: &'static str, length_m: f64) -> Result<(), SettingError> {
-    if (0.0..=1.0).contains(&length_m) {
-        Ok(())
-    } else {
-        Err(SettingError::new(name, length_m, "0 to 1 m"))
-    }
-}
-
-/// Checks a share.
-pub(crate) fn share(name: &'static str, share: f64) -> Result<(), SettingError> {
-    if (0.0..=1.0).contains(&share) {
-        Ok(())
-    } else {
-        Err(SettingError::new(name, share, "0 to 1"))
     }
 }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::holes::is_known;
 use crate::layers::NO_POINT;
-use crate::settings::{SettingError, length};
+use crate::limits::{SettingError, length};
 
 /// The most clouds that are kept.
 const MAX_CLOUDS: usize = 16;

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vecto
 use ppnpack_camera::{DepthBuffer, Intrinsics};
 use ppnpack_catalogue::mesh::Mesh;
 
-use crate::library::LibraryObject;
+use crate::object::LibraryObject;
 use crate::segmentation::Cluster;
 
 /// The most pixels along a side of the window.
@@ -228,14 +228,10 @@ impl Observation {
         self.draw(mesh, &camera_from_item, sketch);
         let mut cost = 0.0;
         for seen in &self.seen {
-            let pixel = seen.row * self.intrinsics.width + seen.column;
-            let facet = sketch.buffer.facet(pixel).zip(sketch.buffer.depth_m(pixel));
-            let distance_m = match facet {
+            let distance_m = match self.shown(seen.column, seen.row, sketch) {
                 None if seen.is_own => seen.from_support_m,
                 None => continue,
-                Some((facet, depth_m)) => {
-                    let ray = self.intrinsics.ray(seen.column as f64, seen.row as f64);
-                    let surface = Point3::from(ray * f64::from(depth_m));
+                Some((facet, surface)) => {
                     if !seen.is_own && seen.point.z < surface.z - UNEXPLAINED_M {
                         continue;
                     }
@@ -277,6 +273,16 @@ impl Observation {
         self.seen.len()
     }
 
+    /// The facet that a pixel should show, and its point there in the camera frame, in metres.
+    #[inline]
+    fn shown(&self, column: usize, row: usize, sketch: &Sketch) -> Option<(u32, Point3<f64>)> {
+        let pixel = row * self.intrinsics.width + column;
+        let facet = sketch.buffer.facet(pixel)?;
+        let depth_m = sketch.buffer.depth_m(pixel)?;
+        let ray = self.intrinsics.ray(column as f64, row as f64);
+        Some((facet, Point3::from(ray * f64::from(depth_m))))
+    }
+
     /// What should be seen around the pixel of a point.
     fn expected_at(
         &self,
@@ -297,19 +303,14 @@ impl Observation {
                 && v >= 0
                 && (u as usize) < self.intrinsics.width
                 && (v as usize) < self.intrinsics.height;
-            let pixel = v as usize * self.intrinsics.width + u as usize;
-            let facet = if is_inside {
-                sketch.buffer.facet(pixel)
-            } else {
-                None
-            };
-            let Some((facet, depth_m)) = facet.zip(sketch.buffer.depth_m(pixel)) else {
+            let shown = is_inside
+                .then(|| self.shown(u as usize, v as usize, sketch))
+                .flatten();
+            let Some((facet, surface)) = shown else {
                 expected.is_object_everywhere = false;
                 expected.distance_m = expected.distance_m.min(seen.from_support_m);
                 continue;
             };
-            let ray = self.intrinsics.ray(u as f64, v as f64);
-            let surface = Point3::from(ray * f64::from(depth_m));
             if seen.point.z < surface.z - UNEXPLAINED_M {
                 expected.is_behind_seen = true;
             }

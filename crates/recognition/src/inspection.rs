@@ -18,11 +18,13 @@ use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::heightmap::Surface;
 
 use crate::expected::expected_loss;
-use crate::library::LibraryObject;
-use crate::segmentation::joined;
+use crate::groups::joined;
+use crate::object::LibraryObject;
+use crate::refinement::Fit;
+
 use changes::Changes;
-use lying::{Kind, is_possible};
-use search::{Fit, Search};
+use lying::Kind;
+use search::Search;
 use stances::{Stance, stances};
 
 pub use lying::Lying;
@@ -35,14 +37,21 @@ const MISSING_SHARE: f64 = 0.25;
 /// Of the planned view, at least this share must be new for its absence to be noticed.
 const NOTICED_SHARE: f64 = 0.4;
 
-/// New points with a gap of up to this between them, seen from above, belong together, in metres.
-const JOIN_M: f64 = 0.008;
+/// How new points are taken together.
+struct GroupSettings {
+    /// Points with a gap of up to this between them, seen from above, belong together, in metres.
+    join_m: f64,
+    /// Groups of less than this share of all new points are taken for what shifted, or for specks.
+    least_share: f64,
+    /// How many groups are looked at each by itself.
+    alone: usize,
+}
 
-/// Groups of new points of less than this share of all of them are taken for what shifted, or for specks.
-const LEAST_GROUP: f64 = 0.05;
-
-/// How many groups are looked at each by itself.
-const GROUPS_ALONE: usize = 3;
+const GROUPS: GroupSettings = GroupSettings {
+    join_m: 0.008,
+    least_share: 0.05,
+    alone: 3,
+};
 
 /// A fit near the planned pose that loses at most this share of the limits needs no search: as planned, and moved.
 const GOOD_ENOUGH: f64 = 0.3;
@@ -164,7 +173,7 @@ impl Inspector<'_> {
         let together = all.len();
         let mut sets = vec![all];
         if groups.len() > 1 {
-            sets.extend(groups.into_iter().take(GROUPS_ALONE));
+            sets.extend(groups.into_iter().take(GROUPS.alone));
         }
         let mut searches: Vec<Search<'_>> = sets
             .iter()
@@ -177,8 +186,8 @@ impl Inspector<'_> {
                 Kind::AsPlanned => GOOD_ENOUGH,
                 Kind::Moved | Kind::Toppled => EXCELLENT,
             };
-            let is_good = self.agrees(&fit, share) && self.is_possible(&fit, changes);
-            if is_good && search.seen_share(&fit.container_from_item) >= self.settings.least_seen {
+            let is_good = self.agrees(&fit, share) && changes.admit(self.object, &fit.pose);
+            if is_good && search.seen_share(&fit.pose) >= self.settings.least_seen {
                 return self.told(&self.lying(&fit));
             }
             starts.push(fit);
@@ -217,23 +226,24 @@ impl Inspector<'_> {
     }
 
     /// The best fit from anywhere, with the one from the planned pose.
-    fn searched(&self, search: &mut Search<'_>, start: Fit, changes: &Changes<'_>) -> Inspection {
-        let mut fits = search.anywhere(self.planned, changes, |pose| {
-            is_possible(self.object, pose, changes, self.container)
-        });
+    fn searched<'object>(
+        &self,
+        search: &mut Search<'object>,
+        start: Fit<'object>,
+        changes: &Changes<'_>,
+    ) -> Inspection {
+        let mut fits = search.anywhere(self.planned, changes);
         // The first of equals is the one nearest to the plan.
-        if self.is_possible(&start, changes) {
+        if changes.admit(self.object, &start.pose) {
             fits.insert(0, start);
         }
-        let fitness = |fit: &Fit| fit.agreement.fitness;
-        let by_fitness = |a: &&Fit, b: &&Fit| fitness(a).total_cmp(&fitness(b));
+        let fitness = |fit: &Fit<'_>| fit.agreement.fitness;
+        let by_fitness = |a: &&Fit<'_>, b: &&Fit<'_>| fitness(a).total_cmp(&fitness(b));
         let best = fits.iter().max_by(by_fitness).map(|fit| self.lying(fit));
         fits.retain(|fit| self.agrees(fit, 1.0));
         let greatest = fits.iter().map(fitness).fold(0.0, f64::max);
         fits.retain(|fit| fitness(fit) >= greatest - self.settings.least_margin);
-        let is_near = fits
-            .first()
-            .is_some_and(|fit| fit.container_from_item == start.container_from_item);
+        let is_near = fits.first().is_some_and(|fit| fit.pose == start.pose);
         let ways: Vec<Lying> = fits.iter().map(|fit| self.lying(fit)).collect();
         if ways.is_empty() {
             return unclear(UnclearReason::DoesNotFit, best);
@@ -272,27 +282,18 @@ impl Inspector<'_> {
         }
     }
 
-    fn lying(&self, fit: &Fit) -> Lying {
+    fn lying(&self, fit: &Fit<'_>) -> Lying {
         Lying::new(
             self.object,
             self.planned,
-            &fit.container_from_item,
+            &fit.pose,
             self.container,
             fit.agreement,
         )
     }
 
-    fn is_possible(&self, fit: &Fit, changes: &Changes<'_>) -> bool {
-        is_possible(
-            self.object,
-            &fit.container_from_item,
-            changes,
-            self.container,
-        )
-    }
-
     /// Whether a fit agrees within a share of what the settings allow it to lose.
-    fn agrees(&self, fit: &Fit, share: f64) -> bool {
+    fn agrees(&self, fit: &Fit<'_>, share: f64) -> bool {
         let settings = self.settings;
         let loss =
             share * (1.0 - settings.least_fitness) + expected_loss(settings.sensor_deviation_m);
@@ -305,8 +306,8 @@ impl Inspector<'_> {
 
 /// The new points that hang together in groups worth a look: all of them, and by group, the largest first.
 fn grouped(new_m: &[Point3<f64>]) -> (Vec<Point3<f64>>, Vec<Vec<Point3<f64>>>) {
-    let mut groups = joined(new_m.to_vec(), JOIN_M);
-    let least = LEAST_GROUP * new_m.len() as f64;
+    let mut groups = joined(new_m.to_vec(), GROUPS.join_m);
+    let least = GROUPS.least_share * new_m.len() as f64;
     groups.retain(|group| group.len() as f64 >= least);
     groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
     (groups.concat(), groups)

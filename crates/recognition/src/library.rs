@@ -1,88 +1,13 @@
-//! The objects that can be recognised, prepared once.
+//! The objects that can be recognised.
 
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use ppnpack_catalogue::object::Model;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
-use crate::nearest::NearestSurface;
-use crate::outline::{Outline, UpperSurface};
-use crate::samples::{SurfacePoint, surface_points};
-use crate::symmetry::{SameSurface, Symmetry};
-use crate::twins::{Twin, twins};
+use crate::twins::twins;
 
-/// How objects are prepared.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct LibrarySettings {
-    /// Resting poses less likely than this are not searched, unless there is no other.
-    pub least_probability: f64,
-    /// Resting poses whose lower sides are within this angle are searched as one, in radians.
-    pub same_pose_rad: f64,
-    /// When surfaces count as the same: of twins, of views from above, of an object that is turned.
-    pub same_surface: SameSurface,
-    /// When a turned object counts as nearly the same, where orientations are compared: a fruit is a ball to whoever
-    /// packs it.
-    pub nearly_same: SameSurface,
-    /// What is lower than this over the support is not seen as part of an item, in metres; as in the segmentation.
-    pub least_height_m: f64,
-}
-
-impl Default for LibrarySettings {
-    fn default() -> Self {
-        Self {
-            least_probability: 0.003,
-            same_pose_rad: 0.14,
-            same_surface: SameSurface::default(),
-            nearly_same: SameSurface {
-                root_mean_square_m: 0.0015,
-                nearly_all_m: 0.004,
-            },
-            least_height_m: 0.004,
-        }
-    }
-}
-
-/// Points that an object's surface is sampled at.
-const SURFACE_POINTS: usize = 500;
-
-/// The most resting poses between which symmetries are looked for.
-const MAX_SYMMETRIC_POSES: usize = 8;
-
-/// A resting pose as the search uses it.
-#[derive(Debug, Clone)]
-pub struct PoseTemplate {
-    /// The object on the support: its lowest point at height 0, the middle of what is seen from above over the origin.
-    pub support_from_item: Isometry3<f64>,
-    /// The chance of this pose and of those that are searched with it.
-    pub probability: f64,
-    pub(crate) surface: UpperSurface,
-    pub(crate) outline: Outline,
-}
-
-/// An object that can be recognised.
-#[derive(Debug, Clone)]
-pub struct LibraryObject {
-    /// Its geometry.
-    pub model: Arc<Model>,
-    /// Its surface, for lookups.
-    pub nearest: NearestSurface,
-    /// Points spread evenly over its surface, in the item frame.
-    pub points: Vec<SurfacePoint>,
-    /// How it looks the same to the search: resting poses that it joins are one.
-    pub symmetry: Symmetry,
-    /// How it looks nearly the same: orientations are compared modulo these turns.
-    pub near_symmetry: Symmetry,
-    /// The point of the item frame that its near symmetry leaves in place, in metres: positions are compared there. The centre
-    /// of mass of an object that looks the same after no turn.
-    pub centre_m: Point3<f64>,
-    /// The resting poses that are searched, the most probable first.
-    pub poses: Vec<PoseTemplate>,
-    /// Other objects with the same surface.
-    pub twins: Vec<Twin>,
-}
+pub use crate::object::{LibraryObject, LibrarySettings, PoseTemplate, Twin};
 
 /// Objects that can be recognised, by index.
 #[derive(Debug, Clone)]
@@ -114,14 +39,21 @@ impl Library {
         };
         let mut objects: Vec<LibraryObject> =
             models.par_iter().map(prepare).collect::<Result<_, _>>()?;
-        let found: Vec<Vec<Twin>> = (0..objects.len())
-            .into_par_iter()
-            .map(|index| twins(&objects, index, &settings.same_surface))
+        let found: Vec<Vec<Twin>> = objects
+            .par_iter()
+            .map(|object| twins(&objects, object, &settings.same_surface))
             .collect();
         for (object, twins) in objects.iter_mut().zip(found) {
             object.twins = twins;
         }
         Ok(Self { objects, settings })
+    }
+
+    /// The index of an object that lies in this library.
+    pub(crate) fn index_of(&self, object: &LibraryObject) -> Option<usize> {
+        self.objects
+            .iter()
+            .position(|other| std::ptr::eq(other, object))
     }
 
     /// Whether two objects are the same or twins.
@@ -146,101 +78,5 @@ impl Library {
         }
         groups.retain(|group| group.len() > 1);
         groups
-    }
-}
-
-impl LibraryObject {
-    fn new(model: &Arc<Model>, settings: &LibrarySettings) -> Option<Self> {
-        let nearest = NearestSurface::of(&model.mesh)?;
-        let points = surface_points(&model.mesh, SURFACE_POINTS);
-        let centre = model.mass.centre_of_mass_m;
-        let distinct = grouped(
-            model,
-            settings,
-            &Symmetry::Turns(vec![UnitQuaternion::identity()]),
-        );
-        let downs: Vec<_> = distinct
-            .iter()
-            .take(MAX_SYMMETRIC_POSES)
-            .map(|group| down(&group.rotation))
-            .collect();
-        let find = |same| Symmetry::of(&nearest, &points, &centre, &downs, same);
-        let (symmetry, mut centre_m) = find(&settings.same_surface);
-        let mut near_symmetry = symmetry.clone();
-        if !matches!(symmetry, Symmetry::Ball) {
-            (near_symmetry, centre_m) = find(&settings.nearly_same);
-        }
-        let poses: Vec<PoseTemplate> = grouped(model, settings, &symmetry)
-            .into_iter()
-            .filter_map(|group| PoseTemplate::new(model, &group, settings))
-            .collect();
-        (!poses.is_empty()).then(|| Self {
-            model: model.clone(),
-            nearest,
-            points,
-            symmetry,
-            near_symmetry,
-            centre_m,
-            poses,
-            twins: Vec::new(),
-        })
-    }
-}
-
-/// Resting poses that are searched as one.
-struct PoseGroup {
-    rotation: UnitQuaternion<f64>,
-    probability: f64,
-}
-
-/// The direction of the item frame that points down.
-fn down(support_from_item: &UnitQuaternion<f64>) -> Unit<Vector3<f64>> {
-    Unit::new_unchecked(support_from_item.inverse() * -Vector3::z())
-}
-
-/// The resting poses of a model, the most probable of each group, by falling probability.
-fn grouped(model: &Model, settings: &LibrarySettings, symmetry: &Symmetry) -> Vec<PoseGroup> {
-    let mut groups: Vec<PoseGroup> = Vec::new();
-    for pose in &model.resting_poses {
-        let direction = down(&pose.rotation);
-        let same = groups.iter_mut().find(|group| {
-            symmetry.joins(&down(&group.rotation), &direction, settings.same_pose_rad)
-        });
-        match same {
-            Some(group) => group.probability += pose.probability,
-            None => groups.push(PoseGroup {
-                rotation: pose.rotation,
-                probability: pose.probability,
-            }),
-        }
-    }
-    groups.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    let likely = groups
-        .iter()
-        .take_while(|group| group.probability >= settings.least_probability)
-        .count();
-    groups.truncate(likely.max(1));
-    groups
-}
-
-impl PoseTemplate {
-    fn new(model: &Model, group: &PoseGroup, settings: &LibrarySettings) -> Option<Self> {
-        let turned = model.mesh.transformed(&nalgebra::convert(group.rotation));
-        let lowest_m = turned.bounds()?.lowest.z;
-        let lift = Translation3::new(0.0, 0.0, -lowest_m);
-        let standing = turned.transformed(&nalgebra::convert(lift));
-        let surface = UpperSurface::of_mesh(&standing, settings.least_height_m)?;
-        let centre = surface.outline()?.centre;
-        let shift = Translation3::new(-centre.x, -centre.y, 0.0);
-        let surface = UpperSurface::of_mesh(
-            &standing.transformed(&nalgebra::convert(shift)),
-            settings.least_height_m,
-        )?;
-        Some(Self {
-            support_from_item: shift * lift * group.rotation,
-            probability: group.probability,
-            outline: surface.outline()?,
-            surface,
-        })
     }
 }

@@ -14,17 +14,24 @@ use std::collections::HashMap;
 use nalgebra::{Point3, Vector3};
 use ppnpack_catalogue::mesh::Mesh;
 
-/// How far the grid reaches beyond the mesh, in metres. Farther points start from the nearest cell.
-const MARGIN_M: f64 = 0.012;
+/// How fine the grid is.
+struct GridSettings {
+    /// How far it reaches beyond the mesh, in metres. Farther points start from the nearest cell.
+    margin_m: f64,
+    /// Cells along the mesh's longest side, where the pitch's limits allow it.
+    cells_along: f64,
+    /// The least and greatest edge of a cell, in metres.
+    pitch_m: (f64, f64),
+    /// The most cells along one side, for meshes of any size.
+    most_cells_along: f64,
+}
 
-/// Cells along the mesh's longest side, where the pitch's limits allow it.
-const CELLS_ALONG: f64 = 60.0;
-
-/// The least and greatest edge of a cell, in metres.
-const PITCH_M: (f64, f64) = (0.002, 0.005);
-
-/// The most cells along one side, for meshes of any size.
-const MAX_CELLS_ALONG: f64 = 160.0;
+const GRID: GridSettings = GridSettings {
+    margin_m: 0.012,
+    cells_along: 60.0,
+    pitch_m: (0.002, 0.005),
+    most_cells_along: 160.0,
+};
 
 /// How often the walk from triangle to triangle goes on at most.
 const MAX_STEPS: usize = 6;
@@ -92,20 +99,20 @@ impl NearestSurface {
             .map(|[i, j, k]| [across(*i, *j), across(*j, *k), across(*k, *i)]);
         let neighbours = neighbours.collect();
         let bounds = mesh.bounds()?;
-        let extents_m = bounds.extents_m().add_scalar(2.0 * MARGIN_M);
+        let extents_m = bounds.extents_m().add_scalar(2.0 * GRID.margin_m);
         if triangles.is_empty() || !extents_m.iter().all(|extent| extent.is_finite()) {
             return None;
         }
         let longest_m = extents_m.max();
-        let pitch_m = (longest_m / CELLS_ALONG)
-            .clamp(PITCH_M.0, PITCH_M.1)
-            .max(longest_m / MAX_CELLS_ALONG);
+        let pitch_m = (longest_m / GRID.cells_along)
+            .clamp(GRID.pitch_m.0, GRID.pitch_m.1)
+            .max(longest_m / GRID.most_cells_along);
         let size = |axis: usize| (extents_m[axis] / pitch_m).ceil().max(1.0) as usize;
         let sizes = [size(0), size(1), size(2)];
         let mut surface = Self {
             triangles,
             neighbours,
-            lowest: bounds.lowest - Vector3::repeat(MARGIN_M),
+            lowest: bounds.lowest - Vector3::repeat(GRID.margin_m),
             cells_per_m: 1.0 / pitch_m,
             sizes,
             cells: vec![NONE; sizes.iter().product()],

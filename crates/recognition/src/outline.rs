@@ -1,7 +1,7 @@
 //! Heights over a support, and numbers that do not depend on the yaw.
 
 use nalgebra::{Point2, Point3, Vector2};
-use ppnpack_catalogue::mesh::Mesh;
+use ppnpack_catalogue::mesh::{Bounds, Mesh};
 use ppnpack_catalogue::raster::{Raster, rasterise};
 
 /// The edge of a cell, in metres.
@@ -73,13 +73,9 @@ impl UpperSurface {
 
     /// Of points over the plane.
     pub(crate) fn of_points(points: &[Point3<f64>], least_height_m: f64) -> Option<Self> {
-        let first = points.first()?.xy();
-        let (mut lowest, mut highest) = (first, first);
-        for point in points {
-            lowest = lowest.inf(&point.xy());
-            highest = highest.sup(&point.xy());
-        }
-        let mut surface = Self::empty(lowest, highest);
+        let bounds = Bounds::of(points)?;
+        let lowest = bounds.lowest.xy();
+        let mut surface = Self::empty(lowest, bounds.highest.xy());
         for point in points {
             let offset = (point.xy() - lowest) / CELL_M;
             // Casts saturate.

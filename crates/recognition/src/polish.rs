@@ -1,25 +1,25 @@
 //! The last fractions of a millimetre: a pose that fits the outline, too.
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::Isometry3;
 
 use crate::expected::{Observation, Sketch};
-use crate::library::LibraryObject;
+use crate::object::LibraryObject;
+use crate::pattern::Pattern;
 use crate::segmentation::Cluster;
 
-/// The first step at the object's border, in metres; each level halves it.
-const FIRST_STEP_M: f64 = 0.0012;
-
-/// How often the step is halved.
-const LEVELS: u32 = 3;
-
-/// How often all directions are tried with one step.
-const SWEEPS: usize = 1;
-
-/// Points of the cluster that are compared.
-const POINTS: usize = 1500;
-
-/// With more points than this, alignment alone is exact enough, and a search would take long.
-const MOST_POINTS: usize = 4000;
+/// How a pose is laid where the outline fits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PolishSettings {
+    /// The width of the expected view's pixels, in spacings of the points.
+    pub(crate) pixel_spacings: f64,
+    /// Points of the cluster that are compared.
+    pub(crate) compared: usize,
+    /// With more points than this, the surroundings' among them, alignment alone is exact enough, and a search would take
+    /// long.
+    pub(crate) most_points: usize,
+    /// The shifts and turns that are tried.
+    pub(crate) pattern: Pattern,
+}
 
 /// A search for the shift and yaw at which the expected view fits best.
 ///
@@ -28,74 +28,34 @@ const MOST_POINTS: usize = 4000;
 pub(crate) struct Polish {
     observation: Observation,
     sketch: Sketch,
+    pattern: Pattern,
 }
 
 impl Polish {
-    /// Prepares a search; `None` where it would not help.
-    pub(crate) fn new(cluster: &Cluster, pixel_m: f64) -> Option<Self> {
-        let observation = Observation::new(cluster, 0.5 * pixel_m, POINTS)?;
-        (observation.points() <= MOST_POINTS).then(|| Self {
+    /// Prepares a search at a cluster whose points are `spacing_m` apart; `None` where it would not help.
+    pub(crate) fn new(
+        cluster: &Cluster,
+        spacing_m: f64,
+        settings: &PolishSettings,
+    ) -> Option<Self> {
+        let pixel_m = settings.pixel_spacings * spacing_m;
+        let observation = Observation::new(cluster, pixel_m, settings.compared)?;
+        (observation.points() <= settings.most_points).then(|| Self {
             observation,
             sketch: Sketch::default(),
+            pattern: settings.pattern,
         })
     }
 
-    /// A pose near another that fits better, by pattern search.
+    /// A pose near another that fits better.
     pub(crate) fn polished(
         &mut self,
         object: &LibraryObject,
-        support_from_item: &Isometry3<f64>,
+        pose: &Isometry3<f64>,
     ) -> Isometry3<f64> {
-        let mut best = *support_from_item;
-        let mut least = self
-            .observation
-            .strict_cost(object, &best, &mut self.sketch);
-        let centre = best * object.centre_m;
-        let arm_m = object
-            .points
-            .iter()
-            .map(|point| (best * point.point - centre).xy().norm())
-            .fold(0.003, f64::max);
-        for level in 0..LEVELS {
-            let step_m = FIRST_STEP_M / f64::from(1 << level);
-            for _ in 0..SWEEPS {
-                let mut has_moved = false;
-                for step in steps(step_m, step_m / arm_m) {
-                    let centre = best * object.centre_m;
-                    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), step.yaw_rad);
-                    let moved = Translation3::new(step.x_m, step.y_m, 0.0)
-                        * Isometry3::rotation_wrt_point(turn, centre)
-                        * best;
-                    let cost = self
-                        .observation
-                        .strict_cost(object, &moved, &mut self.sketch);
-                    if cost < least {
-                        (best, least, has_moved) = (moved, cost, true);
-                    }
-                }
-                if !has_moved {
-                    break;
-                }
-            }
-        }
-        best
+        let (observation, sketch) = (&self.observation, &mut self.sketch);
+        let mut cost = |pose: &Isometry3<f64>| observation.strict_cost(object, pose, sketch);
+        let start = (cost(pose), *pose);
+        self.pattern.least(object, start, cost).1
     }
-}
-
-struct Step {
-    x_m: f64,
-    y_m: f64,
-    yaw_rad: f64,
-}
-
-fn steps(length_m: f64, angle_rad: f64) -> [Step; 6] {
-    let step = |x_m, y_m, yaw_rad| Step { x_m, y_m, yaw_rad };
-    [
-        step(0.0, 0.0, angle_rad),
-        step(0.0, 0.0, -angle_rad),
-        step(length_m, 0.0, 0.0),
-        step(-length_m, 0.0, 0.0),
-        step(0.0, length_m, 0.0),
-        step(0.0, -length_m, 0.0),
-    ]
 }

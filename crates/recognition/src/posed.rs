@@ -32,7 +32,8 @@ pub fn posed_item(
     world_from_item: &Isometry3<f64>,
     resolution: &Resolution,
 ) -> Result<PosedItem, ViewError> {
-    let standing = at_rest(model, &world_from_item.rotation);
+    let seen = world_from_item.rotation;
+    let standing = turn_to_rest(model, &seen, AT_REST_RAD).map_or(seen, |turn| turn * seen);
     let matrix = standing.to_rotation_matrix();
     let vertices = model.mesh.vertices.iter();
     let yaw_rad = least_rectangle_rad(vertices.map(|vertex| (matrix * vertex).xy()));
@@ -42,14 +43,6 @@ pub fn posed_item(
         item: views::item(&model.turned(&heightmap_from_item), resolution)?,
         heightmap_from_item,
     })
-}
-
-/// The rotation that lays an object exactly at rest, where it nearly is.
-fn at_rest(model: &Model, rotation: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
-    match turn_to_rest(model, rotation) {
-        Some(turn) if turn.angle() <= AT_REST_RAD => turn * rotation,
-        _ => *rotation,
-    }
 }
 
 #[cfg(test)]

@@ -5,13 +5,16 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 
-use crate::align::{AlignSettings, Hold, align};
-use crate::coarse::{Cut, Hypothesis, hypotheses};
-use crate::expected::{Agreement, Observation, Sketch, expected_loss};
-use crate::library::{Library, LibraryObject};
+use crate::align::{AlignSettings, Hold};
+use crate::coarse::{Cut, hypotheses};
+use crate::expected::{Agreement, expected_loss};
+use crate::library::Library;
 use crate::outline::UpperSurface;
-use crate::polish::Polish;
+use crate::pattern::{Move, Pattern};
+use crate::polish::{Polish, PolishSettings};
+use crate::refinement::{Fit, Pass, PassSettings, RefinementSettings, SamePose, distinct, sort};
 use crate::rest::laid_at_rest;
+use crate::samples::spread;
 use crate::segmentation::Cluster;
 use crate::setting_error::{SettingError, require};
 use crate::spacing::spacing_m;
@@ -137,59 +140,88 @@ pub enum Recognition {
     Unknown(Unknown),
 }
 
-/// Recognises clusters as objects of a library.
-#[derive(Debug, Clone)]
-pub struct Recogniser {
-    library: Arc<Library>,
-    settings: RecognitionSettings,
-}
-
-/// Points that quick and thorough alignments take.
-const QUICK_POINTS: usize = 120;
-const THOROUGH_POINTS: usize = 400;
-
 /// The square root of the area that the smallest item covers, in metres.
 const LEAST_WIDTH_M: f64 = 0.008;
 
 /// The most points of a cluster that are looked at.
 const MAX_POINTS: usize = 40_000;
 
-/// Points that quick and thorough comparisons take.
-const QUICK_COMPARED: usize = 250;
-const THOROUGH_COMPARED: usize = 2500;
-
 /// How an item may lie other than at rest: meshes and supports are not perfect.
-const HOLD: Hold = Hold {
+const NEARLY_AT_REST: Hold = Hold {
     tilt_rad: 0.05,
     height_m: 0.0015,
 };
 
-const QUICK: AlignSettings = AlignSettings {
-    rounds: 8,
-    scale_m: (0.012, 0.003),
-    hold: Some(HOLD),
+/// How hypotheses are refined. Clusters of many points are of large items, whose poses alignment alone finds.
+const REFINEMENT: RefinementSettings = RefinementSettings {
+    quick: PassSettings {
+        pixel_spacings: 2.0,
+        compared: 250,
+        aligned: 120,
+        align: AlignSettings {
+            rounds: 8,
+            scale_m: (0.012, 0.003),
+            hold: Some(NEARLY_AT_REST),
+        },
+    },
+    thorough: PassSettings {
+        pixel_spacings: 1.0,
+        compared: 2500,
+        aligned: 400,
+        align: AlignSettings {
+            rounds: 10,
+            scale_m: (0.004, 0.0015),
+            hold: Some(NEARLY_AT_REST),
+        },
+    },
+    same: SamePose {
+        angle_rad: 0.05,
+        distance_m: 0.004,
+    },
+    polish: PolishSettings {
+        pixel_spacings: 0.5,
+        compared: 1500,
+        most_points: 4000,
+        pattern: Pattern {
+            first_step_m: 0.0012,
+            moves: [Move::TURNS, Move::ALONG_X, Move::ALONG_Y],
+            sweeps: 1,
+        },
+    },
 };
 
-const THOROUGH: AlignSettings = AlignSettings {
-    rounds: 10,
-    scale_m: (0.004, 0.0015),
-    hold: Some(HOLD),
+/// How fits are laid exactly at rest.
+struct RestSettings {
+    /// How many of the best fits are.
+    fits: usize,
+    /// A fit that leans more than this from each resting pose stays as it is, in radians.
+    most_lean_rad: f64,
+    /// How the pose at rest is aligned.
+    align: AlignSettings,
+    /// The pose at rest is preferred where its fitness is at most this much lower.
+    most_lost: f64,
+}
+
+const REST: RestSettings = RestSettings {
+    fits: 2,
+    most_lean_rad: 0.2,
+    align: AlignSettings {
+        rounds: 8,
+        scale_m: (0.003, 0.0015),
+        hold: Some(Hold {
+            tilt_rad: 0.0005,
+            height_m: 0.0001,
+        }),
+    },
+    most_lost: 0.001,
 };
 
-const AT_REST: AlignSettings = AlignSettings {
-    rounds: 8,
-    scale_m: (0.003, 0.0015),
-    hold: Some(Hold {
-        tilt_rad: 0.0005,
-        height_m: 0.0001,
-    }),
-};
-
-/// How many of the best fits are laid at rest.
-const RESTING_FITS: usize = 2;
-
-/// A pose exactly at rest is preferred where its fitness is at most this much lower.
-const AS_GOOD: f64 = 0.001;
+/// Recognises clusters as objects of a library.
+#[derive(Debug, Clone)]
+pub struct Recogniser {
+    library: Arc<Library>,
+    settings: RecognitionSettings,
+}
 
 impl Recogniser {
     /// A recogniser of the objects of a library.
@@ -211,76 +243,54 @@ impl Recogniser {
         if cluster.points_m.len() < self.settings.least_points {
             return unknown(UnknownReason::FewPoints, Vec::new());
         }
-        let ranked = self.ranked(cluster);
-        let candidates = ranked
-            .into_iter()
-            .filter_map(|fit| self.candidate(cluster, &fit));
+        let ranked = self.ranked(cluster).unwrap_or_default();
+        let candidates = ranked.iter().filter_map(|fit| self.candidate(cluster, fit));
         self.decided(candidates.collect())
     }
 
-    /// Poses with their agreement, best first.
-    fn ranked(&self, cluster: &Cluster) -> Vec<Fit> {
+    /// Poses with their agreement, best first; `None` where the cluster cannot be compared with any.
+    fn ranked(&self, cluster: &Cluster) -> Option<Vec<Fit<'_>>> {
         let least_height_m = self.library.settings.least_height_m;
-        let surface = UpperSurface::of_points(&cluster.points_m, least_height_m);
-        let outline = surface.as_ref().and_then(UpperSurface::outline);
-        let (Some(surface), Some(outline)) = (surface, outline) else {
-            return Vec::new();
-        };
+        let surface = UpperSurface::of_points(&cluster.points_m, least_height_m)?;
+        let outline = surface.outline()?;
         // However many points: what covers less is no item.
         if outline.width_m < LEAST_WIDTH_M {
-            return Vec::new();
+            return None;
         }
         let cut = Cut {
             templates: self.settings.templates,
             hypotheses: self.settings.hypotheses,
         };
-        let pixel_m = spacing_m(cluster);
-        let quick = Pass::new(cluster, 2.0 * pixel_m, QUICK_COMPARED, QUICK_POINTS, QUICK);
-        let thorough = Pass::new(
-            cluster,
-            pixel_m,
-            THOROUGH_COMPARED,
-            THOROUGH_POINTS,
-            THOROUGH,
-        );
-        let (Some(mut quick), Some(mut thorough)) = (quick, thorough) else {
-            return Vec::new();
+        let spacing_m = spacing_m(cluster);
+        let mut quick = Pass::new(cluster, spacing_m, &REFINEMENT.quick)?;
+        let mut thorough = Pass::new(cluster, spacing_m, &REFINEMENT.thorough)?;
+        let first = hypotheses(&self.library.objects, &surface, &outline, cut);
+        let starts = first
+            .iter()
+            .map(|start| (start.object, start.support_from_item));
+        let is_same = |one: &Fit<'_>, other: &Fit<'_>| {
+            std::ptr::eq(one.object, other.object) && REFINEMENT.same.holds(&one.pose, &other.pose)
         };
-        let first = hypotheses(&self.library, &surface, &outline, cut);
-        let refined = self.refined(first.iter().map(Fit::of), &mut quick);
-        let finalists = distinct(refined, self.settings.finalists);
-        let mut ranked = self.refined(finalists.into_iter(), &mut thorough);
-        for fit in ranked.iter_mut().take(RESTING_FITS) {
-            if let Some(object) = self.library.objects.get(fit.object) {
-                *fit = thorough.at_rest(object, fit);
-            }
+        let finalists = distinct(quick.refined(starts), self.settings.finalists, is_same);
+        let mut ranked = thorough.refined(finalists.iter().map(|fit| (fit.object, fit.pose)));
+        for fit in ranked.iter_mut().take(REST.fits) {
+            *fit = at_rest(&mut thorough, fit);
         }
         sort(&mut ranked);
         if let Some(best) = ranked.first_mut()
-            && let Some(object) = self.library.objects.get(best.object)
-            && let Some(mut polish) = Polish::new(cluster, pixel_m)
+            && let Some(mut polish) = Polish::new(cluster, spacing_m, &REFINEMENT.polish)
         {
-            let polished = polish.polished(object, &best.support_from_item);
-            *best = thorough.compared(object, best.object, &polished);
+            let polished = polish.polished(best.object, &best.pose);
+            *best = thorough.compared(best.object, &polished);
         }
-        ranked
+        Some(ranked)
     }
 
-    /// Fits after a pass, best first.
-    fn refined(&self, fits: impl Iterator<Item = Fit>, pass: &mut Pass) -> Vec<Fit> {
-        let mut refined: Vec<Fit> = fits
-            .filter_map(|fit| Some(pass.refined(self.library.objects.get(fit.object)?, &fit)))
-            .collect();
-        sort(&mut refined);
-        refined
-    }
-
-    fn candidate(&self, cluster: &Cluster, fit: &Fit) -> Option<Candidate> {
-        let object = self.library.objects.get(fit.object)?;
+    fn candidate(&self, cluster: &Cluster, fit: &Fit<'_>) -> Option<Candidate> {
         Some(Candidate {
-            object: fit.object,
-            name: object.model.name.clone(),
-            world_from_item: cluster.world_from_support * fit.support_from_item,
+            object: self.library.index_of(fit.object)?,
+            name: fit.object.model.name.clone(),
+            world_from_item: cluster.world_from_support * fit.pose,
             agreement: fit.agreement,
         })
     }
@@ -314,118 +324,21 @@ impl Recogniser {
     }
 }
 
+/// The fit laid exactly at rest, where a resting pose is near and agrees about as well.
+fn at_rest<'library>(pass: &mut Pass, fit: &Fit<'library>) -> Fit<'library> {
+    let Some(resting) = laid_at_rest(fit.object, &fit.pose, REST.most_lean_rad) else {
+        return *fit;
+    };
+    let rested = pass.aligned(fit.object, &resting, &REST.align);
+    if rested.agreement.fitness + REST.most_lost >= fit.agreement.fitness {
+        rested
+    } else {
+        *fit
+    }
+}
+
 fn unknown(reason: UnknownReason, candidates: Vec<Candidate>) -> Recognition {
     Recognition::Unknown(Unknown { reason, candidates })
-}
-
-/// A pose under refinement.
-#[derive(Debug, Clone, Copy)]
-struct Fit {
-    object: usize,
-    support_from_item: Isometry3<f64>,
-    agreement: Agreement,
-}
-
-impl Fit {
-    fn of(hypothesis: &Hypothesis) -> Self {
-        Self {
-            object: hypothesis.object,
-            support_from_item: hypothesis.support_from_item,
-            agreement: Agreement::default(),
-        }
-    }
-}
-
-/// One round of alignment and comparison over all that is left.
-struct Pass {
-    observation: Observation,
-    points: Vec<Point3<f64>>,
-    settings: AlignSettings,
-    sketch: Sketch,
-}
-
-impl Pass {
-    fn new(
-        cluster: &Cluster,
-        pixel_m: f64,
-        compared: usize,
-        aligned: usize,
-        settings: AlignSettings,
-    ) -> Option<Self> {
-        Some(Self {
-            observation: Observation::new(cluster, pixel_m, compared)?,
-            points: spread(&cluster.points_m, aligned),
-            settings,
-            sketch: Sketch::default(),
-        })
-    }
-
-    fn refined(&mut self, object: &LibraryObject, fit: &Fit) -> Fit {
-        let pose = align(
-            &object.nearest,
-            &self.points,
-            &fit.support_from_item,
-            &self.settings,
-        );
-        self.compared(object, fit.object, &pose)
-    }
-
-    fn compared(&mut self, object: &LibraryObject, index: usize, pose: &Isometry3<f64>) -> Fit {
-        Fit {
-            object: index,
-            support_from_item: *pose,
-            agreement: self.observation.compare(object, pose, &mut self.sketch),
-        }
-    }
-
-    /// The fit laid exactly at rest, where a resting pose is near and agrees about as well.
-    fn at_rest(&mut self, object: &LibraryObject, fit: &Fit) -> Fit {
-        let Some(resting) = laid_at_rest(object, &fit.support_from_item) else {
-            return *fit;
-        };
-        let pose = align(&object.nearest, &self.points, &resting, &AT_REST);
-        let rested = self.compared(object, fit.object, &pose);
-        if rested.agreement.fitness + AS_GOOD >= fit.agreement.fitness {
-            rested
-        } else {
-            *fit
-        }
-    }
-}
-
-fn sort(fits: &mut [Fit]) {
-    fits.sort_by(|a, b| b.agreement.fitness.total_cmp(&a.agreement.fitness));
-}
-
-/// Some of the points, evenly spaced in their order.
-pub(crate) fn spread(points: &[Point3<f64>], count: usize) -> Vec<Point3<f64>> {
-    if points.len() <= count {
-        return points.to_vec();
-    }
-    let step = points.len() as f64 / count as f64;
-    (0..count)
-        .filter_map(|number| points.get((number as f64 * step) as usize).copied())
-        .collect()
-}
-
-/// The best fits; of those that say the same, the best.
-fn distinct(fits: Vec<Fit>, count: usize) -> Vec<Fit> {
-    let mut chosen: Vec<Fit> = Vec::with_capacity(count);
-    for fit in fits {
-        let is_same = |other: &Fit| {
-            let apart = other.support_from_item.inverse() * fit.support_from_item;
-            other.object == fit.object
-                && apart.rotation.angle() < 0.05
-                && apart.translation.vector.norm() < 0.004
-        };
-        if chosen.len() >= count {
-            break;
-        }
-        if !chosen.iter().any(is_same) {
-            chosen.push(fit);
-        }
-    }
-    chosen
 }
 
 /// The cluster with its finite points only, and of very many evenly spaced ones.

@@ -3,15 +3,14 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use ppnpack_catalogue::object::Model;
 
-use crate::library::LibraryObject;
+use crate::object::LibraryObject;
 
-/// A pose that leans more than this from every resting pose stays as it is, in radians.
-const GREATEST_LEAN_RAD: f64 = 0.2;
-
-/// The least turn that lays an object, turned like this, in one of its resting poses; z is up.
+/// The least turn that lays an object, turned like this, in one of its resting poses; z is up. `None` where it leans more
+/// than `most_rad` from each.
 pub(crate) fn turn_to_rest(
     model: &Model,
     rotation: &UnitQuaternion<f64>,
+    most_rad: f64,
 ) -> Option<UnitQuaternion<f64>> {
     let down = -Vector3::z();
     let leaning = model.resting_poses.iter().map(|pose| {
@@ -19,18 +18,18 @@ pub(crate) fn turn_to_rest(
         (direction.angle(&down), direction)
     });
     let (_, direction) = leaning.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    UnitQuaternion::rotation_between(&direction, &down)
+    let turn = UnitQuaternion::rotation_between(&direction, &down)?;
+    (turn.angle() <= most_rad).then_some(turn)
 }
 
-/// A pose turned as little as possible so that the object rests on the support; `None` where no resting pose is near.
+/// A pose turned as little as possible so that the object rests on the support; `None` where it leans more than `most_rad`
+/// from each resting pose.
 pub(crate) fn laid_at_rest(
     object: &LibraryObject,
     support_from_item: &Isometry3<f64>,
+    most_rad: f64,
 ) -> Option<Isometry3<f64>> {
-    let turn = turn_to_rest(&object.model, &support_from_item.rotation)?;
-    if turn.angle() > GREATEST_LEAN_RAD {
-        return None;
-    }
+    let turn = turn_to_rest(&object.model, &support_from_item.rotation, most_rad)?;
     let centre = support_from_item * object.centre_m;
     let turned = Isometry3::rotation_wrt_point(turn, centre) * support_from_item;
     let rotation = turned.rotation.to_rotation_matrix();

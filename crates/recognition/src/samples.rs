@@ -1,4 +1,4 @@
-//! Points spread evenly over a mesh's surface.
+//! Points spread evenly over a mesh's surface, directions over the sphere, angles over a turn, and some of many points.
 
 use nalgebra::{Point3, Vector3};
 use ppnpack_catalogue::mesh::Mesh;
@@ -48,4 +48,28 @@ pub fn surface_points(mesh: &Mesh, count: usize) -> Vec<SurfacePoint> {
         }
     }
     points
+}
+
+/// One of `count` directions spread evenly over the sphere along a spiral.
+pub(crate) fn direction(number: usize, count: usize) -> Vector3<f64> {
+    let z = 1.0 - 2.0 * (number as f64 + 0.5) / count as f64;
+    let turn_rad = number as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    let radius = (1.0 - z * z).max(0.0).sqrt();
+    Vector3::new(radius * turn_rad.cos(), radius * turn_rad.sin(), z)
+}
+
+/// `count` angles spread evenly over a full turn, from 0, in radians.
+pub(crate) fn yaws_rad(count: usize) -> impl Iterator<Item = f64> {
+    (0..count).map(move |step| std::f64::consts::TAU * step as f64 / count as f64)
+}
+
+/// Some of the points, evenly spaced in their order.
+pub(crate) fn spread(points: &[Point3<f64>], count: usize) -> Vec<Point3<f64>> {
+    if points.len() <= count {
+        return points.to_vec();
+    }
+    let step = points.len() as f64 / count as f64;
+    (0..count)
+        .filter_map(|number| points.get((number as f64 * step) as usize).copied())
+        .collect()
 }

@@ -1,8 +1,10 @@
 //! Items on a tray or a belt: points to clusters.
 
-use nalgebra::{Isometry3, Point2, Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
+use ppnpack_catalogue::mesh::Bounds;
 use serde::{Deserialize, Serialize};
 
+use crate::groups::{Cells, joined};
 use crate::setting_error::{SettingError, require};
 use crate::support::Support;
 
@@ -127,12 +129,6 @@ pub struct Segmentation {
     pub specks: usize,
 }
 
-/// The edge of a cell of the grid that points are joined on, in metres.
-const CELL_M: f64 = 0.004;
-
-/// The most cells along a side; larger regions have larger cells.
-const MAX_CELLS: f64 = 1024.0;
-
 /// The most points that are looked at; of more, evenly spaced ones.
 const MAX_POINTS: usize = 2_000_000;
 
@@ -142,10 +138,11 @@ const SURROUNDINGS_M: f64 = 0.015;
 impl Cluster {
     /// The least box around the points, along the support frame's axes, in metres; it starts at the support.
     pub fn extents_m(&self) -> Vector3<f64> {
-        let Some((lowest, highest)) = bounds(&self.points_m) else {
+        let Some(bounds) = Bounds::of(&self.points_m) else {
             return Vector3::zeros();
         };
-        Vector3::new(highest.x - lowest.x, highest.y - lowest.y, highest.z)
+        let sides_m = bounds.extents_m();
+        Vector3::new(sides_m.x, sides_m.y, bounds.highest.z)
     }
 }
 
@@ -178,80 +175,20 @@ pub fn segment(
         .iter_mut()
         .for_each(|point| *point = rotation * *point + shift);
     let eye_m = support_from_world * eye_m;
-    let (groups, specks) = groups(&within, settings);
-    let mut clusters: Vec<Cluster> = groups
-        .into_iter()
-        .map(|points_m| Cluster {
-            surroundings_m: Vec::new(),
-            points_m,
-            eye_m,
-            world_from_support,
-        })
-        .collect();
-    clusters.sort_by_key(|cluster| std::cmp::Reverse(cluster.points_m.len()));
-    let all: Vec<Point3<f64>> = within;
-    for cluster in &mut clusters {
-        cluster.surroundings_m = surroundings(cluster, &all, settings.least_height_m);
-    }
+    let (mut groups, specks) = groups(&within, settings);
+    groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
+    let clusters = groups.into_iter().map(|points_m| Cluster {
+        surroundings_m: surroundings(&points_m, &eye_m, &within, settings.least_height_m),
+        points_m,
+        eye_m,
+        world_from_support,
+    });
     Segmentation {
-        clusters,
+        clusters: clusters.collect(),
         world_from_support: Some(world_from_support),
         specks,
     }
 }
-
-fn bounds(points: &[Point3<f64>]) -> Option<(Point3<f64>, Point3<f64>)> {
-    let first = *points.first()?;
-    Some(
-        points
-            .iter()
-            .fold((first, first), |(lowest, highest), point| {
-                (lowest.inf(point), highest.sup(point))
-            }),
-    )
-}
-
-/// A grid over the support.
-struct Cells {
-    origin: Point2<f64>,
-    edge_m: f64,
-    nx: usize,
-    ny: usize,
-}
-
-impl Cells {
-    fn over(points: &[Point3<f64>]) -> Option<Self> {
-        let (lowest, highest) = bounds(points)?;
-        let extents = highest - lowest;
-        let edge_m = CELL_M.max(extents.x.max(extents.y) / MAX_CELLS);
-        let count = |extent: f64| (extent / edge_m).floor() as usize + 1;
-        Some(Self {
-            origin: lowest.xy(),
-            edge_m,
-            nx: count(extents.x),
-            ny: count(extents.y),
-        })
-    }
-
-    /// The cell of a point within the grid.
-    fn at(&self, point: &Point3<f64>) -> usize {
-        let offset = (point.xy() - self.origin) / self.edge_m;
-        let (x, y) = (offset.x as usize, offset.y as usize);
-        x.min(self.nx - 1) * self.ny + y.min(self.ny - 1)
-    }
-
-    /// The cells within a distance in cells.
-    fn around(&self, cell: usize, reach: usize) -> impl Iterator<Item = usize> + '_ {
-        let (x, y) = (cell / self.ny, cell % self.ny);
-        let xs = x.saturating_sub(reach)..(x + reach + 1).min(self.nx);
-        xs.flat_map(move |x| {
-            (y.saturating_sub(reach)..(y + reach + 1).min(self.ny)).map(move |y| x * self.ny + y)
-        })
-    }
-}
-
-/// Stands for a cell of no group.
-const NO_GROUP: u32 = u32::MAX;
 
 /// The points above the support in groups that hang together seen from above, and the number of specks.
 fn groups(
@@ -270,95 +207,36 @@ fn groups(
     (groups, specks)
 }
 
-/// Points in groups: seen from above, no gap within a group is wider than `join_m`.
-pub(crate) fn joined(raised: Vec<Point3<f64>>, join_m: f64) -> Vec<Vec<Point3<f64>>> {
-    let Some(cells) = Cells::over(&raised) else {
+/// The points around those of a cluster that are not its own.
+fn surroundings(
+    points_m: &[Point3<f64>],
+    eye_m: &Point3<f64>,
+    all_m: &[Point3<f64>],
+    least_height_m: f64,
+) -> Vec<Point3<f64>> {
+    let Some(bounds) = Bounds::of(points_m) else {
         return Vec::new();
     };
-    let mut is_covered = vec![false; cells.nx * cells.ny];
-    for point in &raised {
-        if let Some(cell) = is_covered.get_mut(cells.at(point)) {
-            *cell = true;
-        }
-    }
-    let reach = (join_m / cells.edge_m).floor().clamp(1.0, 16.0) as usize;
-    let group_of = labels(&cells, &is_covered, reach);
-    let count = group_of
-        .iter()
-        .filter(|group| **group != NO_GROUP)
-        .max()
-        .map_or(0, |last| *last as usize + 1);
-    let mut groups = vec![Vec::new(); count];
-    for point in raised {
-        let group = group_of.get(cells.at(&point)).map(|group| *group as usize);
-        if let Some(group) = group.and_then(|group| groups.get_mut(group)) {
-            group.push(point);
-        }
-    }
-    groups
-}
-
-/// The group of each covered cell.
-fn labels(cells: &Cells, is_covered: &[bool], reach: usize) -> Vec<u32> {
-    let mut group_of = vec![NO_GROUP; is_covered.len()];
-    let mut next_group = 0;
-    let mut queue = Vec::new();
-    let is_free = |cell: usize, group_of: &[u32]| {
-        is_covered.get(cell).copied().unwrap_or(false) && group_of.get(cell) == Some(&NO_GROUP)
-    };
-    for start in 0..is_covered.len() {
-        if !is_free(start, &group_of) {
-            continue;
-        }
-        queue.push(start);
-        if let Some(group) = group_of.get_mut(start) {
-            *group = next_group;
-        }
-        while let Some(cell) = queue.pop() {
-            for other in cells.around(cell, reach) {
-                if is_free(other, &group_of)
-                    && let Some(group) = group_of.get_mut(other)
-                {
-                    *group = next_group;
-                    queue.push(other);
-                }
-            }
-        }
-        next_group += 1;
-    }
-    group_of
-}
-
-/// The points around a cluster that are not its own.
-fn surroundings(cluster: &Cluster, all: &[Point3<f64>], least_height_m: f64) -> Vec<Point3<f64>> {
-    let Some(own) = Cells::over(&cluster.points_m) else {
-        return Vec::new();
-    };
-    let Some((lowest, highest)) = bounds(&cluster.points_m) else {
-        return Vec::new();
-    };
-    let mut is_own = vec![false; own.nx * own.ny];
-    for point in &cluster.points_m {
-        if let Some(cell) = is_own.get_mut(own.at(point)) {
-            *cell = true;
-        }
-    }
+    let Bounds { lowest, highest } = bounds;
+    let own = Cells::over(&bounds);
+    let is_own = own.covered(points_m);
     let is_inside = |point: &Point3<f64>| {
         point.x >= lowest.x && point.x <= highest.x && point.y >= lowest.y && point.y <= highest.y
     };
     let is_near = |point: &&Point3<f64>| {
         // What an item hides lies away from the camera: the parallax of its top.
-        let share = highest.z / (cluster.eye_m.z - highest.z).max(highest.z).max(0.01);
+        let share = highest.z / (eye_m.z - highest.z).max(highest.z).max(0.01);
         let reach = |from: f64, to: f64| SURROUNDINGS_M + share * (from - to).abs();
-        let low = |axis: usize| lowest[axis] - reach(cluster.eye_m[axis], lowest[axis]);
-        let high = |axis: usize| highest[axis] + reach(cluster.eye_m[axis], highest[axis]);
+        let low = |axis: usize| lowest[axis] - reach(eye_m[axis], lowest[axis]);
+        let high = |axis: usize| highest[axis] + reach(eye_m[axis], highest[axis]);
         point.x >= low(0) && point.x <= high(0) && point.y >= low(1) && point.y <= high(1)
     };
     let is_other = |point: &&Point3<f64>| {
         point.z < least_height_m
             || !(is_inside(point) && is_own.get(own.at(point)).copied().unwrap_or(false))
     };
-    all.iter()
+    all_m
+        .iter()
         .filter(is_near)
         .filter(is_other)
         .copied()

@@ -34,12 +34,24 @@ impl Default for Support {
     }
 }
 
-/// How many points a fit looks at, and how many planes it tries.
-const FIT_POINTS: usize = 3000;
-const FIT_TRIALS: usize = 150;
+/// How a plane is fitted.
+struct FitSettings {
+    /// How many points it looks at.
+    points: usize,
+    /// How many planes it tries.
+    trials: usize,
+    /// How often the best is moved to the mean of the points on it.
+    rounds: usize,
+    /// The least number of points that make a plane.
+    least_points: usize,
+}
 
-/// The least number of points that make a plane.
-const LEAST_POINTS: usize = 20;
+const FIT: FitSettings = FitSettings {
+    points: 3000,
+    trials: 150,
+    rounds: 3,
+    least_points: 20,
+};
 
 impl Support {
     /// The support frame in the world; `None` where no plane is found.
@@ -74,15 +86,15 @@ fn fitted(
     greatest_lean_rad: f64,
     tolerance_m: f64,
 ) -> Option<Isometry3<f64>> {
-    let stride = (points.len() / FIT_POINTS).max(1);
+    let stride = (points.len() / FIT.points).max(1);
     let few: Vec<Point3<f64>> = points.iter().step_by(stride).copied().collect();
-    if few.len() < LEAST_POINTS {
+    if few.len() < FIT.least_points {
         return None;
     }
     let least_up = greatest_lean_rad.cos();
     let mut random = ChaCha8Rng::seed_from_u64(0);
     let mut best: Option<(usize, Plane)> = None;
-    for _ in 0..FIT_TRIALS {
+    for _ in 0..FIT.trials {
         let mut pick = || few.get(random.random_range(0..few.len())).copied();
         let (Some(a), Some(b), Some(c)) = (pick(), pick(), pick()) else {
             continue;
@@ -104,10 +116,10 @@ fn fitted(
         }
     }
     let (count, mut plane) = best?;
-    if count < LEAST_POINTS {
+    if count < FIT.least_points {
         return None;
     }
-    for _ in 0..3 {
+    for _ in 0..FIT.rounds {
         let near: Vec<&Point3<f64>> = few
             .iter()
             .filter(|point| plane.height_m(point).abs() < tolerance_m)
@@ -124,7 +136,7 @@ fn fitted(
 
 fn least_squares(points: &[&Point3<f64>]) -> Option<Plane> {
     let count = points.len() as f64;
-    if points.len() < LEAST_POINTS {
+    if points.len() < FIT.least_points {
         return None;
     }
     let at = Point3::from(

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::align::{AlignSettings, align};
 use crate::nearest::NearestSurface;
-use crate::samples::SurfacePoint;
+use crate::samples::{SurfacePoint, yaws_rad};
 
 /// When two surfaces count as the same.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -43,20 +43,49 @@ pub enum Symmetry {
     Turns(Vec<UnitQuaternion<f64>>),
 }
 
-/// Turns nearer to each other than this are one, in radians.
-const SAME_TURN_RAD: f64 = 0.1;
+/// How turns are looked for.
+struct TurnSettings {
+    /// Yaws that are tried about each axis and between two resting poses.
+    yaws: usize,
+    /// The most guesses that are fitted; the best are first.
+    most_fits: usize,
+    /// Near a guess that was fitted, no other is, in radians.
+    tried_rad: f64,
+    /// Turns nearer to each other than this are one, in radians.
+    same_rad: f64,
+    /// Turns that show whether an object is round about an axis: no fractions of a full turn, and then as many evenly
+    /// spaced ones.
+    odd_rad: [f64; 2],
+    even: usize,
+}
 
-/// Near a guess that was fitted, no other is, in radians.
-const TRIED_RAD: f64 = 0.3;
+const TURNS: TurnSettings = TurnSettings {
+    yaws: 24,
+    most_fits: 48,
+    tried_rad: 0.3,
+    same_rad: 0.1,
+    odd_rad: [0.31, 1.37],
+    even: 7,
+};
 
-/// The most guesses that are fitted; the best are first.
-const MAX_FITS: usize = 48;
+/// How a surface is fitted to another.
+struct FitSettings {
+    /// How many surface points a first look takes.
+    looked_at: usize,
+    /// A guess is worth fitting where the mean distance is within this many of the greatest root mean square of a fit.
+    worth_fitting: f64,
+    align: AlignSettings,
+}
 
-/// How many surface points a quick look takes.
-const QUICK: usize = 40;
-
-/// A guess is worth fitting where the mean distance is within this many of the greatest root mean square of a fit.
-const WORTH_FITTING: f64 = 5.0;
+const FIT: FitSettings = FitSettings {
+    looked_at: 40,
+    worth_fitting: 5.0,
+    align: AlignSettings {
+        rounds: 12,
+        scale_m: (0.01, 0.003),
+        hold: None,
+    },
+};
 
 /// The mean distance of some points, moved by a transform, from a surface, in metres.
 pub(crate) fn mean_distance_m(
@@ -64,7 +93,7 @@ pub(crate) fn mean_distance_m(
     points: &[SurfacePoint],
     surface_from_points: &Isometry3<f64>,
 ) -> f64 {
-    let some = points.iter().step_by((points.len() / QUICK).max(1));
+    let some = points.iter().step_by((points.len() / FIT.looked_at).max(1));
     let distances_m = some.map(|point| {
         surface
             .nearest(&(surface_from_points * point.point))
@@ -113,17 +142,12 @@ impl SameSurface {
         points: &[SurfacePoint],
         guess: &Isometry3<f64>,
     ) -> Option<Isometry3<f64>> {
-        if mean_distance_m(surface, points, guess) > WORTH_FITTING * self.root_mean_square_m {
+        if mean_distance_m(surface, points, guess) > FIT.worth_fitting * self.root_mean_square_m {
             return None;
         }
-        let settings = AlignSettings {
-            rounds: 12,
-            scale_m: (0.01, 0.003),
-            hold: None,
-        };
         let cloud: Vec<Point3<f64>> = points.iter().map(|point| point.point).collect();
         // `align` moves the surface to the points: the inverse of what is asked for.
-        let fitted = align(surface, &cloud, &guess.inverse(), &settings).inverse();
+        let fitted = align(surface, &cloud, &guess.inverse(), &FIT.align).inverse();
         self.holds(surface, points, &fitted).then_some(fitted)
     }
 }
@@ -236,7 +260,7 @@ impl Search<'_> {
         let fitted = self
             .same
             .fitted(self.surface, self.points, &guess)
-            .filter(|fitted| fitted.rotation.angle_to(turn) < SAME_TURN_RAD);
+            .filter(|fitted| fitted.rotation.angle_to(turn) < TURNS.same_rad);
         // The points of a ball let a fit slip away, where the turn itself is as good.
         fitted.or_else(|| {
             self.same
@@ -247,22 +271,21 @@ impl Search<'_> {
 
     /// The centre of an object that is round about an axis through it, and that axis.
     fn round_about(&self, axis: &Unit<Vector3<f64>>) -> Option<(Unit<Vector3<f64>>, Point3<f64>)> {
-        for angle in ODD_TURNS_RAD {
-            self.near(&UnitQuaternion::from_axis_angle(axis, angle))?;
+        for angle_rad in TURNS.odd_rad {
+            self.near(&UnitQuaternion::from_axis_angle(axis, angle_rad))?;
         }
         // The mean of what evenly spaced turns make of a point lies on the axis.
         let mut sum = self.middle.coords;
         let mut direction = Vector3::zeros();
-        for step in 1..EVEN_TURNS {
-            let angle = std::f64::consts::TAU * f64::from(step) / f64::from(EVEN_TURNS);
-            let fitted = self.near(&UnitQuaternion::from_axis_angle(axis, angle))?;
+        for angle_rad in yaws_rad(TURNS.even).skip(1) {
+            let fitted = self.near(&UnitQuaternion::from_axis_angle(axis, angle_rad))?;
             sum += (fitted * self.middle).coords;
             if let Some(found) = fitted.rotation.axis() {
                 direction += found.into_inner() * found.dot(axis).signum();
             }
         }
         let found = Unit::try_new(direction, 1e-9)?;
-        Some((found, Point3::from(sum / f64::from(EVEN_TURNS))))
+        Some((found, Point3::from(sum / TURNS.even as f64)))
     }
 
     /// The turns among guesses after which the object looks the same.
@@ -278,14 +301,14 @@ impl Search<'_> {
                     guess,
                 )
             })
-            .filter(|(mean_m, _)| *mean_m <= WORTH_FITTING * self.same.root_mean_square_m)
+            .filter(|(mean_m, _)| *mean_m <= FIT.worth_fitting * self.same.root_mean_square_m)
             .collect();
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (_, guess) in ranked {
-            if tried.len() > MAX_FITS {
+            if tried.len() > TURNS.most_fits {
                 break;
             }
-            let is_near = |turn: &UnitQuaternion<f64>| turn.angle_to(&guess) < TRIED_RAD;
+            let is_near = |turn: &UnitQuaternion<f64>| turn.angle_to(&guess) < TURNS.tried_rad;
             if tried.iter().any(is_near) || turns.iter().any(is_near) {
                 continue;
             }
@@ -299,7 +322,7 @@ impl Search<'_> {
             let found = fitted.rotation;
             if turns
                 .iter()
-                .all(|turn| turn.angle_to(&found) >= SAME_TURN_RAD)
+                .all(|turn| turn.angle_to(&found) >= TURNS.same_rad)
             {
                 turns.push(found);
                 sum += (fitted * self.middle).coords;
@@ -309,10 +332,6 @@ impl Search<'_> {
         (Symmetry::Turns(turns), centre)
     }
 }
-
-/// Turns that show whether an object is round about an axis: no fractions of a full turn, and then evenly spaced ones.
-const ODD_TURNS_RAD: [f64; 2] = [0.31, 1.37];
-const EVEN_TURNS: u32 = 7;
 
 /// The principal axes of a surface.
 fn principal_axes(points: &[SurfacePoint]) -> Vec<Unit<Vector3<f64>>> {
@@ -345,10 +364,9 @@ fn across(axis: &Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
 
 /// Turns worth trying: about the axes, and from each resting pose to each other.
 fn guesses(axes: &[Unit<Vector3<f64>>], downs: &[Unit<Vector3<f64>>]) -> Vec<UnitQuaternion<f64>> {
-    const YAWS: u32 = 24;
-    let yaw = |step: u32| std::f64::consts::TAU * f64::from(step) / f64::from(YAWS);
     let about_axes = axes.iter().flat_map(|axis| {
-        (1..YAWS).map(move |step| UnitQuaternion::from_axis_angle(axis, yaw(step)))
+        let yaws_rad = yaws_rad(TURNS.yaws).skip(1);
+        yaws_rad.map(move |yaw_rad| UnitQuaternion::from_axis_angle(axis, yaw_rad))
     });
     let between = downs.iter().flat_map(|from| {
         downs
@@ -358,7 +376,8 @@ fn guesses(axes: &[Unit<Vector3<f64>>], downs: &[Unit<Vector3<f64>>]) -> Vec<Uni
                 let tilt = UnitQuaternion::rotation_between(from, to).unwrap_or_else(|| {
                     UnitQuaternion::from_axis_angle(&across(from), std::f64::consts::PI)
                 });
-                (0..YAWS).map(move |step| UnitQuaternion::from_axis_angle(to, yaw(step)) * tilt)
+                yaws_rad(TURNS.yaws)
+                    .map(move |yaw_rad| UnitQuaternion::from_axis_angle(to, yaw_rad) * tilt)
             })
     });
     about_axes.chain(between).collect()

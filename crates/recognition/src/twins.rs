@@ -2,42 +2,40 @@
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use crate::library::LibraryObject;
+use crate::object::{LibraryObject, Twin};
+use crate::samples::yaws_rad;
 use crate::symmetry::{SameSurface, mean_distance_m};
 
-/// Another object with the same surface.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Twin {
-    /// Its index in the library.
-    pub object: usize,
-    /// The twin's item frame from that of the object it is a twin of, such that their surfaces coincide.
-    pub twin_from_item: Isometry3<f64>,
+/// What is compared of two objects.
+struct TwinSettings {
+    /// The greatest ratio of their volumes.
+    most_volume_ratio: f64,
+    /// The greatest difference of their outlines in a resting pose.
+    most_outline_difference: f64,
+    /// Yaws at which a pose of one is compared with a pose of the other.
+    yaws: usize,
 }
 
-/// The greatest ratio of volumes of twins.
-const MAX_VOLUME_RATIO: f64 = 1.25;
+const TWINS: TwinSettings = TwinSettings {
+    most_volume_ratio: 1.25,
+    most_outline_difference: 40.0,
+    yaws: 24,
+};
 
-/// Outlines of twins differ by less than this.
-const MAX_OUTLINE_DIFFERENCE: f64 = 40.0;
-
-/// Yaws at which a pose of one is compared with a pose of the other.
-const YAWS: u32 = 24;
-
-/// The twins of an object.
-pub(crate) fn twins(objects: &[LibraryObject], index: usize, same: &SameSurface) -> Vec<Twin> {
-    let Some(object) = objects.get(index) else {
-        return Vec::new();
-    };
-    let others = objects
+/// The twins of an object among all.
+pub(crate) fn twins(
+    objects: &[LibraryObject],
+    object: &LibraryObject,
+    same: &SameSurface,
+) -> Vec<Twin> {
+    objects
         .iter()
         .enumerate()
-        .filter(|(other, _)| *other != index);
-    others
-        .filter_map(|(other, candidate)| {
-            let twin_from_item = coincidence(object, candidate, same)?;
+        .filter(|(_, other)| !std::ptr::eq(*other, object))
+        .filter_map(|(index, other)| {
             Some(Twin {
-                object: other,
-                twin_from_item,
+                object: index,
+                twin_from_item: coincidence(object, other, same)?,
             })
         })
         .collect()
@@ -50,18 +48,16 @@ fn coincidence(
     same: &SameSurface,
 ) -> Option<Isometry3<f64>> {
     let (volume, other_volume) = (object.model.volume_m3, other.model.volume_m3);
-    if volume.max(other_volume) > MAX_VOLUME_RATIO * volume.min(other_volume) {
+    if volume.max(other_volume) > TWINS.most_volume_ratio * volume.min(other_volume) {
         return None;
     }
     let pose = object.poses.first()?;
-    let like = other
-        .poses
-        .iter()
-        .filter(|candidate| pose.outline.difference(&candidate.outline) <= MAX_OUTLINE_DIFFERENCE);
+    let like = other.poses.iter().filter(|candidate| {
+        pose.outline.difference(&candidate.outline) <= TWINS.most_outline_difference
+    });
     let guesses = like.flat_map(|candidate| {
-        (0..YAWS).map(|step| {
-            let angle = std::f64::consts::TAU * f64::from(step) / f64::from(YAWS);
-            let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
+        yaws_rad(TWINS.yaws).map(|yaw_rad| {
+            let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
             candidate.support_from_item.inverse() * yaw * pose.support_from_item
         })
     });

@@ -1,6 +1,7 @@
 //! Items that are packed without being known.
 
 use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
+use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_packing::grid::{MAX_CELLS, MAX_UNITS, Resolution, Units};
 use ppnpack_packing::item::{ABSENT, Item, ItemError, ViewSurfaces};
 
@@ -50,8 +51,8 @@ pub fn unknown_item(
 ) -> Result<UnknownItem, UnknownItemError> {
     let is_sound = |point: &&Point3<f64>| point.iter().all(|value| value.is_finite());
     let points: Vec<Point3<f64>> = cluster.points_m.iter().filter(is_sound).copied().collect();
-    let (lowest, highest) = bounds(&points).ok_or(UnknownItemError::NoPoints)?;
-    let middle = nalgebra::center(&lowest, &highest);
+    let bounds = Bounds::of(&points).ok_or(UnknownItemError::NoPoints)?;
+    let middle = nalgebra::center(&bounds.lowest, &bounds.highest);
     let yaw_rad = least_rectangle_rad(points.iter().map(Point3::xy)).unwrap_or(0.0);
     let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
     let support_from_item = Translation3::new(middle.x, middle.y, 0.0) * turn;
@@ -72,17 +73,6 @@ pub fn unknown_item(
     })
 }
 
-fn bounds(points: &[Point3<f64>]) -> Option<(Point3<f64>, Point3<f64>)> {
-    let first = *points.first()?;
-    Some(
-        points
-            .iter()
-            .fold((first, first), |(lowest, highest), point| {
-                (lowest.inf(point), highest.sup(point))
-            }),
-    )
-}
-
 /// The surfaces at one yaw.
 fn view(
     points: &[Point3<f64>],
@@ -100,7 +90,7 @@ fn view(
             )
         })
         .collect();
-    let (lowest, highest) = bounds(&turned).ok_or(UnknownItemError::NoPoints)?;
+    let Bounds { lowest, highest } = Bounds::of(&turned).ok_or(UnknownItemError::NoPoints)?;
     let extents_m = Vector3::new(highest.x - lowest.x, highest.y - lowest.y, highest.z);
     let cell_m = resolution.cell_m();
     let limit_m = MAX_CELLS as f64 * cell_m;

@@ -1,22 +1,12 @@
 //! What makes sure that what was found is a container of four plane walls that is empty.
 
-use nalgebra::{Matrix3, Point3, Unit, Vector3};
+use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
 
-use super::levelled::Levelled;
-use super::opening::Opening;
-use super::plane::{Spread, normal_of};
-use super::rectangle::Rectangle;
+use super::error::CalibrationError;
+use super::found::{Found, RIM_BAND_M, WALL_MARGIN_M};
+use super::settings::CalibrationSettings;
 use super::sides::Side;
-use super::{CalibrationError, CalibrationSettings, Found, Residuals};
-
-/// Points within this of the floor's height belong to it, in metres.
-const FLOOR_BAND_M: f64 = 0.008;
-
-/// Points within this of the rim's height belong to it, in metres.
-const RIM_BAND_M: f64 = 0.008;
-
-/// The rim begins this far outside the walls' inner faces, and reaches no farther than this, in metres.
-const RIM_M: std::ops::Range<f64> = 0.0005..0.02;
 
 /// A strip of a side shows the rim where so many points lie on it, so far outside the inner face: farther than noise
 /// takes those of the wall.
@@ -29,9 +19,6 @@ const LEAST_RIM_SHARE: f64 = 0.6;
 /// What is this far above the rim is not the rim, in metres, and no farther outside the walls' inner faces than this.
 const ABOVE_RIM_M: f64 = 0.01;
 const OUTSIDE_M: f64 = 0.004;
-
-/// What is nearer to a wall is not looked at, in metres.
-const WALL_MARGIN_M: f64 = 0.015;
 
 /// What is not floor is counted in squares of this edge, in metres.
 const SQUARE_M: f64 = 0.01;
@@ -53,53 +40,23 @@ const LEAST_FLOOR_SHARE: f64 = 0.25;
 const LARGEST_LIP_M: f64 = 0.004;
 const LARGEST_LIP_CELLS: f64 = 1.0;
 
-/// The planes of floor and rim.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Surfaces {
-    pub(super) floor: Spread,
-    pub(super) rim: Spread,
-}
-
-impl Surfaces {
-    pub(super) fn fit(
-        levelled: &Levelled,
-        opening: &Opening,
-        rectangle: &Rectangle,
-    ) -> Result<Self, CalibrationError> {
-        let points = || levelled.points_m.iter();
-        let floor = points().filter(|point| {
-            (point.z - opening.floor_m).abs() <= FLOOR_BAND_M
-                && rectangle.contains(&point.xy(), WALL_MARGIN_M)
-        });
-        let rim = points().filter(|point| {
-            (point.z - opening.rim_m).abs() <= RIM_BAND_M
-                && RIM_M.contains(&-rectangle.inside_m(&point.xy()))
-        });
-        Ok(Self {
-            floor: Spread::of(floor).ok_or(CalibrationError::NoFloor { seen_share: 0.0 })?,
-            rim: Spread::of(rim).ok_or(CalibrationError::NoRim)?,
-        })
-    }
-
-    /// Up by both planes, in the sensor's frame.
-    pub(super) fn up(&self, levelled: &Levelled) -> Unit<Vector3<f64>> {
-        let up = normal_of(self.scatter(), &Vector3::z());
-        levelled.levelled_from_sensor.rotation.inverse() * up
-    }
-
-    fn scatter(&self) -> Matrix3<f64> {
-        self.floor.scatter + self.rim.scatter
-    }
-
-    /// The depth of the container, in metres.
-    pub(super) fn depth_m(&self) -> f64 {
-        self.rim.mean.z - self.floor.mean.z
-    }
-
-    fn parallelism_rad(&self) -> f64 {
-        let up = Vector3::z();
-        self.floor.normal(&up).angle(&self.rim.normal(&up))
-    }
+/// How well points fit a container of four plane walls.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Residuals {
+    /// Root mean square distance of the floor's points from its plane, in metres.
+    pub floor_rms_m: f64,
+    /// Root mean square distance of the rim's points from its plane, in metres.
+    pub rim_rms_m: f64,
+    /// Root mean square distance of the walls' points from their planes, in metres; 0 where no wall is seen.
+    pub walls_rms_m: f64,
+    /// How far the walls are from plane: 90 % of each lie within this of its plane, in metres.
+    pub bow_m: f64,
+    /// The greatest angle between a side and that of the rectangle, in radians.
+    pub squareness_rad: f64,
+    /// The angle between floor and rim, in radians.
+    pub parallelism_rad: f64,
+    /// How many of the four walls' inner faces were seen. The others are taken from the rim's inner edge.
+    pub walls_seen: usize,
 }
 
 /// How well the points fit, where that is good enough.

@@ -4,8 +4,9 @@ use nalgebra::{Point3, Unit, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::error::CalibrationError;
 use super::plane::Spread;
-use super::{CalibrationError, CalibrationSettings};
+use super::settings::CalibrationSettings;
 
 /// How many directions are tried.
 const TRIALS: usize = 3000;

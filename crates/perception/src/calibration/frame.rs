@@ -3,8 +3,10 @@
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector2, Vector3};
 use ppnpack_packing::grid::ContainerSize;
 
+use super::error::CalibrationError;
+use super::found::Found;
 use super::rectangle::directions;
-use super::{CalibrationError, CalibrationSettings, Found};
+use super::settings::CalibrationSettings;
 
 /// Sides whose lengths differ by half of this are as good as equal, in metres.
 const SAME_SIDES_M: f64 = 0.002;

@@ -2,9 +2,11 @@
 
 use nalgebra::{Point2, Point3};
 
+use super::error::CalibrationError;
 use super::levelled::Levelled;
 use super::mask::Mask;
-use super::{CalibrationError, CalibrationSettings, median};
+use super::median::median;
+use super::settings::CalibrationSettings;
 
 /// How far from the middle of the cloud a container is looked for, in metres.
 const REACH_M: f64 = 1.6;

@@ -2,10 +2,11 @@
 
 use nalgebra::{Point2, Rotation2, Vector2};
 
+use super::error::CalibrationError;
 use super::levelled::Levelled;
 use super::opening::Opening;
+use super::settings::CalibrationSettings;
 use super::sides::{Frame, Side};
-use super::{CalibrationError, CalibrationSettings};
 
 /// How often the sides are looked at, each time in the rectangle of the last.
 const ROUNDS: usize = 3;

@@ -3,7 +3,7 @@
 use ppnpack_packing::grid::ContainerSize;
 use serde::{Deserialize, Serialize};
 
-use super::CalibrationError;
+use super::error::CalibrationError;
 
 /// What is known of a container, and how well points have to fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

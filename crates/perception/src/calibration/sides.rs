@@ -3,7 +3,7 @@
 use nalgebra::{Point2, Point3, Vector2};
 
 use super::levelled::Levelled;
-use super::median;
+use super::median::median;
 use super::opening::Opening;
 
 /// A side is looked at in strips of about this length, in metres.

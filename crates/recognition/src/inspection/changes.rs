@@ -1,24 +1,33 @@
 //! What is new in a container, and where something new would go unnoticed.
 
-use nalgebra::Point3;
+use nalgebra::{Isometry3, Point3};
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::heightmap::Surface;
 
+use crate::inspection::outcome::ContainerCloud;
+use crate::inspection::settings::InspectionSettings;
 use crate::inspection::squares::{NOTHING_M, Squares};
 use crate::inspection::stances::Stance;
-use crate::inspection::{ContainerCloud, InspectionSettings};
+use crate::object::LibraryObject;
 
-/// Farther than this from the container's origin, a point is no measurement, in metres.
-const FARTHEST_M: f64 = 100.0;
+/// What is looked at of a cloud.
+struct CloudSettings {
+    /// Points farther than this above or below the container's origin are no measurements, in metres.
+    farthest_m: f64,
+    /// Points around the container that are kept, in metres: its walls, and what hangs over its rim.
+    around_m: f64,
+    /// The most points; of more, evenly spaced ones.
+    most_points: usize,
+    /// A sample counts as seen where a point lies within this many spacings of the points.
+    seen_spacings: f64,
+}
 
-/// The most points of a cloud that are looked at; of more, evenly spaced ones.
-const MAX_POINTS: usize = 1_000_000;
-
-/// Points around the container that are kept, in metres: its walls, and what hangs over its rim.
-const AROUND_M: f64 = 0.1;
-
-/// A sample counts as seen where a point lies within this many spacings of the points.
-const SEEN_SPACINGS: f64 = 1.5;
+const CLOUD: CloudSettings = CloudSettings {
+    farthest_m: 100.0,
+    around_m: 0.1,
+    most_points: 1_000_000,
+    seen_spacings: 1.5,
+};
 
 /// A new item is noticed where it rises above what was there by less than this share of its height.
 const NOTICED_SHARE: f64 = 0.8;
@@ -109,7 +118,7 @@ impl<'settings> Changes<'settings> {
     fn sort(&mut self, points_m: &[Point3<f64>], highest_m: f64) {
         let mut after_m = vec![NOTHING_M; self.most_m.len()];
         let mut inside = 0_u32;
-        let stride = points_m.len().div_ceil(MAX_POINTS).max(1);
+        let stride = points_m.len().div_ceil(CLOUD.most_points).max(1);
         for point in points_m.iter().step_by(stride) {
             if !self.is_around(point) {
                 continue;
@@ -137,7 +146,7 @@ impl<'settings> Changes<'settings> {
         // With few points, most of the container is unseen, whatever their spacing.
         let reach = self
             .squares
-            .reach(SEEN_SPACINGS * spacing_m - 0.5 * self.squares.pitch_m);
+            .reach(CLOUD.seen_spacings * spacing_m - 0.5 * self.squares.pitch_m);
         self.after_m = self.squares.greatest(&after_m, reach.clamp(1, 4));
         let within = (0..self.most_m.len()).filter(|square| !self.is_margin(*square));
         let (mut all, mut seen) = (0_u32, 0_u32);
@@ -150,9 +159,10 @@ impl<'settings> Changes<'settings> {
 
     fn is_around(&self, point: &Point3<f64>) -> bool {
         let size = self.container;
-        let is_near = |value: f64, side_m: f64| (-AROUND_M..=side_m + AROUND_M).contains(&value);
+        let is_near =
+            |value: f64, side_m: f64| (-CLOUD.around_m..=side_m + CLOUD.around_m).contains(&value);
         // No comparison holds for what is not a number.
-        is_near(point.x, size.x_m) && is_near(point.y, size.y_m) && point.z.abs() < FARTHEST_M
+        is_near(point.x, size.x_m) && is_near(point.y, size.y_m) && point.z.abs() < CLOUD.farthest_m
     }
 
     fn is_within_walls(&self, x_m: f64, y_m: f64) -> bool {
@@ -173,7 +183,7 @@ impl<'settings> Changes<'settings> {
     }
 
     /// How high the content was at the lowest place nearby; `None` beyond the walls and where it was not known.
-    pub(crate) fn certain_at(&self, x_m: f64, y_m: f64) -> Option<f64> {
+    fn certain_at(&self, x_m: f64, y_m: f64) -> Option<f64> {
         self.known(&self.certain_m, x_m, y_m)
     }
 
@@ -240,6 +250,52 @@ impl<'settings> Changes<'settings> {
             || top_m <= height_m(&self.blurred_m) + self.settings.least_rise_m
             || top_m <= shadow_m
             || !(self.is_seen(square) || is_in_shadow)
+    }
+}
+
+/// How a pose may be among what was there.
+struct AdmittedSettings {
+    /// How deep a surface may lie in the floor, in what was there, and in the walls, in metres.
+    sunk_m: f64,
+    /// The greatest share of the surface that lies deeper.
+    most_sunk: f64,
+    /// An item this far above everything below it does not rest on it, in metres.
+    floating_m: f64,
+}
+
+const ADMITTED: AdmittedSettings = AdmittedSettings {
+    sunk_m: 0.008,
+    most_sunk: 0.08,
+    floating_m: 0.015,
+};
+
+impl Changes<'_> {
+    /// Whether a pose is possible among what was there: neither in the floor, the walls or the content, nor in the air.
+    pub(crate) fn admit(
+        &self,
+        object: &LibraryObject,
+        container_from_item: &Isometry3<f64>,
+    ) -> bool {
+        let container = self.container;
+        let rotation = container_from_item.rotation.to_rotation_matrix();
+        let shift = container_from_item.translation.vector;
+        let (mut sunk, mut gap_m) = (0_u32, f64::INFINITY);
+        for point in &object.points {
+            let place = rotation * point.point + shift;
+            let beyond_m = (-place.x)
+                .max(-place.y)
+                .max(place.x - container.x_m)
+                .max(place.y - container.y_m);
+            let is_in_wall =
+                beyond_m > ADMITTED.sunk_m && place.z < container.z_m - ADMITTED.sunk_m;
+            let content_m = self.certain_at(place.x, place.y).unwrap_or(0.0);
+            sunk += u32::from(is_in_wall || place.z < content_m - ADMITTED.sunk_m);
+            // On what is unknown, and on the rim, anything may rest.
+            let below_m = self.blurred_at(place.x, place.y);
+            gap_m = gap_m.min(below_m.map_or(0.0, |below_m| place.z - below_m));
+        }
+        f64::from(sunk) <= ADMITTED.most_sunk * object.points.len() as f64
+            && gap_m <= ADMITTED.floating_m
     }
 }
 

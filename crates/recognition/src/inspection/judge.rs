@@ -3,36 +3,39 @@
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use crate::inspection::changes::Changes;
-use crate::library::LibraryObject;
-use crate::recognise::spread;
-use crate::samples::SurfacePoint;
+use crate::object::LibraryObject;
+use crate::pattern::{Move, Pattern};
+use crate::samples::{SurfacePoint, spread};
 use crate::segmentation::Cluster;
 
-/// New points, and points of the surface, that a hypothesis is judged by.
-const JUDGED_POINTS: usize = 48;
-const JUDGED_SURFACE: usize = 96;
+/// How a hypothesis is judged.
+struct JudgeSettings {
+    /// New points that it is judged by.
+    points: usize,
+    /// Points of the surface that it is judged by.
+    surface: usize,
+    /// A point farther than this from a hypothesis is as bad as any other, in metres.
+    far_m: f64,
+    /// A surface this much higher than any point there should be seen, in metres.
+    seen_through_m: f64,
+    /// The share of new points beyond the box that they are taken to fill, at each side: some are not the item's.
+    beyond: f64,
+    /// How it is shifted to where it is judged best; twice, as one direction may open another.
+    pattern: Pattern,
+}
 
-/// A point farther than this from a hypothesis is as bad as any other, in metres.
-const FAR_M: f64 = 0.012;
-
-/// A surface this much higher than any point there should be seen, in metres.
-const SEEN_THROUGH_M: f64 = 0.006;
-
-/// How far hypotheses are shifted to where they are judged best, in metres.
-const SHIFTS_M: [f64; 3] = [0.008, 0.004, 0.002];
-
-/// Directions that hypotheses are shifted in.
-const AXES: [Vector3<f64>; 6] = [
-    Vector3::new(1.0, 0.0, 0.0),
-    Vector3::new(-1.0, 0.0, 0.0),
-    Vector3::new(0.0, 1.0, 0.0),
-    Vector3::new(0.0, -1.0, 0.0),
-    Vector3::new(0.0, 0.0, 1.0),
-    Vector3::new(0.0, 0.0, -1.0),
-];
-
-/// The share of points beyond the box that new points are taken to fill, at each side: some are not the item's.
-const BEYOND: f64 = 0.01;
+const JUDGE: JudgeSettings = JudgeSettings {
+    points: 48,
+    surface: 96,
+    far_m: 0.012,
+    seen_through_m: 0.006,
+    beyond: 0.01,
+    pattern: Pattern {
+        first_step_m: 0.008,
+        moves: [Move::ALONG_X, Move::ALONG_Y, Move::ALONG_Z],
+        sweeps: 2,
+    },
+};
 
 /// Judges poses of an object at new points.
 pub(crate) struct Judge<'scene> {
@@ -50,7 +53,7 @@ impl<'scene> Judge<'scene> {
         cluster: &Cluster,
         changes: &'scene Changes<'scene>,
     ) -> Self {
-        let stride = object.points.len().div_ceil(JUDGED_SURFACE).max(1);
+        let stride = object.points.len().div_ceil(JUDGE.surface).max(1);
         let range = |axis: usize| {
             let values = cluster
                 .points_m
@@ -58,7 +61,7 @@ impl<'scene> Judge<'scene> {
                 .filter_map(|point| point.coords.get(axis));
             let mut values: Vec<f64> = values.copied().collect();
             values.sort_by(f64::total_cmp);
-            let beyond = (BEYOND * values.len() as f64) as usize;
+            let beyond = (JUDGE.beyond * values.len() as f64) as usize;
             let low = values.get(beyond).copied().unwrap_or_default();
             let high = values.iter().rev().nth(beyond).copied().unwrap_or_default();
             (low, high)
@@ -67,7 +70,7 @@ impl<'scene> Judge<'scene> {
         Self {
             object,
             changes,
-            points: spread(&cluster.points_m, JUDGED_POINTS),
+            points: spread(&cluster.points_m, JUDGE.points),
             surface: object.points.iter().step_by(stride).copied().collect(),
             top: Point3::new(middle(range(0)), middle(range(1)), range(2).1),
         }
@@ -93,18 +96,10 @@ impl<'scene> Judge<'scene> {
 
     /// A pose shifted to where its cost is least nearby, with that cost.
     pub(crate) fn shifted(&self, cost: f64, pose: &Isometry3<f64>) -> (f64, Isometry3<f64>) {
-        let (mut least, mut best) = (cost, *pose);
-        for step_m in SHIFTS_M {
-            // Twice, as one direction may open another.
-            for axis in AXES.iter().chain(&AXES) {
-                let moved = Translation3::from(axis * step_m) * best;
-                let cost = self.cost(&moved);
-                if cost < least {
-                    (least, best) = (cost, moved);
-                }
-            }
-        }
-        (least, best)
+        let start = (cost, *pose);
+        JUDGE
+            .pattern
+            .least(self.object, start, |pose| self.cost(pose))
     }
 
     /// The mean square distance of points from a pose, cut off and scaled to at most 1.
@@ -114,7 +109,7 @@ impl<'scene> Judge<'scene> {
         let shift = inverse.translation.vector;
         let costs = self.points.iter().map(|point| {
             let nearest = self.object.nearest.nearest(&(rotation * point + shift));
-            (nearest.distance_m / FAR_M).min(1.0).powi(2)
+            (nearest.distance_m / JUDGE.far_m).min(1.0).powi(2)
         });
         costs.sum::<f64>() / self.points.len().max(1) as f64
     }
@@ -129,7 +124,8 @@ impl<'scene> Judge<'scene> {
             }
             let place = rotation * point.point + pose.translation.vector;
             let height_m = self.changes.after_at(place.x, place.y);
-            let is_through = height_m.is_some_and(|height_m| place.z > height_m + SEEN_THROUGH_M);
+            let is_through =
+                height_m.is_some_and(|height_m| place.z > height_m + JUDGE.seen_through_m);
             all += 1;
             through += u32::from(is_through);
         }

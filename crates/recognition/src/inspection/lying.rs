@@ -4,9 +4,8 @@ use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 use ppnpack_packing::grid::ContainerSize;
 
 use crate::expected::Agreement;
-use crate::inspection::InspectionSettings;
-use crate::inspection::changes::Changes;
-use crate::library::LibraryObject;
+use crate::inspection::settings::InspectionSettings;
+use crate::object::LibraryObject;
 use crate::symmetry::Symmetry;
 
 /// An item that was found in the container, against how it was planned.
@@ -107,39 +106,4 @@ fn tilt_rad(
             .map(|turn| (found * (turn * upright)).angle(&vertical))
             .fold(std::f64::consts::PI, f64::min),
     }
-}
-
-/// How deep a surface may lie in the floor, in what was there, and in the walls, in metres.
-const SUNK_M: f64 = 0.008;
-
-/// The greatest share of the surface that lies deeper.
-const MOST_SUNK: f64 = 0.08;
-
-/// An item this far above everything below it does not rest on it, in metres.
-const FLOATING_M: f64 = 0.015;
-
-/// Whether a pose is possible among what was there: neither in the floor, the walls or the content, nor in the air.
-pub(crate) fn is_possible(
-    object: &LibraryObject,
-    container_from_item: &Isometry3<f64>,
-    changes: &Changes<'_>,
-    container: ContainerSize,
-) -> bool {
-    let rotation = container_from_item.rotation.to_rotation_matrix();
-    let shift = container_from_item.translation.vector;
-    let (mut sunk, mut gap_m) = (0_u32, f64::INFINITY);
-    for point in &object.points {
-        let place = rotation * point.point + shift;
-        let beyond_m = (-place.x)
-            .max(-place.y)
-            .max(place.x - container.x_m)
-            .max(place.y - container.y_m);
-        let is_in_wall = beyond_m > SUNK_M && place.z < container.z_m - SUNK_M;
-        let content_m = changes.certain_at(place.x, place.y).unwrap_or(0.0);
-        sunk += u32::from(is_in_wall || place.z < content_m - SUNK_M);
-        // On what is unknown, and on the rim, anything may rest.
-        let below_m = changes.blurred_at(place.x, place.y);
-        gap_m = gap_m.min(below_m.map_or(0.0, |below_m| place.z - below_m));
-    }
-    f64::from(sunk) <= MOST_SUNK * object.points.len() as f64 && gap_m <= FLOATING_M
 }

@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::Point3;
 
-use crate::inspection::Lying;
+use crate::inspection::lying::Lying;
 
 /// What a depth camera above a container sees.
 #[derive(Debug, Clone, Copy)]

@@ -2,8 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::inspection::search::direction;
-use crate::library::LibraryObject;
+use crate::object::LibraryObject;
+use crate::samples::direction;
 
 /// How much room an object takes in some orientation.
 #[derive(Debug, Clone, Copy)]

@@ -1,0 +1,99 @@
+//! What a look at a cloud finds of a container, with what is taken to be up.
+
+use nalgebra::{Matrix3, Point3, Unit, Vector3};
+
+use super::error::CalibrationError;
+use super::levelled::Levelled;
+use super::opening::{self, Opening};
+use super::plane::{Spread, normal_of};
+use super::rectangle::{self, Rectangle};
+use super::settings::CalibrationSettings;
+
+/// Points within this of the floor's height belong to it, in metres.
+const FLOOR_BAND_M: f64 = 0.008;
+
+/// Points within this of the rim's height belong to it, in metres.
+pub(super) const RIM_BAND_M: f64 = 0.008;
+
+/// The rim begins this far outside the walls' inner faces, and reaches no farther than this, in metres.
+const RIM_M: std::ops::Range<f64> = 0.0005..0.02;
+
+/// What is nearer to a wall is not looked at, in metres.
+pub(super) const WALL_MARGIN_M: f64 = 0.015;
+
+/// What one look finds.
+pub(super) struct Found {
+    pub(super) levelled: Levelled,
+    pub(super) opening: Opening,
+    pub(super) rectangle: Rectangle,
+    pub(super) surfaces: Surfaces,
+}
+
+impl Found {
+    /// Looks for the container's opening, sides, floor and rim.
+    pub(super) fn look(
+        points_m: &[Point3<f64>],
+        up: &Unit<Vector3<f64>>,
+        settings: &CalibrationSettings,
+    ) -> Result<Self, CalibrationError> {
+        let levelled = Levelled::new(points_m, up);
+        let opening = opening::find(&levelled, settings)?;
+        let rectangle = rectangle::find(&levelled, &opening, settings)?;
+        let surfaces = Surfaces::fit(&levelled, &opening, &rectangle)?;
+        Ok(Self {
+            levelled,
+            opening,
+            rectangle,
+            surfaces,
+        })
+    }
+}
+
+/// The planes of floor and rim.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Surfaces {
+    pub(super) floor: Spread,
+    pub(super) rim: Spread,
+}
+
+impl Surfaces {
+    pub(super) fn fit(
+        levelled: &Levelled,
+        opening: &Opening,
+        rectangle: &Rectangle,
+    ) -> Result<Self, CalibrationError> {
+        let points = || levelled.points_m.iter();
+        let floor = points().filter(|point| {
+            (point.z - opening.floor_m).abs() <= FLOOR_BAND_M
+                && rectangle.contains(&point.xy(), WALL_MARGIN_M)
+        });
+        let rim = points().filter(|point| {
+            (point.z - opening.rim_m).abs() <= RIM_BAND_M
+                && RIM_M.contains(&-rectangle.inside_m(&point.xy()))
+        });
+        Ok(Self {
+            floor: Spread::of(floor).ok_or(CalibrationError::NoFloor { seen_share: 0.0 })?,
+            rim: Spread::of(rim).ok_or(CalibrationError::NoRim)?,
+        })
+    }
+
+    /// Up by both planes, in the sensor's frame.
+    pub(super) fn up(&self, levelled: &Levelled) -> Unit<Vector3<f64>> {
+        let up = normal_of(self.scatter(), &Vector3::z());
+        levelled.levelled_from_sensor.rotation.inverse() * up
+    }
+
+    fn scatter(&self) -> Matrix3<f64> {
+        self.floor.scatter + self.rim.scatter
+    }
+
+    /// The depth of the container, in metres.
+    pub(super) fn depth_m(&self) -> f64 {
+        self.rim.mean.z - self.floor.mean.z
+    }
+
+    pub(super) fn parallelism_rad(&self) -> f64 {
+        let up = Vector3::z();
+        self.floor.normal(&up).angle(&self.rim.normal(&up))
+    }
+}

@@ -1,0 +1,118 @@
+//! Points that hang together, seen from above.
+
+use nalgebra::{Point2, Point3};
+use ppnpack_catalogue::mesh::Bounds;
+
+/// The edge of a cell of the grid that points are joined on, in metres.
+const CELL_M: f64 = 0.004;
+
+/// The most cells along a side; larger regions have larger cells.
+const MAX_CELLS: f64 = 1024.0;
+
+/// A grid over the support, row-major.
+pub(crate) struct Cells {
+    origin: Point2<f64>,
+    edge_m: f64,
+    nx: usize,
+    ny: usize,
+}
+
+impl Cells {
+    /// A grid over a box.
+    pub(crate) fn over(bounds: &Bounds) -> Self {
+        let extents = bounds.extents_m();
+        let edge_m = CELL_M.max(extents.x.max(extents.y) / MAX_CELLS);
+        let count = |extent: f64| (extent / edge_m).floor() as usize + 1;
+        Self {
+            origin: bounds.lowest.xy(),
+            edge_m,
+            nx: count(extents.x),
+            ny: count(extents.y),
+        }
+    }
+
+    /// Which cells hold points within the grid.
+    pub(crate) fn covered(&self, points: &[Point3<f64>]) -> Vec<bool> {
+        let mut is_covered = vec![false; self.nx * self.ny];
+        for point in points {
+            if let Some(cell) = is_covered.get_mut(self.at(point)) {
+                *cell = true;
+            }
+        }
+        is_covered
+    }
+
+    /// The cell of a point within the grid.
+    pub(crate) fn at(&self, point: &Point3<f64>) -> usize {
+        let offset = (point.xy() - self.origin) / self.edge_m;
+        let (x, y) = (offset.x as usize, offset.y as usize);
+        x.min(self.nx - 1) * self.ny + y.min(self.ny - 1)
+    }
+
+    /// The cells within a distance in cells.
+    fn around(&self, cell: usize, reach: usize) -> impl Iterator<Item = usize> + '_ {
+        let (x, y) = (cell / self.ny, cell % self.ny);
+        let xs = x.saturating_sub(reach)..(x + reach + 1).min(self.nx);
+        xs.flat_map(move |x| {
+            (y.saturating_sub(reach)..(y + reach + 1).min(self.ny)).map(move |y| x * self.ny + y)
+        })
+    }
+}
+
+/// Stands for a cell of no group.
+const NO_GROUP: u32 = u32::MAX;
+
+/// Points in groups: seen from above, no gap within a group is wider than `join_m`.
+pub(crate) fn joined(points: Vec<Point3<f64>>, join_m: f64) -> Vec<Vec<Point3<f64>>> {
+    let Some(bounds) = Bounds::of(&points) else {
+        return Vec::new();
+    };
+    let cells = Cells::over(&bounds);
+    let is_covered = cells.covered(&points);
+    let reach = (join_m / cells.edge_m).floor().clamp(1.0, 16.0) as usize;
+    let group_of = labels(&cells, &is_covered, reach);
+    let count = group_of
+        .iter()
+        .filter(|group| **group != NO_GROUP)
+        .max()
+        .map_or(0, |last| *last as usize + 1);
+    let mut groups = vec![Vec::new(); count];
+    for point in points {
+        let group = group_of.get(cells.at(&point)).map(|group| *group as usize);
+        if let Some(group) = group.and_then(|group| groups.get_mut(group)) {
+            group.push(point);
+        }
+    }
+    groups
+}
+
+/// The group of each covered cell.
+fn labels(cells: &Cells, is_covered: &[bool], reach: usize) -> Vec<u32> {
+    let mut group_of = vec![NO_GROUP; is_covered.len()];
+    let mut next_group = 0;
+    let mut queue = Vec::new();
+    let is_free = |cell: usize, group_of: &[u32]| {
+        is_covered.get(cell).copied().unwrap_or(false) && group_of.get(cell) == Some(&NO_GROUP)
+    };
+    for start in 0..is_covered.len() {
+        if !is_free(start, &group_of) {
+            continue;
+        }
+        queue.push(start);
+        if let Some(group) = group_of.get_mut(start) {
+            *group = next_group;
+        }
+        while let Some(cell) = queue.pop() {
+            for other in cells.around(cell, reach) {
+                if is_free(other, &group_of)
+                    && let Some(group) = group_of.get_mut(other)
+                {
+                    *group = next_group;
+                    queue.push(other);
+                }
+            }
+        }
+        next_group += 1;
+    }
+    group_of
+}

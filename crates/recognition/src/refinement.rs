@@ -1,0 +1,157 @@
+//! Poses refined from many rough ones to a few exact ones.
+//!
+//! Recognition looks for many objects that rest on a support, an inspection for one object that may lie anyhow. Both
+//! align all they start from with few points, those that then agree best with more, and lay the best where the outline
+//! fits.
+
+use nalgebra::{Isometry3, Point3};
+
+use crate::align::{AlignSettings, align};
+use crate::expected::{Agreement, Observation, Sketch};
+use crate::object::LibraryObject;
+use crate::polish::PolishSettings;
+use crate::samples::spread;
+use crate::segmentation::Cluster;
+
+/// How poses are refined.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct RefinementSettings {
+    /// The pass over all poses.
+    pub(crate) quick: PassSettings,
+    /// The pass over those that agree best after the quick one.
+    pub(crate) thorough: PassSettings,
+    /// When poses after the quick pass are one.
+    pub(crate) same: SamePose,
+    /// The search for the outline.
+    pub(crate) polish: PolishSettings,
+}
+
+/// How finely poses are aligned and compared.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PassSettings {
+    /// The width of the expected view's pixels, in spacings of the points.
+    pub(crate) pixel_spacings: f64,
+    /// Points of the cluster that are compared.
+    pub(crate) compared: usize,
+    /// Points of the cluster that are aligned.
+    pub(crate) aligned: usize,
+    /// How they are aligned.
+    pub(crate) align: AlignSettings,
+}
+
+/// When two poses count as one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct SamePose {
+    /// Their orientations are nearer than this, in radians.
+    pub(crate) angle_rad: f64,
+    /// Their origins are nearer than this, in metres.
+    pub(crate) distance_m: f64,
+}
+
+impl SamePose {
+    pub(crate) fn holds(&self, one: &Isometry3<f64>, other: &Isometry3<f64>) -> bool {
+        one.rotation.angle_to(&other.rotation) < self.angle_rad
+            && (one.translation.vector - other.translation.vector).norm() < self.distance_m
+    }
+}
+
+/// An object in a pose, and how well it agrees.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Fit<'object> {
+    pub(crate) object: &'object LibraryObject,
+    /// The item frame in that of the cluster.
+    pub(crate) pose: Isometry3<f64>,
+    pub(crate) agreement: Agreement,
+}
+
+/// Aligns poses with a cluster, and compares them with it.
+pub(crate) struct Pass {
+    observation: Observation,
+    points: Vec<Point3<f64>>,
+    settings: AlignSettings,
+    sketch: Sketch,
+}
+
+impl Pass {
+    /// A pass over poses at a cluster whose points are `spacing_m` apart; `None` where the cluster is not before the
+    /// camera.
+    pub(crate) fn new(cluster: &Cluster, spacing_m: f64, settings: &PassSettings) -> Option<Self> {
+        let pixel_m = settings.pixel_spacings * spacing_m;
+        Some(Self {
+            observation: Observation::new(cluster, pixel_m, settings.compared)?,
+            points: spread(&cluster.points_m, settings.aligned),
+            settings: settings.align,
+            sketch: Sketch::default(),
+        })
+    }
+
+    /// The fits that poses are aligned to, best first.
+    pub(crate) fn refined<'object>(
+        &mut self,
+        starts: impl Iterator<Item = (&'object LibraryObject, Isometry3<f64>)>,
+    ) -> Vec<Fit<'object>> {
+        let settings = self.settings;
+        let mut fits: Vec<Fit<'object>> = starts
+            .map(|(object, pose)| self.aligned(object, &pose, &settings))
+            .collect();
+        sort(&mut fits);
+        fits
+    }
+
+    /// The fit that a pose is aligned to.
+    pub(crate) fn aligned<'object>(
+        &mut self,
+        object: &'object LibraryObject,
+        start: &Isometry3<f64>,
+        settings: &AlignSettings,
+    ) -> Fit<'object> {
+        let pose = align(&object.nearest, &self.points, start, settings);
+        self.compared(object, &pose)
+    }
+
+    /// The fit of a pose as it is.
+    pub(crate) fn compared<'object>(
+        &mut self,
+        object: &'object LibraryObject,
+        pose: &Isometry3<f64>,
+    ) -> Fit<'object> {
+        Fit {
+            object,
+            pose: *pose,
+            agreement: self.observation.compare(object, pose, &mut self.sketch),
+        }
+    }
+
+    /// The share of what should be seen of an object in a pose that is seen, about; `measured` is the number of all points
+    /// of the cluster and around it.
+    pub(crate) fn seen_share(
+        &mut self,
+        object: &LibraryObject,
+        pose: &Isometry3<f64>,
+        measured: usize,
+    ) -> f64 {
+        let sight = self.observation.sight(object, pose, &mut self.sketch);
+        let compared = self.observation.points() as f64;
+        let free = sight.free as f64 * (measured as f64 / compared.max(1.0)).max(1.0);
+        (free / sight.pixels.max(1) as f64).min(1.0)
+    }
+}
+
+/// Sorts fits, the best first.
+pub(crate) fn sort(fits: &mut [Fit<'_>]) {
+    fits.sort_by(|a, b| b.agreement.fitness.total_cmp(&a.agreement.fitness));
+}
+
+/// The first of those that are the same, in their order, as many as asked for.
+pub(crate) fn distinct<T>(all: Vec<T>, count: usize, is_same: impl Fn(&T, &T) -> bool) -> Vec<T> {
+    let mut chosen: Vec<T> = Vec::with_capacity(count);
+    for one in all {
+        if chosen.len() >= count {
+            break;
+        }
+        if !chosen.iter().any(|other| is_same(other, &one)) {
+            chosen.push(one);
+        }
+    }
+    chosen
+}
