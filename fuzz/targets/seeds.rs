@@ -2,6 +2,9 @@
 //! built as the targets are.
 #![no_main]
 
+#[path = "../../crates/wire/tests/support/payload.rs"]
+mod payload;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -234,5 +237,5 @@ fn of_ros(is_big_endian: bool, is_bigendian: bool) -> Vec<u8> {
         data: &[0x3f; 160],
         is_dense: false,
     };
-    message.write(is_big_endian)
+    payload::payload(&message, is_big_endian)
 }
