@@ -1,6 +1,9 @@
 //! Any payload as a cloud of ROS 2: refused, or a cloud of the workspace with as many points.
 #![no_main]
 
+#[path = "../../crates/wire/tests/support/payload.rs"]
+mod payload;
+
 use libfuzzer_sys::fuzz_target;
 use nalgebra::Isometry3;
 use ppnpack_wire::convert::cloud;
@@ -11,7 +14,7 @@ fuzz_target!(|data: &[u8]| {
         return;
     };
     for is_big_endian in [false, true] {
-        let payload = message.write(is_big_endian);
+        let payload = payload::payload(&message, is_big_endian);
         assert_eq!(PointCloud2::read(&payload).as_ref(), Ok(&message));
     }
     let Ok(made) = to_cloud(&message, 1, &Isometry3::identity()) else {

@@ -2,6 +2,9 @@
 //! built as the targets are.
 #![no_main]
 
+#[path = "../../crates/wire/tests/support/payload.rs"]
+mod payload;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -75,6 +78,9 @@ fn write_all() {
         }
     }
     write("clouds", "plane", &plane().encode_to_vec());
+    for (name, bytes) in point_files() {
+        write("files", name, &bytes);
+    }
     for is_big_endian in [false, true] {
         for is_bigendian in [false, true] {
             let name = format!("{is_big_endian}-{is_bigendian}");
@@ -165,6 +171,44 @@ fn plane() -> v1::PointCloud {
     cloud::write(&capture, &points)
 }
 
+/// Two points in each form that files have.
+fn point_files() -> Vec<(&'static str, Vec<u8>)> {
+    let pcd = "VERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 8 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 2\nHEIGHT 1\n\
+               POINTS 2\nDATA ";
+    let ply = "element vertex 2\nproperty float x\nproperty float y\nproperty double z\nproperty list uchar int seen\n\
+               element face 0\nproperty list uchar int vertex_indices\nend_header\n";
+    let ply = |format: &str| format!("ply\nformat {format} 1.0\n{ply}");
+    // A zero and a copy of it 39 times over: 20 bytes a point.
+    let packed = [5, 0, 0, 0, 40, 0, 0, 0, 0, 0, 7 << 5, 30, 0];
+    let zeros = [0; 42];
+    vec![
+        (
+            "pcd-ascii",
+            format!("{pcd}ascii\n0.1 0.2 0.3 7\nnan -nan 1e-3 7\n").into_bytes(),
+        ),
+        (
+            "pcd-binary",
+            [format!("{pcd}binary\n").as_bytes(), &zeros].concat(),
+        ),
+        (
+            "pcd-compressed",
+            [format!("{pcd}binary_compressed\n").as_bytes(), &packed].concat(),
+        ),
+        (
+            "ply-ascii",
+            (ply("ascii") + "0.1 0.2 0.3 1 7\nnan 0 1e-3 0\n").into_bytes(),
+        ),
+        (
+            "ply-little",
+            [ply("binary_little_endian").as_bytes(), &zeros].concat(),
+        ),
+        (
+            "ply-big",
+            [ply("binary_big_endian").as_bytes(), &zeros].concat(),
+        ),
+    ]
+}
+
 /// Two padded rows of three points, with a number of each size.
 fn of_ros(is_big_endian: bool, is_bigendian: bool) -> Vec<u8> {
     let field = |name, offset, datatype, count| PointField {
@@ -193,5 +237,5 @@ fn of_ros(is_big_endian: bool, is_bigendian: bool) -> Vec<u8> {
         data: &[0x3f; 160],
         is_dense: false,
     };
-    message.write(is_big_endian)
+    payload::payload(&message, is_big_endian)
 }

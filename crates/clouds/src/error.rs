@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::cloud::MAX_POINTS;
+
 /// Why a file could not be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -39,7 +41,7 @@ pub enum FormatError {
         /// The greatest length.
         limit: u64,
     },
-    /// More points than [`MAX_POINTS`](crate::MAX_POINTS).
+    /// More points than [`MAX_POINTS`].
     #[error("has {points} points where at most {limit} are read")]
     TooManyPoints {
         /// How many it announces.
@@ -80,10 +82,10 @@ impl FormatError {
     }
 
     pub(crate) fn check_points(points: usize) -> Result<(), Self> {
-        if points > crate::MAX_POINTS {
+        if points > MAX_POINTS {
             return Err(Self::TooManyPoints {
                 points,
-                limit: crate::MAX_POINTS,
+                limit: MAX_POINTS,
             });
         }
         Ok(())

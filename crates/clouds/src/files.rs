@@ -4,10 +4,12 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use crate::{Cloud, CloudError, FormatError, pcd, ply};
+use crate::cloud::{Cloud, MAX_POINTS};
+use crate::error::{CloudError, FormatError};
+use crate::{pcd, ply};
 
 /// The longest file that is read: all points that are possible, at 32 bytes each, and a header.
-pub const MAX_FILE_BYTES: u64 = (crate::MAX_POINTS as u64) * 32 + (1 << 20);
+pub const MAX_FILE_BYTES: u64 = (MAX_POINTS as u64) * 32 + (1 << 20);
 
 /// Reads a PCD or PLY file.
 ///

@@ -6,8 +6,10 @@ use ply_rs_bw::ply::{
     ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
 };
 
+use crate::cloud::Cloud;
+use crate::error::FormatError;
 use crate::number::number;
-use crate::{Cloud, FormatError, ply_header};
+use crate::ply_header;
 
 struct Vertex(Point3<f32>);
 

@@ -7,6 +7,28 @@
 //!
 //! All positions are in the container frame: metres, right-handed, z up, the origin at an inner bottom corner. The
 //! simulation is single-threaded, and the same settings and the same calls give the same bits.
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use nalgebra::{Isometry3, Point3};
+//! use ppnpack_catalogue::build::{ModelSettings, model};
+//! use ppnpack_catalogue::mesh::Bounds;
+//! use ppnpack_packing::grid::Grid;
+//! use ppnpack_physics::cell::SimulatedCell;
+//! use ppnpack_physics::settings::CellSettings;
+//!
+//! let sides = Bounds { lowest: Point3::origin(), highest: Point3::new(0.2, 0.1, 0.05) };
+//! let (brick, _repairs) = model("brick", sides.mesh(), &ModelSettings::default())?;
+//!
+//! let mut cell = SimulatedCell::new(CellSettings::default())?;
+//! let placed = cell.place(&Arc::new(brick), &Isometry3::translation(0.06, 0.11, 0.0))?;
+//! assert!(placed.inside && !placed.toppled);
+//! let scene = cell.scan(&Grid::reference())?;
+//! // Units of 2 mm.
+//! assert!((24..=26).contains(&scene.heightmap().max()));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod body;
 pub mod camera;

@@ -13,17 +13,6 @@ pub struct Colour {
     pub blue: u8,
 }
 
-/// The colours of curves and points in charts (Okabe and Ito), told apart by colour-blind readers too.
-const SERIES: [Colour; 7] = [
-    Colour::hex(0x0072b2),
-    Colour::hex(0xd55e00),
-    Colour::hex(0x009e73),
-    Colour::hex(0xcc79a7),
-    Colour::hex(0xe69f00),
-    Colour::hex(0x56b4e9),
-    Colour::hex(0x5c6670),
-];
-
 /// Knots of the viridis colour map at equal distances.
 const VIRIDIS: [Colour; 9] = [
     Colour::hex(0x440154),
@@ -68,14 +57,6 @@ impl Colour {
         let lightness = LIGHTNESS.get(index % 3).copied().unwrap_or(0.72);
         let hue_deg = (250.0 + (index % 3_600) as f64 * GOLDEN_ANGLE_DEG) % 360.0;
         Self::from_oklch(lightness, 0.115, hue_deg.to_radians())
-    }
-
-    /// The colour of a chart's series by its index; they repeat after seven.
-    pub fn of_series(index: usize) -> Self {
-        SERIES
-            .get(index % SERIES.len())
-            .copied()
-            .unwrap_or(Self::INK)
     }
 
     /// The perceptually even colour map of heights: `share` 0 is dark violet, 1 is yellow.

@@ -1,10 +1,10 @@
 //! Heightmaps as pictures: colours for heights, axes in centimetres, and a colour bar.
 
-use crate::{
-    Colour, Image, PictureError, Size,
-    chart::Axis,
-    text::{Anchor, TextStyle},
-};
+use crate::colour::Colour;
+use crate::error::PictureError;
+use crate::image::{Image, Size};
+use crate::text::{Anchor, TextStyle};
+use crate::ticks::ticks;
 
 /// The longer side of the map itself, in pixels, unless it has more cells than that.
 const MAP: usize = 720;
@@ -134,7 +134,7 @@ enum Side {
 fn draw_x_axis(image: &mut Image, width: i64, height: i64, end_cm: f64) {
     let style = TextStyle::new(15.0, Colour::GREY);
     let y = TOP + height;
-    for (value, text) in Axis::linear(0.0, end_cm).ticks() {
+    for (value, text) in ticks(end_cm) {
         let x = LEFT as f64 + value / end_cm * width as f64;
         image.fill(x.round() as i64, y + 1, 1, 6, Colour::LINE);
         style.draw(image, &text, x, y as f64 + 24.0, Anchor::Middle);
@@ -151,7 +151,7 @@ fn draw_x_axis(image: &mut Image, width: i64, height: i64, end_cm: f64) {
 /// Ticks along an upright line at `x`, from 0 at its lower end to `end_cm`.
 fn draw_upright_axis(image: &mut Image, x: i64, height: i64, end_cm: f64, side: Side) {
     let style = TextStyle::new(15.0, Colour::GREY);
-    for (value, text) in Axis::linear(0.0, end_cm).ticks() {
+    for (value, text) in ticks(end_cm) {
         let y = (TOP + height) as f64 - value / end_cm * height as f64;
         let (tick, place, anchor) = match side {
             Side::Left => (x - 7, x as f64 - 11.0, Anchor::End),

@@ -1,7 +1,7 @@
-//! Pictures of packing: scenes, contact sheets of objects, heightmaps, and charts of results.
+//! Pictures of packing: scenes, contact sheets of objects, and heightmaps.
 //!
 //! Everything is drawn on the CPU and without system fonts, so that a picture looks the same on every machine and equal
-//! input gives equal bytes. Nothing here touches files: pictures are returned as an [`Image`], a PNG's bytes or SVG text.
+//! input gives equal bytes. Nothing here touches files: pictures are returned as an [`Image`] or a PNG's bytes.
 //!
 //! ```
 //! use nalgebra::{Isometry3, Point3};
@@ -19,7 +19,6 @@
 //! # Ok::<(), ppnpack_picture::PictureError>(())
 //! ```
 
-mod chart;
 mod colour;
 mod error;
 mod heightmap;
@@ -27,8 +26,8 @@ mod image;
 mod scene3d;
 mod sheet;
 mod text;
+mod ticks;
 
-pub use chart::{Bar, Bars, Curve, Interval, Lines, PlotPoint, PointSeries, Scatter};
 pub use colour::Colour;
 pub use error::PictureError;
 pub use heightmap::{HeightField, heightmap};

@@ -4,7 +4,8 @@ use std::sync::LazyLock;
 
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont, point};
 
-use crate::{Colour, Image};
+use crate::colour::Colour;
+use crate::image::Image;
 
 /// Noto Sans, under the SIL Open Font License 1.1. Absent if it could not be read: then pictures lack their text.
 static REGULAR: LazyLock<Option<FontRef<'static>>> =
@@ -125,7 +126,7 @@ impl TextStyle {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Size;
+    use crate::image::Size;
 
     const STYLE: TextStyle = TextStyle {
         size_px: 20.0,

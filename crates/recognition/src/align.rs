@@ -1,4 +1,5 @@
-//! Iterative closest points: a pose that brings a surface to points.
+//! Iterative closest points: a pose that brings a surface to points. Written here, as the pose is held to its support while it is
+//! aligned, which libraries for point clouds do not offer.
 
 use nalgebra::{Isometry3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
 

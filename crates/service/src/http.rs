@@ -1,4 +1,5 @@
-//! One HTTP exchange without a library: what the health check and the traces need, and no more.
+//! One HTTP exchange: what the health check and the traces need, and no more. Written here: both block,
+//! go to a neighbour in plain HTTP and read little, for which a client library with pools and TLS would be a dependency more.
 
 use std::io::{self, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};

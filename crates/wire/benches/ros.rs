@@ -1,6 +1,9 @@
 //! How long a cloud of ROS 2 takes to become one of the workspace, beside a plain copy of its payload.
 #![allow(clippy::unwrap_used, missing_docs)]
 
+#[path = "../tests/support/payload.rs"]
+mod payload;
+
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use nalgebra::Isometry3;
 use ppnpack_wire::ros::{PointCloud2, PointField, Stamp, datatype, to_cloud};
@@ -50,7 +53,7 @@ fn payload(layout: Layout, points: u32) -> Vec<u8> {
         data: &data,
         is_dense: false,
     };
-    message.write(false)
+    payload::payload(&message, false)
 }
 
 fn conversion(criterion: &mut Criterion) {

@@ -5,6 +5,9 @@
     reason = "a panic in a test is a failing test"
 )]
 
+#[path = "support/payload.rs"]
+mod payload;
+
 use byteorder::{BigEndian, LittleEndian};
 use nalgebra::Isometry3;
 use ppnpack_wire::convert::cloud;
@@ -241,7 +244,7 @@ proptest! {
         let payload = made.message.payload(is_big_endian);
         let message = PointCloud2::read(&payload).unwrap();
         prop_assert_eq!(&message, &made.message.ours());
-        prop_assert_eq!(&message.write(is_big_endian), &payload);
+        prop_assert_eq!(&payload::payload(&message, is_big_endian), &payload);
 
         let converted = to_cloud(&message, 1, &Isometry3::identity()).unwrap();
         let stride = converted.point_stride as usize;

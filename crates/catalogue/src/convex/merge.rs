@@ -1,4 +1,4 @@
-//! Fewer hulls from many.
+//! Fewer hulls from many. Written here, as parry's decomposition takes a number of hulls but does not keep to it.
 
 use super::MAX_PIECES;
 use crate::hull::hull;

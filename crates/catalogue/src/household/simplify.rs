@@ -4,6 +4,8 @@
 //! Passes over the triangles collapse the edges that cost less than a tolerance, which rises from
 //! pass to pass: a sorted queue of all edges gives no fewer triangles and takes twice as long. No
 //! vertex moves twice in a pass, which thins the mesh evenly.
+//!
+//! Written here, as libraries for it (`meshopt`) are C++ that would be compiled for this alone.
 #![allow(
     clippy::indexing_slicing,
     reason = "vertex and triangle numbers are those of the solid, and its arrays keep their lengths"

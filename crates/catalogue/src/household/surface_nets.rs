@@ -4,7 +4,8 @@
 //! vertex for each separate piece of surface in it, the mean of the piece's crossings; around every
 //! lattice edge with a change of sign, the four cells' vertices make a quad. This is the dual of
 //! marching cubes (Nielson, "Dual marching cubes", 2004): sheets that pass through one cell, as at
-//! a thin wall or an acute notch, are not pinched together as in nets with one vertex per cell. The
+//! a thin wall or an acute notch, are not pinched together as in nets with one vertex per cell,
+//! such as those of the crate `fast-surface-nets`. The
 //! net is closed by construction, and a manifold but where two pieces of surface meet twice across
 //! one cell face; no object of the set is sampled so coarsely, and its tests would show it.
 #![allow(

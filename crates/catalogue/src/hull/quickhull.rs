@@ -1,4 +1,6 @@
 //! Convex hulls by the Quickhull algorithm (Barber, Dobkin and Huhdanpaa, 1996), in `f64`.
+//!
+//! Written here, as that of parry 0.31 works in `f32` and fails on sound input (its issues 311 and 347, open).
 
 #![allow(
     clippy::indexing_slicing,

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
+use ppnpack_chart::{Curve, Lines};
 use ppnpack_model::architecture::{Architecture, Fusion, Normalisation};
 use ppnpack_model::card::{Accuracy, ModelCard};
 use ppnpack_model::report::EpochReport;
 use ppnpack_model::settings::{Loss, TrainingRequest, TrainingSettings};
-use ppnpack_picture::{Curve, Lines, Size};
 
 use crate::failure::{OrInput, OrRun, Outcome};
 use crate::network::{Backend, TrainingEvent};
@@ -289,9 +289,9 @@ fn draw(request: &TrainingRequest, epochs: &[EpochReport]) -> Outcome {
             })
             .collect(),
     };
-    let size = Size::new(800, 500).or_run()?;
     for (name, lines) in [("loss.svg", loss), ("accuracy.svg", accuracy)] {
-        write_whole(&request.folder.join(name), lines.to_svg(size).as_bytes())?;
+        let svg = lines.to_svg([800, 500]).or_run()?;
+        write_whole(&request.folder.join(name), svg.as_bytes())?;
     }
     let history = serde_json::to_vec_pretty(epochs).or_run()?;
     write_whole(&request.folder.join("epochs.json"), &history)?;

@@ -1,7 +1,8 @@
 //! The pictures of a report.
 
 use anyhow::Context;
-use ppnpack_picture::{Curve, Lines, Size};
+use ppnpack_chart::{Curve, Lines};
+use ppnpack_picture::Size;
 
 use super::Packing;
 use crate::drawing;
@@ -59,7 +60,7 @@ fn utilisation(packing: &Packing) -> anyhow::Result<String> {
             points,
         }],
     };
-    Ok(chart.to_svg(Size::new(720, 380)?))
+    Ok(chart.to_svg([720, 380])?)
 }
 
 fn decisions(packing: &Packing) -> anyhow::Result<String> {
@@ -81,5 +82,5 @@ fn decisions(packing: &Packing) -> anyhow::Result<String> {
             points,
         }],
     };
-    Ok(chart.to_svg(Size::new(720, 380)?))
+    Ok(chart.to_svg([720, 380])?)
 }

@@ -4,7 +4,7 @@ use nalgebra::Point3;
 
 use super::header::{Coordinate, Header};
 use super::lzf;
-use crate::FormatError;
+use crate::error::FormatError;
 use crate::number::number;
 
 /// The most bytes that compressed points have once they are unpacked.

@@ -1,6 +1,6 @@
 //! What a PCD file says of its points.
 
-use crate::FormatError;
+use crate::error::FormatError;
 
 /// The longest header, in bytes.
 const MAX_HEADER_BYTES: usize = 1 << 16;

@@ -1,11 +1,16 @@
 //! PCD, the format of the Point Cloud Library, versions 0.5 to 0.7.
+//!
+//! Written here, as `pcd-rs` 0.13.0 trusts a file's words: one that announces 9 points and packs 12 bytes makes it panic (an
+//! index out of range), and 4 bytes make it ask for 4 GiB. It also refuses files without POINTS, and takes those whose WIDTH
+//! and HEIGHT contradict POINTS.
 
 mod body;
 mod header;
 mod lzf;
 pub(crate) mod write;
 
-use crate::{Cloud, FormatError};
+use crate::cloud::Cloud;
+use crate::error::FormatError;
 use header::{Data, Header};
 
 /// Whether this begins like a PCD file.

@@ -1,6 +1,6 @@
 //! PCD files to be written.
 
-use crate::Cloud;
+use crate::cloud::Cloud;
 
 /// The content of a binary PCD file with a cloud's points, holes included.
 pub fn to_pcd(cloud: &Cloud) -> Vec<u8> {

@@ -6,8 +6,9 @@
 
 use nalgebra::{Point2, Point3, Vector3};
 
-use super::{Camera, geometry::Geometry};
-use crate::Size;
+use super::camera::Camera;
+use super::geometry::Geometry;
+use crate::image::Size;
 
 /// Nothing closer to the eye than this, in metres, is drawn.
 const NEAREST_M: f32 = 1e-3;

@@ -12,7 +12,8 @@ const EPSILON: f64 = 1e-8;
 /// The part of all batches in which the learning rate rises.
 const RISING_SHARE: f64 = 0.03;
 
-/// AdamW (Loshchilov and Hutter, 2019); its state is plain, so that a checkpoint can hold it.
+/// AdamW (Loshchilov and Hutter, 2019); its state is plain, so that a checkpoint can hold it;
+/// the optimisers of `tch` do not give theirs away.
 #[derive(Debug)]
 pub(crate) struct AdamW {
     moments: BTreeMap<String, Moments>,

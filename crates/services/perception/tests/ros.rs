@@ -7,6 +7,9 @@
     reason = "a panic in a test is a failing test"
 )]
 
+#[path = "../../../wire/tests/support/payload.rs"]
+mod payload;
+
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::grid::Grid;
@@ -117,7 +120,7 @@ fn payload(layout: Layout, sec: i32, height_m: impl Fn(usize, usize) -> Option<f
         data: &data,
         is_dense: false,
     };
-    message.write(layout.is_big_endian)
+    payload::payload(&message, layout.is_big_endian)
 }
 
 fn flat(sec: i32) -> Vec<u8> {

@@ -1,6 +1,6 @@
 //! `sensor_msgs/PointCloud2`, taken apart where it lies.
 
-use super::cdr::{Reader, Writer};
+use super::cdr::Reader;
 use crate::decode::MAX_CLOUD_BYTES;
 use crate::error::WireError;
 
@@ -130,29 +130,6 @@ impl<'a> PointCloud2<'a> {
             data: reader.bytes("PointCloud2.data")?,
             is_dense: reader.boolean("PointCloud2.is_dense")?,
         })
-    }
-
-    /// The payload in plain CDR, as a driver publishes it: for tests, benchmarks and simulated cameras.
-    pub fn write(&self, is_big_endian: bool) -> Vec<u8> {
-        let mut writer = Writer::new(is_big_endian);
-        writer.uint32(self.stamp.sec.cast_unsigned());
-        writer.uint32(self.stamp.nanosec);
-        writer.text(self.frame_id);
-        writer.uint32(self.height);
-        writer.uint32(self.width);
-        writer.length(self.fields.len());
-        for field in &self.fields {
-            writer.text(field.name);
-            writer.uint32(field.offset);
-            writer.uint8(field.datatype);
-            writer.uint32(field.count);
-        }
-        writer.uint8(self.is_bigendian.into());
-        writer.uint32(self.point_step);
-        writer.uint32(self.row_step);
-        writer.bytes(self.data);
-        writer.uint8(self.is_dense.into());
-        writer.finish()
     }
 }
 

@@ -2,6 +2,9 @@
 //!
 //! [`PointCloud2::read`] takes a payload apart without copying the points, [`to_cloud`] checks it and gives the
 //! workspace's own message. [`topic`] knows what the keys say.
+//!
+//! The reader is written here: it leaves the points where they lie, which are megabytes, and takes memory for what a message has,
+//! never for what it announces. The tests hold it against `cdr-encoding`.
 
 mod cdr;
 mod fields;

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use ppnpack_chart::{Interval, PlotPoint, PointSeries, Scatter};
 use ppnpack_model::weights::Model;
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_packing::objective::{Heuristic, Order};
-use ppnpack_picture::{Interval, PlotPoint, PointSeries, Scatter, Size};
 use serde::Serialize;
 
 use super::comparison::{Contender, Means, Run, Setting, pack_all, ratio_percent};
@@ -274,7 +274,6 @@ fn contenders(arguments: &ParetoArguments, grid: &Grid, model: Option<&Model>) -
 
 fn publish(arguments: &ParetoArguments, results: &Results) -> Outcome {
     let folder = &arguments.out;
-    let size = Size::new(900, 600).or_run()?;
     let mut charts: Vec<(String, Scatter)> = results
         .grids
         .iter()
@@ -285,13 +284,8 @@ fn publish(arguments: &ParetoArguments, results: &Results) -> Outcome {
         scatter(&results.grids.iter().collect::<Vec<_>>()),
     ));
     for (name, chart) in charts {
-        let png = chart
-            .to_image(size)
-            .and_then(|image| image.to_png())
-            .or_run()?;
-        let svg = chart.to_svg(size);
+        let svg = chart.to_svg([900, 600]).or_run()?;
         write_whole(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
-        write_whole(&folder.join(format!("{name}.png")), &png)?;
     }
     let json = serde_json::to_vec_pretty(results).or_run()?;
     write_whole(&folder.join("pareto.json"), &json)?;

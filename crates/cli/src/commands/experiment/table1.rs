@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use ppnpack_chart::{Interval, PlotPoint, PointSeries, Scatter};
 use ppnpack_model::weights::Model;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::objective::{Heuristic, Order};
-use ppnpack_picture::{Interval, PlotPoint, PointSeries, Scatter, Size};
 use serde::Serialize;
 
 use super::comparison::{Contender, Means, Run, Setting, pack_all};
@@ -63,7 +63,7 @@ pub(super) struct Table1Arguments {
     #[arg(long, value_name = "COUNT")]
     workers: Option<usize>,
 
-    /// Where table1.md, table1.json, table1.svg and table1.png are written
+    /// Where table1.md, table1.json and table1.svg are written
     #[arg(long, value_name = "DIR", default_value = "out/table1")]
     out: PathBuf,
 
@@ -323,15 +323,9 @@ fn line(row: &Row, contender: &Contender, runs: &[Run]) -> Line {
 
 fn publish(arguments: &Table1Arguments, results: &Results<'_>) -> Outcome {
     let folder = &arguments.out;
-    let chart = scatter(results);
-    let size = Size::new(900, 600).or_run()?;
-    let png = chart
-        .to_image(size)
-        .and_then(|image| image.to_png())
-        .or_run()?;
+    let svg = scatter(results).to_svg([900, 600]).or_run()?;
     let markdown = markdown(results);
-    write_whole(&folder.join("table1.svg"), chart.to_svg(size).as_bytes())?;
-    write_whole(&folder.join("table1.png"), &png)?;
+    write_whole(&folder.join("table1.svg"), svg.as_bytes())?;
     document::publish(folder, "table1", results, &markdown, arguments.json)
 }
 

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use ppnpack_chart::{Curve, Lines};
 use ppnpack_model::architecture::{Architecture, Fusion};
 use ppnpack_model::card::ModelCard;
 use ppnpack_model::settings::{Device, Loss, TrainingRequest, TrainingSettings};
-use ppnpack_picture::{Curve, Lines, Size};
 use serde::Serialize;
 
 use super::document;
@@ -174,9 +174,8 @@ fn line(variant: &Variant, card: ModelCard) -> Line {
 
 fn publish(arguments: &Table3Arguments, results: &Results) -> Outcome {
     let folder = &arguments.out;
-    let size = Size::new(900, 560).or_run()?;
-    let chart = chart(results);
-    write_whole(&folder.join("table3.svg"), chart.to_svg(size).as_bytes())?;
+    let svg = chart(results).to_svg([900, 560]).or_run()?;
+    write_whole(&folder.join("table3.svg"), svg.as_bytes())?;
     let markdown = markdown(results);
     document::publish(folder, "table3", results, &markdown, arguments.json)
 }

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_chart::{Bar, Bars};
 use ppnpack_packing::objective::{Heuristic, Order};
-use ppnpack_picture::{Bar, Bars, Size};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
@@ -64,7 +64,7 @@ pub(super) struct Table4Arguments {
     #[arg(long, value_name = "COUNT")]
     workers: Option<usize>,
 
-    /// Where table4.md, table4.json, table4.svg and table4.png are written; a killed run goes on there
+    /// Where table4.md, table4.json and table4.svg are written; a killed run goes on there
     #[arg(long, value_name = "DIR", default_value = "out/table4")]
     out: PathBuf,
 
@@ -213,17 +213,11 @@ fn publish(arguments: &Table4Arguments, results: &Results<'_>) -> Outcome {
             .map(|line| Bar {
                 label: line.method.clone(),
                 value: line.means.compactness_percent.mean,
-                ..Bar::default()
             })
             .collect(),
     };
-    let size = Size::new(700, 460).or_run()?;
-    let png = chart
-        .to_image(size)
-        .and_then(|image| image.to_png())
-        .or_run()?;
-    write_whole(&folder.join("table4.svg"), chart.to_svg(size).as_bytes())?;
-    write_whole(&folder.join("table4.png"), &png)?;
+    let svg = chart.to_svg([700, 460]).or_run()?;
+    write_whole(&folder.join("table4.svg"), svg.as_bytes())?;
     let markdown = markdown(results);
     document::publish(folder, "table4", results, &markdown, arguments.json)
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
+use ppnpack_chart::{Curve, Lines};
 use ppnpack_model::weights::Model;
 use ppnpack_packing::coarse::Coarsening;
 use ppnpack_packing::episode::{IdealCell, Observer, Step, play};
@@ -14,7 +15,6 @@ use ppnpack_packing::item::Item;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::plan::{Candidate, Planner};
 use ppnpack_packing::step::StepInput;
-use ppnpack_picture::{Curve, Lines, Size};
 use serde::{Deserialize, Serialize};
 
 use super::document;
@@ -265,11 +265,8 @@ impl Observer for Recorder {
 
 fn publish(arguments: &TransferArguments, results: &Results) -> Outcome {
     let folder = &arguments.out;
-    let size = Size::new(900, 560).or_run()?;
-    write_whole(
-        &folder.join("transfer.svg"),
-        chart(results).to_svg(size).as_bytes(),
-    )?;
+    let svg = chart(results).to_svg([900, 560]).or_run()?;
+    write_whole(&folder.join("transfer.svg"), svg.as_bytes())?;
     let markdown = markdown(results);
     document::publish(folder, "transfer", results, &markdown, arguments.json)
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use ppnpack_picture::{Bar, Bars, Size};
+use ppnpack_chart::{Bar, Bars};
 use serde::Serialize;
 
 use super::record::Stage;
@@ -53,7 +53,7 @@ pub(super) fn publish(
                 "network"
             }
         );
-        let svg = timeline(line).to_svg(Size::new(720, 300).or_run()?);
+        let svg = timeline(line).to_svg([720, 300]).or_run()?;
         write_whole(&arguments.out.join(name), svg.as_bytes())?;
     }
     let markdown = markdown(&results).or_run()?;
@@ -71,7 +71,6 @@ fn timeline(line: &Line) -> Bars {
     let bar = |label: &str, value: f64| Bar {
         label: label.to_owned(),
         value,
-        ..Bar::default()
     };
     let mut bars: Vec<Bar> = [Stage::Recognise, Stage::Plan, Stage::See]
         .into_iter()

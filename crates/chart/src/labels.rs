@@ -1,25 +1,44 @@
 //! Where the labels of points go, so that they cover neither points nor each other.
 
-use super::drawing::Place;
+/// A position in pixels from the top left.
+pub(crate) type Place = [f64; 2];
 
 /// A rectangle in pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Area {
-    pub(super) left: f64,
-    pub(super) top: f64,
-    pub(super) right: f64,
-    pub(super) bottom: f64,
+pub(crate) struct Area {
+    pub(crate) left: f64,
+    pub(crate) top: f64,
+    pub(crate) right: f64,
+    pub(crate) bottom: f64,
 }
 
 impl Area {
     /// A square around a centre.
-    pub(super) fn around([x, y]: Place, reach: f64) -> Self {
+    pub(crate) fn around([x, y]: Place, reach: f64) -> Self {
         Self {
             left: x - reach,
             top: y - reach,
             right: x + reach,
             bottom: y + reach,
         }
+    }
+
+    /// A line along an axis, with the room that its ends take.
+    pub(crate) fn of_line([from, to]: [Place; 2]) -> Self {
+        Self {
+            left: from[0].min(to[0]) - 4.0,
+            right: from[0].max(to[0]) + 4.0,
+            top: from[1].min(to[1]) - 4.0,
+            bottom: from[1].max(to[1]) + 4.0,
+        }
+    }
+
+    /// Its middle.
+    pub(crate) fn middle(&self) -> Place {
+        [
+            (self.left + self.right) / 2.0,
+            (self.top + self.bottom) / 2.0,
+        ]
     }
 
     fn shared_with(&self, other: &Self) -> f64 {
@@ -35,7 +54,7 @@ impl Area {
 
 /// Places one label after the other: each takes the spot near its point that overlaps least with `obstacles` and the
 /// labels before, and prefers the first spots.
-pub(super) fn placed(
+pub(crate) fn placed(
     points: &[(Place, [f64; 2])],
     mut obstacles: Vec<Area>,
     bounds: Area,
