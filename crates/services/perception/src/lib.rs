@@ -42,7 +42,7 @@ use desk::{Desk, Mail};
 use inspect::Inspections;
 pub use ros::RosCamera;
 use router::Router;
-pub use settings::{GridSettings, Settings};
+pub use settings::Settings;
 pub use tray::TraySettings;
 use tray::{Tray, Trays};
 
@@ -162,7 +162,7 @@ fn trays(settings: &Settings, library: Option<&Arc<Library>>) -> Result<Vec<Tray
     let tray = |(name, tray): (&String, &TraySettings)| {
         let cell = Cell::new(name)?;
         let library = library.ok_or(StartError::NoLibrary)?;
-        let grid = settings.grid_of(&cell).unwrap_or(&settings.grid).grid()?;
+        let grid = settings.grid_of(&cell).unwrap_or(&settings.grid).build()?;
         let resolution = grid.resolution().clone();
         Ok(Tray::new(cell, tray, library, resolution))
     };

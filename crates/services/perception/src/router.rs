@@ -120,7 +120,7 @@ impl Router {
             .settings
             .grid_of(cell)
             .ok_or("it is not among the cells served")?;
-        let grid = settings.grid().map_err(|error| error.to_string())?;
+        let grid = settings.build().map_err(|error| error.to_string())?;
         let mapper = Mapper::new(&grid, self.settings.mapper.clone());
         let mapper = mapper.map_err(|error| error.to_string())?;
         let sensors = self.settings.sensors_of(cell);

@@ -81,7 +81,7 @@ impl Planning {
         settings: &CellSettings,
         helpers: &Helpers,
     ) -> Result<Self, String> {
-        let grid = settings.grid().map_err(|error| error.to_string())?;
+        let grid = settings.grid.build().map_err(|error| error.to_string())?;
         let context = Arc::new(StepContext::new());
         let remote = Remote {
             cell,

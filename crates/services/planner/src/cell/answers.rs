@@ -179,13 +179,13 @@ impl CellPlanner {
             }
             Some(v1::announcement::Shape::Item(message)) => {
                 let item = Arc::new(convert::item::read(message)?);
-                if item.views().len() != self.settings.yaws {
+                if item.views().len() != self.settings.grid.yaws {
                     return Err(Refusal::new(
                         Status::Invalid,
                         format_args!(
                             "item {item_id} has {} views, but the cell {} yaws",
                             item.views().len(),
-                            self.settings.yaws
+                            self.settings.grid.yaws
                         ),
                     ));
                 }
