@@ -1,13 +1,13 @@
-//! A worker thread: takes requests from its mailbox and answers them.
+//! A worker: an actor that answers requests.
 
 use std::collections::VecDeque;
-use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::{Item, YawsMismatch};
 use ppnpack_packing::search::SearchSettings;
 use ppnpack_packing::valid::ValidSearch;
+use ppnpack_service::actor::Actor;
 use ppnpack_service::alive::Alive;
 use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::error::WireError;
@@ -20,8 +20,8 @@ use ppnpack_wire::{convert, rpc};
 use crate::settings::Settings;
 use crate::{StartError, evaluate, validate};
 
-/// A request.
-pub(crate) enum Work {
+/// What a worker is told.
+pub(crate) enum Message {
     Evaluate(Incoming<v1::EvaluateRequest>),
     Validate(Incoming<v1::ValidateRequest>),
 }
@@ -62,6 +62,17 @@ struct KeptSearch {
     search: ValidSearch,
 }
 
+impl Actor for Worker {
+    type Message = Message;
+
+    fn handle(&mut self, message: Message) {
+        match message {
+            Message::Evaluate(incoming) => self.answer(incoming, evaluate::evaluate),
+            Message::Validate(incoming) => self.answer(incoming, validate::validate),
+        }
+    }
+}
+
 impl Worker {
     pub(crate) fn new(
         items: Arc<Mutex<ItemStore>>,
@@ -84,16 +95,6 @@ impl Worker {
             searches: VecDeque::new(),
             searches_kept: settings.searches_kept.max(1),
         })
-    }
-
-    /// Works until nobody can send any more.
-    pub(crate) fn run(mut self, work: &Receiver<Work>) {
-        while let Ok(work) = work.recv() {
-            match work {
-                Work::Evaluate(incoming) => self.answer(incoming, evaluate::evaluate),
-                Work::Validate(incoming) => self.answer(incoming, validate::validate),
-            }
-        }
     }
 
     fn answer<R>(

@@ -12,9 +12,9 @@ use ppnpack_wire::MAX_MESSAGE_BYTES;
 use ppnpack_wire::keys::Cell;
 use serde::{Deserialize, Serialize};
 
-use crate::ros::{self, RosCamera};
+use crate::ros::settings::{self as ros, RosCamera};
 use crate::sensors::Sensors;
-use crate::tray::TraySettings;
+use crate::tray::settings::TraySettings;
 
 /// What a message of a heightmap holds beside heights, at most, in bytes.
 const MESSAGE_OVERHEAD_BYTES: usize = 16 << 10;
