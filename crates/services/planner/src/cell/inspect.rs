@@ -128,8 +128,7 @@ impl CellPlanner {
     /// Goes on with the inspection of the item that was placed last. Waits for a heightmap for a moment, and for nothing
     /// else.
     pub(super) fn inspect(&mut self) {
-        let now = Instant::now();
-        let goes_on = |it: &mut ToInspect| it.goes_on_at().is_some_and(|at| at <= now);
+        let goes_on = |it: &mut ToInspect| it.goes_on_at().is_some_and(|at| at <= Instant::now());
         let Some(mut it) = self.to_inspect.take_if(goes_on) else {
             return;
         };
