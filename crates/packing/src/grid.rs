@@ -1,6 +1,10 @@
 //! The grid that a container is planned on: its size, cells, height units and yaws.
 
+mod settings;
+
 use serde::{Deserialize, Serialize};
+
+pub use settings::GridSettings;
 
 /// A height in units of the grid ([`Resolution::height_unit_m`]).
 pub type Units = i16;

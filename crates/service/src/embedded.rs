@@ -92,7 +92,7 @@ impl Drop for Hub {
     }
 }
 
-/// A client session on a hub, for who is no service.
+/// A client session on a hub, for a program that is no service.
 ///
 /// # Errors
 /// [`ServiceError::Zenoh`] where there is no hub any more.

@@ -42,6 +42,7 @@
 //! The process reads its configuration ([`configuration`]), writes logs, opens the admin port, then the Zenoh session,
 //! starts the service, waits for SIGTERM or SIGINT, and finishes within a grace. A service uses [`Process`] and:
 //!
+//! - [`actor`]: threads that own what they work on, and take it from bounded mailboxes,
 //! - [`rpc`]: answer requests and make them,
 //! - [`stream`]: publish data and read it,
 //! - [`alive`]: say that it is there, and see who else is,
@@ -53,6 +54,7 @@
 //! Threads: Zenoh's threads only check requests and hand them over to mailboxes with a bound; the service's own threads
 //! work and answer. Nothing here waits without a deadline.
 
+pub mod actor;
 mod admin;
 pub mod alive;
 pub mod configuration;

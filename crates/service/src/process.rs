@@ -179,8 +179,11 @@ impl std::fmt::Debug for Process {
     }
 }
 
-/// A thread with a name.
-pub(crate) fn thread<T: Send + 'static>(
+/// Starts a thread with a name.
+///
+/// # Errors
+/// [`ServiceError::System`] where there can be no more threads.
+pub fn thread<T: Send + 'static>(
     name: &str,
     work: impl FnOnce() -> T + Send + 'static,
 ) -> Result<JoinHandle<T>, ServiceError> {

@@ -167,7 +167,7 @@ pub fn subscribe<M: Message + Name + Default + 'static>(
     subscribe_in(process.session(), cell, stream, limit_bytes, on_message)
 }
 
-/// The same for who is no service.
+/// As [`subscribe`], on a session of a program that is no service, such as a command that watches a cell.
 ///
 /// # Errors
 /// [`ServiceError::Zenoh`] where the session is closed.

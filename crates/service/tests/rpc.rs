@@ -6,13 +6,14 @@
     clippy::panic
 )]
 
-use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::mpsc::sync_channel;
 use std::time::{Duration, Instant};
 
 use ppnpack_service::Process;
+use ppnpack_service::actor::{self, Actor, Mailbox};
 use ppnpack_service::alive::{Alive, announce};
 use ppnpack_service::embedded::{self, Hub, hub};
-use ppnpack_service::rpc::{CallError, Client, Done, Incoming, Listener, deliver, listen};
+use ppnpack_service::rpc::{CallError, Client, Done, Incoming, Listener, listen};
 use ppnpack_wire::keys::{Cell, Instance, Service};
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{
@@ -45,10 +46,10 @@ impl Pair {
     }
 
     /// A server whose mailbox the test reads.
-    fn mailbox<R: Request>(&self, size: usize) -> (Listener, Receiver<Incoming<R>>) {
-        let (sender, receiver) = sync_channel(size);
-        let accept = move |incoming| deliver(&sender, incoming, |incoming| incoming);
-        (listen(&self.server, None, accept).unwrap(), receiver)
+    fn mailbox<R: Request>(&self, size: usize) -> (Listener, Mailbox<Incoming<R>>) {
+        let (address, mailbox) = actor::mailbox(size);
+        let listener = address.listen(&self.server, None, |incoming| incoming);
+        (listener.unwrap(), mailbox)
     }
 
     fn ask(&self, least_state_number: u64, deadline: Instant) -> Result<HeightmapReply, CallError> {
@@ -92,18 +93,30 @@ fn heightmap(state_number: u64) -> HeightmapReply {
     }
 }
 
+/// The next request.
+fn next<R: Request>(mailbox: &Mailbox<Incoming<R>>) -> Incoming<R> {
+    mailbox.receive(Some(soon())).unwrap().unwrap()
+}
+
+/// Answers with the number that it is asked for.
+struct Echo;
+
+impl Actor for Echo {
+    type Message = Incoming<HeightmapRequest>;
+
+    fn handle(&mut self, mut incoming: Self::Message) {
+        let number = incoming.take().least_state_number;
+        let done = Done {
+            model: Some("m".to_owned()),
+            ..Done::default()
+        };
+        incoming.reply(heightmap(number), done);
+    }
+}
+
 /// Answers in a thread until the mailbox is closed.
-fn echo(mailbox: Receiver<Incoming<HeightmapRequest>>) -> std::thread::JoinHandle<()> {
-    std::thread::spawn(move || {
-        for mut incoming in mailbox {
-            let number = incoming.take().least_state_number;
-            let done = Done {
-                model: Some("m".to_owned()),
-                ..Done::default()
-            };
-            incoming.reply(heightmap(number), done);
-        }
-    })
+fn echo(mailbox: Mailbox<Incoming<HeightmapRequest>>) -> std::thread::JoinHandle<()> {
+    actor::spawn("echo", Echo, mailbox).unwrap()
 }
 
 #[test]
@@ -202,13 +215,13 @@ fn a_full_mailbox_refuses_as_busy_and_a_closed_one_as_unavailable() {
         let client = pair.client.clone();
         move || client.call(&cell(), HeightmapRequest::default(), soon())
     });
-    let waiting = mailbox.recv().unwrap();
+    let waiting = next(&mailbox);
     let second = begin();
     let third = begin().wait().unwrap_err();
     assert_eq!(third.status(), Some(Status::Busy));
     waiting.reply(heightmap(1), Done::default());
     assert!(first.join().unwrap().is_ok());
-    mailbox.recv().unwrap().reply(heightmap(2), Done::default());
+    next(&mailbox).reply(heightmap(2), Done::default());
     assert_eq!(second.wait().unwrap().heightmap.unwrap().state_number, 2);
     drop(mailbox);
     let fourth = begin().wait().unwrap_err();
@@ -223,7 +236,7 @@ fn a_late_answer_is_dropped() {
         .ask(1, Instant::now() + Duration::from_millis(300))
         .unwrap_err();
     assert!(matches!(error, CallError::TimedOut), "{error}");
-    let late = mailbox.recv().unwrap();
+    let late = next(&mailbox);
     // The limit counts from when the request was received, which is after it was sent.
     std::thread::sleep(late.deadline().saturating_duration_since(Instant::now()));
     assert!(late.has_expired());
@@ -247,7 +260,7 @@ fn what_waits_for_a_planner_that_has_gone_is_dropped() {
     let waiting = |client: &Client| {
         let client = client.clone();
         std::thread::spawn(move || client.call(&cell(), EvaluateRequest::default(), soon()));
-        mailbox.recv_timeout(Duration::from_secs(20)).unwrap()
+        next(&mailbox)
     };
     let cells = [Cell::new("c1").unwrap(), Cell::new("c2").unwrap()];
     let [first, second] = cells.map(|cell| announce(&planner, Some(&cell)).unwrap());

@@ -15,7 +15,7 @@ use ppnpack_catalogue::build::Pose;
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
 use ppnpack_catalogue::unit::LengthUnit;
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
+use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings, Resolution};
 
 use crate::failure::{OrInput, Outcome};
 use crate::length::{parse_length, parse_size};
@@ -126,13 +126,21 @@ type Sides = [f64; 3];
 
 impl GridOptions {
     pub(crate) fn resolution(&self) -> Outcome<Resolution> {
-        let yaws = Yaws::half_turn(self.yaws).or_input()?;
-        Resolution::new(self.cell, self.height_unit, yaws).or_input()
+        self.settings().resolution().or_input()
     }
 
     pub(crate) fn grid(&self) -> Outcome<Grid> {
+        self.settings().build().or_input()
+    }
+
+    fn settings(&self) -> GridSettings {
         let [x_m, y_m, z_m] = self.container;
-        Grid::new(ContainerSize { x_m, y_m, z_m }, self.resolution()?).or_input()
+        GridSettings {
+            container: ContainerSize { x_m, y_m, z_m },
+            cell_m: self.cell,
+            height_unit_m: self.height_unit,
+            yaws: self.yaws,
+        }
     }
 }
 

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, anyhow};
 use ppnpack_bridge::simulated::{CameraSettings, FaultSettings, Scan, SimulatedSettings};
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_perception_service::TraySettings;
 use ppnpack_planner::{CellSettings, ProposalSettings, Stability};
@@ -210,15 +210,8 @@ fn file(plan: &Plan<'_>, name: &str) -> Option<PathBuf> {
 }
 
 fn perception_settings(plan: &Plan<'_>) -> ppnpack_perception_service::Settings {
-    let resolution = plan.grid.resolution();
-    let grid = || ppnpack_perception_service::GridSettings {
-        container: plan.grid.container(),
-        cell_m: resolution.cell_m(),
-        height_unit_m: resolution.height_unit_m(),
-        yaws: resolution.yaws().count(),
-    };
     ppnpack_perception_service::Settings {
-        cells: of_cells(plan, grid),
+        cells: of_cells(plan, || GridSettings::from(plan.grid)),
         mapper: plan.sensing.mapper.clone(),
         catalogue: plan
             .sensing
@@ -251,12 +244,9 @@ fn bridge_settings(plan: &Plan<'_>) -> ppnpack_bridge::Settings {
 }
 
 fn planner_settings(plan: &Plan<'_>) -> Result<ppnpack_planner::Settings> {
-    let (method, resolution) = (plan.method, plan.grid.resolution());
+    let method = plan.method;
     let cell = || CellSettings {
-        container: plan.grid.container(),
-        cell_m: resolution.cell_m(),
-        height_unit_m: resolution.height_unit_m(),
-        yaws: resolution.yaws().count(),
+        grid: GridSettings::from(plan.grid),
         buffer: method.buffer,
         heuristic: method.heuristic,
         order: method.order,

@@ -201,7 +201,7 @@ impl Client {
     }
 }
 
-/// Who is asked what.
+/// The service, the method and the instance that a request goes to.
 struct Target {
     service: Service,
     method: Method,

@@ -3,8 +3,7 @@
 use std::cell::Cell as ThreadCell;
 use std::marker::PhantomData;
 use std::sync::Arc;
-use std::sync::mpsc::{SyncSender, TrySendError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use ::metrics::{Counter, Histogram};
 use ppnpack_wire::encoding_of;
@@ -23,6 +22,9 @@ use crate::alive::Alive;
 use crate::metrics::{self, Metric};
 use crate::payload::Malformed;
 use crate::process::Identity;
+
+/// Who waits is answered so long before the time limit passes, or a tenth of it, that the answer still comes in time.
+const ANSWER_BEFORE: Duration = Duration::from_millis(20);
 
 /// The most stages in a reply.
 const MAX_STAGES: usize = 32;
@@ -87,6 +89,11 @@ impl<R: Request> Incoming<R> {
         self.received() + self.header.time_limit
     }
 
+    /// When it has to be answered, so that the answer comes while its caller still waits.
+    pub fn answer_by(&self) -> Instant {
+        self.deadline() - ANSWER_BEFORE.min(self.header.time_limit / 10)
+    }
+
     /// Whether its caller has stopped to wait.
     pub fn has_expired(&self) -> bool {
         Instant::now() >= self.deadline()
@@ -130,23 +137,10 @@ impl<R: Request> Incoming<R> {
     }
 }
 
-/// Sends a request into a bounded mailbox, or refuses it: with `STATUS_BUSY` where the mailbox is full, with
-/// `STATUS_UNAVAILABLE` where nobody reads it any more.
-pub fn deliver<T, R: Request>(
-    mailbox: &SyncSender<T>,
-    incoming: Incoming<R>,
-    wrap: impl FnOnce(Incoming<R>) -> T,
-) {
-    let (status, message, returned) = match mailbox.try_send(wrap(incoming)) {
-        Ok(()) => return,
-        Err(TrySendError::Full(returned)) => (Status::Busy, "the queue is full", returned),
-        Err(TrySendError::Disconnected(returned)) => {
-            (Status::Unavailable, "the service is ending", returned)
-        }
-    };
-    // What was wrapped cannot be unwrapped here, but it can be dropped.
+/// Drops what holds a request that has no answer, which is refused by that.
+pub(crate) fn drop_with<T>(holder: T, status: Status, message: &'static str) {
     let before = WHEN_DROPPED.replace((status, message));
-    drop(returned);
+    drop(holder);
     WHEN_DROPPED.set(before);
 }
 

@@ -1,7 +1,7 @@
 //! Requests and their answers.
 //!
-//! A service declares what it answers with [`listen`]; each request comes as an [`Incoming`], is handed to a thread of
-//! the service by [`deliver`], and is answered from there. A [`Client`] makes requests. Every request carries an id and
+//! A service declares what it answers with [`listen`]; each request comes as an [`Incoming`], is handed to an
+//! actor of the service by the [`Address`](crate::actor::Address) of its mailbox, and is answered from there. A [`Client`] makes requests. Every request carries an id and
 //! a time limit, every answer the id and a status.
 //!
 //! Zenoh's `get` gives no reply at all where nobody is there, where the other dies, and for a moment after a
@@ -16,7 +16,8 @@ mod trace;
 
 pub use client::{Client, PendingCall};
 pub use error::{CallError, Refusal};
-pub use incoming::{Done, Incoming, deliver};
+pub(crate) use incoming::drop_with;
+pub use incoming::{Done, Incoming};
 pub(crate) use server::answer_health;
 pub use server::{Listener, listen};
 pub(crate) use trace::TARGET as TRACE_TARGET;

@@ -1,20 +1,20 @@
-//! The threads of a cell.
+//! The actors of a cell.
 
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::thread::JoinHandle;
 use std::time::Duration;
 
 use ppnpack_service::Shutdown;
+use ppnpack_service::actor::{self, Address, Mailbox};
+use ppnpack_service::process::thread;
 use ppnpack_wire::keys::Cell;
 
 use crate::camera::Camera;
-use crate::desk::{self, Desk, Mail, Progress};
+use crate::desk::{self, Desk, Message, Progress};
 use crate::journal::CellJournal;
 use crate::robot::Robot;
-use crate::runner::{JOBS, Runner};
+use crate::runner::{JOBS, Job, Runner};
 use crate::streams::Streams;
 
-/// What the threads of a cell work with.
+/// What the actors of a cell work with.
 pub(crate) struct CellWorks {
     pub(crate) name: Cell,
     pub(crate) robot: Box<dyn Robot>,
@@ -30,33 +30,35 @@ pub(crate) struct CellWorks {
 }
 
 impl CellWorks {
-    /// Works as the desk until the end is asked for. The robot's thread runs meanwhile, and answers to `mailbox`.
-    pub(crate) fn run(mut self, mailbox: SyncSender<Mail>, mail: &Receiver<Mail>) {
-        let Some(ledger) = desk::open(&mut self.journal, self.robot.as_mut(), mail) else {
+    /// Works as the desk until the end is asked for. The robot's actor works meanwhile, and tells it what came of that.
+    pub(crate) fn run(mut self, address: Address<Message>, mailbox: &Mailbox<Message>) {
+        let Some(ledger) = desk::open(&mut self.journal, self.robot.as_mut(), mailbox) else {
             return;
         };
-        let (jobs, jobs_to_do) = sync_channel(JOBS);
+        let (robot, jobs) = actor::mailbox(JOBS);
+        let shown = Job::Show(ledger.head().state_number);
+        robot.send(shown).ok();
         let desk = Desk {
             ledger,
             journal: self.journal,
             objects: self.robot.objects(),
-            jobs,
+            robot,
             streams: self.streams,
             shutdown: self.shutdown.clone(),
             cut_off: self.cut_off.clone(),
             progress: Progress::new(self.state_period),
         };
-        let runner = Runner {
-            robot: self.robot,
-            jobs: jobs_to_do,
-            desk: mailbox,
-            camera: self.camera,
-            cloud_period: self.cloud_period,
-            cut_off: self.cut_off,
-        };
-        match spawn(format!("robot-{}", self.name), move || runner.run()) {
+        let runner = Runner::new(
+            self.robot,
+            address,
+            self.camera,
+            self.cloud_period,
+            self.cut_off,
+        );
+        let work = move || runner.run(&jobs);
+        match thread(&format!("robot-{}", self.name), work) {
             Ok(runner) => {
-                desk.run(mail);
+                actor::run(desk, mailbox);
                 // Without a desk it has no more jobs and ends. A panic of its was told when it happened.
                 runner.join().ok();
             }
@@ -66,12 +68,4 @@ impl CellWorks {
             }
         }
     }
-}
-
-/// A thread with a name.
-pub(crate) fn spawn(
-    name: String,
-    work: impl FnOnce() + Send + 'static,
-) -> std::io::Result<JoinHandle<()>> {
-    std::thread::Builder::new().name(name).spawn(work)
 }

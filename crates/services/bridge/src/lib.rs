@@ -4,8 +4,8 @@
 //! containers; it publishes what the sensor sees. The cells are simulated ([`start`]), or whatever implements
 //! [`Robot`] ([`start_robots`]).
 //!
-//! Each cell has two threads: its desk, which answers requests and keeps the journal, and its robot's, which is busy
-//! for as long as a placement takes.
+//! Each cell has two actors: its desk, which answers requests and keeps the journal, and its robot's, which is busy for
+//! as long as a placement takes.
 
 mod camera;
 mod cell;
@@ -22,20 +22,19 @@ mod streams;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_service::process::Process;
-use ppnpack_service::rpc::{self, Incoming, Listener};
+use ppnpack_service::actor::{self, Address};
+use ppnpack_service::process::{self, Process};
+use ppnpack_service::rpc::Listener;
 use ppnpack_service::{HealthLatch, Running, ServiceError, Shutdown, alive};
 use ppnpack_wire::keys::{Cell, KeyError};
-use ppnpack_wire::rpc::Request;
 
 use camera::Camera;
-use cell::{CellWorks, spawn};
-use desk::Mail;
+use cell::CellWorks;
+use desk::Message;
 use journal::{CellJournal, Journal};
 use robot::Robot;
 pub use settings::Settings;
@@ -63,35 +62,27 @@ pub enum StartError {
         /// Why.
         error: SimulatedError,
     },
-    /// A thread cannot be started.
-    #[error("the threads of cell {cell} cannot be started: {error}")]
-    Thread {
-        /// The cell.
-        cell: Cell,
-        /// What the system says.
-        error: std::io::Error,
-    },
 }
 
 /// The running service. Dropped, it ends at once; what is being placed then is cut off where that is possible.
 pub struct Bridge {
     // Requests stop coming before the desks end: fields are dropped in this order.
-    doors: Vec<Door>,
+    inputs: Vec<Input>,
     desks: Vec<DeskHandle>,
     cut_off: Shutdown,
     /// Held, as a health check fails when nobody holds it.
     _health: HealthLatch,
 }
 
-/// Where the requests for a cell come in.
-struct Door {
+/// Takes the requests for a cell, until it is dropped.
+struct Input {
     _alive: alive::Token,
     _listeners: [Listener; 4],
 }
 
 /// A desk that works.
 struct DeskHandle {
-    mailbox: SyncSender<Mail>,
+    address: Address<Message>,
     thread: JoinHandle<()>,
 }
 
@@ -136,7 +127,7 @@ pub fn start_robots(
         }
     };
     let mut bridge = Bridge {
-        doors: Vec::new(),
+        inputs: Vec::new(),
         desks: Vec::new(),
         cut_off: Shutdown::default(),
         _health: health,
@@ -149,7 +140,7 @@ pub fn start_robots(
 }
 
 impl Bridge {
-    /// Starts the threads of a cell and opens its door.
+    /// Starts the actors of a cell, and has them take requests.
     fn add(
         &mut self,
         process: &Process,
@@ -158,7 +149,7 @@ impl Bridge {
         journal: CellJournal,
         robot: Box<dyn Robot>,
     ) -> Result<(), StartError> {
-        let (mailbox, mail) = sync_channel(settings.queue.max(1));
+        let (address, mailbox) = actor::mailbox(settings.queue.max(1));
         let works = CellWorks {
             streams: Streams::new(process, cell, robot.as_ref(), settings.debug_streams)?,
             camera: Camera::new(process, cell, settings.debug_streams)?,
@@ -170,26 +161,19 @@ impl Bridge {
             shutdown: process.shutdown().clone(),
             cut_off: self.cut_off.clone(),
         };
-        let own_mailbox = mailbox.clone();
-        let thread = spawn(format!("bridge-{cell}"), move || {
-            works.run(own_mailbox, &mail);
-        });
-        self.desks.push(DeskHandle {
-            mailbox: mailbox.clone(),
-            thread: thread.map_err(|error| StartError::Thread {
-                cell: cell.clone(),
-                error,
-            })?,
-        });
-        self.doors.push(Door {
+        self.inputs.push(Input {
             _listeners: [
-                listen(process, cell, &mailbox, Mail::Place)?,
-                listen(process, cell, &mailbox, Mail::Outcome)?,
-                listen(process, cell, &mailbox, Mail::Renew)?,
-                listen(process, cell, &mailbox, Mail::State)?,
+                address.listen(process, Some(cell), Message::Place)?,
+                address.listen(process, Some(cell), Message::Outcome)?,
+                address.listen(process, Some(cell), Message::Renew)?,
+                address.listen(process, Some(cell), Message::State)?,
             ],
             _alive: alive::announce(process, Some(cell))?,
         });
+        let desk = address.clone();
+        let work = move || works.run(desk, &mailbox);
+        let thread = process::thread(&format!("bridge-{cell}"), work)?;
+        self.desks.push(DeskHandle { address, thread });
         Ok(())
     }
 
@@ -198,26 +182,14 @@ impl Bridge {
         desks.map(|desk| desk.thread).collect()
     }
 
-    /// Closes the doors and asks the desks to end.
+    /// Takes no more requests and asks the desks to end.
     fn close(&mut self) {
-        self.doors.clear();
+        self.inputs.clear();
         for desk in &self.desks {
             // A desk that is gone has ended.
-            desk.mailbox.send(Mail::End).ok();
+            desk.address.send(Message::End).ok();
         }
     }
-}
-
-fn listen<R: Request>(
-    process: &Process,
-    cell: &Cell,
-    mailbox: &SyncSender<Mail>,
-    wrap: fn(Incoming<R>) -> Mail,
-) -> Result<Listener, ServiceError> {
-    let mailbox = mailbox.clone();
-    rpc::listen(process, Some(cell), move |incoming| {
-        rpc::deliver(&mailbox, incoming, wrap);
-    })
 }
 
 impl Running for Bridge {

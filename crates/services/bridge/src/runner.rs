@@ -1,12 +1,12 @@
-//! The thread of a robot: does one job after another, and looks at the container between them.
+//! The actor of a robot: does one job after another, and looks at the container between them.
 
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
 use std::time::{Duration, Instant};
 
 use ppnpack_service::Shutdown;
+use ppnpack_service::actor::{self, Actor, Address, Mailbox};
 
 use crate::camera::Camera;
-use crate::desk::Mail;
+use crate::desk::Message;
 use crate::robot::{CutOff, Placement, Robot};
 
 /// Jobs that wait at most: a desk gives the next one when it has heard of the last.
@@ -22,77 +22,97 @@ pub(crate) enum Job {
     Show(u64),
 }
 
-/// The thread of a robot.
+/// Works as a robot.
 pub(crate) struct Runner {
-    pub(crate) robot: Box<dyn Robot>,
-    pub(crate) jobs: Receiver<Job>,
-    pub(crate) desk: SyncSender<Mail>,
-    pub(crate) camera: Camera,
-    pub(crate) cloud_period: Duration,
-    pub(crate) cut_off: Shutdown,
+    robot: Box<dyn Robot>,
+    desk: Address<Message>,
+    camera: Camera,
+    cloud_period: Duration,
+    cut_off: Shutdown,
+    /// The state that is shown. Until a change is written down, nothing is shown of it.
+    shown: Option<u64>,
+    next_cloud: Instant,
 }
 
-impl Runner {
-    /// Works until the desk is gone.
-    pub(crate) fn run(mut self) {
-        let _gone = SaysThatItIsGone(self.desk.clone());
-        // Until a change is written down, nothing is shown of it.
-        let mut shown: Option<u64> = None;
-        let mut next_cloud = Instant::now();
-        loop {
-            let job = match shown {
-                Some(_) => {
-                    let pause = next_cloud.saturating_duration_since(Instant::now());
-                    self.jobs.recv_timeout(pause)
-                }
-                None => self.jobs.recv().map_err(RecvTimeoutError::from),
-            };
-            match job {
-                Ok(Job::Show(state_number)) => shown = Some(state_number),
-                Ok(Job::Place(placement)) => {
-                    shown = None;
-                    self.place(&placement);
-                }
-                Ok(Job::Renew) => {
-                    shown = None;
-                    self.renew();
-                }
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return,
-            }
-            if let Some(state_number) = shown {
-                self.camera.show(self.robot.as_mut(), state_number);
-                next_cloud = Instant::now() + self.cloud_period;
-            }
+impl Actor for Runner {
+    type Message = Job;
+
+    fn handle(&mut self, job: Job) {
+        self.shown = None;
+        // After a change the next cloud is due at once.
+        self.next_cloud = Instant::now();
+        match job {
+            Job::Show(state_number) => self.shown = Some(state_number),
+            Job::Place(placement) => self.place(&placement),
+            Job::Renew => self.renew(),
         }
     }
 
+    fn tick(&mut self) {
+        if let Some(state_number) = self.shown
+            && self.next_cloud <= Instant::now()
+        {
+            self.camera.show(self.robot.as_mut(), state_number);
+            self.next_cloud = Instant::now() + self.cloud_period;
+        }
+    }
+
+    fn next_tick(&self) -> Option<Instant> {
+        self.shown.map(|_| self.next_cloud)
+    }
+}
+
+impl Runner {
+    pub(crate) fn new(
+        robot: Box<dyn Robot>,
+        desk: Address<Message>,
+        camera: Camera,
+        cloud_period: Duration,
+        cut_off: Shutdown,
+    ) -> Self {
+        Self {
+            robot,
+            desk,
+            camera,
+            cloud_period,
+            cut_off,
+            shown: None,
+            next_cloud: Instant::now(),
+        }
+    }
+
+    /// Works until the desk is gone.
+    pub(crate) fn run(self, jobs: &Mailbox<Job>) {
+        let _gone = SaysThatItIsGone(self.desk.clone());
+        actor::run(self, jobs);
+    }
+
     fn place(&mut self, placement: &Placement) {
-        let mail = match self.robot.place(placement, &self.cut_off) {
-            Ok(finding) => Mail::Placed(finding, self.robot.bodies()),
-            Err(CutOff) => Mail::CutOff,
+        let message = match self.robot.place(placement, &self.cut_off) {
+            Ok(finding) => Message::Placed(finding, self.robot.bodies()),
+            Err(CutOff) => Message::CutOff,
         };
-        self.tell(mail);
+        self.tell(message);
     }
 
     fn renew(&mut self) {
         let result = self.robot.renew();
-        self.tell(Mail::Renewed(result, self.robot.bodies()));
+        self.tell(Message::Renewed(result, self.robot.bodies()));
     }
 
     /// A desk that is gone needs to be told nothing.
-    fn tell(&self, mail: Mail) {
-        self.desk.send(mail).ok();
+    fn tell(&self, message: Message) {
+        self.desk.send(message).ok();
     }
 }
 
 /// Tells the desk where the robot's thread ends by a panic.
-struct SaysThatItIsGone(SyncSender<Mail>);
+struct SaysThatItIsGone(Address<Message>);
 
 impl Drop for SaysThatItIsGone {
     fn drop(&mut self) {
         if std::thread::panicking() {
-            self.0.send(Mail::RobotIsGone).ok();
+            self.0.send(Message::RobotIsGone).ok();
         }
     }
 }

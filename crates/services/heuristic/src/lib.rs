@@ -8,11 +8,11 @@ mod settings;
 mod validate;
 mod worker;
 
-use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use ppnpack_service::Running;
+use ppnpack_service::actor::{self, Address};
 use ppnpack_service::alive::Alive;
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::{self, Incoming, Listener};
@@ -22,7 +22,7 @@ use ppnpack_wire::keys::Service;
 use ppnpack_wire::v1;
 
 pub use settings::Settings;
-use worker::{Work, Worker};
+use worker::{Message, Worker};
 
 /// Why the service did not start.
 #[derive(Debug, thiserror::Error)]
@@ -53,34 +53,33 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Heuristic, StartE
     let ready = process.health().check("workers");
     let items = Arc::new(Mutex::new(ItemStore::new(settings.items_kept_mib << 20)));
     let planners = Arc::new(Alive::watch(process.session(), Service::Planner)?);
-    let mut mailboxes = Vec::new();
+    let mut addresses = Vec::new();
     let mut workers = Vec::new();
     for index in 0..settings.workers.max(1) {
-        let (mailbox, work) = sync_channel(settings.queue.max(1));
+        let (address, mailbox) = actor::mailbox(settings.queue.max(1));
         let worker = Worker::new(Arc::clone(&items), Arc::clone(&planners), settings)?;
-        let name = format!("heuristic-{index}");
-        let thread = std::thread::Builder::new()
-            .name(name)
-            .spawn(move || worker.run(&work))
-            .map_err(|error| StartError::Threads(error.to_string()))?;
-        mailboxes.push(mailbox);
-        workers.push(thread);
+        workers.push(actor::spawn(
+            &format!("heuristic-{index}"),
+            worker,
+            mailbox,
+        )?);
+        addresses.push(address);
     }
-    let routes: Arc<[SyncSender<Work>]> = mailboxes.into();
+    let routes: Arc<[Address<Message>]> = addresses.into();
     let evaluate = Arc::clone(&routes);
     let listeners = vec![
         rpc::listen(
             process,
             None,
             move |incoming: Incoming<v1::EvaluateRequest>| {
-                deliver(&evaluate, incoming, Work::Evaluate);
+                deliver(&evaluate, incoming, Message::Evaluate);
             },
         )?,
         rpc::listen(
             process,
             None,
             move |incoming: Incoming<v1::ValidateRequest>| {
-                deliver(&routes, incoming, Work::Validate);
+                deliver(&routes, incoming, Message::Validate);
             },
         )?,
     ];
@@ -96,9 +95,9 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Heuristic, StartE
 
 /// The requests of one cell always go to the same worker, which has its searches.
 fn deliver<R: ppnpack_wire::rpc::Request>(
-    routes: &[SyncSender<Work>],
+    routes: &[Address<Message>],
     incoming: Incoming<R>,
-    wrap: impl FnOnce(Incoming<R>) -> Work,
+    wrap: impl FnOnce(Incoming<R>) -> Message,
 ) {
     let sum = incoming
         .cell()
@@ -107,7 +106,7 @@ fn deliver<R: ppnpack_wire::rpc::Request>(
         .map(usize::from)
         .sum::<usize>();
     if let Some(route) = routes.get(sum % routes.len().max(1)) {
-        rpc::deliver(route, incoming, wrap);
+        route.deliver(incoming, wrap);
     }
 }
 
@@ -119,7 +118,7 @@ impl Running for Heuristic {
             _ready,
             workers,
         } = *self;
-        // Without listeners the mailboxes have no senders left: workers end when they are empty.
+        // Without listeners nobody has the workers' addresses: they end when their mailboxes are empty.
         drop((_alive, _listeners));
         ppnpack_service::join(workers, deadline)
     }

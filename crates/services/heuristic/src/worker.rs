@@ -1,7 +1,6 @@
-//! A worker thread: takes requests from its mailbox and answers them.
+//! A worker: an actor that answers requests.
 
 use std::collections::VecDeque;
-use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ppnpack_packing::grid::Grid;
@@ -9,6 +8,7 @@ use ppnpack_packing::item::{Item, YawsMismatch};
 use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::step::Evaluated;
 use ppnpack_packing::valid::{SearchError, ValidSearch};
+use ppnpack_service::actor::Actor;
 use ppnpack_service::alive::Alive;
 use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::error::WireError;
@@ -21,8 +21,8 @@ use ppnpack_wire::{convert, rpc};
 use crate::settings::Settings;
 use crate::{StartError, evaluate, validate};
 
-/// A request.
-pub(crate) enum Work {
+/// What a worker is told.
+pub(crate) enum Message {
     Evaluate(Incoming<v1::EvaluateRequest>),
     Validate(Incoming<v1::ValidateRequest>),
 }
@@ -84,6 +84,17 @@ pub(crate) struct Given {
     pub(crate) last: Evaluated,
 }
 
+impl Actor for Worker {
+    type Message = Message;
+
+    fn handle(&mut self, message: Message) {
+        match message {
+            Message::Evaluate(incoming) => self.answer(incoming, evaluate::evaluate),
+            Message::Validate(incoming) => self.answer(incoming, validate::validate),
+        }
+    }
+}
+
 impl Worker {
     pub(crate) fn new(
         items: Arc<Mutex<ItemStore>>,
@@ -106,16 +117,6 @@ impl Worker {
             searches: VecDeque::new(),
             searches_kept: settings.searches_kept.max(1),
         })
-    }
-
-    /// Works until nobody can send any more.
-    pub(crate) fn run(mut self, work: &Receiver<Work>) {
-        while let Ok(work) = work.recv() {
-            match work {
-                Work::Evaluate(incoming) => self.answer(incoming, evaluate::evaluate),
-                Work::Validate(incoming) => self.answer(incoming, validate::validate),
-            }
-        }
     }
 
     fn answer<R>(

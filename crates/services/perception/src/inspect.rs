@@ -1,8 +1,7 @@
-//! How placed items lie: one thread that answers from the newest clouds of containers.
+//! The actor that answers how placed items lie, from the latest clouds of containers.
 
 use std::collections::BTreeMap;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Instant;
 
 use nalgebra::Point3;
@@ -10,111 +9,94 @@ use ppnpack_recognition::inspection::{
     ContainerCloud, Inspection, InspectionSettings, Lying, inspect,
 };
 use ppnpack_recognition::library::{Library, LibraryObject};
+use ppnpack_service::actor::{Actor, LatestValues, PendingRequests};
 use ppnpack_service::rpc::{Done, Incoming};
-use ppnpack_wire::convert::{cloud, pose, scene};
+use ppnpack_wire::convert::cloud::{CheckedCloud, Cloud};
+use ppnpack_wire::convert::{pose, scene};
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, InspectionKind, Status};
 use ppnpack_wire::{WireError, header};
 
-use crate::waiting::{Bell, Waiting};
-
-/// Requests that come and that wait at most: each holds a heightmap, and a cell's planner makes one at a time.
-pub(crate) const MOST_WAITING: usize = 16;
+/// Requests that come and that are pending at most: each holds a heightmap, and a cell's planner makes one at a time.
+pub(crate) const MOST_PENDING: usize = 16;
 
 /// What is said where nothing can be found.
 const NO_CATALOGUE: &str = "perception has no catalogue: set service.catalogue";
 
-/// What comes to the thread.
-pub(crate) type Mail = crate::waiting::Mail<v1::InspectRequest>;
+/// What the actor is told.
+pub(crate) type Message = Incoming<v1::InspectRequest>;
 
-/// The newest cloud of each container that a heightmap was made of. Of several sensors it is one's.
-type Newest = Arc<Mutex<BTreeMap<Cell, Arc<v1::PointCloud>>>>;
-
-/// Where clouds are put.
-#[derive(Clone)]
-pub(crate) struct Inlet {
-    newest: Newest,
-    bell: Bell<v1::InspectRequest>,
-}
-
-impl Inlet {
-    pub(crate) fn put(&self, cell: &Cell, cloud: v1::PointCloud) {
-        let mut newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
-        newest.insert(cell.clone(), Arc::new(cloud));
-        drop(newest);
-        self.bell.ring();
-    }
-}
+/// The latest cloud of each container that a heightmap was made of. Of several sensors it is one's.
+pub(crate) type Clouds = LatestValues<Cell, CheckedCloud>;
 
 /// Answers how placed items lie.
 pub(crate) struct Inspections {
     /// `None` where nothing is known that could be placed.
     library: Option<Arc<Library>>,
     settings: InspectionSettings,
-    newest: Newest,
-    waiting: Waiting<v1::InspectRequest>,
+    clouds: Clouds,
+    latest: BTreeMap<Cell, CheckedCloud>,
+    pending: PendingRequests<Message>,
 }
 
-impl Inspections {
-    pub(crate) fn new(library: Option<&Arc<Library>>, settings: InspectionSettings) -> Self {
-        Self {
-            library: library.cloned(),
-            settings,
-            newest: Newest::default(),
-            waiting: Waiting::new(MOST_WAITING),
+impl Actor for Inspections {
+    type Message = Message;
+
+    fn handle(&mut self, mut incoming: Message) {
+        incoming.start();
+        match self.library {
+            Some(_) => self.pending.keep_or_refuse(incoming),
+            None => incoming.refuse(Status::NotFound, NO_CATALOGUE),
         }
     }
 
-    /// Where clouds are put, if they are of use; `mailbox` is that of the thread that works on these.
-    pub(crate) fn inlet(&self, mailbox: SyncSender<Mail>) -> Option<Inlet> {
-        self.library.as_ref().map(|_| Inlet {
-            newest: Arc::clone(&self.newest),
-            bell: Bell::new(mailbox, &self.waiting),
-        })
+    fn tick(&mut self) {
+        self.latest.append(&mut self.clouds.take());
+        self.pending.refuse_expired(|incoming| {
+            let (cell, wanted) = (incoming.cell(), incoming.message().least_state_number);
+            format!("no cloud of cell {cell} shows its state {wanted} yet")
+        });
+        self.answer();
     }
 
-    /// Works until nothing more can come.
-    pub(crate) fn run(mut self, mail: &Receiver<Mail>) {
-        loop {
-            match mail.recv_timeout(self.waiting.pause()) {
-                Ok(Mail::Request(mut incoming)) => {
-                    incoming.start();
-                    match self.library {
-                        Some(_) => self.waiting.keep(*incoming),
-                        None => incoming.refuse(Status::NotFound, NO_CATALOGUE),
-                    }
-                }
-                Ok(Mail::Clouds) | Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return,
-            }
-            self.answer();
-            self.give_up_waiting();
+    fn next_tick(&self) -> Option<Instant> {
+        self.pending.next_expiry()
+    }
+}
+
+impl Inspections {
+    pub(crate) fn new(
+        library: Option<&Arc<Library>>,
+        settings: InspectionSettings,
+        clouds: Clouds,
+    ) -> Self {
+        Self {
+            library: library.cloned(),
+            settings,
+            clouds,
+            latest: BTreeMap::new(),
+            pending: PendingRequests::new(MOST_PENDING),
         }
     }
 
     /// Answers those who want no newer cloud than there is.
     fn answer(&mut self) {
-        self.waiting.has_heard();
-        // Cheap, and not locked while an item is looked for.
-        let newest = {
-            let newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
-            newest.clone()
+        let latest = &self.latest;
+        let can_be_answered = |incoming: &Message| {
+            latest.get(incoming.cell()).is_some_and(|cloud| {
+                cloud.cloud().state_number() >= incoming.message().least_state_number
+            })
         };
-        let is_served = |incoming: &Incoming<v1::InspectRequest>| {
-            newest
-                .get(incoming.cell())
-                .is_some_and(|cloud| cloud.state_number >= incoming.message().least_state_number)
-        };
-        for incoming in self.waiting.take(is_served) {
+        for incoming in self.pending.take(can_be_answered) {
             if incoming.has_expired() {
                 incoming.refuse(Status::TimedOut, "the time limit passed in the queue");
-            } else if let Some(cloud) = newest.get(incoming.cell()) {
-                self.answer_one(incoming, cloud);
+            } else if let Some(cloud) = self.latest.get(incoming.cell()) {
+                self.answer_one(incoming, &cloud.cloud());
             }
         }
     }
 
-    fn answer_one(&self, incoming: Incoming<v1::InspectRequest>, cloud: &v1::PointCloud) {
+    fn answer_one(&self, incoming: Message, cloud: &Cloud<'_>) {
         let began = Instant::now();
         let object = &incoming.message().object;
         let mut objects = self.library.iter().flat_map(|library| &library.objects);
@@ -127,7 +109,7 @@ impl Inspections {
                 let reply = v1::InspectReply {
                     header: None,
                     inspection: Some(inspection),
-                    state_number: cloud.state_number,
+                    state_number: cloud.state_number(),
                 };
                 let stages = vec![header::stage("inspect", began.elapsed())];
                 incoming.reply(
@@ -146,16 +128,15 @@ impl Inspections {
         &self,
         request: &v1::InspectRequest,
         object: &LibraryObject,
-        cloud: &v1::PointCloud,
+        cloud: &Cloud<'_>,
     ) -> Result<v1::Inspection, WireError> {
         let planned = pose::read_required("planned", request.planned.as_ref())?;
         let (grid, before) = scene::read_required("before", request.before.as_ref())?;
         let before = before.surface().ok_or(WireError::Missing {
             field: "before.surface",
         })?;
-        let read = cloud::read(cloud)?;
-        let container_from_sensor = read.container_from_sensor();
-        let points_m: Vec<Point3<f64>> = read
+        let container_from_sensor = cloud.container_from_sensor();
+        let points_m: Vec<Point3<f64>> = cloud
             .points()
             .map(|point| container_from_sensor * point.cast::<f64>())
             .collect();
@@ -166,15 +147,6 @@ impl Inspections {
         let container = grid.container();
         let found = inspect(object, &planned, before, &after, container, &self.settings);
         Ok(write(&found))
-    }
-
-    /// Answers those whose time limit passed.
-    fn give_up_waiting(&mut self) {
-        for incoming in self.waiting.take_expired() {
-            let (cell, wanted) = (incoming.cell(), incoming.message().least_state_number);
-            let message = format!("no cloud of cell {cell} shows its state {wanted} yet");
-            incoming.refuse(Status::TimedOut, message);
-        }
     }
 }
 

@@ -1,13 +1,15 @@
 //! The perception service: takes the point clouds of cells, and gives the container heightmaps that placements are
 //! planned on.
 //!
-//! Each cell has a thread that takes the newest cloud of each of its sensors; those that came before it was ready are
-//! dropped and counted. One more thread answers requests for heightmaps, one says what lies on the cells' trays,
-//! and one how items lie that were placed.
+//! Each cell has an actor that takes the newest cloud of each of its sensors; those that came before it was ready are
+//! dropped and counted. It begins with the cell's first cloud. One more actor answers requests for heightmaps, one says
+//! what lies on the cells' trays, and one how items lie that were placed.
 
+mod cells;
 mod counts;
-mod desk;
 mod doubts;
+mod error;
+mod heightmaps;
 mod inspect;
 mod order;
 mod ros;
@@ -15,86 +17,62 @@ mod round;
 mod router;
 mod sensors;
 mod settings;
-mod slot;
 mod streams;
 mod tray;
-mod waiting;
 mod worker;
 
 use std::sync::Arc;
-use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::Instant;
 
-use ppnpack_packing::grid::GridError;
 use ppnpack_recognition::library::Library;
+use ppnpack_service::actor::{self, Address, LatestValues};
 use ppnpack_service::process::Process;
-use ppnpack_service::rpc::{self, Incoming, Listener};
+use ppnpack_service::rpc::Listener;
 use ppnpack_service::stream::{self, Subscription};
 use ppnpack_service::{Running, ServiceError, alive};
 use ppnpack_wire::MAX_CLOUD_BYTES;
-use ppnpack_wire::keys::{Cell, KeyError, Stream};
+use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1;
 
+use cells::Cells;
 use counts::Counts;
 pub use counts::Fate;
-use desk::{Desk, Mail};
+pub use error::StartError;
+use heightmaps::Heightmaps;
 use inspect::Inspections;
-pub use ros::RosCamera;
+use ros::RosSubscription;
+pub use ros::settings::RosCamera;
 use router::Router;
-pub use settings::{GridSettings, Settings};
-pub use tray::TraySettings;
+pub use settings::Settings;
+pub use tray::settings::TraySettings;
 use tray::{Tray, Trays};
-
-/// Why the service did not start.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum StartError {
-    /// The process lacks something.
-    #[error(transparent)]
-    Service(#[from] ServiceError),
-    /// A cell has an impossible name.
-    #[error(transparent)]
-    Cell(#[from] KeyError),
-    /// A camera of ROS 2 cannot be as it is set.
-    #[error("ros: {0}")]
-    Ros(String),
-    /// A grid is not possible.
-    #[error(transparent)]
-    Grid(#[from] GridError),
-    /// There are trays, but nothing is known that could lie there.
-    #[error("trays: there are no objects to recognise")]
-    NoLibrary,
-    /// A thread that answers requests cannot be started.
-    #[error("a thread that answers requests cannot be started: {0}")]
-    Thread(std::io::Error),
-}
+use worker::Outputs;
 
 /// The running service. Dropped, it ends.
 pub struct Perception {
     // Nothing comes any more before the threads end: fields are dropped in this order.
-    doors: Vec<Door>,
-    cameras: Vec<ros::Door>,
+    inputs: Vec<Input>,
+    cameras: Vec<RosSubscription>,
     router: Arc<Router>,
     threads: Vec<JoinHandle<()>>,
     counts: Arc<Counts>,
 }
 
-/// Where clouds and requests come in, of one cell or of all.
-struct Door {
+/// Takes the clouds and requests of one cell or of all, until it is dropped.
+struct Input {
     _alive: alive::Token,
-    _requests: Vec<Listener>,
-    _clouds: Subscription,
-    _tray_clouds: Subscription,
+    _listeners: [Listener; 3],
+    _clouds: [Subscription; 2],
 }
 
-/// Where what comes in goes.
-struct Inside {
+/// Who takes clouds and requests.
+struct Actors {
     router: Arc<Router>,
-    heightmaps: SyncSender<Mail>,
-    items: SyncSender<tray::Mail>,
-    inspections: SyncSender<inspect::Mail>,
-    tray_clouds: tray::Inlet,
+    heightmaps: Address<heightmaps::Message>,
+    trays: Address<tray::Message>,
+    tray_clouds: tray::Clouds,
+    inspections: Address<inspect::Message>,
 }
 
 /// Starts the service; `library` has the objects that can be recognised, which cells with trays need.
@@ -106,108 +84,117 @@ pub fn start(
     settings: &Settings,
     library: Option<&Arc<Library>>,
 ) -> Result<Perception, StartError> {
-    let most = settings.queue.max(1);
-    let (heightmaps, mail) = sync_channel(most);
-    let (items, tray_mail) = sync_channel(most);
     let counts = Arc::new(Counts::new());
-    let (inspections, inspection_mail) = sync_channel(inspect::MOST_WAITING);
-    let inspector = Inspections::new(library, settings.inspection);
-    let inspected = inspector.inlet(inspections.clone());
-    let router = Router::new(
-        process,
-        settings,
-        heightmaps.clone(),
-        inspected,
-        Arc::clone(&counts),
-    );
-    let router = Arc::new(router);
-    let desk = Desk::new(Arc::clone(&router), most);
-    let trays = Trays::new(trays(settings, library)?, most, Arc::clone(&counts));
-    let inside = Inside {
-        router: Arc::clone(&router),
-        heightmaps,
-        inspections,
-        tray_clouds: tray::Inlet::new(&trays, items.clone()),
-        items,
-    };
-    let threads = vec![
-        spawn("perception-desk", move || desk.run(&mail))?,
-        spawn("perception-trays", move || trays.run(&tray_mail))?,
-        spawn("perception-inspections", move || {
-            inspector.run(&inspection_mail);
-        })?,
-    ];
-    let mut doors = Vec::new();
+    let (actors, threads) = start_actors(process, settings, library, &counts)?;
+    let mut inputs = Vec::new();
     if settings.has_unlisted_cells {
-        doors.push(Door::open(process, None, &inside)?);
+        inputs.push(Input::new(process, None, &actors)?);
     } else {
         for name in settings.cells.keys() {
             let cell = Cell::new(name)?;
-            doors.push(Door::open(process, Some(&cell), &inside)?);
+            inputs.push(Input::new(process, Some(&cell), &actors)?);
         }
     }
-    let open = |camera: &RosCamera| ros::Door::open(process, camera, &router, &counts);
-    let cameras = settings.ros.iter().map(open).collect::<Result<_, _>>()?;
+    let router = actors.router;
+    let subscribe = |camera| RosSubscription::new(process, camera, &router, &counts);
+    let cameras = settings.ros.iter().map(subscribe);
     Ok(Perception {
-        doors,
-        cameras,
+        inputs,
+        cameras: cameras.collect::<Result<_, _>>()?,
         router,
         threads,
         counts,
     })
 }
 
+fn start_actors(
+    process: &Process,
+    settings: &Settings,
+    library: Option<&Arc<Library>>,
+    counts: &Arc<Counts>,
+) -> Result<(Actors, Vec<JoinHandle<()>>), StartError> {
+    let most = settings.queue.max(1);
+    let (heightmaps, heightmaps_mailbox) = actor::mailbox(most);
+    let (trays, trays_mailbox) = actor::mailbox(most);
+    let (inspections, inspections_mailbox) = actor::mailbox(inspect::MOST_PENDING);
+    let (cells, cells_mailbox) = actor::mailbox(router::MAX_CELLS);
+
+    let router = Arc::new(Router::new(settings, cells, Arc::clone(counts)));
+    let known_trays = known_trays(settings, library)?;
+    let tray_clouds = tray::Clouds::new(&known_trays, &trays, Arc::clone(counts));
+    let inspected = LatestValues::new(&inspections);
+    let outputs = Outputs {
+        heightmaps: heightmaps.clone(),
+        // Without a library they are of no use.
+        inspected: library.map(|_| inspected.clone()),
+        counts: Arc::clone(counts),
+    };
+    let cells = Cells::new(process, settings, outputs);
+    let answering = Heightmaps::new(Arc::clone(&router), most);
+    let looking = Trays::new(known_trays, tray_clouds.clone(), most);
+    let inspecting = Inspections::new(library, settings.inspection, inspected);
+    let threads = vec![
+        actor::spawn("perception-cells", cells, cells_mailbox)?,
+        actor::spawn("perception-heightmaps", answering, heightmaps_mailbox)?,
+        actor::spawn("perception-trays", looking, trays_mailbox)?,
+        actor::spawn("perception-inspections", inspecting, inspections_mailbox)?,
+    ];
+    let actors = Actors {
+        router,
+        heightmaps,
+        trays,
+        tray_clouds,
+        inspections,
+    };
+    Ok((actors, threads))
+}
+
 /// The trays that are set.
-fn trays(settings: &Settings, library: Option<&Arc<Library>>) -> Result<Vec<Tray>, StartError> {
+fn known_trays(
+    settings: &Settings,
+    library: Option<&Arc<Library>>,
+) -> Result<Vec<Tray>, StartError> {
     let tray = |(name, tray): (&String, &TraySettings)| {
         let cell = Cell::new(name)?;
         let library = library.ok_or(StartError::NoLibrary)?;
-        let grid = settings.grid_of(&cell).unwrap_or(&settings.grid).grid()?;
+        let grid = settings.grid_of(&cell).unwrap_or(&settings.grid).build()?;
         let resolution = grid.resolution().clone();
         Ok(Tray::new(cell, tray, library, resolution))
     };
     settings.trays.iter().map(tray).collect()
 }
 
-fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>, StartError> {
-    std::thread::Builder::new()
-        .name(name.to_owned())
-        .spawn(work)
-        .map_err(StartError::Thread)
-}
-
-impl Door {
-    fn open(process: &Process, cell: Option<&Cell>, inside: &Inside) -> Result<Self, ServiceError> {
-        let (heightmaps, items) = (inside.heightmaps.clone(), inside.items.clone());
-        let (router, tray_clouds) = (Arc::clone(&inside.router), inside.tray_clouds.clone());
-        let inspections = inside.inspections.clone();
-        let requests = vec![
-            rpc::listen(process, cell, move |incoming: Incoming<_>| {
-                rpc::deliver(&heightmaps, incoming, Mail::Request);
-            })?,
-            rpc::listen(process, cell, move |incoming: Incoming<_>| {
-                rpc::deliver(&items, incoming, tray::Mail::request);
-            })?,
-            rpc::listen(process, cell, move |incoming: Incoming<_>| {
-                rpc::deliver(&inspections, incoming, inspect::Mail::request);
-            })?,
+impl Input {
+    fn new(process: &Process, cell: Option<&Cell>, actors: &Actors) -> Result<Self, ServiceError> {
+        let (router, tray_clouds) = (Arc::clone(&actors.router), actors.tray_clouds.clone());
+        let listeners = [
+            actors
+                .heightmaps
+                .listen(process, cell, heightmaps::Message::Request)?,
+            actors.trays.listen(process, cell, |incoming| incoming)?,
+            actors
+                .inspections
+                .listen(process, cell, |incoming| incoming)?,
         ];
-        Ok(Self {
-            _requests: requests,
-            _clouds: stream::subscribe(
+        let clouds = [
+            stream::subscribe(
                 process,
                 cell,
                 Stream::Cloud,
                 MAX_CLOUD_BYTES,
                 move |cell, cloud: v1::PointCloud| router.route(&cell, cloud),
             )?,
-            _tray_clouds: stream::subscribe(
+            stream::subscribe(
                 process,
                 cell,
                 Stream::TrayCloud,
                 MAX_CLOUD_BYTES,
                 move |cell, cloud: v1::PointCloud| tray_clouds.put(&cell, cloud),
             )?,
+        ];
+        Ok(Self {
+            _listeners: listeners,
+            _clouds: clouds,
             _alive: alive::announce(process, cell)?,
         })
     }
@@ -220,24 +207,23 @@ impl Perception {
     }
 
     /// Nothing comes any more.
-    fn close_doors(&mut self) {
-        self.doors.clear();
+    fn stop_listening(&mut self) {
+        self.inputs.clear();
         self.cameras.clear();
     }
 }
 
 impl Running for Perception {
     fn finish(mut self: Box<Self>, deadline: Instant) -> Result<(), String> {
-        self.close_doors();
-        let mut threads = self.router.close();
-        threads.append(&mut self.threads);
-        ppnpack_service::join(threads, deadline)
+        self.stop_listening();
+        self.router.close();
+        ppnpack_service::join(std::mem::take(&mut self.threads), deadline)
     }
 }
 
 impl Drop for Perception {
     fn drop(&mut self) {
-        self.close_doors();
+        self.stop_listening();
         self.router.close();
     }
 }

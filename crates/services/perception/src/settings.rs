@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use ppnpack_packing::grid::{ContainerSize, Grid, GridError, Resolution, Yaws};
+use ppnpack_packing::grid::GridSettings;
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_recognition::inspection::InspectionSettings;
 use ppnpack_service::ServiceSettings;
@@ -12,9 +12,9 @@ use ppnpack_wire::MAX_MESSAGE_BYTES;
 use ppnpack_wire::keys::Cell;
 use serde::{Deserialize, Serialize};
 
-use crate::ros::{self, RosCamera};
+use crate::ros::settings::{self as ros, RosCamera};
 use crate::sensors::Sensors;
-use crate::tray::TraySettings;
+use crate::tray::settings::TraySettings;
 
 /// What a message of a heightmap holds beside heights, at most, in bytes.
 const MESSAGE_OVERHEAD_BYTES: usize = 16 << 10;
@@ -58,20 +58,6 @@ pub struct Settings {
     pub inspection: InspectionSettings,
 }
 
-/// The grid of a cell.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct GridSettings {
-    /// The container's inner size.
-    pub container: ContainerSize,
-    /// The edge of a grid cell, in metres.
-    pub cell_m: f64,
-    /// One unit of height, in metres.
-    pub height_unit_m: f64,
-    /// How many yaws, evenly over half a turn.
-    pub yaws: usize,
-}
-
 impl Default for Settings {
     fn default() -> Self {
         Self {
@@ -91,48 +77,25 @@ impl Default for Settings {
     }
 }
 
-impl Default for GridSettings {
-    fn default() -> Self {
-        Self {
-            container: ContainerSize::REFERENCE,
-            cell_m: 0.01,
-            height_unit_m: 0.002,
-            yaws: 4,
-        }
-    }
-}
-
-impl GridSettings {
-    /// The grid of the container.
-    ///
-    /// # Errors
-    /// [`GridError`] where a length or a count is not possible.
-    pub fn grid(&self) -> Result<Grid, GridError> {
-        let yaws = Yaws::half_turn(self.yaws)?;
-        let resolution = Resolution::new(self.cell_m, self.height_unit_m, yaws)?;
-        Grid::new(self.container, resolution)
-    }
-
-    /// Whether a mapper with these settings can serve it.
-    fn validate(&self, mapper: &MapperSettings) -> Result<(), String> {
-        let grid = self.grid().map_err(|error| error.to_string())?;
-        mapper
-            .validate_on(&grid)
-            .map_err(|error| format!("mapper: {error}"))?;
-        let samples = grid.resolution().samples_per_cell();
-        let cells = grid.nx() * grid.ny();
-        let bytes = cells
-            .saturating_mul(samples.saturating_mul(samples))
-            .saturating_mul(4)
-            .saturating_add(2 * cells + MESSAGE_OVERHEAD_BYTES);
-        if bytes <= MAX_MESSAGE_BYTES {
-            Ok(())
-        } else {
-            Err(format!(
-                "its heightmaps would take {bytes} bytes where messages have at most {MAX_MESSAGE_BYTES}: \
-                 choose larger cells"
-            ))
-        }
+/// Whether a mapper with these settings can serve a grid.
+fn validate_grid(grid: &GridSettings, mapper: &MapperSettings) -> Result<(), String> {
+    let grid = grid.build().map_err(|error| error.to_string())?;
+    mapper
+        .validate_on(&grid)
+        .map_err(|error| format!("mapper: {error}"))?;
+    let samples = grid.resolution().samples_per_cell();
+    let cells = grid.nx() * grid.ny();
+    let bytes = cells
+        .saturating_mul(samples.saturating_mul(samples))
+        .saturating_mul(4)
+        .saturating_add(2 * cells + MESSAGE_OVERHEAD_BYTES);
+    if bytes <= MAX_MESSAGE_BYTES {
+        Ok(())
+    } else {
+        Err(format!(
+            "its heightmaps would take {bytes} bytes where messages have at most {MAX_MESSAGE_BYTES}: \
+             choose larger cells"
+        ))
     }
 }
 
@@ -197,12 +160,9 @@ impl ServiceSettings for Settings {
     fn validate(&self) -> Result<(), String> {
         for (name, grid) in &self.cells {
             Cell::new(name).map_err(|error| error.to_string())?;
-            grid.validate(&self.mapper)
-                .map_err(|error| format!("cells.{name}: {error}"))?;
+            validate_grid(grid, &self.mapper).map_err(|error| format!("cells.{name}: {error}"))?;
         }
-        self.grid
-            .validate(&self.mapper)
-            .map_err(|error| format!("grid: {error}"))?;
+        validate_grid(&self.grid, &self.mapper).map_err(|error| format!("grid: {error}"))?;
         if self.cells.is_empty() && !self.has_unlisted_cells {
             return Err(
                 "no cell is served: list one in cells, or set has_unlisted_cells".to_owned(),
@@ -224,6 +184,8 @@ impl ServiceSettings for Settings {
 
 #[cfg(test)]
 mod tests {
+    use ppnpack_packing::grid::ContainerSize;
+
     use super::*;
 
     #[test]

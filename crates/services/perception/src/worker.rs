@@ -1,24 +1,26 @@
-//! The thread of a cell: makes heightmaps of its clouds.
+//! The actor of a cell: makes heightmaps of its clouds.
 
+use std::convert::Infallible;
 use std::sync::Arc;
-use std::sync::mpsc::SyncSender;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ppnpack_packing::heightmap::HeightmapError;
 use ppnpack_perception::mapper::{Mapped, Mapper};
+use ppnpack_service::actor::{Actor, Address};
 use ppnpack_service::process::Process;
-use ppnpack_wire::WireError;
-use ppnpack_wire::convert::{cloud, scene};
+use ppnpack_wire::convert::cloud::CheckedCloud;
+use ppnpack_wire::convert::scene;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
 
 use crate::counts::{Counts, Fate};
-use crate::desk::Mail;
 use crate::doubts;
+use crate::heightmaps;
 use crate::inspect;
 use crate::order::CloudOrder;
-use crate::round::{Round, first_at};
-use crate::slot::{Arrived, Outlet, Taken};
+use crate::round::Round;
+use crate::router::{Arrived, Clouds};
+use crate::settings::Settings;
 use crate::streams::Streams;
 
 /// Silence is told after this long.
@@ -26,132 +28,168 @@ const SILENCE: Duration = Duration::from_secs(10);
 
 /// Makes heightmaps of a cell's clouds.
 pub(crate) struct Worker {
-    pub(crate) cell: Cell,
-    pub(crate) mapper: Mapper,
+    cell: Cell,
+    clouds: Clouds,
+    mapper: Mapper,
     /// Of each sensor.
-    pub(crate) orders: Vec<CloudOrder>,
-    pub(crate) round: Round,
+    orders: Vec<CloudOrder>,
+    round: Round<News>,
     /// The state that the last heightmap shows.
-    pub(crate) state_number: u64,
+    state_number: u64,
     /// Drawn at random when the service starts.
-    pub(crate) epoch: u64,
-    pub(crate) sequence: u64,
-    pub(crate) desk: SyncSender<Mail>,
+    epoch: u64,
+    sequence: u64,
+    streams: Streams,
+    outputs: Outputs,
+    /// When silence is told; `None` once it is.
+    silent_at: Option<Instant>,
+}
+
+/// What is told of the clouds of all cells.
+#[derive(Clone)]
+pub(crate) struct Outputs {
+    pub(crate) heightmaps: Address<heightmaps::Message>,
     /// Where items that were placed can be inspected.
-    pub(crate) inspected: Option<inspect::Inlet>,
+    pub(crate) inspected: Option<inspect::Clouds>,
     pub(crate) counts: Arc<Counts>,
 }
 
-/// Why no heightmap was made.
-#[derive(Debug, thiserror::Error)]
-enum MapError {
-    #[error(transparent)]
-    Cloud(#[from] WireError),
-    #[error(transparent)]
-    Heightmap(#[from] HeightmapError),
+/// A cloud that is newer than those before of its sensor.
+struct News {
+    cloud: CheckedCloud,
+    at: Instant,
 }
 
-impl Worker {
-    /// Works until no more clouds can come.
-    pub(crate) fn run(mut self, process: &Process, has_debug_streams: bool, clouds: &Outlet) {
-        // Declared on this thread: Zenoh's own, on which the first cloud came, must not wait for Zenoh.
-        let streams = match Streams::new(process, &self.cell, has_debug_streams) {
-            Ok(streams) => streams,
-            Err(error) => {
-                tracing::error!(cell = %self.cell, %error, "the cell is not served");
-                return;
-            }
-        };
-        let mut is_silent = false;
-        loop {
-            match clouds.take(SILENCE) {
-                Taken::Clouds(clouds) => {
-                    is_silent = false;
-                    for cloud in clouds {
-                        self.take(cloud, &streams);
-                    }
-                }
-                Taken::Nothing if is_silent => {}
-                Taken::Nothing => {
-                    is_silent = true;
-                    let silent_s = SILENCE.as_secs();
-                    tracing::warn!(cell = %self.cell, silent_s, "no clouds come any more");
-                }
-                Taken::End => return,
-            }
+impl Actor for Worker {
+    type Message = Infallible;
+
+    fn handle(&mut self, message: Infallible) {
+        match message {}
+    }
+
+    fn tick(&mut self) {
+        let now = Instant::now();
+        let clouds = self.clouds.take();
+        if !clouds.is_empty() {
+            self.silent_at = Some(now + SILENCE);
+        } else if self.silent_at.is_some_and(|at| at <= now) {
+            self.silent_at = None;
+            let silent_s = SILENCE.as_secs();
+            tracing::warn!(cell = %self.cell, silent_s, "no clouds come any more");
+        }
+        for (sensor, arrived) in clouds {
+            self.take(sensor, arrived);
         }
     }
 
+    fn next_tick(&self) -> Option<Instant> {
+        self.silent_at
+    }
+}
+
+impl Worker {
+    /// The actor of a cell; says why the cell cannot be served. Takes long where the grid is fine, and waits for Zenoh.
+    pub(crate) fn new(
+        process: &Process,
+        settings: &Settings,
+        cell: &Cell,
+        epoch: u64,
+        clouds: Clouds,
+        outputs: Outputs,
+    ) -> Result<Self, String> {
+        let grid = settings.grid_of(cell);
+        let grid = grid.ok_or("it is not among the cells served")?.build();
+        let grid = grid.map_err(|error| error.to_string())?;
+        let mapper = Mapper::new(&grid, settings.mapper.clone());
+        let sensors = settings.sensors_of(cell).count();
+        let order = CloudOrder::new(settings.sensor_restart_after());
+        let streams = Streams::new(process, cell, settings.debug_streams);
+        Ok(Self {
+            cell: cell.clone(),
+            clouds,
+            mapper: mapper.map_err(|error| error.to_string())?,
+            orders: vec![order; sensors],
+            round: Round::new(sensors),
+            state_number: 0,
+            epoch,
+            sequence: 0,
+            streams: streams.map_err(|error| error.to_string())?,
+            outputs,
+            silent_at: Some(Instant::now() + SILENCE),
+        })
+    }
+
     /// Takes a cloud, and publishes a heightmap where it is the last of its round.
-    fn take(&mut self, arrived: Arrived, streams: &Streams) {
-        if !self.is_news(&arrived) {
-            return;
-        }
-        let Some(clouds) = self.round.take(arrived) else {
+    fn take(&mut self, sensor: usize, arrived: Arrived) {
+        let Some(news) = self.accept(sensor, arrived) else {
             return;
         };
-        let (heightmap, mapped) = match self.map(&clouds) {
+        let state_number = news.cloud.cloud().state_number();
+        let Some(clouds) = self.round.take(sensor, state_number, news) else {
+            return;
+        };
+        let counts = Arc::clone(&self.outputs.counts);
+        let (heightmap, mapped) = match self.map(state_number, &clouds) {
             Ok(mapped) => (self.write(&clouds, &mapped), mapped),
-            Err(error) => return self.counts.refuse(&self.cell, Fate::Failed, &error),
+            Err(error) => return counts.refuse(&self.cell, Fate::Failed, &error),
         };
-        clouds.iter().for_each(|_| self.counts.count(Fate::Mapped));
+        clouds.iter().for_each(|_| counts.count(Fate::Mapped));
         if let Some(quality) = &heightmap.quality {
-            self.counts.doubt(&self.cell, &quality.doubts);
+            counts.doubt(&self.cell, &quality.doubts);
         }
         // There before the heightmap: who has seen that one can ask how an item lies. Not in a doubtful scene.
         let first = clouds
             .into_iter()
             .next()
             .filter(|_| mapped.doubts.is_empty());
-        if let (Some(inlet), Some(first)) = (&self.inspected, first) {
-            inlet.put(&self.cell, first.cloud);
+        if let (Some(inspected), Some(first)) = (&self.outputs.inspected, first) {
+            inspected.put(self.cell.clone(), first.cloud);
         }
-        streams.tell(&heightmap, self.mapper.grid(), &mapped.scene);
-        // Without a desk the service is ending.
-        self.desk
-            .send(Mail::Heightmap(self.cell.clone(), heightmap))
-            .ok();
+        let grid = self.mapper.grid();
+        self.streams.tell(&heightmap, grid, &mapped.scene);
+        // Who answers requests is gone only where the service is ending.
+        let message = heightmaps::Message::New(self.cell.clone(), heightmap);
+        self.outputs.heightmaps.send(message).ok();
     }
 
-    /// Whether a cloud is well-formed and newer than those before of its sensor.
-    fn is_news(&mut self, arrived: &Arrived) -> bool {
-        let cloud = match cloud::read(&arrived.cloud) {
-            Ok(cloud) => cloud,
-            Err(error) => {
-                self.counts.refuse(&self.cell, Fate::Malformed, &error);
-                return false;
-            }
-        };
-        let order = self.orders.get_mut(arrived.sensor);
-        let is_news = order
-            .is_some_and(|order| order.accept(cloud.state_number(), cloud.sequence(), arrived.at));
-        if !is_news {
-            self.counts.count(Fate::Late);
+    /// A cloud that is well-formed and newer than those before of its sensor.
+    fn accept(&mut self, sensor: usize, arrived: Arrived) -> Option<News> {
+        let counts = &self.outputs.counts;
+        let cloud = CheckedCloud::new(arrived.cloud)
+            .inspect_err(|error| counts.refuse(&self.cell, Fate::Malformed, error));
+        let (cloud, at) = (cloud.ok()?, arrived.at);
+        let (state_number, sequence) = (cloud.cloud().state_number(), cloud.cloud().sequence());
+        let order = self.orders.get_mut(sensor);
+        if order.is_some_and(|order| order.accept(state_number, sequence, at)) {
+            return Some(News { cloud, at });
         }
-        is_news
+        counts.count(Fate::Late);
+        None
     }
 
     /// What the clouds of a round show.
-    fn map(&mut self, clouds: &[Arrived]) -> Result<Mapped, MapError> {
-        let state_number = state_number(clouds);
+    fn map(&mut self, state_number: u64, clouds: &[News]) -> Result<Mapped, HeightmapError> {
         if state_number != self.state_number {
             self.state_number = state_number;
             self.mapper.changed();
         }
         self.mapper.clear();
-        for arrived in clouds {
-            let cloud = cloud::read(&arrived.cloud)?;
+        for news in clouds {
+            let cloud = news.cloud.cloud();
             self.mapper
                 .add(cloud.points(), cloud.container_from_sensor());
         }
-        Ok(self.mapper.finish()?)
+        self.mapper.finish()
     }
 
-    fn write(&mut self, clouds: &[Arrived], mapped: &Mapped) -> v1::Heightmap {
+    fn write(&mut self, clouds: &[News], mapped: &Mapped) -> v1::Heightmap {
         self.sequence += 1;
         let grid = self.mapper.grid();
-        let captured_at_ns = clouds.iter().map(|arrived| arrived.cloud.captured_at_ns);
-        let processing = first_at(clouds).elapsed();
+        let captured_at_ns = clouds
+            .iter()
+            .map(|news| news.cloud.cloud().captured_at_ns());
+        let first_at = clouds.iter().map(|news| news.at).min();
+        let processing = first_at.map_or(Duration::ZERO, |at| at.elapsed());
         v1::Heightmap {
             id: Some(v1::HeightmapId {
                 epoch: self.epoch,
@@ -174,13 +212,6 @@ impl Worker {
             }),
         }
     }
-}
-
-/// The state that clouds of a round show.
-fn state_number(clouds: &[Arrived]) -> u64 {
-    clouds
-        .first()
-        .map_or(0, |arrived| arrived.cloud.state_number)
 }
 
 fn count(count: usize) -> u32 {

@@ -11,9 +11,9 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use nalgebra::{Isometry3, Point3};
-use ppnpack_packing::grid::{ContainerSize, Grid};
+use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings};
 use ppnpack_packing::heightmap::{Scene, Surface};
-use ppnpack_perception_service::{Fate, GridSettings, Perception, Settings};
+use ppnpack_perception_service::{Fate, Perception, Settings};
 use ppnpack_service::Running;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::process::Process;

@@ -1,9 +1,10 @@
 //! The planner service: keeps the packing session of each cell on disk, and decides which item goes where.
 //!
-//! A cell is a thread with a mailbox; cells know nothing of each other. Algorithm 1 is that of
+//! A cell is an actor; cells know nothing of each other. Algorithm 1 is that of
 //! [`packing`](ppnpack_packing); here its stages ask the services that are alive, and do without those that are not.
 
 mod cell;
+mod error;
 mod objects;
 mod planning;
 mod remote;
@@ -13,55 +14,33 @@ mod settings;
 mod store;
 
 use std::sync::Arc;
-use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::Instant;
 
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_service::Running;
+use ppnpack_service::actor::{self, Address};
 use ppnpack_service::alive::{self, Alive};
 use ppnpack_service::process::Process;
-use ppnpack_service::rpc::{self, Client, Incoming, Listener};
+use ppnpack_service::rpc::{Client, Listener};
 use ppnpack_service::stream::{self, Subscription};
-use ppnpack_service::{HealthLatch, ServiceError, join};
-use ppnpack_wire::keys::{Cell, KeyError, Service, Stream};
-use ppnpack_wire::rpc::Request;
+use ppnpack_service::{HealthLatch, join};
+use ppnpack_wire::keys::{Cell, Service, Stream};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 
-use cell::{CellPlanner, Command, Shared};
+use cell::{CellPlanner, Message, Shared};
+pub use error::StartError;
 use objects::Objects;
 use planning::Helpers;
 pub use settings::{CellSettings, ProposalSettings, Settings, Stability, Where};
 use store::Store;
 pub use store::StoreError;
 
-/// Why the service did not start.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum StartError {
-    /// The process lacks something.
-    #[error(transparent)]
-    Service(#[from] ServiceError),
-    /// The sessions cannot be had.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    /// A cell has an impossible name.
-    #[error(transparent)]
-    Name(#[from] KeyError),
-    /// A cell's settings are not possible.
-    #[error("{0}")]
-    Cell(String),
-    /// A thread cannot be started.
-    #[error("a thread cannot be started: {0}")]
-    Thread(#[source] std::io::Error),
-}
-
 /// The running service.
 pub struct PlannerService {
     alive: Vec<alive::Token>,
     listeners: Vec<Listener>,
     outcomes: Vec<Subscription>,
-    mailboxes: Vec<SyncSender<Command>>,
     threads: Vec<JoinHandle<()>>,
     ready: HealthLatch,
 }
@@ -92,42 +71,41 @@ pub fn start(
         alive: Vec::new(),
         listeners: Vec::new(),
         outcomes: Vec::new(),
-        mailboxes: Vec::new(),
         threads: Vec::new(),
         ready: cells_health,
     };
     for (name, cell_settings) in &settings.cells {
         let cell = Cell::new(name)?;
-        let planner = CellPlanner::new(process, &cell, cell_settings, &shared)?;
-        service.serve(process, &cell, planner, settings.queue.max(1))?;
+        let (address, mailbox) = actor::mailbox(settings.queue.max(1));
+        let planner =
+            CellPlanner::new(process, &cell, cell_settings, &shared, address.downgrade())?;
+        let thread = actor::spawn(&format!("cell-{cell}"), planner, mailbox)?;
+        service.threads.push(thread);
+        service.listen(process, &cell, &address)?;
     }
     service.ready.pass();
     Ok(service)
 }
 
 impl PlannerService {
-    fn serve(
+    /// Has a cell's actor take requests, and the outcomes that the bridge tells.
+    fn listen(
         &mut self,
         process: &Process,
         cell: &Cell,
-        planner: CellPlanner,
-        queue: usize,
+        address: &Address<Message>,
     ) -> Result<(), StartError> {
-        let (mailbox, commands) = sync_channel(queue);
-        let thread = std::thread::Builder::new()
-            .name(format!("cell-{cell}"))
-            .spawn(move || planner.run(&commands))
-            .map_err(StartError::Thread)?;
-        self.threads.push(thread);
-        self.listen(process, cell, &mailbox, Command::Begin)?;
-        self.listen(process, cell, &mailbox, Command::Announce)?;
-        self.listen(process, cell, &mailbox, Command::Withdraw)?;
-        self.listen(process, cell, &mailbox, Command::Plan)?;
-        self.listen(process, cell, &mailbox, Command::Report)?;
-        self.listen(process, cell, &mailbox, Command::Explain)?;
-        self.listen(process, cell, &mailbox, Command::Automatic)?;
-        self.listen(process, cell, &mailbox, Command::Session)?;
-        let outcomes = mailbox.clone();
+        self.listeners.extend([
+            address.listen(process, Some(cell), Message::Begin)?,
+            address.listen(process, Some(cell), Message::Announce)?,
+            address.listen(process, Some(cell), Message::Withdraw)?,
+            address.listen(process, Some(cell), Message::Plan)?,
+            address.listen(process, Some(cell), Message::Report)?,
+            address.listen(process, Some(cell), Message::Explain)?,
+            address.listen(process, Some(cell), Message::Automatic)?,
+            address.listen(process, Some(cell), Message::Session)?,
+        ]);
+        let outcomes = address.clone();
         self.outcomes.push(stream::subscribe(
             process,
             Some(cell),
@@ -135,28 +113,12 @@ impl PlannerService {
             MAX_MESSAGE_BYTES,
             move |_, outcome: v1::Outcome| {
                 // Where the mailbox is full the outcome is asked for later.
-                if outcomes.try_send(Command::Outcome(outcome)).is_err() {
+                if !outcomes.try_send(Message::Outcome(outcome)) {
                     tracing::debug!("an outcome did not fit into the mailbox");
                 }
             },
         )?);
         self.alive.push(alive::announce(process, Some(cell))?);
-        self.mailboxes.push(mailbox);
-        Ok(())
-    }
-
-    fn listen<R: Request>(
-        &mut self,
-        process: &Process,
-        cell: &Cell,
-        mailbox: &SyncSender<Command>,
-        wrap: fn(Incoming<R>) -> Command,
-    ) -> Result<(), StartError> {
-        let mailbox = mailbox.clone();
-        let listener = rpc::listen(process, Some(cell), move |incoming: Incoming<R>| {
-            rpc::deliver(&mailbox, incoming, wrap);
-        })?;
-        self.listeners.push(listener);
         Ok(())
     }
 }
@@ -167,15 +129,11 @@ impl Running for PlannerService {
             alive,
             listeners,
             outcomes,
-            mailboxes,
             threads,
             ready: _ready,
         } = *self;
+        // Without these nobody has the cells' addresses: they end when their mailboxes are empty.
         drop((alive, listeners, outcomes));
-        for mailbox in mailboxes {
-            // A full mailbox is emptied first; the thread then sees that nobody can send any more.
-            drop(mailbox.try_send(Command::Stop));
-        }
         join(threads, deadline)
     }
 }

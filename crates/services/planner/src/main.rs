@@ -29,7 +29,7 @@ fn catalogues(settings: &Settings) -> Result<Vec<Arc<Catalogue>>> {
     };
     let mut resolutions: Vec<Resolution> = Vec::new();
     for cell in settings.cells.values() {
-        let resolution = cell.grid()?.resolution().clone();
+        let resolution = cell.grid.resolution()?;
         if !resolutions.contains(&resolution) {
             resolutions.push(resolution);
         }

@@ -43,7 +43,7 @@ impl Objects {
 
     /// An object by its name, on a cell's grid.
     pub(crate) fn named(&self, settings: &CellSettings, name: &str) -> Option<&Object> {
-        let grid = settings.grid().ok()?;
+        let grid = settings.grid.build().ok()?;
         let mut catalogues = self.0.iter();
         let (_, objects) = catalogues.find(|(resolution, _)| resolution == grid.resolution())?;
         objects.get(name)

@@ -43,7 +43,7 @@ impl Planning {
         settings: &CellSettings,
         helpers: &Helpers,
     ) -> Result<Self, String> {
-        let grid = settings.grid().map_err(|error| error.to_string())?;
+        let grid = settings.grid.build().map_err(|error| error.to_string())?;
         let remote = Remote {
             cell,
             settings,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::coarse::Coarsening;
-use ppnpack_packing::grid::{ContainerSize, Grid, GridError, Resolution, Yaws};
+use ppnpack_packing::grid::GridSettings;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::search::SearchSettings;
 use ppnpack_packing::stability::{
@@ -37,14 +37,9 @@ pub struct Settings {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CellSettings {
-    /// The container's inner size.
-    pub container: ContainerSize,
-    /// The edge of a grid cell, in metres.
-    pub cell_m: f64,
-    /// One unit of height, in metres.
-    pub height_unit_m: f64,
-    /// How many yaws, evenly over half a turn.
-    pub yaws: usize,
+    /// The container and its grid; the keys stand among the others.
+    #[serde(flatten)]
+    pub grid: GridSettings,
     /// How many of the waiting items may be chosen from.
     pub buffer: usize,
     /// What placements are judged by.
@@ -145,10 +140,7 @@ impl Default for Settings {
 impl Default for CellSettings {
     fn default() -> Self {
         Self {
-            container: ContainerSize::REFERENCE,
-            cell_m: 0.01,
-            height_unit_m: 0.002,
-            yaws: 4,
+            grid: GridSettings::default(),
             buffer: 5,
             heuristic: Heuristic::Sdfm,
             order: Order::Balance,
@@ -169,16 +161,6 @@ impl Default for CellSettings {
 }
 
 impl CellSettings {
-    /// The grid of the container.
-    ///
-    /// # Errors
-    /// [`GridError`] where a length or a count is not possible.
-    pub fn grid(&self) -> Result<Grid, GridError> {
-        let yaws = Yaws::half_turn(self.yaws)?;
-        let resolution = Resolution::new(self.cell_m, self.height_unit_m, yaws)?;
-        Grid::new(self.container, resolution)
-    }
-
     pub(crate) fn search(&self) -> SearchSettings {
         SearchSettings {
             heuristic: self.heuristic,
@@ -194,7 +176,7 @@ impl CellSettings {
     }
 
     fn validate(&self) -> Result<(), String> {
-        self.grid().map_err(|error| error.to_string())?;
+        self.grid.build().map_err(|error| error.to_string())?;
         self.station().map_err(|error| format!("arm: {error}"))?;
         self.weights.validate().map_err(|error| error.to_string())?;
         in_range("buffer", self.buffer, 1..=1_000)?;
@@ -239,5 +221,31 @@ impl ServiceSettings for Settings {
                 .map_err(|error| format!("cells.{name}.{error}"))?;
         }
         in_range("queue", self.queue, 1..=65_536)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_keys_of_the_grid_stand_among_the_others() {
+        let cell: CellSettings = toml::from_str("cell_m = 0.02\nbuffer = 3\nyaws = 2").unwrap();
+        assert_eq!(
+            (cell.grid.cell_m, cell.grid.yaws, cell.buffer),
+            (0.02, 2, 3)
+        );
+        assert_eq!(
+            cell.grid.height_unit_m,
+            GridSettings::default().height_unit_m
+        );
+        let written = toml::to_string(&cell).unwrap();
+        let table: toml::Table = toml::from_str(&written).unwrap();
+        assert!(table.contains_key("cell_m") && !table.contains_key("grid"));
+        assert_eq!(toml::from_str::<CellSettings>(&written).unwrap(), cell);
+        for unknown in ["cel_m = 0.02", "grid = 1", "cell_m = 0.02\nbufer = 3"] {
+            let error = toml::from_str::<CellSettings>(unknown).unwrap_err();
+            assert!(error.to_string().contains("unknown field"), "{error}");
+        }
     }
 }

@@ -7,7 +7,6 @@
 mod settings;
 mod worker;
 
-use std::sync::mpsc::sync_channel;
 use std::thread::JoinHandle;
 use std::time::Instant;
 
@@ -18,12 +17,12 @@ use ppnpack_packing::placement::Placement;
 use ppnpack_packing::proposals::Percent;
 use ppnpack_packing::step::StageError;
 use ppnpack_service::Running;
+use ppnpack_service::actor;
 use ppnpack_service::alive::Alive;
-use ppnpack_service::process::Process;
-use ppnpack_service::rpc::{self, Incoming, Listener};
+use ppnpack_service::process::{Process, thread};
+use ppnpack_service::rpc::Listener;
 use ppnpack_service::{HealthLatch, ServiceError, alive, join};
 use ppnpack_wire::keys::Service;
-use ppnpack_wire::v1;
 
 pub use settings::{Device, Settings};
 use worker::Worker;
@@ -70,9 +69,6 @@ pub enum StartError {
     /// The network does not run.
     #[error("the network cannot run here: {0}")]
     Network(#[source] StageError),
-    /// A thread cannot be started.
-    #[error("the thread of the network cannot be started: {0}")]
-    Thread(#[source] std::io::Error),
 }
 
 /// The running service.
@@ -93,21 +89,12 @@ pub fn start(
     network: Box<dyn Network>,
 ) -> Result<PpnService, StartError> {
     let ready = process.health().check("network");
-    let (mailbox, requests) = sync_channel(settings.queue.max(1));
+    let (address, mailbox) = actor::mailbox(settings.queue.max(1));
     let planners = Alive::watch(process.session(), Service::Planner)?;
     let mut worker = Worker::new(network, planners, settings);
     worker.warm_up().map_err(StartError::Network)?;
-    let thread = std::thread::Builder::new()
-        .name("network".to_owned())
-        .spawn(move || worker.run(&requests))
-        .map_err(StartError::Thread)?;
-    let listener = rpc::listen(
-        process,
-        None,
-        move |incoming: Incoming<v1::ProposeRequest>| {
-            rpc::deliver(&mailbox, incoming, |incoming| incoming);
-        },
-    )?;
+    let thread = thread("network", move || worker.run(&mailbox))?;
+    let listener = address.listen(process, None, |incoming| incoming)?;
     let alive = alive::announce(process, None)?;
     ready.pass();
     Ok(PpnService {
@@ -126,7 +113,7 @@ impl Running for PpnService {
             _ready,
             thread,
         } = *self;
-        // Without a listener nobody can send: the thread ends when the queue is empty.
+        // Without a listener nobody has the address: the thread ends when the mailbox is empty.
         drop((alive, listener));
         join(vec![thread], deadline)
     }

@@ -2,7 +2,6 @@
 
 use std::collections::VecDeque;
 use std::sync::Arc;
-use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
 use ppnpack_packing::grid::Grid;
@@ -10,6 +9,7 @@ use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::{Item, YawsMismatch};
 use ppnpack_packing::proposals::Percent;
 use ppnpack_packing::step::StageError;
+use ppnpack_service::actor::Mailbox;
 use ppnpack_service::alive::Alive;
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::error::WireError;
@@ -90,10 +90,10 @@ impl Worker {
     }
 
     /// Works until nobody can send any more.
-    pub(crate) fn run(mut self, requests: &Receiver<Waiting>) {
-        while let Ok(first) = requests.recv() {
-            let more = requests.try_iter().take(self.batch - 1);
-            let waiting: Vec<Waiting> = std::iter::once(first).chain(more).collect();
+    pub(crate) fn run(mut self, mailbox: &Mailbox<Waiting>) {
+        while let Ok(first) = mailbox.receive(None) {
+            let more = mailbox.take_waiting();
+            let waiting: Vec<Waiting> = first.into_iter().chain(more).take(self.batch).collect();
             let mut ready: Vec<Ready> = Vec::with_capacity(waiting.len());
             for incoming in waiting {
                 ready.extend(self.admit(incoming));

@@ -25,6 +25,19 @@ pub(crate) const MAX_FIELDS: usize = 32;
 #[derive(Debug, Clone)]
 pub struct Cloud<'a> {
     message: &'a v1::PointCloud,
+    layout: Layout,
+}
+
+/// The message of a cloud whose layout is checked.
+#[derive(Debug, Clone)]
+pub struct CheckedCloud {
+    message: v1::PointCloud,
+    layout: Layout,
+}
+
+/// How the points lie in the data, and where the sensor is.
+#[derive(Debug, Clone, Copy)]
+struct Layout {
     container_from_sensor: Isometry3<f64>,
     stride: usize,
     coordinates: [Coordinate; 3],
@@ -51,11 +64,30 @@ impl Coordinate {
     }
 }
 
+impl CheckedCloud {
+    /// Checks a cloud's layout.
+    ///
+    /// # Errors
+    /// As [`read`].
+    pub fn new(message: v1::PointCloud) -> Result<Self, WireError> {
+        let layout = check(&message)?;
+        Ok(Self { message, layout })
+    }
+
+    /// The cloud.
+    pub fn cloud(&self) -> Cloud<'_> {
+        Cloud {
+            message: &self.message,
+            layout: self.layout,
+        }
+    }
+}
+
 impl<'a> Cloud<'a> {
     /// The points in the sensor's frame, in metres. Those with a coordinate that is not finite are holes.
     pub fn points(&self) -> impl ExactSizeIterator<Item = Point3<f32>> + Clone + use<'a> {
-        let [x, y, z] = self.coordinates;
-        let points = self.message.data.chunks_exact(self.stride);
+        let [x, y, z] = self.layout.coordinates;
+        let points = self.message.data.chunks_exact(self.layout.stride);
         points.map(move |point| Point3::new(x.of(point), y.of(point), z.of(point)))
     }
 
@@ -66,7 +98,7 @@ impl<'a> Cloud<'a> {
 
     /// How many points there are, holes among them.
     pub fn len(&self) -> usize {
-        self.message.data.len() / self.stride
+        self.message.data.len() / self.layout.stride
     }
 
     /// Whether there is no point.
@@ -76,7 +108,7 @@ impl<'a> Cloud<'a> {
 
     /// Where the sensor is.
     pub fn container_from_sensor(&self) -> &Isometry3<f64> {
-        &self.container_from_sensor
+        &self.layout.container_from_sensor
     }
 
     /// Counts the clouds of the sensor, from 1.
@@ -105,6 +137,11 @@ pub fn is_hole(point: &Point3<f32>) -> bool {
 /// # Errors
 /// [`WireError`] where the pose, the stride, a field or the size of the data is impossible.
 pub fn read(message: &v1::PointCloud) -> Result<Cloud<'_>, WireError> {
+    let layout = check(message)?;
+    Ok(Cloud { message, layout })
+}
+
+fn check(message: &v1::PointCloud) -> Result<Layout, WireError> {
     if message.sequence == 0 {
         return Err(WireError::invalid("cloud.sequence", "it counts from 1"));
     }
@@ -123,8 +160,7 @@ pub fn read(message: &v1::PointCloud) -> Result<Cloud<'_>, WireError> {
             format_args!("{bytes} bytes are no whole number of points of {stride} bytes"),
         ));
     }
-    Ok(Cloud {
-        message,
+    Ok(Layout {
         container_from_sensor: pose::read_required(
             "cloud.container_from_sensor",
             message.container_from_sensor.as_ref(),

@@ -1,7 +1,7 @@
-//! The desk of a cell: answers its requests, has its robot carry them out, and writes down what came of it.
+//! The desk of a cell, an actor: answers its requests, has its robot carry them out, and writes down what came of it.
 //!
-//! What is asked for is in the journal before the robot hears of it, and what came of it before anybody else does. While
-//! the journal cannot be written, nothing is begun; what has ended meanwhile is told when it can be written.
+//! A request is written to the journal before the robot is told of it, and an outcome before anybody is told of it.
+//! While the journal cannot be written, nothing is begun, and outcomes wait.
 
 mod opening;
 mod outcome;
@@ -9,10 +9,10 @@ mod place;
 mod renew;
 
 use std::collections::BTreeMap;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
 use std::time::{Duration, Instant};
 
 use ppnpack_service::Shutdown;
+use ppnpack_service::actor::{Actor, Address, PendingRequests};
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::{header, v1};
@@ -24,14 +24,17 @@ use crate::runner::Job;
 use crate::streams::Streams;
 pub(crate) use opening::open;
 
-/// Who waits is answered so long before the time limit passes, or a tenth of it, that the answer still comes in time.
-const ANSWER_BEFORE: Duration = Duration::from_millis(20);
+/// Requests that wait for the end of a placement at most.
+const MOST_OUTCOMES: usize = 256;
+
+/// Requests that wait for the end of a renewal at most.
+const MOST_RENEWALS: usize = 64;
 
 /// How long to wait before a journal that cannot be written is tried again.
 const RETRY_AFTER: Duration = Duration::from_millis(500);
 
-/// What comes to a desk.
-pub(crate) enum Mail {
+/// What a desk is told.
+pub(crate) enum Message {
     Place(Incoming<v1::PlaceRequest>),
     Outcome(Incoming<v1::OutcomeRequest>),
     Renew(Incoming<v1::RenewRequest>),
@@ -59,7 +62,7 @@ pub(crate) struct Desk {
     pub(crate) ledger: Ledger,
     pub(crate) journal: CellJournal,
     pub(crate) objects: Option<BTreeMap<String, Outline>>,
-    pub(crate) jobs: SyncSender<Job>,
+    pub(crate) robot: Address<Job>,
     pub(crate) streams: Streams,
     /// The end of the whole process, asked for where the robot is gone.
     pub(crate) shutdown: Shutdown,
@@ -75,8 +78,8 @@ pub(crate) struct Progress {
     unwritten: Option<Unwritten>,
     /// Why the journal cannot be written, and when to try again.
     trouble: Option<(JournalError, Instant)>,
-    outcomes: Vec<Incoming<v1::OutcomeRequest>>,
-    renewals: Vec<Incoming<v1::RenewRequest>>,
+    outcomes: PendingRequests<Incoming<v1::OutcomeRequest>>,
+    renewals: PendingRequests<Incoming<v1::RenewRequest>>,
     state_period: Duration,
     next_state: Instant,
 }
@@ -88,63 +91,87 @@ impl Progress {
             is_ending: false,
             unwritten: None,
             trouble: None,
-            outcomes: Vec::new(),
-            renewals: Vec::new(),
+            outcomes: PendingRequests::new(MOST_OUTCOMES),
+            renewals: PendingRequests::new(MOST_RENEWALS),
             state_period,
             next_state: Instant::now(),
         }
     }
 }
 
-impl Desk {
-    /// Works until the end is asked for and nothing is under way.
-    pub(crate) fn run(mut self, mail: &Receiver<Mail>) {
-        self.send(Job::Show(self.ledger.head().state_number));
-        while !self.is_done() {
-            match mail.recv_timeout(self.pause()) {
-                Ok(mail) => self.take(mail),
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return,
-            }
-            self.look_at_the_clock();
-        }
-    }
+impl Actor for Desk {
+    type Message = Message;
 
-    fn is_done(&self) -> bool {
-        let has_written = self.progress.unwritten.is_none() || self.cut_off.is_requested();
-        self.progress.is_ending && !self.progress.is_robot_busy && has_written
-    }
-
-    fn take(&mut self, mail: Mail) {
-        match mail {
-            Mail::Place(incoming) => self.work_on(incoming, Self::place),
-            Mail::Outcome(incoming) => self.work_on(incoming, Self::outcome),
-            Mail::Renew(incoming) => self.work_on(incoming, Self::renew),
-            Mail::State(incoming) => self.work_on(incoming, Self::state),
-            Mail::Placed(finding, bodies) => {
+    fn handle(&mut self, message: Message) {
+        match message {
+            Message::Place(incoming) => self.work_on(incoming, Self::place),
+            Message::Outcome(incoming) => self.work_on(incoming, Self::outcome),
+            Message::Renew(incoming) => self.work_on(incoming, Self::renew),
+            Message::State(incoming) => self.work_on(incoming, Self::state),
+            Message::Placed(finding, bodies) => {
                 self.progress.is_robot_busy = false;
                 self.end(self.ledger.end_placement(finding, bodies), None);
             }
-            Mail::Renewed(Ok(()), bodies) => {
+            Message::Renewed(Ok(()), bodies) => {
                 self.progress.is_robot_busy = false;
                 self.end(self.ledger.end_renewal(bodies), None);
             }
-            Mail::Renewed(Err(error), bodies) => {
+            Message::Renewed(Err(error), bodies) => {
                 self.progress.is_robot_busy = false;
                 self.end(self.ledger.abandon_renewal(bodies), Some(error.to_string()));
             }
-            Mail::CutOff => self.progress.is_robot_busy = false,
-            Mail::RobotIsGone => {
+            Message::CutOff => self.progress.is_robot_busy = false,
+            Message::RobotIsGone => {
                 tracing::error!(
                     "the robot's thread ended by a panic: the process ends, to begin anew"
                 );
                 self.progress.is_robot_busy = false;
                 self.shutdown.request();
             }
-            Mail::End => self.progress.is_ending = true,
+            Message::End => self.progress.is_ending = true,
         }
     }
 
+    fn tick(&mut self) {
+        let now = Instant::now();
+        let trouble = self.progress.trouble.as_ref();
+        if trouble.is_some_and(|(_, again)| *again <= now) {
+            match self.progress.unwritten.take() {
+                Some(unwritten) => self.end(unwritten.change, unwritten.failure),
+                // Tells whether the journal can be written again; the health check says so.
+                None => drop(self.commit(self.ledger.no_change())),
+            }
+        }
+        for incoming in self.progress.outcomes.take_expired() {
+            self.refuse_outcome(incoming);
+        }
+        let why = |_: &Incoming<_>| "the container is still being renewed".to_owned();
+        self.progress.renewals.refuse_expired(why);
+        if self.progress.next_state <= now {
+            self.streams.tell_state(&self.ledger);
+            self.progress.next_state = now + self.progress.state_period;
+        }
+    }
+
+    fn next_tick(&self) -> Option<Instant> {
+        let progress = &self.progress;
+        let expiries = [
+            progress.outcomes.next_expiry(),
+            progress.renewals.next_expiry(),
+            progress.trouble.as_ref().map(|(_, again)| *again),
+        ];
+        let first = expiries.into_iter().flatten();
+        Some(first.fold(progress.next_state, Instant::min))
+    }
+
+    /// When the end is asked for and nothing is under way.
+    fn has_ended(&self) -> bool {
+        let has_written = self.progress.unwritten.is_none() || self.cut_off.is_requested();
+        self.progress.is_ending && !self.progress.is_robot_busy && has_written
+    }
+}
+
+impl Desk {
     /// Works on a request, as a part of its trace.
     fn work_on<R: Request>(
         &mut self,
@@ -206,60 +233,6 @@ impl Desk {
 
     /// The robot is there as long as the desk; where its thread ended by a panic, the process ends too.
     fn send(&self, job: Job) {
-        self.jobs.send(job).ok();
+        self.robot.send(job).ok();
     }
-
-    fn look_at_the_clock(&mut self) {
-        let now = Instant::now();
-        if self
-            .progress
-            .trouble
-            .as_ref()
-            .is_some_and(|(_, again)| *again <= now)
-        {
-            match self.progress.unwritten.take() {
-                Some(unwritten) => self.end(unwritten.change, unwritten.failure),
-                // Tells whether the journal can be written again; the health check says so.
-                None => drop(self.commit(self.ledger.no_change())),
-            }
-        }
-        self.give_up_waiting(now);
-        if self.progress.next_state <= now {
-            self.streams.tell_state(&self.ledger);
-            self.progress.next_state = now + self.progress.state_period;
-        }
-    }
-
-    /// Until something has to be done without being asked.
-    fn pause(&self) -> Duration {
-        let progress = &self.progress;
-        let outcomes = progress.outcomes.iter().map(last_moment);
-        let renewals = progress.renewals.iter().map(last_moment);
-        let retry = progress.trouble.iter().map(|(_, again)| *again);
-        let all = outcomes.chain(renewals).chain(retry);
-        let first = all.fold(progress.next_state, Instant::min);
-        first.saturating_duration_since(Instant::now())
-    }
-
-    /// Answers those whose time limit passed.
-    fn give_up_waiting(&mut self, now: Instant) {
-        for incoming in take_expired(&mut self.progress.outcomes, now) {
-            self.refuse_outcome(incoming);
-        }
-        for incoming in take_expired(&mut self.progress.renewals, now) {
-            let message = "the container is still being renewed";
-            incoming.refuse(v1::Status::TimedOut, message);
-        }
-    }
-}
-
-fn take_expired<R: Request>(waiting: &mut Vec<Incoming<R>>, now: Instant) -> Vec<Incoming<R>> {
-    waiting
-        .extract_if(.., |incoming| last_moment(incoming) <= now)
-        .collect()
-}
-
-/// When a request that waits has to be answered.
-fn last_moment<R: Request>(incoming: &Incoming<R>) -> Instant {
-    incoming.deadline() - ANSWER_BEFORE.min(incoming.header().time_limit / 10)
 }

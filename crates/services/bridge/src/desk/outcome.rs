@@ -9,9 +9,6 @@ use crate::ledger::Outcome;
 use crate::message;
 use crate::robot::Placement;
 
-/// Requests that wait for the end of a placement at most.
-const MAX_WAITING: usize = 256;
-
 impl Desk {
     pub(super) fn outcome(&mut self, incoming: Incoming<v1::OutcomeRequest>) {
         let id = &incoming.message().placement_id;
@@ -27,10 +24,7 @@ impl Desk {
                 let execution = message::execution(placement, Some(outcome));
                 incoming.reply(reply(execution), Done::default());
             }
-            Some((_, None)) if self.progress.outcomes.len() < MAX_WAITING => {
-                self.progress.outcomes.push(incoming);
-            }
-            Some((_, None)) => incoming.refuse(Status::Busy, "too many wait for this outcome"),
+            Some((_, None)) => self.progress.outcomes.keep_or_refuse(incoming),
         }
     }
 
@@ -38,8 +32,9 @@ impl Desk {
     pub(super) fn tell_outcome(&mut self, placement: &Placement, outcome: Option<&Outcome>) {
         let execution = message::execution(placement, outcome);
         let id = &placement.placement_id;
-        let waiting = &mut self.progress.outcomes;
-        for incoming in waiting.extract_if(.., |waiting| waiting.message().placement_id == *id) {
+        let is_asked_for =
+            |incoming: &Incoming<v1::OutcomeRequest>| incoming.message().placement_id == *id;
+        for incoming in self.progress.outcomes.take(is_asked_for) {
             incoming.reply(reply(execution.clone()), Done::default());
         }
         if let Some(outcome) = &execution.outcome {

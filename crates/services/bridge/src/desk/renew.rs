@@ -7,9 +7,6 @@ use super::Desk;
 use crate::ledger::RenewalVerdict;
 use crate::runner::Job;
 
-/// Requests that wait for the end of a renewal at most.
-const MAX_WAITING: usize = 64;
-
 impl Desk {
     pub(super) fn renew(&mut self, incoming: Incoming<v1::RenewRequest>) {
         if incoming.has_expired() {
@@ -24,18 +21,14 @@ impl Desk {
             RenewalVerdict::Done(state_number) => {
                 incoming.reply(reply(state_number), Done::default());
             }
-            RenewalVerdict::UnderWay if self.progress.renewals.len() < MAX_WAITING => {
-                self.progress.renewals.push(incoming);
-            }
-            RenewalVerdict::UnderWay | RenewalVerdict::Busy => {
-                self.refuse_busy(incoming);
-            }
+            RenewalVerdict::UnderWay => self.progress.renewals.keep_or_refuse(incoming),
+            RenewalVerdict::Busy => self.refuse_busy(incoming),
             RenewalVerdict::New => {
                 let change = self.ledger.begin_renewal(request_id);
                 if let Err(error) = self.commit(change) {
                     return incoming.refuse(Status::Unavailable, error.to_string());
                 }
-                self.progress.renewals.push(incoming);
+                self.progress.renewals.keep_or_refuse(incoming);
                 self.progress.is_robot_busy = true;
                 self.send(Job::Renew);
             }
@@ -44,14 +37,14 @@ impl Desk {
 
     /// Answers those who wait for the renewal, which has happened.
     pub(super) fn tell_renewed(&mut self, state_number: Option<u64>) {
-        for incoming in self.progress.renewals.drain(..) {
+        for incoming in self.progress.renewals.take(|_| true) {
             incoming.reply(reply(state_number.unwrap_or_default()), Done::default());
         }
     }
 
     /// Answers those who wait for the renewal, which has failed.
     pub(super) fn tell_not_renewed(&mut self, failure: &str) {
-        for incoming in self.progress.renewals.drain(..) {
+        for incoming in self.progress.renewals.take(|_| true) {
             incoming.refuse(Status::Failed, failure);
         }
     }

@@ -61,7 +61,7 @@ pub(crate) struct Change {
     pub(crate) forgotten: Vec<u64>,
 }
 
-/// See the module.
+/// The records of a cell and its content, as the journal has them.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Ledger {
     head: Head,

@@ -1,12 +1,11 @@
-//! What lies on the trays of cells: one thread that answers who asks, from the newest cloud of each tray.
+//! The actor that answers what lies on the trays of cells, from the latest cloud of each tray.
 //!
-//! Nothing is looked for until somebody asks: clouds are put on a shelf, where newer ones replace them.
+//! Nothing is looked for until somebody asks.
 
 mod seen;
-mod settings;
+pub(crate) mod settings;
 
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use nalgebra::Point3;
@@ -14,47 +13,38 @@ use ppnpack_packing::grid::Resolution;
 use ppnpack_recognition::library::Library;
 use ppnpack_recognition::recognise::Recogniser;
 use ppnpack_recognition::segmentation::{SegmentationSettings, segment};
+use ppnpack_service::actor::{Actor, Address, LatestValues, PendingRequests};
 use ppnpack_service::rpc::{Done, Incoming};
-use ppnpack_wire::convert::cloud;
+use ppnpack_wire::convert::cloud::{CheckedCloud, Cloud};
 use ppnpack_wire::header;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, Status};
 
 use crate::counts::{Counts, Fate};
-use crate::waiting::{Bell, Waiting};
-pub use settings::TraySettings;
+use crate::router::Arrived;
+use settings::TraySettings;
 
 /// The most items that one answer has.
 const MAX_ITEMS: usize = 64;
 
-/// What comes to the thread.
-pub(crate) type Mail = crate::waiting::Mail<v1::ItemsRequest>;
+/// What the actor is told.
+pub(crate) type Message = Incoming<v1::ItemsRequest>;
 
-/// The newest cloud of each tray that was not looked at.
-type Shelf = Arc<Mutex<Vec<Option<Arrived>>>>;
-
-/// Where clouds of trays are put.
+/// The latest cloud of each tray, by its index.
 #[derive(Clone)]
-pub(crate) struct Inlet {
+pub(crate) struct Clouds {
     cells: Arc<[Cell]>,
-    shelf: Shelf,
-    bell: Bell<v1::ItemsRequest>,
+    latest: LatestValues<usize, Arrived>,
     counts: Arc<Counts>,
 }
 
-struct Arrived {
-    cloud: v1::PointCloud,
-    at: Instant,
-}
-
-impl Inlet {
-    /// Of trays whose thread works on this mailbox.
-    pub(crate) fn new(trays: &Trays, mailbox: SyncSender<Mail>) -> Self {
+impl Clouds {
+    /// Clouds of these trays, which wake the actor at this address.
+    pub(crate) fn new(trays: &[Tray], actor: &Address<Message>, counts: Arc<Counts>) -> Self {
         Self {
-            cells: trays.trays.iter().map(|tray| tray.cell.clone()).collect(),
-            shelf: Arc::clone(&trays.shelf),
-            bell: Bell::new(mailbox, &trays.waiting),
-            counts: Arc::clone(&trays.counts),
+            cells: trays.iter().map(|tray| tray.cell.clone()).collect(),
+            latest: LatestValues::new(actor),
+            counts,
         }
     }
 
@@ -65,14 +55,9 @@ impl Inlet {
             return self.counts.refuse(cell, Fate::Unserved, &reason);
         };
         let at = Instant::now();
-        let mut shelf = self.shelf.lock().unwrap_or_else(PoisonError::into_inner);
-        let place = shelf.get_mut(tray);
-        let replaced = place.and_then(|place| place.replace(Arrived { cloud, at }));
-        drop(shelf);
-        if replaced.is_some() {
+        if self.latest.put(tray, Arrived { cloud, at }).is_some() {
             self.counts.count(Fate::Replaced);
         }
-        self.bell.ring();
     }
 }
 
@@ -83,7 +68,8 @@ pub(crate) struct Tray {
     recogniser: Recogniser,
     /// That of the cell's grid.
     resolution: Resolution,
-    newest: Option<Arrived>,
+    /// With when it came.
+    newest: Option<(CheckedCloud, Instant)>,
 }
 
 impl Tray {
@@ -103,148 +89,128 @@ impl Tray {
     }
 
     /// What a cloud shows.
-    fn items(&self, cloud: &v1::PointCloud) -> Result<v1::ItemsReply, ppnpack_wire::WireError> {
-        let read = cloud::read(cloud)?;
-        let container_from_sensor = read.container_from_sensor();
-        let points = read
+    fn items(&self, cloud: &Cloud<'_>) -> v1::ItemsReply {
+        let container_from_sensor = cloud.container_from_sensor();
+        let points = cloud
             .points()
             .map(|point| container_from_sensor * point.cast::<f64>());
         let eye = Point3::from(container_from_sensor.translation.vector);
         let found = segment(points, &eye, &self.segmentation);
         let clusters = found.clusters.iter().take(MAX_ITEMS);
         let items = clusters.map(|cluster| seen::item(cluster, &self.recogniser, &self.resolution));
-        Ok(v1::ItemsReply {
+        v1::ItemsReply {
             header: None,
             items: seen::within_message(items.collect()),
-            cloud_sequence: read.sequence(),
-            captured_at_ns: read.captured_at_ns(),
+            cloud_sequence: cloud.sequence(),
+            captured_at_ns: cloud.captured_at_ns(),
             specks: u32::try_from(found.specks).unwrap_or(u32::MAX),
-        })
+        }
     }
 }
 
 /// Answers what lies on trays.
 pub(crate) struct Trays {
     trays: Vec<Tray>,
-    shelf: Shelf,
-    waiting: Waiting<v1::ItemsRequest>,
-    counts: Arc<Counts>,
+    clouds: Clouds,
+    pending: PendingRequests<Message>,
 }
 
-impl Trays {
-    pub(crate) fn new(trays: Vec<Tray>, most: usize, counts: Arc<Counts>) -> Self {
-        let shelf = trays.iter().map(|_| None).collect();
-        Self {
-            trays,
-            shelf: Arc::new(Mutex::new(shelf)),
-            waiting: Waiting::new(most),
-            counts,
-        }
-    }
+impl Actor for Trays {
+    type Message = Message;
 
-    /// Works until nothing more can come.
-    pub(crate) fn run(mut self, mail: &Receiver<Mail>) {
-        loop {
-            match mail.recv_timeout(self.waiting.pause()) {
-                Ok(Mail::Request(incoming)) => self.keep(*incoming),
-                Ok(Mail::Clouds) | Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return,
-            }
-            self.look_at_shelf();
-            self.answer();
-            self.give_up_waiting();
-        }
-    }
-
-    fn keep(&mut self, mut incoming: Incoming<v1::ItemsRequest>) {
+    fn handle(&mut self, mut incoming: Message) {
         incoming.start();
         let cell = incoming.cell();
         if self.trays.iter().any(|tray| tray.cell == *cell) {
-            self.waiting.keep(incoming);
+            self.pending.keep_or_refuse(incoming);
         } else {
             let message = format!("cell {cell} has no tray: set service.trays.{cell}");
             incoming.refuse(Status::NotFound, message);
         }
     }
 
-    fn look_at_shelf(&mut self) {
-        self.waiting.has_heard();
-        let mut shelf = self.shelf.lock().unwrap_or_else(PoisonError::into_inner);
-        let arrived: Vec<Option<Arrived>> = shelf.iter_mut().map(Option::take).collect();
-        drop(shelf);
-        for (tray, arrived) in self.trays.iter_mut().zip(arrived) {
-            let Some(arrived) = arrived else {
+    fn tick(&mut self) {
+        self.take_clouds();
+        self.pending.refuse_expired(|incoming| {
+            let cell = incoming.cell();
+            let tray = self.trays.iter().find(|tray| tray.cell == *cell);
+            match tray.and_then(|tray| tray.newest.as_ref()) {
+                None => format!("no cloud of the tray of cell {cell} has come"),
+                Some((newest, at)) => format!(
+                    "no newer cloud of the tray of cell {cell} has come than number {}, {:.1} s ago",
+                    newest.cloud().sequence(),
+                    at.elapsed().as_secs_f64()
+                ),
+            }
+        });
+        self.answer();
+    }
+
+    fn next_tick(&self) -> Option<Instant> {
+        self.pending.next_expiry()
+    }
+}
+
+impl Trays {
+    /// Keeps at most so many requests pending.
+    pub(crate) fn new(trays: Vec<Tray>, clouds: Clouds, most_pending: usize) -> Self {
+        Self {
+            trays,
+            clouds,
+            pending: PendingRequests::new(most_pending),
+        }
+    }
+
+    fn take_clouds(&mut self) {
+        for (index, arrived) in self.clouds.latest.take() {
+            let Some(tray) = self.trays.get_mut(index) else {
                 continue;
             };
-            match cloud::read(&arrived.cloud) {
-                Ok(_) => tray.newest = Some(arrived),
-                Err(error) => self.counts.refuse(&tray.cell, Fate::Malformed, &error),
+            match CheckedCloud::new(arrived.cloud) {
+                Ok(cloud) => tray.newest = Some((cloud, arrived.at)),
+                Err(error) => {
+                    let counts = &self.clouds.counts;
+                    counts.refuse(&tray.cell, Fate::Malformed, &error);
+                }
             }
         }
     }
 
-    /// Answers all that the newest clouds serve; a cloud is looked at once for all that wait.
+    /// Answers all that the newest clouds serve; a cloud is looked at once for all that are pending.
     fn answer(&mut self) {
         for tray in &self.trays {
-            let Some(newest) = &tray.newest else {
+            let Some((newest, at)) = &tray.newest else {
                 continue;
             };
-            let served = self
-                .waiting
-                .take(|incoming| *incoming.cell() == tray.cell && is_wanted(newest, incoming));
-            if served.is_empty() {
+            let cloud = newest.cloud();
+            let can_be_answered = |incoming: &Message| {
+                *incoming.cell() == tray.cell && is_wanted(cloud.sequence(), *at, incoming)
+            };
+            let answered = self.pending.take(can_be_answered);
+            if answered.is_empty() {
                 continue;
             }
             let began = Instant::now();
-            let found = tray.items(&newest.cloud);
-            for incoming in served {
+            let found = tray.items(&cloud);
+            for incoming in answered {
                 reply(incoming, &found, began.elapsed());
             }
         }
     }
-
-    /// Answers those whose time limit passed.
-    fn give_up_waiting(&mut self) {
-        for incoming in self.waiting.take_expired() {
-            let cell = incoming.cell();
-            let tray = self.trays.iter().find(|tray| tray.cell == *cell);
-            let message = match tray.and_then(|tray| tray.newest.as_ref()) {
-                None => format!("no cloud of the tray of cell {cell} has come"),
-                Some(newest) => format!(
-                    "no newer cloud of the tray of cell {cell} has come than number {}, {:.1} s ago",
-                    newest.cloud.sequence,
-                    newest.at.elapsed().as_secs_f64()
-                ),
-            };
-            incoming.refuse(Status::TimedOut, message);
-        }
-    }
 }
 
-/// Whether a cloud is one of those that are wanted.
-fn is_wanted(arrived: &Arrived, incoming: &Incoming<v1::ItemsRequest>) -> bool {
+/// Whether a cloud of this number that came then is one of those that are wanted.
+fn is_wanted(sequence: u64, at: Instant, incoming: &Message) -> bool {
     match incoming.message().least_sequence {
-        0 => arrived.at > incoming.received(),
-        least => arrived.cloud.sequence >= least,
+        0 => at > incoming.received(),
+        least => sequence >= least,
     }
 }
 
-fn reply(
-    incoming: Incoming<v1::ItemsRequest>,
-    found: &Result<v1::ItemsReply, ppnpack_wire::WireError>,
-    took: Duration,
-) {
-    match found {
-        Ok(found) => {
-            let stages = vec![header::stage("recognise", took)];
-            incoming.reply(
-                found.clone(),
-                Done {
-                    stages,
-                    ..Done::default()
-                },
-            );
-        }
-        Err(error) => incoming.refuse(Status::Failed, error.to_string()),
-    }
+fn reply(incoming: Message, found: &v1::ItemsReply, took: Duration) {
+    let done = Done {
+        stages: vec![header::stage("recognise", took)],
+        ..Done::default()
+    };
+    incoming.reply(found.clone(), done);
 }

@@ -13,7 +13,7 @@ use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
 
 use super::decide::Decided;
-use super::{CellPlanner, Command, Refusal};
+use super::{CellPlanner, Message, Refusal};
 use crate::session::{Announced, Session, message};
 
 /// Regions that one session keeps free at most.
@@ -29,30 +29,31 @@ const GREATEST_LEAN_RAD: f64 = 0.15;
 const MAX_ANNOUNCED: usize = 1_000;
 
 impl CellPlanner {
-    pub(crate) fn answer(&mut self, command: Command) {
-        match command {
-            Command::Begin(incoming) => self.carry_out(incoming, Self::begin),
-            Command::Announce(incoming) => self.carry_out(incoming, Self::announce),
-            Command::Withdraw(incoming) => self.carry_out(incoming, Self::withdraw),
-            Command::Plan(incoming) => self.carry_out(incoming, Self::plan_step),
-            Command::Report(incoming) => self.carry_out(incoming, Self::report),
-            Command::Explain(incoming) => self.carry_out(incoming, |planner, request| {
+    pub(crate) fn answer(&mut self, message: Message) {
+        match message {
+            Message::Begin(incoming) => self.carry_out(incoming, Self::begin),
+            Message::Announce(incoming) => self.carry_out(incoming, Self::announce),
+            Message::Withdraw(incoming) => self.carry_out(incoming, Self::withdraw),
+            Message::Plan(incoming) if self.is_inspecting() => self.keep_plan(incoming),
+            Message::Plan(incoming) => self.carry_out(incoming, Self::plan_step),
+            Message::Report(incoming) => self.carry_out(incoming, Self::report),
+            Message::Explain(incoming) => self.carry_out(incoming, |planner, request| {
                 planner.explain(&request.message().item_id, request.deadline())
             }),
-            Command::Automatic(incoming) => self.carry_out(incoming, Self::switch),
-            Command::Session(incoming) => self.carry_out(incoming, |planner, _| {
+            Message::Automatic(incoming) => self.carry_out(incoming, Self::switch),
+            Message::Session(incoming) => self.carry_out(incoming, |planner, _| {
                 let session = Some(planner.message());
                 Ok(v1::SessionReply {
                     session,
                     ..v1::SessionReply::default()
                 })
             }),
-            Command::Outcome(outcome) => self.on_outcome(&outcome),
-            Command::Stop => {}
+            Message::Outcome(outcome) => self.on_outcome(&outcome),
+            Message::Inspected(decision_id, answer) => self.on_inspected(&decision_id, *answer),
         }
     }
 
-    fn carry_out<R: Request>(
+    pub(super) fn carry_out<R: Request>(
         &mut self,
         incoming: Incoming<R>,
         work: impl FnOnce(&mut Self, &Incoming<R>) -> Result<R::Reply, Refusal>,
@@ -176,13 +177,13 @@ impl CellPlanner {
             }
             Some(v1::announcement::Shape::Item(message)) => {
                 let item = Arc::new(convert::item::read(message)?);
-                if item.views().len() != self.settings.yaws {
+                if item.views().len() != self.settings.grid.yaws {
                     return Err(Refusal::new(
                         Status::Invalid,
                         format_args!(
                             "item {item_id} has {} views, but the cell {} yaws",
                             item.views().len(),
-                            self.settings.yaws
+                            self.settings.grid.yaws
                         ),
                     ));
                 }
@@ -219,7 +220,7 @@ impl CellPlanner {
         })
     }
 
-    fn plan_step(
+    pub(super) fn plan_step(
         &mut self,
         incoming: &Incoming<v1::PlanRequest>,
     ) -> Result<v1::PlanReply, Refusal> {

@@ -9,7 +9,6 @@ use ppnpack_service::rpc::CallError;
 use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
 
 use super::decide::Decided;
-use super::inspect::ToInspect;
 use super::{CellPlanner, Refusal};
 use crate::session::{End, Session};
 
@@ -78,7 +77,7 @@ impl CellPlanner {
             return;
         }
         // How the last item lies is known first: a missing one may be in the arm's way.
-        if self.to_inspect.as_ref().is_some_and(ToInspect::is_due) {
+        if self.is_inspecting() {
             return;
         }
         if self

@@ -42,8 +42,6 @@ impl CellPlanner {
         }
         let candidates = self.candidates(&buffer)?;
         let seen = self.seen(deadline)?;
-        // The heightmap is there now; what is found moves the regions of fragile items.
-        self.inspect();
         let scene = self.blocked(&seen.scene)?;
         let waited = started.elapsed();
         let step = Step {

@@ -1,22 +1,36 @@
 //! After a placement: perception says how the item lies, and the session is corrected by that.
+//!
+//! The cell's actor answers other requests meanwhile: a thread of its own waits for perception and sends the answer to
+//! the actor. Plans wait for the inspection, as what is found moves the regions of fragile items.
 
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::heightmap::Scene;
+use ppnpack_service::process::thread;
+use ppnpack_service::rpc::{CallError, Incoming};
 use ppnpack_wire::convert;
 use ppnpack_wire::v1::{self, InspectionKind, OutcomeKind, Status};
 
-use super::{CellPlanner, Refusal};
+use super::{CellPlanner, Message, Refusal};
 use crate::session::End;
 
 /// How long one attempt waits for a heightmap that shows the placement.
 const SCENE_LIMIT: Duration = Duration::from_millis(300);
 
+/// How long the actor waits for it before it looks at its mailbox.
+const SCENE_SLICE: Duration = Duration::from_millis(50);
+
 /// How long perception may take.
 const ANSWER_LIMIT: Duration = Duration::from_secs(1);
 
+/// How long to wait before another attempt.
+const PAUSE: Duration = Duration::from_millis(100);
+
 /// Attempts before an item is left as it was reported.
 const MAX_ATTEMPTS: u32 = 15;
+
+/// How long a plan waits for an inspection at most: as long as one attempt takes. It goes on without it then.
+const PLAN_PATIENCE: Duration = SCENE_LIMIT.saturating_add(ANSWER_LIMIT);
 
 /// An item that was decided on, until it is known how it lies.
 #[derive(Debug)]
@@ -29,12 +43,33 @@ pub(crate) struct ToInspect {
     /// What perception said, where that is not on disk yet.
     found: Option<v1::Inspection>,
     attempts: u32,
+    next: Next,
+}
+
+/// What is next for an item that was placed.
+#[derive(Debug, Clone, Copy)]
+enum Next {
+    /// An attempt begins then.
+    Attempt(Instant),
+    /// A heightmap that shows it is waited for until then.
+    Heightmap(Instant),
+    /// Perception answers.
+    Answer,
 }
 
 impl ToInspect {
     /// Whether the item was placed.
     pub(super) fn is_due(&self) -> bool {
         self.placed_in.is_some()
+    }
+
+    /// When the actor has to go on with it; `None` where that is for others.
+    pub(super) fn goes_on_at(&self) -> Option<Instant> {
+        match self.next {
+            Next::Attempt(at) => self.is_due().then_some(at),
+            Next::Heightmap(_) => Some(Instant::now()),
+            Next::Answer => None,
+        }
     }
 }
 
@@ -68,6 +103,7 @@ impl CellPlanner {
             placed_in: None,
             found: None,
             attempts: 0,
+            next: Next::Attempt(Instant::now()),
         });
     }
 
@@ -84,65 +120,122 @@ impl CellPlanner {
         }
     }
 
-    /// Has the item that was placed last inspected, where that is wanted and was not done.
+    /// Whether the item that was placed last is not inspected yet.
+    pub(super) fn is_inspecting(&self) -> bool {
+        self.to_inspect.as_ref().is_some_and(ToInspect::is_due)
+    }
+
+    /// Goes on with the inspection of the item that was placed last. Waits for a heightmap for a moment, and for nothing
+    /// else.
     pub(super) fn inspect(&mut self) {
-        let Some(mut to_inspect) = self.to_inspect.take_if(|it| it.is_due()) else {
+        let goes_on = |it: &mut ToInspect| it.goes_on_at().is_some_and(|at| at <= Instant::now());
+        let Some(mut it) = self.to_inspect.take_if(goes_on) else {
             return;
         };
-        to_inspect.attempts += 1;
-        let reason = match self.try_inspect(&mut to_inspect) {
+        let went = match it.found.clone() {
+            Some(found) => self.enter_found(&it, found),
+            None => match self.ask_inspection(&mut it) {
+                Ok(()) => {
+                    self.to_inspect = Some(it);
+                    return;
+                }
+                Err(reason) => Err(reason),
+            },
+        };
+        self.end_attempt(it, went);
+    }
+
+    /// Perception answered, or did not.
+    pub(super) fn on_inspected(
+        &mut self,
+        decision_id: &str,
+        answer: Result<v1::InspectReply, CallError>,
+    ) {
+        // Of a session or a decision that is gone it is of no use.
+        let is_asked =
+            |it: &mut ToInspect| matches!(it.next, Next::Answer) && it.decision_id == decision_id;
+        let Some(mut it) = self.to_inspect.take_if(is_asked) else {
+            return;
+        };
+        let went = read_answer(it.placed_in, answer).and_then(|found| {
+            it.found = Some(found.clone());
+            self.enter_found(&it, found)
+        });
+        self.end_attempt(it, went);
+    }
+
+    /// Has a plan wait for the inspection, for as long as its time limit allows.
+    pub(super) fn keep_plan(&mut self, incoming: Incoming<v1::PlanRequest>) {
+        let until = incoming.answer_by().min(Instant::now() + PLAN_PATIENCE);
+        if let Err(incoming) = self.plans.keep(incoming, until) {
+            incoming.refuse(Status::Busy, "too many wait already");
+        }
+    }
+
+    /// Answers the plans that have not to wait for the inspection any more.
+    pub(super) fn answer_plans(&mut self) {
+        let plans = match self.is_inspecting() {
+            true => self.plans.take_expired(),
+            false => self.plans.take(|_| true),
+        };
+        for incoming in plans {
+            if Instant::now() >= incoming.answer_by() {
+                let late = "the time limit passed while the item placed before was inspected";
+                incoming.refuse(Status::TimedOut, late);
+            } else {
+                self.carry_out(incoming, Self::plan_step);
+            }
+        }
+    }
+
+    /// Waits for a heightmap that surely shows the placement, as perception has its cloud then, and asks perception.
+    fn ask_inspection(&mut self, it: &mut ToInspect) -> Result<(), NotInspected> {
+        let now = Instant::now();
+        let until = match it.next {
+            Next::Heightmap(until) => until,
+            _ => now + SCENE_LIMIT,
+        };
+        it.next = Next::Heightmap(until);
+        let least = self.session.least_state_number();
+        match self.scenes.current(least, until.min(now + SCENE_SLICE)) {
+            Ok(seen) => it.request.least_state_number = seen.state_number,
+            Err(_) if Instant::now() < until => return Ok(()),
+            Err(reason) => return Err(NotInspected::Yet(reason)),
+        }
+        let (client, cell, own) = (self.client.clone(), self.cell.clone(), self.own.clone());
+        let (decision_id, request) = (it.decision_id.clone(), it.request.clone());
+        let ask = move || {
+            let answer = client.call(&cell, request, Instant::now() + ANSWER_LIMIT);
+            if let Some(actor) = own.upgrade() {
+                // An actor that has ended needs no answer.
+                let message = Message::Inspected(decision_id, Box::new(answer));
+                actor.send(message).ok();
+            }
+        };
+        thread("inspection", ask).map_err(|error| NotInspected::Yet(error.to_string()))?;
+        it.next = Next::Answer;
+        Ok(())
+    }
+
+    fn enter_found(&mut self, it: &ToInspect, found: v1::Inspection) -> Result<(), NotInspected> {
+        self.enter_inspection(&it.item_id, found)
+            .map_err(|refusal| NotInspected::Yet(refusal.message))
+    }
+
+    /// Plans another attempt where this one led to nothing and there may be more.
+    fn end_attempt(&mut self, mut it: ToInspect, went: Result<(), NotInspected>) {
+        it.attempts += 1;
+        let reason = match went {
             Ok(()) => return,
-            Err(NotInspected::Yet(reason)) if to_inspect.attempts < MAX_ATTEMPTS => {
-                tracing::debug!(cell = %self.cell, item_id = to_inspect.item_id, reason, "not inspected yet");
-                self.to_inspect = Some(to_inspect);
+            Err(NotInspected::Yet(reason)) if it.attempts < MAX_ATTEMPTS => {
+                tracing::debug!(cell = %self.cell, item_id = it.item_id, reason, "not inspected yet");
+                it.next = Next::Attempt(Instant::now() + PAUSE);
+                self.to_inspect = Some(it);
                 return;
             }
             Err(NotInspected::Yet(reason) | NotInspected::AtAll(reason)) => reason,
         };
-        tracing::warn!(cell = %self.cell, item_id = to_inspect.item_id, reason, "not inspected");
-    }
-
-    fn try_inspect(&mut self, to_inspect: &mut ToInspect) -> Result<(), NotInspected> {
-        let inspection = match &to_inspect.found {
-            Some(found) => found.clone(),
-            None => self.ask_inspection(to_inspect)?,
-        };
-        to_inspect.found = Some(inspection.clone());
-        self.enter_inspection(&to_inspect.item_id, inspection)
-            .map_err(|refusal| NotInspected::Yet(refusal.message))
-    }
-
-    fn ask_inspection(
-        &mut self,
-        to_inspect: &mut ToInspect,
-    ) -> Result<v1::Inspection, NotInspected> {
-        // A heightmap that surely shows the placement; perception has its cloud.
-        let least = self.session.least_state_number();
-        let deadline = Instant::now() + SCENE_LIMIT;
-        let seen = self.scenes.current(least, deadline);
-        to_inspect.request.least_state_number = seen.map_err(NotInspected::Yet)?.state_number;
-        let request = to_inspect.request.clone();
-        let deadline = Instant::now() + ANSWER_LIMIT;
-        let reply = match self.client.call(&self.cell, request, deadline) {
-            Ok(reply) => reply,
-            // What perception does not know, it cannot find.
-            Err(error) if matches!(error.status(), Some(Status::NotFound | Status::Invalid)) => {
-                return Ok(v1::Inspection {
-                    kind: InspectionKind::Unclear.into(),
-                    reason: error.to_string(),
-                    ..v1::Inspection::default()
-                });
-            }
-            Err(error) => return Err(NotInspected::Yet(format!("perception: {error}"))),
-        };
-        // Another state is another content, such as a new container.
-        let placed_in = to_inspect.placed_in.unwrap_or_default();
-        if reply.state_number != 0 && placed_in != 0 && reply.state_number != placed_in {
-            let changed = "the container changed before it was inspected";
-            return Err(NotInspected::AtAll(changed.to_owned()));
-        }
-        let nothing = || NotInspected::Yet("perception told nothing".to_owned());
-        reply.inspection.ok_or_else(nothing)
+        tracing::warn!(cell = %self.cell, item_id = it.item_id, reason, "not inspected");
     }
 
     fn enter_inspection(
@@ -167,4 +260,31 @@ impl CellPlanner {
             Ok(())
         })
     }
+}
+
+/// What perception says about an item that was placed in this state of the cell.
+fn read_answer(
+    placed_in: Option<u64>,
+    answer: Result<v1::InspectReply, CallError>,
+) -> Result<v1::Inspection, NotInspected> {
+    let reply = match answer {
+        Ok(reply) => reply,
+        // What perception does not know, it cannot find.
+        Err(error) if matches!(error.status(), Some(Status::NotFound | Status::Invalid)) => {
+            return Ok(v1::Inspection {
+                kind: InspectionKind::Unclear.into(),
+                reason: error.to_string(),
+                ..v1::Inspection::default()
+            });
+        }
+        Err(error) => return Err(NotInspected::Yet(format!("perception: {error}"))),
+    };
+    // Another state is another content, such as a new container.
+    let placed_in = placed_in.unwrap_or_default();
+    if reply.state_number != 0 && placed_in != 0 && reply.state_number != placed_in {
+        let changed = "the container changed before it was inspected";
+        return Err(NotInspected::AtAll(changed.to_owned()));
+    }
+    let nothing = || NotInspected::Yet("perception told nothing".to_owned());
+    reply.inspection.ok_or_else(nothing)
 }

@@ -1,4 +1,4 @@
-//! One cell: a thread that owns its session and takes what is asked of it from a mailbox, one after another.
+//! One cell: an actor that owns its session.
 
 mod answers;
 mod automatic;
@@ -8,20 +8,20 @@ mod inspect;
 
 use std::collections::HashMap;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::item::Item;
 use ppnpack_packing::model::Model;
+use ppnpack_service::actor::{Actor, PendingRequests, WeakAddress};
 use ppnpack_service::health::HealthLatch;
 use ppnpack_service::process::Process;
-use ppnpack_service::rpc::{Client, Incoming};
+use ppnpack_service::rpc::{CallError, Client, Incoming};
 use ppnpack_service::stream::Publisher;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1::{self, Status};
 
-use crate::StartError;
+use crate::error::StartError;
 use crate::objects::Objects;
 use crate::planning::{Helpers, Planning};
 use crate::scenes::{SceneLimits, Scenes};
@@ -31,11 +31,14 @@ use crate::store::{Store, StoreError};
 use automatic::Automatic;
 use inspect::ToInspect;
 
-/// How long the thread sleeps at most, so that a lost message of the bridge is made up for.
+/// How long the actor sleeps at most, so that a lost message of the bridge is made up for.
 const TICK: Duration = Duration::from_millis(250);
 
-/// What can be asked of a cell.
-pub(crate) enum Command {
+/// Plans that wait for an inspection at most.
+const MOST_PLANS: usize = 64;
+
+/// What a cell is told.
+pub(crate) enum Message {
     Begin(Incoming<v1::BeginRequest>),
     Announce(Incoming<v1::AnnounceRequest>),
     Withdraw(Incoming<v1::WithdrawRequest>),
@@ -46,8 +49,8 @@ pub(crate) enum Command {
     Session(Incoming<v1::SessionRequest>),
     /// The bridge says how a placement ended.
     Outcome(v1::Outcome),
-    /// The process ends.
-    Stop,
+    /// What perception answered about the placement of this decision.
+    Inspected(String, Box<Result<v1::InspectReply, CallError>>),
 }
 
 /// Why a request is not carried out.
@@ -109,14 +112,46 @@ pub(crate) struct CellPlanner {
     news: News,
     /// The last decision's item, until it is known how it lies.
     to_inspect: Option<ToInspect>,
+    /// Wait until it is inspected.
+    plans: PendingRequests<Incoming<v1::PlanRequest>>,
     automatic: Automatic,
+    /// Where it is reached itself.
+    own: WeakAddress<Message>,
 }
 
-/// What is to be published once whoever asked has an answer.
+/// What is published after the request that led to it is answered.
 #[derive(Debug, Default)]
 struct News {
     decisions: Vec<v1::Decision>,
     is_session_new: bool,
+}
+
+impl Actor for CellPlanner {
+    type Message = Message;
+
+    fn handle(&mut self, message: Message) {
+        self.answer(message);
+    }
+
+    fn tick(&mut self) {
+        self.publish_news();
+        self.inspect();
+        self.answer_plans();
+        self.advance();
+        self.publish_news();
+    }
+
+    fn next_tick(&self) -> Option<Instant> {
+        // How the last item lies is known before the automatic mode goes on.
+        let automatic = match self.is_inspecting() {
+            true => None,
+            false => self.automatic.wakes_at(&self.session),
+        };
+        let inspection = self.to_inspect.as_ref().and_then(ToInspect::goes_on_at);
+        let due = [automatic, inspection, self.plans.next_expiry()];
+        let latest = Instant::now() + TICK;
+        Some(due.into_iter().flatten().fold(latest, Instant::min))
+    }
 }
 
 impl CellPlanner {
@@ -126,6 +161,7 @@ impl CellPlanner {
         cell: &Cell,
         settings: &CellSettings,
         shared: &Shared,
+        own: WeakAddress<Message>,
     ) -> Result<Self, StartError> {
         let planning = Planning::new(cell, settings, &shared.helpers).map_err(StartError::Cell)?;
         let limits = SceneLimits {
@@ -148,26 +184,15 @@ impl CellPlanner {
             client: shared.helpers.client.clone(),
             decisions: Publisher::new(process, cell, Stream::Plan)?,
             sessions: Publisher::new(process, cell, Stream::Session)?,
-            news: News::default(),
+            news: News {
+                is_session_new: true,
+                ..News::default()
+            },
             to_inspect: None,
+            plans: PendingRequests::new(MOST_PLANS),
             automatic: Automatic::default(),
+            own,
         })
-    }
-
-    /// Works until it is told to stop.
-    pub(crate) fn run(mut self, mailbox: &Receiver<Command>) {
-        self.news.is_session_new = true;
-        loop {
-            self.inspect();
-            self.advance();
-            self.publish_news();
-            match mailbox.recv_timeout(self.patience()) {
-                Ok(Command::Stop) | Err(RecvTimeoutError::Disconnected) => break,
-                Ok(command) => self.answer(command),
-                Err(RecvTimeoutError::Timeout) => {}
-            }
-            self.publish_news();
-        }
     }
 
     /// Changes the session and has it on disk before anything else happens; on an error nothing has changed.
@@ -178,7 +203,7 @@ impl CellPlanner {
         self.change_with(&[], change)
     }
 
-    /// The same, with heightmaps of items that the session newly refers to.
+    /// As [`Self::change`]; saves the heightmaps of items that are new in the session along with it.
     fn change_with(
         &mut self,
         shapes: &[v1::Item],
@@ -271,14 +296,6 @@ impl CellPlanner {
         let item = Arc::new(ppnpack_wire::convert::item::read(&message)?);
         self.shapes.insert(shape, Arc::clone(&item));
         Ok(item)
-    }
-
-    /// How long to sleep if nothing comes.
-    fn patience(&self) -> Duration {
-        match self.automatic.wakes_at(&self.session) {
-            Some(at) => at.saturating_duration_since(Instant::now()).min(TICK),
-            None => TICK,
-        }
     }
 }
 

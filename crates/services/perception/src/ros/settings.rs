@@ -1,29 +1,15 @@
-//! Cameras whose drivers publish clouds as ROS 2 does: over `rmw_zenoh`, or through the bridge of ROS 2 over DDS.
-//!
-//! A cloud is read on Zenoh's thread, as those of the workspace's own stream are: its points are copied once, and
-//! nothing is waited for. The attachment of `rmw_zenoh` (a count, a time, who published) is not read.
+//! What can be set of cameras whose drivers publish clouds as ROS 2 does.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::Isometry3;
 use ppnpack_perception::extrinsics::Extrinsics;
-use ppnpack_service::ServiceError;
-use ppnpack_service::metrics::{self, Metric};
-use ppnpack_service::process::Process;
-use ppnpack_wire::keys::{Cell, Stream, everything};
-use ppnpack_wire::ros::{PointCloud2, to_cloud, topic};
-use ppnpack_wire::{WireError, v1};
+use ppnpack_wire::WireError;
+use ppnpack_wire::keys::{Cell, everything};
+use ppnpack_wire::ros::topic;
 use serde::{Deserialize, Serialize};
-use zenoh::Wait;
 use zenoh::key_expr::KeyExpr;
-use zenoh::pubsub::Subscriber;
-use zenoh::sample::Sample;
 
-use crate::StartError;
-use crate::counts::{Counts, Fate};
-use crate::router::Router;
 use crate::sensors::Sensors;
 
 /// A camera whose driver publishes clouds as ROS 2 does.
@@ -50,15 +36,15 @@ fn point_cloud2() -> String {
 }
 
 /// A camera as it is set, checked.
-struct Camera {
-    key: KeyExpr<'static>,
-    cell: Cell,
-    sensor: String,
-    container_from_sensor: Isometry3<f64>,
+pub(super) struct Camera {
+    pub(super) key: KeyExpr<'static>,
+    pub(super) cell: Cell,
+    pub(super) sensor: String,
+    pub(super) container_from_sensor: Isometry3<f64>,
 }
 
 impl RosCamera {
-    fn read(&self) -> Result<Camera, String> {
+    pub(super) fn read(&self) -> Result<Camera, String> {
         let wire = |error: WireError| error.to_string();
         topic::check_type(&self.message_type).map_err(wire)?;
         topic::check_key(&self.key).map_err(|error| format!("key: {error}"))?;
@@ -106,65 +92,6 @@ pub(crate) fn validate(
         }
     }
     Ok(())
-}
-
-/// Where the clouds of a camera come in.
-pub(crate) struct Door {
-    _clouds: Subscriber<()>,
-}
-
-impl Door {
-    pub(crate) fn open(
-        process: &Process,
-        camera: &RosCamera,
-        router: &Arc<Router>,
-        counts: &Arc<Counts>,
-    ) -> Result<Self, StartError> {
-        let camera = camera.read().map_err(StartError::Ros)?;
-        let key = camera.key.clone();
-        let received =
-            metrics::counter(Metric::ReceivedTotal, &[("stream", Stream::Cloud.as_str())]);
-        let (router, counts) = (Arc::clone(router), Arc::clone(counts));
-        let sequence = AtomicU64::new(1);
-        let callback = move |sample: Sample| {
-            received.increment(1);
-            match read(&sample, &sequence, &camera.container_from_sensor) {
-                Ok(mut cloud) => {
-                    cloud.sensor.clone_from(&camera.sensor);
-                    router.route(&camera.cell, cloud);
-                }
-                Err(error) => {
-                    let reason = format!("{}: {error}", sample.key_expr());
-                    counts.refuse(&camera.cell, Fate::Malformed, &reason);
-                }
-            }
-        };
-        let clouds = process
-            .session()
-            .declare_subscriber(key.clone())
-            .callback(callback)
-            .wait()
-            .map_err(|error| ServiceError::Zenoh {
-                action: format!("subscribing {key}"),
-                reason: error.to_string(),
-            })?;
-        Ok(Self { _clouds: clouds })
-    }
-}
-
-/// Reads a cloud, and gives it the next number.
-fn read(
-    sample: &Sample,
-    sequence: &AtomicU64,
-    container_from_sensor: &Isometry3<f64>,
-) -> Result<v1::PointCloud, WireError> {
-    topic::check_key(sample.key_expr())?;
-    // A larger payload is not even put together.
-    topic::check_size(sample.payload().len())?;
-    let payload = sample.payload().to_bytes();
-    let message = PointCloud2::read(&payload)?;
-    let number = sequence.fetch_add(1, Ordering::Relaxed);
-    to_cloud(&message, number, container_from_sensor)
 }
 
 #[cfg(test)]

@@ -1,0 +1,74 @@
+//! A grid as it stands in a configuration.
+
+use serde::{Deserialize, Serialize};
+
+use super::{ContainerSize, Grid, GridError, Resolution, Yaws};
+
+/// A container and how finely it is planned. The default is the paper's ([`Grid::reference`]).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GridSettings {
+    /// The container's inner size.
+    pub container: ContainerSize,
+    /// The edge of a grid cell, in metres.
+    pub cell_m: f64,
+    /// One unit of height, in metres.
+    pub height_unit_m: f64,
+    /// How many yaws, evenly over half a turn.
+    pub yaws: usize,
+}
+
+impl Default for GridSettings {
+    fn default() -> Self {
+        Self {
+            container: ContainerSize::REFERENCE,
+            cell_m: 0.01,
+            height_unit_m: 0.002,
+            yaws: 4,
+        }
+    }
+}
+
+impl GridSettings {
+    /// The grid of the container.
+    ///
+    /// # Errors
+    /// [`GridError`] where a length or a count is not possible.
+    pub fn build(&self) -> Result<Grid, GridError> {
+        Grid::new(self.container, self.resolution()?)
+    }
+
+    /// How finely it is planned.
+    ///
+    /// # Errors
+    /// As [`GridSettings::build`].
+    pub fn resolution(&self) -> Result<Resolution, GridError> {
+        let yaws = Yaws::half_turn(self.yaws)?;
+        Resolution::new(self.cell_m, self.height_unit_m, yaws)
+    }
+}
+
+impl From<&Grid> for GridSettings {
+    /// Of a grid whose yaws lie evenly over half a turn.
+    fn from(grid: &Grid) -> Self {
+        let resolution = grid.resolution();
+        Self {
+            container: grid.container(),
+            cell_m: resolution.cell_m(),
+            height_unit_m: resolution.height_unit_m(),
+            yaws: resolution.yaws().count(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_is_the_reference() {
+        let settings = GridSettings::default();
+        assert_eq!(settings.build().unwrap(), Grid::reference());
+        assert_eq!(GridSettings::from(&Grid::reference()), settings);
+    }
+}

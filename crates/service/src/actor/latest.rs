@@ -1,0 +1,110 @@
+//! Data of which only the newest counts.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use super::Address;
+
+/// The latest value of each source, until the actor takes it. Clones share them: one is the actor's, the others are for
+/// those who put.
+pub struct LatestValues<K, T> {
+    shared: Arc<Shared<K, T>>,
+}
+
+struct Shared<K, T> {
+    slots: Mutex<BTreeMap<K, Slot<T>>>,
+    wake: Box<dyn Fn() + Send + Sync>,
+}
+
+struct Slot<T> {
+    /// `None` once it is taken.
+    value: Option<T>,
+    put_at: Instant,
+}
+
+impl<K: Ord, T> LatestValues<K, T> {
+    /// Values that wake this actor. It ends all the same when nobody has its address any more.
+    pub fn new<M: Send + 'static>(actor: &Address<M>) -> Self {
+        let actor = actor.downgrade();
+        let wake = move || {
+            if let Some(actor) = actor.upgrade() {
+                actor.wake();
+            }
+        };
+        let shared = Arc::new(Shared {
+            slots: Mutex::default(),
+            wake: Box::new(wake),
+        });
+        Self { shared }
+    }
+
+    /// Puts a value of a source and wakes the actor; gives the one before, where it was not taken. Waits for nothing but
+    /// a lock that is held as briefly.
+    pub fn put(&self, source: K, value: T) -> Option<T> {
+        let slot = Slot {
+            value: Some(value),
+            put_at: Instant::now(),
+        };
+        let before = self.lock().insert(source, slot);
+        (self.shared.wake)();
+        before.and_then(|before| before.value)
+    }
+
+    /// Takes the values that were not taken yet.
+    pub fn take(&self) -> BTreeMap<K, T>
+    where
+        K: Clone,
+    {
+        let mut slots = self.lock();
+        let taken = slots
+            .iter_mut()
+            .filter_map(|(source, slot)| Some((source.clone(), slot.value.take()?)));
+        taken.collect()
+    }
+
+    /// When the last value of a source was put, whether or not it was taken.
+    pub fn last_put(&self, source: &K) -> Option<Instant> {
+        self.lock().get(source).map(|slot| slot.put_at)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<K, Slot<T>>> {
+        self.shared
+            .slots
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl<K, T> Clone for LatestValues<K, T> {
+    fn clone(&self) -> Self {
+        Self {
+            shared: Arc::clone(&self.shared),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Closed, mailbox};
+    use super::*;
+
+    #[test]
+    fn only_the_latest_of_each_source_is_kept() {
+        let (address, mailbox) = mailbox::<()>(1);
+        let latest = LatestValues::new(&address);
+        assert_eq!(latest.last_put(&"left"), None);
+        assert_eq!(latest.put("left", 1), None);
+        assert_eq!(latest.put("left", 2), Some(1));
+        assert_eq!(latest.put("right", 7), None);
+        assert_eq!(mailbox.receive(None), Ok(None), "it wakes");
+        assert_eq!(latest.take(), BTreeMap::from([("left", 2), ("right", 7)]));
+        assert!(latest.take().is_empty());
+        assert_eq!(latest.put("left", 3), None);
+        assert!(latest.last_put(&"left") >= latest.last_put(&"right"));
+        drop(address);
+        assert_eq!(mailbox.receive(None), Ok(None));
+        assert_eq!(mailbox.receive(None), Err(Closed));
+        assert_eq!(latest.take(), BTreeMap::from([("left", 3)]));
+    }
+}

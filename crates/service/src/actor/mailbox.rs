@@ -1,0 +1,234 @@
+//! Where the messages of an actor wait.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Weak};
+use std::time::Instant;
+
+use ppnpack_wire::keys::Cell;
+use ppnpack_wire::rpc::Request;
+use ppnpack_wire::v1::Status;
+
+use crate::error::ServiceError;
+use crate::process::Process;
+use crate::rpc::{self, Incoming, Listener};
+
+/// The other end of a mailbox is gone: an actor that has ended, or all who had its address.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the other end of the mailbox is gone")]
+pub struct Closed;
+
+/// The messages of an actor, oldest first.
+pub struct Mailbox<M> {
+    letters: Receiver<Letter<M>>,
+    is_woken: Arc<AtomicBool>,
+}
+
+/// Where an actor is reached. Clones reach the same one.
+pub struct Address<M>(Arc<Sender<M>>);
+
+/// An [`Address`] that does not keep its actor from ending: for the actor itself, and for whoever it waits for.
+pub struct WeakAddress<M>(Weak<Sender<M>>);
+
+struct Sender<M> {
+    letters: SyncSender<Letter<M>>,
+    /// Whether a wake-up waits in the mailbox: one is enough.
+    is_woken: Arc<AtomicBool>,
+}
+
+enum Letter<M> {
+    Message(M),
+    WakeUp,
+}
+
+/// A mailbox for so many messages, and its address.
+pub fn mailbox<M>(capacity: usize) -> (Address<M>, Mailbox<M>) {
+    let (sender, letters) = sync_channel(capacity.max(1));
+    let is_woken = Arc::new(AtomicBool::new(false));
+    let address = Address(Arc::new(Sender {
+        letters: sender,
+        is_woken: Arc::clone(&is_woken),
+    }));
+    (address, Mailbox { letters, is_woken })
+}
+
+impl<M> Mailbox<M> {
+    /// Waits for a message; `None` where the actor was woken or the time has come before there is one.
+    ///
+    /// # Errors
+    /// [`Closed`] when all messages are taken and no more can come.
+    pub fn receive(&self, until: Option<Instant>) -> Result<Option<M>, Closed> {
+        let letter = match until {
+            None => self.letters.recv().map_err(|_| Closed)?,
+            Some(until) => {
+                let left = until.saturating_duration_since(Instant::now());
+                match self.letters.recv_timeout(left) {
+                    Ok(letter) => letter,
+                    Err(RecvTimeoutError::Timeout) => return Ok(None),
+                    Err(RecvTimeoutError::Disconnected) => return Err(Closed),
+                }
+            }
+        };
+        Ok(self.open(letter))
+    }
+
+    /// The messages that are there, without waiting for more.
+    pub fn take_waiting(&self) -> impl Iterator<Item = M> {
+        let letters = self.letters.try_iter();
+        letters.filter_map(move |letter| self.open(letter))
+    }
+
+    fn open(&self, letter: Letter<M>) -> Option<M> {
+        match letter {
+            Letter::Message(message) => Some(message),
+            Letter::WakeUp => {
+                // Before the actor looks: what comes from now on wakes it again.
+                self.is_woken.store(false, Ordering::Release);
+                None
+            }
+        }
+    }
+}
+
+impl<M> Address<M> {
+    /// Sends a message, and waits where the mailbox is full. Not for Zenoh's threads.
+    ///
+    /// # Errors
+    /// [`Closed`] where the actor has ended.
+    pub fn send(&self, message: M) -> Result<(), Closed> {
+        let sent = self.0.letters.send(Letter::Message(message));
+        sent.map_err(|_| Closed)
+    }
+
+    /// Sends a message where the mailbox has room; says whether it had.
+    pub fn try_send(&self, message: M) -> bool {
+        self.0.letters.try_send(Letter::Message(message)).is_ok()
+    }
+
+    /// Has the actor look around, as soon as it has handled what it was sent before. Never waits.
+    pub fn wake(&self) {
+        let Sender { letters, is_woken } = &*self.0;
+        let was_woken = is_woken.swap(true, Ordering::AcqRel);
+        if !was_woken && letters.try_send(Letter::WakeUp).is_err() {
+            // It looks around all the same after each message that fills the mailbox.
+            is_woken.store(false, Ordering::Release);
+        }
+    }
+
+    /// Sends a request where the mailbox has room; refuses it with `STATUS_BUSY` where it is full, with
+    /// `STATUS_UNAVAILABLE` where the actor has ended. Never waits.
+    pub fn deliver<R: Request>(&self, incoming: Incoming<R>, wrap: impl FnOnce(Incoming<R>) -> M) {
+        let letter = Letter::Message(wrap(incoming));
+        // What was wrapped cannot be unwrapped here, but it can be dropped.
+        match self.0.letters.try_send(letter) {
+            Ok(()) => {}
+            Err(TrySendError::Full(letter)) => {
+                rpc::drop_with(letter, Status::Busy, "the queue is full");
+            }
+            Err(TrySendError::Disconnected(letter)) => {
+                rpc::drop_with(letter, Status::Unavailable, "the service is ending");
+            }
+        }
+    }
+
+    /// Has the actor answer a method, for a cell or for every cell.
+    ///
+    /// # Errors
+    /// [`ServiceError::Zenoh`] where the session is closed.
+    pub fn listen<R: Request>(
+        &self,
+        process: &Process,
+        cell: Option<&Cell>,
+        wrap: impl Fn(Incoming<R>) -> M + Send + Sync + 'static,
+    ) -> Result<Listener, ServiceError>
+    where
+        M: Send + 'static,
+    {
+        let address = self.clone();
+        rpc::listen(process, cell, move |incoming| {
+            address.deliver(incoming, &wrap);
+        })
+    }
+
+    /// The same address, for those who must not keep the actor from ending.
+    pub fn downgrade(&self) -> WeakAddress<M> {
+        WeakAddress(Arc::downgrade(&self.0))
+    }
+}
+
+impl<M> WeakAddress<M> {
+    /// The address; `None` where nobody else has it any more.
+    pub fn upgrade(&self) -> Option<Address<M>> {
+        self.0.upgrade().map(Address)
+    }
+}
+
+impl<M> Clone for Address<M> {
+    fn clone(&self) -> Self {
+        Self(Arc::clone(&self.0))
+    }
+}
+
+impl<M> Clone for WeakAddress<M> {
+    fn clone(&self) -> Self {
+        Self(Weak::clone(&self.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    fn soon() -> Option<Instant> {
+        Some(Instant::now() + Duration::from_millis(1))
+    }
+
+    #[test]
+    fn messages_come_in_their_order_and_what_does_not_fit_is_not_taken() {
+        let (address, mailbox) = mailbox(2);
+        assert!(address.try_send(1) && address.clone().try_send(2));
+        assert!(!address.try_send(3));
+        assert_eq!(mailbox.receive(None), Ok(Some(1)));
+        assert!(address.try_send(4));
+        assert_eq!(mailbox.take_waiting().collect::<Vec<_>>(), [2, 4]);
+        assert_eq!(mailbox.receive(soon()), Ok(None));
+    }
+
+    #[test]
+    fn what_was_sent_is_received_before_the_end() {
+        let (address, mailbox) = mailbox(1);
+        let weak = address.downgrade();
+        address.send(1).unwrap();
+        assert!(weak.upgrade().is_some());
+        drop(address);
+        assert!(weak.upgrade().is_none());
+        assert_eq!(mailbox.receive(None), Ok(Some(1)));
+        assert_eq!(mailbox.receive(None), Err(Closed));
+        assert_eq!(mailbox.receive(soon()), Err(Closed));
+    }
+
+    #[test]
+    fn one_wake_up_waits_at_most() {
+        let (address, mailbox) = mailbox(2);
+        address.wake();
+        address.wake();
+        assert!(address.try_send(1), "the second wake-up takes no room");
+        address.wake();
+        assert_eq!(mailbox.receive(None), Ok(None));
+        assert_eq!(mailbox.receive(None), Ok(Some(1)));
+        address.wake();
+        assert_eq!(mailbox.receive(None), Ok(None));
+    }
+
+    #[test]
+    fn a_full_mailbox_wakes_by_what_fills_it() {
+        let (address, mailbox) = mailbox(1);
+        assert!(address.try_send(1));
+        address.wake();
+        assert_eq!(mailbox.receive(None), Ok(Some(1)));
+        address.wake();
+        assert_eq!(mailbox.receive(None), Ok(None), "it is not lost");
+    }
+}
