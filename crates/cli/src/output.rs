@@ -10,7 +10,7 @@ use tempfile::{NamedTempFile, TempDir};
 ///
 /// # Errors
 /// What kept it from being written, with the path and a remedy.
-pub(crate) fn write_whole(path: &Path, content: &[u8]) -> anyhow::Result<()> {
+pub fn write_whole(path: &Path, content: &[u8]) -> anyhow::Result<()> {
     let folder = path
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty());
@@ -93,13 +93,19 @@ impl StagedFolder {
 }
 
 /// Prints a value as JSON on standard output.
-pub(crate) fn print_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
+///
+/// # Errors
+/// That it cannot be written.
+pub fn print_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
     let text = serde_json::to_string(value)?;
     print_line(&text)
 }
 
 /// Prints a line on standard output. That the reader went away is no failure: it has what it wanted.
-pub(crate) fn print_line(text: &str) -> anyhow::Result<()> {
+///
+/// # Errors
+/// That it cannot be written for another reason.
+pub fn print_line(text: &str) -> anyhow::Result<()> {
     match writeln!(std::io::stdout().lock(), "{text}") {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(error).context("standard output cannot be written")
