@@ -4,6 +4,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use comfy_table::Table;
+use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
 use tempfile::{NamedTempFile, TempDir};
 
 /// Writes a file so that it either has all of its content or does not change.
@@ -90,6 +92,13 @@ impl StagedFolder {
         }
         Ok(())
     }
+}
+
+/// A table for the terminal.
+pub(crate) fn table() -> Table {
+    let mut table = Table::new();
+    table.load_style(UTF8_HORIZONTAL_ONLY);
+    table
 }
 
 /// Prints a value as JSON on standard output.
