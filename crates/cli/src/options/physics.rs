@@ -51,7 +51,7 @@ pub enum Conditions {
 
 /// See [`Scan`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ScanOption {
+pub(crate) enum ScanOption {
     /// The greatest height in each cell
     Exact,
     /// The height at the middle of each cell, as a camera with one pixel per cell gives it

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
+use anyhow::Context;
 use nalgebra::Point3;
 use ppnpack_catalogue::catalogue::{Settings, Source};
 use ppnpack_cli::failure::{OrRun, Outcome};
@@ -23,9 +24,12 @@ pub(crate) fn run() -> Outcome {
     let start = Instant::now();
     for object in &catalogue.objects {
         let picks = PickSettings::default();
-        let coarse = UpperSurface::of_item(&object.item, &resolution).or_run()?;
+        let bare = || format!("{} has no surface", object.model.name);
+        let coarse = UpperSurface::of_item(&object.item, &resolution);
+        let coarse = coarse.with_context(bare).or_run()?;
         coarsely_held += usize::from(find(&coarse, arm.gripper(), &picks).is_ok());
-        let surface = UpperSurface::of_model(&object.model, PITCH_M).or_run()?;
+        let surface = UpperSurface::of_model(&object.model, PITCH_M);
+        let surface = surface.with_context(bare).or_run()?;
         match find(&surface, arm.gripper(), &picks) {
             Ok(found) => {
                 held += 1;
