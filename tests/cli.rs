@@ -163,6 +163,26 @@ fn without_libtorch_the_network_gives_way_to_the_exhaustive_search_with_the_reas
 }
 
 #[test]
+fn without_the_experiments_the_remedy_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let alone = folder.path().join("ppnpack");
+    std::fs::copy(env!("CARGO_BIN_EXE_ppnpack"), &alone).unwrap();
+    for arguments in [
+        &["experiment", "--help"][..],
+        &["dataset", "--length", "3"],
+        &["train"],
+    ] {
+        let output = Command::new(&alone).args(arguments).output().unwrap();
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{error}");
+        let remedy = "cargo build --release --bin ppnpack-experiments";
+        assert!(error.contains(remedy), "{error}");
+    }
+    let help = String::from_utf8(ppnpack(&["--help"]).stdout).unwrap();
+    assert!(help.contains("experiment") && help.contains("dataset"));
+}
+
+#[test]
 fn coarse_and_random_proposals_pack_on_fine_grids() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
@@ -571,10 +591,6 @@ fn broken_sequences_are_refused() {
     std::fs::write(&file, b"not numpy").unwrap();
     refused(&["pack", "--sequence", path], &["sequences.npy"]);
     refused(&["pack", "--sequence", "/nowhere.npy"], &["/nowhere.npy"]);
-    refused(
-        &["experiment", "table1", "--sequences", "/nowhere.npy"],
-        &["/nowhere.npy"],
-    );
 }
 
 #[test]
@@ -638,65 +654,6 @@ fn broken_cases_are_refused() {
         &["evaluate", "--case", file.to_str().unwrap()],
         &["object_top"],
     );
-}
-
-#[test]
-fn an_interrupted_experiment_goes_on_where_it_was() {
-    let folder = tempfile::tempdir().unwrap();
-    let sequences = folder.path().join("sequences.npy");
-    let rows =
-        ndarray::Array2::from_shape_fn((2, 6), |(row, column)| (row * 6 + column) as i64 * 7 % 90);
-    ndarray_npy::write_npy(&sequences, &rows).unwrap();
-    let out = folder.path().join("out");
-    let run = || {
-        let output = ppnpack(&[
-            "experiment",
-            "table1",
-            "--sequences",
-            sequences.to_str().unwrap(),
-            "--cases",
-            "2",
-            "--out",
-            out.to_str().unwrap(),
-            "--json",
-        ]);
-        json(&output)
-    };
-    // Beside a build with libtorch there is a row for the network too.
-    let line = |results: &Value, method: &str| {
-        let lines = results["lines"].as_array().unwrap();
-        let line = lines.iter().find(|line| line["method"] == method);
-        line.unwrap().clone()
-    };
-    let first = run();
-    assert!(first["lines"].as_array().unwrap().len() >= 6);
-    for name in ["table1.md", "table1.json", "table1.svg"] {
-        assert!(out.join(name).exists(), "{name}");
-    }
-    // A run that was cut short is done again; the others are taken from the disk, decision times included.
-    let settings = out
-        .join("runs")
-        .read_dir()
-        .unwrap()
-        .next()
-        .unwrap()
-        .unwrap()
-        .path();
-    let is_cut = |path: &PathBuf| {
-        let name = path.file_name().unwrap().to_str().unwrap();
-        // `sdfm`, a hash of the method, the case.
-        name.starts_with("sdfm-") && name.ends_with("-00001.json") && name.len() == 24
-    };
-    let mut runs = settings.read_dir().unwrap().map(|run| run.unwrap().path());
-    let cut = runs.find(is_cut).unwrap();
-    std::fs::write(&cut, b"{").unwrap();
-    let second = run();
-    assert_eq!(line(&first, "Random"), line(&second, "Random"));
-    assert_eq!(
-        line(&first, "SDFM")["items"],
-        line(&second, "SDFM")["items"]
-    );
-    assert!(std::fs::metadata(&cut).unwrap().len() > 10);
 }
 
 #[test]

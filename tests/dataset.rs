@@ -43,7 +43,7 @@ fn box_obj([x_m, y_m, z_m]: [f64; 3]) -> String {
 }
 
 fn command(out: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack-experiments"));
     command
         .args(["dataset", "--length", "3", "--buffer", "2", "--catalogue"])
         .arg(CATALOGUE.path())

@@ -14,7 +14,7 @@ use serde_json::Value;
 
 fn ppnpack(arguments: &[&str]) -> Output {
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
-    Command::new(env!("CARGO_BIN_EXE_ppnpack"))
+    Command::new(env!("CARGO_BIN_EXE_ppnpack-experiments"))
         .args(arguments)
         .env("XDG_CACHE_HOME", cache)
         .output()

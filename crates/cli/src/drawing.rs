@@ -9,12 +9,12 @@ use ppnpack_picture::{
 use crate::report::Content;
 
 /// Perception's heightmap as a PNG. What it does not know has a height of one unit above the rim, and is grey.
-pub(crate) fn perceived(title: &str, grid: &Grid, map: &Heightmap) -> anyhow::Result<Vec<u8>> {
+pub fn perceived(title: &str, grid: &Grid, map: &Heightmap) -> anyhow::Result<Vec<u8>> {
     heights(title, grid, map, Some(grid.rim() + 1))
 }
 
 /// A heightmap as a PNG; cells of the height `unknown` are grey.
-pub(crate) fn heights(
+pub fn heights(
     title: &str,
     grid: &Grid,
     map: &Heightmap,
@@ -40,7 +40,7 @@ pub(crate) fn heights(
 }
 
 /// A packed container as a PNG; colours go by the order of arrivals.
-pub(crate) fn packed<'a>(
+pub fn packed<'a>(
     grid: &Grid,
     contents: impl Iterator<Item = &'a (usize, Content)>,
     size: Size,

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 /// A failed command: one line for the user, and an exit code.
 #[derive(Debug)]
-pub(crate) enum Failure {
+pub enum Failure {
     /// The command line or an input is wrong: exit code 2.
     Input(anyhow::Error),
     /// Something else went wrong: exit code 1.
@@ -12,15 +12,16 @@ pub(crate) enum Failure {
 }
 
 /// What a command ends with.
-pub(crate) type Outcome<T = ()> = Result<T, Failure>;
+pub type Outcome<T = ()> = Result<T, Failure>;
 
 impl Failure {
     /// A wrong option or input.
-    pub(crate) fn input(message: impl std::fmt::Display) -> Self {
+    pub fn input(message: impl std::fmt::Display) -> Self {
         Self::Input(anyhow::anyhow!("{message}"))
     }
 
-    pub(crate) fn exit_code(&self) -> ExitCode {
+    /// The exit code that says so.
+    pub fn exit_code(&self) -> ExitCode {
         match self {
             Self::Input(_) => ExitCode::from(2),
             Self::Run(_) => ExitCode::from(1),
@@ -43,7 +44,7 @@ impl From<anyhow::Error> for Failure {
 }
 
 /// Marks an error as the fault of the command line or an input.
-pub(crate) trait OrInput<T> {
+pub trait OrInput<T> {
     /// The value, or a failure with exit code 2.
     fn or_input(self) -> Outcome<T>;
 }
@@ -55,7 +56,7 @@ impl<T, E: Into<anyhow::Error>> OrInput<T> for Result<T, E> {
 }
 
 /// Marks an error as a failure of the run.
-pub(crate) trait OrRun<T> {
+pub trait OrRun<T> {
     /// The value, or a failure with exit code 1.
     fn or_run(self) -> Outcome<T>;
 }

@@ -1,24 +1,64 @@
-//! Handing over to the program that has the network.
+//! Handing over to the programs that have more: the experiments, the network.
 //!
-//! `ppnpack` does not link libtorch, so that it runs where there is none. Where a command may use a network it turns
-//! into `ppnpack-torch`, which lies beside it, has the same commands and is linked with libtorch; where that cannot
-//! run, the reason is kept and given to whoever asks for a network.
+//! `ppnpack` is built without what makes and measures networks; for those commands it turns into `ppnpack-experiments`,
+//! which lies beside it. Neither links libtorch, so that they run where there is none. Where a command may use a network
+//! they turn into `ppnpack-torch`, which has the commands of both and is linked with libtorch; where that cannot run, the
+//! reason is kept and given to whoever asks for a network.
 
+use std::convert::Infallible;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
 use anyhow::{Context, Result, anyhow, bail};
+use clap::{Args, Subcommand};
 use ppnpack_model::card::ModelCard;
 use ppnpack_model::settings::{Device, TrainingRequest};
 use ppnpack_model::weights::Model;
 use ppnpack_packing::proposals::Proposer;
 
+use crate::Commands;
+use crate::failure::{Failure, Outcome};
 use crate::network::{Backend, Proposing, TrainingEvent};
 
-const PROGRAM: &str = "ppnpack-torch";
+const WITH_NETWORK: &str = "ppnpack-torch";
+const WITH_EXPERIMENTS: &str = "ppnpack-experiments";
 /// Names a full installation of torch, for CUDA: the folder that has `lib/libtorch_cuda.so`.
 const TORCH_FOLDER: &str = "PPNPACK_TORCH";
+
+/// The commands of `ppnpack-experiments`, for which this process turns into it.
+#[derive(Debug, Subcommand)]
+pub enum Elsewhere {
+    /// Reproduce the paper's tables and test the engine's models
+    #[command(disable_help_flag = true)]
+    Experiment(Rest),
+    /// Make training data for placement proposal networks
+    #[command(disable_help_flag = true)]
+    Dataset(Rest),
+    /// Train a placement proposal network
+    #[command(disable_help_flag = true)]
+    Train(Rest),
+}
+
+/// What follows the name of a command, whatever it is.
+#[derive(Debug, Args)]
+pub struct Rest {
+    #[allow(
+        dead_code,
+        reason = "the other program is given the arguments of this process"
+    )]
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    arguments: Vec<OsString>,
+}
+
+impl Commands for Elsewhere {
+    fn run(&self, _backend: &dyn Backend) -> Outcome {
+        let Err(error) = beside_this_one(WITH_EXPERIMENTS)
+            .and_then(|program| become_program(&mut Command::new(program)));
+        Err(Failure::Run(error))
+    }
+}
 
 /// A backend that has no network itself.
 #[derive(Debug, Default)]
@@ -67,8 +107,8 @@ impl Backend for Launcher {
 }
 
 /// Does not come back where it succeeds.
-fn hand_over() -> Result<std::convert::Infallible> {
-    let program = beside_this_one()?;
+fn hand_over() -> Result<Infallible> {
+    let program = beside_this_one(WITH_NETWORK)?;
     let mut probe = with_torch(&program);
     let answer = probe
         .arg("--version")
@@ -78,15 +118,15 @@ fn hand_over() -> Result<std::convert::Infallible> {
         let message = String::from_utf8_lossy(&answer.stderr).trim().to_owned();
         bail!("{message}; `scripts/setup network` fetches libtorch");
     }
-    become_program(with_torch(&program).args(std::env::args_os().skip(1)))
+    become_program(&mut with_torch(&program))
 }
 
-fn beside_this_one() -> Result<PathBuf> {
+fn beside_this_one(name: &str) -> Result<PathBuf> {
     let own = std::env::current_exe().context("this program's own path is not known")?;
-    let program = own.with_file_name(PROGRAM);
+    let program = own.with_file_name(name);
     if !program.exists() {
         bail!(
-            "there is no {}; `cargo build --release --bin {PROGRAM}` makes it",
+            "there is no {}; `cargo build --release --bin {name}` makes it",
             program.display()
         );
     }
@@ -108,14 +148,15 @@ fn with_torch(program: &Path) -> Command {
     command
 }
 
+/// Turns this process into another program, with the same arguments.
 #[cfg(unix)]
-fn become_program(command: &mut Command) -> Result<std::convert::Infallible> {
+fn become_program(command: &mut Command) -> Result<Infallible> {
     use std::os::unix::process::CommandExt;
-    let error = command.exec();
-    Err(error).context("the program with the network cannot be started")
+    let error = command.args(std::env::args_os().skip(1)).exec();
+    Err(error).with_context(|| format!("{} cannot be started", command.get_program().display()))
 }
 
 #[cfg(not(unix))]
-fn become_program(_command: &mut Command) -> Result<std::convert::Infallible> {
-    bail!("the network runs on Unix alone")
+fn become_program(_command: &mut Command) -> Result<Infallible> {
+    bail!("experiments and the network run on Unix alone")
 }

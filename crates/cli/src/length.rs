@@ -1,7 +1,10 @@
 //! Lengths on the command line: a number with a unit, metres where none is given.
 
 /// Parses a positive length such as `1cm`, `2.5mm`, `0.01m` or `0.01`; gives metres.
-pub(crate) fn parse_length(text: &str) -> Result<f64, String> {
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub fn parse_length(text: &str) -> Result<f64, String> {
     let metres = with_unit(text)?;
     if metres > 0.0 {
         Ok(metres)
@@ -11,7 +14,10 @@ pub(crate) fn parse_length(text: &str) -> Result<f64, String> {
 }
 
 /// Parses a length of at least 0; gives metres.
-pub(crate) fn parse_distance(text: &str) -> Result<f64, String> {
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub fn parse_distance(text: &str) -> Result<f64, String> {
     let metres = with_unit(text)?;
     if metres >= 0.0 {
         Ok(metres)

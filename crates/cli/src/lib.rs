@@ -1,20 +1,20 @@
-//! `ppnpack`: packs objects in a simulated cell, shows the result, trains the network and runs the experiments.
+//! `ppnpack`: packs objects in a simulated cell and shows the result. The commands of `ppnpack`, and what programs with
+//! further commands build on: options, output, sequences, the simulated cell, all services in one process.
 
 mod commands;
-mod drawing;
-mod failure;
+pub mod drawing;
+pub mod failure;
 mod fastest;
 pub mod launcher;
-mod length;
+pub mod length;
 pub mod network;
-mod options;
-mod output;
-mod progress;
-mod report;
-mod sequence;
-mod simulation;
-mod stack;
-mod workers;
+pub mod options;
+pub mod output;
+pub mod progress;
+pub mod report;
+pub mod sequence;
+pub mod simulation;
+pub mod stack;
 
 use std::process::ExitCode;
 
@@ -24,16 +24,25 @@ use tracing_subscriber::EnvFilter;
 use crate::failure::Outcome;
 use crate::network::Backend;
 
+/// Commands that a program has beside those of this crate.
+pub trait Commands: Subcommand {
+    /// Runs the command; `backend` provides what needs libtorch.
+    ///
+    /// # Errors
+    /// Why it failed.
+    fn run(&self, backend: &dyn Backend) -> Outcome;
+}
+
 /// Packs general objects into a container, one at a time, compactly.
 #[derive(Debug, Parser)]
-#[command(name = "ppnpack", version, max_term_width = 100)]
-struct Arguments {
+#[command(name = "ppnpack", bin_name = "ppnpack", version, max_term_width = 100)]
+struct Arguments<More: Commands> {
     #[command(subcommand)]
-    command: Command,
+    command: Command<More>,
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum Command<More: Commands> {
     /// Pack one sequence of objects in the simulated cell and report on it
     Pack(Box<commands::pack::PackArguments>),
     /// Run all services in one process, over Zenoh
@@ -44,12 +53,8 @@ enum Command {
     Watch(commands::watch::WatchArguments),
     /// Send one request to a service by hand
     Call(commands::call::CallArguments),
-    /// Reproduce the paper's tables and test the engine's models
-    Experiment(Box<commands::experiment::ExperimentArguments>),
-    /// Make training data for placement proposal networks
-    Dataset(Box<commands::dataset::DatasetArguments>),
-    /// Train a placement proposal network
-    Train(Box<commands::train::TrainArguments>),
+    #[command(flatten)]
+    More(More),
     /// Look at the objects of a folder or of the built-in set
     Catalogue(commands::catalogue::CatalogueArguments),
     /// Make a heightmap of point cloud files
@@ -63,9 +68,9 @@ enum Command {
 }
 
 /// Runs the command line of this process; `backend` provides what needs libtorch.
-pub fn main(backend: &dyn Backend) -> ExitCode {
+pub fn main<More: Commands>(backend: &dyn Backend) -> ExitCode {
     // Wrong use ends here, with exit code 2.
-    let arguments = Arguments::parse();
+    let arguments = Arguments::<More>::parse();
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
     tracing_subscriber::fmt()
         .with_env_filter(filter)
@@ -80,19 +85,14 @@ pub fn main(backend: &dyn Backend) -> ExitCode {
     }
 }
 
-fn run(command: &Command, backend: &dyn Backend) -> Outcome {
+fn run<More: Commands>(command: &Command<More>, backend: &dyn Backend) -> Outcome {
     match command {
         Command::Pack(arguments) => commands::pack::run(arguments, backend),
         Command::Up(arguments) => commands::up::run(arguments, backend),
         Command::Status(arguments) => commands::status::run(arguments),
         Command::Watch(arguments) => commands::watch::run(arguments),
         Command::Call(arguments) => commands::call::run(arguments),
-        Command::Experiment(arguments) => commands::experiment::run(arguments, backend),
-        Command::Dataset(arguments) => commands::dataset::run(arguments),
-        Command::Train(arguments) => {
-            backend.prepare();
-            commands::train::run(arguments, backend)
-        }
+        Command::More(more) => more.run(backend),
         Command::Catalogue(arguments) => commands::catalogue::run(arguments),
         Command::Perceive(arguments) => commands::perceive::run(arguments),
         Command::Recognise(arguments) => commands::recognise::run(arguments),

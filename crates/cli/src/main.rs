@@ -1,9 +1,9 @@
-//! `ppnpack`: the command line. Networks run in `ppnpack-torch`, to which it hands over.
+//! `ppnpack`: the command line. It hands over to `ppnpack-experiments` and, where a network runs, to `ppnpack-torch`.
 
 use std::process::ExitCode;
 
-use ppnpack_cli::launcher::Launcher;
+use ppnpack_cli::launcher::{Elsewhere, Launcher};
 
 fn main() -> ExitCode {
-    ppnpack_cli::main(&Launcher::default())
+    ppnpack_cli::main::<Elsewhere>(&Launcher::default())
 }

@@ -4,13 +4,15 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use comfy_table::Table;
+use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
 use tempfile::{NamedTempFile, TempDir};
 
 /// Writes a file so that it either has all of its content or does not change.
 ///
 /// # Errors
 /// What kept it from being written, with the path and a remedy.
-pub(crate) fn write_whole(path: &Path, content: &[u8]) -> anyhow::Result<()> {
+pub fn write_whole(path: &Path, content: &[u8]) -> anyhow::Result<()> {
     let folder = path
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty());
@@ -92,14 +94,27 @@ impl StagedFolder {
     }
 }
 
+/// A table for the terminal.
+pub(crate) fn table() -> Table {
+    let mut table = Table::new();
+    table.load_style(UTF8_HORIZONTAL_ONLY);
+    table
+}
+
 /// Prints a value as JSON on standard output.
-pub(crate) fn print_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
+///
+/// # Errors
+/// That it cannot be written.
+pub fn print_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
     let text = serde_json::to_string(value)?;
     print_line(&text)
 }
 
 /// Prints a line on standard output. That the reader went away is no failure: it has what it wanted.
-pub(crate) fn print_line(text: &str) -> anyhow::Result<()> {
+///
+/// # Errors
+/// That it cannot be written for another reason.
+pub fn print_line(text: &str) -> anyhow::Result<()> {
     match writeln!(std::io::stdout().lock(), "{text}") {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(error).context("standard output cannot be written")

@@ -5,7 +5,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// A bar over `total` parts, with the time left.
-pub(crate) fn bar(what: &'static str, total: u64) -> ProgressBar {
+pub fn bar(what: &'static str, total: u64) -> ProgressBar {
     let bar = ProgressBar::new(total).with_message(what);
     let template = "{msg} {wide_bar} {pos}/{len}, {eta} left";
     bar.set_style(

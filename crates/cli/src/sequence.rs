@@ -48,9 +48,11 @@ pub(crate) struct SequenceOptions {
 
 /// Object indices in the order of arrival, and where they come from.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct Sequence {
-    pub(crate) from: String,
-    pub(crate) objects: Vec<usize>,
+pub struct Sequence {
+    /// Where they come from, in words.
+    pub from: String,
+    /// The indices.
+    pub objects: Vec<usize>,
 }
 
 impl SequenceOptions {
@@ -109,7 +111,7 @@ impl Sequence {
     }
 
     /// The items themselves.
-    pub(crate) fn items(&self, catalogue: &Catalogue) -> Vec<Arc<Item>> {
+    pub fn items(&self, catalogue: &Catalogue) -> Vec<Arc<Item>> {
         let objects = self
             .objects
             .iter()
@@ -119,13 +121,17 @@ impl Sequence {
 }
 
 /// A file of sequences, checked against a catalogue.
-pub(crate) struct SequenceFile {
+pub struct SequenceFile {
     path: PathBuf,
     rows: Array2<i64>,
 }
 
 impl SequenceFile {
-    pub(crate) fn read(path: &Path, catalogue: &Catalogue) -> Outcome<Self> {
+    /// Reads a .npy file, int64 [sequences, length], of object indices.
+    ///
+    /// # Errors
+    /// Why it cannot be read, or which object the catalogue lacks.
+    pub fn read(path: &Path, catalogue: &Catalogue) -> Outcome<Self> {
         let rows: Array2<i64> = ndarray_npy::read_npy(path).map_err(|error| {
             Failure::input(format_args!(
                 "{} cannot be read as sequences: {error}; an int64 .npy array of two dimensions is needed",
@@ -149,11 +155,16 @@ impl SequenceFile {
         })
     }
 
-    pub(crate) fn len(&self) -> usize {
+    /// How many sequences it has.
+    pub fn len(&self) -> usize {
         self.rows.nrows()
     }
 
-    pub(crate) fn get(&self, index: usize) -> Outcome<Sequence> {
+    /// One of its sequences.
+    ///
+    /// # Errors
+    /// That it has fewer.
+    pub fn get(&self, index: usize) -> Outcome<Sequence> {
         if index >= self.len() {
             return Err(Failure::input(format_args!(
                 "--index {index}: {} has sequences 0 to {}",

@@ -11,7 +11,10 @@ use crate::options::Simulated;
 use crate::sequence::Sequence;
 
 /// Packs a sequence; gives the episode and the cell as it was left.
-pub(crate) fn simulate(
+///
+/// # Errors
+/// Why the cell cannot be made, or what ended the episode.
+pub fn simulate(
     catalogue: &Catalogue,
     grid: &Grid,
     sequence: &Sequence,

@@ -1,12 +1,12 @@
-//! `ppnpack-torch`: the same commands as `ppnpack`, with the network.
+//! `ppnpack-torch`: the commands of `ppnpack` and of `ppnpack-experiments`, with the network.
 //!
-//! `ppnpack` itself does not link libtorch, so it runs where there is none; it hands over to this program where a
-//! network is wanted.
+//! Those do not link libtorch, so they run where there is none; they hand over to this program where a network is wanted.
 
 use std::process::ExitCode;
 
+use ppnpack_experiments::Experiments;
 use ppnpack_torch::Torch;
 
 fn main() -> ExitCode {
-    ppnpack_cli::main(&Torch)
+    ppnpack_cli::main::<Experiments>(&Torch)
 }

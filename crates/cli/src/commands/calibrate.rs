@@ -3,8 +3,6 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use comfy_table::Table;
-use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_perception::calibration::{Calibration, CalibrationSettings, calibrate};
 use ppnpack_perception::extrinsics::Extrinsics;
@@ -13,7 +11,7 @@ use serde::Serialize;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::length::{parse_length, parse_size};
 use crate::options::calibration_file;
-use crate::output::{print_json, print_line, write_whole};
+use crate::output::{self, print_json, print_line, write_whole};
 
 /// Finds the container in a cloud of it empty, seen from above: its pose before the sensor and its inner size.
 ///
@@ -168,8 +166,7 @@ fn table(calibration: &Calibration) -> String {
             degrees(residuals.parallelism_rad),
         ),
     ];
-    let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY);
+    let mut table = output::table();
     for (name, value) in rows {
         table.add_row([name.to_owned(), value]);
     }

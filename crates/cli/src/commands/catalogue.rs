@@ -3,8 +3,6 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use comfy_table::Table;
-use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::object::Model;
 use ppnpack_catalogue::report::{ObjectReport, inspect};
@@ -14,7 +12,7 @@ use serde::Serialize;
 
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::options::CatalogueOptions;
-use crate::output::{print_json, print_line, write_whole};
+use crate::output::{self, print_json, print_line, write_whole};
 
 /// Look at the objects of a folder or of the built-in set.
 #[derive(Debug, Args)]
@@ -109,8 +107,7 @@ fn list(listing: &Listing) -> Outcome {
     if listing.json {
         return Ok(print_json(&objects)?);
     }
-    let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY);
+    let mut table = output::table();
     table.set_header(["Index", "Name", "Size", "Volume", "Mass", "Pieces", "Poses"]);
     for object in &objects {
         table.add_row([

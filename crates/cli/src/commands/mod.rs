@@ -3,13 +3,10 @@
 pub(crate) mod calibrate;
 pub(crate) mod call;
 pub(crate) mod catalogue;
-pub(crate) mod dataset;
 pub(crate) mod evaluate;
-pub(crate) mod experiment;
 pub(crate) mod pack;
 pub(crate) mod perceive;
 pub(crate) mod recognise;
 pub(crate) mod status;
-pub(crate) mod train;
 pub(crate) mod up;
 pub(crate) mod watch;

@@ -6,8 +6,6 @@ use std::time::Instant;
 
 use anyhow::anyhow;
 use clap::Args;
-use comfy_table::Table;
-use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
 use nalgebra::{Isometry3, Point3};
 use ppnpack_packing::grid::Resolution;
 use ppnpack_perception::extrinsics::Extrinsics;
@@ -22,7 +20,7 @@ use serde::Serialize;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::length::parse_distance;
 use crate::options::{CatalogueOptions, SensorOption, parse_region, parse_sensor};
-use crate::output::{print_json, print_line};
+use crate::output::{self, print_json, print_line};
 
 /// How far beyond the cloud its own region reaches, in metres.
 const MARGIN_M: f64 = 0.001;
@@ -209,8 +207,7 @@ fn reason(reason: UnknownReason) -> &'static str {
 
 impl Found {
     fn table(&self) -> String {
-        let mut table = Table::new();
-        table.load_style(UTF8_HORIZONTAL_ONLY);
+        let mut table = output::table();
         table.set_header([
             "object",
             "position (cm)",

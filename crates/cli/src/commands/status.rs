@@ -1,8 +1,6 @@
 //! `ppnpack status`: which services are alive, and whether they are ready.
 
 use clap::Args;
-use comfy_table::Table;
-use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
 use ppnpack_service::alive;
 use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::{Cell, Instance, Service};
@@ -10,7 +8,7 @@ use ppnpack_wire::v1;
 use serde::Serialize;
 
 use crate::failure::{Failure, OrRun, Outcome};
-use crate::output::{print_json, print_line};
+use crate::output::{self, print_json, print_line};
 use crate::stack::connect::ConnectOptions;
 
 /// Shows which services are alive, and whether they are ready. Ends with 1 where one is not ready or none is alive.
@@ -107,8 +105,7 @@ fn silent(service: Service, instance: &Instance, cells: &[Cell], reason: String)
 }
 
 fn table(lines: &[Line]) -> String {
-    let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY);
+    let mut table = output::table();
     table.set_header([
         "service",
         "instance",

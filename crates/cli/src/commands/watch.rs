@@ -6,10 +6,11 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use ppnpack_service::stream;
+use ppnpack_service::stream::{self, Subscription};
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1::{self, ItemState};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, convert};
+use prost::{Message, Name};
 
 use crate::failure::{OrRun, Outcome};
 use crate::stack::connect::ConnectOptions;
@@ -62,44 +63,13 @@ pub(crate) fn run(arguments: &WatchArguments) -> Outcome {
     let session = arguments.connection.open()?;
     let deadline = arguments.connection.deadline()?;
     let seen = Arc::new(Seen::default());
-    let limit = MAX_MESSAGE_BYTES;
-    let (sessions, states) = (Arc::clone(&seen), Arc::clone(&seen));
-    let (decisions, heightmaps) = (Arc::clone(&seen), Arc::clone(&seen));
     let subscriptions = (
-        stream::subscribe_in(
-            &session,
-            None,
-            Stream::Session,
-            limit,
-            move |cell, message| {
-                sessions.note(cell, |view| view.session = Some(message));
-            },
-        )
-        .or_run()?,
-        stream::subscribe_in(
-            &session,
-            None,
-            Stream::State,
-            limit,
-            move |cell, message| {
-                states.note(cell, |view| view.state = Some(message));
-            },
-        )
-        .or_run()?,
-        stream::subscribe_in(&session, None, Stream::Plan, limit, move |cell, message| {
-            decisions.note(cell, |view| view.decision = Some(message));
-        })
-        .or_run()?,
-        stream::subscribe_in(
-            &session,
-            None,
-            Stream::Heightmap,
-            limit,
-            move |cell, message| {
-                heightmaps.note(cell, |view| view.heightmap = Some(message));
-            },
-        )
-        .or_run()?,
+        follow(&session, &seen, Stream::Session, |view| &mut view.session)?,
+        follow(&session, &seen, Stream::State, |view| &mut view.state)?,
+        follow(&session, &seen, Stream::Plan, |view| &mut view.decision)?,
+        follow(&session, &seen, Stream::Heightmap, |view| {
+            &mut view.heightmap
+        })?,
     );
     if arguments.once {
         std::thread::sleep(deadline.saturating_duration_since(Instant::now()));
@@ -114,6 +84,26 @@ pub(crate) fn run(arguments: &WatchArguments) -> Outcome {
     }
     drop(subscriptions);
     Ok(())
+}
+
+/// Keeps the newest message of a stream of every cell in its place.
+fn follow<M: Message + Name + Default + 'static>(
+    session: &zenoh::Session,
+    seen: &Arc<Seen>,
+    stream: Stream,
+    place: fn(&mut CellView) -> &mut Option<M>,
+) -> Outcome<Subscription> {
+    let seen = Arc::clone(seen);
+    stream::subscribe_in(
+        session,
+        None,
+        stream,
+        MAX_MESSAGE_BYTES,
+        move |cell, message| {
+            seen.note(cell, |view| *place(view) = Some(message));
+        },
+    )
+    .or_run()
 }
 
 fn draw(seen: &Seen) -> Outcome {

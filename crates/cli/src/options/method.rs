@@ -115,7 +115,7 @@ impl From<OrderOption> for Order {
 /// Which stability test placements must pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum StabilityOption {
+pub enum StabilityOption {
     /// On the real surfaces, in metres
     Physical,
     /// The paper's
@@ -125,7 +125,8 @@ pub(crate) enum StabilityOption {
 }
 
 impl StabilityOption {
-    pub(crate) fn checks(self) -> Vec<BoxedCheck> {
+    /// The checks that it stands for.
+    pub fn checks(self) -> Vec<BoxedCheck> {
         match self {
             Self::Physical => {
                 vec![Box::new(PhysicalStability::new(
@@ -140,17 +141,24 @@ impl StabilityOption {
 
 /// A packing method, as results record it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Method {
-    pub(crate) heuristic: Heuristic,
-    pub(crate) order: Order,
-    pub(crate) proposals: ProposalSource,
-    pub(crate) stability: StabilityOption,
+pub struct Method {
+    /// What placements are judged by.
+    pub heuristic: Heuristic,
+    /// How the items of the buffer compete.
+    pub order: Order,
+    /// Which placements are evaluated.
+    pub proposals: ProposalSource,
+    /// The stability test that they must pass.
+    pub stability: StabilityOption,
     /// The arm that has to make the placements, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) arm: Option<StationSettings>,
-    pub(crate) weights: Weights,
-    pub(crate) buffer: usize,
-    pub(crate) seed: u64,
+    pub arm: Option<StationSettings>,
+    /// The objective's weights.
+    pub weights: Weights,
+    /// How many items there are to choose among.
+    pub buffer: usize,
+    /// Seeds everything that is random.
+    pub seed: u64,
 }
 
 impl MethodOptions {
@@ -171,7 +179,10 @@ impl MethodOptions {
 
 impl Method {
     /// The planner that follows this method on `threads` threads; `network` is the one that it names, if any.
-    pub(crate) fn planner(
+    ///
+    /// # Errors
+    /// What of the method cannot be used on this grid or on this machine.
+    pub fn planner(
         &self,
         grid: &Grid,
         threads: u32,
@@ -192,7 +203,10 @@ impl Method {
     }
 
     /// Where this method's proposals come from.
-    pub(crate) fn proposer(
+    ///
+    /// # Errors
+    /// Why that cannot be used on this grid or on this machine.
+    pub fn proposer(
         &self,
         grid: &Grid,
         network: Option<Network<'_>>,
@@ -210,7 +224,10 @@ impl Method {
     }
 
     /// The planner that follows this method on other proposals, with its arm.
-    pub(crate) fn planner_with(
+    ///
+    /// # Errors
+    /// What of the method cannot be used on this grid.
+    pub fn planner_with(
         &self,
         proposer: Box<dyn Proposer>,
         grid: &Grid,

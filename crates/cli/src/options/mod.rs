@@ -21,9 +21,10 @@ use crate::failure::{OrInput, Outcome};
 use crate::length::{parse_length, parse_size};
 use crate::progress;
 pub(crate) use mapper::MapperOptions;
-pub(crate) use method::{Method, MethodOptions, StabilityOption};
-pub(crate) use physics::{Conditions, PhysicsOptions, Simulated};
-pub(crate) use proposals::{
+pub(crate) use method::MethodOptions;
+pub use method::{Method, StabilityOption};
+pub use physics::{Conditions, PhysicsOptions, Simulated};
+pub use proposals::{
     DeviceOption, Network, PROPOSAL_YAWS, ProposalSource, at_least_one, read_model,
 };
 pub(crate) use region::parse_region;
@@ -32,7 +33,7 @@ pub(crate) use sensor::{Sensor, SensorOption, calibration_file, parse_sensor};
 /// Which objects there are.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Objects")]
-pub(crate) struct CatalogueOptions {
+pub struct CatalogueOptions {
     /// `builtin`, the household set that needs no files, or a folder of .ply, .obj or .stl meshes
     #[arg(long, value_name = "builtin|DIR", default_value = "builtin")]
     pub(crate) catalogue: String,
@@ -84,26 +85,32 @@ impl CatalogueOptions {
     }
 
     /// Loads the catalogue, with a progress bar.
-    pub(crate) fn load(&self, resolution: &Resolution) -> Outcome<Catalogue> {
-        let bar = progress::bar("Preparing objects", 0);
-        let loaded = Catalogue::load(
-            &self.source(),
-            &self.settings(),
-            resolution,
-            &|done, total| {
-                bar.set_length(total as u64);
-                bar.set_position(done as u64);
-            },
-        );
-        bar.finish_and_clear();
-        loaded.or_input()
+    ///
+    /// # Errors
+    /// Why its objects cannot be used.
+    pub fn load(&self, resolution: &Resolution) -> Outcome<Catalogue> {
+        load(&self.source(), &self.settings(), resolution)
     }
+}
+
+/// Loads a catalogue, with a progress bar.
+///
+/// # Errors
+/// Why its objects cannot be used.
+pub fn load(source: &Source, settings: &Settings, resolution: &Resolution) -> Outcome<Catalogue> {
+    let bar = progress::bar("Preparing objects", 0);
+    let loaded = Catalogue::load(source, settings, resolution, &|done, total| {
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
+    });
+    bar.finish_and_clear();
+    loaded.or_input()
 }
 
 /// The container and how finely it is planned.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Container and grid")]
-pub(crate) struct GridOptions {
+pub struct GridOptions {
     /// The container's inner size
     #[arg(long, value_name = "XxYxZ", allow_hyphen_values = true, default_value = "32x32x30cm", value_parser = parse_size)]
     pub(crate) container: Sides,
@@ -129,7 +136,11 @@ impl GridOptions {
         self.settings().resolution().or_input()
     }
 
-    pub(crate) fn grid(&self) -> Outcome<Grid> {
+    /// The grid.
+    ///
+    /// # Errors
+    /// Why there is no such grid.
+    pub fn grid(&self) -> Outcome<Grid> {
         self.settings().build().or_input()
     }
 
@@ -149,7 +160,11 @@ fn parse_unit(text: &str) -> Result<LengthUnit, String> {
         .map_err(|error: ppnpack_catalogue::unit::UnknownUnit| error.to_string())
 }
 
-pub(crate) fn positive(text: &str) -> Result<f64, String> {
+/// Parses a number above 0.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err("must be a number above 0".to_owned()),

@@ -16,7 +16,7 @@ use crate::length::parse_distance;
 /// The simulated cell.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Simulated cell")]
-pub(crate) struct PhysicsOptions {
+pub struct PhysicsOptions {
     /// How items are released and seen [default: robot to pack, reference in experiments]
     #[arg(long, value_enum)]
     pub(crate) conditions: Option<Conditions>,
@@ -28,7 +28,7 @@ pub(crate) struct PhysicsOptions {
     /// The longest that items are given to settle after each placement, in seconds
     /// [default: that of the conditions]
     #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
-    pub(crate) settle: Option<f64>,
+    pub settle: Option<f64>,
 
     /// How the container is seen [default: that of the conditions]
     #[arg(long, value_enum)]
@@ -41,10 +41,11 @@ pub(crate) struct PhysicsOptions {
 
 /// How items are released and seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Conditions {
+pub enum Conditions {
     /// Laid down from 1 cm, given 2 s to settle, every cell seen exactly
     Robot,
-    /// The paper's: dropped from 12 cm, given 0.375 s, seen by a camera with one pixel per cell
+    /// The reference's: dropped from 12 cm, given the 0.375 s of the published code (the paper says 0.25 s), seen by a camera
+    /// with one pixel per cell
     Reference,
 }
 
@@ -68,9 +69,11 @@ impl From<ScanOption> for Scan {
 
 /// What a simulated cell is made with.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Simulated {
-    pub(crate) scan: Scan,
-    pub(crate) cell: CellSettings,
+pub struct Simulated {
+    /// How the container is seen.
+    pub scan: Scan,
+    /// Everything else.
+    pub cell: CellSettings,
 }
 
 impl Simulated {
@@ -90,12 +93,10 @@ impl Simulated {
 
 impl PhysicsOptions {
     /// The simulated cell for a grid, under these conditions unless others are asked for.
-    pub(crate) fn simulated(
-        &self,
-        grid: &Grid,
-        seed: u64,
-        default: Conditions,
-    ) -> Outcome<Simulated> {
+    ///
+    /// # Errors
+    /// Which setting is wrong.
+    pub fn simulated(&self, grid: &Grid, seed: u64, default: Conditions) -> Outcome<Simulated> {
         let mut simulated = Simulated::under(self.conditions.unwrap_or(default));
         if let Some(path) = &self.physics {
             simulated.cell = with_file(&simulated.cell, path)?;

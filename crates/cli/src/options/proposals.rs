@@ -21,7 +21,7 @@ use crate::network::{Backend, Proposing};
 const PROPOSAL_CELL_M: f64 = 0.01;
 
 /// The yaws that proposals are made for on grids with more.
-pub(crate) const PROPOSAL_YAWS: usize = 4;
+pub const PROPOSAL_YAWS: usize = 4;
 
 /// Where proposals come from.
 #[derive(Debug, Clone, Args)]
@@ -78,7 +78,7 @@ enum ProposalsOption {
 
 /// See [`Device`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum DeviceOption {
+pub enum DeviceOption {
     /// The processor
     Cpu,
     /// The first CUDA device; PPNPACK_TORCH names the folder of a full torch installation
@@ -97,7 +97,7 @@ impl From<DeviceOption> for Device {
 /// The source of proposals, as results record it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "from")]
-pub(crate) enum ProposalSource {
+pub enum ProposalSource {
     /// Every placement.
     All,
     /// Every placement that a bound does not rule out.
@@ -111,12 +111,14 @@ pub(crate) enum ProposalSource {
     Coarse {
         /// `K`.
         percent: f64,
+        /// How coarse.
         coarsening: Coarsening,
     },
     /// The share that a network scores best.
     Network {
         /// `K`.
         percent: f64,
+        /// How much coarser than the grid it scores.
         coarsening: Coarsening,
         /// The hash of its weights.
         model: String,
@@ -125,7 +127,7 @@ pub(crate) enum ProposalSource {
 
 impl ProposalSource {
     /// A coarse search of this share for so many yaws at most, with the default cell for a grid.
-    pub(crate) fn coarse(grid: &Grid, percent: f64, yaws: usize) -> Self {
+    pub fn coarse(grid: &Grid, percent: f64, yaws: usize) -> Self {
         Self::Coarse {
             percent,
             coarsening: coarse_search(grid, None, yaws),
@@ -133,7 +135,7 @@ impl ProposalSource {
     }
 
     /// A network's share for so many yaws at most, with the default cell for a grid.
-    pub(crate) fn network(grid: &Grid, percent: f64, yaws: usize, model: &Model) -> Self {
+    pub fn network(grid: &Grid, percent: f64, yaws: usize, model: &Model) -> Self {
         Self::Network {
             percent,
             coarsening: Coarsening::towards(grid, PROPOSAL_CELL_M, yaws),
@@ -141,12 +143,16 @@ impl ProposalSource {
         }
     }
 
-    pub(crate) fn is_network(&self) -> bool {
+    /// Whether a network proposes.
+    pub fn is_network(&self) -> bool {
         matches!(self, Self::Network { .. })
     }
 
     /// The proposer of this source; `settings` are those of the search that decides, `network` the one that is named.
-    pub(crate) fn open(
+    ///
+    /// # Errors
+    /// Why it cannot be used on this grid or on this machine.
+    pub fn open(
         &self,
         grid: &Grid,
         settings: &SearchSettings,
@@ -198,7 +204,10 @@ impl std::fmt::Display for ProposalSource {
 }
 
 /// Parses a number of yaws.
-pub(crate) fn at_least_one(text: &str) -> Result<usize, String> {
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub fn at_least_one(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(count) if count > 0 => Ok(count),
         _ => Err("must be a whole number of at least 1".to_owned()),
@@ -214,18 +223,24 @@ fn coarse_search(grid: &Grid, cell_m: Option<f64>, yaws: usize) -> Coarsening {
 
 /// A model, and what can run it.
 #[derive(Clone, Copy)]
-pub(crate) struct Network<'a> {
-    pub(crate) backend: &'a dyn Backend,
-    pub(crate) model: &'a Model,
-    pub(crate) device: Device,
+pub struct Network<'a> {
+    /// What runs it.
+    pub backend: &'a dyn Backend,
+    /// Its weights.
+    pub model: &'a Model,
+    /// Where it runs.
+    pub device: Device,
     /// The items that are known ahead of time.
-    pub(crate) items: &'a [Arc<Item>],
+    pub items: &'a [Arc<Item>],
 }
 
 impl Network<'_> {
     /// A proposer of the best-scored `percent`, which scores placements on a coarser grid where there is one; there,
     /// the heuristic of `settings` chooses among a wider share for all candidates together.
-    pub(crate) fn open(
+    ///
+    /// # Errors
+    /// Why it cannot run here.
+    pub fn open(
         &self,
         grid: &Grid,
         settings: &SearchSettings,
@@ -259,7 +274,10 @@ impl Network<'_> {
 }
 
 /// The model of a file, or the one that ships.
-pub(crate) fn read_model(file: Option<&Path>) -> Outcome<Model> {
+///
+/// # Errors
+/// Why the file cannot be used.
+pub fn read_model(file: Option<&Path>) -> Outcome<Model> {
     file.map_or_else(Model::shipped, Model::read).or_input()
 }
 

@@ -73,10 +73,13 @@ pub(crate) struct Settled {
 
 /// Something that lies in or on the container.
 #[derive(Debug)]
-pub(crate) struct Content {
-    pub(crate) model: Arc<Model>,
-    pub(crate) container_from_item: Isometry3<f64>,
-    pub(crate) inside: bool,
+pub struct Content {
+    /// What it is.
+    pub model: Arc<Model>,
+    /// How it lies.
+    pub container_from_item: Isometry3<f64>,
+    /// Whether its centre is inside.
+    pub inside: bool,
 }
 
 /// Writes all files of the report, or none.

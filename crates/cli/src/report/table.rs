@@ -1,12 +1,10 @@
 //! Tables for the terminal.
 
-use comfy_table::Table;
-use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
-
 use super::arm::ArmSummary;
 use super::summary::EndingSummary;
 use super::{Packing, Summary};
 use crate::fastest::Cost;
+use crate::output;
 
 /// Seconds for people.
 pub(crate) fn duration(seconds: f64) -> String {
@@ -19,8 +17,7 @@ pub(crate) fn duration(seconds: f64) -> String {
 
 /// The summary of a packing.
 pub(crate) fn summary(packing: &Packing, summary: &Summary) -> String {
-    let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY);
+    let mut table = output::table();
     let mut row = |name: &str, value: String| {
         table.add_row([name.to_owned(), value]);
     };

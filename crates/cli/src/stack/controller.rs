@@ -11,22 +11,24 @@ use ppnpack_wire::v1::{self, ExecutionPhase, PlanResult};
 use crate::failure::{OrRun, Outcome};
 
 /// How long one request may take.
-pub(crate) const REQUEST_LIMIT: Duration = Duration::from_secs(30);
+pub const REQUEST_LIMIT: Duration = Duration::from_secs(30);
 
 /// How long one placement may take.
 const PLACE_LIMIT: Duration = Duration::from_secs(300);
 
 /// Controls one cell over the wire.
-pub(crate) struct Controller {
+pub struct Controller {
     client: Client,
     cell: Cell,
 }
 
 /// An item to be packed.
 #[derive(Debug, Clone)]
-pub(crate) struct Arrival {
-    pub(crate) item_id: String,
-    pub(crate) object: String,
+pub struct Arrival {
+    /// Its id in the session.
+    pub item_id: String,
+    /// What it is, by the catalogue's name.
+    pub object: String,
 }
 
 /// A decision and what became of it.
@@ -49,12 +51,16 @@ pub(crate) struct Packed {
 }
 
 impl Controller {
-    pub(crate) fn new(client: Client, cell: Cell) -> Self {
+    /// A controller of `cell`, which asks by `client`.
+    pub fn new(client: Client, cell: Cell) -> Self {
         Self { client, cell }
     }
 
     /// Has the container taken away and an empty one brought.
-    pub(crate) fn renew(&self) -> Outcome {
+    ///
+    /// # Errors
+    /// What the bridge said, or that it does not serve.
+    pub fn renew(&self) -> Outcome {
         self.ask("bridge", v1::RenewRequest::default(), PLACE_LIMIT)?;
         Ok(())
     }
@@ -99,7 +105,10 @@ impl Controller {
     }
 
     /// Begins a session with these items.
-    pub(crate) fn begin(&self, session_id: &str, items: &[Arrival]) -> Outcome {
+    ///
+    /// # Errors
+    /// What the planner or the bridge said, or that it does not serve.
+    pub fn begin(&self, session_id: &str, items: &[Arrival]) -> Outcome {
         let request = v1::BeginRequest {
             session_id: session_id.to_owned(),
             least_state_number: self.state()?.state_number,
@@ -128,7 +137,10 @@ impl Controller {
     }
 
     /// Has an item placed, and waits for the end of that.
-    pub(crate) fn place(&self, request: v1::PlaceRequest) -> Outcome<v1::Outcome> {
+    ///
+    /// # Errors
+    /// What the bridge said, or that it does not serve.
+    pub fn place(&self, request: v1::PlaceRequest) -> Outcome<v1::Outcome> {
         let placement_id = request.placement_id.clone();
         let reply = self.ask("bridge", request, REQUEST_LIMIT)?;
         match ended(reply.execution) {
@@ -138,7 +150,10 @@ impl Controller {
     }
 
     /// Tells the planner how a decision was carried out.
-    pub(crate) fn report(&self, decision_id: &str, outcome: v1::Outcome) -> Outcome {
+    ///
+    /// # Errors
+    /// What the planner said, or that it does not serve.
+    pub fn report(&self, decision_id: &str, outcome: v1::Outcome) -> Outcome {
         let request = v1::ReportRequest {
             decision_id: decision_id.to_owned(),
             outcome: Some(outcome),
@@ -161,13 +176,19 @@ impl Controller {
     }
 
     /// The state of the cell.
-    pub(crate) fn state(&self) -> Outcome<v1::CellState> {
+    ///
+    /// # Errors
+    /// What the bridge said, or that it does not serve.
+    pub fn state(&self) -> Outcome<v1::CellState> {
         let reply = self.ask("bridge", v1::CellStateRequest::default(), REQUEST_LIMIT)?;
         reply.state.context("the bridge told no state").or_run()
     }
 
     /// The newest heightmap of a state of the cell, or a later one.
-    pub(crate) fn heightmap(&self, least_state_number: u64) -> Outcome<v1::Heightmap> {
+    ///
+    /// # Errors
+    /// What perception said, or that it does not serve.
+    pub fn heightmap(&self, least_state_number: u64) -> Outcome<v1::Heightmap> {
         let request = v1::HeightmapRequest {
             least_state_number,
             ..v1::HeightmapRequest::default()
@@ -180,22 +201,19 @@ impl Controller {
     }
 
     /// Asks a service of the cell.
-    pub(crate) fn call<R: Request>(
-        &self,
-        request: R,
-        limit: Duration,
-    ) -> Result<R::Reply, CallError> {
+    ///
+    /// # Errors
+    /// What it said, or that it does not serve.
+    pub fn call<R: Request>(&self, request: R, limit: Duration) -> Result<R::Reply, CallError> {
         self.client
             .call(&self.cell, request, Instant::now() + limit)
     }
 
     /// Asks a service of the cell that has to serve.
-    pub(crate) fn ask<R: Request>(
-        &self,
-        service: &str,
-        request: R,
-        limit: Duration,
-    ) -> Outcome<R::Reply> {
+    ///
+    /// # Errors
+    /// What it said, or that it does not serve, with its name.
+    pub fn ask<R: Request>(&self, service: &str, request: R, limit: Duration) -> Outcome<R::Reply> {
         self.call(request, limit)
             .with_context(|| format!("the {service} of cell {} does not serve", self.cell))
             .or_run()

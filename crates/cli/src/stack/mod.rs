@@ -1,8 +1,8 @@
 //! All services in one process, over a Zenoh router of their own.
 
 pub(crate) mod connect;
-pub(crate) mod controller;
-pub(crate) mod report;
+pub mod controller;
+pub mod report;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -29,43 +29,50 @@ use crate::options::{Method, Network, ProposalSource, Simulated, StabilityOption
 const GRACE: Duration = Duration::from_secs(10);
 
 /// What a stack is made of.
-pub(crate) struct Plan<'a> {
+pub struct Plan<'a> {
     /// The names of its cells.
-    pub(crate) cells: Vec<Cell>,
-    pub(crate) grid: &'a Grid,
-    pub(crate) method: &'a Method,
-    pub(crate) simulated: &'a Simulated,
+    pub cells: Vec<Cell>,
+    /// What they plan on.
+    pub grid: &'a Grid,
+    /// How they plan.
+    pub method: &'a Method,
+    /// The simulated cells that the bridge works.
+    pub simulated: &'a Simulated,
     /// How its cells are seen and handled.
-    pub(crate) sensing: &'a Sensing,
-    pub(crate) catalogue: Arc<Catalogue>,
+    pub sensing: &'a Sensing,
+    /// The objects.
+    pub catalogue: Arc<Catalogue>,
     /// What `catalogue` was loaded from.
-    pub(crate) source: &'a str,
+    pub source: &'a str,
     /// The network that proposes, where one does.
-    pub(crate) network: Option<Network<'a>>,
+    pub network: Option<Network<'a>>,
     /// Where sessions and the bridge's journal are kept; in memory where no folder is given.
-    pub(crate) store: Option<&'a Path>,
+    pub store: Option<&'a Path>,
     /// Zenoh endpoints to listen on beside a loopback port of the system's choice.
-    pub(crate) listen: Vec<String>,
+    pub listen: Vec<String>,
 }
 
 /// How the cells of a stack are seen and handled; by default exactly, and without faults.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Sensing {
-    pub(crate) scan: Scan,
+pub struct Sensing {
+    /// How the container is seen.
+    pub scan: Scan,
     /// With [`Scan::Camera`].
-    pub(crate) camera: CameraSettings,
-    pub(crate) mapper: MapperSettings,
-    pub(crate) faults: FaultSettings,
+    pub camera: CameraSettings,
+    /// How clouds become heightmaps.
+    pub mapper: MapperSettings,
+    /// How often placements go wrong.
+    pub faults: FaultSettings,
     /// Whether placed items are inspected.
-    pub(crate) inspect: bool,
+    pub inspect: bool,
     /// Where items wait to be recognised.
-    pub(crate) tray: Option<TraySettings>,
+    pub tray: Option<TraySettings>,
     /// What can be recognised: a tray and inspections need it.
-    pub(crate) library: Option<Arc<Library>>,
+    pub library: Option<Arc<Library>>,
 }
 
 /// A running stack.
-pub(crate) struct Stack {
+pub struct Stack {
     services: Vec<(Service, Process, Box<dyn Running>)>,
     session: zenoh::Session,
     hub: Hub,
@@ -74,7 +81,10 @@ pub(crate) struct Stack {
 impl Stack {
     /// Starts all services. A network that cannot run here is left out: the planner then searches exhaustively and
     /// says so with each decision.
-    pub(crate) fn start(plan: &Plan<'_>) -> Outcome<Self> {
+    ///
+    /// # Errors
+    /// Why a service does not start.
+    pub fn start(plan: &Plan<'_>) -> Outcome<Self> {
         let hub = embedded::hub_at(&plan.listen).or_input()?;
         let session = embedded::session(&hub).or_run()?;
         let mut stack = Self {
@@ -127,12 +137,12 @@ impl Stack {
     }
 
     /// A client of the stack.
-    pub(crate) fn client(&self) -> Client {
+    pub fn client(&self) -> Client {
         Client::new(&self.session)
     }
 
     /// The session of what belongs to no service.
-    pub(crate) fn session(&self) -> &zenoh::Session {
+    pub fn session(&self) -> &zenoh::Session {
         &self.session
     }
 
@@ -142,7 +152,7 @@ impl Stack {
     }
 
     /// Ends all services, those first that ask others.
-    pub(crate) fn finish(self) -> Outcome {
+    pub fn finish(self) -> Outcome {
         let deadline = Instant::now() + GRACE;
         self.hub.shutdown().request();
         let mut left = Vec::new();

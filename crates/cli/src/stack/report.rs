@@ -16,12 +16,12 @@ use crate::report::{ArmWork, Content, EndingSummary, Packing, Settings, Settled,
 use crate::sequence::Sequence;
 
 /// The id of the item at a place in the sequence of arrivals.
-pub(crate) fn item_id(arrival: usize) -> String {
+pub fn item_id(arrival: usize) -> String {
     format!("item-{arrival}")
 }
 
 /// The place in the sequence of arrivals that an item id names.
-pub(crate) fn arrival_of(item_id: &str) -> Option<usize> {
+pub fn arrival_of(item_id: &str) -> Option<usize> {
     item_id.strip_prefix("item-")?.parse().ok()
 }
 
@@ -121,10 +121,7 @@ fn stage(decision: &v1::Decision, name: &str) -> Duration {
 ///
 /// # Errors
 /// Where the catalogue has not what lies there, or a message lacks something.
-pub(crate) fn contents(
-    state: &v1::CellState,
-    catalogue: &Catalogue,
-) -> Result<Vec<(usize, Content)>> {
+pub fn contents(state: &v1::CellState, catalogue: &Catalogue) -> Result<Vec<(usize, Content)>> {
     let bodies = state.bodies.iter();
     bodies.map(|body| content(body, catalogue)).collect()
 }

@@ -7,8 +7,6 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use comfy_table::Table;
-use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
 use ppnpack_clouds::Cloud;
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution};
 use ppnpack_perception::mapper::{Mapped, Mapper};
@@ -18,7 +16,7 @@ use serde::Serialize;
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::length::{parse_length, parse_size};
 use crate::options::{MapperOptions, Sensor, SensorOption, parse_sensor};
-use crate::output::{StagedFolder, print_json, print_line};
+use crate::output::{self, StagedFolder, print_json, print_line};
 
 /// Sensors may disagree on the container's size by this, in metres.
 const SIZE_TOLERANCE_M: f64 = 0.005;
@@ -233,8 +231,7 @@ impl Summary {
     }
 
     fn table(&self) -> String {
-        let mut table = Table::new();
-        table.load_style(UTF8_HORIZONTAL_ONLY);
+        let mut table = output::table();
         for cloud in &self.clouds {
             let shape = if cloud.height > 1 {
                 format!(

@@ -1,0 +1,129 @@
+//! `ppnpack experiment calibration`: how well calibrations of a simulated depth camera agree with the truth, and what is
+//! refused.
+
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+use clap::Args;
+use ppnpack_camera::{DepthEdges, NoiseModel};
+use ppnpack_cli::failure::Outcome;
+use ppnpack_perception::calibration::{CalibrationSettings, calibrate};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::simulated::{Case, Errors, cuboid};
+use crate::statistics::quantile;
+
+/// Calibrates on simulated clouds of empty containers, with noise, dropouts, flying pixels and things in the way.
+#[derive(Debug, Args)]
+pub(crate) struct CalibrationArguments {
+    /// How many containers of each kind
+    #[arg(long, value_name = "COUNT", default_value_t = 200)]
+    cases: usize,
+
+    /// Say of each refused cloud why
+    #[arg(long)]
+    reasons: bool,
+}
+
+pub(crate) fn run(arguments: &CalibrationArguments) -> Outcome {
+    let measure = |name: &str, is_size_known: bool, change: Change| {
+        measure(name, arguments, is_size_known, change);
+    };
+    println!(
+        "| clouds | accepted | within the aims | wrong | position: median, 95 % | angle | size | time |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
+    measure("1 mm, 5 % dropouts", false, |_, _| {});
+    measure("the same, size known", true, |_, _| {});
+    measure("3 mm, 20 % dropouts", false, |case, _| {
+        case.noise.deviation_m = 0.003;
+        case.noise.dropout = 0.2;
+    });
+    measure(
+        "flying pixels at edges, grazing walls not seen",
+        false,
+        |case, _| {
+            case.noise = NoiseModel {
+                edges: DepthEdges {
+                    dropout: 0.3,
+                    flying_pixels: 0.3,
+                    ..DepthEdges::default()
+                },
+                grazing_limit_rad: 1.25,
+                ..NoiseModel::default()
+            };
+        },
+    );
+    measure("an item on the floor", false, |case, random| {
+        let [x_m, y_m, _] = case.size_m;
+        let [x, y] = [x_m, y_m].map(|side_m| random.random_range(0.2..0.6) * side_m);
+        let high_m = random.random_range(0.01..0.06);
+        case.others = vec![cuboid([x, y, 0.0], [x + 0.03, y + 0.05, high_m])];
+    });
+    measure("a wall bulges by 12 mm", false, |case, _| {
+        case.bulge_m = 0.012;
+    });
+    Ok(())
+}
+
+/// What is changed in each case.
+type Change = fn(&mut Case, &mut ChaCha8Rng);
+
+fn measure(name: &str, arguments: &CalibrationArguments, is_size_known: bool, change: Change) {
+    let cases = arguments.cases;
+    let mut random = ChaCha8Rng::seed_from_u64(42);
+    let mut reasons: BTreeMap<String, usize> = BTreeMap::new();
+    let mut errors: Vec<Errors> = Vec::new();
+    let mut took = Vec::new();
+    for index in 0..cases {
+        let mut case = Case::any(&mut random);
+        change(&mut case, &mut random);
+        let settings = CalibrationSettings {
+            size: is_size_known.then(|| case.size()),
+            ..CalibrationSettings::default()
+        };
+        let cloud = case.cloud();
+        let began = Instant::now();
+        let found = calibrate(cloud, &settings);
+        took.push(1e3 * began.elapsed().as_secs_f64());
+        match found {
+            Ok(found) => {
+                let error = case.errors(&found);
+                if !error.are_small() {
+                    eprintln!(
+                        "{name}, case {index}: {error:?} {:?} {:?}",
+                        case.size_m, found.residuals
+                    );
+                }
+                errors.push(error);
+            }
+            Err(error) => {
+                let text = format!("{error:?}");
+                let reason = text.split([' ', '{']).next().unwrap_or_default().to_owned();
+                if arguments.reasons {
+                    eprintln!(
+                        "{name}, case {index}: {error} {:?} wall {}",
+                        case.size_m, case.wall_m
+                    );
+                }
+                *reasons.entry(reason).or_default() += 1;
+            }
+        }
+    }
+    let accepted = errors.len();
+    let small = errors.iter().filter(|error| error.are_small()).count();
+    let quantiles = |of: fn(&Errors) -> f64| {
+        [0.5, 0.95].map(|share| quantile(errors.iter().map(of).collect(), share))
+    };
+    let [position, position_95] = quantiles(|error| 1e3 * error.position_m);
+    let [angle, angle_95] = quantiles(|error| error.angle_rad.to_degrees());
+    let [size, size_95] = quantiles(|error| 1e3 * error.size_m);
+    println!(
+        "| {name} | {accepted} of {cases} | {small} | {} | {position:.2}, {position_95:.2} mm | {angle:.3}, {angle_95:.3} deg | \
+         {size:.2}, {size_95:.2} mm | {:.0} ms |",
+        accepted - small,
+        quantile(took, 0.5)
+    );
+    println!("refused: {reasons:?}");
+}

@@ -1,0 +1,422 @@
+//! Several methods on the same sequences, in one cell: what table 1, table 4 and the Pareto charts have in common.
+
+use std::path::Path;
+
+use clap::Args;
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_cli::failure::{Failure, OrRun, Outcome};
+use ppnpack_cli::network::Backend;
+use ppnpack_cli::options::{
+    CatalogueOptions, Conditions, Method, Network, PhysicsOptions, ProposalSource, Simulated,
+    StabilityOption,
+};
+use ppnpack_cli::sequence::{Sequence, SequenceFile};
+use ppnpack_cli::simulation::simulate;
+use ppnpack_model::weights::Model;
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::plan::Timings;
+use ppnpack_chart::{Interval, PlotPoint};
+use serde::{Deserialize, Serialize};
+
+use crate::document;
+use crate::network::NetworkOptions;
+use crate::runs::Runs;
+use crate::statistics::Mean;
+use crate::workers;
+
+/// What all comparisons are told.
+#[derive(Debug, Args)]
+pub(crate) struct ComparisonOptions {
+    #[command(flatten)]
+    catalogue: CatalogueOptions,
+
+    #[command(flatten)]
+    physics: PhysicsOptions,
+
+    #[command(flatten)]
+    pub(crate) network: NetworkOptions,
+
+    /// How many items the robot may choose among
+    #[arg(long, value_name = "COUNT", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    buffer: u32,
+
+    /// The stability test that placements must pass
+    #[arg(long, value_enum, default_value = "published")]
+    stability: StabilityOption,
+
+    /// The seed of everything that is random
+    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
+    pub(crate) seed: u64,
+
+    /// Sequences packed at once; one per core at most, so that decision times stay those of a free core
+    /// [default: one per core]
+    #[arg(long, value_name = "COUNT")]
+    workers: Option<usize>,
+}
+
+impl ComparisonOptions {
+    /// How many sequences are packed at once.
+    pub(crate) fn workers(&self) -> usize {
+        let cores = workers::default_count();
+        self.workers.unwrap_or(cores).clamp(1, cores)
+    }
+}
+
+/// What all runs of a comparison share.
+#[derive(Debug, Serialize)]
+pub(crate) struct Setting {
+    pub(crate) catalogue_hash: String,
+    pub(crate) grid: Grid,
+    pub(crate) simulated: Simulated,
+    pub(crate) buffer: usize,
+    pub(crate) stability: StabilityOption,
+    pub(crate) seed: u64,
+}
+
+/// A comparison that is set up: on one grid, in one cell.
+pub(crate) struct Comparison<'a> {
+    options: &'a ComparisonOptions,
+    backend: &'a dyn Backend,
+    pub(crate) setting: Setting,
+    pub(crate) catalogue: Catalogue,
+    /// The network's model, or why none can be used here.
+    pub(crate) model: Result<Model, String>,
+}
+
+/// A method that is compared.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct Contender {
+    pub(crate) name: String,
+    pub(crate) heuristic: Heuristic,
+    pub(crate) order: Order,
+    pub(crate) proposals: ProposalSource,
+}
+
+/// One packed sequence.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Run {
+    pub(crate) objects: Vec<usize>,
+    /// Mean decision time per packed item, in seconds.
+    pub(crate) decision_s: f64,
+    /// The same by stage.
+    pub(crate) propose_s: f64,
+    pub(crate) evaluate_s: f64,
+    pub(crate) check_s: f64,
+    pub(crate) items: usize,
+    pub(crate) placed: usize,
+    pub(crate) voxels_m3: f64,
+    pub(crate) meshes_m3: f64,
+    pub(crate) compactness: f64,
+    pub(crate) mesh_compactness: f64,
+    pub(crate) height_m: f64,
+}
+
+/// The means over the sequences of a method.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct Means {
+    pub(crate) cases: usize,
+    pub(crate) decision_s: Mean,
+    pub(crate) propose_s: Mean,
+    pub(crate) evaluate_s: Mean,
+    pub(crate) check_s: Mean,
+    pub(crate) items: Mean,
+    pub(crate) fallen_out: Mean,
+    pub(crate) voxels_cm3: Mean,
+    pub(crate) meshes_cm3: Mean,
+    pub(crate) compactness_percent: Mean,
+    pub(crate) mesh_compactness_percent: Mean,
+    pub(crate) height_m: Mean,
+}
+
+impl<'a> Comparison<'a> {
+    pub(crate) fn new(
+        options: &'a ComparisonOptions,
+        backend: &'a dyn Backend,
+        grid: Grid,
+    ) -> Outcome<Self> {
+        let simulated = options
+            .physics
+            .simulated(&grid, options.seed, Conditions::Reference)?;
+        let catalogue = options.catalogue.load(grid.resolution())?;
+        Ok(Self {
+            model: options.network.find(backend, &grid)?,
+            setting: Setting {
+                catalogue_hash: catalogue.content_hash(),
+                grid,
+                simulated,
+                buffer: options.buffer as usize,
+                stability: options.stability,
+                seed: options.seed,
+            },
+            catalogue,
+            options,
+            backend,
+        })
+    }
+
+    /// Why the network is not compared, where it is not.
+    pub(crate) fn without_network(&self) -> Option<String> {
+        self.model.as_ref().err().cloned()
+    }
+
+    /// The first sequences of a .npy file.
+    pub(crate) fn sequences(&self, file: &Path, cases: u32) -> Outcome<Vec<Sequence>> {
+        let sequences = SequenceFile::read(file, &self.catalogue)?;
+        let cases = cases as usize;
+        if cases > sequences.len() {
+            return Err(Failure::input(format_args!(
+                "--cases {cases}: {} has {} sequences",
+                file.display(),
+                sequences.len()
+            )));
+        }
+        (0..cases).map(|case| sequences.get(case)).collect()
+    }
+
+    /// A heuristic that searches exhaustively or, `with_network`, with the network's proposals; none where that cannot
+    /// be used.
+    pub(crate) fn contender(
+        &self,
+        name: &str,
+        heuristic: Heuristic,
+        order: Order,
+        with_network: bool,
+    ) -> Option<Contender> {
+        let network = &self.options.network;
+        let (name, proposals) = match (with_network, &self.model) {
+            (false, _) => (name.to_owned(), ProposalSource::All),
+            (true, Ok(model)) => (
+                format!("{name} (K = {} %)", network.percent()),
+                network.source(&self.setting.grid, model),
+            ),
+            (true, Err(_)) => return None,
+        };
+        Some(Contender {
+            name,
+            heuristic,
+            order,
+            proposals,
+        })
+    }
+
+    /// Packs all sequences with all methods, those first that come first; gives the runs by method, then sequence. A
+    /// killed comparison goes on with what lies in `folder`.
+    pub(crate) fn pack(
+        &self,
+        contenders: &[Contender],
+        sequences: &[Sequence],
+        folder: &Path,
+    ) -> Outcome<Vec<Vec<Run>>> {
+        let runs = Runs::new(folder, &self.setting)?;
+        let items = self.catalogue.items();
+        let network = self.model.as_ref().ok();
+        let network = network.map(|model| self.options.network.of(self.backend, model, &items));
+        let jobs: Vec<(usize, &Sequence, &Contender)> = sequences
+            .iter()
+            .enumerate()
+            .flat_map(|(case, sequence)| {
+                let contenders = contenders.iter();
+                contenders.map(move |contender| (case, sequence, contender))
+            })
+            .collect();
+        let workers = self.options.workers();
+        let done = workers::map(
+            "Packing sequences",
+            &jobs,
+            workers,
+            |(case, sequence, contender)| {
+                let is_right = |run: &Run| run.objects == sequence.objects;
+                runs.finish(&name(contender, *case)?, is_right, || {
+                    self.pack_one(contender, sequence, *case, network)
+                })
+            },
+        )?;
+        let of_contender = |at| done.iter().skip(at).step_by(contenders.len()).cloned();
+        Ok((0..contenders.len())
+            .map(|at| of_contender(at).collect())
+            .collect())
+    }
+
+    /// Packs one sequence with one method.
+    fn pack_one(
+        &self,
+        contender: &Contender,
+        sequence: &Sequence,
+        case: usize,
+        network: Option<Network<'_>>,
+    ) -> Outcome<Run> {
+        let setting = &self.setting;
+        let method = Method {
+            heuristic: contender.heuristic,
+            order: contender.order,
+            proposals: contender.proposals.clone(),
+            stability: setting.stability,
+            arm: None,
+            weights: Weights::default(),
+            buffer: setting.buffer,
+            seed: setting.seed.wrapping_add(case as u64),
+        };
+        let mut simulated = setting.simulated.clone();
+        simulated.cell.seed = method.seed;
+        let mut planner = method.planner(&setting.grid, 1, network)?;
+        let (episode, _) = simulate(
+            &self.catalogue,
+            &setting.grid,
+            sequence,
+            &simulated,
+            &mut planner,
+            method.buffer,
+            &mut (),
+        )?;
+        let height = episode.scene.heightmap().max();
+        let steps = &episode.steps;
+        let mean = |stage: fn(&Timings) -> std::time::Duration| {
+            let total: std::time::Duration = steps.iter().map(|step| stage(&step.timings)).sum();
+            total.as_secs_f64() / steps.len().max(1) as f64
+        };
+        Ok(Run {
+            objects: sequence.objects.clone(),
+            decision_s: episode.mean_decision_s(),
+            propose_s: mean(|timings| timings.propose),
+            evaluate_s: mean(|timings| timings.evaluate),
+            check_s: mean(|timings| timings.check),
+            items: episode.metrics.packed.items,
+            placed: steps.len(),
+            voxels_m3: episode.metrics.packed.voxels_m3,
+            meshes_m3: episode.metrics.packed.meshes_m3,
+            compactness: episode.metrics.compactness,
+            mesh_compactness: episode.metrics.mesh_compactness,
+            height_m: f64::from(height) * setting.grid.resolution().height_unit_m(),
+        })
+    }
+}
+
+impl Setting {
+    /// How sequences were packed, in words; `workers` at once.
+    pub(crate) fn in_words(&self, workers: usize) -> String {
+        format!(
+            "buffer {}, {} stability test, {} scan. Machine: {}; {workers} sequences at once, each on one core. Intervals \
+             are 95 % confidence intervals over the sequences, by Student's t",
+            self.buffer,
+            document::name_of(&self.stability),
+            document::name_of(&self.simulated.scan),
+            document::machine(),
+        )
+    }
+
+    /// The grid, in words.
+    pub(crate) fn cells_in_words(&self) -> String {
+        let grid = &self.grid;
+        let yaws = grid.resolution().yaws().count();
+        format!("{} x {} cells, {yaws} yaws", grid.nx(), grid.ny())
+    }
+}
+
+impl Means {
+    pub(crate) fn of(runs: &[Run]) -> Self {
+        let mean = |value: fn(&Run) -> f64| Mean::of(runs.iter().map(value));
+        Self {
+            cases: runs.len(),
+            decision_s: mean(|run| run.decision_s),
+            propose_s: mean(|run| run.propose_s),
+            evaluate_s: mean(|run| run.evaluate_s),
+            check_s: mean(|run| run.check_s),
+            items: mean(|run| run.items as f64),
+            fallen_out: mean(|run| (run.placed - run.items) as f64),
+            voxels_cm3: mean(|run| run.voxels_m3 * 1e6),
+            meshes_cm3: mean(|run| run.meshes_m3 * 1e6),
+            compactness_percent: mean(|run| run.compactness * 100.0),
+            mesh_compactness_percent: mean(|run| run.mesh_compactness * 100.0),
+            height_m: mean(|run| run.height_m),
+        }
+    }
+}
+
+/// The sum of a value over some runs divided by the sum over others on the same sequences, in percent. The interval
+/// is that of a ratio of paired means (by the differences to the ratio's line).
+pub(crate) fn ratio_percent(runs: &[Run], others: &[Run], value: fn(&Run) -> f64) -> Mean {
+    let sum = |runs: &[Run]| runs.iter().map(value).sum::<f64>();
+    let (ours, theirs) = (sum(runs), sum(others));
+    if theirs <= 0.0 {
+        return Mean::default();
+    }
+    let ratio = ours / theirs;
+    let pairs = runs.iter().zip(others);
+    let deviation = Mean::of(pairs.map(|(run, other)| value(run) - ratio * value(other)));
+    let scale = runs.len() as f64 / theirs;
+    Mean {
+        mean: 100.0 * ratio,
+        half_width: 100.0 * deviation.half_width * scale,
+    }
+}
+
+/// A point of a chart, with both intervals.
+pub(crate) fn point(label: &str, x: &Mean, y: &Mean) -> PlotPoint {
+    let interval = |mean: &Mean| Interval {
+        low: mean.mean - mean.half_width,
+        high: mean.mean + mean.half_width,
+    };
+    PlotPoint {
+        label: label.to_owned(),
+        x: x.mean,
+        y: y.mean,
+        x_interval: Some(interval(x)),
+        y_interval: Some(interval(y)),
+    }
+}
+
+/// The name of a run's file: readable, and another one for another method.
+fn name(contender: &Contender, case: usize) -> Outcome<String> {
+    let method = serde_json::to_vec(contender).or_run()?;
+    let hash = blake3::hash(&method).to_hex();
+    let letters = contender.name.chars().map(|letter| {
+        if letter.is_ascii_alphanumeric() {
+            letter.to_ascii_lowercase()
+        } else {
+            '-'
+        }
+    });
+    let letters: String = letters.collect();
+    Ok(format!(
+        "{letters}-{}-{case:05}",
+        hash.get(..8).unwrap_or("")
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(meshes_m3: f64) -> Run {
+        Run {
+            objects: vec![],
+            decision_s: 0.0,
+            propose_s: 0.0,
+            evaluate_s: 0.0,
+            check_s: 0.0,
+            items: 0,
+            placed: 0,
+            voxels_m3: 0.0,
+            meshes_m3,
+            compactness: 0.0,
+            mesh_compactness: 0.0,
+            height_m: 0.0,
+        }
+    }
+
+    #[test]
+    fn a_ratio_of_proportional_runs_is_certain() {
+        let others = [run(1.0), run(2.0), run(4.0)];
+        let halves = [run(0.5), run(1.0), run(2.0)];
+        let ratio = ratio_percent(&halves, &others, |run| run.meshes_m3);
+        assert!((ratio.mean - 50.0).abs() < 1e-9 && ratio.half_width < 1e-9);
+        let uneven = [run(0.9), run(1.0), run(1.6)];
+        let ratio = ratio_percent(&uneven, &others, |run| run.meshes_m3);
+        assert!((ratio.mean - 50.0).abs() < 1e-9 && ratio.half_width > 1.0);
+        assert_eq!(
+            ratio_percent(&[], &[], |run| run.meshes_m3),
+            Mean::default()
+        );
+    }
+}

@@ -1,0 +1,294 @@
+//! `ppnpack dataset`: training data for placement proposal networks.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::Args;
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_dataset::{
+    DatasetError, DatasetWriter, Drawn, Expert, ExpertSettings, FORMAT_VERSION, Manifest, Recorder,
+    SequenceRecord, Settings, draw,
+};
+use ppnpack_packing::item::Item;
+use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::search::SearchSettings;
+use serde::Serialize;
+
+use crate::workers;
+use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
+use ppnpack_cli::options::{
+    CatalogueOptions, Conditions, GridOptions, Method, PhysicsOptions, ProposalSource, Simulated,
+    StabilityOption,
+};
+use ppnpack_cli::output::{print_json, print_line};
+use ppnpack_cli::sequence::{Sequence, SequenceFile};
+use ppnpack_cli::simulation::simulate;
+
+/// Sequences in a shard: of a killed run at most this many per worker are played again.
+const SEQUENCES_PER_SHARD: u32 = 10;
+
+/// Packs random sequences with the exhaustive SDF minimisation and records, for every item of the buffer at every
+/// step, which placements are the best. A killed run goes on where it was when the command is repeated.
+#[derive(Debug, Args)]
+pub struct DatasetArguments {
+    #[command(flatten)]
+    catalogue: CatalogueOptions,
+
+    /// How many sequences; more than a finished dataset has are added to it
+    #[arg(long, value_name = "COUNT", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    sequences: u32,
+
+    /// How many objects a sequence has, drawn at random
+    #[arg(long, value_name = "COUNT", default_value_t = 80, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    length: u32,
+
+    /// A .npy file of sequences, int64 [sequences, length], that must not be drawn: those of a test
+    #[arg(long, value_name = "FILE")]
+    never: Option<PathBuf>,
+
+    /// Record the value of every placement too, which a regression loss needs
+    #[arg(long)]
+    values: bool,
+
+    #[command(flatten)]
+    grid: GridOptions,
+
+    #[command(flatten)]
+    physics: PhysicsOptions,
+
+    /// How many items the expert may choose among
+    #[arg(long, value_name = "COUNT", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    buffer: u32,
+
+    /// The stability test that placements must pass
+    #[arg(long, value_enum, default_value = "published")]
+    stability: StabilityOption,
+
+    /// The seed of everything that is random
+    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
+    seed: u64,
+
+    /// Sequences packed at once [default: one per core]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    workers: Option<u32>,
+
+    /// Where the dataset is written
+    #[arg(long, value_name = "DIR", default_value = "out/dataset")]
+    out: PathBuf,
+
+    /// Print a summary as JSON instead of a line
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct Summary<'a> {
+    hash: &'a str,
+    sequences: u32,
+    steps: u64,
+    candidates: u64,
+    bytes: u64,
+}
+
+pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
+    let grid = arguments.grid.grid()?;
+    let simulated = arguments
+        .physics
+        .simulated(&grid, arguments.seed, Conditions::Reference)?;
+    let catalogue = arguments.catalogue.load(grid.resolution())?;
+    let settings = settings(arguments, &catalogue, &simulated)?;
+    refuse_known(arguments, &catalogue, &settings)?;
+    let items: Vec<Arc<Item>> = catalogue
+        .objects
+        .iter()
+        .map(|object| object.item.clone())
+        .collect();
+    let writer = DatasetWriter::open(&arguments.out, settings.clone(), items, arguments.sequences)
+        .map_err(of_folder)?;
+    let player = Player {
+        catalogue: &catalogue,
+        settings: &settings,
+        simulated: &simulated,
+        stability: arguments.stability,
+    };
+    let workers = arguments
+        .workers
+        .map_or_else(workers::default_count, |workers| workers as usize);
+    workers::map(
+        "Playing sequences",
+        &writer.missing(),
+        workers,
+        |sequence| writer.add(&player.play(*sequence)?).or_run(),
+    )?;
+    let manifest = writer.finish().or_run()?;
+    print(arguments, &manifest)
+}
+
+fn settings(
+    arguments: &DatasetArguments,
+    catalogue: &Catalogue,
+    simulated: &Simulated,
+) -> Outcome<Settings> {
+    Ok(Settings {
+        format_version: FORMAT_VERSION,
+        package_version: env!("CARGO_PKG_VERSION").to_owned(),
+        catalogue_hash: catalogue.content_hash(),
+        objects: u32::try_from(catalogue.len()).or_input()?,
+        grid: arguments.grid.grid()?,
+        expert: ExpertSettings {
+            heuristic: Heuristic::Sdfm,
+            order: Order::Balance,
+            weights: Weights::default(),
+            stability: name(arguments.stability)?,
+            buffer: arguments.buffer,
+        },
+        cell: serde_json::to_value(simulated).or_run()?,
+        seed: arguments.seed,
+        length: arguments.length,
+        has_values: arguments.values,
+        sequences_per_shard: SEQUENCES_PER_SHARD,
+    })
+}
+
+/// The name of a stability test, as results record it.
+fn name(stability: StabilityOption) -> Outcome<String> {
+    let value = serde_json::to_value(stability).or_run()?;
+    Ok(value.as_str().unwrap_or_default().to_owned())
+}
+
+/// Wrong use of the folder is an input's fault; that it cannot be written is not.
+fn of_folder(error: DatasetError) -> Failure {
+    match error {
+        DatasetError::Write { .. } | DatasetError::Read { .. } => Failure::Run(error.into()),
+        _ => Failure::Input(error.into()),
+    }
+}
+
+/// Refuses a seed that draws a sequence of `--never`, or one that begins as such a sequence does.
+fn refuse_known(
+    arguments: &DatasetArguments,
+    catalogue: &Catalogue,
+    settings: &Settings,
+) -> Outcome {
+    let Some(path) = &arguments.never else {
+        return Ok(());
+    };
+    let known = beginnings(&SequenceFile::read(path, catalogue)?, settings)?;
+    // All sequences of a file have one length.
+    let length = known.keys().next().map_or(0, Vec::len);
+    for sequence in 0..arguments.sequences {
+        let mut objects = objects(&drawn(settings, sequence));
+        objects.truncate(length);
+        if let Some(number) = known.get(&objects) {
+            return Err(Failure::input(format_args!(
+                "--seed {}: sequence {sequence} is sequence {number} of {}; choose another seed",
+                settings.seed,
+                path.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// The numbers of a file's sequences by what they begin with, at most the length of a drawn sequence.
+fn beginnings(file: &SequenceFile, settings: &Settings) -> Outcome<HashMap<Vec<usize>, usize>> {
+    let mut beginnings = HashMap::new();
+    for number in 0..file.len() {
+        let mut objects = file.get(number)?.objects;
+        objects.truncate(settings.length as usize);
+        if !objects.is_empty() {
+            beginnings.entry(objects).or_insert(number);
+        }
+    }
+    Ok(beginnings)
+}
+
+fn drawn(settings: &Settings, sequence: u32) -> Drawn {
+    draw(settings.seed, sequence, settings.length, settings.objects)
+}
+
+fn objects(drawn: &Drawn) -> Vec<usize> {
+    drawn
+        .objects
+        .iter()
+        .map(|object| *object as usize)
+        .collect()
+}
+
+/// Plays sequences as the expert does.
+struct Player<'a> {
+    catalogue: &'a Catalogue,
+    settings: &'a Settings,
+    simulated: &'a Simulated,
+    stability: StabilityOption,
+}
+
+impl Player<'_> {
+    fn play(&self, sequence: u32) -> Outcome<SequenceRecord> {
+        let drawn = drawn(self.settings, sequence);
+        let expert = &self.settings.expert;
+        let grid = &self.settings.grid;
+        let method = Method {
+            heuristic: expert.heuristic,
+            order: expert.order,
+            proposals: ProposalSource::All,
+            stability: self.stability,
+            arm: None,
+            weights: expert.weights,
+            buffer: expert.buffer as usize,
+            seed: drawn.seed,
+        };
+        let mut simulated = self.simulated.clone();
+        simulated.cell.seed = drawn.seed;
+        let played = Sequence {
+            from: format!("sequence {sequence} of seed {}", self.settings.seed),
+            objects: objects(&drawn),
+        };
+        let search = SearchSettings {
+            heuristic: expert.heuristic,
+            order: expert.order,
+            weights: expert.weights,
+            seed: drawn.seed,
+        };
+        let checks = self.stability.checks();
+        let labeller = Expert::new(grid, &search, checks, self.settings.has_values).or_input()?;
+        let mut recorder = Recorder::new(labeller, sequence, drawn.objects);
+        let mut planner = method.planner(grid, 1, None)?;
+        simulate(
+            self.catalogue,
+            grid,
+            &played,
+            &simulated,
+            &mut planner,
+            method.buffer,
+            &mut recorder,
+        )?;
+        recorder
+            .finish()
+            .map_err(|error| Failure::Run(anyhow::anyhow!("sequence {sequence}: {error}")))
+    }
+}
+
+fn print(arguments: &DatasetArguments, manifest: &Manifest) -> Outcome {
+    let shards = manifest.shards.iter().map(|shard| shard.file.bytes);
+    let summary = Summary {
+        hash: &manifest.hash,
+        sequences: manifest.sequences,
+        steps: manifest.steps,
+        candidates: manifest.candidates,
+        bytes: manifest.items.bytes + shards.sum::<u64>(),
+    };
+    if arguments.json {
+        return Ok(print_json(&summary)?);
+    }
+    Ok(print_line(&format!(
+        "{}: {} sequences, {} steps, {} candidates, {:.1} MB, hash {}",
+        arguments.out.display(),
+        summary.sequences,
+        summary.steps,
+        summary.candidates,
+        summary.bytes as f64 / 1e6,
+        summary.hash
+    ))?)
+}

@@ -1,0 +1,89 @@
+//! Result documents: a generated part, and notes by hand that a new run keeps.
+
+use std::path::Path;
+
+use ppnpack_chart::ChartError;
+use serde::Serialize;
+
+use ppnpack_cli::failure::{OrRun, Outcome};
+use ppnpack_cli::output::{print_json, print_line, write_whole};
+
+/// Everything from this line on is written by hand.
+const NOTES: &str = "<!-- Notes: what follows is kept when the experiment is run again. -->";
+
+/// Writes the generated part of a Markdown document; keeps the notes of the one that is there.
+pub(crate) fn write(path: &Path, generated: &str) -> Outcome {
+    let existing = std::fs::read_to_string(path).unwrap_or_default();
+    let notes = existing.split_once(NOTES).map_or("\n", |(_, notes)| notes);
+    let document = format!("{}\n\n{NOTES}{notes}", generated.trim_end());
+    Ok(write_whole(path, document.as_bytes())?)
+}
+
+/// Writes an experiment's results as `<name>.json` and its document as `<name>.md`, and prints one of the two.
+pub(crate) fn publish(
+    folder: &Path,
+    name: &str,
+    results: &impl Serialize,
+    markdown: &str,
+    as_json: bool,
+) -> Outcome {
+    let json = serde_json::to_vec_pretty(results).or_run()?;
+    write_whole(&folder.join(format!("{name}.json")), &json)?;
+    let path = folder.join(format!("{name}.md"));
+    write(&path, markdown)?;
+    if as_json {
+        print_json(results)?;
+    } else {
+        print_line(markdown)?;
+        print_line(&format!("Written to {}", path.display()))?;
+    }
+    Ok(())
+}
+
+/// Writes a chart as `<name>.svg`.
+pub(crate) fn figure(folder: &Path, name: &str, svg: Result<String, ChartError>) -> Outcome {
+    let path = folder.join(format!("{name}.svg"));
+    Ok(write_whole(&path, svg.or_run()?.as_bytes())?)
+}
+
+/// The name of an enum's variant, as files spell it.
+pub(crate) fn name_of(variant: &impl serde::Serialize) -> String {
+    match serde_json::to_value(variant) {
+        Ok(serde_json::Value::String(name)) => name,
+        _ => String::new(),
+    }
+}
+
+/// The processor that figures were measured on.
+pub(crate) fn machine() -> String {
+    let cpus = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = cpus
+        .lines()
+        .find_map(|line| line.strip_prefix("model name"));
+    let model = model
+        .and_then(|line| line.split(':').nth(1))
+        .map_or("unknown processor", str::trim);
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    format!("{model}, {cores} cores")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn notes_survive_a_new_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.md");
+        write(&path, "one").unwrap();
+        let mut text = std::fs::read_to_string(&path).unwrap();
+        text.push_str("by hand\n");
+        std::fs::write(&path, text).unwrap();
+        write(&path, "two").unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(
+            text.starts_with("two\n") && text.ends_with("by hand\n"),
+            "{text}"
+        );
+    }
+}

@@ -1,0 +1,84 @@
+//! `ppnpack experiment`: the paper's tables, tests of the engine's models, how accurate each part is.
+
+use clap::{Args, Subcommand};
+use ppnpack_cli::failure::Outcome;
+use ppnpack_cli::network::Backend;
+
+use crate::accuracy::{calibration, heightmap, inspection, recognition};
+use crate::arm::{holding, oracle, proposals};
+use crate::{pareto, physical, stability, table1, table3, table4, transfer};
+
+/// Reproduce the paper's tables and test the engine's models.
+#[derive(Debug, Args)]
+pub struct ExperimentArguments {
+    #[command(subcommand)]
+    experiment: Experiment,
+}
+
+#[derive(Debug, Subcommand)]
+enum Experiment {
+    /// Packing heuristics compared: compactness, volume, items and decision time (Table I of the paper)
+    Table1(table1::Table1Arguments),
+    /// How often the network finds the optimum, and what that owes to (Table III of the paper)
+    Table3(table3::Table3Arguments),
+    /// Objects that the network was not trained on (Table IV of the paper)
+    Table4(table4::Table4Arguments),
+    /// How often the network finds the optimum on grids that it was not trained on
+    Transfer(transfer::TransferArguments),
+    /// Decision time against packed volume, for every way to propose placements, on several grids
+    Pareto(pareto::ParetoArguments),
+    /// The paper's robot cell, simulated with its sensors: a tray, an arm, recognition, noise
+    Physical(physical::PhysicalArguments),
+    /// Both stability tests against what the simulated cell does
+    Stability(stability::StabilityArguments),
+    /// How well heightmaps of a simulated depth camera agree with the truth
+    Heightmap(heightmap::HeightmapArguments),
+    /// How well calibrations of a simulated depth camera agree with the truth, and what is refused
+    Calibration(calibration::CalibrationArguments),
+    /// How well objects are recognised in simulated views, and how many others are called unknown
+    Recognition(recognition::RecognitionArguments),
+    /// How often an inspection tells what became of a placed item, in simulated views
+    Inspection(inspection::InspectionArguments),
+    /// Which household objects the built-in grippers can hold, and where
+    Holding,
+    /// The arm's check against brute force: unsafe placements accepted, safe ones refused
+    Oracle(oracle::OracleArguments),
+    /// Where pruned proposals pay with an arm: decision time, volume and checks of each source of proposals
+    Proposals(proposals::ProposalsArguments),
+}
+
+impl Experiment {
+    fn uses_network(&self) -> bool {
+        matches!(
+            self,
+            Self::Table1(_)
+                | Self::Table3(_)
+                | Self::Table4(_)
+                | Self::Transfer(_)
+                | Self::Pareto(_)
+                | Self::Physical(_)
+        )
+    }
+}
+
+pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Outcome {
+    if arguments.experiment.uses_network() {
+        backend.prepare();
+    }
+    match &arguments.experiment {
+        Experiment::Table1(arguments) => table1::run(arguments, backend),
+        Experiment::Table3(arguments) => table3::run(arguments, backend),
+        Experiment::Table4(arguments) => table4::run(arguments, backend),
+        Experiment::Transfer(arguments) => transfer::run(arguments, backend),
+        Experiment::Pareto(arguments) => pareto::run(arguments, backend),
+        Experiment::Physical(arguments) => physical::run(arguments, backend),
+        Experiment::Stability(arguments) => stability::run(arguments),
+        Experiment::Heightmap(arguments) => heightmap::run(arguments),
+        Experiment::Calibration(arguments) => calibration::run(arguments),
+        Experiment::Recognition(arguments) => recognition::run(arguments),
+        Experiment::Inspection(arguments) => inspection::run(arguments),
+        Experiment::Holding => holding::run(),
+        Experiment::Oracle(arguments) => oracle::run(arguments),
+        Experiment::Proposals(arguments) => proposals::run(arguments),
+    }
+}

@@ -1,0 +1,291 @@
+//! `ppnpack experiment pareto`: decision time against packed volume, for every way to propose placements.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
+use ppnpack_cli::network::Backend;
+use ppnpack_cli::options::{PROPOSAL_YAWS, ProposalSource, at_least_one};
+use ppnpack_cli::output::{print_json, print_line, write_whole};
+use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
+use ppnpack_packing::objective::{Heuristic, Order};
+use ppnpack_chart::{PointSeries, Scatter};
+use serde::Serialize;
+
+use crate::comparison::{
+    Comparison, ComparisonOptions, Contender, Means, Run, Setting, point, ratio_percent,
+};
+use crate::document;
+use crate::statistics::Mean;
+
+/// Packs test sequences on several grids with every source of proposals at several shares K.
+#[derive(Debug, Args)]
+pub(crate) struct ParetoArguments {
+    /// A .npy file of sequences, int64 [sequences, length], of object indices
+    #[arg(long, value_name = "FILE")]
+    sequences: PathBuf,
+
+    /// How many sequences, from the first
+    #[arg(long, value_name = "COUNT", default_value_t = 20, value_parser = clap::value_parser!(u32).range(2..))]
+    cases: u32,
+
+    /// The grids
+    #[arg(
+        long,
+        value_enum,
+        value_delimiter = ',',
+        default_value = "coarse,medium,fine"
+    )]
+    grids: Vec<GridOption>,
+
+    /// The shares K that are compared, in percent
+    #[arg(
+        long = "shares",
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "0.25,1,5,20"
+    )]
+    percents: Vec<f64>,
+
+    /// How many yaws at most the network and the coarse search propose for; the others follow the nearest
+    #[arg(long, value_name = "COUNT", default_value_t = PROPOSAL_YAWS, value_parser = at_least_one)]
+    proposal_yaws: usize,
+
+    #[command(flatten)]
+    comparison: ComparisonOptions,
+
+    /// Where pareto.md, pareto.json and the figures are written; a killed run goes on there
+    #[arg(long, value_name = "DIR", default_value = "out/pareto")]
+    out: PathBuf,
+
+    /// Print the results as JSON instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+/// A grid over the reference container.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum GridOption {
+    /// 1 cm, 4 yaws
+    Coarse,
+    /// 5 mm, 8 yaws
+    Medium,
+    /// 2.5 mm, 16 yaws
+    Fine,
+}
+
+impl GridOption {
+    fn shape(self) -> (f64, usize, &'static str) {
+        match self {
+            Self::Coarse => (0.01, 4, "1 cm, 4 yaws"),
+            Self::Medium => (0.005, 8, "5 mm, 8 yaws"),
+            Self::Fine => (0.0025, 16, "2.5 mm, 16 yaws"),
+        }
+    }
+
+    fn key(self) -> &'static str {
+        match self {
+            Self::Coarse => "coarse",
+            Self::Medium => "medium",
+            Self::Fine => "fine",
+        }
+    }
+
+    pub(crate) fn name(self) -> &'static str {
+        let (_, _, name) = self.shape();
+        name
+    }
+
+    pub(crate) fn grid(self) -> Outcome<Grid> {
+        let (cell_m, yaws, _) = self.shape();
+        let yaws = Yaws::half_turn(yaws).or_input()?;
+        let resolution = Resolution::new(cell_m, 0.002, yaws).or_input()?;
+        Grid::new(ContainerSize::REFERENCE, resolution).or_input()
+    }
+}
+
+/// A way to propose on one grid.
+#[derive(Debug, Serialize)]
+struct Line {
+    method: String,
+    proposals: ProposalSource,
+    #[serde(flatten)]
+    means: Means,
+    /// Of the exhaustive search's, on the same sequences and grid.
+    mesh_volume_ratio_percent: Mean,
+    decision_ratio_percent: Mean,
+}
+
+/// The results on one grid.
+#[derive(Debug, Serialize)]
+struct OfGrid {
+    name: &'static str,
+    key: &'static str,
+    settings: Setting,
+    lines: Vec<Line>,
+}
+
+#[derive(Debug, Serialize)]
+struct Results {
+    machine: String,
+    workers: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    without_network: Option<String>,
+    grids: Vec<OfGrid>,
+}
+
+pub(crate) fn run(arguments: &ParetoArguments, backend: &dyn Backend) -> Outcome {
+    let mut results = Results {
+        machine: document::machine(),
+        workers: arguments.comparison.workers(),
+        without_network: None,
+        grids: Vec::new(),
+    };
+    for option in &arguments.grids {
+        let comparison = Comparison::new(&arguments.comparison, backend, option.grid()?)?;
+        results.without_network = comparison.without_network();
+        results.grids.push(compare(arguments, *option, comparison)?);
+        // What is done is shown, even if a later grid is interrupted.
+        publish(arguments, &results)?;
+    }
+    if arguments.json {
+        print_json(&results)?;
+    } else {
+        print_line(&markdown(&results))?;
+        let path = arguments.out.join("pareto.md");
+        print_line(&format!("Written to {}", path.display()))?;
+    }
+    Ok(())
+}
+
+fn compare(
+    arguments: &ParetoArguments,
+    option: GridOption,
+    comparison: Comparison<'_>,
+) -> Outcome<OfGrid> {
+    let sequences = comparison.sequences(&arguments.sequences, arguments.cases)?;
+    let contenders = contenders(arguments, &comparison);
+    let packed = comparison.pack(&contenders, &sequences, &arguments.out.join("runs"))?;
+    let all = packed.first().map_or(&[][..], |runs| runs);
+    let lines = contenders.into_iter().zip(&packed);
+    let lines = lines.map(|(contender, runs)| Line {
+        method: contender.name,
+        proposals: contender.proposals,
+        means: Means::of(runs),
+        mesh_volume_ratio_percent: ratio_percent(runs, all, |run: &Run| run.meshes_m3),
+        decision_ratio_percent: ratio_percent(runs, all, |run: &Run| run.decision_s),
+    });
+    Ok(OfGrid {
+        name: option.name(),
+        key: option.key(),
+        lines: lines.collect(),
+        settings: comparison.setting,
+    })
+}
+
+/// The exhaustive search first.
+fn contenders(arguments: &ParetoArguments, comparison: &Comparison<'_>) -> Vec<Contender> {
+    let grid = &comparison.setting.grid;
+    let model = comparison.model.as_ref().ok();
+    let percents = || arguments.percents.iter().copied();
+    let yaws = arguments.proposal_yaws;
+    let network = |percent| Some(ProposalSource::network(grid, percent, yaws, model?));
+    let mut sources = vec![ProposalSource::All, ProposalSource::Bounded];
+    sources.extend(percents().filter_map(network));
+    sources.extend(percents().map(|percent| ProposalSource::coarse(grid, percent, yaws)));
+    sources.extend(percents().map(|percent| ProposalSource::Random { percent }));
+    let contenders = sources.into_iter().map(|proposals| Contender {
+        name: proposals.to_string(),
+        heuristic: Heuristic::Sdfm,
+        order: Order::Balance,
+        proposals,
+    });
+    contenders.collect()
+}
+
+fn publish(arguments: &ParetoArguments, results: &Results) -> Outcome {
+    let folder = &arguments.out;
+    let mut charts: Vec<(String, Scatter)> = results
+        .grids
+        .iter()
+        .map(|grid| (format!("pareto-{}", grid.key), scatter(&[grid])))
+        .collect();
+    charts.push((
+        "pareto".to_owned(),
+        scatter(&results.grids.iter().collect::<Vec<_>>()),
+    ));
+    for (name, chart) in charts {
+        document::figure(folder, &name, chart.to_svg([900, 600]))?;
+    }
+    let json = serde_json::to_vec_pretty(results).or_run()?;
+    write_whole(&folder.join("pareto.json"), &json)?;
+    document::write(&folder.join("pareto.md"), &markdown(results))
+}
+
+fn scatter(grids: &[&OfGrid]) -> Scatter {
+    let series = grids.iter().map(|grid| PointSeries {
+        name: grid.name.to_owned(),
+        reference: false,
+        points: grid
+            .lines
+            .iter()
+            .map(|line| {
+                let decision_ms = line.means.decision_s.scaled(1e3);
+                let compactness = &line.means.mesh_compactness_percent;
+                point(&line.method, &decision_ms, compactness)
+            })
+            .collect(),
+    });
+    Scatter {
+        title: "Mesh-volume compactness against decision time".to_owned(),
+        x_label: "Decision time per item (ms)".to_owned(),
+        y_label: "Compactness by mesh volume (%)".to_owned(),
+        logarithmic_x: true,
+        series: series.collect(),
+    }
+}
+
+fn markdown(results: &Results) -> String {
+    let mut text = "# Decision time against packed volume\n\n".to_owned();
+    if let Some(OfGrid {
+        settings, lines, ..
+    }) = results.grids.first()
+    {
+        text.push_str(&format!(
+            "{} sequences, the same for every method; SDFM, {}; shares are of the exhaustive search (`all`) on the same \
+             grid, in this run.\n",
+            lines.first().map_or(0, |line| line.means.cases),
+            settings.in_words(results.workers),
+        ));
+    }
+    for grid in &results.grids {
+        text.push_str(&format!(
+            "\n## {}\n\n| proposals | decision per item (ms) | proposing | evaluating | checking | items packed | mesh volume \
+             (cm³) | mesh compactness (%) | share of mesh volume (%) | share of decision time (%) |\n\
+             |---|---|---|---|---|---|---|---|---|---|\n",
+            grid.name
+        ));
+        for line in &grid.lines {
+            let Line { means, .. } = line;
+            text.push_str(&format!(
+                "| {} | {} | {:.3} | {:.3} | {:.3} | {} | {} | {} | {} | {} |\n",
+                line.method,
+                means.decision_s.scaled(1e3).shown(3),
+                means.propose_s.mean * 1e3,
+                means.evaluate_s.mean * 1e3,
+                means.check_s.mean * 1e3,
+                means.items.shown(1),
+                means.meshes_cm3.shown(0),
+                means.mesh_compactness_percent.shown(1),
+                line.mesh_volume_ratio_percent.shown(1),
+                line.decision_ratio_percent.shown(1),
+            ));
+        }
+        text.push_str(&format!("\n![{}](pareto-{}.svg)\n", grid.name, grid.key));
+    }
+    if let Some(reason) = &results.without_network {
+        text.push_str(&format!("\nThe network is missing: {reason}.\n"));
+    }
+    text.push_str("\n## All grids\n\n![All grids](pareto.svg)\n");
+    text
+}

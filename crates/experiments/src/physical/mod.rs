@@ -1,0 +1,350 @@
+//! `ppnpack experiment physical`: the paper's robot cell, simulated with its sensors, through the services.
+
+mod content;
+mod held;
+mod pictures;
+mod record;
+mod results;
+mod run;
+mod setup;
+mod sums;
+mod tray;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::Args;
+use ppnpack_bridge::simulated::Scan;
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_physics::packing_cell::Scan as PhysicsScan;
+use ppnpack_recognition::library::Library;
+use ppnpack_robot::station::ArmStation;
+use ppnpack_wire::keys::Cell;
+use rand::seq::index;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::network::NetworkOptions;
+use crate::runs::Runs;
+use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
+use ppnpack_cli::network::Backend;
+use ppnpack_cli::options::{Method, Network, ProposalSource, Simulated, StabilityOption, positive};
+use ppnpack_cli::progress;
+use ppnpack_cli::stack::controller::Controller;
+use ppnpack_cli::stack::{Plan, Sensing, Stack};
+use record::RunRecord;
+use run::{Bench, Case};
+use setup::Settings;
+use sums::Line;
+
+/// The share that the paper's network proposes in its robot cell, in percent.
+const PERCENT: f64 = 20.0;
+
+/// Packs objects that the network was not trained on in the paper's robot cell: seen on a tray by a depth camera,
+/// recognised, planned with the arm, placed, seen again; by the exhaustive search and with the network's proposals.
+#[derive(Debug, Args)]
+pub(super) struct PhysicalArguments {
+    /// A folder of objects that the network was not trained on
+    #[arg(long, value_name = "DIR")]
+    unseen: PathBuf,
+
+    /// Other objects: `builtin`, or a folder
+    #[arg(long, value_name = "builtin|DIR", default_value = "builtin")]
+    known: String,
+
+    /// How many unseen objects a run has
+    #[arg(long, value_name = "COUNT", default_value_t = 8, value_parser = clap::value_parser!(u32).range(0..=1000))]
+    unseen_count: u32,
+
+    /// How many other objects a run has
+    #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(0..=1000))]
+    known_count: u32,
+
+    /// The unseen objects are not in the recogniser's library either: they are packed as unknown items
+    #[arg(long)]
+    strangers: bool,
+
+    /// How many runs, each with another seed
+    #[arg(long, value_name = "COUNT", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    runs: u32,
+
+    /// How many items wait on the tray
+    #[arg(long, value_name = "COUNT", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=16))]
+    buffer: u32,
+
+    /// The arm: a name, a parameter file, or `none`
+    #[arg(long, value_name = "NAME|FILE|none", default_value = "nachi-mz07l")]
+    arm: String,
+
+    /// The standard deviation of where items are released, in metres along each axis; and as much in yaw as moves a
+    /// point 10 cm away by it
+    #[arg(
+        long,
+        value_name = "METRES",
+        default_value_t = 0.002,
+        allow_hyphen_values = true
+    )]
+    placement_noise: f64,
+
+    /// The share of picks that miss
+    #[arg(
+        long,
+        value_name = "SHARE",
+        default_value_t = 0.02,
+        allow_hyphen_values = true
+    )]
+    missed_picks: f64,
+
+    /// The share of items that are dropped beside the container
+    #[arg(
+        long,
+        value_name = "SHARE",
+        default_value_t = 0.01,
+        allow_hyphen_values = true
+    )]
+    drops: f64,
+
+    /// The density of objects whose mass is not known, in kg/m^3
+    #[arg(long, value_name = "KG_M3", default_value_t = 400.0, value_parser = positive, allow_hyphen_values = true)]
+    density: f64,
+
+    #[command(flatten)]
+    network: NetworkOptions,
+
+    /// The seed of everything that is random
+    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
+    seed: u64,
+
+    /// Where physical.md, physical.json and pictures are written; a killed experiment goes on there
+    #[arg(long, value_name = "DIR", default_value = "out/physical")]
+    out: PathBuf,
+
+    /// Print the results as JSON instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+/// A way to plan.
+struct Contender {
+    name: String,
+    proposals: ProposalSource,
+}
+
+pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outcome {
+    let grid = setup::grid()?;
+    let (catalogue, unseen) = setup::catalogue(arguments, grid.resolution())?;
+    let settings = setup::settings(arguments, &grid, &catalogue, unseen)?;
+    let library = setup::library(&catalogue, if settings.strangers { unseen } else { 0 })?;
+    let station = settings.arm.as_ref().map(ArmStation::new).transpose();
+    let held = held::objects(&catalogue, &grid, station.or_input()?.as_ref());
+    let pool = Pool::new(arguments, held, unseen)?;
+    let runs = Runs::new(&arguments.out.join("runs"), &settings)?;
+    let network = arguments.network.with_default(PERCENT);
+    let model = network.find(backend, &grid)?;
+    let items = catalogue.items();
+    let mut contenders = vec![Contender {
+        name: "exhaustive".to_owned(),
+        proposals: ProposalSource::All,
+    }];
+    if let Ok(model) = &model {
+        let percent = network.percent();
+        contenders.push(Contender {
+            name: format!("network, K = {percent} %"),
+            proposals: network.source(&grid, model),
+        });
+    }
+    let shipped = model.as_ref().ok();
+    let network = shipped.map(|model| network.of(backend, model, &items));
+    let world = World {
+        grid: &grid,
+        settings: &settings,
+        catalogue: &catalogue,
+        library: &library,
+        pool: &pool,
+        network,
+    };
+    let mut lines = Vec::new();
+    for contender in &contenders {
+        let records = world.runs(arguments, contender, &runs)?;
+        lines.push(Line::new(&contender.name, records));
+    }
+    let without_network = model.err();
+    let kept = (pool.unseen.len(), pool.others.len());
+    results::publish(arguments, &settings, kept, lines, without_network)
+}
+
+/// The objects that runs draw from, by index.
+struct Pool {
+    unseen: Vec<usize>,
+    others: Vec<usize>,
+}
+
+impl Pool {
+    /// Those of `held`; the first `unseen` of the catalogue are unseen.
+    fn new(arguments: &PhysicalArguments, held: Vec<usize>, unseen: usize) -> Outcome<Self> {
+        let (unseen, others): (Vec<usize>, Vec<usize>) =
+            held.into_iter().partition(|index| *index < unseen);
+        let is_enough = unseen.len() >= arguments.unseen_count as usize
+            && others.len() >= arguments.known_count as usize;
+        if !is_enough {
+            return Err(Failure::input(format_args!(
+                "the arm can hold {} objects of --unseen and {} of --known: too few for a run",
+                unseen.len(),
+                others.len()
+            )));
+        }
+        Ok(Self { unseen, others })
+    }
+}
+
+/// What runs are made in.
+struct World<'a> {
+    grid: &'a Grid,
+    settings: &'a Settings,
+    catalogue: &'a Catalogue,
+    library: &'a Arc<Library>,
+    pool: &'a Pool,
+    network: Option<Network<'a>>,
+}
+
+impl World<'_> {
+    /// All runs of a contender: those on disk, and the others through a stack of its own.
+    fn runs(
+        &self,
+        arguments: &PhysicalArguments,
+        contender: &Contender,
+        runs: &Runs,
+    ) -> Outcome<Vec<RunRecord>> {
+        let name = |number: u32| {
+            let proposals = serde_json::to_vec(&contender.proposals).or_run()?;
+            let key = blake3::hash(&proposals).to_hex();
+            Ok::<_, Failure>(format!("{}-{number}", key.get(..16).unwrap_or("key")))
+        };
+        let mut stack = None;
+        let mut records = Vec::new();
+        let bar = progress::bar("Runs", u64::from(arguments.runs));
+        for number in 0..arguments.runs {
+            let name = name(number)?;
+            let record = runs.finish(
+                &name,
+                |_| true,
+                || {
+                    let running = match &mut stack {
+                        Some(running) => running,
+                        none => none.insert(self.start(contender)?),
+                    };
+                    self.run_once(arguments, contender, number, running)
+                },
+            )?;
+            records.push(record);
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        if let Some(stack) = stack {
+            stack.finish()?;
+        }
+        Ok(records)
+    }
+
+    fn start(&self, contender: &Contender) -> Outcome<Stack> {
+        let settings = self.settings;
+        let method = Method {
+            heuristic: Heuristic::Sdfm,
+            order: Order::Balance,
+            proposals: contender.proposals.clone(),
+            stability: StabilityOption::Physical,
+            arm: settings.arm.clone(),
+            weights: Weights::default(),
+            buffer: settings.buffer,
+            seed: settings.seed,
+        };
+        let is_network = contender.proposals.is_network();
+        Stack::start(&Plan {
+            cells: vec![cell()?],
+            grid: self.grid,
+            method: &method,
+            simulated: &Simulated {
+                scan: PhysicsScan::Exact,
+                cell: settings.simulated.clone(),
+            },
+            sensing: &Sensing {
+                scan: Scan::Camera,
+                camera: settings.camera,
+                mapper: settings.mapper.clone(),
+                faults: settings.faults,
+                inspect: true,
+                tray: Some(tray::settings()),
+                library: Some(Arc::clone(self.library)),
+            },
+            catalogue: Arc::new(self.catalogue.clone()),
+            source: "builtin",
+            network: self.network.filter(|_| is_network),
+            store: None,
+            listen: Vec::new(),
+        })
+    }
+
+    fn run_once(
+        &self,
+        arguments: &PhysicalArguments,
+        contender: &Contender,
+        number: u32,
+        stack: &Stack,
+    ) -> Outcome<RunRecord> {
+        let bench = Bench {
+            controller: Controller::new(stack.client(), cell()?),
+            session: stack.session(),
+            cell: cell()?,
+            catalogue: self.catalogue,
+            library: self.library,
+            buffer: self.settings.buffer,
+        };
+        let mut done = bench.run(&self.case(number))?;
+        content::measure(
+            &mut done,
+            self.catalogue,
+            &self.settings.simulated,
+            self.grid,
+        )?;
+        if number == 0 {
+            let folder = arguments.out.join(if contender.proposals.is_network() {
+                "network"
+            } else {
+                "exhaustive"
+            });
+            pictures::draw(&done, self.catalogue, self.grid, &folder)?;
+        }
+        Ok(done.record)
+    }
+
+    /// The objects of a run, the same for every contender.
+    fn case(&self, number: u32) -> Case {
+        let settings = self.settings;
+        let mut random = ChaCha8Rng::seed_from_u64(settings.seed);
+        random.set_stream(u64::from(number));
+        let mut draw = |from: &[usize], count: u32| -> Vec<usize> {
+            let drawn = index::sample(&mut random, from.len(), count as usize);
+            drawn
+                .iter()
+                .filter_map(|at| from.get(at).copied())
+                .collect()
+        };
+        let mut objects = draw(&self.pool.unseen, settings.unseen_count);
+        objects.extend(draw(&self.pool.others, settings.known_count));
+        // The known object comes at any time.
+        for last in (1..objects.len()).rev() {
+            objects.swap(last, random.random_range(0..=last));
+        }
+        Case {
+            session_id: format!("physical-{number}-{:016x}", rand::random::<u64>()),
+            seed: random.random(),
+            objects,
+        }
+    }
+}
+
+fn cell() -> Outcome<Cell> {
+    Cell::new("cell-1").or_input()
+}

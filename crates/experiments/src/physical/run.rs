@@ -1,0 +1,521 @@
+//! One run: objects come to the tray, are recognised, planned and placed, until each is placed or refused.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use anyhow::Context;
+use nalgebra::{Isometry3, Point2};
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_catalogue::object::Model;
+use ppnpack_recognition::library::Library;
+use ppnpack_service::rpc::CallError;
+use ppnpack_wire::convert::cloud::{self, Capture};
+use ppnpack_wire::convert::pose;
+use ppnpack_wire::keys::{Cell, Key, Stream};
+use ppnpack_wire::v1::{self, OutcomeKind, PlanResult, Status};
+use prost::Message;
+use zenoh::Wait;
+use zenoh::qos::CongestionControl;
+
+use super::record::{DecisionRecord, End, Found, FoundKind, ItemRecord, RunRecord, SeenAs, Stage};
+use super::tray::{Lying, Tray};
+use ppnpack_cli::failure::{Failure, OrRun, Outcome};
+use ppnpack_cli::stack::controller::{Controller, REQUEST_LIMIT};
+use ppnpack_cli::stack::report::{arrival_of, item_id};
+
+/// Attempts at one item.
+const MAX_ATTEMPTS: u32 = 5;
+
+/// How long a plan may wait for a heightmap that can be trusted.
+const PLAN_LIMIT: Duration = Duration::from_secs(10);
+
+/// How long an inspection may take, and how often it is looked for.
+const INSPECTION_LIMIT: Duration = Duration::from_secs(6);
+const POLL: Duration = Duration::from_millis(2);
+
+/// Farther than this from an object's centre of mass, what is seen is not it, seen from above in metres.
+const SAME_M: f64 = 0.06;
+
+/// The cell that runs take place in.
+pub(super) struct Bench<'a> {
+    pub(super) controller: Controller,
+    pub(super) session: &'a zenoh::Session,
+    pub(super) cell: Cell,
+    /// All objects.
+    pub(super) catalogue: &'a Catalogue,
+    /// Those that can be recognised.
+    pub(super) library: &'a Library,
+    /// How many items are on the tray at once.
+    pub(super) buffer: usize,
+}
+
+/// What comes to the tray in a run.
+pub(super) struct Case {
+    /// Names the session.
+    pub(super) session_id: String,
+    pub(super) seed: u64,
+    /// Indices into the catalogue, in their order of arrival.
+    pub(super) objects: Vec<usize>,
+}
+
+/// A run, and what pictures of its end need.
+pub(super) struct Done {
+    pub(super) record: RunRecord,
+    /// What lies in the container.
+    pub(super) state: v1::CellState,
+    pub(super) heightmap: v1::Heightmap,
+    /// The first cloud of the tray.
+    pub(super) tray_cloud: v1::PointCloud,
+}
+
+/// A run under way.
+struct Run<'a> {
+    bench: &'a Bench<'a>,
+    tray: Tray,
+    /// What has not come to the tray yet.
+    queue: VecDeque<(usize, Arc<Model>)>,
+    /// Where announced items were seen.
+    seen: BTreeMap<usize, Isometry3<f64>>,
+    record: RunRecord,
+    tray_sequence: u64,
+    tray_cloud: v1::PointCloud,
+}
+
+/// What a plan led to.
+enum Planned {
+    Decision(Box<v1::Decision>),
+    Refused(Vec<v1::ItemReason>),
+    Doubtful(String),
+}
+
+impl Bench<'_> {
+    /// Makes a run, in an empty container.
+    pub(super) fn run(&self, case: &Case) -> Outcome<Done> {
+        self.controller.renew()?;
+        self.controller.begin(&case.session_id, &[])?;
+        let models = case.objects.iter().filter_map(|index| {
+            let object = self.catalogue.get(*index)?;
+            Some(Arc::clone(&object.model))
+        });
+        let queue: VecDeque<_> = models.enumerate().collect();
+        let items = queue.iter().map(|(_, model)| ItemRecord {
+            object: model.name.clone(),
+            is_known: self.known(&model.name).is_some(),
+            seen_as: SeenAs::Nothing,
+            attempts: 0,
+            end: End::Waiting,
+            found: None,
+        });
+        let run = Run {
+            bench: self,
+            tray: Tray::new(case.seed)?,
+            record: RunRecord {
+                items: items.collect(),
+                ..RunRecord::default()
+            },
+            queue,
+            seen: BTreeMap::new(),
+            // Sequences go on from run to run: the time makes them so.
+            tray_sequence: now_ns() as u64,
+            tray_cloud: v1::PointCloud::default(),
+        };
+        run.go()
+    }
+
+    /// The index of an object that can be recognised.
+    fn known(&self, name: &str) -> Option<usize> {
+        let mut objects = self.library.objects.iter();
+        objects.position(|object| object.model.name == name)
+    }
+}
+
+impl Run<'_> {
+    fn go(mut self) -> Outcome<Done> {
+        loop {
+            self.fill()?;
+            if self.tray.lying.is_empty() {
+                if self.queue.is_empty() {
+                    break;
+                }
+                continue;
+            }
+            match self.plan()? {
+                Planned::Decision(decision) => self.carry_out(&decision)?,
+                Planned::Refused(reasons) => self.refuse(&reasons)?,
+                Planned::Doubtful(doubt) => {
+                    self.give_up(&doubt);
+                    break;
+                }
+            }
+        }
+        let state = self.bench.controller.state()?;
+        let heightmap = self.bench.controller.heightmap(state.state_number)?;
+        Ok(Done {
+            record: self.record,
+            state,
+            heightmap,
+            tray_cloud: self.tray_cloud,
+        })
+    }
+
+    /// Lets objects come to the tray as long as there is room, and announces what is seen of them.
+    fn fill(&mut self) -> Outcome {
+        let mut is_new = false;
+        while self.tray.lying.len() < self.bench.buffer {
+            let Some((arrival, model)) = self.queue.front() else {
+                break;
+            };
+            let (arrival, has_room) = (*arrival, self.tray.lay(*arrival, model));
+            if has_room {
+                is_new = true;
+            } else if self.tray.lying.is_empty() {
+                self.end(arrival, refused("it is too large for the tray"));
+            } else {
+                break;
+            }
+            self.queue.pop_front();
+        }
+        if is_new { self.announce() } else { Ok(()) }
+    }
+
+    /// Looks at the tray, and announces what was not there before.
+    fn announce(&mut self) -> Outcome {
+        let began = Instant::now();
+        let reply = self.look()?;
+        self.took(Stage::Recognise, began);
+        let new: Vec<Lying> = self
+            .tray
+            .lying
+            .iter()
+            .filter(|object| !self.seen.contains_key(&object.arrival))
+            .cloned()
+            .collect();
+        for object in new {
+            let found = reply
+                .items
+                .iter()
+                .filter_map(|item| Some((self.distance_m(item, &object)?, item)))
+                .min_by(|a, b| a.0.total_cmp(&b.0));
+            match found {
+                Some((distance_m, item)) if distance_m <= SAME_M => {
+                    self.announce_one(&object, item)?;
+                }
+                _ => self.leave(object.arrival, refused("it was not seen on the tray")),
+            }
+        }
+        Ok(())
+    }
+
+    fn announce_one(&mut self, object: &Lying, item: &v1::SeenItem) -> Outcome {
+        let waits_at = pose::read_required("waits_at", item.container_from_item.as_ref());
+        let (Ok(waits_at), Some(heightmaps)) = (waits_at, &item.item) else {
+            self.leave(object.arrival, refused("it is too large for the grid"));
+            return Ok(());
+        };
+        let seen_as = self.seen_as(object, item, &waits_at);
+        if let Some(record) = self.record.items.get_mut(object.arrival) {
+            record.seen_as = seen_as;
+        }
+        let announcement = v1::Announcement {
+            item_id: item_id(object.arrival),
+            shape: Some(v1::announcement::Shape::Item(heightmaps.clone())),
+            rules: None,
+            heightmap_from_item: item.heightmap_from_item,
+            waits_at: item.container_from_item,
+        };
+        let request = v1::AnnounceRequest {
+            items: vec![announcement],
+            ..v1::AnnounceRequest::default()
+        };
+        self.bench
+            .controller
+            .ask("planner", request, REQUEST_LIMIT)?;
+        self.seen.insert(object.arrival, waits_at);
+        Ok(())
+    }
+
+    /// What lies on the tray, by a cloud of now.
+    fn look(&mut self) -> Outcome<v1::ItemsReply> {
+        let points = self.tray.view()?;
+        self.tray_sequence += 1;
+        let capture = Capture {
+            sequence: self.tray_sequence,
+            captured_at_ns: now_ns(),
+            state_number: 0,
+            container_from_sensor: self.tray.container_from_camera(),
+        };
+        let message = cloud::write(&capture, &points);
+        let key = Key::Stream(self.bench.cell.clone(), Stream::TrayCloud).to_string();
+        self.bench
+            .session
+            .put(key, message.encode_to_vec())
+            .congestion_control(CongestionControl::Block)
+            .wait()
+            .map_err(|error| Failure::Run(anyhow::anyhow!("the tray's cloud: {error}")))?;
+        if self.tray_cloud.data.is_empty() {
+            self.tray_cloud = message;
+        }
+        let request = v1::ItemsRequest {
+            least_sequence: self.tray_sequence,
+            ..v1::ItemsRequest::default()
+        };
+        self.bench
+            .controller
+            .ask("perception", request, REQUEST_LIMIT)
+    }
+
+    /// How far something seen is from an object, seen from above in metres.
+    fn distance_m(&self, item: &v1::SeenItem, object: &Lying) -> Option<f64> {
+        let pose = pose::read_required("pose", item.container_from_item.as_ref()).ok()?;
+        let centre: Point2<f64> = match self.bench.known(&item.object) {
+            Some(index) => {
+                let known = self.bench.library.objects.get(index)?;
+                (pose * known.model.mass.centre_of_mass_m).xy()
+            }
+            None => pose.translation.vector.xy().into(),
+        };
+        Some((centre - object.centre_m()).norm())
+    }
+
+    fn seen_as(&self, object: &Lying, item: &v1::SeenItem, waits_at: &Isometry3<f64>) -> SeenAs {
+        let Some(estimated) = self.bench.known(&item.object) else {
+            return SeenAs::Unknown;
+        };
+        let error = self.bench.known(&object.model.name).and_then(|known| {
+            let truth = &object.container_from_object;
+            let library = self.bench.library;
+            library.pose_error(known, truth, estimated, waits_at)
+        });
+        SeenAs::Object {
+            name: item.object.clone(),
+            position_off_m: error.map(|error| error.position_m),
+            angle_off_rad: error.map(|error| error.angle_rad),
+        }
+    }
+
+    fn plan(&mut self) -> Outcome<Planned> {
+        let began = Instant::now();
+        let answer = self
+            .bench
+            .controller
+            .call(v1::PlanRequest::default(), PLAN_LIMIT);
+        let reply = match answer {
+            Ok(reply) => reply,
+            Err(CallError::Refused {
+                status: Status::Unavailable | Status::TimedOut,
+                message,
+                ..
+            }) => return Ok(Planned::Doubtful(message)),
+            Err(error) => return Err(error).context("the planner does not plan").or_run(),
+        };
+        self.took(Stage::Plan, began);
+        match (reply.result(), reply.decision) {
+            (PlanResult::Decided, Some(decision)) => Ok(Planned::Decision(Box::new(decision))),
+            (PlanResult::NothingFits, _) => Ok(Planned::Refused(reply.reasons)),
+            (result, _) => Err(anyhow::anyhow!("the planner answered {result:?}").into()),
+        }
+    }
+
+    /// The arm moves the object as the decision says: with what was wrong about where it was seen.
+    fn carry_out(&mut self, decision: &v1::Decision) -> Outcome {
+        self.record.decisions.push(decision_record(decision));
+        let arrival = arrival_of(&decision.item_id).context("a decision on no item of here")?;
+        let object = self.tray.lying.iter().find(|one| one.arrival == arrival);
+        let object = object.cloned().context("a decision on an absent item")?;
+        let seen = self.seen.get(&arrival).copied().unwrap_or_default();
+        let target = pose::read_required("pose", decision.container_from_item.as_ref()).or_run()?;
+        // An arm picks the item as its cycle says; without one, as it was seen.
+        let cycle = decision.cycle.as_ref();
+        let picked = cycle.and_then(|cycle| {
+            pose::read_required("pose", cycle.container_from_item_at_pick.as_ref()).ok()
+        });
+        let truly = target * picked.unwrap_or(seen).inverse() * object.container_from_object;
+        let before = self.bench.controller.state()?;
+        let request = v1::PlaceRequest {
+            object: object.model.name.clone(),
+            container_from_item: Some(pose::write(&truly)),
+            ..v1::PlaceRequest::from(decision)
+        };
+        let began = Instant::now();
+        let outcome = self.bench.controller.place(request)?;
+        self.took(Stage::Simulate, began);
+        if let Some(record) = self.record.items.get_mut(arrival) {
+            record.attempts += 1;
+        }
+        let attempts = self.record.items.get(arrival).map_or(0, |it| it.attempts);
+        // A real arm does not know where the item came to lie: that is for the inspection to find.
+        let report = v1::Outcome {
+            container_from_item: None,
+            ..outcome.clone()
+        };
+        self.bench
+            .controller
+            .report(&decision.decision_id, report)?;
+        let began = Instant::now();
+        self.bench.controller.heightmap(outcome.state_number)?;
+        self.took(Stage::See, began);
+        if outcome.kind() == OutcomeKind::Placed {
+            self.inspected(arrival, &outcome)?;
+            self.took(Stage::Inspect, began);
+        }
+        match outcome.kind() {
+            OutcomeKind::Placed => {
+                let after = self.bench.controller.state()?;
+                let end = End::Placed {
+                    is_inside: outcome.is_inside,
+                    slide_m: outcome.slide_m,
+                    tilt_rad: outcome.tilt_rad,
+                    disturbance_m: disturbance_m(&before, &after),
+                };
+                self.leave(arrival, end);
+            }
+            OutcomeKind::NotPlaced if attempts < MAX_ATTEMPTS => {}
+            OutcomeKind::NotPlaced => {
+                let reason = format!("not placed in {attempts} attempts: {}", outcome.failure);
+                self.withdraw(arrival, refused(&reason))?;
+            }
+            _ => {
+                let failure = outcome.failure.clone();
+                self.leave(arrival, End::Lost { failure });
+            }
+        }
+        Ok(())
+    }
+
+    /// How the session says that a placed item lies, and how far that is from the truth.
+    fn inspected(&mut self, arrival: usize, outcome: &v1::Outcome) -> Outcome {
+        let until = Instant::now() + INSPECTION_LIMIT;
+        let inspection = loop {
+            let request = v1::SessionRequest::default();
+            let reply = self
+                .bench
+                .controller
+                .ask("planner", request, REQUEST_LIMIT)?;
+            let items = reply.session.unwrap_or_default().items;
+            let own = items.into_iter().find(|it| it.item_id == item_id(arrival));
+            match own.and_then(|own| own.inspection) {
+                Some(inspection) => break inspection,
+                None if Instant::now() < until => std::thread::sleep(POLL),
+                None => return Ok(()),
+            }
+        };
+        let Some(kind) = FoundKind::of(inspection.kind()) else {
+            return Ok(());
+        };
+        let read = |pose| pose::read_required("pose", pose).ok();
+        let found = read(inspection.container_from_item.as_ref());
+        let truth = read(outcome.container_from_item.as_ref());
+        if let Some(record) = self.record.items.get_mut(arrival) {
+            let known = self.bench.known(&record.object);
+            let is_right =
+                matches!(&record.seen_as, SeenAs::Object { name, .. } if *name == record.object);
+            let error = found
+                .zip(truth)
+                .filter(|_| is_right)
+                .and_then(|(found, truth)| {
+                    let library = self.bench.library;
+                    library.pose_error(known?, &truth, known?, &found)
+                });
+            record.found = Some(Found {
+                kind,
+                position_off_m: error.map(|error| error.position_m),
+                angle_off_rad: error.map(|error| error.angle_rad),
+                reason: inspection.reason,
+            });
+        }
+        Ok(())
+    }
+
+    /// Takes away what has no valid placement.
+    fn refuse(&mut self, reasons: &[v1::ItemReason]) -> Outcome {
+        for reason in reasons {
+            if let Some(arrival) = arrival_of(&reason.item_id) {
+                self.withdraw(arrival, refused(&reason.text))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn withdraw(&mut self, arrival: usize, end: End) -> Outcome {
+        let request = v1::WithdrawRequest {
+            item_id: item_id(arrival),
+            ..v1::WithdrawRequest::default()
+        };
+        self.bench
+            .controller
+            .ask("planner", request, REQUEST_LIMIT)?;
+        self.leave(arrival, end);
+        Ok(())
+    }
+
+    /// Nothing is planned any more.
+    fn give_up(&mut self, doubt: &str) {
+        self.record.doubt = Some(doubt.to_owned());
+        for item in &mut self.record.items {
+            if item.end == End::Waiting {
+                item.end = refused(doubt);
+            }
+        }
+    }
+
+    /// An object is no longer on the tray.
+    fn leave(&mut self, arrival: usize, end: End) {
+        self.tray.take(arrival);
+        self.seen.remove(&arrival);
+        self.end(arrival, end);
+    }
+
+    fn end(&mut self, arrival: usize, end: End) {
+        if let Some(record) = self.record.items.get_mut(arrival) {
+            record.end = end;
+        }
+    }
+
+    fn took(&mut self, stage: Stage, began: Instant) {
+        let took_s = began.elapsed().as_secs_f64();
+        self.record.stages_s.entry(stage).or_default().push(took_s);
+    }
+}
+
+fn refused(reason: &str) -> End {
+    End::Refused {
+        reason: reason.to_owned(),
+    }
+}
+
+fn decision_record(decision: &v1::Decision) -> DecisionRecord {
+    let stage_s = |name: &str| {
+        let mut stages = decision.stages.iter();
+        let stage = stages.find(|stage| stage.stage == name);
+        stage.map_or(0.0, |stage| stage.duration_ns as f64 * 1e-9)
+    };
+    DecisionRecord {
+        propose_s: stage_s("propose"),
+        evaluate_s: stage_s("evaluate"),
+        check_s: stage_s("check"),
+        cycle_s: decision.cycle.as_ref().map_or(0.0, |cycle| cycle.cycle_s),
+        degraded: decision.degraded.clone(),
+    }
+}
+
+/// How far an item that lay there before was moved at most, in metres.
+fn disturbance_m(before: &v1::CellState, after: &v1::CellState) -> f64 {
+    let place = |body: &v1::Body| {
+        let pose = pose::read_required("pose", body.container_from_item.as_ref()).ok()?;
+        Some(pose.translation.vector)
+    };
+    let moved_m = before.bodies.iter().filter_map(|body| {
+        let mut bodies = after.bodies.iter();
+        let now = bodies.find(|other| other.item_id == body.item_id)?;
+        Some((place(now)? - place(body)?).norm())
+    });
+    moved_m.fold(0.0, f64::max)
+}
+
+fn now_ns() -> i64 {
+    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
+    since_1970.map_or(0, |since_1970| {
+        i64::try_from(since_1970.as_nanos()).unwrap_or(i64::MAX)
+    })
+}

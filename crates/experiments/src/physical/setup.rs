@@ -1,0 +1,156 @@
+//! What runs are made with: the container, the objects, the cell.
+
+use std::sync::Arc;
+
+use ppnpack_bridge::simulated::{CameraSettings, FaultSettings};
+use ppnpack_catalogue::cache::CacheDir;
+use ppnpack_catalogue::catalogue::{self, Catalogue, Source};
+use ppnpack_packing::grid::{ContainerSize, Grid, Resolution};
+use ppnpack_perception::doubts::DoubtSettings;
+use ppnpack_perception::settings::MapperSettings;
+use ppnpack_physics::camera::DepthNoise;
+use ppnpack_physics::settings::CellSettings;
+use ppnpack_recognition::library::{Library, LibrarySettings};
+use ppnpack_robot::arms;
+use ppnpack_robot::station::StationSettings;
+use serde::{Deserialize, Serialize};
+
+use super::PhysicalArguments;
+use ppnpack_cli::failure::{Failure, OrInput, Outcome};
+use ppnpack_cli::options;
+
+/// What says that there is no arm.
+const NO_ARM: &str = "none";
+
+/// What all runs have in common; with another one they begin anew.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Settings {
+    pub(super) container: ContainerSize,
+    pub(super) catalogue_hash: String,
+    pub(super) unseen: usize,
+    pub(super) unseen_count: u32,
+    pub(super) known_count: u32,
+    pub(super) strangers: bool,
+    pub(super) arm: Option<StationSettings>,
+    pub(super) simulated: CellSettings,
+    pub(super) faults: FaultSettings,
+    pub(super) camera: CameraSettings,
+    pub(super) mapper: MapperSettings,
+    pub(super) buffer: usize,
+    pub(super) seed: u64,
+}
+
+/// The grid of the paper's robot cell.
+pub(super) fn grid() -> Outcome<Grid> {
+    let container = ContainerSize {
+        x_m: 0.30,
+        y_m: 0.30,
+        z_m: 0.16,
+    };
+    Grid::new(container, Resolution::reference()).or_input()
+}
+
+/// The unseen objects, then the others; how many are unseen.
+pub(super) fn catalogue(
+    arguments: &PhysicalArguments,
+    resolution: &Resolution,
+) -> Outcome<(Catalogue, usize)> {
+    let settings = catalogue::Settings {
+        density_kg_m3: arguments.density,
+        cache: CacheDir::User,
+        ..catalogue::Settings::default()
+    };
+    let load = |source: &Source| options::load(source, &settings, resolution);
+    let mut all = load(&Source::Folder(arguments.unseen.clone()))?;
+    let unseen = all.len();
+    let known = match arguments.known.as_str() {
+        "builtin" => load(&Source::Builtin)?,
+        folder => load(&Source::Folder(folder.into()))?,
+    };
+    for object in known.objects {
+        if all.find(&object.model.name).is_some() {
+            return Err(Failure::input(format_args!(
+                "both --unseen and --known have an object '{}'",
+                object.model.name
+            )));
+        }
+        all.objects.push(object);
+    }
+    Ok((all, unseen))
+}
+
+/// What can be recognised: all objects but the first `strangers`.
+pub(super) fn library(catalogue: &Catalogue, strangers: usize) -> Outcome<Arc<Library>> {
+    let models = catalogue.models();
+    let known = models.get(strangers..).unwrap_or_default();
+    Library::new(known, LibrarySettings::default())
+        .map(Arc::new)
+        .or_input()
+}
+
+pub(super) fn settings(
+    arguments: &PhysicalArguments,
+    grid: &Grid,
+    catalogue: &Catalogue,
+    unseen: usize,
+) -> Outcome<Settings> {
+    let mut simulated = CellSettings::robot();
+    simulated.container = grid.container();
+    simulated.seed = arguments.seed;
+    simulated.release.jitter_m = arguments.placement_noise;
+    simulated.release.jitter_yaw_rad = arguments.placement_noise / 0.1;
+    simulated.validate().or_input()?;
+    let noise = DepthNoise {
+        sigma_m: 0.001,
+        dropout: 0.05,
+        step_m: 0.0,
+    };
+    let mapper = MapperSettings {
+        noise_m: noise.sigma_m,
+        point_radius_m: 0.001,
+        largest_hole_m: 0.005,
+        wall_margin_m: 0.003,
+        largest_unseen_share: 0.25,
+        doubts: DoubtSettings {
+            wall_thickness_m: simulated.walls.thickness_m,
+            reach_above_rim_m: Some(0.05),
+            ..DoubtSettings::default()
+        },
+        ..MapperSettings::default()
+    };
+    let arm = match arguments.arm.as_str() {
+        NO_ARM => None,
+        arm => Some(StationSettings {
+            arm: arm.to_owned(),
+            ..StationSettings::default()
+        }),
+    };
+    if let Some(arm) = &arm {
+        let known: Vec<&str> = arms::names().collect();
+        arm.parameters()
+            .map_err(|error| Failure::input(format_args!("--arm: {error}; built in: {known:?}")))?;
+    }
+    Ok(Settings {
+        container: grid.container(),
+        catalogue_hash: catalogue.content_hash(),
+        unseen,
+        unseen_count: arguments.unseen_count,
+        known_count: arguments.known_count,
+        strangers: arguments.strangers,
+        arm,
+        simulated,
+        faults: FaultSettings {
+            missed_picks: arguments.missed_picks,
+            drops: arguments.drops,
+            seed: arguments.seed,
+        },
+        camera: CameraSettings {
+            noise,
+            seed: arguments.seed,
+            ..CameraSettings::default()
+        },
+        mapper,
+        buffer: arguments.buffer as usize,
+        seed: arguments.seed,
+    })
+}

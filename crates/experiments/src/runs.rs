@@ -1,0 +1,101 @@
+//! Finished runs of an experiment, kept on disk so that a killed experiment goes on where it was.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use ppnpack_cli::failure::{OrRun, Outcome};
+use ppnpack_cli::output::write_whole;
+
+/// A folder of finished runs that all depended on the same settings and were made by the same program.
+#[derive(Debug)]
+pub(crate) struct Runs {
+    folder: PathBuf,
+}
+
+/// What a folder of runs is named by.
+#[derive(Serialize)]
+struct Key<'a, S> {
+    /// The hash of the program: what another build decides is not mixed in.
+    program: &'a str,
+    settings: &'a S,
+}
+
+impl Runs {
+    /// The runs made with these settings by this program: a change of any of them starts anew, in a folder of its own.
+    pub(crate) fn new(folder: &Path, settings: &impl Serialize) -> Outcome<Self> {
+        let program = program().or_run()?;
+        let key = Key {
+            program: &program,
+            settings,
+        };
+        let key = serde_json::to_vec(&key).or_run()?;
+        let name = blake3::hash(&key).to_hex();
+        let folder = folder.join(name.get(..16).unwrap_or("settings"));
+        write_whole(&folder.join("settings.json"), &key)?;
+        Ok(Self { folder })
+    }
+
+    /// A finished run, or what `make` gives, which is then finished. One that cannot be read counts as not finished, as
+    /// does one that is not `right`.
+    pub(crate) fn finish<R: Serialize + DeserializeOwned>(
+        &self,
+        name: &str,
+        right: impl FnOnce(&R) -> bool,
+        make: impl FnOnce() -> Outcome<R>,
+    ) -> Outcome<R> {
+        if let Some(run) = self.load(name).filter(right) {
+            return Ok(run);
+        }
+        let run = make()?;
+        write_whole(&self.path(name), &serde_json::to_vec(&run).or_run()?)?;
+        Ok(run)
+    }
+
+    fn load<R: DeserializeOwned>(&self, name: &str) -> Option<R> {
+        let content = std::fs::read(self.path(name)).ok()?;
+        serde_json::from_slice(&content).ok()
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(format!("{name}.json"))
+    }
+}
+
+/// The hash of this program.
+fn program() -> std::io::Result<String> {
+    let program = std::fs::File::open(std::env::current_exe()?)?;
+    let mut hasher = blake3::Hasher::new();
+    hasher.update_reader(program)?;
+    Ok(hasher.finalize().to_hex().to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn finish(runs: &Runs, number: u32) -> u32 {
+        runs.finish("a", |_| true, || Ok(number)).unwrap()
+    }
+
+    #[test]
+    fn runs_are_found_again_under_the_same_settings_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let runs = |settings: u32| Runs::new(folder.path(), &settings).unwrap();
+        assert_eq!(finish(&runs(1), 5), 5);
+        assert_eq!(finish(&runs(1), 6), 5);
+        assert_eq!(finish(&runs(2), 7), 7);
+    }
+
+    #[test]
+    fn a_truncated_run_counts_as_not_finished_as_does_a_wrong_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let runs = Runs::new(folder.path(), &1).unwrap();
+        assert_eq!(finish(&runs, 5), 5);
+        std::fs::write(runs.path("a"), b"\"").unwrap();
+        assert_eq!(finish(&runs, 6), 6);
+        let other = runs.finish("a", |run| *run == 8, || Ok(7));
+        assert_eq!(other.unwrap(), 7);
+    }
+}

@@ -1,0 +1,50 @@
+//! What simulated scenes are made of: objects, how they lie, what a camera sees of them.
+
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use ppnpack_camera::{Body, DepthCamera, NoiseModel, PointImage};
+use ppnpack_catalogue::catalogue::{Settings, Source};
+use ppnpack_catalogue::mesh::Mesh;
+use ppnpack_catalogue::object::Model;
+use ppnpack_cli::failure::{OrRun, Outcome};
+use ppnpack_cli::options::load;
+use ppnpack_packing::grid::Resolution;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+/// The models of a catalogue.
+pub(crate) fn models(source: &Source) -> Outcome<Vec<Arc<Model>>> {
+    let catalogue = load(source, &Settings::default(), &Resolution::reference())?;
+    Ok(catalogue.models())
+}
+
+/// A mesh that lies in the world.
+pub(crate) fn body(mesh: &Mesh, world_from_body: Isometry3<f64>) -> Body<'_> {
+    Body {
+        vertices: &mesh.vertices,
+        triangles: &mesh.triangles,
+        world_from_body,
+    }
+}
+
+/// What a depth camera sees of some bodies, with noise.
+pub(crate) fn seen(
+    camera: &DepthCamera,
+    bodies: &[Body<'_>],
+    noise: &NoiseModel,
+    seed: u64,
+) -> Outcome<PointImage> {
+    let view = camera.see(bodies).or_run()?;
+    view.noisy_points(noise, seed).or_run()
+}
+
+/// A turn about the vertical.
+pub(crate) fn turn(yaw_rad: f64) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad)
+}
+
+/// A random number of an interval.
+pub(crate) fn between(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
+    low + (high - low) * random.random::<f64>()
+}

@@ -1,0 +1,35 @@
+//! How often the optimum is among the best-scored placements, at the shares of the paper's Table III.
+
+use ppnpack_chart::{Curve, Lines};
+
+use crate::statistics::Mean;
+
+/// The shares `K` of the paper's table, in percent.
+pub(crate) const SHARES: [f64; 5] = [1.0, 5.0, 8.0, 10.0, 20.0];
+
+/// The head of a table's columns of shares.
+pub(crate) fn head() -> String {
+    SHARES.map(|share| format!(" K = {share} % |")).concat()
+}
+
+/// A curve for each row of a table: its name, and its means at the shares, in percent.
+pub(crate) fn chart<'a>(
+    title: &str,
+    of: &str,
+    rows: impl Iterator<Item = (&'a str, &'a [Mean])>,
+) -> Lines {
+    let curves = rows.map(|(name, means)| Curve {
+        name: name.to_owned(),
+        points: SHARES
+            .iter()
+            .zip(means)
+            .map(|(share, accuracy)| [*share, accuracy.mean])
+            .collect(),
+    });
+    Lines {
+        title: title.to_owned(),
+        x_label: "K (%)".to_owned(),
+        y_label: format!("{of} (%)"),
+        curves: curves.collect(),
+    }
+}

@@ -1,0 +1,107 @@
+//! Means with confidence intervals, shares, quantiles.
+
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// A mean over cases.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub(crate) struct Mean {
+    pub(crate) mean: f64,
+    /// Half the width of the 95 % confidence interval; 0 where a single value says nothing of it.
+    pub(crate) half_width: f64,
+}
+
+impl Mean {
+    pub(crate) fn of(values: impl Iterator<Item = f64>) -> Self {
+        let values: Vec<f64> = values.collect();
+        let count = values.len() as f64;
+        if values.is_empty() {
+            return Self::default();
+        }
+        let mean = values.iter().sum::<f64>() / count;
+        let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+        let variance = squares / (count - 1.0).max(1.0);
+        Self {
+            mean,
+            half_width: quantile_95(values.len()) * (variance / count).sqrt(),
+        }
+    }
+
+    /// The share of independent cases for which something holds, where it holds for `share` of `count`.
+    pub(crate) fn of_share(share: f64, count: usize) -> Self {
+        let variance = share * (1.0 - share) / (count as f64).max(1.0);
+        Self {
+            mean: share,
+            half_width: quantile_95(count) * variance.sqrt(),
+        }
+    }
+
+    /// The mean and its interval with so many decimals.
+    pub(crate) fn shown(&self, decimals: usize) -> String {
+        format!("{:.decimals$} ± {:.decimals$}", self.mean, self.half_width)
+    }
+
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
+        Self {
+            mean: self.mean * factor,
+            half_width: self.half_width * factor,
+        }
+    }
+}
+
+/// The two-sided 95 % quantile of Student's t distribution for the mean of so many values; 0 for a single one.
+fn quantile_95(count: usize) -> f64 {
+    let freedom = count.saturating_sub(1) as f64;
+    StudentsT::new(0.0, 1.0, freedom).map_or(0.0, |distribution| distribution.inverse_cdf(0.975))
+}
+
+/// A count out of a total, as a share in percent.
+pub(crate) fn percent(count: usize, total: usize) -> String {
+    if total == 0 {
+        "–".to_owned()
+    } else {
+        format!("{:.1} %", 100.0 * count as f64 / total as f64)
+    }
+}
+
+/// The value that a share of all stay below; not a number where there are none.
+pub(crate) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let rank = ((values.len() as f64 * share) as usize).min(values.len().saturating_sub(1));
+    values.get(rank).copied().unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_interval_is_that_of_students_t() {
+        let mean = Mean::of([1.0, 2.0, 3.0, 4.0].into_iter());
+        assert!((mean.mean - 2.5).abs() < 1e-12);
+        let expected = 3.182446 * (5.0_f64 / 3.0 / 4.0).sqrt();
+        assert!((mean.half_width - expected).abs() < 1e-6);
+        assert_eq!(Mean::of(std::iter::empty()), Mean::default());
+        assert_eq!(Mean::of(std::iter::once(2.0)).half_width, 0.0);
+    }
+
+    #[test]
+    fn quantiles_are_those_of_the_tables() {
+        for (count, expected) in [(5, 2.776445), (16, 2.131450), (100, 1.984217)] {
+            assert!((quantile_95(count) - expected).abs() < 1e-5, "{count}");
+        }
+    }
+
+    #[test]
+    fn a_share_is_the_mean_of_many_cases() {
+        let share = Mean::of_share(0.25, 10_000);
+        assert!((share.half_width - 1.96 * 0.00433).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_quantile_is_one_of_the_values() {
+        assert_eq!(quantile(vec![3.0, 1.0, 2.0], 0.5), 2.0);
+        assert_eq!(quantile(vec![3.0, 1.0, 2.0], 1.0), 3.0);
+        assert!(quantile(vec![], 0.5).is_nan());
+    }
+}

@@ -1,0 +1,232 @@
+//! `ppnpack experiment table3`: how often the optimum is among the best-scored placements, and what that owes to.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use ppnpack_chart::{Curve, Lines};
+use ppnpack_model::architecture::{Architecture, Fusion};
+use ppnpack_model::card::ModelCard;
+use ppnpack_model::settings::{Device, Loss, TrainingRequest, TrainingSettings};
+use serde::Serialize;
+
+use crate::document;
+use crate::shares::{self, SHARES};
+use crate::statistics::Mean;
+use crate::train::train;
+use crate::workers;
+use ppnpack_cli::failure::{OrRun, Outcome};
+use ppnpack_cli::network::Backend;
+use ppnpack_cli::options::DeviceOption;
+use ppnpack_cli::output::write_whole;
+
+/// Trains the network and its ablations in the same way, and compares their accuracy on the test split.
+#[derive(Debug, Args)]
+pub(crate) struct Table3Arguments {
+    /// The folder that `ppnpack dataset --values` made
+    #[arg(long, value_name = "DIR", default_value = "out/dataset")]
+    dataset: PathBuf,
+
+    /// Passes over the training split, for each network
+    #[arg(long, value_name = "COUNT", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    epochs: u32,
+
+    /// Use only so many sequences of the training split
+    #[arg(long, value_name = "COUNT")]
+    sequences: Option<usize>,
+
+    /// Seeds the initial weights and the order of the data
+    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
+    seed: u64,
+
+    /// Where to train
+    #[arg(long, value_enum, default_value = "cpu")]
+    device: DeviceOption,
+
+    /// Threads on the processor [default: one per core]
+    #[arg(long, value_name = "COUNT")]
+    threads: Option<usize>,
+
+    /// Where table3.md, table3.json, table3.svg and the trained networks are written; a killed run goes on there
+    #[arg(long, value_name = "DIR", default_value = "out/table3")]
+    out: PathBuf,
+
+    /// Print the results as JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+/// A network that is compared.
+struct Variant {
+    name: &'static str,
+    key: &'static str,
+    loss: Loss,
+    fusion: Fusion,
+    resting_heights: bool,
+    /// Table III of the paper, in percent at the shares of [`SHARES`].
+    paper: Option<[f64; 5]>,
+}
+
+const VARIANTS: [Variant; 4] = [
+    Variant {
+        name: "full",
+        key: "full",
+        loss: Loss::Ranking,
+        fusion: Fusion::Correlation,
+        resting_heights: true,
+        paper: None,
+    },
+    Variant {
+        name: "heightmaps alone (the paper's inputs)",
+        key: "heightmaps",
+        loss: Loss::Ranking,
+        fusion: Fusion::Correlation,
+        resting_heights: false,
+        paper: Some([81.0, 94.9, 97.2, 98.0, 99.4]),
+    },
+    Variant {
+        name: "heightmaps alone, without ranking",
+        key: "no-ranking",
+        loss: Loss::Mse,
+        fusion: Fusion::Correlation,
+        resting_heights: false,
+        paper: Some([62.1, 72.9, 77.0, 79.2, 86.1]),
+    },
+    Variant {
+        name: "heightmaps alone, without ranking and correlation",
+        key: "no-ranking-no-correlation",
+        loss: Loss::Mse,
+        fusion: Fusion::Concatenation,
+        resting_heights: false,
+        paper: Some([57.9, 66.9, 70.2, 72.5, 80.8]),
+    },
+];
+
+/// A row of the results.
+#[derive(Debug, Serialize)]
+struct Line {
+    network: &'static str,
+    card: ModelCard,
+    /// In percent, at the shares of the card's accuracy.
+    accuracy_percent: Vec<Mean>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    paper_percent: Option<[f64; 5]>,
+}
+
+#[derive(Debug, Serialize)]
+struct Results {
+    machine: String,
+    shares_percent: [f64; 5],
+    lines: Vec<Line>,
+}
+
+pub(crate) fn run(arguments: &Table3Arguments, backend: &dyn Backend) -> Outcome {
+    let mut lines = Vec::new();
+    for variant in &VARIANTS {
+        eprintln!("{}:", variant.name);
+        let card = train(&request(arguments, variant), backend)?;
+        lines.push(line(variant, card));
+    }
+    let results = Results {
+        machine: document::machine(),
+        shares_percent: SHARES,
+        lines,
+    };
+    publish(arguments, &results)
+}
+
+/// A training goes on from its own checkpoint; one that is finished is not repeated.
+fn request(arguments: &Table3Arguments, variant: &Variant) -> TrainingRequest {
+    TrainingRequest {
+        dataset: arguments.dataset.clone(),
+        folder: arguments.out.join("networks").join(variant.key),
+        settings: TrainingSettings {
+            architecture: Architecture {
+                fusion: variant.fusion,
+                resting_heights: variant.resting_heights,
+                ..Architecture::default()
+            },
+            loss: variant.loss,
+            epochs: arguments.epochs as usize,
+            seed: arguments.seed,
+            sequences: arguments.sequences,
+            ..TrainingSettings::default()
+        },
+        device: Device::from(arguments.device),
+        threads: arguments.threads.unwrap_or_else(workers::default_count),
+        resume: true,
+    }
+}
+
+fn line(variant: &Variant, card: ModelCard) -> Line {
+    let count = card.data.test_candidates as usize;
+    let of_share = |share| Mean::of_share(share, count).scaled(100.0);
+    let accuracy = card.accuracy.iter();
+    let accuracy_percent = accuracy.map(|accuracy| of_share(accuracy.share));
+    Line {
+        network: variant.name,
+        accuracy_percent: accuracy_percent.collect(),
+        paper_percent: variant.paper,
+        card,
+    }
+}
+
+fn publish(arguments: &Table3Arguments, results: &Results) -> Outcome {
+    let folder = &arguments.out;
+    let svg = chart(results).to_svg([900, 560]).or_run()?;
+    write_whole(&folder.join("table3.svg"), svg.as_bytes())?;
+    let markdown = markdown(results);
+    document::publish(folder, "table3", results, &markdown, arguments.json)
+}
+
+fn markdown(results: &Results) -> String {
+    let mut text = "# Table 3: how often the optimum is among the best-scored K %\n\n".to_owned();
+    if let Some(Line { card, .. }) = results.lines.first() {
+        let sequences = card.training.sequences.map_or_else(
+            || "the training split".to_owned(),
+            |count| format!("{count} sequences of the training split"),
+        );
+        text.push_str(&format!(
+            "Each network is trained alike: {sequences}, {} epochs of {} candidates, batches of {} steps, seed {}. \
+             Accuracy on {} candidates of the test split (one in ten sequences); intervals are 95 % and take candidates \
+             as independent, although those of a sequence are alike. In brackets the paper's Table III, whose network \
+             is wider and was trained on its own data. Machine: {}.\n\n",
+            card.epoch,
+            card.data.training_candidates,
+            card.training.batch,
+            card.training.seed,
+            card.data.test_candidates,
+            results.machine,
+        ));
+    }
+    text.push_str(&format!(
+        "| network |{} parameters | training |\n",
+        shares::head()
+    ));
+    text.push_str("|---|---|---|---|---|---|---|---|\n");
+    for line in &results.lines {
+        text.push_str(&format!("| {} |", line.network));
+        for (index, accuracy) in line.accuracy_percent.iter().enumerate() {
+            let paper = line
+                .paper_percent
+                .and_then(|paper| paper.get(index).copied());
+            let paper = paper.map_or(String::new(), |paper| format!(" [{paper:.1}]"));
+            text.push_str(&format!(" {}{paper} |", accuracy.shown(1)));
+        }
+        let Line { card, .. } = line;
+        text.push_str(&format!(
+            " {} | {:.0} s |\n",
+            card.parameters, card.training_s
+        ));
+    }
+    text.push_str("\n![Accuracy against K](table3.svg)\n");
+    text
+}
+
+fn chart(results: &Results) -> Lines {
+    let rows = results.lines.iter();
+    shares::chart(
+        "Optimum among the best-scored K %",
+        "Test candidates",
+        rows.map(|line| (line.network, &line.accuracy_percent[..])),
+    )
+}

@@ -1,0 +1,123 @@
+//! The experiments end to end.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a panic in a test is a failing test"
+)]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn ppnpack(arguments: &[&str]) -> Output {
+    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
+    Command::new(env!("CARGO_BIN_EXE_ppnpack-experiments"))
+        .args(arguments)
+        .env("XDG_CACHE_HOME", cache)
+        .output()
+        .unwrap()
+}
+
+fn text(output: &Output) -> String {
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn json(output: &Output) -> Value {
+    serde_json::from_str(&text(output)).unwrap()
+}
+
+#[test]
+fn the_experiments_and_the_commands_of_ppnpack_are_listed() {
+    let help = text(&ppnpack(&["experiment", "--help"]));
+    for name in ["table1", "pareto", "recognition", "oracle"] {
+        assert!(help.contains(name), "{help}");
+    }
+    assert!(help.contains("Usage: ppnpack experiment"), "{help}");
+    assert!(text(&ppnpack(&["--help"])).contains("  pack "));
+}
+
+#[test]
+fn sequences_that_are_not_there_are_named() {
+    let output = ppnpack(&["experiment", "table1", "--sequences", "/nowhere.npy"]);
+    assert_eq!(output.status.code(), Some(2));
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(error.contains("/nowhere.npy"), "{error}");
+}
+
+#[test]
+fn the_arm_is_compared_with_brute_force() {
+    let report = text(&ppnpack(&["experiment", "oracle", "--placements", "4"]));
+    assert!(report.contains("unsafe ones accepted: 0"), "{report}");
+}
+
+#[test]
+fn calibrations_of_simulated_clouds_are_measured() {
+    let report = text(&ppnpack(&["experiment", "calibration", "--cases", "1"]));
+    assert!(report.contains("| 1 mm, 5 % dropouts |"), "{report}");
+}
+
+#[test]
+fn an_interrupted_experiment_goes_on_where_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let sequences = folder.path().join("sequences.npy");
+    let rows =
+        ndarray::Array2::from_shape_fn((2, 6), |(row, column)| (row * 6 + column) as i64 * 7 % 90);
+    ndarray_npy::write_npy(&sequences, &rows).unwrap();
+    let out = folder.path().join("out");
+    let run = || {
+        let output = ppnpack(&[
+            "experiment",
+            "table1",
+            "--sequences",
+            sequences.to_str().unwrap(),
+            "--cases",
+            "2",
+            "--out",
+            out.to_str().unwrap(),
+            "--json",
+        ]);
+        json(&output)
+    };
+    // Beside a build with libtorch there is a row for the network too.
+    let line = |results: &Value, method: &str| {
+        let lines = results["lines"].as_array().unwrap();
+        let line = lines.iter().find(|line| line["method"] == method);
+        line.unwrap().clone()
+    };
+    let first = run();
+    assert!(first["lines"].as_array().unwrap().len() >= 6);
+    for name in ["table1.md", "table1.json", "table1.svg", "table1.png"] {
+        assert!(out.join(name).exists(), "{name}");
+    }
+    // A run that was cut short is done again; the others are taken from the disk, decision times included.
+    let settings = out
+        .join("runs")
+        .read_dir()
+        .unwrap()
+        .next()
+        .unwrap()
+        .unwrap()
+        .path();
+    let is_cut = |path: &PathBuf| {
+        let name = path.file_name().unwrap().to_str().unwrap();
+        // `sdfm`, a hash of the method, the case.
+        name.starts_with("sdfm-") && name.ends_with("-00001.json") && name.len() == 24
+    };
+    let mut runs = settings.read_dir().unwrap().map(|run| run.unwrap().path());
+    let cut = runs.find(is_cut).unwrap();
+    std::fs::write(&cut, b"{").unwrap();
+    let second = run();
+    assert_eq!(line(&first, "Random"), line(&second, "Random"));
+    assert_eq!(
+        line(&first, "SDFM")["items"],
+        line(&second, "SDFM")["items"]
+    );
+    assert!(std::fs::metadata(&cut).unwrap().len() > 10);
+}
