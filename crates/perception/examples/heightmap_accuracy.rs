@@ -11,7 +11,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
+use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_packing::episode::play;
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_packing::item::Item;
@@ -51,7 +51,7 @@ fn main() {
     let resolution = Resolution::new(cell_m, 0.002, yaws).unwrap();
     let grid = Grid::new(ContainerSize::REFERENCE, resolution).unwrap();
     let catalogue = Catalogue::load(
-        &Source::Builtin,
+        &ppnpack_household::builtin(),
         &Settings::default(),
         planned.resolution(),
         &|_, _| {},

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use nalgebra::Isometry3;
-use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
+use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_catalogue::object::Model;
 use ppnpack_packing::grid::{Grid, Resolution};
 use ppnpack_packing::heightmap::Surface;
@@ -83,7 +83,13 @@ fn episode(criterion: &mut Criterion) {
     let grid = Grid::reference();
     let resolution = Resolution::reference();
     let settings = Settings::default();
-    let catalogue = Catalogue::load(&Source::Builtin, &settings, &resolution, &|_, _| ()).unwrap();
+    let catalogue = Catalogue::load(
+        &ppnpack_household::builtin(),
+        &settings,
+        &resolution,
+        &|_, _| (),
+    )
+    .unwrap();
     let mut cell = SimulatedCell::new(CellSettings::default()).unwrap();
     let releases = releases(&mut cell, &grid, &catalogue);
 

@@ -557,7 +557,11 @@ fn main() {
         let recogniser = Recogniser::new(library.clone(), RecognitionSettings::default());
         trials(&shown, &recogniser, |_| None, &arguments)
     } else if arguments.builtin {
-        let shown = Library::new(&models(&Source::Builtin), LibrarySettings::default()).unwrap();
+        let shown = Library::new(
+            &models(&ppnpack_household::builtin()),
+            LibrarySettings::default(),
+        )
+        .unwrap();
         let recogniser = Recogniser::new(library.clone(), RecognitionSettings::default());
         trials(&shown, &recogniser, |_| None, &arguments)
     } else if arguments.left_out {

@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use nalgebra::Point3;
 use ppnpack_catalogue::cache::CacheDir;
-use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
+use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_packing::grid::Resolution;
 use ppnpack_robot::arms;
 use ppnpack_robot::pick::{PickSettings, find};
@@ -27,7 +27,13 @@ fn main() {
         ..Settings::default()
     };
     let resolution = Resolution::reference();
-    let catalogue = Catalogue::load(&Source::Builtin, &settings, &resolution, &|_, _| ()).unwrap();
+    let catalogue = Catalogue::load(
+        &ppnpack_household::builtin(),
+        &settings,
+        &resolution,
+        &|_, _| (),
+    )
+    .unwrap();
     std::fs::remove_dir_all(&directory).unwrap();
     let arm = arms::arm("nachi-mz07l").unwrap();
     let (mut held, mut coarsely_held) = (0, 0);

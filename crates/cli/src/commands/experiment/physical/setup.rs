@@ -72,10 +72,7 @@ pub(super) fn catalogue(
     };
     let mut all = load(&Source::Folder(arguments.unseen.clone()))?;
     let unseen = all.len();
-    let known = match arguments.known.as_str() {
-        "builtin" => load(&Source::Builtin)?,
-        folder => load(&Source::Folder(folder.into()))?,
-    };
+    let known = load(&ppnpack_household::source(&arguments.known))?;
     for object in known.objects {
         if all.find(&object.model.name).is_some() {
             return Err(Failure::input(format_args!(
