@@ -15,7 +15,6 @@ use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_catalogue::object::Model;
 use ppnpack_packing::grid::{Grid, Resolution};
 use ppnpack_packing::heightmap::Surface;
-use ppnpack_physics::camera::DepthCamera;
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::settings::CellSettings;
 use rand::SeedableRng;
@@ -134,11 +133,6 @@ fn episode(criterion: &mut Criterion) {
             let snapshot = cell.snapshot();
             cell.restore(&snapshot).unwrap();
         });
-    });
-    group.bench_function("depth image of 640 x 480", |bencher| {
-        let size = grid.container();
-        let camera = DepthCamera::pinhole_above(size, 1.0, 640, 480).unwrap();
-        bencher.iter(|| cell.render(&camera).unwrap());
     });
     group.finish();
 }

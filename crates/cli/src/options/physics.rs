@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use ppnpack_packing::grid::Grid;
-use ppnpack_physics::packing_cell::Scan;
+use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_physics::settings::CellSettings;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -48,7 +48,7 @@ pub(crate) enum Conditions {
     Reference,
 }
 
-/// See [`Scan`].
+/// See [`Sampling`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ScanOption {
     /// The greatest height in each cell
@@ -57,11 +57,11 @@ pub(crate) enum ScanOption {
     Camera,
 }
 
-impl From<ScanOption> for Scan {
+impl From<ScanOption> for Sampling {
     fn from(option: ScanOption) -> Self {
         match option {
-            ScanOption::Exact => Self::Exact,
-            ScanOption::Camera => Self::Camera,
+            ScanOption::Exact => Self::Greatest,
+            ScanOption::Camera => Self::Middle,
         }
     }
 }
@@ -69,7 +69,7 @@ impl From<ScanOption> for Scan {
 /// What a simulated cell is made with.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Simulated {
-    pub(crate) scan: Scan,
+    pub(crate) scan: Sampling,
     pub(crate) cell: CellSettings,
 }
 
@@ -77,11 +77,11 @@ impl Simulated {
     fn under(conditions: Conditions) -> Self {
         match conditions {
             Conditions::Robot => Self {
-                scan: Scan::Exact,
+                scan: Sampling::Greatest,
                 cell: CellSettings::robot(),
             },
             Conditions::Reference => Self {
-                scan: Scan::Camera,
+                scan: Sampling::Middle,
                 cell: CellSettings::default(),
             },
         }
@@ -106,7 +106,7 @@ impl PhysicsOptions {
         cell.release.height_m = self.release_height.unwrap_or(cell.release.height_m);
         cell.settle_time_s = self.settle.unwrap_or(cell.settle_time_s);
         cell.validate().or_input()?;
-        simulated.scan = self.scan.map_or(simulated.scan, Scan::from);
+        simulated.scan = self.scan.map_or(simulated.scan, Sampling::from);
         Ok(simulated)
     }
 }

@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use ppnpack_bridge::simulated::{CameraSettings, FaultSettings};
+use ppnpack_bridge::simulated::{CameraSettings, FaultSettings, NoiseSettings};
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{self, Catalogue, Source};
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution};
 use ppnpack_perception::doubts::DoubtSettings;
 use ppnpack_perception::settings::MapperSettings;
-use ppnpack_physics::camera::DepthNoise;
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_robot::arms;
@@ -106,7 +105,7 @@ pub(super) fn settings(
     simulated.release.jitter_m = arguments.placement_noise;
     simulated.release.jitter_yaw_rad = arguments.placement_noise / 0.1;
     simulated.validate().or_input()?;
-    let noise = DepthNoise {
+    let noise = NoiseSettings {
         sigma_m: 0.001,
         dropout: 0.05,
         step_m: 0.0,
