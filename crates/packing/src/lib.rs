@@ -24,6 +24,7 @@ pub mod placement;
 pub mod plan;
 pub mod proposals;
 mod random;
+pub mod rectangle;
 pub mod resting;
 mod resting_maps;
 pub mod search;

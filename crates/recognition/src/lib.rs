@@ -18,7 +18,6 @@ mod outline;
 mod polish;
 pub mod posed;
 pub mod recognise;
-mod rectangle;
 mod rest;
 pub mod samples;
 pub mod segmentation;
