@@ -82,13 +82,7 @@ fn container(size: ContainerSize) -> Vec<Mesh> {
         ([0.0, low, 0.0], [x_m, 0.0, z_m]),
         ([0.0, y_m, 0.0], [x_m, y, z_m]),
     ]
-    .map(|(lowest, highest)| {
-        Bounds {
-            lowest: lowest.into(),
-            highest: highest.into(),
-        }
-        .mesh()
-    })
+    .map(|(lowest, highest)| Mesh::cuboid(lowest, highest))
     .into()
 }
 
