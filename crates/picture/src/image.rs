@@ -1,6 +1,7 @@
 //! The pixel buffer that all raster pictures are drawn into.
 
-use crate::{Colour, PictureError};
+use crate::colour::Colour;
+use crate::error::PictureError;
 
 /// The size of a picture in pixels: neither empty nor too large to allocate safely.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

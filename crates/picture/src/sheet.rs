@@ -2,11 +2,11 @@
 
 use nalgebra::Isometry3;
 
-use crate::{
-    Colour, Image, PictureError, Size,
-    scene3d::{Camera, Item, Scene3d, TriangleMesh, render},
-    text::{Anchor, TextStyle},
-};
+use crate::colour::Colour;
+use crate::error::PictureError;
+use crate::image::{Image, Size};
+use crate::scene3d::{Camera, Item, Scene3d, TriangleMesh, render};
+use crate::text::{Anchor, TextStyle};
 
 /// Space around and between tiles, in pixels.
 const GAP: u32 = 16;

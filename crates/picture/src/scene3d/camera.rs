@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::Scene3d;
+use super::scene::Scene3d;
 
 /// Across the smaller side of the picture. Narrow, so that boxes do not look distorted.
 const FIELD_OF_VIEW_RAD: f64 = 0.48;

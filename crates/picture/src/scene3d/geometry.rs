@@ -2,8 +2,10 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{Item, Scene3d, normals::corner_normals};
-use crate::{Colour, PictureError};
+use super::normals::corner_normals;
+use super::scene::{Item, Scene3d};
+use crate::colour::Colour;
+use crate::error::PictureError;
 
 /// The greatest number of triangles, and of vertices, in a scene: together some 300 MB.
 const MOST_TRIANGLES: usize = 1 << 22;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::Colour;
+use crate::colour::Colour;
 
 /// The four upright walls of a container whose inner corner is the origin.
 pub(super) struct Glass {

@@ -2,11 +2,11 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{
-    PASSES,
-    geometry::{Geometry, Material},
-    raster::ShadowMap,
-};
+use super::geometry::{Geometry, Material};
+use super::raster::ShadowMap;
+
+/// How many times a scene is drawn. Fewer show in the shadows, more hardly help.
+pub(super) const PASSES: usize = 6;
 
 /// How many directions of the sky each pass looks at.
 const SKY_PER_PASS: usize = 3;

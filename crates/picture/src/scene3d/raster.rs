@@ -1,4 +1,8 @@
 //! Which triangle is nearest at each pixel: the part that cameras and lights share.
+//!
+//! The crate `camera` has the other z-buffer. That one measures: `f64`, clipped at a near limit, for pinholes alone, with a
+//! triangle's number per pixel. This one draws: `f32`, for the parallel rays of lights too, and what a pixel keeps is up to
+//! who shades it.
 #![allow(
     clippy::indexing_slicing,
     reason = "pixel indices stay below width x height, as each loop clamps its range; vertex indices are valid in every Geometry"
@@ -6,8 +10,9 @@
 
 use nalgebra::{Point2, Point3, Vector3};
 
-use super::{Camera, geometry::Geometry};
-use crate::Size;
+use super::camera::Camera;
+use super::geometry::Geometry;
+use crate::image::Size;
 
 /// Nothing closer to the eye than this, in metres, is drawn.
 const NEAREST_M: f32 = 1e-3;
