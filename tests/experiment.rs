@@ -93,7 +93,7 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
     };
     let first = run();
     assert!(first["lines"].as_array().unwrap().len() >= 6);
-    for name in ["table1.md", "table1.json", "table1.svg", "table1.png"] {
+    for name in ["table1.md", "table1.json", "table1.svg"] {
         assert!(out.join(name).exists(), "{name}");
     }
     // A run that was cut short is done again; the others are taken from the disk, decision times included.

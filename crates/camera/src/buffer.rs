@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3};
 
-use crate::Intrinsics;
+use crate::intrinsics::Intrinsics;
 
 /// How far outside a triangle a pixel's centre may lie and still show it, in pixels: neighbouring triangles leave no
 /// gap along their common edge.

@@ -3,9 +3,9 @@
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::Intrinsics;
 use crate::buffer::DepthBuffer;
 use crate::error::{CameraError, require};
+use crate::intrinsics::Intrinsics;
 use crate::view::View;
 
 /// The most triangles of a scene.
@@ -127,7 +127,13 @@ impl DepthCamera {
                 (camera_from_body.rotation * normal).cast::<f32>()
             }));
         }
-        Ok(View::new(self, &buffer, &normals, &first_facets))
+        Ok(View::new(
+            self.intrinsics,
+            self.far_m,
+            &buffer,
+            &normals,
+            &first_facets,
+        ))
     }
 }
 

@@ -8,6 +8,9 @@ use crate::error::{CameraError, require};
 /// The most pixels along one side of an image.
 const MAX_SIDE: f64 = 8192.0;
 
+/// How much of the image a framed rectangle fills, along the side that bounds it.
+const FRAMING: f64 = 0.95;
+
 /// The intrinsics of a pinhole camera without distortion, named as in camera drivers; in pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -42,6 +45,22 @@ impl Intrinsics {
         };
         intrinsics.validate()?;
         Ok(intrinsics)
+    }
+
+    /// Those of an image that has all of a rectangle in its middle, with a little room around it. The rectangle faces
+    /// the camera: its sides run along the image's and are `sides_m` long, `distance_m` away.
+    ///
+    /// # Errors
+    /// [`CameraError::Setting`] where there is no such image.
+    pub fn framing(
+        width: usize,
+        height: usize,
+        sides_m: [f64; 2],
+        distance_m: f64,
+    ) -> Result<Self, CameraError> {
+        let [x_m, y_m] = sides_m;
+        let per_metre = (width as f64 / x_m).min(height as f64 / y_m);
+        Self::centred(width, height, FRAMING * distance_m * per_metre)
     }
 
     /// Checks that every number is possible.

@@ -5,9 +5,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::buffer::DepthBuffer;
+use crate::error::CameraError;
+use crate::intrinsics::Intrinsics;
 use crate::noise::{Neighbourhood, NoiseModel};
 use crate::points::{PointImage, hole};
-use crate::{CameraError, DepthCamera, Intrinsics};
 
 /// Stands for no body.
 const NOTHING: u32 = u32::MAX;
@@ -23,14 +24,14 @@ pub struct View {
 }
 
 impl View {
-    /// `normals` per facet in the camera frame; `first_facets` per body, ascending.
+    /// Nothing farther than `far_m` is seen; `normals` per facet in the camera frame; `first_facets` per body, ascending.
     pub(crate) fn new(
-        camera: &DepthCamera,
+        intrinsics: Intrinsics,
+        far_m: f64,
         buffer: &DepthBuffer,
         normals: &[Vector3<f32>],
         first_facets: &[u32],
     ) -> Self {
-        let intrinsics = camera.intrinsics;
         let mut view = Self {
             intrinsics,
             depths_m: Vec::with_capacity(intrinsics.pixels()),
@@ -40,7 +41,7 @@ impl View {
         for pixel in 0..intrinsics.pixels() {
             let facet = buffer.facet(pixel);
             let depth_m = buffer.depth_m(pixel).unwrap_or(f32::NAN);
-            let (Some(facet), true) = (facet, depth_m <= camera.far_m as f32) else {
+            let (Some(facet), true) = (facet, depth_m <= far_m as f32) else {
                 view.depths_m.push(f32::NAN);
                 view.bodies.push(NOTHING);
                 view.incidence.push(0.0);

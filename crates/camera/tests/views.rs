@@ -156,6 +156,19 @@ fn an_upright_camera_has_up_above() {
 }
 
 #[test]
+fn a_framed_rectangle_is_within_the_image_and_nearly_fills_it() {
+    for (width, height) in [(400, 400), (640, 480), (300, 700)] {
+        let intrinsics = Intrinsics::framing(width, height, [0.4, 0.3], 0.9).unwrap();
+        let corner = intrinsics.project(&Point3::new(0.2, 0.15, 0.9));
+        let right = (corner.x - intrinsics.cx) / (width as f64 / 2.0);
+        let down = (corner.y - intrinsics.cy) / (height as f64 / 2.0);
+        assert!((right.max(down) - 0.95).abs() < 1e-9, "{right} {down}");
+    }
+    assert!(Intrinsics::framing(64, 64, [0.4, 0.3], -0.1).is_err());
+    assert!(Intrinsics::framing(64, 64, [0.0, 0.3], 0.9).is_err());
+}
+
+#[test]
 fn noise_has_the_deviation_and_dropouts_asked_for() {
     let view = above(0.9).see(&[floor_at(0.0)]).unwrap();
     let noise = NoiseModel {

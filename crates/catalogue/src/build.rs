@@ -1,6 +1,7 @@
 //! Meshes to models.
 
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
+use ppnpack_packing::rectangle::{least_turn_rad, sides_m};
 use serde::{Deserialize, Serialize};
 
 use crate::convex::convex_pieces;
@@ -94,53 +95,19 @@ fn least_rectangle_yaw(mesh: &Mesh) -> f64 {
         return 0.0;
     };
     let plan: Vec<Point2<f64>> = hull.vertices.iter().map(|vertex| vertex.xy()).collect();
-    let sides = |yaw_rad: f64| {
-        let (sin, cos) = yaw_rad.sin_cos();
-        let turned = plan
-            .iter()
-            .map(|at| (cos * at.x - sin * at.y, sin * at.x + cos * at.y));
-        let mut range = [
-            f64::INFINITY,
-            f64::NEG_INFINITY,
-            f64::INFINITY,
-            f64::NEG_INFINITY,
-        ];
-        for (x, y) in turned {
-            let [left, right, front, back] = range;
-            range = [left.min(x), right.max(x), front.min(y), back.max(y)];
-        }
-        let [left, right, front, back] = range;
-        (right - left, back - front)
-    };
-    // The least rectangle has a side along one of the outline's, and those are edges of the hull.
-    let yaws = hull
+    // The outline's edges are among those of the hull.
+    let edges = hull
         .triangles
         .iter()
         .flat_map(|[a, b, c]| [(*a, *b), (*b, *c), (*c, *a)])
-        .filter_map(|(from, to)| {
-            let (from, to) = (plan.get(from as usize)?, plan.get(to as usize)?);
-            let along = to - from;
-            (along.norm() > 1e-9).then(|| -along.y.atan2(along.x))
-        });
-    // An edge along the axes is as good as any other: the yaw of 0 comes first among equals.
-    let area = |yaw_rad: &f64| {
-        let (x, y) = sides(*yaw_rad);
-        x * y
-    };
-    let mut best = (0.0, area(&0.0));
-    for yaw_rad in yaws {
-        let area = area(&yaw_rad);
-        if area < best.1 * (1.0 - 1e-6) {
-            best = (yaw_rad, area);
-        }
-    }
-    let (x, y) = sides(best.0);
-    let quarter = if y > x * (1.0 + 1e-6) {
-        std::f64::consts::FRAC_PI_2
+        .filter_map(|(from, to)| Some(plan.get(to as usize)? - plan.get(from as usize)?));
+    let yaw_rad = least_turn_rad(&plan, edges);
+    let sides_m = sides_m(&plan, yaw_rad);
+    if sides_m.y > sides_m.x * (1.0 + 1e-6) {
+        yaw_rad + std::f64::consts::FRAC_PI_2
     } else {
-        0.0
-    };
-    best.0 + quarter
+        yaw_rad
+    }
 }
 
 #[cfg(test)]

@@ -1,7 +1,5 @@
 //! Catalogues: the objects that a cell packs, ready at one resolution.
 
-use std::fmt;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -9,142 +7,12 @@ use ppnpack_packing::grid::Resolution;
 use ppnpack_packing::item::Item;
 use rayon::prelude::*;
 
-use crate::build::Pose;
-use crate::cache::{Cache, CacheDir};
-use crate::mass::DEFAULT_DENSITY_KG_M3;
+use crate::cache::Cache;
 use crate::object::{CatalogueObject, Model};
-use crate::origin::origins;
-use crate::reader::ReadError;
-use crate::repair::MeshError;
-use crate::unit::LengthUnit;
-use crate::views::{self, ViewError};
+use crate::views;
 
-/// Where objects come from.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Source {
-    /// The household set that is built in.
-    Builtin,
-    /// A folder of mesh files, in the order of its `objects.csv` where it has one, else by file name.
-    Folder(PathBuf),
-}
-
-/// How a catalogue is made of meshes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// The unit of mesh files for which `objects.csv` gives none.
-    pub unit: LengthUnit,
-    /// The density of objects for which `objects.csv` gives no mass, in kg/m^3.
-    pub density_kg_m3: f64,
-    /// The pose in which objects are packed.
-    pub pose: Pose,
-    /// Where models are kept between runs.
-    pub cache: CacheDir,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            unit: LengthUnit::Metres,
-            density_kg_m3: DEFAULT_DENSITY_KG_M3,
-            pose: Pose::AsGiven,
-            cache: CacheDir::User,
-        }
-    }
-}
-
-/// Why a file is no object that can be packed.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ObjectError {
-    /// It cannot be read.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// Its mesh is no solid.
-    #[error(transparent)]
-    Mesh(#[from] MeshError),
-    /// It cannot be packed at the resolution.
-    #[error(transparent)]
-    View(#[from] ViewError),
-}
-
-/// A file that is no object that can be packed, and why.
-#[derive(Debug, thiserror::Error)]
-#[error("{} {error}", path.display())]
-pub struct BadObject {
-    /// The file, or the name of a built-in object.
-    pub path: PathBuf,
-    /// What is wrong with it.
-    pub error: ObjectError,
-}
-
-/// Why a catalogue could not be made.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum CatalogueError {
-    /// The folder does not exist.
-    #[error("{} is no folder: give the folder that holds the mesh files", folder.display())]
-    MissingFolder {
-        /// The folder given.
-        folder: PathBuf,
-    },
-    /// The folder has no mesh file.
-    #[error("{} holds no .ply, .obj or .stl file", folder.display())]
-    EmptyFolder {
-        /// The folder given.
-        folder: PathBuf,
-    },
-    /// The folder or its table cannot be read.
-    #[error("{} cannot be read: {source}", folder.display())]
-    Folder {
-        /// The folder or the table.
-        folder: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// A line of `objects.csv` is wrong.
-    #[error("{}:{line}: {reason}", path.display())]
-    Table {
-        /// The table.
-        path: PathBuf,
-        /// The line, counted from 1.
-        line: u64,
-        /// What is wrong, and what to do.
-        reason: String,
-    },
-    /// Two objects have the same name.
-    #[error(
-        "the name '{name}' stands for both {} and {}: rename one",
-        first.display(),
-        second.display()
-    )]
-    DuplicateName {
-        /// The name.
-        name: String,
-        /// One file.
-        first: PathBuf,
-        /// The other file.
-        second: PathBuf,
-    },
-    /// Some files are no objects that can be packed.
-    #[error("{}", Lines(bad))]
-    Objects {
-        /// Each such file, in the catalogue's order.
-        bad: Vec<BadObject>,
-    },
-}
-
-/// One file a line.
-struct Lines<'a>(&'a [BadObject]);
-
-impl fmt::Display for Lines<'_> {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, bad) in self.0.iter().enumerate() {
-            let line_break = if index > 0 { "\n" } else { "" };
-            write!(formatter, "{line_break}{bad}")?;
-        }
-        Ok(())
-    }
-}
+pub use crate::error::{BadObject, CatalogueError, ObjectError};
+pub use crate::source::{NamedMesh, Settings, Source};
 
 /// Objects ready to be packed at one resolution; sequences refer to them by index.
 #[derive(Debug, Clone)]
@@ -168,7 +36,7 @@ impl Catalogue {
         resolution: &Resolution,
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self, CatalogueError> {
-        let origins = origins(source)?;
+        let origins = source.origins()?;
         let cache = Cache::new(&settings.cache);
         let done = AtomicUsize::new(0);
         let loaded: Vec<Result<CatalogueObject, BadObject>> = origins

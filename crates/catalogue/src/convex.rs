@@ -15,8 +15,7 @@ use crate::hull::{hull, simplified};
 use crate::mesh::{Bounds, Mesh};
 use crate::object::ConvexPiece;
 
-/// The most pieces of an object.
-pub const MAX_PIECES: usize = 8;
+pub use self::merge::MAX_PIECES;
 
 /// The most vertices of a piece.
 pub const MAX_PIECE_VERTICES: usize = 48;

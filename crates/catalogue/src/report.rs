@@ -6,9 +6,9 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::cache::{Cache, Entry};
-use crate::catalogue::{CatalogueError, ObjectError, Settings, Source};
-use crate::origin::origins;
+use crate::error::{CatalogueError, ObjectError};
 use crate::repair::Repair;
+use crate::source::{Settings, Source};
 
 /// A file of a source, and the object in it or why there is none.
 #[derive(Debug)]
@@ -17,7 +17,7 @@ pub struct ObjectReport {
     pub index: usize,
     /// Its name.
     pub name: String,
-    /// The file, or the name of a built-in object.
+    /// The file, or the name of a mesh that was given.
     pub path: PathBuf,
     /// What is in it.
     pub outcome: Result<ObjectSummary, ObjectError>,
@@ -47,7 +47,7 @@ pub struct ObjectSummary {
 /// # Errors
 /// [`CatalogueError`] where the folder or its table is wrong.
 pub fn inspect(source: &Source, settings: &Settings) -> Result<Vec<ObjectReport>, CatalogueError> {
-    let origins = origins(source)?;
+    let origins = source.origins()?;
     let cache = Cache::new(&settings.cache);
     let reports = origins
         .par_iter()

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use crate::catalogue::CatalogueError;
+use crate::error::CatalogueError;
 use crate::reader;
 use crate::unit::LengthUnit;
 

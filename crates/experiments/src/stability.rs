@@ -15,7 +15,7 @@ use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::{
     PhysicalStability, PhysicalStabilitySettings, PublishedStability,
 };
-use ppnpack_physics::packing_cell::{Scan, SimulatedPackingCell};
+use ppnpack_physics::packing_cell::{Sampling, SimulatedPackingCell};
 use ppnpack_physics::settings::CellSettings;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -103,7 +103,7 @@ struct Settings {
     catalogue_hash: String,
     grid: Grid,
     physics: CellSettings,
-    scan: Scan,
+    scan: Sampling,
     physical: PhysicalStabilitySettings,
     placements: usize,
     seed: u64,

@@ -5,7 +5,7 @@ use crate::heightmap::{Heightmap, Scene};
 
 /// A rectangle of the container's floor, in metres in the container frame. Nothing may be placed above any part of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Region {
+pub struct BlockedRegion {
     /// The side with the least x.
     pub x_min_m: f64,
     /// The side with the least y.
@@ -16,7 +16,7 @@ pub struct Region {
     pub y_max_m: f64,
 }
 
-impl Region {
+impl BlockedRegion {
     /// The cells that it meets along one side of the grid.
     fn cells(min_m: f64, max_m: f64, cell_m: f64, count: usize) -> std::ops::Range<usize> {
         // Conversions saturate, so a region beyond the container is cut to it.
@@ -30,12 +30,12 @@ impl Region {
 ///
 /// The search then leaves such placements out before it computes their values, and the network sees them as walls.
 #[must_use]
-pub fn block(scene: &Scene, grid: &Grid, regions: &[Region]) -> Scene {
+pub fn block(scene: &Scene, grid: &Grid, regions: &[BlockedRegion]) -> Scene {
     let mut heightmap: Heightmap = scene.heightmap().clone();
     let cell_m = grid.resolution().cell_m();
     for region in regions {
-        for x in Region::cells(region.x_min_m, region.x_max_m, cell_m, grid.nx()) {
-            for y in Region::cells(region.y_min_m, region.y_max_m, cell_m, grid.ny()) {
+        for x in BlockedRegion::cells(region.x_min_m, region.x_max_m, cell_m, grid.nx()) {
+            for y in BlockedRegion::cells(region.y_min_m, region.y_max_m, cell_m, grid.ny()) {
                 heightmap.raise(x, y, grid.rim());
             }
         }
@@ -51,7 +51,7 @@ mod tests {
     fn every_cell_that_a_region_meets_is_as_high_as_the_rim() {
         let grid = Grid::reference();
         let scene = Scene::from_heightmap(Heightmap::empty(&grid));
-        let region = Region {
+        let region = BlockedRegion {
             x_min_m: 0.015,
             y_min_m: -1.0,
             x_max_m: 0.03,
@@ -69,7 +69,7 @@ mod tests {
     fn a_region_beyond_the_container_blocks_what_is_within() {
         let grid = Grid::reference();
         let scene = Scene::from_heightmap(Heightmap::empty(&grid));
-        let everywhere = Region {
+        let everywhere = BlockedRegion {
             x_min_m: f64::NEG_INFINITY,
             y_min_m: f64::NEG_INFINITY,
             x_max_m: f64::INFINITY,

@@ -29,6 +29,7 @@ pub mod plan;
 pub mod proposals;
 mod random;
 pub mod refusal;
+pub mod rectangle;
 pub mod resting;
 mod resting_maps;
 pub mod rules;

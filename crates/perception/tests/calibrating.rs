@@ -9,13 +9,14 @@ mod simulated;
 
 use nalgebra::{Point3, Vector3};
 use ppnpack_camera::NoiseModel;
+use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_perception::calibration::{
     Calibration, CalibrationError, CalibrationSettings, calibrate,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use simulated::{Case, cuboid};
+use simulated::Case;
 
 fn found(case: &Case) -> Result<Calibration, CalibrationError> {
     calibrate(case.cloud(), &CalibrationSettings::default())
@@ -145,7 +146,7 @@ fn content_is_refused() {
         ([0.02, 0.02, 0.0], [0.25, 0.3, 0.1]),
         ([0.2, 0.2, 0.0], [0.3, 0.23, 0.012]),
     ] {
-        case.others = vec![cuboid(low, high)];
+        case.others = vec![Mesh::cuboid(low, high)];
         let error = found(&case).unwrap_err();
         assert!(
             matches!(error, CalibrationError::NotEmpty { .. }),
@@ -233,15 +234,15 @@ fn clouds_without_a_container_are_refused() {
 
     // A table with a box on it.
     let table = vec![
-        cuboid([-5.0, -5.0, -0.1], [5.0, 5.0, 0.0]),
-        cuboid([0.0; 3], [0.3, 0.3, 0.2]),
+        Mesh::cuboid([-5.0, -5.0, -0.1], [5.0, 5.0, 0.0]),
+        Mesh::cuboid([0.0; 3], [0.3, 0.3, 0.2]),
     ];
     let error = calibrate(simulated_only(&table), &settings).unwrap_err();
     assert!(matches!(error, CalibrationError::NoRim), "{error}");
 }
 
 /// What the plain camera sees of meshes without a container.
-fn simulated_only(meshes: &[ppnpack_catalogue::mesh::Mesh]) -> Vec<Point3<f32>> {
+fn simulated_only(meshes: &[Mesh]) -> Vec<Point3<f32>> {
     let case = Case {
         size_m: [0.1, 0.1, 0.001],
         wall_m: 0.0001,

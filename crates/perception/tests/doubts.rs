@@ -7,7 +7,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
-use ppnpack_catalogue::mesh::{Bounds, Mesh};
+use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_packing::grid::Grid;
 use ppnpack_perception::doubts::{Doubt, DoubtSettings, Wall};
 use ppnpack_perception::mapper::{Mapped, Mapper};
@@ -24,38 +24,33 @@ struct Scene {
     sensor: Isometry3<f64>,
 }
 
-fn cuboid(lowest: [f64; 3], highest: [f64; 3]) -> Mesh {
-    let [lowest, highest] = [lowest, highest].map(Point3::from);
-    Bounds { lowest, highest }.mesh()
-}
-
 /// The reference container with walls, on a table.
 fn container() -> Vec<Mesh> {
     let (side, high, wall) = (0.32, 0.30, WALL_M);
     let (low, far) = (-wall, side + wall);
     vec![
-        cuboid([low, low, -0.005], [far, far, 0.0]),
-        cuboid([low, low, 0.0], [0.0, far, high]),
-        cuboid([side, low, 0.0], [far, far, high]),
-        cuboid([0.0, low, 0.0], [side, 0.0, high]),
-        cuboid([0.0, side, 0.0], [side, far, high]),
+        Mesh::cuboid([low, low, -0.005], [far, far, 0.0]),
+        Mesh::cuboid([low, low, 0.0], [0.0, far, high]),
+        Mesh::cuboid([side, low, 0.0], [far, far, high]),
+        Mesh::cuboid([0.0, low, 0.0], [side, 0.0, high]),
+        Mesh::cuboid([0.0, side, 0.0], [side, far, high]),
     ]
 }
 
 /// Two boxes that lie in the container.
 fn content() -> Vec<Mesh> {
     vec![
-        cuboid([0.02, 0.02, 0.0], [0.12, 0.18, 0.11]),
-        cuboid([0.17, 0.10, 0.0], [0.27, 0.22, 0.06]),
+        Mesh::cuboid([0.02, 0.02, 0.0], [0.12, 0.18, 0.11]),
+        Mesh::cuboid([0.17, 0.10, 0.0], [0.27, 0.22, 0.06]),
     ]
 }
 
 /// A hand that reaches in from the far end of x.
 fn hand() -> Vec<Mesh> {
     vec![
-        cuboid([0.20, 0.14, 0.20], [0.29, 0.20, 0.24]),
-        cuboid([0.27, 0.15, 0.24], [0.29, 0.19, 0.36]),
-        cuboid([0.27, 0.15, 0.36], [0.60, 0.20, 0.42]),
+        Mesh::cuboid([0.20, 0.14, 0.20], [0.29, 0.20, 0.24]),
+        Mesh::cuboid([0.27, 0.15, 0.24], [0.29, 0.19, 0.36]),
+        Mesh::cuboid([0.27, 0.15, 0.36], [0.60, 0.20, 0.42]),
     ]
 }
 
@@ -75,7 +70,7 @@ impl Scene {
 
     /// The points of the camera, with noise and dropouts.
     fn points(&self, seed: u64) -> Vec<Point3<f32>> {
-        let table = cuboid([-1.0, -1.0, -0.02], [1.0, 1.0, -0.006]);
+        let table = Mesh::cuboid([-1.0, -1.0, -0.02], [1.0, 1.0, -0.006]);
         let (mut fixed, mut moved) = (Mesh::default(), Mesh::default());
         fixed.append(&table);
         container().iter().for_each(|part| moved.append(part));
@@ -238,7 +233,7 @@ fn a_hand_in_the_scene_is_noticed() {
     assert!(doubts.iter().any(reaches_in), "{doubts:?}");
     // Content that stands a little above the rim is no hand.
     let tall = Scene {
-        boxes: vec![cuboid([0.1, 0.1, 0.0], [0.2, 0.2, 0.32])],
+        boxes: vec![Mesh::cuboid([0.1, 0.1, 0.0], [0.2, 0.2, 0.32])],
         ..Scene::new()
     };
     assert_eq!(seen(&tall.points(4)).doubts, []);

@@ -11,11 +11,10 @@ use std::time::Duration;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use nalgebra::Isometry3;
-use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
+use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_catalogue::object::Model;
 use ppnpack_packing::grid::{Grid, Resolution};
 use ppnpack_packing::heightmap::Surface;
-use ppnpack_physics::camera::DepthCamera;
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::settings::CellSettings;
 use rand::SeedableRng;
@@ -83,7 +82,13 @@ fn episode(criterion: &mut Criterion) {
     let grid = Grid::reference();
     let resolution = Resolution::reference();
     let settings = Settings::default();
-    let catalogue = Catalogue::load(&Source::Builtin, &settings, &resolution, &|_, _| ()).unwrap();
+    let catalogue = Catalogue::load(
+        &ppnpack_household::builtin(),
+        &settings,
+        &resolution,
+        &|_, _| (),
+    )
+    .unwrap();
     let mut cell = SimulatedCell::new(CellSettings::default()).unwrap();
     let releases = releases(&mut cell, &grid, &catalogue);
 
@@ -128,11 +133,6 @@ fn episode(criterion: &mut Criterion) {
             let snapshot = cell.snapshot();
             cell.restore(&snapshot).unwrap();
         });
-    });
-    group.bench_function("depth image of 640 x 480", |bencher| {
-        let size = grid.container();
-        let camera = DepthCamera::pinhole_above(size, 1.0, 640, 480).unwrap();
-        bencher.iter(|| cell.render(&camera).unwrap());
     });
     group.finish();
 }

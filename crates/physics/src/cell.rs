@@ -12,7 +12,6 @@ use rand_chacha::ChaCha8Rng;
 use rapier3d::dynamics::RigidBodyHandle;
 
 use crate::body::{BodyTemplate, Templates};
-use crate::camera::{DepthCamera, DepthImage};
 use crate::container;
 use crate::error::PhysicsError;
 use crate::noise::gaussian;
@@ -279,19 +278,6 @@ impl SimulatedCell {
     /// As [`scan_surface`](Self::scan_surface).
     pub fn scan(&mut self, grid: &Grid) -> Result<Scene, PhysicsError> {
         Ok(Scene::from_surface(grid, self.scan_surface(grid)?)?)
-    }
-
-    /// What a depth camera sees of the container and its content.
-    ///
-    /// # Errors
-    /// [`PhysicsError::Setting`] where the camera is impossible.
-    pub fn render(&self, camera: &DepthCamera) -> Result<DepthImage, PhysicsError> {
-        let container = self.container_mesh();
-        let contents = self.contents();
-        let bodies = contents
-            .iter()
-            .map(|body| (&body.model.mesh, body.container_from_item));
-        camera.render(std::iter::once((&container, Isometry3::identity())).chain(bodies))
     }
 
     fn lay(

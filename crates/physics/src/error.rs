@@ -43,15 +43,9 @@ pub enum PhysicsError {
         /// The inner sides of the cell's container, in metres.
         cell_m: [f64; 3],
     },
-    /// A camera's pose is not finite or not rigid.
-    #[error("the camera's pose is not finite or not rigid")]
-    CameraPose,
     /// A surface or a heightmap could not be made.
     #[error(transparent)]
     Heightmap(#[from] HeightmapError),
-    /// A depth image has no point above the container's floor area.
-    #[error("no pixel of the depth image sees the container's floor area")]
-    NothingSeen,
 }
 
 /// Refuses a number that is not finite or fails a condition.

@@ -29,15 +29,16 @@ pub struct Placed {
     pub report: PlacedReport,
 }
 
-/// How the simulated cell sees its container.
+/// Which of the content's heights within a cell of the grid is the cell's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Scan {
-    /// Each cell has the greatest height of the content in it: no item is planned into another.
+pub enum Sampling {
+    /// The greatest: no item is planned into another.
     #[default]
-    Exact,
-    /// Each cell has the height at its middle, as a camera with one pixel per cell gives it.
-    Camera,
+    #[serde(rename = "exact")]
+    Greatest,
+    /// That at the cell's middle, as a camera with one pixel per cell gives it.
+    #[serde(rename = "camera")]
+    Middle,
 }
 
 /// A simulated cell that packs the objects of a catalogue.
@@ -46,7 +47,7 @@ pub struct SimulatedPackingCell {
     grid: Grid,
     models: BTreeMap<ShapeId, Arc<Model>>,
     placed: Vec<Placed>,
-    scan: Scan,
+    sampling: Sampling,
 }
 
 /// An item that the catalogue of the cell does not hold.
@@ -63,7 +64,7 @@ impl SimulatedPackingCell {
         settings: CellSettings,
         grid: &Grid,
         catalogue: &Catalogue,
-        scan: Scan,
+        sampling: Sampling,
     ) -> Result<Self, PhysicsError> {
         let objects = catalogue.objects.iter();
         Ok(Self {
@@ -73,7 +74,7 @@ impl SimulatedPackingCell {
                 .map(|object| (object.item.shape(), object.model.clone()))
                 .collect(),
             placed: Vec::new(),
-            scan,
+            sampling,
         })
     }
 
@@ -131,9 +132,9 @@ impl SimulatedPackingCell {
 impl PackingCell for SimulatedPackingCell {
     fn scan(&mut self) -> Result<Scene, StageError> {
         let surface = self.cell.scan_surface(&self.grid)?;
-        Ok(match self.scan {
-            Scan::Exact => Scene::from_surface(&self.grid, surface)?,
-            Scan::Camera => Scene::from_surface_at_middles(&self.grid, surface)?,
+        Ok(match self.sampling {
+            Sampling::Greatest => Scene::from_surface(&self.grid, surface)?,
+            Sampling::Middle => Scene::from_surface_at_middles(&self.grid, surface)?,
         })
     }
 

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
+use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::Model;
 use ppnpack_packing::check::BoxedCheck;
@@ -41,9 +41,8 @@ impl Observer for Recorder {
 
 /// The steps of an episode, with the buffer each was planned for.
 fn steps(grid: &Grid, buffer: usize) -> Vec<(Scene, Vec<Candidate>)> {
-    let source = std::env::var("PPNPACK_BENCH_OBJECTS").map_or(Source::Builtin, |folder| {
-        Source::Folder(PathBuf::from(folder))
-    });
+    let named = std::env::var("PPNPACK_BENCH_OBJECTS");
+    let source = ppnpack_household::source(named.as_deref().unwrap_or(ppnpack_household::BUILTIN));
     let catalogue =
         Catalogue::load(&source, &Settings::default(), grid.resolution(), &|_, _| {}).unwrap();
     // 37 is coprime to the usual catalogue sizes, so this visits all objects in a mixed order.

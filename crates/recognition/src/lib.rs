@@ -70,7 +70,6 @@ mod pattern;
 mod polish;
 pub mod posed;
 pub mod recognise;
-mod rectangle;
 mod refinement;
 mod rest;
 pub mod samples;

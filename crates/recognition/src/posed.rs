@@ -5,8 +5,8 @@ use ppnpack_catalogue::object::Model;
 use ppnpack_catalogue::views::{self, ViewError};
 use ppnpack_packing::grid::Resolution;
 use ppnpack_packing::item::Item;
+use ppnpack_packing::rectangle::least_rectangle_rad;
 
-use crate::rectangle::least_rectangle_rad;
 use crate::rest::turn_to_rest;
 
 /// Leaning at most this much from a pose at rest, an object is taken to be at rest, in radians. A planner takes heightmaps

@@ -4,8 +4,8 @@ use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector2,
 use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_packing::grid::{MAX_CELLS, MAX_UNITS, Resolution, Units};
 use ppnpack_packing::item::{ABSENT, Item, ItemError, ViewSurfaces};
+use ppnpack_packing::rectangle::least_rectangle_rad;
 
-use crate::rectangle::least_rectangle_rad;
 use crate::segmentation::Cluster;
 
 /// An item made of what was seen of it. Its upper surface is the seen one; as nothing is known of its lower side, there

@@ -16,7 +16,7 @@ use std::sync::{Arc, LazyLock};
 use common::{at_rest, ball, cuboid, models, object_of};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
-use ppnpack_catalogue::mesh::{Bounds, Mesh};
+use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_catalogue::object::Model;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::heightmap::Surface;
@@ -67,8 +67,7 @@ fn walls() -> Mesh {
         triangles: Vec::new(),
     };
     for (lowest, highest) in boxes {
-        let (lowest, highest) = (Point3::from(lowest), Point3::from(highest));
-        mesh.append(&Bounds { lowest, highest }.mesh());
+        mesh.append(&Mesh::cuboid(lowest, highest));
     }
     mesh
 }

@@ -6,7 +6,7 @@
 )]
 
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
-use ppnpack_catalogue::mesh::{Bounds, Mesh};
+use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_catalogue::object::{MassProperties, Model};
 use ppnpack_packing::grid::{Resolution, Yaws};
 use ppnpack_packing::item::{Item, ViewSurfaces};
@@ -19,14 +19,6 @@ const PITCH_M: f64 = 0.002;
 
 fn arm() -> Arm {
     arms::arm("nachi-mz07l").unwrap()
-}
-
-fn block(lowest: [f64; 3], highest: [f64; 3]) -> Mesh {
-    let bounds = Bounds {
-        lowest: lowest.into(),
-        highest: highest.into(),
-    };
-    bounds.mesh()
 }
 
 fn model(mesh: Mesh, centre_of_mass: [f64; 3]) -> Model {
@@ -51,7 +43,7 @@ fn pick(model: &Model) -> Result<ppnpack_robot::pick::PickPoint, NoPickPoint> {
 
 #[test]
 fn a_block_is_held_above_its_centre_of_mass() {
-    let block = block([-0.05, -0.04, -0.01], [0.05, 0.04, 0.03]);
+    let block = Mesh::cuboid([-0.05, -0.04, -0.01], [0.05, 0.04, 0.03]);
     let found = pick(&model(block, [0.011, -0.013, 0.0])).unwrap();
     assert!((found.in_item - Point3::new(0.011, -0.013, 0.03)).norm() < 2.0 * PITCH_M);
     assert!(found.tilt_rad < 1e-6 && found.deviation_m < 1e-6 && found.offset_m < PITCH_M);
@@ -60,9 +52,9 @@ fn a_block_is_held_above_its_centre_of_mass() {
 #[test]
 fn a_hole_above_the_centre_of_mass_is_avoided() {
     // Two blocks with a gap between them, joined below.
-    let mut mesh = block([-0.06, -0.04, 0.0], [-0.005, 0.04, 0.04]);
-    mesh.append(&block([0.005, -0.04, 0.0], [0.06, 0.04, 0.04]));
-    mesh.append(&block([-0.06, -0.04, 0.0], [0.06, 0.04, 0.01]));
+    let mut mesh = Mesh::cuboid([-0.06, -0.04, 0.0], [-0.005, 0.04, 0.04]);
+    mesh.append(&Mesh::cuboid([0.005, -0.04, 0.0], [0.06, 0.04, 0.04]));
+    mesh.append(&Mesh::cuboid([-0.06, -0.04, 0.0], [0.06, 0.04, 0.01]));
     let found = pick(&model(mesh, [0.0, 0.0, 0.015])).unwrap();
     assert!((found.in_item.z - 0.04).abs() < 1e-6);
     // The cup's lip of 15 mm lies beside the half gap of 5 mm, as near as the samples allow.
@@ -74,7 +66,7 @@ fn a_hole_above_the_centre_of_mass_is_avoided() {
 
 #[test]
 fn what_is_too_small_is_refused() {
-    let block = block([-0.01, -0.01, 0.0], [0.01, 0.01, 0.05]);
+    let block = Mesh::cuboid([-0.01, -0.01, 0.0], [0.01, 0.01, 0.05]);
     assert_eq!(
         pick(&model(block, [0.0, 0.0, 0.025])),
         Err(NoPickPoint::TooSmall)
@@ -115,7 +107,7 @@ fn tilted_surfaces_are_held_up_to_the_limit() {
 #[test]
 fn a_level_patch_further_away_is_preferred_to_a_tilted_one() {
     let mut mesh = wedge(0.176);
-    mesh.append(&block([-0.05, 0.015, 0.0], [0.05, 0.05, 0.03]));
+    mesh.append(&Mesh::cuboid([-0.05, 0.015, 0.0], [0.05, 0.05, 0.03]));
     let found = pick(&model(mesh, [0.0, 0.0, 0.01])).unwrap();
     assert!(found.tilt_rad < 0.01 && found.in_item.y > 0.02, "{found:?}");
 }
@@ -123,9 +115,9 @@ fn a_level_patch_further_away_is_preferred_to_a_tilted_one() {
 #[test]
 fn higher_parts_in_the_grippers_way_are_refused() {
     // A chimney higher than the stem, with a floor just large enough for the cup.
-    let mut mesh = block([-0.05, -0.05, 0.0], [0.05, 0.05, 0.01]);
+    let mut mesh = Mesh::cuboid([-0.05, -0.05, 0.0], [0.05, 0.05, 0.01]);
     for (x, y) in [(-0.05, -0.05), (0.02, -0.05), (-0.05, 0.02), (0.02, 0.02)] {
-        mesh.append(&block([x, y, 0.0], [x + 0.03, y + 0.03, 0.30]));
+        mesh.append(&Mesh::cuboid([x, y, 0.0], [x + 0.03, y + 0.03, 0.30]));
     }
     let model = model(mesh, [0.0, 0.0, 0.1]);
     assert_eq!(pick(&model), Err(NoPickPoint::GripperBlocked));

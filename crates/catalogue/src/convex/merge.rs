@@ -1,8 +1,10 @@
 //! Fewer hulls from many. Written here, as parry's decomposition takes a number of hulls but does not keep to it.
 
-use super::MAX_PIECES;
 use crate::hull::hull;
 use crate::mesh::Mesh;
+
+/// The most pieces of an object.
+pub const MAX_PIECES: usize = 8;
 
 /// How far hulls are merged though there is room for more, in cubic metres.
 pub(super) struct MergeLimits {

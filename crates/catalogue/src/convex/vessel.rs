@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Point3, Vector3};
 
-use super::MAX_PIECES;
+use super::merge::MAX_PIECES;
 use crate::hull::hull;
 use crate::mesh::Mesh;
 

@@ -1,5 +1,6 @@
 //! Mesh files: PLY, OBJ and STL.
 
+mod error;
 mod obj;
 mod ply;
 mod stl;
@@ -13,46 +14,10 @@ use nalgebra::Point3;
 use crate::mesh::Mesh;
 use crate::unit::LengthUnit;
 
-/// The largest mesh file that is read, in bytes.
-pub const MAX_FILE_BYTES: u64 = 256 << 20;
+pub use error::{MAX_FILE_BYTES, ReadError};
 
 /// The endings of file names that are read as meshes, in lower case.
 pub const EXTENSIONS: [&str; 3] = ["ply", "obj", "stl"];
-
-/// Why a mesh file could not be read.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ReadError {
-    /// The file cannot be opened or read.
-    #[error("cannot be read: {0}")]
-    Io(#[from] std::io::Error),
-    /// The file is larger than any mesh that makes sense to pack.
-    #[error(
-        "is larger than {} MiB: reduce its triangles, some thousands are enough",
-        MAX_FILE_BYTES >> 20
-    )]
-    TooLarge,
-    /// The file's name has an unknown ending.
-    #[error("has an ending that is not read: give a .ply, .obj or .stl file")]
-    Extension,
-    /// The content is not what the format asks for.
-    #[error("is no {format} file that can be read: {reason}. Export it again, complete")]
-    Format {
-        /// The format by its usual name.
-        format: &'static str,
-        /// What is wrong.
-        reason: String,
-    },
-}
-
-impl ReadError {
-    /// A malformed file, with what its parser says put into one line.
-    fn malformed(format: &'static str, reason: &str) -> Self {
-        let words: Vec<&str> = reason.split_whitespace().collect();
-        let reason = words.join(" ").trim_end_matches('.').to_owned();
-        Self::Format { format, reason }
-    }
-}
 
 /// A mesh file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -126,18 +91,6 @@ pub fn parse(path: &Path, bytes: &[u8], unit: LengthUnit) -> Result<Mesh, ReadEr
 /// [`ReadError`] where the file cannot be read or is malformed.
 pub fn read(path: &Path, unit: LengthUnit) -> Result<Mesh, ReadError> {
     parse(path, &read_bytes(path)?, unit)
-}
-
-/// The triangles of a polygon, as a fan around its first corner.
-fn fan(polygon: &[u32]) -> impl Iterator<Item = [u32; 3]> + '_ {
-    let first = polygon.first().copied().unwrap_or_default();
-    polygon
-        .windows(2)
-        .skip(1)
-        .filter_map(move |edge| match edge {
-            [from, to] => Some([first, *from, *to]),
-            _ => None,
-        })
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 use tobj::{LoadError, LoadOptions};
 
-use super::ReadError;
+use super::error::ReadError;
 use crate::mesh::Mesh;
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {

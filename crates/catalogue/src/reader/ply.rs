@@ -5,7 +5,7 @@ use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use ppnpack_clouds::ply_header;
 
-use super::{ReadError, fan};
+use super::error::ReadError;
 use crate::mesh::Mesh;
 
 struct Vertex([f64; 3]);
@@ -118,4 +118,16 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
         }
     }
     Ok(mesh)
+}
+
+/// The triangles of a polygon, as a fan around its first corner.
+fn fan(polygon: &[u32]) -> impl Iterator<Item = [u32; 3]> + '_ {
+    let first = polygon.first().copied().unwrap_or_default();
+    polygon
+        .windows(2)
+        .skip(1)
+        .filter_map(move |edge| match edge {
+            [from, to] => Some([first, *from, *to]),
+            _ => None,
+        })
 }

@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 use nalgebra::Point3;
 
-use super::ReadError;
+use super::error::ReadError;
 use crate::mesh::Mesh;
 
 /// Bytes before the first triangle of a binary file: a comment and the count.

@@ -5,7 +5,7 @@
     reason = "sides hold triangle numbers of the mesh they were taken from"
 )]
 
-use super::MeshError;
+use super::error::MeshError;
 use crate::mesh::{Bounds, Mesh};
 
 /// A side of a triangle.

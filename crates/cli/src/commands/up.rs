@@ -7,7 +7,7 @@ use std::time::Instant;
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_perception_service::TraySettings;
-use ppnpack_physics::packing_cell::Scan;
+use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_recognition::recognise::RecognitionSettings;
 use ppnpack_recognition::segmentation::{Region, SegmentationSettings};
@@ -128,7 +128,7 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
     let simulated = arguments
         .physics
         .simulated(&grid, method.seed, Conditions::Robot)?;
-    if simulated.scan != Scan::Exact {
+    if simulated.scan != Sampling::Greatest {
         return Err(Failure::input(
             "--scan camera is for `ppnpack pack`; the services see every cell exactly",
         ));

@@ -66,10 +66,7 @@ pub(crate) enum PoseOption {
 
 impl CatalogueOptions {
     pub(crate) fn source(&self) -> Source {
-        match self.catalogue.as_str() {
-            "builtin" => Source::Builtin,
-            folder => Source::Folder(folder.into()),
-        }
+        ppnpack_household::source(&self.catalogue)
     }
 
     pub(crate) fn settings(&self) -> Settings {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use ppnpack_packing::grid::Grid;
-use ppnpack_physics::packing_cell::Scan;
+use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_physics::settings::CellSettings;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -49,7 +49,7 @@ pub enum Conditions {
     Reference,
 }
 
-/// See [`Scan`].
+/// See [`Sampling`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ScanOption {
     /// The greatest height in each cell
@@ -58,11 +58,11 @@ pub(crate) enum ScanOption {
     Camera,
 }
 
-impl From<ScanOption> for Scan {
+impl From<ScanOption> for Sampling {
     fn from(option: ScanOption) -> Self {
         match option {
-            ScanOption::Exact => Self::Exact,
-            ScanOption::Camera => Self::Camera,
+            ScanOption::Exact => Self::Greatest,
+            ScanOption::Camera => Self::Middle,
         }
     }
 }
@@ -71,7 +71,7 @@ impl From<ScanOption> for Scan {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Simulated {
     /// How the container is seen.
-    pub scan: Scan,
+    pub scan: Sampling,
     /// Everything else.
     pub cell: CellSettings,
 }
@@ -80,11 +80,11 @@ impl Simulated {
     fn under(conditions: Conditions) -> Self {
         match conditions {
             Conditions::Robot => Self {
-                scan: Scan::Exact,
+                scan: Sampling::Greatest,
                 cell: CellSettings::robot(),
             },
             Conditions::Reference => Self {
-                scan: Scan::Camera,
+                scan: Sampling::Middle,
                 cell: CellSettings::default(),
             },
         }
@@ -107,7 +107,7 @@ impl PhysicsOptions {
         cell.release.height_m = self.release_height.unwrap_or(cell.release.height_m);
         cell.settle_time_s = self.settle.unwrap_or(cell.settle_time_s);
         cell.validate().or_input()?;
-        simulated.scan = self.scan.map_or(simulated.scan, Scan::from);
+        simulated.scan = self.scan.map_or(simulated.scan, Sampling::from);
         Ok(simulated)
     }
 }

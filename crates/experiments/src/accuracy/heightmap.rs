@@ -24,9 +24,8 @@ use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::PhysicalStability;
 use ppnpack_perception::mapper::{Mapped, Mapper};
 use ppnpack_perception::settings::MapperSettings;
-use ppnpack_physics::camera::{DepthCamera, DepthNoise, Lens, PointCloud};
 use ppnpack_physics::cell::SimulatedCell;
-use ppnpack_physics::packing_cell::{Scan, SimulatedPackingCell};
+use ppnpack_physics::packing_cell::{Sampling, SimulatedPackingCell};
 use ppnpack_physics::settings::CellSettings;
 
 /// Above the container's floor.
@@ -35,11 +34,9 @@ const CAMERA_HEIGHT_M: f64 = 0.9;
 /// How finely the truth is seen.
 const TRUE_PITCH_M: f64 = 0.0005;
 
-const NOISE: DepthNoise = DepthNoise {
-    sigma_m: 0.001,
-    dropout: 0.05,
-    step_m: 0.0,
-};
+/// The truth is seen from so far above that its rays are all but parallel: within the container they lean by less than
+/// 0.1 mm.
+const TRUE_HEIGHT_M: f64 = 500.0;
 
 /// Episodes of different lengths show containers from nearly empty to full.
 const LENGTHS: [usize; 4] = [4, 10, 20, 40];
@@ -62,7 +59,7 @@ pub(crate) fn run(arguments: &HeightmapArguments) -> Outcome {
     let planned = Grid::reference();
     let resolution = Resolution::new(cell, 0.002, yaws).or_input()?;
     let grid = Grid::new(ContainerSize::REFERENCE, resolution).or_input()?;
-    let catalogue = load(&Source::Builtin, &Settings::default(), planned.resolution())?;
+    let catalogue = load(&ppnpack_household::builtin(), &Settings::default(), planned.resolution())?;
     let scenes: Vec<Seen> = (0..episodes)
         .flat_map(|episode| LENGTHS.map(|length| (episode, length)))
         .map(|(episode, length)| {
@@ -82,7 +79,7 @@ pub(crate) fn run(arguments: &HeightmapArguments) -> Outcome {
         (0.25, 0.0),
     ] {
         let settings = MapperSettings {
-            noise_m: NOISE.sigma_m,
+            noise_m: NoiseModel::default().deviation_m,
             wall_margin_m: 0.003,
             largest_hole_m: 0.005,
             largest_unseen_share: share,
@@ -112,14 +109,17 @@ fn packed(
     let proposer = Box::new(ProposeAll);
     let mut planner = Planner::new(proposer, Box::new(search), checks, Order::Balance, 0);
     let mut cell =
-        SimulatedPackingCell::new(CellSettings::robot(), grid, catalogue, Scan::Exact).unwrap();
+        SimulatedPackingCell::new(CellSettings::robot(), grid, catalogue, Sampling::Greatest)
+            .unwrap();
     play(grid, &mut planner, &mut cell, sequence, 5, &mut ()).unwrap();
     cell
 }
 
 /// A container as the camera sees it and as it is.
 struct Seen {
-    cloud: PointCloud,
+    /// In the camera frame.
+    points_m: Vec<Point3<f32>>,
+    container_from_camera: Isometry3<f64>,
     cells: Vec<TrueCell>,
 }
 
@@ -142,74 +142,90 @@ impl TrueCell {
 impl Seen {
     fn new(packed: &SimulatedPackingCell, grid: &Grid, seed: u64) -> Self {
         let cell = packed.cell();
-        let camera =
-            DepthCamera::pinhole_above(grid.container(), CAMERA_HEIGHT_M, 640, 480).unwrap();
-        let image = cell.render(&camera).unwrap();
-        let cells = truth(cell, grid, &camera);
-        let cloud = image.with_noise(&NOISE, seed).unwrap().to_point_cloud();
-        Self { cloud, cells }
+        let size = grid.container();
+        let to_rim_m = CAMERA_HEIGHT_M - size.z_m;
+        let intrinsics = Intrinsics::framing(640, 480, [size.x_m, size.y_m], to_rim_m).unwrap();
+        let at = Point3::new(size.x_m / 2.0, size.y_m / 2.0, CAMERA_HEIGHT_M);
+        let camera = DepthCamera::looking_down(intrinsics, at);
+        let image = render(cell, &camera);
+        let noisy = image.noisy_points(&NoiseModel::default(), seed).unwrap();
+        let points = noisy.points_m().iter().filter(|point| !point.z.is_nan());
+        Self {
+            points_m: points.copied().collect(),
+            container_from_camera: camera.world_from_camera,
+            cells: truth(cell, grid, &camera),
+        }
     }
 }
 
-/// The truth, by a parallel camera, and what of it a camera sees: what it measures no nearer along the same ray.
+/// What a camera sees of a cell.
+fn render(cell: &SimulatedCell, camera: &DepthCamera) -> View {
+    fn posed(mesh: &Mesh, world_from_body: Isometry3<f64>) -> Body<'_> {
+        Body {
+            vertices: &mesh.vertices,
+            triangles: &mesh.triangles,
+            world_from_body,
+        }
+    }
+    let (container, contents) = (cell.container_mesh(), cell.contents());
+    let items = contents
+        .iter()
+        .map(|item| posed(&item.model.mesh, item.container_from_item));
+    let container = std::iter::once(posed(&container, Isometry3::identity()));
+    let bodies: Vec<_> = container.chain(items).collect();
+    camera.see(&bodies).unwrap()
+}
+
+/// The truth, from far above, and what of it a camera sees: what it measures no nearer along the same ray.
 fn truth(cell: &SimulatedCell, grid: &Grid, camera: &DepthCamera) -> Vec<TrueCell> {
     let cell_m = grid.resolution().cell_m();
     let across = (cell_m / TRUE_PITCH_M).round() as usize;
-    let parallel = DepthCamera {
-        width_px: grid.nx() * across,
-        height_px: grid.ny() * across,
-        lens: Lens::Parallel {
-            pitch_m: TRUE_PITCH_M,
-        },
-        ..DepthCamera::parallel_above(grid, CAMERA_HEIGHT_M)
+    let far = Intrinsics::centred(
+        grid.nx() * across,
+        grid.ny() * across,
+        TRUE_HEIGHT_M / TRUE_PITCH_M,
+    )
+    .unwrap();
+    let [x_m, y_m] = [grid.nx(), grid.ny()].map(|count| count as f64 * cell_m / 2.0);
+    let far = DepthCamera {
+        far_m: 2.0 * TRUE_HEIGHT_M,
+        ..DepthCamera::looking_down(far, Point3::new(x_m, y_m, TRUE_HEIGHT_M))
     };
-    let truth = cell.render(&parallel).unwrap();
+    let truth = render(cell, &far);
     // Finer than the real one, so that edges are where they are.
-    let Lens::Pinhole {
-        fx_px,
-        fy_px,
-        cx_px,
-        cy_px,
-    } = camera.lens
-    else {
-        unreachable!("a pinhole camera");
+    let coarse = camera.intrinsics;
+    let fine = Intrinsics {
+        width: coarse.width * 4,
+        height: coarse.height * 4,
+        fx: coarse.fx * 4.0,
+        fy: coarse.fy * 4.0,
+        cx: coarse.cx * 4.0 + 1.5,
+        cy: coarse.cy * 4.0 + 1.5,
     };
-    let fine = DepthCamera {
-        width_px: camera.width_px * 4,
-        height_px: camera.height_px * 4,
-        lens: Lens::Pinhole {
-            fx_px: fx_px * 4.0,
-            fy_px: fy_px * 4.0,
-            cx_px: cx_px * 4.0 + 1.5,
-            cy_px: cy_px * 4.0 + 1.5,
+    let seen = render(
+        cell,
+        &DepthCamera {
+            intrinsics: fine,
+            ..camera.clone()
         },
-        ..camera.clone()
-    };
-    let seen = cell.render(&fine).unwrap();
-    let camera_from_container = camera.container_from_camera.inverse();
+    );
+    let camera_from_container = camera.world_from_camera.inverse();
     let nothing = TrueCell {
         lowest_m: f64::INFINITY,
         highest_m: 0.0,
         seen: 0.0,
     };
     let mut cells = vec![nothing; grid.nx() * grid.ny()];
-    for v in 0..parallel.height_px {
-        for u in 0..parallel.width_px {
-            let depth_m = f64::from(truth.depth_m(u, v).unwrap());
-            let point = parallel.unproject(u as f64, v as f64, depth_m);
-            let point = parallel.container_from_camera * point;
-            let there = camera_from_container * point;
-            let pixel = |focal: f64, middle: f64, side: f64| {
-                (4.0 * focal * side / there.z + 4.0 * middle + 1.5).round() as usize
-            };
-            let nearest = seen.depth_m(pixel(fx_px, cx_px, there.x), pixel(fy_px, cy_px, there.y));
-            let is_seen = nearest.is_some_and(|nearest| f64::from(nearest) > there.z - 0.002);
-            let [x, y] = [point.x, point.y].map(|side| (side / cell_m) as usize);
-            let cell = &mut cells[x * grid.ny() + y];
-            cell.lowest_m = cell.lowest_m.min(point.z);
-            cell.highest_m = cell.highest_m.max(point.z);
-            cell.seen += f64::from(u8::from(is_seen)) / (across * across) as f64;
-        }
+    for point in truth.points().in_world_m(&far.world_from_camera) {
+        let there = camera_from_container * point;
+        let pixel = fine.project(&there).map(|side| side.round() as usize);
+        let nearest_m = f64::from(seen.depths_m()[pixel.y * fine.width + pixel.x]);
+        let is_seen = nearest_m > there.z - 0.002;
+        let [x, y] = [point.x, point.y].map(|side| (side / cell_m) as usize);
+        let cell = &mut cells[x.min(grid.nx() - 1) * grid.ny() + y.min(grid.ny() - 1)];
+        cell.lowest_m = cell.lowest_m.min(point.z);
+        cell.highest_m = cell.highest_m.max(point.z);
+        cell.seen += f64::from(u8::from(is_seen)) / (across * across) as f64;
     }
     cells
 }
@@ -223,10 +239,8 @@ fn report(grid: &Grid, settings: &MapperSettings, scenes: &[Seen]) {
     let mut times = Vec::new();
     for scene in scenes {
         let mut map = || -> Mapped {
-            let points = scene.cloud.points_m.iter().copied();
-            mapper
-                .map(points, &scene.cloud.container_from_camera)
-                .unwrap()
+            let points = scene.points_m.iter().copied();
+            mapper.map(points, &scene.container_from_camera).unwrap()
         };
         let began = Instant::now();
         let mapped = map();

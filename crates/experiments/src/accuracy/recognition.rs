@@ -526,7 +526,7 @@ pub(crate) fn run(arguments: &RecognitionArguments) -> Outcome {
     let recogniser = Recogniser::new(library.clone(), RecognitionSettings::default());
     let strangers = match &arguments.strangers {
         Some(strangers) => Some(folder(strangers)?),
-        None if arguments.builtin => Some(models(&Source::Builtin)?),
+        None if arguments.builtin => Some(models(&ppnpack_household::builtin())?),
         None => None,
     };
     let is_known = strangers.is_none() && !arguments.left_out;

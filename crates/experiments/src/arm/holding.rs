@@ -17,7 +17,7 @@ const PITCH_M: f64 = 0.002;
 
 pub(crate) fn run() -> Outcome {
     let resolution = Resolution::reference();
-    let catalogue = load(&Source::Builtin, &Settings::default(), &resolution)?;
+    let catalogue = load(&ppnpack_household::builtin(), &Settings::default(), &resolution)?;
     let arm = arms::arm("nachi-mz07l").or_run()?;
     let (mut held, mut coarsely_held) = (0, 0);
     let mut refusals: BTreeMap<String, Vec<String>> = BTreeMap::new();

@@ -18,7 +18,7 @@ use ppnpack_bridge::simulated::Scan;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
-use ppnpack_physics::packing_cell::Scan as PhysicsScan;
+use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_recognition::library::Library;
 use ppnpack_robot::station::ArmStation;
 use ppnpack_wire::keys::Cell;
@@ -266,7 +266,7 @@ impl World<'_> {
             grid: self.grid,
             method: &method,
             simulated: &Simulated {
-                scan: PhysicsScan::Exact,
+                scan: Sampling::Greatest,
                 cell: settings.simulated.clone(),
             },
             sensing: &Sensing {

@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use ppnpack_bridge::simulated::{CameraSettings, FaultSettings};
+use ppnpack_bridge::simulated::{CameraSettings, FaultSettings, NoiseSettings};
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{self, Catalogue, Source};
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution};
 use ppnpack_perception::doubts::DoubtSettings;
 use ppnpack_perception::settings::MapperSettings;
-use ppnpack_physics::camera::DepthNoise;
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_robot::arms;
@@ -63,10 +62,7 @@ pub(super) fn catalogue(
     let load = |source: &Source| options::load(source, &settings, resolution);
     let mut all = load(&Source::Folder(arguments.unseen.clone()))?;
     let unseen = all.len();
-    let known = match arguments.known.as_str() {
-        "builtin" => load(&Source::Builtin)?,
-        folder => load(&Source::Folder(folder.into()))?,
-    };
+    let known = load(&ppnpack_household::source(&arguments.known))?;
     for object in known.objects {
         if all.find(&object.model.name).is_some() {
             return Err(Failure::input(format_args!(
@@ -100,7 +96,7 @@ pub(super) fn settings(
     simulated.release.jitter_m = arguments.placement_noise;
     simulated.release.jitter_yaw_rad = arguments.placement_noise / 0.1;
     simulated.validate().or_input()?;
-    let noise = DepthNoise {
+    let noise = NoiseSettings {
         sigma_m: 0.001,
         dropout: 0.05,
         step_m: 0.0,

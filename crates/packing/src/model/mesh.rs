@@ -76,6 +76,12 @@ impl Bounds {
 }
 
 impl Mesh {
+    /// A box along the axes by its lowest and its highest corner, in metres.
+    pub fn cuboid(lowest: [f64; 3], highest: [f64; 3]) -> Self {
+        let [lowest, highest] = [lowest, highest].map(Point3::from);
+        Bounds { lowest, highest }.mesh()
+    }
+
     /// The corners of each triangle. Triangles that name a missing vertex are left out.
     pub fn corners(&self) -> impl Iterator<Item = [Point3<f64>; 3]> + '_ {
         self.triangles.iter().filter_map(|[a, b, c]| {

@@ -7,5 +7,7 @@ mod physical;
 mod polygon;
 mod published;
 
+pub(crate) use polygon::convex_hull;
+
 pub use physical::{PhysicalStability, PhysicalStabilitySettings};
 pub use published::PublishedStability;

@@ -29,7 +29,7 @@ impl SupportPolygon {
     ///
     /// Minus infinity where the hull has no area.
     pub(super) fn depth(&mut self, point: Point2<f64>) -> f64 {
-        self.build();
+        convex_hull(&mut self.contacts, &mut self.hull);
         if self.hull.len() < 3 {
             return f64::NEG_INFINITY;
         }
@@ -40,22 +40,22 @@ impl SupportPolygon {
             .map(|(start, end)| turn(*start, *end, point) / (end - start).norm())
             .fold(f64::INFINITY, f64::min)
     }
+}
 
-    /// Andrew's monotone chain, counter-clockwise, without collinear points.
-    fn build(&mut self) {
-        self.contacts
-            .sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-        self.contacts.dedup();
-        self.hull.clear();
-        for contact in &self.contacts {
-            extend(&mut self.hull, *contact, 0);
-        }
-        let lower = self.hull.len().saturating_sub(1);
-        for contact in self.contacts.iter().rev().skip(1) {
-            extend(&mut self.hull, *contact, lower);
-        }
-        self.hull.pop();
+/// The convex hull of points, counter-clockwise, without collinear points, by Andrew's monotone chain. The points are
+/// left sorted, each once.
+pub(crate) fn convex_hull(points: &mut Vec<Point2<f64>>, hull: &mut Vec<Point2<f64>>) {
+    points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    points.dedup();
+    hull.clear();
+    for point in points.iter() {
+        extend(hull, *point, 0);
     }
+    let lower = hull.len().saturating_sub(1);
+    for point in points.iter().rev().skip(1) {
+        extend(hull, *point, lower);
+    }
+    hull.pop();
 }
 
 /// Adds a point to a chain that starts at index `first`, dropping those that no longer turn left.

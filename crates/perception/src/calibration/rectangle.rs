@@ -136,7 +136,9 @@ fn adjust(
     }
 }
 
-/// The smallest rectangle around the opening's cells: the direction of its first side, and how far its sides are.
+/// The smallest rectangle around the opening's cells but for a few at each side: the direction of its first side, and how
+/// far its sides are. As some cells are left out, it need not lie along an edge of their hull, as the least rectangle
+/// around points does (`ppnpack_packing::rectangle`), and all yaws are tried.
 fn around(opening: &Opening) -> (Vector2<f64>, [f64; 4]) {
     let step_rad = 1.0_f64.to_radians();
     let mut coarse = (0..90).map(|step| f64::from(step) * step_rad);

@@ -6,7 +6,7 @@
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
-use ppnpack_catalogue::mesh::{Bounds, Mesh};
+use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_perception::calibration::Calibration;
 use rand::{Rng, RngExt};
@@ -106,7 +106,7 @@ impl Case {
                 [-5.0, -5.0, -self.bottom_m - 0.01],
                 [5.0, 5.0, -self.bottom_m],
             );
-            meshes.push(cuboid(low, high));
+            meshes.push(Mesh::cuboid(low, high));
         }
         meshes.extend(self.others.iter().cloned());
         let bodies: Vec<Body<'_>> = meshes
@@ -164,28 +164,20 @@ fn intrinsics() -> Intrinsics {
     Intrinsics::centred(640, 480, 570.0).unwrap()
 }
 
-pub(crate) fn cuboid(low: [f64; 3], high: [f64; 3]) -> Mesh {
-    Bounds {
-        lowest: low.into(),
-        highest: high.into(),
-    }
-    .mesh()
-}
-
 /// A bottom and four walls; the one at x = 0 of panels that bulge.
 pub(crate) fn container([x, y, z]: [f64; 3], wall: f64, bottom: f64, bulge: f64) -> Vec<Mesh> {
     let mut meshes = vec![
-        cuboid([-wall, -wall, -bottom], [x + wall, y + wall, 0.0]),
-        cuboid([x, -wall, 0.0], [x + wall, y + wall, z]),
-        cuboid([-wall, -wall, 0.0], [x + wall, 0.0, z]),
-        cuboid([-wall, y, 0.0], [x + wall, y + wall, z]),
+        Mesh::cuboid([-wall, -wall, -bottom], [x + wall, y + wall, 0.0]),
+        Mesh::cuboid([x, -wall, 0.0], [x + wall, y + wall, z]),
+        Mesh::cuboid([-wall, -wall, 0.0], [x + wall, 0.0, z]),
+        Mesh::cuboid([-wall, y, 0.0], [x + wall, y + wall, z]),
     ];
     let panels = if bulge == 0.0 { 1 } else { 40 };
     for panel in 0..panels {
         let from = f64::from(panel) / f64::from(panels);
         let to = f64::from(panel + 1) / f64::from(panels);
         let inwards = bulge * ((from + to) / 2.0 * std::f64::consts::PI).sin();
-        meshes.push(cuboid(
+        meshes.push(Mesh::cuboid(
             [-wall + inwards, from * y, 0.0],
             [inwards, to * y, z],
         ));

@@ -1,4 +1,8 @@
 //! Which triangle is nearest at each pixel: the part that cameras and lights share.
+//!
+//! The crate `camera` has the other z-buffer. That one measures: `f64`, clipped at a near limit, for pinholes alone, with a
+//! triangle's number per pixel. This one draws: `f32`, for the parallel rays of lights too, and what a pixel keeps is up to
+//! who shades it.
 #![allow(
     clippy::indexing_slicing,
     reason = "pixel indices stay below width x height, as each loop clamps its range; vertex indices are valid in every Geometry"

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use ppnpack_catalogue::catalogue::{self, Catalogue, CatalogueError, Source};
+use ppnpack_catalogue::catalogue::{self, Catalogue, CatalogueError};
 use ppnpack_packing::grid::Resolution;
 use ppnpack_service::ServiceSettings;
 use ppnpack_service::configuration::in_range;
@@ -39,7 +39,7 @@ impl Default for Settings {
         Self {
             cells: BTreeMap::from([("cell-1".to_owned(), SimulatedSettings::default())]),
             journal: None,
-            catalogue: "builtin".to_owned(),
+            catalogue: ppnpack_household::BUILTIN.to_owned(),
             queue: 64,
             cloud_rate_hz: 2.0,
             state_period_s: 2.0,
@@ -54,10 +54,7 @@ impl Settings {
     /// # Errors
     /// [`CatalogueError`] names what is wrong with it.
     pub fn load_catalogue(&self) -> Result<Catalogue, CatalogueError> {
-        let source = match self.catalogue.as_str() {
-            "builtin" => Source::Builtin,
-            folder => Source::Folder(folder.into()),
-        };
+        let source = ppnpack_household::source(&self.catalogue);
         let settings = catalogue::Settings::default();
         Catalogue::load(&source, &settings, &Resolution::reference(), &|_, _| {})
     }

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
-use ppnpack_catalogue::catalogue::{self, Catalogue, Source};
+use ppnpack_catalogue::catalogue::{self, Catalogue};
 use ppnpack_packing::grid::Resolution;
 use ppnpack_perception_service::Settings;
 use ppnpack_recognition::library::{Library, LibrarySettings};
@@ -23,15 +23,13 @@ fn main() -> ExitCode {
 
 /// The objects that can be recognised, where there are any.
 fn library(settings: &Settings) -> Result<Option<Arc<Library>>> {
-    let source = match settings.catalogue.as_deref() {
-        None => return Ok(None),
-        Some("builtin") => Source::Builtin,
-        Some(folder) => Source::Folder(folder.into()),
+    let Some(name) = &settings.catalogue else {
+        return Ok(None);
     };
     // Objects are recognised by their meshes: the resolution does not matter.
     let resolution = Resolution::reference();
     let loaded = Catalogue::load(
-        &source,
+        &ppnpack_household::source(name),
         &catalogue::Settings::default(),
         &resolution,
         &|_, _| {},

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
-use ppnpack_catalogue::catalogue::{self, Catalogue, Source};
+use ppnpack_catalogue::catalogue::{self, Catalogue};
 use ppnpack_packing::grid::Resolution;
 use ppnpack_planner::Settings;
 use ppnpack_service as run;
@@ -23,10 +23,7 @@ fn main() -> ExitCode {
 
 /// The catalogue on the grid of each cell.
 fn catalogues(settings: &Settings) -> Result<Vec<Arc<Catalogue>>> {
-    let source = match settings.catalogue.as_str() {
-        "builtin" => Source::Builtin,
-        folder => Source::Folder(folder.into()),
-    };
+    let source = ppnpack_household::source(&settings.catalogue);
     let mut resolutions: Vec<Resolution> = Vec::new();
     for cell in settings.cells.values() {
         let resolution = cell.grid.resolution()?;

@@ -131,7 +131,7 @@ impl Default for Settings {
         Self {
             cells: BTreeMap::from([("cell-1".to_owned(), CellSettings::default())]),
             store: None,
-            catalogue: "builtin".to_owned(),
+            catalogue: ppnpack_household::BUILTIN.to_owned(),
             queue: 64,
         }
     }

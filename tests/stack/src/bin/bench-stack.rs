@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use clap::Parser;
-use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
+use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_packing::grid::Resolution;
 use ppnpack_stack_tests::latency::{Measured, Times, Twin, measure};
 use ppnpack_stack_tests::{Options, Stack};
@@ -71,7 +71,7 @@ impl Row {
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
     let catalogue = Catalogue::load(
-        &Source::Builtin,
+        &ppnpack_household::builtin(),
         &Settings::default(),
         &Resolution::reference(),
         &|_, _| {},

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Result, ensure};
 use clap::Parser;
-use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
+use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_packing::grid::Resolution;
 use ppnpack_stack_tests::latency::Times;
 use ppnpack_stack_tests::soak::{Decided, note_decisions, pack_container};
@@ -80,7 +80,7 @@ struct Memory {
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
     let catalogue = Catalogue::load(
-        &Source::Builtin,
+        &ppnpack_household::builtin(),
         &Settings::default(),
         &Resolution::reference(),
         &|_, _| {},

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
-use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
+use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_catalogue::mesh::{Bounds, Mesh};
 use ppnpack_clouds::{Cloud, to_pcd};
 use ppnpack_packing::grid::{ContainerSize, Resolution};
@@ -82,13 +82,7 @@ fn container(size: ContainerSize) -> Vec<Mesh> {
         ([0.0, low, 0.0], [x_m, 0.0, z_m]),
         ([0.0, y_m, 0.0], [x_m, y, z_m]),
     ]
-    .map(|(lowest, highest)| {
-        Bounds {
-            lowest: lowest.into(),
-            highest: highest.into(),
-        }
-        .mesh()
-    })
+    .map(|(lowest, highest)| Mesh::cuboid(lowest, highest))
     .into()
 }
 
@@ -96,7 +90,7 @@ fn container(size: ContainerSize) -> Vec<Mesh> {
 fn content(size: ContainerSize) -> Outcome<Vec<Mesh>> {
     let settings = Settings::default();
     let catalogue = Catalogue::load(
-        &Source::Builtin,
+        &ppnpack_household::builtin(),
         &settings,
         &Resolution::reference(),
         &|_, _| {},

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3};
+use ppnpack_camera::CameraError;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::object::Model;
 use ppnpack_packing::grid::{ContainerSize, GridError};
@@ -24,16 +25,27 @@ use crate::robot::{
 };
 use motion::Motion;
 pub use motion::{JointState, JointWatch};
-pub use settings::{CameraSettings, FaultSettings, Scan, SimulatedSettings};
+pub use settings::{CameraSettings, FaultSettings, NoiseSettings, Scan, SimulatedSettings};
 use view::View;
 
 /// Why a simulated cell cannot be had.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimulatedError {
-    /// The simulation or the camera cannot be as it is asked for.
+    /// The simulation cannot be as it is asked for.
     #[error(transparent)]
     Physics(#[from] PhysicsError),
+    /// The camera would be within the container.
+    #[error("camera.height_m is {height_m} where above the rim, {rim_m} m, is needed")]
+    CameraHeight {
+        /// Its height above the floor, in metres.
+        height_m: f64,
+        /// The rim's, in metres.
+        rim_m: f64,
+    },
+    /// The camera cannot be as it is asked for.
+    #[error("camera: {0}")]
+    Camera(#[from] CameraError),
     /// The container cannot be scanned at this pitch.
     #[error("scan_pitch_m: {0}")]
     Scan(#[from] GridError),

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ppnpack_physics::camera::DepthNoise;
+use ppnpack_camera::NoiseModel;
 use ppnpack_physics::settings::CellSettings;
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
@@ -68,9 +68,33 @@ pub struct CameraSettings {
     /// Rows of its image.
     pub height_px: usize,
     /// Its noise.
-    pub noise: DepthNoise,
+    pub noise: NoiseSettings,
     /// The seed of its noise.
     pub seed: u64,
+}
+
+/// The noise of a depth camera; the default is none.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct NoiseSettings {
+    /// Standard deviation along the ray, in metres.
+    pub sigma_m: f64,
+    /// The share of pixels that see nothing.
+    pub dropout: f64,
+    /// Depths are rounded to a multiple of this, in metres; 0 leaves them as they are.
+    pub step_m: f64,
+}
+
+impl NoiseSettings {
+    /// The same as the simulated camera knows it.
+    pub fn model(&self) -> NoiseModel {
+        NoiseModel {
+            deviation_m: self.sigma_m,
+            dropout: self.dropout,
+            quantisation_m: self.step_m,
+            ..NoiseModel::none()
+        }
+    }
 }
 
 impl Default for SimulatedSettings {
@@ -93,7 +117,7 @@ impl Default for CameraSettings {
             height_m: 1.2,
             width_px: 400,
             height_px: 400,
-            noise: DepthNoise::default(),
+            noise: NoiseSettings::default(),
             seed: 0,
         }
     }

@@ -1,10 +1,10 @@
 //! What the sensor of a simulated cell sees.
 
 use nalgebra::{Isometry3, Point3};
-use ppnpack_packing::grid::{Grid, Resolution, Yaws};
-use ppnpack_physics::camera::DepthCamera;
+use ppnpack_camera::{Body, CameraError, DepthCamera, Intrinsics, View as Image};
+use ppnpack_catalogue::mesh::Mesh;
+use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_physics::cell::SimulatedCell;
-use ppnpack_physics::error::PhysicsError;
 
 use super::{CameraSettings, Scan, SimulatedError, SimulatedSettings};
 use crate::robot::View as RobotView;
@@ -36,14 +36,9 @@ impl View {
             }
             Scan::Camera => {
                 let camera = &settings.camera;
-                camera.noise.validate()?;
+                camera.noise.model().validate()?;
                 Ok(Self::Camera {
-                    camera: Box::new(DepthCamera::pinhole_above(
-                        container,
-                        camera.height_m,
-                        camera.width_px,
-                        camera.height_px,
-                    )?),
+                    camera: Box::new(above(container, camera)?),
                     settings: *camera,
                     images: 0,
                 })
@@ -52,7 +47,7 @@ impl View {
     }
 
     /// What it sees of a cell.
-    pub(super) fn of(&mut self, cell: &mut SimulatedCell) -> Result<RobotView, PhysicsError> {
+    pub(super) fn of(&mut self, cell: &mut SimulatedCell) -> Result<RobotView, SimulatedError> {
         match self {
             Self::Exact(grid) => scan(cell, grid),
             Self::Camera {
@@ -62,19 +57,61 @@ impl View {
             } => {
                 *images += 1;
                 let seed = settings.seed.wrapping_add(*images);
-                let image = cell.render(camera)?.with_noise(&settings.noise, seed)?;
-                let cloud = image.to_point_cloud();
+                let image = seen(cell, camera)?.noisy_points(&settings.noise.model(), seed)?;
+                let points = image.points_m().iter().filter(|point| !point.z.is_nan());
                 Ok(RobotView {
-                    points_m: cloud.points_m,
-                    container_from_sensor: cloud.container_from_camera,
+                    points_m: points.copied().collect(),
+                    container_from_sensor: camera.world_from_camera,
                 })
             }
         }
     }
 }
 
+/// A camera that looks straight down on the middle of a container, with the whole rim in the image.
+fn above(
+    container: ContainerSize,
+    settings: &CameraSettings,
+) -> Result<DepthCamera, SimulatedError> {
+    let (x_m, y_m, rim_m) = (container.x_m, container.y_m, container.z_m);
+    let height_m = settings.height_m;
+    if height_m.is_nan() || height_m <= rim_m {
+        return Err(SimulatedError::CameraHeight { height_m, rim_m });
+    }
+    let (width, height) = (settings.width_px, settings.height_px);
+    let intrinsics = Intrinsics::framing(width, height, [x_m, y_m], height_m - rim_m)?;
+    let place = Point3::new(x_m * 0.5, y_m * 0.5, height_m);
+    let camera = DepthCamera {
+        // The rim may be right below the camera.
+        near_m: 0.01,
+        ..DepthCamera::looking_down(intrinsics, place)
+    };
+    camera.validate()?;
+    Ok(camera)
+}
+
+/// What a camera sees of the container and its content.
+fn seen(cell: &SimulatedCell, camera: &DepthCamera) -> Result<Image, CameraError> {
+    let container = cell.container_mesh();
+    let contents = cell.contents();
+    let items = contents
+        .iter()
+        .map(|item| posed(&item.model.mesh, item.container_from_item));
+    let mut bodies = vec![posed(&container, Isometry3::identity())];
+    bodies.extend(items);
+    camera.see(&bodies)
+}
+
+fn posed(mesh: &Mesh, container_from_mesh: Isometry3<f64>) -> Body<'_> {
+    Body {
+        vertices: &mesh.vertices,
+        triangles: &mesh.triangles,
+        world_from_body: container_from_mesh,
+    }
+}
+
 /// The scan as points in the container frame: heights and middles keep their bits on the way to a heightmap.
-fn scan(cell: &mut SimulatedCell, grid: &Grid) -> Result<RobotView, PhysicsError> {
+fn scan(cell: &mut SimulatedCell, grid: &Grid) -> Result<RobotView, SimulatedError> {
     let surface = cell.scan_surface(grid)?;
     let middle_m = |index: usize| ((index as f64 + 0.5) * surface.pitch_m()) as f32;
     let rows = surface.heights_m().chunks_exact(surface.ny()).enumerate();
@@ -86,4 +123,91 @@ fn scan(cell: &mut SimulatedCell, grid: &Grid) -> Result<RobotView, PhysicsError
         points_m: points.collect(),
         container_from_sensor: Isometry3::identity(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::NoiseSettings;
+    use super::*;
+
+    fn seen_empty(camera: CameraSettings) -> Vec<Vec<Point3<f32>>> {
+        let settings = SimulatedSettings {
+            scan: Scan::Camera,
+            camera,
+            ..SimulatedSettings::default()
+        };
+        let mut cell = SimulatedCell::new(settings.physics.clone()).unwrap();
+        let mut view = View::new(&settings).unwrap();
+        let mut image = || view.of(&mut cell).unwrap().points_m;
+        vec![image(), image()]
+    }
+
+    #[test]
+    fn the_camera_sees_the_floor_at_its_height_and_the_whole_rim() {
+        let camera = CameraSettings::default();
+        let images = seen_empty(camera);
+        assert_eq!(images[0], images[1]);
+        // The rim is 0.3 m nearer than the floor; beyond the walls there is nothing.
+        let depths = || images[0].iter().map(|point| point.z);
+        assert!((depths().fold(0.0, f32::max) - 1.2).abs() < 1e-6);
+        assert!((depths().fold(9.0, f32::min) - 0.9).abs() < 1e-6);
+        let pixels = camera.width_px * camera.height_px;
+        assert!((pixels * 4 / 5..=pixels).contains(&images[0].len()));
+        for at_rim in [[-0.16, -0.16], [-0.16, 0.16], [0.16, -0.16], [0.16, 0.16]] {
+            let is_there = |point: &Point3<f32>| {
+                (point.x - at_rim[0]).abs() < 0.004 && (point.y - at_rim[1]).abs() < 0.004
+            };
+            assert!(images[0].iter().any(is_there), "{at_rim:?}");
+        }
+    }
+
+    #[test]
+    fn noise_is_as_asked_new_for_each_image_and_the_same_for_a_seed() {
+        let noisy = |seed| {
+            let noise = NoiseSettings {
+                sigma_m: 0.002,
+                dropout: 0.1,
+                step_m: 0.0,
+            };
+            seen_empty(CameraSettings {
+                noise,
+                seed,
+                ..CameraSettings::default()
+            })
+        };
+        let images = noisy(3);
+        assert_eq!(noisy(3), images);
+        assert_ne!(noisy(7), images);
+        assert_ne!(images[0], images[1]);
+
+        let whole = seen_empty(CameraSettings::default())[0].len() as f64;
+        let left = images[0].len() as f64 / whole;
+        assert!((left - 0.9).abs() < 0.01, "{left} are left");
+        let is_floor =
+            |point: &&Point3<f32>| point.x.abs().max(point.y.abs()) < 0.15 && point.z > 1.18;
+        let floor = images[0].iter().filter(is_floor);
+        let errors_m: Vec<f32> = floor.map(|point| point.z - 1.2).collect();
+        let variance = errors_m.iter().map(|error| error * error).sum::<f32>();
+        let sigma_m = (variance / errors_m.len() as f32).sqrt();
+        assert!((sigma_m - 0.002).abs() < 2e-4, "{sigma_m}");
+    }
+
+    #[test]
+    fn impossible_cameras_are_refused() {
+        let refused = |change: fn(&mut CameraSettings)| {
+            let mut settings = SimulatedSettings {
+                scan: Scan::Camera,
+                ..SimulatedSettings::default()
+            };
+            change(&mut settings.camera);
+            View::new(&settings).err().unwrap().to_string()
+        };
+        assert!(refused(|camera| camera.height_m = 0.2).contains("height_m"));
+        assert!(refused(|camera| camera.height_m = f64::NAN).contains("height_m"));
+        assert!(refused(|camera| camera.height_m = f64::INFINITY).contains("camera"));
+        assert!(refused(|camera| camera.width_px = 0).contains("width"));
+        assert!(refused(|camera| camera.height_px = 1 << 40).contains("height"));
+        assert!(refused(|camera| camera.noise.dropout = 1.5).contains("dropout"));
+        assert!(refused(|camera| camera.noise.sigma_m = -1.0).contains("deviation_m"));
+    }
 }

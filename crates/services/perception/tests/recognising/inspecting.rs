@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
-use ppnpack_catalogue::mesh::{Bounds, Mesh};
+use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_wire::convert::cloud::{self, Capture};
@@ -24,11 +24,9 @@ fn container() -> Vec<Mesh> {
         ([0.0, -wall, 0.0], [side, 0.0, rim]),
         ([0.0, side, 0.0], [side, side + wall, rim]),
     ];
-    let mesh = |(lowest, highest): ([f64; 3], [f64; 3])| {
-        let (lowest, highest) = (Point3::from(lowest), Point3::from(highest));
-        Bounds { lowest, highest }.mesh()
-    };
-    corners.map(mesh).to_vec()
+    corners
+        .map(|(lowest, highest)| Mesh::cuboid(lowest, highest))
+        .to_vec()
 }
 
 /// What a camera above the container sees in a state of the cell.

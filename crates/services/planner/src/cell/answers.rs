@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use nalgebra::{Isometry3, Vector3};
-use ppnpack_packing::blocked::Region;
+use ppnpack_packing::blocked::BlockedRegion;
 use ppnpack_packing::item::Item;
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::item_id::ItemId;
@@ -313,7 +313,7 @@ impl CellPlanner {
     }
 }
 
-fn read_regions(regions: &[v1::Region]) -> Result<Vec<Region>, Refusal> {
+fn read_regions(regions: &[v1::Region]) -> Result<Vec<BlockedRegion>, Refusal> {
     if regions.len() > MAX_REGIONS {
         return Err(Refusal::new(
             Status::Invalid,
@@ -323,8 +323,8 @@ fn read_regions(regions: &[v1::Region]) -> Result<Vec<Region>, Refusal> {
             ),
         ));
     }
-    let regions: Vec<Region> = regions.iter().map(message::read_region).collect();
-    let is_possible = |region: &Region| {
+    let regions: Vec<BlockedRegion> = regions.iter().map(message::read_region).collect();
+    let is_possible = |region: &BlockedRegion| {
         let sides = [
             region.x_min_m,
             region.y_min_m,

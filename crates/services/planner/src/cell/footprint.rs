@@ -1,7 +1,7 @@
 //! The floor that is below a packed item.
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use ppnpack_packing::blocked::Region;
+use ppnpack_packing::blocked::BlockedRegion;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::ItemView;
 use ppnpack_packing::placement::RestingPlacement;
@@ -13,7 +13,7 @@ pub(super) fn footprint(
     view: &ItemView,
     grid: &Grid,
     moved: &Isometry3<f64>,
-) -> Region {
+) -> BlockedRegion {
     let resolution = grid.resolution();
     let cell_m = resolution.cell_m();
     let unit_m = resolution.height_unit_m();
@@ -29,7 +29,7 @@ pub(super) fn footprint(
     );
     let middle_m = moved * Point3::from(corner_m + half_m);
     let reach_m = moved.rotation.to_rotation_matrix().matrix().abs() * half_m;
-    Region {
+    BlockedRegion {
         x_min_m: middle_m.x - reach_m.x - cell_m,
         y_min_m: middle_m.y - reach_m.y - cell_m,
         x_max_m: middle_m.x + reach_m.x + cell_m,

@@ -1,7 +1,7 @@
 //! Sessions as messages: on the wire, and on disk.
 
 use nalgebra::Isometry3;
-use ppnpack_packing::blocked::Region;
+use ppnpack_packing::blocked::BlockedRegion;
 use ppnpack_wire::error::WireError;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{convert, v1};
@@ -63,8 +63,8 @@ impl Session {
 }
 
 /// A region of a message.
-pub(crate) fn read_region(region: &v1::Region) -> Region {
-    Region {
+pub(crate) fn read_region(region: &v1::Region) -> BlockedRegion {
+    BlockedRegion {
         x_min_m: region.x_min_m,
         y_min_m: region.y_min_m,
         x_max_m: region.x_max_m,
@@ -72,7 +72,7 @@ pub(crate) fn read_region(region: &v1::Region) -> Region {
     }
 }
 
-fn write_region(region: &Region) -> v1::Region {
+fn write_region(region: &BlockedRegion) -> v1::Region {
     v1::Region {
         x_min_m: region.x_min_m,
         y_min_m: region.y_min_m,

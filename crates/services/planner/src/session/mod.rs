@@ -6,7 +6,7 @@
 mod item;
 pub(crate) mod message;
 
-use ppnpack_packing::blocked::Region;
+use ppnpack_packing::blocked::BlockedRegion;
 use ppnpack_wire::v1;
 
 pub(crate) use item::{Announced, ItemState, Lying, Rules, SessionItem};
@@ -58,7 +58,7 @@ pub(crate) struct Session {
     pending: Option<v1::Decision>,
     step: u64,
     is_automatic: bool,
-    keep_out: Vec<Region>,
+    keep_out: Vec<BlockedRegion>,
     end: Option<End>,
     least_state_number: u64,
     settled: Vec<v1::SettledDecision>,
@@ -68,7 +68,7 @@ impl Session {
     /// A new session, which replaces the one before.
     pub(crate) fn begin(
         id: String,
-        keep_out: Vec<Region>,
+        keep_out: Vec<BlockedRegion>,
         is_automatic: bool,
         least_state_number: u64,
     ) -> Self {
@@ -101,7 +101,7 @@ impl Session {
         self.end.is_some()
     }
 
-    pub(crate) fn keep_out(&self) -> &[Region] {
+    pub(crate) fn keep_out(&self) -> &[BlockedRegion] {
         &self.keep_out
     }
 

@@ -1,14 +1,14 @@
 //! What food and drink come in: cans, jars, bottles, bags.
 
-use super::{Recipe, recipe};
-use crate::household::Category::{Bottles, Cans, Jars, SoftPacks};
-use crate::household::field::{block, cylinder, rod, trunk};
-use crate::household::outline::{Point, rounded_rectangle, spline};
-use crate::household::solid::Solid;
-use crate::household::surface_nets::carve;
-use crate::household::surfaces::{extrude, lathe, lathe_with_sides, loft, section};
+use crate::field::{block, cylinder, rod, trunk};
+use crate::outline::{Point, rounded_rectangle, spline};
+use crate::recipe::Category::{Bottles, Cans, Jars, SoftPacks};
+use crate::recipe::{Recipe, recipe};
+use crate::solid::Solid;
+use crate::surface_nets::carve;
+use crate::surfaces::{extrude, lathe, lathe_with_sides, loft, section};
 
-pub(super) const RECIPES: &[Recipe] = &[
+pub(crate) const RECIPES: &[Recipe] = &[
     recipe(Cans, "tomato_soup_can", 349.0, || can(66.0, 101.0)),
     recipe(Cans, "coffee_can", 414.0, || can(102.0, 139.0)),
     recipe(Cans, "tuna_can", 205.0, || can(85.0, 38.0)),

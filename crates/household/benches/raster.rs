@@ -7,7 +7,7 @@
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use nalgebra::Isometry3;
-use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
+use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_catalogue::raster::raise_surface;
 use ppnpack_catalogue::views;
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
@@ -18,7 +18,7 @@ fn raster(criterion: &mut Criterion) {
     group.sample_size(20);
     let reference = Resolution::reference();
     let catalogue = Catalogue::load(
-        &Source::Builtin,
+        &ppnpack_household::builtin(),
         &Settings::default(),
         &reference,
         &|_, _| {},

@@ -94,7 +94,7 @@ struct Collapser {
 
 /// Collapses edges up to the tolerance and until few enough triangles are left. Vertices on the
 /// ground z = 0 stay on it.
-pub(super) fn simplify(solid: Solid) -> Solid {
+pub(crate) fn simplify(solid: Solid) -> Solid {
     let mut collapser = Collapser::new(solid);
     let mut tolerance_mm = FIRST_TOLERANCE_MM;
     while tolerance_mm <= LAST_TOLERANCE_MM

@@ -11,11 +11,10 @@
 )]
 
 use std::hint::black_box;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
-use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
+use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::coarse::{CoarseGrid, CoarseToFine, Coarsening};
 use ppnpack_packing::episode::{IdealCell, Observer, Step, play};
@@ -49,9 +48,9 @@ impl Setting {
     fn new((cell_m, yaws, name): (f64, usize, &'static str)) -> Self {
         let resolution = Resolution::new(cell_m, 0.002, Yaws::half_turn(yaws).unwrap()).unwrap();
         let grid = Grid::new(ContainerSize::REFERENCE, resolution).unwrap();
-        let source = std::env::var("PPNPACK_BENCH_OBJECTS").map_or(Source::Builtin, |folder| {
-            Source::Folder(PathBuf::from(folder))
-        });
+        let named = std::env::var("PPNPACK_BENCH_OBJECTS");
+        let source =
+            ppnpack_household::source(named.as_deref().unwrap_or(ppnpack_household::BUILTIN));
         let catalogue =
             Catalogue::load(&source, &Settings::default(), grid.resolution(), &|_, _| {}).unwrap();
         // 37 is coprime to the usual catalogue sizes, so this visits all objects in a mixed order.

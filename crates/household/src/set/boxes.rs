@@ -1,12 +1,12 @@
 //! Cartons and books.
 
-use super::{Recipe, recipe};
-use crate::household::Category::Boxes;
-use crate::household::outline::{arc, rectangle, regular};
-use crate::household::solid::Solid;
-use crate::household::surfaces::extrude;
+use crate::outline::{arc, rectangle, regular};
+use crate::recipe::Category::Boxes;
+use crate::recipe::{Recipe, recipe};
+use crate::solid::Solid;
+use crate::surfaces::extrude;
 
-pub(super) const RECIPES: &[Recipe] = &[
+pub(crate) const RECIPES: &[Recipe] = &[
     recipe(Boxes, "cracker_box", 411.0, || carton(60.0, 158.0, 210.0)),
     recipe(Boxes, "cereal_box", 430.0, || carton(55.0, 190.0, 235.0)),
     recipe(Boxes, "sugar_box", 514.0, || carton(38.0, 89.0, 175.0)),

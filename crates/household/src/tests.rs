@@ -12,7 +12,7 @@ use super::solid::Solid;
 use super::surface_nets::carve;
 use super::surfaces::{extrude, lathe, loft, section, superellipsoid, sweep};
 use super::{Category, HouseholdObject, objects};
-use crate::mesh::Mesh;
+use ppnpack_catalogue::mesh::Mesh;
 
 /// Building the set takes a second, so the tests share one.
 static SET: LazyLock<Vec<HouseholdObject>> = LazyLock::new(objects);

@@ -4,9 +4,19 @@
 //! The set is the same on every call, bit for bit on one build. Every mesh is a closed manifold
 //! that stands on its flat underside at z = 0 and is centred in x and y. Hollow things are hollow:
 //! bowls and mugs enclose the volume of their walls only.
+//!
+//! ```
+//! let objects = ppnpack_household::objects();
+//! let mug = objects.iter().find(|object| object.name == "mug").ok_or("the set has a mug")?;
+//! assert!((0.2..0.5).contains(&mug.mass_kg()));
+//! # Ok::<(), &str>(())
+//! ```
+//!
+//! [`builtin`] is the set for `Catalogue::load`.
 
 mod field;
 mod outline;
+mod recipe;
 mod set;
 mod simplify;
 mod solid;
@@ -15,37 +25,34 @@ mod surfaces;
 #[cfg(test)]
 mod tests;
 
+use ppnpack_catalogue::catalogue::{NamedMesh, Source};
+use ppnpack_catalogue::mesh::Mesh;
 use rayon::prelude::*;
 
-use crate::mesh::Mesh;
-use set::Recipe;
+use recipe::Recipe;
 
-/// What kind of thing an object is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[non_exhaustive]
-pub enum Category {
-    /// Cartons and books.
-    Boxes,
-    /// Metal cans and tubes of card.
-    Cans,
-    /// Jars of glass.
-    Jars,
-    /// Bottles with their content.
-    Bottles,
-    /// Bags that bulge.
-    SoftPacks,
-    /// Cups, bowls, plates, pots; empty.
-    Tableware,
-    /// Forks, spoons, knives.
-    Cutlery,
-    /// Fruit and vegetables.
-    Produce,
-    /// Hand tools.
-    Tools,
-    /// Toys and balls.
-    Toys,
-    /// Everything else about the house.
-    Household,
+pub use recipe::Category;
+
+/// What stands for the set where a folder of meshes could be named.
+pub const BUILTIN: &str = "builtin";
+
+/// The objects that a setting names: the set for [`BUILTIN`], else those of a folder of meshes.
+pub fn source(name: &str) -> Source {
+    if name == BUILTIN {
+        builtin()
+    } else {
+        Source::Folder(name.into())
+    }
+}
+
+/// The set as the source of a catalogue. It is built on each call, which takes about a second of one core.
+pub fn builtin() -> Source {
+    let named = |object: HouseholdObject| NamedMesh {
+        name: object.name.to_owned(),
+        mesh: object.mesh,
+        density_kg_m3: object.density_kg_m3,
+    };
+    Source::Meshes(objects().into_iter().map(named).collect())
 }
 
 /// An everyday object.

@@ -12,7 +12,7 @@ use super::outline::Point;
 type Distance = Box<dyn Fn(&Point3<f64>) -> f64 + Send + Sync>;
 
 /// A shape that unites, blends and cuts freely, with a box that encloses it.
-pub(super) struct Field {
+pub(crate) struct Field {
     distance_mm: Distance,
     lowest: Point3<f64>,
     highest: Point3<f64>,
@@ -49,17 +49,17 @@ impl Field {
     }
 
     /// The field's value at a point.
-    pub(super) fn distance_mm(&self, point: &Point3<f64>) -> f64 {
+    pub(crate) fn distance_mm(&self, point: &Point3<f64>) -> f64 {
         (self.distance_mm)(point)
     }
 
     /// The corners of a box around the shape, in millimetres.
-    pub(super) fn bounds_mm(&self) -> (Point3<f64>, Point3<f64>) {
+    pub(crate) fn bounds_mm(&self) -> (Point3<f64>, Point3<f64>) {
         (self.lowest, self.highest)
     }
 
     /// Both shapes.
-    pub(super) fn and(self, other: Self) -> Self {
+    pub(crate) fn and(self, other: Self) -> Self {
         let (lowest, highest) = (
             self.lowest.inf(&other.lowest),
             self.highest.sup(&other.highest),
@@ -70,7 +70,7 @@ impl Field {
     }
 
     /// Both shapes, with a fillet of about `radius_mm` where they meet.
-    pub(super) fn blended(self, other: Self, radius_mm: f64) -> Self {
+    pub(crate) fn blended(self, other: Self, radius_mm: f64) -> Self {
         let margin = Vector3::repeat(radius_mm / 4.0);
         let lowest = self.lowest.inf(&other.lowest) - margin;
         let highest = self.highest.sup(&other.highest) + margin;
@@ -82,14 +82,14 @@ impl Field {
     }
 
     /// This shape less the other.
-    pub(super) fn without(self, other: Self) -> Self {
+    pub(crate) fn without(self, other: Self) -> Self {
         Self::new(self.lowest, self.highest, move |p| {
             self.distance_mm(p).max(-other.distance_mm(p))
         })
     }
 
     /// This shape less the other, the edges of the cut rounded by about `radius_mm`.
-    pub(super) fn hollowed(self, other: Self, radius_mm: f64) -> Self {
+    pub(crate) fn hollowed(self, other: Self, radius_mm: f64) -> Self {
         Self::new(self.lowest, self.highest, move |p| {
             let (a, b) = (self.distance_mm(p), -other.distance_mm(p));
             let overlap = (radius_mm - (a - b).abs()).max(0.0);
@@ -98,7 +98,7 @@ impl Field {
     }
 
     /// The shape grown on all sides, which rounds its edges.
-    pub(super) fn grown(self, margin_mm: f64) -> Self {
+    pub(crate) fn grown(self, margin_mm: f64) -> Self {
         let margin = Vector3::repeat(margin_mm);
         Self::new(self.lowest - margin, self.highest + margin, move |p| {
             self.distance_mm(p) - margin_mm
@@ -106,7 +106,7 @@ impl Field {
     }
 
     /// The shape and its mirror image across the plane y = 0.
-    pub(super) fn mirrored(self) -> Self {
+    pub(crate) fn mirrored(self) -> Self {
         let reach = self.lowest.y.abs().max(self.highest.y.abs());
         let lowest = Point3::new(self.lowest.x, -reach, self.lowest.z);
         let highest = Point3::new(self.highest.x, reach, self.highest.z);
@@ -117,7 +117,7 @@ impl Field {
     }
 
     /// The shape moved, in millimetres.
-    pub(super) fn at(self, x: f64, y: f64, z: f64) -> Self {
+    pub(crate) fn at(self, x: f64, y: f64, z: f64) -> Self {
         self.posed(Isometry3::from_parts(
             Translation3::new(x, y, z),
             UnitQuaternion::identity(),
@@ -125,12 +125,12 @@ impl Field {
     }
 
     /// The shape turned about the x axis.
-    pub(super) fn about_x(self, degrees: f64) -> Self {
+    pub(crate) fn about_x(self, degrees: f64) -> Self {
         self.turned(Vector3::x_axis(), degrees)
     }
 
     /// The shape turned about the y axis.
-    pub(super) fn about_y(self, degrees: f64) -> Self {
+    pub(crate) fn about_y(self, degrees: f64) -> Self {
         self.turned(Vector3::y_axis(), degrees)
     }
 
@@ -151,14 +151,14 @@ impl Field {
 }
 
 /// A ball around the origin.
-pub(super) fn ball(radius_mm: f64) -> Field {
+pub(crate) fn ball(radius_mm: f64) -> Field {
     Field::centred(Vector3::repeat(radius_mm), move |p| {
         p.coords.norm() - radius_mm
     })
 }
 
 /// An ellipsoid around the origin.
-pub(super) fn ellipsoid(size_mm: [f64; 3]) -> Field {
+pub(crate) fn ellipsoid(size_mm: [f64; 3]) -> Field {
     let half = Vector3::from(size_mm) / 2.0;
     let least = half.min();
     Field::centred(half, move |p| {
@@ -167,7 +167,7 @@ pub(super) fn ellipsoid(size_mm: [f64; 3]) -> Field {
 }
 
 /// A cuboid around the origin, its edges rounded.
-pub(super) fn block(size_mm: [f64; 3], rounding_mm: f64) -> Field {
+pub(crate) fn block(size_mm: [f64; 3], rounding_mm: f64) -> Field {
     let half = Vector3::from(size_mm) / 2.0;
     let core = half - Vector3::repeat(rounding_mm);
     Field::centred(half, move |p| {
@@ -177,7 +177,7 @@ pub(super) fn block(size_mm: [f64; 3], rounding_mm: f64) -> Field {
 }
 
 /// A rod with round ends, from `a` to `b`; its radius goes evenly from the first to the second.
-pub(super) fn rod(a: [f64; 3], b: [f64; 3], radii_mm: [f64; 2]) -> Field {
+pub(crate) fn rod(a: [f64; 3], b: [f64; 3], radii_mm: [f64; 2]) -> Field {
     let (a, b) = (Point3::from(a), Point3::from(b));
     let [radius_a, radius_b] = radii_mm;
     let axis = b - a;
@@ -193,7 +193,7 @@ pub(super) fn rod(a: [f64; 3], b: [f64; 3], radii_mm: [f64; 2]) -> Field {
 }
 
 /// An upright cone's trunk standing on the origin; equal radii make a cylinder.
-pub(super) fn trunk(bottom_radius_mm: f64, top_radius_mm: f64, height_mm: f64) -> Field {
+pub(crate) fn trunk(bottom_radius_mm: f64, top_radius_mm: f64, height_mm: f64) -> Field {
     let widening = (top_radius_mm - bottom_radius_mm) / height_mm;
     let steepness = widening.hypot(1.0);
     let reach = bottom_radius_mm.max(top_radius_mm);
@@ -206,12 +206,12 @@ pub(super) fn trunk(bottom_radius_mm: f64, top_radius_mm: f64, height_mm: f64) -
 }
 
 /// An upright cylinder standing on the origin.
-pub(super) fn cylinder(radius_mm: f64, height_mm: f64) -> Field {
+pub(crate) fn cylinder(radius_mm: f64, height_mm: f64) -> Field {
     trunk(radius_mm, radius_mm, height_mm)
 }
 
 /// A ring about the z axis.
-pub(super) fn torus(ring_radius_mm: f64, tube_radius_mm: f64) -> Field {
+pub(crate) fn torus(ring_radius_mm: f64, tube_radius_mm: f64) -> Field {
     let reach = ring_radius_mm + tube_radius_mm;
     Field::centred(Vector3::new(reach, reach, tube_radius_mm), move |p| {
         (p.x.hypot(p.y) - ring_radius_mm).hypot(p.z) - tube_radius_mm
@@ -219,7 +219,7 @@ pub(super) fn torus(ring_radius_mm: f64, tube_radius_mm: f64) -> Field {
 }
 
 /// A prism over a counter-clockwise outline, standing on the plane z = 0.
-pub(super) fn prism(outline: &[Point], height_mm: f64) -> Field {
+pub(crate) fn prism(outline: &[Point], height_mm: f64) -> Field {
     let corners: Vec<Point2<f64>> = outline.iter().copied().map(Point2::from).collect();
     let (mut lowest, mut highest) = (Vector2::repeat(f64::MAX), Vector2::repeat(f64::MIN));
     for corner in &corners {

@@ -1,14 +1,14 @@
 //! What else lies about the house.
 
-use super::{Recipe, recipe};
-use crate::household::Category::Household;
-use crate::household::field::{block, cylinder, ellipsoid, rod};
-use crate::household::outline::{Point, rounded_rectangle, spline};
-use crate::household::solid::Solid;
-use crate::household::surface_nets::carve;
-use crate::household::surfaces::{extrude, lathe, lathe_ring, loft, section, superellipsoid};
+use crate::field::{block, cylinder, ellipsoid, rod};
+use crate::outline::{Point, rounded_rectangle, spline};
+use crate::recipe::Category::Household;
+use crate::recipe::{Recipe, recipe};
+use crate::solid::Solid;
+use crate::surface_nets::carve;
+use crate::surfaces::{extrude, lathe, lathe_ring, loft, section, superellipsoid};
 
-pub(super) const RECIPES: &[Recipe] = &[
+pub(crate) const RECIPES: &[Recipe] = &[
     recipe(Household, "large_marker", 18.0, || {
         lathe(MARKER).laid_down().pressed(0.3)
     }),

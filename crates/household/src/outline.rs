@@ -3,19 +3,19 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// A point in the plane, in millimetres.
-pub(super) type Point = [f64; 2];
+pub(crate) type Point = [f64; 2];
 
 /// Points per quarter turn of a rounded corner.
 const CORNER_STEPS: usize = 4;
 
 /// A rectangle around the origin.
-pub(super) fn rectangle(width_mm: f64, depth_mm: f64) -> Vec<Point> {
+pub(crate) fn rectangle(width_mm: f64, depth_mm: f64) -> Vec<Point> {
     let (x, y) = (width_mm / 2.0, depth_mm / 2.0);
     vec![[-x, -y], [x, -y], [x, y], [-x, y]]
 }
 
 /// A rectangle around the origin with rounded corners.
-pub(super) fn rounded_rectangle(width_mm: f64, depth_mm: f64, radius_mm: f64) -> Vec<Point> {
+pub(crate) fn rounded_rectangle(width_mm: f64, depth_mm: f64, radius_mm: f64) -> Vec<Point> {
     let (x, y) = (width_mm / 2.0 - radius_mm, depth_mm / 2.0 - radius_mm);
     [[x, y], [-x, y], [-x, -y], [x, -y]]
         .into_iter()
@@ -28,7 +28,7 @@ pub(super) fn rounded_rectangle(width_mm: f64, depth_mm: f64, radius_mm: f64) ->
 }
 
 /// A regular polygon around the origin; its corners lie on the circle of the given diameter.
-pub(super) fn regular(corners: usize, diameter_mm: f64) -> Vec<Point> {
+pub(crate) fn regular(corners: usize, diameter_mm: f64) -> Vec<Point> {
     let step = TAU / corners as f64;
     (0..corners)
         .map(|corner| {
@@ -39,7 +39,7 @@ pub(super) fn regular(corners: usize, diameter_mm: f64) -> Vec<Point> {
 }
 
 /// Points along an arc, both ends included; it runs clockwise where `to_rad < from_rad`.
-pub(super) fn arc(
+pub(crate) fn arc(
     centre: Point,
     radius_mm: f64,
     from_rad: f64,
@@ -57,7 +57,7 @@ pub(super) fn arc(
 }
 
 /// A smooth curve through the points (Catmull-Rom), `steps` pieces from each to the next.
-pub(super) fn spline(points: &[Point], steps: usize) -> Vec<Point> {
+pub(crate) fn spline(points: &[Point], steps: usize) -> Vec<Point> {
     let (Some(first), Some(last)) = (points.first(), points.last()) else {
         return Vec::new();
     };
@@ -98,7 +98,7 @@ fn squared_distance(a: Point, b: Point) -> f64 {
 
 /// Triangulates a simple polygon by ear clipping: its corners' indices, counter-clockwise. Of the
 /// ears the one with the shortest cut goes first, which keeps slivers rare.
-pub(super) fn triangulate(outline: &[Point]) -> Vec<[u32; 3]> {
+pub(crate) fn triangulate(outline: &[Point]) -> Vec<[u32; 3]> {
     let mut remaining: Vec<(u32, Point)> = (0..).zip(outline.iter().copied()).collect();
     let mut triangles = Vec::with_capacity(outline.len());
     while remaining.len() >= 3 {

@@ -2,18 +2,18 @@
 
 use std::f64::consts::PI;
 
-use super::{Recipe, recipe};
-use crate::household::Category::Toys;
-use crate::household::field::{Field, ball, block, cylinder, ellipsoid, rod};
-use crate::household::outline::{arc, rectangle};
-use crate::household::solid::Solid;
-use crate::household::surface_nets::carve;
-use crate::household::surfaces::{extrude, lathe_ring, superellipsoid};
+use crate::field::{Field, ball, block, cylinder, ellipsoid, rod};
+use crate::outline::{arc, rectangle};
+use crate::recipe::Category::Toys;
+use crate::recipe::{Recipe, recipe};
+use crate::solid::Solid;
+use crate::surface_nets::carve;
+use crate::surfaces::{extrude, lathe_ring, superellipsoid};
 
 /// How much a hard ball is flattened, in millimetres, so that its rest is a face and not a point.
 const BALL_REST: f64 = 0.5;
 
-pub(super) const RECIPES: &[Recipe] = &[
+pub(crate) const RECIPES: &[Recipe] = &[
     recipe(Toys, "dice", 6.0, || {
         superellipsoid([16.5; 3], 9.0, 9.0).pressed(0.2)
     }),

@@ -1,14 +1,14 @@
 //! What stands on a laid table, empty, and cutlery.
 
-use super::{Recipe, recipe};
-use crate::household::Category::{Cutlery, Tableware};
-use crate::household::field::{Field, block, cylinder, ellipsoid, rod, torus, trunk};
-use crate::household::outline::Point;
-use crate::household::solid::Solid;
-use crate::household::surface_nets::carve;
-use crate::household::surfaces::lathe;
+use crate::field::{Field, block, cylinder, ellipsoid, rod, torus, trunk};
+use crate::outline::Point;
+use crate::recipe::Category::{Cutlery, Tableware};
+use crate::recipe::{Recipe, recipe};
+use crate::solid::Solid;
+use crate::surface_nets::carve;
+use crate::surfaces::lathe;
 
-pub(super) const RECIPES: &[Recipe] = &[
+pub(crate) const RECIPES: &[Recipe] = &[
     recipe(Tableware, "bowl", 330.0, || lathe(BOWL)),
     recipe(Tableware, "salad_bowl", 720.0, || lathe(SALAD_BOWL)),
     recipe(Tableware, "dinner_plate", 560.0, || lathe(DINNER_PLATE)),

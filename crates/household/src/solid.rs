@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Rotation3, Vector3};
 
-use crate::mesh::Mesh;
+use ppnpack_catalogue::mesh::Mesh;
 
 /// Rolling a lying body from one edge of its outline to the next ends long before this.
 const MAX_ROLLS: usize = 64;
@@ -13,9 +13,9 @@ const MICROMETRES_PER_M: f64 = 1e6;
 
 /// A closed triangle surface in millimetres, z up, triangles counter-clockwise seen from outside.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Solid {
-    pub(super) vertices_mm: Vec<Point3<f64>>,
-    pub(super) triangles: Vec<[u32; 3]>,
+pub(crate) struct Solid {
+    pub(crate) vertices_mm: Vec<Point3<f64>>,
+    pub(crate) triangles: Vec<[u32; 3]>,
 }
 
 impl Solid {
@@ -27,13 +27,13 @@ impl Solid {
     }
 
     /// Raises what was drawn flat: the outline's y becomes height, its height becomes depth.
-    pub(super) fn raised(self) -> Self {
+    pub(crate) fn raised(self) -> Self {
         self.map(|v| Point3::new(v.x, -v.z, v.y))
     }
 
     /// Lays a standing solid on its side, top towards +x, and lets it roll in the x-z plane until
     /// its centre of mass is above the edge it lies on. Bodies that taper come to lie tilted.
-    pub(super) fn laid_down(self) -> Self {
+    pub(crate) fn laid_down(self) -> Self {
         let mut lying = self.map(|v| Point3::new(v.z, v.y, -v.x));
         for _ in 0..MAX_ROLLS {
             let Some(slope) = lying.slope_below_centre() else {
@@ -88,7 +88,7 @@ impl Solid {
 
     /// Flattens the lowest `depth_mm`, as weight does. A ball that touches the ground in one vertex
     /// has no support polygon; pressed by half a millimetre it has one.
-    pub(super) fn pressed(self, depth_mm: f64) -> Self {
+    pub(crate) fn pressed(self, depth_mm: f64) -> Self {
         let lowest = self
             .vertices_mm
             .iter()
@@ -98,7 +98,7 @@ impl Solid {
     }
 
     /// The solid as a mesh in metres, centred in x and y, its lowest point at z = 0.
-    pub(super) fn into_mesh(self) -> Mesh {
+    pub(crate) fn into_mesh(self) -> Mesh {
         let mut lowest = Vector3::repeat(f64::INFINITY);
         let mut highest = Vector3::repeat(f64::NEG_INFINITY);
         for vertex in &self.vertices_mm {

@@ -1,14 +1,14 @@
 //! Hand tools.
 
-use super::{Recipe, recipe};
-use crate::household::Category::Tools;
-use crate::household::field::{block, cylinder, prism, rod, torus, trunk};
-use crate::household::outline::{Point, arc};
-use crate::household::solid::Solid;
-use crate::household::surface_nets::carve;
-use crate::household::surfaces::{extrude, lathe};
+use crate::field::{block, cylinder, prism, rod, torus, trunk};
+use crate::outline::{Point, arc};
+use crate::recipe::Category::Tools;
+use crate::recipe::{Recipe, recipe};
+use crate::solid::Solid;
+use crate::surface_nets::carve;
+use crate::surfaces::{extrude, lathe};
 
-pub(super) const RECIPES: &[Recipe] = &[
+pub(crate) const RECIPES: &[Recipe] = &[
     recipe(Tools, "hammer", 665.0, hammer),
     recipe(Tools, "phillips_screwdriver", 97.0, || {
         lathe(PHILLIPS_SCREWDRIVER).laid_down().pressed(0.5)

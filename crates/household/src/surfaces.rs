@@ -78,12 +78,12 @@ fn level_ring(sides: usize, exponent: f64, half: Point, height: f64) -> Vec<Poin
 /// Revolves a profile of `[radius, height]` about the z axis. It begins and ends on the axis and
 /// has the material on its left: up along the outside, for a hollow body down again along the
 /// inside.
-pub(super) fn lathe(profile: &[Point]) -> Solid {
+pub(crate) fn lathe(profile: &[Point]) -> Solid {
     lathe_with_sides(profile, ROUND)
 }
 
 /// [`lathe`] with a chosen number of sides: 6 makes a hexagonal jar.
-pub(super) fn lathe_with_sides(profile: &[Point], sides: usize) -> Solid {
+pub(crate) fn lathe_with_sides(profile: &[Point], sides: usize) -> Solid {
     let [[_, bottom], between @ .., [_, top]] = profile else {
         return Solid::default();
     };
@@ -99,7 +99,7 @@ pub(super) fn lathe_with_sides(profile: &[Point], sides: usize) -> Solid {
 
 /// Revolves a closed profile of `[radius, height]`, counter-clockwise and clear of the axis: a
 /// ring.
-pub(super) fn lathe_ring(profile: &[Point]) -> Solid {
+pub(crate) fn lathe_ring(profile: &[Point]) -> Solid {
     let rings: Vec<_> = profile
         .iter()
         .map(|&[radius, z]| level_ring(ROUND, 2.0, [radius; 2], z))
@@ -109,19 +109,19 @@ pub(super) fn lathe_ring(profile: &[Point]) -> Solid {
 
 /// A horizontal cut through a lofted body, centred on the z axis.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Section {
+pub(crate) struct Section {
     /// Height above the ground, in millimetres.
-    pub(super) z: f64,
+    pub(crate) z: f64,
     /// Size along x, in millimetres.
-    pub(super) width: f64,
+    pub(crate) width: f64,
     /// Size along y, in millimetres.
-    pub(super) depth: f64,
+    pub(crate) depth: f64,
     /// The superellipse's exponent: 2 is an ellipse, 8 almost a rectangle.
-    pub(super) exponent: f64,
+    pub(crate) exponent: f64,
 }
 
 /// A section in one short line, for tables.
-pub(super) const fn section(z: f64, width: f64, depth: f64, exponent: f64) -> Section {
+pub(crate) const fn section(z: f64, width: f64, depth: f64, exponent: f64) -> Section {
     Section {
         z,
         width,
@@ -131,7 +131,7 @@ pub(super) const fn section(z: f64, width: f64, depth: f64, exponent: f64) -> Se
 }
 
 /// Stretches a body over sections from the bottom up; flat at both ends.
-pub(super) fn loft(sections: &[Section]) -> Solid {
+pub(crate) fn loft(sections: &[Section]) -> Solid {
     let (Some(first), Some(last)) = (sections.first(), sections.last()) else {
         return Solid::default();
     };
@@ -149,7 +149,7 @@ pub(super) fn loft(sections: &[Section]) -> Solid {
 }
 
 /// A prism: the outline at z = 0, extruded to the height.
-pub(super) fn extrude(outline: &[Point], height_mm: f64) -> Solid {
+pub(crate) fn extrude(outline: &[Point], height_mm: f64) -> Solid {
     let sides = outline.len() as u32;
     let level = |z: f64| outline.iter().map(move |&[x, y]| Point3::new(x, y, z));
     let caps = triangulate(outline);
@@ -167,7 +167,7 @@ pub(super) fn extrude(outline: &[Point], height_mm: f64) -> Solid {
 
 /// A round body along a path: each station a point and the radius there. Frames follow the path
 /// without twisting (parallel transport). Its ends are flat.
-pub(super) fn sweep(stations: &[(Point3<f64>, f64)]) -> Solid {
+pub(crate) fn sweep(stations: &[(Point3<f64>, f64)]) -> Solid {
     let (Some(first), Some(last)) = (stations.first(), stations.last()) else {
         return Solid::default();
     };
@@ -194,7 +194,7 @@ pub(super) fn sweep(stations: &[(Point3<f64>, f64)]) -> Solid {
 
 /// A body between ball and brick. `vertical` is the exponent of its upright sections, `horizontal`
 /// that of its level ones: 2 and 2 make an ellipsoid, 6 and 6 a brick with soft edges.
-pub(super) fn superellipsoid(size_mm: [f64; 3], vertical: f64, horizontal: f64) -> Solid {
+pub(crate) fn superellipsoid(size_mm: [f64; 3], vertical: f64, horizontal: f64) -> Solid {
     let [half_x, half_y, half_z] = size_mm.map(|edge| edge / 2.0);
     let rings: Vec<_> = (0..LATITUDES)
         .map(|ring| {

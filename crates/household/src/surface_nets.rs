@@ -50,7 +50,7 @@ const UNCROSSED: u32 = u32::MAX;
 ///
 /// The ground z = 0 lies in the middle of a layer of cells, whose vertices are put on it exactly:
 /// what stands on the ground has a flat underside with a sharp rim.
-pub(super) fn carve(field: &Field, cell_mm: f64) -> Solid {
+pub(crate) fn carve(field: &Field, cell_mm: f64) -> Solid {
     simplify(surface_nets(field, cell_mm))
 }
 

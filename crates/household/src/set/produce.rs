@@ -2,16 +2,16 @@
 
 use nalgebra::Point3;
 
-use super::{Recipe, recipe};
-use crate::household::Category::Produce;
-use crate::household::outline::{Point, spline};
-use crate::household::solid::Solid;
-use crate::household::surfaces::{lathe, superellipsoid, sweep};
+use crate::outline::{Point, spline};
+use crate::recipe::Category::Produce;
+use crate::recipe::{Recipe, recipe};
+use crate::solid::Solid;
+use crate::surfaces::{lathe, superellipsoid, sweep};
 
 /// How far ripe fruit gives way where it rests, in millimetres.
 const GIVE: f64 = 1.0;
 
-pub(super) const RECIPES: &[Recipe] = &[
+pub(crate) const RECIPES: &[Recipe] = &[
     recipe(Produce, "apple", 220.0, || revolved(APPLE).pressed(GIVE)),
     recipe(Produce, "orange", 245.0, || {
         superellipsoid([80.0, 80.0, 77.0], 2.0, 2.0).pressed(GIVE)

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::time::Instant;
 
 use ppnpack_catalogue::cache::CacheDir;
-use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
+use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_catalogue::report::inspect;
 use ppnpack_packing::grid::Resolution;
 
@@ -19,20 +19,16 @@ fn the_built_in_set_loads_without_repairs() {
         ..Settings::default()
     };
     let start = Instant::now();
-    let catalogue = Catalogue::load(
-        &Source::Builtin,
-        &settings,
-        &Resolution::reference(),
-        &|_, _| (),
-    )
-    .unwrap();
+    let source = ppnpack_household::builtin();
+    let catalogue =
+        Catalogue::load(&source, &settings, &Resolution::reference(), &|_, _| ()).unwrap();
     eprintln!(
         "{} built-in objects: cold {:?}",
         catalogue.len(),
         start.elapsed()
     );
     let start = Instant::now();
-    let reports = inspect(&Source::Builtin, &settings).unwrap();
+    let reports = inspect(&source, &settings).unwrap();
     eprintln!("warm {:?}", start.elapsed());
     let names: BTreeSet<_> = catalogue
         .objects
