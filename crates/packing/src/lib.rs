@@ -31,7 +31,6 @@ pub mod stability;
 pub mod step;
 pub mod survey;
 pub mod valid;
-mod windows;
 
 /// Compiles the example of the README.
 #[cfg(doctest)]

@@ -167,12 +167,6 @@ impl Objective {
         }
     }
 
-    /// A bound that no placement of the view with this resting height is below: that of all its placements as a block.
-    pub(crate) fn lower_bound(&self, view: &ItemView, terms: &ViewTerms, height: Units) -> f64 {
-        // Every voxel has a distance of at least one step.
-        self.block_bound(view, terms, (0, 0), height, view.voxel_count())
-    }
-
     /// A bound that no placement of a block is below: one that starts at the cell `at`, whose placements rest at
     /// `height` at least and have at least this sum of distances. Of the single placement there it is its SDFM or DBL.
     pub(crate) fn block_bound(

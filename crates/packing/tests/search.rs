@@ -19,6 +19,7 @@ use ppnpack_packing::plan::{
 };
 use ppnpack_packing::proposals::{
     CandidateProposals, Percent, Proposals, ProposeAll, ProposeRandom, Proposer, YawRange,
+    possible_placements,
 };
 use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::PublishedStability;
@@ -192,6 +193,48 @@ proptest! {
                 }
             }
         }
+    }
+
+    #[test]
+    fn levels_blocks_and_proposals_give_one_ranking(
+        (grid, heightmap, items) in support::scenes(3),
+        heuristic in proptest::sample::select(&HEURISTICS[..]),
+        order in proptest::sample::select(&[Order::Balance, Order::Arrival][..]),
+    ) {
+        let scene = Scene::from_heightmap(heightmap);
+        let held = candidates(&items);
+        let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step: 4 };
+        // Every placement by name, backwards, and the first ones again.
+        let mut named = Proposals::default();
+        for candidate in &held {
+            let mut placements: Vec<_> = possible_placements(&grid, &candidate.item).collect();
+            placements.reverse();
+            placements.extend_from_within(..placements.len().min(5));
+            named.push(placements);
+        }
+        let search = || Search::new(&grid, &settings(heuristic, order)).unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+        let pool = Arc::new(pool);
+        let (mut levels, mut blocks, mut threads) = (search(), search().bounded(), search().with_pool(pool));
+        let expected = ranking(&mut levels, &input, &all(&input));
+        for (search, proposals) in [
+            (&mut blocks, &all(&input)),
+            (&mut levels, &named),
+            (&mut blocks, &named),
+            (&mut threads, &named),
+        ] {
+            let found = ranking(search, &input, proposals);
+            prop_assert_eq!(found.len(), expected.len());
+            for (found, expected) in found.iter().zip(&expected) {
+                prop_assert_eq!(found, expected);
+                prop_assert_eq!(found.value.to_bits(), expected.value.to_bits());
+            }
+        }
+        // The order of the group does not matter either.
+        let group: Vec<usize> = (0..held.len()).rev().collect();
+        blocks.rank(&input, &group, &all(&input)).unwrap();
+        let backwards: Vec<_> = std::iter::from_fn(|| blocks.next_best(&input).unwrap()).collect();
+        prop_assert_eq!(backwards, expected);
     }
 
     #[test]
