@@ -12,8 +12,7 @@
 
 use crate::grid::Units;
 use crate::item::{ABSENT, ItemView};
-pub(crate) use crate::layout::DISTANCE_LEVELS;
-use crate::layout::ROW_LANES;
+use crate::layout::{DISTANCE_LEVELS, ROW_LANES};
 
 /// Placements computed at once along y.
 pub(crate) const LANES: usize = 32;

@@ -6,7 +6,6 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::enter::add;
-use super::enter::add;
 use super::open::{Extent, Node, OpenList};
 use super::prepared::{Ranking, resting};
 use super::value::base;

@@ -1,4 +1,4 @@
-//! What a ranking is made on.
+//! What a ranking is made on: the state that is only read while the open list is expanded.
 
 use pulp::{Simd, WithSimd};
 
@@ -29,7 +29,7 @@ pub(super) struct Prepared {
     /// Where placements are not all looked at.
     pub(super) windows: Option<Windows>,
     pub(super) views: Vec<ViewState>,
-    /// By index of the view, of those that do not enter as levels.
+    /// By index of the view, of those whose resting heights are not computed by rows.
     pub(super) offsets: Vec<BlockOffsets>,
 }
 
@@ -65,7 +65,7 @@ impl Prepared {
         }
     }
 
-    /// Lays out the last view for the loops over single placements.
+    /// Lays out a view for the loops over single placements.
     pub(super) fn update_offsets(&mut self, index: usize, view: &ItemView) {
         if self.offsets.len() <= index {
             self.offsets.resize_with(index + 1, BlockOffsets::default);
@@ -102,7 +102,7 @@ impl WithSimd for UpdateScene<'_> {
     }
 }
 
-/// What a ranking is over.
+/// A ranking of a step.
 #[derive(Clone, Copy)]
 pub(super) struct Ranking<'a> {
     pub(super) prepared: &'a Prepared,
@@ -156,7 +156,7 @@ impl<'a> Ranking<'a> {
     /// The placement with its value.
     #[inline(always)]
     pub(super) fn valued(&self, node: Node) -> Node {
-        // No closure here and in the functions below: it would not be compiled for the processor's features.
+        // No closure here nor where placements are collected: it would not be compiled for the processor's features.
         let value = if let Some((state, held, view)) = self.view(node.view as usize) {
             let seed = random::mix(self.seed, held.arrival as u64);
             let valuation = self.prepared.valuation();

@@ -38,7 +38,7 @@ impl Valuation<'_> {
             container,
             distance,
         } = *self;
-        let Placement { yaw, x, y } = at.placement;
+        let Placement { x, y, .. } = at.placement;
         let height: Units = at.resting_height;
         let base = base(container, x, y);
         let constant = terms.constant;
@@ -58,7 +58,7 @@ impl Valuation<'_> {
             Heuristic::Mta => objective.mta(contact(container, (x, y), view, height), constant),
             Heuristic::FirstFit => ordinal(container, at.placement) as f64,
             Heuristic::Random => {
-                let of_placement = ordinal(container, Placement { yaw, x, y }) as u64;
+                let of_placement = ordinal(container, at.placement) as u64;
                 random::unit(random::mix(seed, of_placement))
             }
         }

@@ -7,7 +7,8 @@
 
 use crate::distance::DistanceLevels;
 use crate::grid::{Grid, Units};
-use crate::kernel::{DISTANCE_LEVELS, PaddedMap};
+use crate::kernel::PaddedMap;
+use crate::layout::DISTANCE_LEVELS;
 use crate::objective::Heuristic;
 
 /// The largest blocks are this share of the container's longer side: larger ones are always cut, of smaller ones there
