@@ -7,6 +7,9 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
+#[path = "../crates/packing/tests/golden/cases.rs"]
+mod golden;
+
 fn ppnpack(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack"));
     command.args(arguments).env("XDG_CACHE_HOME", cache());
@@ -16,17 +19,6 @@ fn ppnpack(arguments: &[&str]) -> Output {
 /// One cache for all tests: the objects are prepared once.
 fn cache() -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache")
-}
-
-fn shared(path: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../../shared")
-        .join(path);
-    if !path.exists() {
-        eprintln!("skipped: {} is absent", path.display());
-        return None;
-    }
-    Some(path)
 }
 
 /// Runs a command that must be refused with exit code 2 and a message that has all of these parts.
@@ -608,13 +600,19 @@ fn a_full_disk_fails_and_leaves_nothing_that_looks_whole() {
 
 #[test]
 fn evaluate_prints_what_the_golden_cases_say() {
-    let Some(case) = shared("golden/case_07.npz") else {
-        return;
-    };
-    let mut npz = ndarray_npy::NpzReader::new(std::fs::File::open(&case).unwrap()).unwrap();
-    let drop: ndarray::Array2<i16> = npz.by_name("drop").unwrap();
-    for (heuristic, name) in [("sdf", "sdf"), ("dbl", "dbl"), ("hm", "hm")] {
-        let expected: ndarray::Array2<f32> = npz.by_name(name).unwrap();
+    let golden = &golden::cases()[7];
+    let folder = tempfile::tempdir().unwrap();
+    let case = folder.path().join("case.npz");
+    let mut npz = ndarray_npy::NpzWriter::new(std::fs::File::create(&case).unwrap());
+    npz.add_array("container", &golden.container).unwrap();
+    npz.add_array("object_top", &golden.top).unwrap();
+    npz.add_array("object_bottom", &golden.bottom).unwrap();
+    npz.finish().unwrap();
+    for (heuristic, expected) in [
+        ("sdf", &golden.sdf),
+        ("dbl", &golden.dbl),
+        ("hm", &golden.hm),
+    ] {
         let arguments = [
             "evaluate",
             "--case",
@@ -624,7 +622,11 @@ fn evaluate_prints_what_the_golden_cases_say() {
         ];
         let found = json(&ppnpack(&arguments));
         let mut compared = 0;
-        for ((x, y), height) in drop.indexed_iter().filter(|(_, height)| **height >= 0) {
+        for ((x, y), height) in golden
+            .drop
+            .indexed_iter()
+            .filter(|(_, height)| **height >= 0)
+        {
             assert_eq!(found["drop"][x][y], *height);
             assert_eq!(found["fits"][x][y], 1);
             let value = found["value"][x][y].as_f64().unwrap();

@@ -9,14 +9,11 @@
     reason = "a panic is a failing test"
 )]
 
-use std::fs::File;
-use std::path::PathBuf;
 use std::sync::LazyLock;
 use std::time::Instant;
 
 use nalgebra::{Isometry3, Point3};
-use ndarray::{Array0, Array2};
-use ndarray_npy::NpzReader;
+use ndarray::Array2;
 use parry3d::math::Vector;
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
@@ -25,15 +22,12 @@ use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_packing::grid::Resolution;
 use ppnpack_packing::item::ABSENT;
 
-/// A folder of the shared data; `None`, with a message, where it is absent.
-fn shared(folder: &str) -> Option<PathBuf> {
-    let path = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared")).join(folder);
-    if !path.is_dir() {
-        eprintln!("skipped: {} is not there", path.display());
-        return None;
-    }
-    Some(path)
-}
+#[path = "../../packing/tests/golden/cases.rs"]
+mod golden;
+#[path = "../../../tests/shared.rs"]
+mod shared;
+
+use shared::shared;
 
 fn loaded(folder: &str, cache: CacheDir) -> Option<Catalogue> {
     let source = Source::Folder(shared(folder)?);
@@ -143,19 +137,14 @@ fn unseen_objects_load() {
 
 #[test]
 fn voxels_agree_with_the_reference() {
-    let (Some(catalogue), Some(golden)) = (&*OBJECTS, shared("golden")) else {
-        return;
-    };
-    let mut cases = 0;
-    for entry in std::fs::read_dir(golden).unwrap() {
-        let mut case = NpzReader::new(File::open(entry.unwrap().path()).unwrap()).unwrap();
-        let top: Array2<i16> = case.by_name("object_top").unwrap();
-        let bottom: Array2<i16> = case.by_name("object_bottom").unwrap();
-        let yaw: Array0<i16> = case.by_name("orientation").unwrap();
+    let Some(catalogue) = &*OBJECTS else { return };
+    let cases = golden::cases();
+    assert_eq!(cases.len(), 40);
+    for case in cases {
+        let (yaw, top, bottom) = (case.yaw, case.top, case.bottom);
         let columns = || top.iter().zip(&bottom).filter(|(_, bottom)| **bottom >= 0);
         let voxels: i64 = columns().map(|(top, bottom)| i64::from(top - bottom)).sum();
-        // The object's name is text, which the reader does not take: it is found by its shape.
-        let yaw = *yaw.first().unwrap() as usize;
+        // The cases do not name their objects: each is found by its shape.
         let alike = |ours: &[i16], theirs: &Array2<i16>| {
             ours.iter()
                 .zip(theirs)
@@ -183,9 +172,7 @@ fn voxels_agree_with_the_reference() {
         // Ours count every cell that is touched, the reference those whose samples are.
         let ratio = ours as f64 / voxels as f64;
         assert!((0.99..1.1).contains(&ratio), "{name}: {ratio}");
-        cases += 1;
     }
-    assert_eq!(cases, 40);
 }
 
 /// The heights at which a vertical line passes the surface, ascending.

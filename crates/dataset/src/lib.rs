@@ -10,6 +10,16 @@
 //!
 //! Sequence `i` is drawn from `(seed, i)` alone ([`draw`]), so the files depend neither on how many sequences there are
 //! nor on the order in which they were played. [`Split::of`] parts them 9 to 1.
+//!
+//! ```
+//! use ppnpack_dataset::{Split, draw};
+//!
+//! // The objects of sequence 19: 80 arrivals out of 96 objects.
+//! let drawn = draw(7, 19, 80, 96);
+//! assert_eq!(drawn.objects.len(), 80);
+//! assert_eq!(draw(7, 19, 80, 96).objects, drawn.objects);
+//! assert!(Split::of(19) == Split::Test);
+//! ```
 
 mod draw;
 mod error;

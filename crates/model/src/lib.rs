@@ -1,5 +1,14 @@
 //! What a placement proposal network is and was trained with: its architecture, how it was trained, its weights and
 //! model card. Nothing here needs libtorch.
+//!
+//! ```
+//! use ppnpack_model::weights::Model;
+//!
+//! let model = Model::shipped()?;
+//! let architecture = &model.card().architecture;
+//! println!("{} weights for {architecture:?}", model.tensors().len());
+//! # Ok::<(), ppnpack_model::weights::ModelError>(())
+//! ```
 
 pub mod architecture;
 pub mod card;

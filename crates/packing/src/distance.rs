@@ -2,7 +2,8 @@
 
 use crate::grid::{Grid, Units};
 use crate::heightmap::Heightmap;
-use crate::kernel::{DISTANCE_LEVELS, PaddedMap, WALL};
+use crate::kernel::{PaddedMap, WALL};
+use crate::layout::DISTANCE_LEVELS;
 
 /// One step of the truncated distance, in metres: the paper measures in centimetres.
 pub const DISTANCE_STEP_M: f64 = 0.01;

@@ -14,6 +14,9 @@ pub type Units = i16;
 /// Sums of two such heights stay inside `i16`, which the kernels rely on.
 pub const MAX_UNITS: Units = 8191;
 
+/// The lower surface of a cell with no material.
+pub const ABSENT: Units = -1;
+
 /// The most cells along one side of a grid.
 pub const MAX_CELLS: usize = 2048;
 

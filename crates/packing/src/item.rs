@@ -5,12 +5,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
 
+pub use crate::grid::ABSENT;
 use crate::grid::{Grid, MAX_UNITS, Units};
-use crate::kernel::ViewLayout;
+use crate::layout::ViewLayout;
 use crate::placement::RestingPlacement;
-
-/// The lower surface of a cell with no material.
-pub const ABSENT: Units = -1;
 
 /// Why an item could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -12,21 +12,15 @@
 
 use crate::grid::Units;
 use crate::item::{ABSENT, ItemView};
-use crate::objective::Contact;
+use crate::layout::{DISTANCE_LEVELS, ROW_LANES};
 
 /// Placements computed at once along y.
 pub(crate) const LANES: usize = 32;
-
-/// Footprint cells summed at once along y.
-pub(crate) const ROW_LANES: usize = 16;
 
 /// The height of walls and of everything outside the container.
 ///
 /// Twice [`MAX_UNITS`](crate::grid::MAX_UNITS) and more, and small enough that adding a height to it stays in `i16`.
 pub(crate) const WALL: Units = 16_384;
-
-/// Stands for the lower surface of a cell without material in padded rows: a height it can never rest on.
-const NOTHING_BELOW: Units = 32_000;
 
 /// A map over the container's cells, row-major with rows padded by [`WALL`].
 #[derive(Debug, Clone, Default)]
@@ -65,96 +59,6 @@ impl PaddedMap {
         (self.nx, self.ny)
     }
 }
-
-/// A footprint cell with material.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Cell {
-    x: u16,
-    y: u16,
-    bottom: Units,
-}
-
-/// The first of up to [`ROW_LANES`] footprint cells along y; it has material.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Block {
-    x: u16,
-    y: u16,
-}
-
-/// The columns over a block's cells.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct BlockColumns {
-    /// Upper surface (0 where absent).
-    top: [Units; ROW_LANES],
-    /// Upper minus lower surface (0 where absent).
-    thickness: [Units; ROW_LANES],
-}
-
-/// An item's view laid out for the loops.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct ViewLayout {
-    /// For many placements at once: the cells with material.
-    cells: Vec<Cell>,
-    /// For single placements: the same cells, gathered along y.
-    blocks: Vec<Block>,
-    /// Per block the lower surface ([`NOTHING_BELOW`] where absent), apart from the rest: resting heights need no more.
-    bottoms: Vec<[Units; ROW_LANES]>,
-    /// Per block.
-    columns: Vec<BlockColumns>,
-    /// Blocks whose clamped sums are sure to fit an `i16` lane together.
-    blocks_per_flush: usize,
-    voxel_count: u64,
-}
-
-impl ViewLayout {
-    pub(crate) fn new(ny: usize, top: &[Units], bottom: &[Units]) -> Self {
-        let mut layout = Self {
-            cells: Vec::new(),
-            blocks: Vec::new(),
-            bottoms: Vec::new(),
-            columns: Vec::new(),
-            blocks_per_flush: 1,
-            voxel_count: 0,
-        };
-        let mut thickest = 1;
-        for (index, (top, bottom)) in top.iter().zip(bottom).enumerate() {
-            if *bottom == ABSENT {
-                continue;
-            }
-            let (x, y) = ((index / ny) as u16, (index % ny) as u16);
-            let bottom = *bottom;
-            let thickness = top - bottom;
-            layout.cells.push(Cell { x, y, bottom });
-            let reaches = |block: &Block| block.x == x && y < block.y + ROW_LANES as u16;
-            if !layout.blocks.last().is_some_and(reaches) {
-                layout.blocks.push(Block { x, y });
-                layout.bottoms.push([NOTHING_BELOW; ROW_LANES]);
-                layout.columns.push(BlockColumns {
-                    top: [0; ROW_LANES],
-                    thickness: [0; ROW_LANES],
-                });
-            }
-            if let (Some(block), Some(bottoms), Some(columns)) = (
-                layout.blocks.last(),
-                layout.bottoms.last_mut(),
-                layout.columns.last_mut(),
-            ) {
-                let lane = usize::from(y - block.y);
-                bottoms[lane] = bottom;
-                columns.top[lane] = *top;
-                columns.thickness[lane] = thickness;
-            }
-            layout.voxel_count += thickness as u64;
-            thickest = thickest.max(thickness);
-        }
-        let per_block = DISTANCE_LEVELS * thickest as usize;
-        layout.blocks_per_flush = (Units::MAX as usize / per_block).max(1);
-        layout
-    }
-}
-
-/// Distances are truncated one step beyond this many levels.
-pub(crate) const DISTANCE_LEVELS: usize = 4;
 
 /// Resting heights of the [`LANES`] placements whose footprints start at cell index `base` and after it along y:
 /// `k = max(0, max over footprint cells of (container - item bottom))`.
@@ -333,6 +237,15 @@ pub(crate) fn columns_after(
         total += i64::from(row_sum);
     }
     total
+}
+
+/// Faces of an item's voxels that touch content, walls or floor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Contact {
+    /// Faces that lie on something.
+    pub(crate) floor_faces: u64,
+    /// Faces with something beside them.
+    pub(crate) side_faces: u64,
 }
 
 /// Faces of the item's voxels that touch content, walls or floor.

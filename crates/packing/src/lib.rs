@@ -6,6 +6,37 @@
 //! [`ValidityCheck`](check::ValidityCheck) accepts is chosen.
 //!
 //! The crate is pure and synchronous: no wire, no async, no network library.
+//!
+//! What the engine says of every placement of a block in an empty container:
+//!
+//! ```
+//! use nalgebra::Vector3;
+//! use ppnpack_packing::grid::Grid;
+//! use ppnpack_packing::heightmap::Heightmap;
+//! use ppnpack_packing::item::{Item, ViewSurfaces};
+//! use ppnpack_packing::objective::{Heuristic, Weights};
+//! use ppnpack_packing::survey::survey;
+//!
+//! let surfaces = ViewSurfaces {
+//!     nx: 6,
+//!     ny: 4,
+//!     top: vec![25; 24], // in units of 2 mm
+//!     bottom: vec![0; 24],
+//!     underside: None,
+//!     origin_from_corner_m: Vector3::zeros(),
+//!     centre_of_mass_m: None,
+//! };
+//! let block = Item::new("block", vec![surfaces], 0.0)?;
+//! let grid = Grid::reference();
+//! let empty = Heightmap::empty(&grid);
+//! let placements = survey(&grid, &empty, &block.views()[0], Heuristic::Sdfm, &Weights::default())?;
+//! let valid = placements.iter().filter(|at| at.fits && at.is_stable);
+//! let best = valid.min_by(|a, b| a.value.total_cmp(&b.value)).ok_or("nothing is valid")?;
+//! assert_eq!((best.x, best.y, best.resting_height), (0, 0, 0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A whole step is planned in the example of the README, which is compiled and run with the tests.
 
 pub mod blocked;
 pub mod buffer;
@@ -19,6 +50,7 @@ pub mod grid;
 pub mod heightmap;
 pub mod item;
 mod kernel;
+mod layout;
 pub mod metrics;
 pub mod model;
 pub mod motion;
@@ -38,7 +70,6 @@ pub mod stability;
 pub mod step;
 pub mod survey;
 pub mod valid;
-mod windows;
 
 /// Compiles the example of the README.
 #[cfg(doctest)]

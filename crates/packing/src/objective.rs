@@ -1,9 +1,23 @@
 //! The heuristics `F(b, p)`: their terms, weights and lower bounds.
+//!
+//! An item `b` at a placement `p = (r, x, y)` rests at the height `k`. Under the default weights, with `k` in 0.2 cm, `x`
+//! and `y` in centimetres, `V` the item's volume, `B` that of its bounding box and `C` the container's:
+//!
+//! | | `F(b, p)`, without the balance term | source |
+//! |---|---|---|
+//! | SDFM | `k + 2.5 d + 10 (1 - cbrt(V / B))`, `d` the mean over the item's voxels of the distance to content, truncated to 5 cm | Pan et al., *SDF-Pack: Towards Compact Bin Packing with Signed-Distance-Field Minimization*, IROS 2023 |
+//! | DBL | `k + x + y` | Karabulut and İnceoğlu, *A Hybrid Genetic Algorithm for Packing in 3D with Deepest Bottom Left with Fill Method*, ADVIS 2004 |
+//! | HM | `s + x + y`, `s` the volume under the surface over the footprint's bounding rectangle once the item is placed, per square centimetre and 0.2 cm | Wang and Hauser, *Stable Bin Packing of Non-convex 3D Objects with a Robot Manipulator*, ICRA 2019 |
+//! | MTA | `-a`, `a` the area of the item's faces that touch content, walls or floor, in square centimetres | of this project: the touching perimeter of Lodi, Martello and Vigo (1999) in three dimensions |
+//!
+//! [`Order::Balance`] adds `80 (1 - cbrt(V / C))` to each, the size-balancing term of SDF-Pack, which prefers large items
+//! early. The other weights are in [`Weights`].
 
 use serde::{Deserialize, Serialize};
 
 use crate::grid::{Grid, Units};
 use crate::item::ItemView;
+use crate::kernel::Contact;
 
 /// Heights enter the published objectives in units of 0.2 cm.
 const REFERENCE_UNIT_M: f64 = 0.002;
@@ -167,12 +181,6 @@ impl Objective {
         }
     }
 
-    /// A bound that no placement of the view with this resting height is below: that of all its placements as a block.
-    pub(crate) fn lower_bound(&self, view: &ItemView, terms: &ViewTerms, height: Units) -> f64 {
-        // Every voxel has a distance of at least one step.
-        self.block_bound(view, terms, (0, 0), height, view.voxel_count())
-    }
-
     /// A bound that no placement of a block is below: one that starts at the cell `at`, whose placements rest at
     /// `height` at least and have at least this sum of distances. Of the single placement there it is its SDFM or DBL.
     pub(crate) fn block_bound(
@@ -199,18 +207,22 @@ impl Objective {
         }
     }
 
+    /// `k + 2.5 d + constant`; the constant holds `10 (1 - cbrt(V / B))` and the balance term.
     pub(crate) fn sdfm(&self, height: Units, mean_distance: f64, constant: f64) -> f64 {
         self.per_unit * f64::from(height) + self.distance * mean_distance + constant
     }
 
+    /// `k + x + y + constant`.
     pub(crate) fn dbl(&self, height: Units, x: usize, y: usize, constant: f64) -> f64 {
         self.per_unit * f64::from(height) + self.per_cell * (x + y) as f64 + constant
     }
 
+    /// `s + x + y + constant`; `columns` is `s` in cells times units.
     pub(crate) fn hm(&self, columns: i64, x: usize, y: usize, constant: f64) -> f64 {
         self.per_column_unit * columns as f64 + self.per_cell * (x + y) as f64 + constant
     }
 
+    /// `constant - a`.
     pub(crate) fn mta(&self, contact: Contact, constant: f64) -> f64 {
         constant - self.contact_area(contact)
     }
@@ -228,15 +240,6 @@ impl Objective {
         };
         self.contact_area(contact)
     }
-}
-
-/// Faces of an item's voxels that touch content, walls or floor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) struct Contact {
-    /// Faces that lie on something.
-    pub(crate) floor_faces: u64,
-    /// Faces with something beside them.
-    pub(crate) side_faces: u64,
 }
 
 /// What an objective needs of a view, computed once per step.

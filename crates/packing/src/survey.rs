@@ -4,11 +4,10 @@ use crate::distance::DistanceLevels;
 use crate::grid::{Grid, Units};
 use crate::heightmap::Heightmap;
 use crate::item::ItemView;
-use crate::kernel::{
-    BlockOffsets, PaddedMap, columns_after, contact, distance_sum, resting_height,
-};
+use crate::kernel::{BlockOffsets, PaddedMap, resting_height};
 use crate::objective::{Heuristic, Objective, ViewTerms, WeightError, Weights};
 use crate::placement::{Placement, RestingPlacement};
+use crate::search::value::{Valuation, base};
 use crate::stability::PublishedStability;
 
 /// A placement with what the engine says of it.
@@ -41,7 +40,7 @@ pub fn survey(
 ) -> Result<Vec<Surveyed>, WeightError> {
     weights.validate()?;
     let objective = Objective::new(grid, heuristic, weights, true);
-    let constant = ViewTerms::new(&objective, view).constant;
+    let terms = ViewTerms::new(&objective, view);
     let mut container = PaddedMap::new(grid.nx(), grid.ny());
     for x in 0..grid.nx() {
         container.row_mut(x).copy_from_slice(heightmap.row(x));
@@ -49,37 +48,26 @@ pub fn survey(
     let mut distance = DistanceLevels::new(grid);
     distance.update(heightmap);
     let mut stability = PublishedStability::default();
+    let valuation = Valuation {
+        objective: &objective,
+        container: &container,
+        distance: Some(&distance),
+    };
     let mut blocks = BlockOffsets::default();
     blocks.update(&container, view);
     let along = |cells: usize, footprint: usize| (cells + 1).saturating_sub(footprint);
     let mut surveyed = Vec::new();
     for x in 0..along(grid.nx(), view.nx()) {
         for y in 0..along(grid.ny(), view.ny()) {
-            let base = x * container.stride() + y;
+            let base = base(&container, x, y);
             let height = resting_height(&container, base, view, &blocks);
             let fits = i32::from(height) + i32::from(view.height()) <= i32::from(grid.rim());
-            let value = match heuristic {
-                Heuristic::Sdfm => {
-                    let sum = distance_sum(distance.levels(), base, view, height);
-                    objective.sdfm(height, sum as f64 / view.voxel_count() as f64, constant)
-                }
-                Heuristic::Dbl => objective.dbl(height, x, y, constant),
-                Heuristic::Hm => objective.hm(
-                    columns_after(&container, base, view, height),
-                    x,
-                    y,
-                    constant,
-                ),
-                Heuristic::Mta => {
-                    objective.mta(contact(&container, (x, y), view, height), constant)
-                }
-                Heuristic::FirstFit | Heuristic::Random => 0.0,
-            };
             let placement = Placement { yaw: 0, x, y };
             let resting = RestingPlacement {
                 placement,
                 resting_height: height,
             };
+            let value = valuation.value(view, &terms, resting, 0);
             let is_stable = stability.is_stable(grid, heightmap, view, &resting);
             surveyed.push(Surveyed {
                 x,

@@ -19,6 +19,7 @@ use ppnpack_packing::plan::{
 };
 use ppnpack_packing::proposals::{
     CandidateProposals, Percent, Proposals, ProposeAll, ProposeRandom, Proposer, YawRange,
+    possible_placements,
 };
 use ppnpack_packing::refusal::Cause;
 use ppnpack_packing::search::{Search, SearchSettings};
@@ -190,6 +191,48 @@ proptest! {
                 }
             }
         }
+    }
+
+    #[test]
+    fn levels_blocks_and_proposals_give_one_ranking(
+        (grid, heightmap, items) in support::scenes(3),
+        heuristic in proptest::sample::select(&HEURISTICS[..]),
+        order in proptest::sample::select(&[Order::Balance, Order::Arrival][..]),
+    ) {
+        let scene = Scene::from_heightmap(heightmap);
+        let held = candidates(&items);
+        let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step: 4 };
+        // Every placement by name, backwards, and the first ones again.
+        let mut named = Proposals::default();
+        for candidate in &held {
+            let mut placements: Vec<_> = possible_placements(&grid, &candidate.item).collect();
+            placements.reverse();
+            placements.extend_from_within(..placements.len().min(5));
+            named.push(placements);
+        }
+        let search = || Search::new(&grid, &settings(heuristic, order)).unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+        let pool = Arc::new(pool);
+        let (mut levels, mut blocks) = (search(), search().bounded());
+        let mut threads = search().with_pool(pool);
+        let expected = ranking(&mut levels, &input, &all(&input));
+        let compare = |search: &mut Search, proposals: &Proposals| {
+            let found = ranking(search, &input, proposals);
+            assert_eq!(found, expected);
+            let bits = |ranked: &[Evaluated]| -> Vec<u64> {
+                ranked.iter().map(|found| found.value.to_bits()).collect()
+            };
+            assert_eq!(bits(&found), bits(&expected));
+        };
+        compare(&mut blocks, &all(&input));
+        for search in [&mut levels, &mut blocks, &mut threads] {
+            compare(search, &named);
+        }
+        // The order of the group does not matter either.
+        let group: Vec<usize> = (0..held.len()).rev().collect();
+        blocks.rank(&input, &group, &all(&input)).unwrap();
+        let backwards: Vec<_> = std::iter::from_fn(|| blocks.next_best(&input).unwrap()).collect();
+        prop_assert_eq!(backwards, expected);
     }
 
     #[test]

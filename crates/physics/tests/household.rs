@@ -2,7 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a panic in a test is a failing test")]
 
-use std::path::Path;
 use std::sync::Arc;
 
 use nalgebra::Isometry3;
@@ -14,14 +13,11 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::settings::CellSettings;
 
-const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/ycb_apc");
+#[path = "../../../tests/shared.rs"]
+mod shared;
 
 fn scanned(file: &str) -> Option<Arc<Model>> {
-    let path = Path::new(DATA).join(file);
-    if !path.exists() {
-        eprintln!("skipped: there is no {}", path.display());
-        return None;
-    }
+    let path = shared::shared("data/ycb_apc")?.join(file);
     let mesh = reader::read(&path, LengthUnit::Metres).unwrap();
     Some(Arc::new(
         model(file, mesh, &ModelSettings::default()).unwrap().0,

@@ -9,8 +9,8 @@
 )]
 
 mod common;
-
-use std::path::PathBuf;
+#[path = "../../../tests/shared.rs"]
+mod shared;
 
 use common::{at_rest, recogniser, segmented};
 use ppnpack_camera::NoiseModel;
@@ -32,14 +32,9 @@ const FILES: [&str; 8] = [
 
 #[test]
 fn real_objects_are_recognised_in_noisy_views() {
-    let shared = PathBuf::from(concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../../shared/data/ycb_apc"
-    ));
-    if !shared.is_dir() {
-        eprintln!("skipped: {} is not there", shared.display());
+    let Some(shared) = shared::shared("data/ycb_apc") else {
         return;
-    }
+    };
     let folder = tempfile::tempdir().unwrap();
     for file in FILES {
         std::fs::copy(shared.join(file), folder.path().join(file)).unwrap();

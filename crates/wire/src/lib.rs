@@ -4,6 +4,15 @@
 //! [`v1`] has the messages as the schemas in `proto/` define them. Data that comes from outside goes through
 //! [`decode`], which bounds its size and structure, and through the functions of [`convert`], which check values and
 //! give types of the domain. [`keys`] builds and parses every key expression. [`ros`] reads the clouds of ROS 2.
+//!
+//! ```
+//! use ppnpack_wire::keys::{Cell, Key, Method, Service};
+//!
+//! let plan = Key::Request(Some(Cell::new("north")?), Service::Planner, Method::Plan, None);
+//! assert_eq!(Key::parse(&plan.to_string())?, plan);
+//! assert!(Key::parse("somebody/else").is_err());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod convert;
 pub mod debug;

@@ -1,99 +1,80 @@
-//! Passes over resting maps, each compiled for the processor's features.
+//! Passes over the resting heights of whole views.
 
-use pulp::{Simd, WithSimd};
-
-use super::{Level, NO_HEIGHT, Pending, Summary};
-use crate::distance::DistanceLevels;
+use super::open::{Extent, NO_HEIGHT, Node};
+use super::proposed::ProposedView;
 use crate::grid::Units;
-use crate::heightmap::Heightmap;
 use crate::resting_maps::RestingMap;
 
-/// Recomputes the distance levels of a container.
-pub(super) struct UpdateDistance<'a> {
-    pub(super) distance: &'a mut DistanceLevels,
-    pub(super) heightmap: &'a Heightmap,
+/// The placements of a view that enter as levels.
+#[derive(Clone, Copy)]
+pub(super) enum Placements<'a> {
+    All(&'a RestingMap),
+    Proposed(&'a ProposedView),
 }
 
-impl WithSimd for UpdateDistance<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
-        self.distance.update(self.heightmap);
-    }
-}
-
-/// Counts what a map holds.
-pub(super) struct Summarise<'a> {
-    pub(super) map: &'a RestingMap,
-    pub(super) limit: Units,
-}
-
-impl WithSimd for Summarise<'_> {
-    type Output = Summary;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) -> Summary {
-        let Self { map, limit } = self;
-        let (mut fitting, mut lowest) = (0, NO_HEIGHT);
-        for row in map.rows() {
-            let row = row.get(..map.ny).unwrap_or(&[]);
-            let mut row_fitting = 0_u16;
-            for height in row {
-                row_fitting += u16::from(*height <= limit);
-                lowest = lowest.min(*height);
-            }
-            fitting += u64::from(row_fitting);
+impl Placements<'_> {
+    pub(super) fn count(self) -> u64 {
+        match self {
+            Self::All(map) => (map.nx * map.ny) as u64,
+            Self::Proposed(proposed) => proposed.len() as u64,
         }
-        Summary {
-            proposed: (map.nx * map.ny) as u64,
-            fitting,
-            lowest: (fitting > 0).then_some(lowest),
+    }
+
+    /// Counts those that rest at `limit` or lower; gives the least resting height of any.
+    #[inline(always)]
+    pub(super) fn summarise(self, limit: Units) -> (u64, Units) {
+        match self {
+            Self::All(map) => summarise(map, limit),
+            Self::Proposed(proposed) => proposed.summarise(limit),
+        }
+    }
+
+    /// Collects those of a level; gives the next greater resting height of the view.
+    #[inline(always)]
+    pub(super) fn collect(self, level: Node, placements: &mut Vec<Node>) -> Units {
+        match self {
+            Self::All(map) => collect(map, level, placements),
+            Self::Proposed(proposed) => proposed.collect(level, placements),
         }
     }
 }
 
-/// Collects the placements of a level; gives the next greater resting height of its view that fits.
-pub(super) struct Collect<'a> {
-    pub(super) map: &'a RestingMap,
-    pub(super) level: Level,
-    pub(super) limit: Units,
-    pub(super) pending: &'a mut Vec<Pending>,
+#[inline(always)]
+fn summarise(map: &RestingMap, limit: Units) -> (u64, Units) {
+    let (mut fitting, mut lowest) = (0, NO_HEIGHT);
+    for row in map.rows() {
+        let row = row.get(..map.ny).unwrap_or(&[]);
+        let mut row_fitting = 0_u16;
+        for height in row {
+            row_fitting += u16::from(*height <= limit);
+            lowest = lowest.min(*height);
+        }
+        fitting += u64::from(row_fitting);
+    }
+    (fitting, lowest)
 }
 
-impl WithSimd for Collect<'_> {
-    type Output = Option<Units>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) -> Option<Units> {
-        let Self {
-            map,
-            level: Level { view, height, .. },
-            limit,
-            pending,
-        } = self;
-        let mut next = NO_HEIGHT;
-        for (x, row) in map.rows().enumerate() {
-            let row = row.get(..map.ny).unwrap_or(&[]);
-            let mut found = false;
-            for other in row {
-                found |= *other == height;
-                next = next.min(if *other > height { *other } else { NO_HEIGHT });
-            }
-            if found {
-                let of_level = row
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, other)| **other == height);
-                pending.extend(of_level.map(|(y, _)| Pending {
-                    view,
-                    x,
-                    y,
-                    height,
-                    value: 0.0,
-                }));
-            }
+#[inline(always)]
+fn collect(map: &RestingMap, level: Node, placements: &mut Vec<Node>) -> Units {
+    let mut next = NO_HEIGHT;
+    for (x, row) in map.rows().enumerate() {
+        let row = row.get(..map.ny).unwrap_or(&[]);
+        let mut found = false;
+        for other in row {
+            found |= *other == level.height;
+            let is_above = *other > level.height;
+            next = next.min(if is_above { *other } else { NO_HEIGHT });
         }
-        (next <= limit).then_some(next)
+        if found {
+            let of_level = row.iter().enumerate();
+            let of_level = of_level.filter(|(_, other)| **other == level.height);
+            placements.extend(of_level.map(|(y, _)| Node {
+                x: x as u16,
+                y: y as u16,
+                extent: Extent::PLACEMENT,
+                ..level
+            }));
+        }
     }
+    next
 }

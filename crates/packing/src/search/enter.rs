@@ -1,0 +1,150 @@
+//! How placements enter the open list.
+
+use pulp::{Simd, WithSimd};
+
+use super::open::{Extent, Node, OpenList};
+use super::passes::Placements;
+use super::prepared::{Ranking, ViewState};
+use super::value::base;
+use crate::item::ItemView;
+use crate::kernel::{TOGETHER, resting_heights_at};
+
+/// Enters a view of the ranking; gives how many placements are proposed and how many of them are known to fit.
+pub(super) struct Enter<'a> {
+    pub(super) ranking: Ranking<'a>,
+    pub(super) open: &'a mut OpenList,
+    /// Index of the view.
+    pub(super) index: usize,
+}
+
+impl WithSimd for Enter<'_> {
+    type Output = (u64, u64);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> Self::Output {
+        let Some((state, _, view)) = self.ranking.view(self.index) else {
+            return (0, 0);
+        };
+        let all = Node {
+            bound: 0.0,
+            // A voxel is a step away from content at least.
+            distance_sum: view.voxel_count(),
+            view: self.index as u32,
+            x: 0,
+            y: 0,
+            height: 0,
+            extent: Extent::PLACEMENT,
+            is_measured: false,
+        };
+        match self.ranking.placements(self.index) {
+            Some(placements) => self.levels(all, placements, state, view),
+            None => self.blocks(all, view),
+        }
+    }
+}
+
+impl Enter<'_> {
+    /// Enters the level of the least resting height.
+    #[inline(always)]
+    fn levels(
+        self,
+        all: Node,
+        placements: Placements<'_>,
+        state: &ViewState,
+        view: &ItemView,
+    ) -> (u64, u64) {
+        let (fitting, height) = placements.summarise(state.limit);
+        if fitting > 0 {
+            let level = Node {
+                height,
+                extent: Extent::Level,
+                ..all
+            };
+            self.open.push(self.ranking.bounded(level, state, view));
+        }
+        (placements.count(), fitting)
+    }
+
+    /// Enters the largest blocks.
+    #[inline(always)]
+    fn blocks(self, all: Node, view: &ItemView) -> (u64, u64) {
+        let prepared = self.ranking.prepared;
+        let exponent = prepared
+            .windows
+            .as_ref()
+            .map_or(0, |windows| windows.largest());
+        let side = 1 << exponent;
+        let (nx, ny) = prepared.resting.container().size();
+        let (placed_x, placed_y) = placements((nx, ny), view);
+        let mut added = 0;
+        for x in (0..placed_x).step_by(side) {
+            for y in (0..placed_y).step_by(side * TOGETHER) {
+                let of = Node {
+                    extent: Extent::Block { exponent },
+                    ..all
+                };
+                let corners = std::array::from_fn(|corner| (x, y + corner * side));
+                added += add(self.ranking, self.open, of, corners);
+            }
+        }
+        let fitting = if exponent == 0 { added } else { 0 };
+        ((placed_x * placed_y) as u64, fitting)
+    }
+}
+
+/// How many placements a view has along x and y.
+#[inline(always)]
+fn placements((nx, ny): (usize, usize), view: &ItemView) -> (usize, usize) {
+    let along = |cells: usize, footprint: usize| (cells + 1).saturating_sub(footprint);
+    (along(nx, view.nx()), along(ny, view.ny()))
+}
+
+/// Adds blocks of one size and view, those of them that hold a placement below the rim; returns how many.
+#[inline(always)]
+pub(super) fn add(
+    ranking: Ranking<'_>,
+    open: &mut OpenList,
+    of: Node,
+    corners: [(usize, usize); TOGETHER],
+) -> u64 {
+    let prepared = ranking.prepared;
+    let Some((state, _, view)) = ranking.view(of.view as usize) else {
+        return 0;
+    };
+    let container = prepared.resting.container();
+    let map = match (of.extent, &prepared.windows) {
+        (Extent::Block { exponent: 0 }, _) => Some(container),
+        (Extent::Block { exponent }, Some(windows)) => windows.lowest(exponent),
+        _ => None,
+    };
+    let (Some(map), Some(offsets)) = (map, prepared.offsets.get(of.view as usize)) else {
+        return 0;
+    };
+    let (placed_x, placed_y) = placements(container.size(), view);
+    let bases = corners.map(|(x, y)| {
+        // One that is beyond the last placement is computed for nothing at the node's own corner.
+        if x < placed_x && y < placed_y {
+            base(map, x, y)
+        } else {
+            base(map, usize::from(of.x), usize::from(of.y))
+        }
+    });
+    let heights = resting_heights_at(map, bases, view, offsets);
+    let mut added = 0;
+    for ((x, y), height) in corners.into_iter().zip(heights) {
+        if x >= placed_x || y >= placed_y || height > state.limit {
+            continue;
+        }
+        added += 1;
+        let (x, y) = (x as u16, y as u16);
+        let node = Node {
+            x,
+            y,
+            height,
+            is_measured: false,
+            ..of
+        };
+        open.push(ranking.bounded(node, state, view));
+    }
+    added
+}

@@ -1,0 +1,185 @@
+//! What a ranking is made on: the state that is only read while the open list is expanded.
+
+use pulp::{Simd, WithSimd};
+
+use super::open::{Extent, Node};
+use super::passes::Placements;
+use super::proposed::Proposed;
+use super::value::Valuation;
+use super::windows::Windows;
+use crate::distance::DistanceLevels;
+use crate::grid::Units;
+use crate::heightmap::Heightmap;
+use crate::item::ItemView;
+use crate::kernel::BlockOffsets;
+use crate::objective::{Objective, ViewTerms};
+use crate::placement::{Placement, RestingPlacement};
+use crate::random;
+use crate::resting_maps::RestingMaps;
+use crate::step::{Candidate, StepInput};
+
+/// What a ranking is made on: maps of the container, and the views that take part.
+#[derive(Debug)]
+pub(super) struct Prepared {
+    pub(super) objective: Objective,
+    pub(super) seed: u64,
+    pub(super) resting: RestingMaps,
+    pub(super) proposed: Proposed,
+    pub(super) distance: Option<DistanceLevels>,
+    /// Where placements are not all looked at.
+    pub(super) windows: Option<Windows>,
+    pub(super) views: Vec<ViewState>,
+    /// By index of the view, of those whose resting heights are not computed by rows.
+    pub(super) offsets: Vec<BlockOffsets>,
+}
+
+/// A view of a candidate that takes part in the current ranking.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ViewState {
+    pub(super) candidate: usize,
+    pub(super) yaw: usize,
+    pub(super) terms: ViewTerms,
+    /// The greatest resting height that fits below the rim.
+    pub(super) limit: Units,
+    pub(super) entrance: Entrance,
+}
+
+/// How the placements of a view enter the open list.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Entrance {
+    /// All, as levels: the resting height of every placement is computed.
+    All,
+    /// All, as blocks.
+    Blocks,
+    /// Those proposed alone, as levels.
+    Proposed,
+}
+
+impl Prepared {
+    #[inline(always)]
+    pub(super) fn valuation(&self) -> Valuation<'_> {
+        Valuation {
+            objective: &self.objective,
+            container: self.resting.container(),
+            distance: self.distance.as_ref(),
+        }
+    }
+
+    /// Lays out a view for the loops over single placements.
+    pub(super) fn update_offsets(&mut self, index: usize, view: &ItemView) {
+        if self.offsets.len() <= index {
+            self.offsets.resize_with(index + 1, BlockOffsets::default);
+        }
+        if let Some(offsets) = self.offsets.get_mut(index) {
+            offsets.update(self.resting.container(), view);
+        }
+    }
+}
+
+/// Recomputes the maps that depend on the container alone.
+pub(super) struct UpdateScene<'a> {
+    pub(super) prepared: &'a mut Prepared,
+    pub(super) heightmap: &'a Heightmap,
+}
+
+impl WithSimd for UpdateScene<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let Prepared {
+            resting,
+            distance,
+            windows,
+            ..
+        } = self.prepared;
+        if let Some(distance) = distance {
+            distance.update(self.heightmap);
+        }
+        if let Some(windows) = windows {
+            windows.update(resting.container(), distance.as_ref());
+        }
+    }
+}
+
+/// A ranking of a step.
+#[derive(Clone, Copy)]
+pub(super) struct Ranking<'a> {
+    pub(super) prepared: &'a Prepared,
+    candidates: &'a [Candidate],
+    /// Of the step.
+    seed: u64,
+}
+
+impl<'a> Ranking<'a> {
+    pub(super) fn new(prepared: &'a Prepared, input: &StepInput<'a>) -> Self {
+        Self {
+            prepared,
+            candidates: input.candidates,
+            seed: random::mix(prepared.seed, input.step),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn view(
+        &self,
+        index: usize,
+    ) -> Option<(&'a ViewState, &'a Candidate, &'a ItemView)> {
+        let state = self.prepared.views.get(index)?;
+        let held = self.candidates.get(state.candidate)?;
+        Some((state, held, held.item.views().get(state.yaw)?))
+    }
+
+    /// The resting heights of a view that enters as levels.
+    #[inline(always)]
+    pub(super) fn placements(&self, index: usize) -> Option<Placements<'a>> {
+        let (state, held, _) = self.view(index)?;
+        match state.entrance {
+            Entrance::Blocks => None,
+            Entrance::All => {
+                let maps = self.prepared.resting.views(held.item.shape());
+                maps.get(state.yaw).map(Placements::All)
+            }
+            Entrance::Proposed => self.prepared.proposed.get(index).map(Placements::Proposed),
+        }
+    }
+
+    /// The node with the bound that follows from what is known of it.
+    #[inline(always)]
+    pub(super) fn bounded(&self, node: Node, state: &ViewState, view: &ItemView) -> Node {
+        let objective = &self.prepared.objective;
+        let at = (usize::from(node.x), usize::from(node.y));
+        let bound = objective.block_bound(view, &state.terms, at, node.height, node.distance_sum);
+        Node { bound, ..node }
+    }
+
+    /// The placement with its value.
+    #[inline(always)]
+    pub(super) fn valued(&self, node: Node) -> Node {
+        // No closure here nor where placements are collected: it would not be compiled for the processor's features.
+        let value = if let Some((state, held, view)) = self.view(node.view as usize) {
+            let seed = random::mix(self.seed, held.arrival as u64);
+            let valuation = self.prepared.valuation();
+            valuation.value(view, &state.terms, resting(&node, state), seed)
+        } else {
+            f64::INFINITY
+        };
+        Node {
+            bound: value,
+            extent: Extent::Valued,
+            ..node
+        }
+    }
+}
+
+#[inline(always)]
+pub(super) fn resting(node: &Node, state: &ViewState) -> RestingPlacement {
+    RestingPlacement {
+        placement: Placement {
+            yaw: state.yaw,
+            x: usize::from(node.x),
+            y: usize::from(node.y),
+        },
+        resting_height: node.height,
+    }
+}
