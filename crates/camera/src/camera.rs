@@ -1,11 +1,12 @@
 //! The camera and what stands before it.
 
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use ppnpack_numbers::require;
 use serde::{Deserialize, Serialize};
 
 use crate::Intrinsics;
 use crate::buffer::DepthBuffer;
-use crate::error::{CameraError, require};
+use crate::error::CameraError;
 use crate::view::View;
 
 /// The most triangles of a scene.

@@ -2,6 +2,8 @@
 
 use std::process::ExitCode;
 
+use ppnpack_files::WriteError;
+
 /// A failed command: one line for the user, and an exit code.
 #[derive(Debug)]
 pub(crate) enum Failure {
@@ -39,6 +41,12 @@ impl std::fmt::Display for Failure {
 impl From<anyhow::Error> for Failure {
     fn from(error: anyhow::Error) -> Self {
         Self::Run(error)
+    }
+}
+
+impl From<WriteError> for Failure {
+    fn from(error: WriteError) -> Self {
+        Self::Run(error.into())
     }
 }
 

@@ -10,11 +10,12 @@ use std::sync::OnceLock;
 
 use anyhow::{Context, Result, anyhow, bail};
 use ppnpack_model::card::ModelCard;
+use ppnpack_model::report::TrainingEvent;
 use ppnpack_model::settings::{Device, TrainingRequest};
 use ppnpack_model::weights::Model;
 use ppnpack_packing::proposals::Proposer;
 
-use crate::network::{Backend, Proposing, TrainingEvent};
+use crate::network::{Backend, Proposing};
 
 const PROGRAM: &str = "ppnpack-torch";
 /// Names a full installation of torch, for CUDA: the folder that has `lib/libtorch_cuda.so`.

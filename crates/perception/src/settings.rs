@@ -1,5 +1,6 @@
 //! How points become heights.
 
+use ppnpack_numbers::{SettingError, require};
 use ppnpack_packing::grid::Grid;
 use serde::{Deserialize, Serialize};
 
@@ -54,15 +55,6 @@ impl Default for MapperSettings {
     }
 }
 
-/// A setting that is not possible.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{name} is {value} where {expected} is possible")]
-pub struct SettingError {
-    name: &'static str,
-    value: f64,
-    expected: &'static str,
-}
-
 impl MapperSettings {
     /// Checks that every number is possible on a grid. A point is kept once for each sample that it stands for: at half
     /// a sample, four times at most.
@@ -71,14 +63,13 @@ impl MapperSettings {
     /// [`SettingError`] names the first that is not.
     pub fn validate_on(&self, grid: &Grid) -> Result<(), SettingError> {
         self.validate()?;
-        if self.point_radius_m > 0.5 * grid.resolution().surface_pitch_m() {
-            return Err(SettingError::new(
-                "point_radius_m",
-                self.point_radius_m,
-                "at most half the distance of the surface's samples",
-            ));
-        }
-        Ok(())
+        let greatest_m = 0.5 * grid.resolution().surface_pitch_m();
+        require(
+            "point_radius_m",
+            self.point_radius_m,
+            "at most half the distance of the surface's samples",
+            |radius_m| radius_m <= greatest_m,
+        )
     }
 
     fn validate(&self) -> Result<(), SettingError> {
@@ -99,30 +90,14 @@ impl MapperSettings {
     }
 }
 
-impl SettingError {
-    pub(crate) fn new(name: &'static str, value: f64, expected: &'static str) -> Self {
-        Self {
-            name,
-            value,
-            expected,
-        }
-    }
-}
-
 /// Checks a length.
-pub(crate) fn length(name: &'static str, length_m: f64) -> Result<(), SettingError> {
-    if (0.0..=1.0).contains(&length_m) {
-        Ok(())
-    } else {
-        Err(SettingError::new(name, length_m, "0 to 1 m"))
-    }
+pub(crate) fn length(name: &str, length_m: f64) -> Result<(), SettingError> {
+    require(name, length_m, "0 to 1 m", |length_m| {
+        (0.0..=1.0).contains(&length_m)
+    })
 }
 
 /// Checks a share.
-pub(crate) fn share(name: &'static str, share: f64) -> Result<(), SettingError> {
-    if (0.0..=1.0).contains(&share) {
-        Ok(())
-    } else {
-        Err(SettingError::new(name, share, "0 to 1"))
-    }
+pub(crate) fn share(name: &str, share: f64) -> Result<(), SettingError> {
+    require(name, share, "0 to 1", |share| (0.0..=1.0).contains(&share))
 }

@@ -22,11 +22,8 @@ mod rectangle;
 mod rest;
 pub mod samples;
 pub mod segmentation;
-mod setting_error;
 mod spacing;
 pub mod support;
 pub mod symmetry;
 pub mod twins;
 pub mod unknown_item;
-
-pub use setting_error::SettingError;

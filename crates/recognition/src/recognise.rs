@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3};
+use ppnpack_numbers::{SettingError, require};
 use serde::{Deserialize, Serialize};
 
 use crate::align::{AlignSettings, Hold, align};
@@ -13,7 +14,6 @@ use crate::outline::UpperSurface;
 use crate::polish::Polish;
 use crate::rest::laid_at_rest;
 use crate::segmentation::Cluster;
-use crate::setting_error::{SettingError, require};
 use crate::spacing::spacing_m;
 
 /// How clusters are recognised.

@@ -1,9 +1,9 @@
 //! Items on a tray or a belt: points to clusters.
 
 use nalgebra::{Isometry3, Point2, Point3, Vector3};
+use ppnpack_numbers::{SettingError, require};
 use serde::{Deserialize, Serialize};
 
-use crate::setting_error::{SettingError, require};
 use crate::support::Support;
 
 /// A box of the world, in metres.

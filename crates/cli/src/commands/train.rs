@@ -6,12 +6,12 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use ppnpack_model::architecture::{Architecture, Fusion, Normalisation};
 use ppnpack_model::card::{Accuracy, ModelCard};
-use ppnpack_model::report::EpochReport;
+use ppnpack_model::report::{EpochReport, TrainingEvent};
 use ppnpack_model::settings::{Loss, TrainingRequest, TrainingSettings};
 use ppnpack_picture::{Curve, Lines, Size};
 
 use crate::failure::{OrInput, OrRun, Outcome};
-use crate::network::{Backend, TrainingEvent};
+use crate::network::Backend;
 use crate::options::DeviceOption;
 use crate::output::{print_json, print_line, write_whole};
 

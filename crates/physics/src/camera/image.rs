@@ -1,13 +1,14 @@
 //! Depth images, and what is made of them.
 
 use nalgebra::{Isometry3, Point3};
+use ppnpack_numbers::require;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Scene, Surface};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::{DepthCamera, DepthNoise};
-use crate::error::{PhysicsError, require};
+use crate::error::PhysicsError;
 
 /// What a depth camera sees.
 #[derive(Debug, Clone, PartialEq)]

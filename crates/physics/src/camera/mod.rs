@@ -10,12 +10,13 @@ mod render;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use ppnpack_catalogue::mesh::Mesh;
+use ppnpack_numbers::require;
 use ppnpack_packing::grid::{ContainerSize, Grid};
 use serde::{Deserialize, Serialize};
 
 pub use self::image::{DepthImage, PointCloud};
 pub use self::noise::DepthNoise;
-use crate::error::{PhysicsError, require};
+use crate::error::PhysicsError;
 
 /// The most pixels along one side of an image.
 const MAX_SIDE_PX: f64 = 8192.0;

@@ -1,10 +1,10 @@
 //! What a real sensor adds to an ideal depth image.
 
+use ppnpack_numbers::{gaussian, require};
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
-use crate::error::{PhysicsError, require};
-use crate::noise::gaussian;
+use crate::error::PhysicsError;
 
 /// Noise of a depth sensor; the default is none.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -32,12 +32,12 @@ impl DepthNoise {
             is_length,
         )?;
         require("the dropout", self.dropout, "between 0 and 1", is_length)?;
-        require(
+        Ok(require(
             "the depth step",
             self.step_m,
             "between 0 and 1 m",
             is_length,
-        )
+        )?)
     }
 
     /// A depth as the sensor would report it, in metres; NaN where it sees nothing.
