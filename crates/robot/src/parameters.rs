@@ -177,12 +177,9 @@ impl JointParameters {
             ("lowest_deg", self.lowest_deg),
             ("highest_deg", self.highest_deg),
         ] {
-            require(
-                field(name),
-                value,
-                "within +-720 degrees",
-                |value| value.abs() <= 720.0,
-            )?;
+            require(field(name), value, "within +-720 degrees", |value| {
+                value.abs() <= 720.0
+            })?;
         }
         require(
             field("highest_deg"),
