@@ -395,6 +395,10 @@ fn wrong_options_are_refused() {
         &["no such weight", "distance"],
     );
     refused(
+        &["pack", "--weight", "distance=nan"],
+        &["--weight distance=nan", "no finite number"],
+    );
+    refused(
         &["pack", "--weight", "distance=-1"],
         &["distance", "at least 0"],
     );
@@ -619,6 +623,7 @@ fn evaluate_prints_what_the_golden_cases_say() {
             case.to_str().unwrap(),
             "--heuristic",
             heuristic,
+            "--json",
         ];
         let found = json(&ppnpack(&arguments));
         let mut compared = 0;

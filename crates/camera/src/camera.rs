@@ -1,10 +1,11 @@
 //! The camera and what stands before it.
 
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use ppnpack_numbers::require;
 use serde::{Deserialize, Serialize};
 
 use crate::buffer::DepthBuffer;
-use crate::error::{CameraError, require};
+use crate::error::CameraError;
 use crate::intrinsics::Intrinsics;
 use crate::view::View;
 

@@ -1,9 +1,10 @@
 //! How points become pixels.
 
 use nalgebra::{Point2, Point3, Vector3};
+use ppnpack_numbers::require;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{CameraError, require};
+use crate::error::CameraError;
 
 /// The most pixels along one side of an image.
 const MAX_SIDE: f64 = 8192.0;
@@ -74,7 +75,7 @@ impl Intrinsics {
         require("fx", self.fx, "a positive number", |focal| focal > 0.0)?;
         require("fy", self.fy, "a positive number", |focal| focal > 0.0)?;
         require("cx", self.cx, "a finite number", |_| true)?;
-        require("cy", self.cy, "a finite number", |_| true)
+        Ok(require("cy", self.cy, "a finite number", |_| true)?)
     }
 
     /// How many pixels the image has.

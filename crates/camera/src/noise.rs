@@ -1,9 +1,10 @@
 //! What a real sensor adds to a perfect depth image.
 
+use ppnpack_numbers::{gaussian, require};
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
-use crate::error::{CameraError, require};
+use crate::error::CameraError;
 
 /// The noise of a depth sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -104,12 +105,13 @@ impl NoiseModel {
             require(name, value, "0 to 1", is_length)?;
         }
         let is_angle = |angle: f64| (0.0..=std::f64::consts::FRAC_PI_2).contains(&angle);
-        require(
+        let limit_rad = self.grazing_limit_rad;
+        Ok(require(
             "grazing_limit_rad",
-            self.grazing_limit_rad,
+            limit_rad,
             "0 to pi / 2",
             is_angle,
-        )
+        )?)
     }
 
     /// The depth that is measured at a pixel, in metres; NaN where nothing is.
@@ -156,10 +158,4 @@ impl NoiseModel {
             .filter(|other_m| jump_m(other_m) > self.edges.jump_m)
             .max_by(|a, b| jump_m(a).total_cmp(&jump_m(b)))
     }
-}
-
-/// A standard normal number from two uniform ones in [0, 1), by the Box-Muller transform.
-fn gaussian(first: f64, second: f64) -> f64 {
-    // 1 - first is in (0, 1], where the logarithm is finite.
-    (-2.0 * (1.0 - first).ln()).sqrt() * (std::f64::consts::TAU * second).cos()
 }

@@ -294,7 +294,7 @@ fn impossible_cameras_and_noise_are_refused() {
     for focal in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(matches!(
             Intrinsics::centred(10, 10, focal),
-            Err(CameraError::Setting { name: "fx", .. })
+            Err(CameraError::Setting(error)) if error.name == "fx"
         ));
     }
     assert!(Intrinsics::centred(0, 10, 1.0).is_err());

@@ -1,9 +1,10 @@
 //! Models on disk, so that a catalogue is decomposed once.
 
 use std::fs;
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
+use ppnpack_files::write_whole;
 use serde::{Deserialize, Serialize};
 
 use crate::build::ModelSettings;
@@ -116,7 +117,11 @@ impl Cache {
     /// Keeps an entry.
     pub(crate) fn put(&self, key: &Key, entry: &Entry) {
         let Some(path) = self.path(key) else { return };
-        if let Err(error) = write(&path, entry) {
+        let kept = match encoded(entry) {
+            Ok(bytes) => write_whole(&path, &bytes).map_err(|error| error.to_string()),
+            Err(error) => Err(error.to_string()),
+        };
+        if let Err(error) = kept {
             tracing::warn!(path = %path.display(), %error, "a model is not cached");
         }
     }
@@ -146,14 +151,9 @@ fn decoded(bytes: &[u8]) -> Option<Entry> {
     postcard::from_bytes(content).ok()
 }
 
-fn write(path: &Path, entry: &Entry) -> io::Result<()> {
-    let content = postcard::to_stdvec(entry).map_err(io::Error::other)?;
-    let directory = path.parent().unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(directory)?;
-    file.write_all(blake3::hash(&content).as_bytes())?;
-    file.write_all(&content)?;
-    file.persist(path).map_err(|error| error.error)?;
-    Ok(())
+fn encoded(entry: &Entry) -> Result<Vec<u8>, postcard::Error> {
+    let content = postcard::to_stdvec(entry)?;
+    Ok([blake3::hash(&content).as_bytes(), content.as_slice()].concat())
 }
 
 #[cfg(test)]

@@ -2,6 +2,8 @@
 
 use std::process::ExitCode;
 
+use ppnpack_files::WriteError;
+
 /// A failed command: one line for the user, and an exit code.
 #[derive(Debug)]
 pub enum Failure {
@@ -32,14 +34,27 @@ impl Failure {
 impl std::fmt::Display for Failure {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (Self::Input(error) | Self::Run(error)) = self;
-        // The alternate form has the whole chain of causes in one line.
-        write!(formatter, "{error:#}")
+        let mut line = String::new();
+        for cause in error.chain().map(ToString::to_string) {
+            // Some errors name their cause themselves.
+            if !line.contains(&cause) {
+                let colon = if line.is_empty() { "" } else { ": " };
+                line = format!("{line}{colon}{cause}");
+            }
+        }
+        formatter.write_str(&line)
     }
 }
 
 impl From<anyhow::Error> for Failure {
     fn from(error: anyhow::Error) -> Self {
         Self::Run(error)
+    }
+}
+
+impl From<WriteError> for Failure {
+    fn from(error: WriteError) -> Self {
+        Self::Run(error.into())
     }
 }
 
@@ -64,5 +79,19 @@ pub trait OrRun<T> {
 impl<T, E: Into<anyhow::Error>> OrRun<T> for Result<T, E> {
     fn or_run(self) -> Outcome<T> {
         self.map_err(|error| Failure::Run(error.into()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_cause_is_named_once() {
+        let read = ppnpack_clouds::read(std::path::Path::new("missing.pcd"));
+        let error = anyhow::Error::new(read.unwrap_err()).context("no picture");
+        let message = Failure::Run(error).to_string();
+        assert!(message.starts_with("no picture: missing.pcd cannot be read: "));
+        assert_eq!(message.matches("No such file").count(), 1, "{message}");
     }
 }

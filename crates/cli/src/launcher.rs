@@ -14,13 +14,14 @@ use std::sync::OnceLock;
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{Args, Subcommand};
 use ppnpack_model::card::ModelCard;
+use ppnpack_model::report::TrainingEvent;
 use ppnpack_model::settings::{Device, TrainingRequest};
 use ppnpack_model::weights::Model;
 use ppnpack_packing::proposals::Proposer;
 
 use crate::Commands;
 use crate::failure::{Failure, Outcome};
-use crate::network::{Backend, Proposing, TrainingEvent};
+use crate::network::{Backend, Proposing};
 
 const WITH_NETWORK: &str = "ppnpack-torch";
 const WITH_EXPERIMENTS: &str = "ppnpack-experiments";

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use ppnpack_model::card::ModelCard;
-use ppnpack_model::report::EpochReport;
+use ppnpack_model::report::TrainingEvent;
 use ppnpack_model::settings::{Device, TrainingRequest};
 use ppnpack_model::weights::Model;
 use ppnpack_packing::grid::Grid;
@@ -22,29 +22,6 @@ pub struct Proposing<'a> {
     pub device: Device,
     /// The items that are known ahead of time.
     pub items: &'a [Arc<Item>],
-}
-
-/// What a training tells of its progress.
-#[derive(Debug, Clone)]
-pub enum TrainingEvent {
-    /// The data is being read.
-    Reading {
-        /// Parts done.
-        done: usize,
-        /// All parts.
-        total: usize,
-    },
-    /// A batch is done.
-    Batch {
-        /// Batches done, over all epochs.
-        done: u64,
-        /// All batches, over all epochs.
-        total: u64,
-        /// The mean loss of the epoch so far.
-        loss: f64,
-    },
-    /// An epoch is done.
-    Epoch(EpochReport),
 }
 
 /// Opens and trains networks.

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use ppnpack_files::WriteError;
+
 /// Why a dataset could not be written or read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -15,25 +17,21 @@ pub enum DatasetError {
         source: std::io::Error,
     },
     /// A file cannot be written.
-    #[error("{} cannot be written: {source}; free some space, or choose another folder", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
+    #[error(transparent)]
+    Write(#[from] WriteError),
     /// A file is of another version of the format.
     #[error(
-        "{} has version {found} of the format, but this program reads version {}: make the dataset \
+        "{} has version {found} of the format, but this program reads version {readable}: make the dataset \
          anew, or use the program that made it",
-        path.display(),
-        crate::settings::FORMAT_VERSION
+        path.display()
     )]
     Version {
         /// The file.
         path: PathBuf,
         /// Its version.
         found: u64,
+        /// The version that this program reads.
+        readable: u32,
     },
     /// A file is not what it should be.
     #[error("{} is damaged: {reason}; generate the dataset again, which keeps its intact files", path.display())]

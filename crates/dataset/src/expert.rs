@@ -8,11 +8,8 @@ use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::step::{Evaluated, StageError, StepInput};
 use ppnpack_packing::valid::ValidSearch;
 
-use crate::record::{Corner, YawOptima};
+use crate::record::{Corner, TIE_TOLERANCE, YawOptima};
 use crate::values::Values;
-
-/// Values that differ by less than this are ties: equal values that were added up in another order.
-pub const TIE_TOLERANCE: f64 = 1e-9;
 
 /// Labels candidates by an exhaustive search with validity checks.
 pub struct Expert {

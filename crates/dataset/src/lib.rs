@@ -38,10 +38,10 @@ mod writer;
 
 pub use draw::{Drawn, draw};
 pub use error::DatasetError;
-pub use expert::{Expert, TIE_TOLERANCE};
+pub use expert::Expert;
 pub use manifest::{FileEntry, MANIFEST_FILE, Manifest, ShardEntry};
 pub use reader::{Dataset, Split};
-pub use record::{CandidateRecord, Corner, SequenceRecord, StepRecord, YawOptima};
+pub use record::{CandidateRecord, Corner, SequenceRecord, StepRecord, TIE_TOLERANCE, YawOptima};
 pub use recorder::Recorder;
 pub use settings::{ExpertSettings, FORMAT_VERSION, SETTINGS_FILE, Settings};
 pub use values::{VALUE_STEP, Values, YawValues};

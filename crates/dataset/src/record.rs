@@ -4,8 +4,10 @@ use ppnpack_packing::grid::Units;
 use ppnpack_packing::placement::Placement;
 use serde::{Deserialize, Serialize};
 
-use crate::expert::TIE_TOLERANCE;
 use crate::values::Values;
+
+/// Values that differ by less than this are ties: equal values that were added up in another order.
+pub const TIE_TOLERANCE: f64 = 1e-9;
 
 /// A played sequence.
 #[derive(Debug, Clone, PartialEq)]

@@ -58,7 +58,11 @@ impl Flaw {
     pub(crate) fn at(self, path: &std::path::Path) -> DatasetError {
         let path = path.to_owned();
         match self {
-            Self::Version(found) => DatasetError::Version { path, found },
+            Self::Version(found) => DatasetError::Version {
+                path,
+                found,
+                readable: FORMAT_VERSION,
+            },
             Self::Damaged(reason) => DatasetError::Damaged { path, reason },
         }
     }
@@ -142,7 +146,7 @@ impl Layout {
 
     /// Makes a sequence ready for its shard; gives what is wrong with it.
     pub(crate) fn pack(&self, record: &SequenceRecord) -> Result<Packed, String> {
-        validate::steps(self, record.sequence, &record.steps)?;
+        validate::steps(&self.settings, &self.items, record.sequence, &record.steps)?;
         let (mut records, mut candidates) = (Vec::new(), 0);
         for step in &record.steps {
             candidates += step.candidates.len() as u64;
@@ -277,7 +281,13 @@ impl Layout {
             let taken = postcard::take_from_bytes::<StepRecord>(rest);
             let (step, after) =
                 taken.map_err(|error| format!("a record cannot be decoded: {error}"))?;
-            validate::step(self, block.sequence, steps.len(), &step)?;
+            validate::step(
+                &self.settings,
+                &self.items,
+                block.sequence,
+                steps.len(),
+                &step,
+            )?;
             steps.push(step);
             rest = after;
         }

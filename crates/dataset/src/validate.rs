@@ -1,27 +1,35 @@
 //! Whether a record is one that the expert can have made.
 
-use ppnpack_packing::grid::MAX_UNITS;
+use std::sync::Arc;
+
+use ppnpack_packing::grid::{Grid, MAX_UNITS};
+use ppnpack_packing::item::Item;
 
 use crate::record::{CandidateRecord, StepRecord, YawOptima};
-use crate::shard::Layout;
+use crate::settings::Settings;
 use crate::values::offsets;
 
 /// Checks the steps of a sequence; gives what is wrong.
-pub(crate) fn steps(layout: &Layout, sequence: u32, steps: &[StepRecord]) -> Result<(), String> {
+pub(crate) fn steps(
+    settings: &Settings,
+    items: &[Arc<Item>],
+    sequence: u32,
+    steps: &[StepRecord],
+) -> Result<(), String> {
     steps
         .iter()
         .enumerate()
-        .try_for_each(|(index, found)| step(layout, sequence, index, found))
+        .try_for_each(|(index, found)| step(settings, items, sequence, index, found))
 }
 
 /// Checks the step with an index within a sequence; gives what is wrong.
 pub(crate) fn step(
-    layout: &Layout,
+    settings: &Settings,
+    items: &[Arc<Item>],
     sequence: u32,
     index: usize,
     step: &StepRecord,
 ) -> Result<(), String> {
-    let settings = &layout.settings;
     let refuse = |what: String| Err(format!("step {index} of sequence {sequence}: {what}"));
     if (step.sequence, step.step as usize) != (sequence, index) || index >= settings.length as usize
     {
@@ -48,21 +56,20 @@ pub(crate) fn step(
     }
     step.candidates
         .iter()
-        .try_for_each(|found| candidate(layout, found))
+        .try_for_each(|found| candidate(&settings.grid, items, found))
         .or_else(refuse)
 }
 
-fn candidate(layout: &Layout, candidate: &CandidateRecord) -> Result<(), String> {
+fn candidate(grid: &Grid, items: &[Arc<Item>], candidate: &CandidateRecord) -> Result<(), String> {
     let object = candidate.object;
-    let Some(item) = layout.items.get(object as usize) else {
+    let Some(item) = items.get(object as usize) else {
         return Err(format!("there is no object {object}"));
     };
     if candidate.yaws.len() != item.views().len() {
         return Err(format!("object {object} has {} yaws", candidate.yaws.len()));
     }
     for (view, optima) in item.views().iter().zip(&candidate.yaws) {
-        yaw(offsets(&layout.settings.grid, view), optima)
-            .map_err(|what| format!("object {object}: {what}"))?;
+        yaw(offsets(grid, view), optima).map_err(|what| format!("object {object}: {what}"))?;
     }
     Ok(())
 }

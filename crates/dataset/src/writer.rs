@@ -6,10 +6,11 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use ppnpack_files::{WriteError, remove_unfinished, write_whole};
 use ppnpack_packing::item::Item;
 
 use crate::error::DatasetError;
-use crate::files::{read_bounded, remove_unfinished, write_whole};
+use crate::files::read_bounded;
 use crate::items;
 use crate::manifest::{
     FileEntry, ITEMS_FILE, MANIFEST_FILE, Manifest, ShardEntry, shard_file, shard_ranges,
@@ -211,10 +212,7 @@ impl DatasetWriter {
 /// Makes the folder and takes its lock, which ends with the process.
 fn lock(folder: &Path) -> Result<File, DatasetError> {
     let path = folder.join(LOCK_FILE);
-    let failed = |source| DatasetError::Write {
-        path: path.clone(),
-        source,
-    };
+    let failed = |cause| WriteError::at(&path)(cause);
     std::fs::create_dir_all(folder).map_err(failed)?;
     let file = File::create(&path).map_err(failed)?;
     match file.try_lock() {
@@ -224,7 +222,7 @@ fn lock(folder: &Path) -> Result<File, DatasetError> {
                 folder: folder.to_owned(),
             });
         }
-        Err(TryLockError::Error(source)) => return Err(failed(source)),
+        Err(TryLockError::Error(source)) => return Err(failed(source).into()),
     }
     remove_unfinished(folder).map_err(failed)?;
     Ok(file)
@@ -266,13 +264,12 @@ fn refuse_fewer(folder: &Path, sequences: u32) -> Result<(), DatasetError> {
             asked: sequences,
         });
     }
-    std::fs::remove_file(&path).map_err(|source| DatasetError::Write { path, source })
+    Ok(std::fs::remove_file(&path).map_err(WriteError::at(&path))?)
 }
 
 fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<(), DatasetError> {
-    let content = serde_json::to_vec_pretty(value).map_err(|error| DatasetError::Write {
-        path: path.to_owned(),
-        source: error.into(),
-    })?;
-    write_whole(path, &content)
+    let content = serde_json::to_vec_pretty(value)
+        .map_err(std::io::Error::from)
+        .map_err(WriteError::at(path))?;
+    Ok(write_whole(path, &content)?)
 }

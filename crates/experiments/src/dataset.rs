@@ -160,7 +160,7 @@ fn name(stability: StabilityOption) -> Outcome<String> {
 /// Wrong use of the folder is an input's fault; that it cannot be written is not.
 fn of_folder(error: DatasetError) -> Failure {
     match error {
-        DatasetError::Write { .. } | DatasetError::Read { .. } => Failure::Run(error.into()),
+        DatasetError::Write(_) | DatasetError::Read { .. } => Failure::Run(error.into()),
         _ => Failure::Input(error.into()),
     }
 }

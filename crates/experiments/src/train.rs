@@ -6,11 +6,11 @@ use clap::{Args, ValueEnum};
 use ppnpack_chart::{Curve, Lines};
 use ppnpack_model::architecture::{Architecture, Fusion, Normalisation};
 use ppnpack_model::card::{Accuracy, ModelCard};
-use ppnpack_model::report::EpochReport;
+use ppnpack_model::report::{EpochReport, TrainingEvent};
 use ppnpack_model::settings::{Loss, TrainingRequest, TrainingSettings};
 
 use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
-use ppnpack_cli::network::{Backend, TrainingEvent};
+use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{DeviceOption, positive};
 use ppnpack_cli::output::{print_json, print_line, write_whole};
 use ppnpack_cli::progress;

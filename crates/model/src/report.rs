@@ -1,4 +1,4 @@
-//! What a training reports of its epochs.
+//! What a training reports.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,4 +19,27 @@ pub struct EpochReport {
     pub training_s: f64,
     /// The part of the time in which training waited for data.
     pub waiting_share: f64,
+}
+
+/// What a training tells of its progress.
+#[derive(Debug, Clone)]
+pub enum TrainingEvent {
+    /// The data is being read.
+    Reading {
+        /// Parts done.
+        done: usize,
+        /// All parts.
+        total: usize,
+    },
+    /// A batch is done.
+    Batch {
+        /// Batches done, over all epochs.
+        done: u64,
+        /// All batches, over all epochs.
+        total: u64,
+        /// The mean loss of the epoch so far.
+        loss: f64,
+    },
+    /// An epoch is done; those before an interruption are told again.
+    Epoch(EpochReport),
 }

@@ -3,10 +3,11 @@
 use std::fmt;
 
 use nalgebra::Point3;
+use ppnpack_numbers::SettingError;
 use ppnpack_packing::grid::ContainerSize;
 use serde::{Deserialize, Serialize};
 
-use crate::limits::{SettingError, length, share};
+use crate::limits::{length, share};
 
 /// A reason not to plan on a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]

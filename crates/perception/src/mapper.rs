@@ -1,13 +1,14 @@
 //! Points to heights.
 
 use nalgebra::{Isometry3, Point3};
+use ppnpack_numbers::SettingError;
 use ppnpack_packing::grid::{Grid, Units};
 use ppnpack_packing::heightmap::{Heightmap, HeightmapError, Scene, Surface};
 
 use crate::doubts::{Doubt, Watch};
 use crate::holes::{Fillable, Holes, is_known};
 use crate::layers::{NO_POINT, TopLayers};
-use crate::settings::{MapperSettings, SettingError};
+use crate::settings::MapperSettings;
 use crate::still::{History, Stillness};
 
 /// Points higher than this count as this high: all the same to a container, and still a number in every format.

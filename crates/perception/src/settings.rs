@@ -1,5 +1,6 @@
 //! How points become heights.
 
+use ppnpack_numbers::{SettingError, require};
 use ppnpack_packing::grid::Grid;
 use serde::{Deserialize, Serialize};
 
@@ -65,14 +66,13 @@ impl MapperSettings {
     /// [`SettingError`] names the first that is not.
     pub fn validate_on(&self, grid: &Grid) -> Result<(), SettingError> {
         self.validate()?;
-        if self.point_radius_m > 0.5 * grid.resolution().surface_pitch_m() {
-            return Err(SettingError::new(
-                "point_radius_m",
-                self.point_radius_m,
-                "at most half the distance of the surface's samples",
-            ));
-        }
-        Ok(())
+        let greatest_m = 0.5 * grid.resolution().surface_pitch_m();
+        require(
+            "point_radius_m",
+            self.point_radius_m,
+            "at most half the distance of the surface's samples",
+            |radius_m| radius_m <= greatest_m,
+        )
     }
 
     fn validate(&self) -> Result<(), SettingError> {

@@ -5,11 +5,12 @@
 
 use std::collections::VecDeque;
 
+use ppnpack_numbers::{SettingError, require};
 use serde::{Deserialize, Serialize};
 
 use crate::holes::is_known;
 use crate::layers::NO_POINT;
-use crate::limits::{SettingError, length};
+use crate::limits::length;
 
 /// The most clouds that are kept.
 const MAX_CLOUDS: usize = 16;
@@ -43,10 +44,9 @@ impl Default for StillSettings {
 
 impl StillSettings {
     pub(crate) fn validate(&self) -> Result<(), SettingError> {
-        if !(1..=MAX_CLOUDS).contains(&self.clouds) {
-            let clouds = self.clouds as f64;
-            return Err(SettingError::new("still.clouds", clouds, "1 to 16"));
-        }
+        require("still.clouds", self.clouds as f64, "1 to 16", |_| {
+            (1..=MAX_CLOUDS).contains(&self.clouds)
+        })?;
         length("still.height_m", self.height_m)
     }
 }

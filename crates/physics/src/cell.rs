@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_catalogue::object::Model;
+use ppnpack_numbers::gaussian;
 use ppnpack_packing::grid::{ContainerSize, Grid};
 use ppnpack_packing::heightmap::{Scene, Surface};
 use rand::{RngExt, SeedableRng};
@@ -14,7 +15,6 @@ use rapier3d::dynamics::RigidBodyHandle;
 use crate::body::{BodyTemplate, Templates};
 use crate::container;
 use crate::error::PhysicsError;
-use crate::noise::gaussian;
 use crate::outcome::{
     BodyId, BodyState, Disturbance, PlacedReport, SettleReport, is_inside, tilt_rad,
 };

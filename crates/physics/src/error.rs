@@ -1,5 +1,6 @@
 //! What can go wrong in the simulated cell.
 
+use ppnpack_numbers::SettingError;
 use ppnpack_packing::heightmap::HeightmapError;
 
 /// Why the simulated cell refused something.
@@ -7,15 +8,8 @@ use ppnpack_packing::heightmap::HeightmapError;
 #[non_exhaustive]
 pub enum PhysicsError {
     /// A number is outside what is possible.
-    #[error("{what} must be {expected}, but is {value}")]
-    Setting {
-        /// Which number.
-        what: &'static str,
-        /// What is possible.
-        expected: &'static str,
-        /// What was given.
-        value: f64,
-    },
+    #[error(transparent)]
+    Setting(#[from] SettingError),
     /// A pose is not finite, not rigid, or far away from the container.
     #[error("the planned pose of {model} is {reason}")]
     Pose {
@@ -46,22 +40,4 @@ pub enum PhysicsError {
     /// A surface or a heightmap could not be made.
     #[error(transparent)]
     Heightmap(#[from] HeightmapError),
-}
-
-/// Refuses a number that is not finite or fails a condition.
-pub(crate) fn require(
-    what: &'static str,
-    value: f64,
-    expected: &'static str,
-    holds: impl FnOnce(f64) -> bool,
-) -> Result<(), PhysicsError> {
-    if value.is_finite() && holds(value) {
-        Ok(())
-    } else {
-        Err(PhysicsError::Setting {
-            what,
-            expected,
-            value,
-        })
-    }
 }

@@ -34,7 +34,6 @@ pub mod cell;
 mod container;
 mod convert;
 pub mod error;
-mod noise;
 pub mod outcome;
 mod overlap;
 pub mod packing_cell;

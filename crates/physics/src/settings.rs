@@ -1,9 +1,9 @@
 //! The settings of a simulated cell; their defaults are the reference experiment's.
 
+use ppnpack_numbers::{SettingError, require};
 use ppnpack_packing::grid::ContainerSize;
 use serde::{Deserialize, Serialize};
-
-use crate::error::{PhysicsError, require};
+use serde_json::Value;
 
 /// The most steps of one settling phase.
 const MAX_SETTLE_STEPS: f64 = 1e6;
@@ -206,8 +206,8 @@ impl CellSettings {
     /// Checks that every number is possible.
     ///
     /// # Errors
-    /// [`PhysicsError::Setting`] names the first that is not.
-    pub fn validate(&self) -> Result<(), PhysicsError> {
+    /// [`SettingError`] names the first that is not.
+    pub fn validate(&self) -> Result<(), SettingError> {
         let side = "above 1 mm and at most 10 m";
         let is_side = |value: f64| value > 1e-3 && value <= 10.0;
         require("the container's x side", self.container.x_m, side, is_side)?;
@@ -296,6 +296,16 @@ impl CellSettings {
         )
     }
 
+    /// These settings with what another value has, object by object, in place of theirs: what is left out stays.
+    ///
+    /// # Errors
+    /// What of `over` is no setting.
+    pub fn overlaid(&self, over: Value) -> Result<Self, serde_json::Error> {
+        let mut settings = serde_json::to_value(self)?;
+        overlay(&mut settings, over);
+        serde_json::from_value(settings)
+    }
+
     /// The most steps of a settling phase.
     pub(crate) fn settle_steps(&self) -> usize {
         let steps = self.settle_time_s / self.solver.timestep_s;
@@ -303,8 +313,19 @@ impl CellSettings {
     }
 }
 
+fn overlay(base: &mut Value, over: Value) {
+    match (base, over) {
+        (Value::Object(base), Value::Object(over)) => {
+            for (name, value) in over {
+                overlay(base.entry(name).or_insert(Value::Null), value);
+            }
+        }
+        (base, over) => *base = over,
+    }
+}
+
 impl SolverSettings {
-    fn validate(&self) -> Result<(), PhysicsError> {
+    fn validate(&self) -> Result<(), SettingError> {
         require(
             "the time step",
             self.timestep_s,

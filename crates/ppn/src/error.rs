@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use ppnpack_dataset::DatasetError;
+use ppnpack_files::WriteError;
 use ppnpack_model::architecture::ArchitectureError;
 use tch::TchError;
 
@@ -77,9 +78,12 @@ pub enum NetworkError {
         /// Where the batch's tensors are.
         kept: PathBuf,
     },
-    /// A file cannot be read or written.
-    #[error("{}: {source}", path.display())]
-    File {
+    /// A file cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// A file cannot be read.
+    #[error("{} cannot be read: {source}", path.display())]
+    Read {
         /// The file.
         path: PathBuf,
         /// What went wrong.

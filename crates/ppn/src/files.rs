@@ -1,30 +1,11 @@
-//! Files of tensors: written whole or not at all.
+//! Files of tensors.
 
 use std::collections::BTreeMap;
-use std::io::Write;
-use std::path::Path;
 
 use ppnpack_model::weights::{WeightTensor, to_bytes};
 use tch::{Device, Kind, TchError, Tensor};
 
 use crate::error::NetworkError;
-
-/// Writes a file so that it either has all of its content or does not change.
-pub(crate) fn write_whole(path: &Path, content: &[u8]) -> Result<(), NetworkError> {
-    let write = || -> std::io::Result<()> {
-        let folder = path.parent().unwrap_or(Path::new("."));
-        std::fs::create_dir_all(folder)?;
-        let mut file = tempfile::NamedTempFile::new_in(folder)?;
-        file.write_all(content)?;
-        file.as_file().sync_all()?;
-        file.persist(path)?;
-        Ok(())
-    };
-    write().map_err(|source| NetworkError::File {
-        path: path.to_owned(),
-        source,
-    })
-}
 
 /// A tensor's values in plain memory.
 pub(crate) fn to_plain(tensor: &Tensor) -> Result<WeightTensor, TchError> {

@@ -3,12 +3,11 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use ppnpack_model::architecture::Fusion;
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::Model;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Heightmap;
-use ppnpack_packing::item::{Item, ItemView, ShapeId};
+use ppnpack_packing::item::{Item, ShapeId};
 use ppnpack_packing::placement::Placement;
 use ppnpack_packing::proposals::Percent;
 use ppnpack_packing::resting::RestingHeights;
@@ -18,11 +17,10 @@ use crate::error::NetworkError;
 use crate::files::copy_into;
 use crate::maps::{Layout, canvas, limit, lowest};
 use crate::network::{CONTAINER_CHANNELS, Network, RESTING_CHANNELS, VIEW_CHANNELS, ViewFeatures};
-use crate::processor::{Processor, SparseKernel};
 use crate::runtime;
 use crate::symmetry::Symmetry;
 
-/// Items whose features are kept: a few megabytes.
+/// Items whose features are kept: some thirty megabytes of items of up to 32 cells a side with four yaws.
 const KEPT_ITEMS: usize = 512;
 
 /// A network ready to score placements on one grid.
@@ -35,24 +33,14 @@ pub(crate) struct Inference {
     resting: RestingHeights,
     features: HashMap<ShapeId, ItemFeatures>,
     uses: u64,
-    /// Runs what comes after the encoders, where libtorch does not.
-    processor: Option<Processor>,
 }
 
 /// What is kept of an item: its features do not depend on the container.
 #[derive(Debug)]
 struct ItemFeatures {
-    views: KeptViews,
+    /// On a canvas that holds the item's largest view.
+    views: ViewFeatures,
     last_used: u64,
-}
-
-/// The features of an item's views, in the form that they are fused in.
-#[derive(Debug)]
-enum KeptViews {
-    /// For [`Processor`]: per resolution, one kernel per view.
-    Sparse(Vec<Vec<SparseKernel>>),
-    /// For libtorch: `[R, C_i, K_i, K_i]` per resolution, on canvases of one size.
-    Dense(ViewFeatures),
 }
 
 /// The scores of a step's candidates. Maps are by candidate and yaw, cells as the layout orders them.
@@ -109,14 +97,7 @@ impl Inference {
         }
         let network = tch::no_grad(|| network.folded())?;
         let layout = Layout::new(grid, architecture.stride(), Symmetry::default());
-        let uses_own = device == tch::Device::Cpu && architecture.fusion == Fusion::Correlation;
-        let processor = if uses_own {
-            Some(Processor::new(&network, layout.padded)?)
-        } else {
-            None
-        };
         Ok(Self {
-            processor,
             layout,
             resting: RestingHeights::new(grid),
             grid: grid.clone(),
@@ -262,15 +243,10 @@ impl Inference {
         let mut container = vec![0.0; CONTAINER_CHANNELS as usize * self.layout.cells()];
         self.layout
             .write_container(heightmap.heights(), &mut container);
-        if let Some(processor) = &mut self.processor {
-            let levels = self.network.architecture().widths.len();
-            let views = kernels(&self.features, levels, items);
-            return Ok(processor.score(&container, &views, resting));
-        }
         runtime::use_one_thread();
         let cells = self.layout.cells() as i64;
         let containers = self.encode_container(&container)?;
-        let fused = self.fuse_dense(&containers, items)?;
+        let fused = self.fuse(&containers, items)?;
         let resting = if self.network.architecture().resting_heights {
             let all = Tensor::f_from_slice(resting)?.f_view([-1, RESTING_CHANNELS, cells])?;
             Some(all.f_to(self.device)?)
@@ -282,21 +258,13 @@ impl Inference {
         Ok(Vec::try_from(scores)?)
     }
 
-    /// Fuses with libtorch.
-    fn fuse_dense(
-        &self,
-        containers: &[Tensor],
-        items: &[&Item],
-    ) -> Result<Vec<Tensor>, NetworkError> {
+    /// Brings the features of the container and of all views together.
+    fn fuse(&self, containers: &[Tensor], items: &[&Item]) -> Result<Vec<Tensor>, NetworkError> {
         let views = (0..containers.len()).map(|level| {
-            let of_level =
-                items
-                    .iter()
-                    .filter_map(|item| match &self.features.get(&item.shape())?.views {
-                        KeptViews::Dense(views) => views.get(level),
-                        KeptViews::Sparse(_) => None,
-                    });
-            let of_level: Vec<&Tensor> = of_level.collect();
+            let of_level = items
+                .iter()
+                .filter_map(|item| self.features.get(&item.shape())?.views.get(level));
+            let of_level = on_one_canvas(&of_level.collect::<Vec<_>>())?;
             Tensor::f_cat(&of_level, 0)?.f_unsqueeze(0)
         });
         let views: Vec<Tensor> = views.collect::<Result<_, _>>()?;
@@ -324,12 +292,8 @@ impl Inference {
         }
         runtime::use_one_thread();
         let layout = self.layout;
-        let admitted = |view: &&ItemView| layout.admits(view);
-        let stride = self.network.architecture().stride();
-        let side = match self.processor {
-            Some(_) => canvas(item.views().iter().filter(admitted), stride),
-            None => layout.padded.nx.max(layout.padded.ny),
-        };
+        let admitted = item.views().iter().filter(|view| layout.admits(view));
+        let side = canvas(admitted, self.network.architecture().stride());
         let size = VIEW_CHANNELS as usize * side * side;
         let mut maps = vec![0.0; item.views().len() * size];
         for (view, out) in item.views().iter().zip(maps.chunks_exact_mut(size)) {
@@ -340,10 +304,6 @@ impl Inference {
         let shape = [-1, VIEW_CHANNELS, side as i64, side as i64];
         let maps = Tensor::f_from_slice(&maps)?.f_view(shape)?;
         let views = self.network.encode_views(&maps.f_to(self.device)?)?;
-        let views = match self.processor {
-            Some(_) => KeptViews::Sparse(sparse(&views)?),
-            None => KeptViews::Dense(views),
-        };
         let last_used = self.uses;
         let kept = ItemFeatures { views, last_used };
         self.features.insert(item.shape(), kept);
@@ -351,30 +311,20 @@ impl Inference {
     }
 }
 
-/// Per resolution, the kernels of the items' views.
-fn kernels<'a>(
-    features: &'a HashMap<ShapeId, ItemFeatures>,
-    levels: usize,
-    items: &[&Item],
-) -> Vec<Vec<&'a SparseKernel>> {
-    let of_level = |level| {
-        let of_item = |item: &&Item| match features.get(&item.shape()).map(|kept| &kept.views) {
-            Some(KeptViews::Sparse(levels)) => levels.get(level).map_or(&[][..], Vec::as_slice),
-            _ => &[],
-        };
-        items.iter().flat_map(of_item).collect()
-    };
-    (0..levels).map(of_level).collect()
-}
-
-/// The kernels of features `[R, C_i, K_i, K_i]` per resolution.
-fn sparse(features: &[Tensor]) -> Result<Vec<Vec<SparseKernel>>, TchError> {
-    let levels = features.iter().map(|features| {
-        let (views, ..) = features.size4()?;
-        let views = (0..views).map(|view| SparseKernel::new(&features.f_get(view)?));
-        views.collect()
+/// Features `[R, C, K, K]` of several items, with zeros around those on smaller canvases than the greatest.
+fn on_one_canvas(features: &[&Tensor]) -> Result<Vec<Tensor>, TchError> {
+    let sides = features.iter().map(|features| Ok(features.size4()?.3));
+    let sides: Vec<i64> = sides.collect::<Result<_, TchError>>()?;
+    let greatest = sides.iter().copied().max().unwrap_or(0);
+    let padded = features.iter().zip(sides).map(|(features, side)| {
+        let margin = (greatest - side) / 2;
+        if margin == 0 {
+            Ok(features.shallow_clone())
+        } else {
+            features.f_constant_pad_nd([margin; 4])
+        }
     });
-    levels.collect()
+    padded.collect()
 }
 
 #[cfg(test)]

@@ -8,7 +8,6 @@ mod files;
 mod inference;
 mod maps;
 mod network;
-mod processor;
 pub mod proposer;
 mod runtime;
 mod symmetry;

@@ -194,8 +194,9 @@ pub(crate) fn lowest<'a>(
     fitting.min().unwrap_or(0)
 }
 
-/// The canvas that holds all these views, a multiple of the stride.
+/// The canvas that holds all these views: a multiple of twice the stride, so that the footprint's centre lies between
+/// the same cells at every resolution, whatever the canvas.
 pub(crate) fn canvas<'a>(views: impl Iterator<Item = &'a ItemView>, stride: usize) -> usize {
     let longest = views.map(|view| view.nx().max(view.ny())).max();
-    longest.unwrap_or(1).next_multiple_of(stride)
+    longest.unwrap_or(1).next_multiple_of(2 * stride)
 }

@@ -74,11 +74,8 @@ mod refinement;
 mod rest;
 pub mod samples;
 pub mod segmentation;
-mod setting_error;
 mod spacing;
 pub mod support;
 pub mod symmetry;
 mod twins;
 pub mod unknown_item;
-
-pub use setting_error::SettingError;

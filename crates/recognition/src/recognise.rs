@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3};
+use ppnpack_numbers::{SettingError, require};
 use serde::{Deserialize, Serialize};
 
 use crate::align::{AlignSettings, Hold};
@@ -16,7 +17,6 @@ use crate::refinement::{Fit, Pass, PassSettings, RefinementSettings, SamePose, d
 use crate::rest::laid_at_rest;
 use crate::samples::spread;
 use crate::segmentation::Cluster;
-use crate::setting_error::{SettingError, require};
 use crate::spacing::spacing_m;
 
 /// How clusters are recognised.

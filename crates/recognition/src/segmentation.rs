@@ -2,10 +2,10 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use ppnpack_catalogue::mesh::Bounds;
+use ppnpack_numbers::{SettingError, require};
 use serde::{Deserialize, Serialize};
 
 use crate::groups::{Cells, joined};
-use crate::setting_error::{SettingError, require};
 use crate::support::Support;
 
 /// A box of the world, in metres.

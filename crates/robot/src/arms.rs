@@ -29,10 +29,16 @@ pub fn text(name: &str) -> Option<&'static str> {
 /// # Errors
 /// [`ParameterError::UnknownArm`] where there is none of this name.
 pub fn arm(name: &str) -> Result<Arm, ParameterError> {
-    let text = text(name).ok_or_else(|| ParameterError::UnknownArm {
-        name: name.to_owned(),
-    })?;
+    let text = text(name).ok_or_else(|| unknown(name))?;
     Arm::new(&ArmParameters::from_toml(text)?)
+}
+
+/// The refusal of a name that no built-in arm has.
+pub(crate) fn unknown(name: &str) -> ParameterError {
+    ParameterError::UnknownArm {
+        name: name.to_owned(),
+        known: names().collect(),
+    }
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! What surrounds the arm, and how carefully it moves.
 
 use nalgebra::Point3;
+use ppnpack_numbers::{SettingError, require};
 use ppnpack_packing::grid::ContainerSize;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ParameterError, require};
 use crate::pick::PickSettings;
 use crate::shapes::AxisBox;
 
@@ -79,15 +79,12 @@ impl CellSettings {
     /// Checks every value.
     ///
     /// # Errors
-    /// [`ParameterError::Value`] names the first field that is not possible.
-    pub fn validate(&self) -> Result<(), ParameterError> {
+    /// [`SettingError`] names the first field that is not possible.
+    pub fn validate(&self) -> Result<(), SettingError> {
         let within = |name: &str, value: f64, expected, lowest: f64, highest: f64| {
-            require(
-                || name.to_owned(),
-                value,
-                expected,
-                |value| (lowest..=highest).contains(&value),
-            )
+            require(name, value, expected, |value| {
+                (lowest..=highest).contains(&value)
+            })
         };
         within(
             "wall_thickness_m",

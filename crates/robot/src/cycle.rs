@@ -8,12 +8,12 @@ use std::ops::RangeInclusive;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
 use ppnpack_packing::candidate::Lying;
+use ppnpack_numbers::{SettingError, require};
 use ppnpack_packing::item::Item;
 use ppnpack_packing::motion::{Cycle, JointPoint, Leg, LegKind, MAX_POINTS};
 use serde::{Deserialize, Serialize};
 
 use crate::clearance::{Held, Sweep, deviations_m, extruded};
-use crate::error::{ParameterError, require};
 use crate::gripper::GripperPart;
 use crate::joints::{Joint, JointAngles, wrapped};
 use crate::motion::{
@@ -58,26 +58,20 @@ impl CycleSettings {
     /// Checks every value.
     ///
     /// # Errors
-    /// [`ParameterError::Value`] names the first field that is not possible.
-    pub fn validate(&self) -> Result<(), ParameterError> {
+    /// [`SettingError`] names the first field that is not possible.
+    pub fn validate(&self) -> Result<(), SettingError> {
         for (name, value) in [("grip_s", self.grip_s), ("release_s", self.release_s)] {
-            require(
-                || name.to_owned(),
-                value,
-                "0 to 60 s",
-                |value| (0.0..=60.0).contains(&value),
-            )?;
+            require(name, value, "0 to 60 s", |value| {
+                (0.0..=60.0).contains(&value)
+            })?;
         }
         for (name, value) in [
             ("speed_share", self.speed_share),
             ("acceleration_share", self.acceleration_share),
         ] {
-            require(
-                || name.to_owned(),
-                value,
-                "0.001 to 1",
-                |value| (0.001..=1.0).contains(&value),
-            )?;
+            require(name, value, "0.001 to 1", |value| {
+                (0.001..=1.0).contains(&value)
+            })?;
         }
         Ok(())
     }
@@ -117,17 +111,16 @@ impl PickPlace {
     /// Checks every value.
     ///
     /// # Errors
-    /// [`ParameterError::Value`] names the first field that is not possible.
-    pub fn validate(&self) -> Result<(), ParameterError> {
+    /// [`SettingError`] names the first field that is not possible.
+    pub fn validate(&self) -> Result<(), SettingError> {
         for (axis, value) in self.position_m.iter().enumerate() {
-            let name = || format!("pick.position_m[{axis}]");
+            let name = format_args!("pick.position_m[{axis}]");
             require(name, *value, "within +-10 m", |value| value.abs() <= 10.0)?;
         }
-        let name = || "pick.yaw_deg".to_owned();
-        require(name, self.yaw_deg, "within +-360 degrees", |value| {
+        let within = "within +-360 degrees";
+        require("pick.yaw_deg", self.yaw_deg, within, |value| {
             value.abs() <= 360.0
-        })?;
-        Ok(())
+        })
     }
 
     /// How an item lies there that is held at a pick point. `None` for an item without a yaw.

@@ -2,9 +2,10 @@
 //!
 //! The file is written in the units of data sheets, metres and degrees, with the unit in each name.
 
+use ppnpack_numbers::{SettingError, require};
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ParameterError, require};
+use crate::error::ParameterError;
 
 /// Lengths beyond this are no arm's, in metres.
 const MAX_LENGTH_M: f64 = 10.0;
@@ -135,8 +136,8 @@ impl ArmParameters {
     /// Checks every value.
     ///
     /// # Errors
-    /// [`ParameterError::Value`] names the first field that is not possible.
-    pub fn validate(&self) -> Result<(), ParameterError> {
+    /// [`SettingError`] names the first field that is not possible.
+    pub fn validate(&self) -> Result<(), SettingError> {
         positive("payload_kg", self.payload_kg)?;
         self.geometry.validate()?;
         for (index, joint) in self.joints.iter().enumerate() {
@@ -151,7 +152,7 @@ impl ArmParameters {
 }
 
 impl GeometryParameters {
-    fn validate(&self) -> Result<(), ParameterError> {
+    fn validate(&self) -> Result<(), SettingError> {
         for (name, value) in [("a1_m", self.a1_m), ("a2_m", self.a2_m), ("b_m", self.b_m)] {
             length(&format!("geometry.{name}"), value)?;
         }
@@ -170,21 +171,18 @@ impl GeometryParameters {
 }
 
 impl JointParameters {
-    fn validate(&self, index: usize) -> Result<(), ParameterError> {
+    fn validate(&self, index: usize) -> Result<(), SettingError> {
         let field = |name: &str| format!("joints[{index}].{name}");
         for (name, value) in [
             ("lowest_deg", self.lowest_deg),
             ("highest_deg", self.highest_deg),
         ] {
-            require(
-                || field(name),
-                value,
-                "within +-720 degrees",
-                |value| value.abs() <= 720.0,
-            )?;
+            require(field(name), value, "within +-720 degrees", |value| {
+                value.abs() <= 720.0
+            })?;
         }
         require(
-            || field("highest_deg"),
+            field("highest_deg"),
             self.highest_deg,
             "above lowest_deg",
             |value| value > self.lowest_deg,
@@ -195,23 +193,20 @@ impl JointParameters {
             self.acceleration_deg_per_s2,
         )?;
         require(
-            || field("zero_deg"),
+            field("zero_deg"),
             self.zero_deg,
             "within +-360 degrees",
             |value| value.abs() <= 360.0,
         )?;
-        require(
-            || field("sign"),
-            f64::from(self.sign),
-            "1 or -1",
-            |value| value.abs() == 1.0,
-        )?;
+        require(field("sign"), f64::from(self.sign), "1 or -1", |value| {
+            value.abs() == 1.0
+        })?;
         Ok(())
     }
 }
 
 impl BaseParameters {
-    fn validate(&self) -> Result<(), ParameterError> {
+    fn validate(&self) -> Result<(), SettingError> {
         for (axis, value) in self.position_m.iter().enumerate() {
             length(&format!("base.position_m[{axis}]"), *value)?;
         }
@@ -221,7 +216,7 @@ impl BaseParameters {
             ("yaw_deg", self.yaw_deg),
         ] {
             require(
-                || format!("base.{name}"),
+                format_args!("base.{name}"),
                 value,
                 "within +-360 degrees",
                 |value| value.abs() <= 360.0,
@@ -232,10 +227,10 @@ impl BaseParameters {
 }
 
 impl CapsuleParameters {
-    fn validate(&self, index: usize) -> Result<(), ParameterError> {
+    fn validate(&self, index: usize) -> Result<(), SettingError> {
         let field = |name: &str| format!("capsules[{index}].{name}");
         require(
-            || field("link"),
+            field("link"),
             self.link as f64,
             "a link from 0 to 6",
             |value| value <= 6.0,
@@ -251,7 +246,7 @@ impl CapsuleParameters {
 }
 
 impl GripperParameters {
-    fn validate(&self) -> Result<(), ParameterError> {
+    fn validate(&self) -> Result<(), SettingError> {
         for (name, value) in [
             ("cup_radius_m", self.cup_radius_m),
             ("cup_height_m", self.cup_height_m),
@@ -265,7 +260,7 @@ impl GripperParameters {
             positive(&name, value)?;
         }
         require(
-            || "gripper.compression_m".to_owned(),
+            "gripper.compression_m",
             self.compression_m,
             "between 0 and less than the cup's height",
             |value| (0.0..self.cup_height_m).contains(&value),
@@ -274,23 +269,15 @@ impl GripperParameters {
     }
 }
 
-fn positive(field: &str, value: f64) -> Result<(), ParameterError> {
-    require(
-        || field.to_owned(),
-        value,
-        "a positive number",
-        |value| value > 0.0,
-    )?;
+fn positive(field: &str, value: f64) -> Result<(), SettingError> {
+    require(field, value, "a positive number", |value| value > 0.0)?;
     Ok(())
 }
 
-fn length(field: &str, value: f64) -> Result<(), ParameterError> {
-    require(
-        || field.to_owned(),
-        value,
-        "within +-10 m",
-        |value| value.abs() <= MAX_LENGTH_M,
-    )?;
+fn length(field: &str, value: f64) -> Result<(), SettingError> {
+    require(field, value, "within +-10 m", |value| {
+        value.abs() <= MAX_LENGTH_M
+    })?;
     Ok(())
 }
 

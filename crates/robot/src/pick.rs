@@ -2,9 +2,9 @@
 //! is.
 
 use nalgebra::{Matrix2, Point2, Point3, Vector2};
+use ppnpack_numbers::{SettingError, require};
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ParameterError, require};
 use crate::gripper::{Gripper, GripperPart};
 use crate::surface::UpperSurface;
 
@@ -35,19 +35,16 @@ impl Default for PickSettings {
 }
 
 impl PickSettings {
-    pub(crate) fn validate(&self) -> Result<(), ParameterError> {
+    pub(crate) fn validate(&self) -> Result<(), SettingError> {
         for (name, value, expected, highest) in [
             ("max_deviation_m", self.max_deviation_m, "0 to 0.1 m", 0.1),
             ("max_tilt_deg", self.max_tilt_deg, "0 to 80", 80.0),
             ("level_tilt_deg", self.level_tilt_deg, "0 to 80", 80.0),
             ("max_offset_m", self.max_offset_m, "0 to 10 m", 10.0),
         ] {
-            require(
-                || format!("pick.{name}"),
-                value,
-                expected,
-                |value| (0.0..=highest).contains(&value),
-            )?;
+            require(format_args!("pick.{name}"), value, expected, |value| {
+                (0.0..=highest).contains(&value)
+            })?;
         }
         Ok(())
     }

@@ -76,9 +76,7 @@ fn file(path: &str) -> Result<String, ParameterError> {
         Ok(found) if found.len() > MAX_FILE_BYTES => Err(unreadable(format!(
             "it is larger than {MAX_FILE_BYTES} bytes"
         ))),
-        Err(_) if !path.ends_with(".toml") => Err(ParameterError::UnknownArm {
-            name: path.to_owned(),
-        }),
+        Err(_) if !path.ends_with(".toml") => Err(arms::unknown(path)),
         _ => std::fs::read_to_string(path).map_err(|error| unreadable(error.to_string())),
     }
 }

@@ -1,13 +1,14 @@
 //! Networks for the commands of `ppnpack`.
 
 use anyhow::Result;
-use ppnpack_cli::network::{Backend, Proposing, TrainingEvent};
+use ppnpack_cli::network::{Backend, Proposing};
 use ppnpack_model::card::ModelCard;
+use ppnpack_model::report::TrainingEvent;
 use ppnpack_model::settings::{Device, TrainingRequest};
 use ppnpack_model::weights::Model;
 use ppnpack_packing::proposals::Proposer;
 use ppnpack_ppn::proposer::NetworkProposer;
-use ppnpack_ppn::training::{self, Event};
+use ppnpack_ppn::training;
 
 use crate::service::TorchNetwork;
 
@@ -34,13 +35,6 @@ impl Backend for Torch {
         request: &TrainingRequest,
         watch: &mut dyn FnMut(TrainingEvent),
     ) -> Result<ModelCard> {
-        let card = training::train(request, &mut |event| {
-            watch(match event {
-                Event::Reading { done, total } => TrainingEvent::Reading { done, total },
-                Event::Batch { done, total, loss } => TrainingEvent::Batch { done, total, loss },
-                Event::Epoch(report) => TrainingEvent::Epoch(report),
-            });
-        })?;
-        Ok(card)
+        Ok(training::train(request, watch)?)
     }
 }

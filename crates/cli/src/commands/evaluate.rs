@@ -36,6 +36,10 @@ pub(crate) struct EvaluateArguments {
     /// The container's height
     #[arg(long, value_name = "LENGTH", default_value = "30cm", value_parser = crate::length::parse_length)]
     height: f64,
+
+    /// Print JSON, as is done in any case
+    #[arg(long = "json")]
+    _json: bool,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

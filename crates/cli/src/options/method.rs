@@ -275,7 +275,8 @@ fn weights(assignments: &[String]) -> Outcome<Weights> {
         if !named.contains_key(name) {
             return Err(wrong("there is no such weight"));
         }
-        let value: f64 = value.parse().map_err(|_| wrong("the value is no number"))?;
+        let value = value.parse().ok().filter(|value: &f64| value.is_finite());
+        let value = value.ok_or_else(|| wrong("the value is no finite number"))?;
         named.insert(name.to_owned(), serde_json::json!(value));
     }
     let weights: Weights = serde_json::from_value(serde_json::Value::Object(named)).or_input()?;

@@ -7,7 +7,6 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_physics::settings::CellSettings;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use super::positive;
 use crate::failure::{Failure, OrInput, Outcome};
@@ -118,20 +117,6 @@ fn with_file(base: &CellSettings, path: &Path) -> Outcome<CellSettings> {
         Failure::input(format_args!("--physics {}: {error}", path.display()))
     };
     let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
-    let file: Value = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
-    let mut settings = serde_json::to_value(base).or_input()?;
-    overlay(&mut settings, file);
-    serde_json::from_value(settings).map_err(|error| wrong(&error))
-}
-
-/// Puts the entries of one JSON value over those of another, object by object.
-fn overlay(base: &mut Value, over: Value) {
-    match (base, over) {
-        (Value::Object(base), Value::Object(over)) => {
-            for (name, value) in over {
-                overlay(base.entry(name).or_insert(Value::Null), value);
-            }
-        }
-        (base, over) => *base = over,
-    }
+    let file = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
+    base.overlaid(file).map_err(|error| wrong(&error))
 }

@@ -95,5 +95,5 @@ pub(crate) fn write(packing: &Packing, summary: &Summary, folder: &Path) -> anyh
     )?;
     let json = serde_json::to_vec_pretty(summary).context("the summary cannot be encoded")?;
     files.add("summary.json", &json)?;
-    files.publish()
+    Ok(files.publish()?)
 }

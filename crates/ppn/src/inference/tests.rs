@@ -2,6 +2,7 @@ use nalgebra::Vector3;
 use ppnpack_model::architecture::{Architecture, Normalisation};
 use ppnpack_model::card::{DataFacts, FORMAT, ModelCard, Versions};
 use ppnpack_model::settings::TrainingSettings;
+use ppnpack_packing::grid::{ContainerSize, Resolution, Yaws};
 use ppnpack_packing::item::ViewSurfaces;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -91,18 +92,30 @@ fn close(a: &[f32], b: &[f32]) {
 
 #[test]
 fn a_batch_gives_what_single_runs_give_and_caches_change_nothing() {
-    let grid = Grid::reference();
+    let long = ContainerSize {
+        x_m: 0.64,
+        y_m: 0.23,
+        z_m: 0.3,
+    };
+    let resolution = Grid::reference().resolution().clone();
+    // The second admits items that need a larger canvas than others do.
+    for grid in [Grid::reference(), Grid::new(long, resolution).unwrap()] {
+        a_batch_gives_what_single_runs_give(&grid);
+    }
+}
+
+fn a_batch_gives_what_single_runs_give(grid: &Grid) {
     let model = plain(&Architecture::default());
-    let (items, scene) = (items(5), heightmap(&grid, 1));
+    let (items, scene) = (items(5), heightmap(grid, 1));
     let all: Vec<&Item> = items.iter().collect();
-    let mut batched = Inference::new(&model, &grid, Device::Cpu).unwrap();
+    let mut batched = Inference::new(&model, grid, Device::Cpu).unwrap();
     let together = batched.score(&scene, &all).unwrap();
     let again = batched.score(&scene, &all).unwrap();
     assert_eq!(together.scores, again.scores, "from the cache");
     let cells = together.scores.len() / (4 * items.len());
     for (index, item) in items.iter().enumerate() {
-        let mut single = Inference::new(&model, &grid, Device::Cpu).unwrap();
-        single.score(&heightmap(&grid, 2), &[item]).unwrap();
+        let mut single = Inference::new(&model, grid, Device::Cpu).unwrap();
+        single.score(&heightmap(grid, 2), &[item]).unwrap();
         let alone = single.score(&scene, &[item]).unwrap();
         let range = 4 * index * cells..4 * (index + 1) * cells;
         close(&alone.scores, &together.scores[range.clone()]);
@@ -111,7 +124,7 @@ fn a_batch_gives_what_single_runs_give_and_caches_change_nothing() {
 }
 
 #[test]
-fn the_processors_own_path_and_folding_change_nothing() {
+fn folding_changes_nothing() {
     let grid = Grid::reference();
     let shaken = |parameters: &Parameters| {
         for (name, tensor) in parameters.tensors() {
@@ -129,18 +142,17 @@ fn the_processors_own_path_and_folding_change_nothing() {
         let items = items(3);
         let all: Vec<&Item> = items.iter().collect();
         let scene = heightmap(&grid, 3);
-        let mut own = Inference::new(&model, &grid, Device::Cpu).unwrap();
-        let expected = own.score(&scene, &all).unwrap();
-        // The same on libtorch, with normalisation left in place.
-        let mut dense = Inference::new(&model, &grid, Device::Cpu).unwrap();
-        dense.processor = None;
+        let mut folded = Inference::new(&model, &grid, Device::Cpu).unwrap();
+        let expected = folded.score(&scene, &all).unwrap();
+        // The same with normalisation left in place.
+        let mut plain = Inference::new(&model, &grid, Device::Cpu).unwrap();
         let (mut unfolded, parameters) = Network::new(&architecture, tch::Device::Cpu).unwrap();
         for (name, tensor) in parameters.tensors() {
             copy_into("a test", name, &model.tensors()[name], tensor).unwrap();
         }
         unfolded.set_training(false);
-        dense.network = unfolded;
-        let found = dense.score(&scene, &all).unwrap();
+        plain.network = unfolded;
+        let found = plain.score(&scene, &all).unwrap();
         close(&expected.scores, &found.scores);
     }
 }
@@ -216,7 +228,6 @@ fn cells_and_placements_are_one_to_one() {
 
 #[test]
 fn containers_of_any_size_and_any_number_of_yaws_are_served() {
-    use ppnpack_packing::grid::{ContainerSize, Resolution, Yaws};
     let size = ContainerSize {
         x_m: 0.41,
         y_m: 0.23,
@@ -284,7 +295,6 @@ fn scores_that_are_no_numbers_are_refused() {
         drop(score.shallow_clone().fill_(f64::NAN));
     });
     inference.network = broken;
-    inference.processor = None;
     let items = items(1);
     let share = Percent::new(5.0).unwrap();
     let error = inference

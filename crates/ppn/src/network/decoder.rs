@@ -5,7 +5,7 @@ use tch::{TchError, Tensor};
 use ppnpack_model::architecture::{Architecture, Normalisation};
 
 use super::fusion::fused_width;
-use super::layers::{Linear, Mixing, plain};
+use super::layers::Mixing;
 use super::parameters::Parameters;
 
 /// Channels that the resting heights give to the head: above the floor, and above the item's lowest.
@@ -24,18 +24,6 @@ pub(super) struct Decoder {
     hidden: Mixing,
     resting: Option<Tensor>,
     score: Mixing,
-}
-
-/// The weights of a decoder, normalisation folded in.
-#[derive(Debug)]
-pub(crate) struct DecoderWeights {
-    /// From the coarsest; each gives four channels per channel, for the four cells that it spreads to.
-    pub(crate) blocks: Vec<Linear>,
-    pub(crate) mixing: Linear,
-    pub(crate) hidden: Linear,
-    /// `[head, RESTING_CHANNELS]`, where the network takes resting heights.
-    pub(crate) resting: Option<Vec<f32>>,
-    pub(crate) score: Linear,
 }
 
 impl Decoder {
@@ -114,17 +102,6 @@ impl Decoder {
             hidden = hidden.f_baddbmm_(&weight, resting)?;
         }
         self.score.forward_phases(&hidden.f_relu_()?)
-    }
-
-    pub(super) fn weights(&self) -> Result<DecoderWeights, TchError> {
-        let blocks = self.blocks.iter().map(Mixing::linear);
-        Ok(DecoderWeights {
-            blocks: blocks.collect::<Result<_, _>>()?,
-            mixing: self.mixing.linear()?,
-            hidden: self.hidden.linear()?,
-            resting: self.resting.as_ref().map(plain).transpose()?,
-            score: self.score.linear()?,
-        })
     }
 
     pub(super) fn folded(&self) -> Result<Self, TchError> {

@@ -4,7 +4,7 @@ use tch::{TchError, Tensor};
 
 use ppnpack_model::architecture::Architecture;
 
-use super::layers::{Convolution, Linear};
+use super::layers::Convolution;
 use super::parameters::Parameters;
 
 /// Blocks of two 3 x 3 convolutions and a 2 x 2 maximum pool.
@@ -60,11 +60,6 @@ impl Encoder {
             };
         }
         Ok(features)
-    }
-
-    pub(super) fn weights(&self) -> Result<Vec<[Linear; 2]>, TchError> {
-        let block = |[first, second]: &[Convolution; 2]| Ok([first.linear()?, second.linear()?]);
-        self.blocks.iter().map(block).collect()
     }
 
     pub(super) fn folded(&self) -> Result<Self, TchError> {

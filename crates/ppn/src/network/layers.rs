@@ -94,18 +94,6 @@ impl Convolution {
         }
     }
 
-    /// The weights, normalisation folded in.
-    pub(super) fn linear(&self) -> Result<Linear, TchError> {
-        let folded = self.folded()?;
-        let (outputs, inputs, ..) = folded.weight.size4()?;
-        Ok(Linear {
-            inputs: 9 * inputs as usize,
-            outputs: outputs as usize,
-            weight: plain(&folded.weight)?,
-            bias: plain(&folded.bias)?,
-        })
-    }
-
     /// The same function without a normalisation of its own, by the running statistics.
     pub(super) fn folded(&self) -> Result<Self, TchError> {
         let (weight, bias) = match &self.normalisation {
@@ -124,22 +112,6 @@ impl Convolution {
             normalisation: None,
         })
     }
-}
-
-/// The weights of a layer that combines inputs linearly: of a 3 x 3 convolution, each channel's nine cells.
-#[derive(Debug)]
-pub(crate) struct Linear {
-    pub(crate) inputs: usize,
-    pub(crate) outputs: usize,
-    /// `[outputs, inputs]`.
-    pub(crate) weight: Vec<f32>,
-    /// `[outputs]`.
-    pub(crate) bias: Vec<f32>,
-}
-
-/// The values of a tensor.
-pub(super) fn plain(tensor: &Tensor) -> Result<Vec<f32>, TchError> {
-    Vec::try_from(tensor.f_contiguous()?.f_view(-1)?)
 }
 
 /// Normalises, then combines channels linearly: a 1 x 1 convolution.
@@ -183,18 +155,6 @@ impl Mixing {
             }
             None => bias.f_addmm(&self.weight, input),
         }
-    }
-
-    /// The weights, normalisation folded in.
-    pub(super) fn linear(&self) -> Result<Linear, TchError> {
-        let folded = self.folded()?;
-        let (outputs, inputs) = folded.weight.size2()?;
-        Ok(Linear {
-            inputs: inputs as usize,
-            outputs: outputs as usize,
-            weight: plain(&folded.weight)?,
-            bias: plain(&folded.bias)?,
-        })
     }
 
     /// To one output: `[4, inputs, M]` to `[4, M]`, without normalisation.

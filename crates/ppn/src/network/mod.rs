@@ -11,10 +11,9 @@ use tch::{Device, TchError, Tensor};
 use ppnpack_model::architecture::Architecture;
 
 use decoder::Decoder;
-pub(crate) use decoder::{DecoderWeights, RESTING_CHANNELS};
+pub(crate) use decoder::RESTING_CHANNELS;
 use encoder::{Encoder, halved};
 pub(crate) use fusion::fuse;
-pub(crate) use layers::Linear;
 pub(crate) use parameters::Parameters;
 
 /// Channels of a container: height in decimetres, and 1 inside.
@@ -76,7 +75,7 @@ impl Network {
         self.container.forward(maps, None, self.is_training)
     }
 
-    /// `views` is `[V, VIEW_CHANNELS, K, K]`, `K` a multiple of the stride, the footprint's centre at `K / 2`.
+    /// `views` is `[V, VIEW_CHANNELS, K, K]`, `K` a multiple of twice the stride, the footprint's centre at `K / 2`.
     ///
     /// Features are limited to the footprint and divided by its cells, so that neither the canvas around it nor its
     /// size changes the scale of a correlation.
@@ -131,16 +130,6 @@ impl Network {
             .forward(fused, by_phase.as_ref(), self.is_training)?;
         let by_map = scores.f_view([4, maps, -1])?;
         by_map.f_permute([1, 0, 2])?.f_reshape([maps, -1])
-    }
-
-    /// The convolutions of the container's encoder, by block.
-    pub(crate) fn container_weights(&self) -> Result<Vec<[Linear; 2]>, TchError> {
-        tch::no_grad(|| self.container.weights())
-    }
-
-    /// The weights of its decoder.
-    pub(crate) fn decoder_weights(&self) -> Result<DecoderWeights, TchError> {
-        tch::no_grad(|| self.decoder.weights())
     }
 
     /// What the network looks like.

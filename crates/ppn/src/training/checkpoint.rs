@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use ppnpack_files::write_whole;
 use ppnpack_model::report::EpochReport;
 use ppnpack_model::settings::TrainingSettings;
 use ppnpack_model::weights::tensors;
@@ -10,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::optimiser::AdamW;
 use crate::error::NetworkError;
-use crate::files::{all_to_plain, copy_into, safetensors, write_whole};
+use crate::files::{all_to_plain, copy_into, safetensors};
 use crate::network::Parameters;
 
 const STATE: &str = "state";
@@ -53,7 +54,8 @@ pub(crate) fn save(
     });
     let tensors = all_to_plain(weights.chain(moments))?;
     let text = serde_json::to_string(state).map_err(|error| damaged(&path, &error))?;
-    write_whole(&path, &safetensors(&tensors, Some((STATE, text)))?)
+    let bytes = safetensors(&tensors, Some((STATE, text)))?;
+    Ok(write_whole(&path, &bytes)?)
 }
 
 /// Takes a checkpoint's tensors over, and gives its state.
@@ -64,7 +66,7 @@ pub(crate) fn load(
     optimiser: &mut AdamW,
 ) -> Result<State, NetworkError> {
     let path = path(folder);
-    let bytes = std::fs::read(&path).map_err(|source| NetworkError::File {
+    let bytes = std::fs::read(&path).map_err(|source| NetworkError::Read {
         path: path.clone(),
         source,
     })?;

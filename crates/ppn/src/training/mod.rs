@@ -10,13 +10,14 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use ppnpack_dataset::{Dataset, Split, StepRecord};
+use ppnpack_files::write_whole;
 use ppnpack_model::card::{Accuracy, DataFacts, FORMAT, ModelCard, Versions};
-use ppnpack_model::report::EpochReport;
+use ppnpack_model::report::{EpochReport, TrainingEvent};
 use ppnpack_model::settings::{Loss, TrainingRequest, TrainingSettings};
 use tch::{Tensor, no_grad};
 
 use crate::error::NetworkError;
-use crate::files::{all_to_plain, safetensors, write_whole};
+use crate::files::{all_to_plain, safetensors};
 use crate::network::{Network, Parameters};
 use crate::runtime;
 use batch::{Batch, BatchMaker, BatchTensors};
@@ -37,36 +38,13 @@ const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(60);
 /// How many steps are looked at together outside of training.
 const EVALUATION_BATCH: usize = 64;
 
-/// What a training tells of its progress.
-#[derive(Debug, Clone)]
-pub enum Event {
-    /// The data is being read: parts done, and all.
-    Reading {
-        /// Parts done.
-        done: usize,
-        /// All parts.
-        total: usize,
-    },
-    /// Batches done, and all; the mean loss of the epoch so far.
-    Batch {
-        /// Batches done, over all epochs.
-        done: u64,
-        /// All batches, over all epochs.
-        total: u64,
-        /// The mean loss of the epoch so far.
-        loss: f64,
-    },
-    /// An epoch is done; those before an interruption are told again.
-    Epoch(EpochReport),
-}
-
 /// Trains a network, or goes on training; leaves the model, its card and a checkpoint in the request's folder.
 ///
 /// # Errors
 /// [`NetworkError`] where the data or the checkpoint cannot be used, or the loss is no number.
 pub fn train(
     request: &TrainingRequest,
-    watch: &mut dyn FnMut(Event),
+    watch: &mut dyn FnMut(TrainingEvent),
 ) -> Result<ModelCard, NetworkError> {
     request.settings.architecture.validate()?;
     let device = runtime::device(request.device)?;
@@ -78,11 +56,11 @@ pub fn train(
     let data = Data::load(&dataset, &request.settings, watch)?;
     let mut training = Training::start(request, &dataset, &data, device)?;
     for report in &training.state.epochs {
-        watch(Event::Epoch(report.clone()));
+        watch(TrainingEvent::Epoch(report.clone()));
     }
     while training.state.epoch < request.settings.epochs {
         let report = training.epoch(watch)?;
-        watch(Event::Epoch(report));
+        watch(TrainingEvent::Epoch(report));
     }
     training.finish(&dataset)
 }
@@ -103,10 +81,10 @@ impl Data {
     fn load(
         dataset: &Dataset,
         settings: &TrainingSettings,
-        watch: &mut dyn FnMut(Event),
+        watch: &mut dyn FnMut(TrainingEvent),
     ) -> Result<Self, NetworkError> {
         let watch = std::cell::RefCell::new(watch);
-        let progress = |done, total| watch.borrow_mut()(Event::Reading { done, total });
+        let progress = |done, total| watch.borrow_mut()(TrainingEvent::Reading { done, total });
         let load = |split| match settings.loss {
             Loss::Ranking => dataset.load_optima(split, &progress),
             Loss::Mse => dataset.load(split, &progress),
@@ -202,7 +180,7 @@ impl<'a> Training<'a> {
     }
 
     /// Trains until the end of the epoch under way.
-    fn epoch(&mut self, watch: &mut dyn FnMut(Event)) -> Result<EpochReport, NetworkError> {
+    fn epoch(&mut self, watch: &mut dyn FnMut(TrainingEvent)) -> Result<EpochReport, NetworkError> {
         let settings = &self.request.settings;
         let plans = shuffled(
             self.data.training.len(),
@@ -227,7 +205,7 @@ impl<'a> Training<'a> {
                 self.state.batch += 1;
                 self.state.training_s += started.elapsed().as_secs_f64();
                 started = Instant::now();
-                watch(Event::Batch {
+                watch(TrainingEvent::Batch {
                     done: done + 1,
                     total,
                     loss: self.state.loss_sum / self.state.batch as f64,
@@ -358,7 +336,7 @@ fn write_card(path: &Path, card: &ModelCard) -> Result<(), NetworkError> {
         path: path.to_owned(),
         what: error.to_string(),
     })?;
-    write_whole(path, &text)
+    Ok(write_whole(path, &text)?)
 }
 
 /// Scores of a batch, `[N, R, L]`.

@@ -1,8 +1,7 @@
 //! How a placed item is inspected.
 
+use ppnpack_numbers::{SettingError, require};
 use serde::{Deserialize, Serialize};
-
-use crate::setting_error::{SettingError, require};
 
 /// How a placed item is looked for in a container, and when it counts as what.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -4,6 +4,7 @@
 //! `0/camera/depth/points/sensor_msgs::msg::dds_::PointCloud2_/RIHS01_...`; the bridge of ROS 2 over DDS under the topic's
 //! name alone, without its first slash.
 
+use crate::decode::MAX_CLOUD_BYTES;
 use crate::error::WireError;
 
 /// The type that is read, as people write it.
@@ -49,7 +50,7 @@ pub fn check_key(key: &str) -> Result<(), WireError> {
 /// # Errors
 /// [`WireError::TooLarge`] where it is larger than the largest cloud.
 pub fn check_size(bytes: usize) -> Result<(), WireError> {
-    if bytes <= crate::MAX_CLOUD_BYTES {
+    if bytes <= MAX_CLOUD_BYTES {
         Ok(())
     } else {
         Err(super::message::too_large(bytes))

@@ -163,22 +163,8 @@ impl SimulatedSettings {
 /// Reads settings of the simulation over those of a robot, which are not the type's own defaults.
 fn over_robot<'de, D: Deserializer<'de>>(deserializer: D) -> Result<CellSettings, D::Error> {
     let over = Value::deserialize(deserializer)?;
-    let mut settings =
-        serde_json::to_value(CellSettings::robot()).map_err(serde::de::Error::custom)?;
-    overlay(&mut settings, over);
-    serde_json::from_value(settings).map_err(serde::de::Error::custom)
-}
-
-/// Puts the entries of one value over those of another, object by object.
-fn overlay(base: &mut Value, over: Value) {
-    match (base, over) {
-        (Value::Object(base), Value::Object(over)) => {
-            for (name, value) in over {
-                overlay(base.entry(name).or_insert(Value::Null), value);
-            }
-        }
-        (base, over) => *base = over,
-    }
+    let settings = CellSettings::robot().overlaid(over);
+    settings.map_err(serde::de::Error::custom)
 }
 
 #[cfg(test)]

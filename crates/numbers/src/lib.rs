@@ -1,0 +1,77 @@
+//! Numbers that are given, checked ([`require`]), and normal ones that are drawn ([`gaussian`]).
+//!
+//! ```
+//! use ppnpack_numbers::require;
+//!
+//! let is_share = |value: f64| (0.0..=1.0).contains(&value);
+//! assert_eq!(require("dropout", 0.05, "0 to 1", is_share), Ok(()));
+//! let error = require("dropout", 5.0, "0 to 1", is_share).unwrap_err();
+//! assert_eq!(error.to_string(), "dropout must be 0 to 1, but is 5");
+//! ```
+
+use std::fmt::Display;
+
+/// A setting that is not possible.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{name} must be {expected}, but is {value}")]
+pub struct SettingError {
+    /// Which setting.
+    pub name: String,
+    /// What is possible.
+    pub expected: &'static str,
+    /// What was given.
+    pub value: f64,
+}
+
+/// Refuses a number that is not finite or fails a condition.
+///
+/// # Errors
+/// [`SettingError`] has the name, and what is expected instead.
+pub fn require(
+    name: impl Display,
+    value: f64,
+    expected: &'static str,
+    is_possible: impl FnOnce(f64) -> bool,
+) -> Result<(), SettingError> {
+    if value.is_finite() && is_possible(value) {
+        Ok(())
+    } else {
+        Err(SettingError {
+            name: name.to_string(),
+            expected,
+            value,
+        })
+    }
+}
+
+/// A standard normal number from two uniform ones in [0, 1), by the Box-Muller transform.
+pub fn gaussian(first: f64, second: f64) -> f64 {
+    // 1 - first is in (0, 1], where the logarithm is finite.
+    (-2.0 * (1.0 - first).ln()).sqrt() * (std::f64::consts::TAU * second).cos()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_that_are_not_finite_are_refused() {
+        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(require("a length", value, "a number", |_| true).is_err());
+        }
+    }
+
+    #[test]
+    fn normal_numbers_have_mean_0_and_deviation_1() {
+        let steps = 400;
+        let uniform = |step: usize| (step as f64 + 0.5) / steps as f64;
+        let all = (0..steps).flat_map(|a| (0..steps).map(move |b| (a, b)));
+        let drawn: Vec<f64> = all.map(|(a, b)| gaussian(uniform(a), uniform(b))).collect();
+        let count = drawn.len() as f64;
+        let mean = drawn.iter().sum::<f64>() / count;
+        let variance = drawn.iter().map(|value| value * value).sum::<f64>() / count;
+        assert!(mean.abs() < 1e-9, "{mean}");
+        assert!((variance - 1.0).abs() < 0.01, "{variance}");
+        assert!(gaussian(0.0, 0.3).is_finite());
+    }
+}
