@@ -150,12 +150,12 @@ struct Line {
     means: Means,
     paper: Published,
     #[serde(skip_serializing_if = "Option::is_none")]
-    yardstick: Option<Comparison>,
+    yardstick: Option<Yardstick>,
 }
 
 /// The first sequences alone, beside another simulator's results on them.
 #[derive(Debug, Serialize)]
-struct Comparison {
+struct Yardstick {
     cases: usize,
     compactness_percent: Mean,
     items: Mean,
@@ -208,7 +208,7 @@ fn line(row: &Row, contender: &Contender, runs: &[Run]) -> Line {
         method: contender.name.clone(),
         means: Means::of(runs),
         paper: row.paper,
-        yardstick: yardstick.map(|published| Comparison {
+        yardstick: yardstick.map(|published| Yardstick {
             cases: YARDSTICK_CASES,
             compactness_percent: mean(|run| run.compactness * 100.0),
             items: mean(|run| run.items as f64),
