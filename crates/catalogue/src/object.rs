@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use ppnpack_packing::candidate::Candidate;
 use ppnpack_packing::item::Item;
 pub use ppnpack_packing::model::{ConvexPiece, MassProperties, Model, RestingPose};
 
@@ -12,4 +13,11 @@ pub struct CatalogueObject {
     pub model: Arc<Model>,
     /// Its heightmap pairs, one per yaw of the resolution; its name is the model's.
     pub item: Arc<Item>,
+}
+
+impl CatalogueObject {
+    /// The object as an item that arrives, standing as it is packed.
+    pub fn candidate(&self, arrival: usize) -> Candidate {
+        Candidate::new(arrival, Arc::clone(&self.item)).with_model(Arc::clone(&self.model))
+    }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::episode::{IdealCell, Observer, Step, play};
+use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::Item;
@@ -82,7 +82,7 @@ fn sample(
         ..method.clone()
     };
     let mut planner = exhaustive.planner(grid, threads, None)?;
-    let items: Vec<_> = items.iter().take(SAMPLE_ITEMS).cloned().collect();
+    let items = Candidate::sequence(items.iter().take(SAMPLE_ITEMS).cloned());
     let mut recorder = Recorder::default();
     let mut cell = IdealCell::new(grid);
     play(
@@ -90,7 +90,7 @@ fn sample(
         &mut planner,
         &mut cell,
         items,
-        method.buffer,
+        Play::with_buffer(method.buffer),
         &mut recorder,
     )
     .or_run()?;

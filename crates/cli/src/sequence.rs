@@ -7,6 +7,7 @@ use clap::Args;
 use ndarray::Array2;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::item::Item;
+use ppnpack_packing::step::Candidate;
 use ppnpack_robot::station::ArmStation;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -82,22 +83,22 @@ impl SequenceOptions {
 }
 
 impl Sequence {
-    /// Takes out the objects that an arm cannot hold or lift, and gives each with its place and the reason; the arm
-    /// then knows the models of all.
+    /// Takes out the objects that an arm cannot hold or lift, and gives each with its place and the reason.
     pub(crate) fn set_aside(
         &mut self,
         catalogue: &Catalogue,
         station: &ArmStation,
     ) -> Vec<Unplaceable> {
         let mut set_aside = Vec::new();
+        let mut check = station.check();
         let mut arrival = 0..;
         self.objects.retain(|index| {
             let arrival = arrival.next().unwrap_or_default();
             let Some(object) = catalogue.get(*index) else {
                 return true;
             };
-            station.hold(&object.item, &object.model);
-            let Err(refusal) = station.lift(&object.item, &catalogue.resolution) else {
+            let candidate = object.candidate(arrival);
+            let Err(refusal) = check.lift(&candidate, &catalogue.resolution) else {
                 return true;
             };
             set_aside.push(Unplaceable {
@@ -108,6 +109,16 @@ impl Sequence {
             false
         });
         set_aside
+    }
+
+    /// The items in the order of their arrival, with all that the catalogue knows of them.
+    pub fn candidates(&self, catalogue: &Catalogue) -> Vec<Candidate> {
+        let objects = self.objects.iter();
+        let objects = objects.filter_map(|index| catalogue.get(*index));
+        objects
+            .enumerate()
+            .map(|(arrival, object)| object.candidate(arrival))
+            .collect()
     }
 
     /// The items themselves.

@@ -1,7 +1,7 @@
 //! An episode in the simulated cell.
 
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_packing::episode::{Episode, Observer, play};
+use ppnpack_packing::episode::{Episode, Observer, Play, play};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::plan::Planner;
 use ppnpack_physics::packing_cell::SimulatedPackingCell;
@@ -20,13 +20,13 @@ pub fn simulate(
     sequence: &Sequence,
     simulated: &Simulated,
     planner: &mut Planner,
-    buffer: usize,
+    how: Play,
     observer: &mut dyn Observer,
 ) -> Outcome<(Episode, SimulatedPackingCell)> {
     let mut cell =
         SimulatedPackingCell::new(simulated.cell.clone(), grid, catalogue, simulated.scan)
             .or_input()?;
-    let items = sequence.items(catalogue);
-    let episode = play(grid, planner, &mut cell, items, buffer, observer).or_run()?;
+    let items = sequence.candidates(catalogue);
+    let episode = play(grid, planner, &mut cell, items, how, observer).or_run()?;
     Ok((episode, cell))
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_chart::{Interval, PlotPoint};
 use ppnpack_cli::failure::{Failure, OrRun, Outcome};
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{
@@ -13,10 +14,10 @@ use ppnpack_cli::options::{
 use ppnpack_cli::sequence::{Sequence, SequenceFile};
 use ppnpack_cli::simulation::simulate;
 use ppnpack_model::weights::Model;
+use ppnpack_packing::episode::Play;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::plan::Timings;
-use ppnpack_chart::{Interval, PlotPoint};
 use serde::{Deserialize, Serialize};
 
 use crate::document;
@@ -266,7 +267,7 @@ impl<'a> Comparison<'a> {
             sequence,
             &simulated,
             &mut planner,
-            method.buffer,
+            Play::with_buffer(method.buffer),
             &mut (),
         )?;
         let height = episode.scene.heightmap().max();

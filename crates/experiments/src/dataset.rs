@@ -10,6 +10,7 @@ use ppnpack_dataset::{
     DatasetError, DatasetWriter, Drawn, Expert, ExpertSettings, FORMAT_VERSION, Manifest, Recorder,
     SequenceRecord, Settings, draw,
 };
+use ppnpack_packing::episode::Play;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::search::SearchSettings;
@@ -261,7 +262,7 @@ impl Player<'_> {
             &played,
             &simulated,
             &mut planner,
-            method.buffer,
+            Play::with_buffer(method.buffer),
             &mut recorder,
         )?;
         recorder

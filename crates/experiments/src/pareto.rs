@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use ppnpack_chart::{PointSeries, Scatter};
 use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{PROPOSAL_YAWS, ProposalSource, at_least_one};
 use ppnpack_cli::output::{print_json, print_line, write_whole};
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_packing::objective::{Heuristic, Order};
-use ppnpack_chart::{PointSeries, Scatter};
 use serde::Serialize;
 
 use crate::comparison::{

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::buffer::Buffer;
+use ppnpack_packing::check::Evidence;
 use ppnpack_packing::episode::PackingCell;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
@@ -217,7 +218,7 @@ impl<'a> Trials<'a> {
         Ok(Self {
             settings,
             cell: SimulatedPackingCell::new(physics, grid, catalogue, settings.scan).or_input()?,
-            buffer: Buffer::new(items.collect(), 5),
+            buffer: Buffer::new(Candidate::sequence(items), 5),
             planner: Planner::new(
                 Box::new(ProposeAll),
                 Box::new(Search::new(grid, &search).or_input()?),
@@ -258,7 +259,7 @@ impl<'a> Trials<'a> {
                 break;
             };
             self.cell
-                .place(&taken, &choice.resting)
+                .place(&taken, &choice.resting, &Evidence::default())
                 .map_err(anyhow::Error::from_boxed)
                 .or_run()?;
         }

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use ppnpack_cli::failure::{OrRun, Outcome};
+use ppnpack_chart::{PlotPoint, PointSeries, Scatter};
+use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::GridOptions;
 use ppnpack_packing::objective::{Heuristic, Order};
-use ppnpack_chart::{PlotPoint, PointSeries, Scatter};
 use serde::Serialize;
 
 use crate::comparison::{Comparison, ComparisonOptions, Contender, Means, Run, Setting, point};

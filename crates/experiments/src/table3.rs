@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use ppnpack_chart::{Curve, Lines};
+use ppnpack_chart::Lines;
 use ppnpack_model::architecture::{Architecture, Fusion};
 use ppnpack_model::card::ModelCard;
 use ppnpack_model::settings::{Device, Loss, TrainingRequest, TrainingSettings};

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_cli::failure::{OrRun, Outcome};
+use ppnpack_chart::{Bar, Bars};
+use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::GridOptions;
 use ppnpack_cli::sequence::Sequence;
 use ppnpack_packing::objective::{Heuristic, Order};
-use ppnpack_chart::{Bar, Bars};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;

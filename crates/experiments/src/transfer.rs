@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use ppnpack_chart::{Curve, Lines};
+use ppnpack_chart::Lines;
 use ppnpack_model::weights::Model;
 use ppnpack_packing::coarse::Coarsening;
-use ppnpack_packing::episode::{IdealCell, Observer, Step, play};
+use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::Item;
@@ -206,7 +206,9 @@ fn search(grid: &Grid, items: Vec<Arc<Item>>, network: Network<'_>, seed: u64) -
     let mut recorder = Recorder::default();
     let mut planner = all.planner(grid, 1, None)?;
     let mut cell = IdealCell::new(grid);
-    play(grid, &mut planner, &mut cell, items, BUFFER, &mut recorder).or_run()?;
+    let items = Candidate::sequence(items);
+    let how = Play::with_buffer(BUFFER);
+    play(grid, &mut planner, &mut cell, items, how, &mut recorder).or_run()?;
     let mut pruned = Vec::new();
     for percent in SHARES {
         let proposals = ProposalSource::Network {

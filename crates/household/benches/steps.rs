@@ -17,10 +17,9 @@ use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_ma
 use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::coarse::{CoarseGrid, CoarseToFine, Coarsening};
-use ppnpack_packing::episode::{IdealCell, Observer, Step, play};
+use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
-use ppnpack_packing::item::Item;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::plan::{Candidate, Evaluator, Planner, StepInput};
 use ppnpack_packing::proposals::{Percent, Proposals, ProposeAll, ProposeRandom, Proposer};
@@ -55,9 +54,8 @@ impl Setting {
             Catalogue::load(&source, &Settings::default(), grid.resolution(), &|_, _| {}).unwrap();
         // 37 is coprime to the usual catalogue sizes, so this visits all objects in a mixed order.
         let objects = (0..80).map(|arrival| (arrival * 37 + 11) % catalogue.len());
-        let sequence: Vec<Arc<Item>> = objects
-            .map(|object| catalogue.get(object).unwrap().item.clone())
-            .collect();
+        let sequence =
+            Candidate::sequence(objects.map(|object| catalogue.get(object).unwrap().item.clone()));
         let mut recorder = Recorder { steps: vec![] };
         let mut planner = planner(
             &grid,
@@ -69,7 +67,7 @@ impl Setting {
             &mut planner,
             &mut IdealCell::new(&grid),
             sequence,
-            BUFFER,
+            Play::with_buffer(BUFFER),
             &mut recorder,
         )
         .unwrap();

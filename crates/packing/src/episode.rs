@@ -68,6 +68,15 @@ pub struct Step {
     pub timings: Timings,
     /// Why it was not planned as was asked for, where it was not.
     pub degraded: Vec<String>,
+    /// Placements that were refused before the step was decided.
+    pub refusals: Refusals,
+}
+
+impl Step {
+    /// The planned time of the arm's cycle, in seconds, where there is an arm.
+    pub fn cycle_s(&self) -> Option<f64> {
+        self.evidence.cycle.as_ref().map(|cycle| cycle.cycle_s)
+    }
 }
 
 /// Why an episode ended.
@@ -130,6 +139,16 @@ pub struct Play {
     pub alternatives: usize,
 }
 
+impl Play {
+    /// Choosing among so many items; only the best placement is wanted.
+    pub fn with_buffer(buffer: usize) -> Self {
+        Self {
+            buffer,
+            alternatives: 0,
+        }
+    }
+}
+
 /// Plays an episode.
 ///
 /// # Errors
@@ -140,10 +159,10 @@ pub fn play(
     planner: &mut Planner,
     cell: &mut dyn PackingCell,
     sequence: Vec<Candidate>,
-    play: Play,
+    how: Play,
     observer: &mut dyn Observer,
 ) -> Result<Episode, EpisodeError> {
-    let mut buffer = Buffer::new(sequence, play.buffer);
+    let mut buffer = Buffer::new(sequence, how.buffer);
     let mut steps: Vec<Step> = Vec::new();
     let mut refusals = Refusals::default();
     let mut scene = scan(cell, 0)?;
@@ -154,13 +173,15 @@ pub fn play(
         }
         let input = StepInput {
             step,
-            alternatives: play.alternatives,
+            alternatives: how.alternatives,
             ..StepInput::new(grid, &scene, buffer.candidates())
         };
         let plan = planner.plan(&input)?;
+        let mut refused = Refusals::default();
         for report in plan.candidates() {
-            refusals.add(&report.refusals);
+            refused.add(&report.refusals);
         }
+        refusals.add(&refused);
         let chosen = plan.choice().and_then(|choice| {
             let candidate = input.candidates.get(choice.candidate)?;
             Some((choice, candidate.clone()))
@@ -176,6 +197,7 @@ pub fn play(
             alternatives: plan.alternatives().copied().collect(),
             timings: plan.timings(),
             degraded: plan.degraded().to_vec(),
+            refusals: refused,
         };
         cell.place(&done.candidate, &choice.resting, &done.evidence)
             .map_err(|source| EpisodeError::Cell { step, source })?;

@@ -51,7 +51,7 @@ fn planner(
         Box::new(PublishedStability::default()),
         Box::new(PhysicalStability::new(Default::default())),
     ];
-    Planner::new(proposer, Box::new(search), checks, order, 1).with_alternatives(3)
+    Planner::new(proposer, Box::new(search), checks, order, 1)
 }
 
 #[test]

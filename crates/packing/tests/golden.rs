@@ -69,14 +69,9 @@ fn all_golden_cases_are_met() {
     let mut compared = 0;
     for case in &cases {
         let item = item(case);
-        let candidates = [Candidate { arrival: 0, item }];
+        let candidates = [Candidate::new(0, item)];
         let scene = Scene::from_heightmap(heightmap(case));
-        let input = StepInput {
-            grid: &grid,
-            scene: &scene,
-            candidates: &candidates,
-            step: 0,
-        };
+        let input = StepInput::new(&grid, &scene, &candidates);
         for (heuristic, expected) in [
             (Heuristic::Sdfm, &case.sdf),
             (Heuristic::Dbl, &case.dbl),

@@ -201,7 +201,7 @@ proptest! {
     ) {
         let scene = Scene::from_heightmap(heightmap);
         let held = candidates(&items);
-        let input = StepInput { grid: &grid, scene: &scene, candidates: &held, step: 4 };
+        let input = StepInput { step: 4 , ..StepInput::new(&grid, &scene, &held) };
         // Every placement by name, backwards, and the first ones again.
         let mut named = Proposals::default();
         for candidate in &held {

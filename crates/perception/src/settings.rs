@@ -8,7 +8,6 @@ use crate::doubts::DoubtSettings;
 use crate::limits::{length, share};
 use crate::still::StillSettings;
 
-
 /// What a [`Mapper`](crate::mapper::Mapper) makes of points. The defaults are those for a sensor without noise.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]

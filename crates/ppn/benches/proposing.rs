@@ -11,17 +11,15 @@
 
 use std::hint::black_box;
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::Model;
 use ppnpack_packing::check::BoxedCheck;
-use ppnpack_packing::episode::{IdealCell, Observer, Step, play};
+use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::item::Item;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::plan::{Candidate, Planner, StepInput};
 use ppnpack_packing::proposals::{Percent, Proposals, ProposeAll, Proposer};
@@ -47,9 +45,8 @@ fn steps(grid: &Grid, buffer: usize) -> Vec<(Scene, Vec<Candidate>)> {
         Catalogue::load(&source, &Settings::default(), grid.resolution(), &|_, _| {}).unwrap();
     // 37 is coprime to the usual catalogue sizes, so this visits all objects in a mixed order.
     let objects = (0..80).map(|arrival| (arrival * 37 + 11) % catalogue.len());
-    let sequence: Vec<Arc<Item>> = objects
-        .map(|object| catalogue.get(object).unwrap().item.clone())
-        .collect();
+    let sequence =
+        Candidate::sequence(objects.map(|object| catalogue.get(object).unwrap().item.clone()));
     let settings = SearchSettings {
         heuristic: Heuristic::Sdfm,
         order: Order::Balance,
@@ -66,7 +63,7 @@ fn steps(grid: &Grid, buffer: usize) -> Vec<(Scene, Vec<Candidate>)> {
         &mut planner,
         &mut cell,
         sequence,
-        buffer,
+        Play::with_buffer(buffer),
         &mut recorder,
     )
     .unwrap();
@@ -87,12 +84,8 @@ fn proposing(criterion: &mut Criterion) {
     let mut proposals = Proposals::default();
     let mut propose = |index: usize, candidates: usize| {
         let (scene, buffer) = &half_full[index % half_full.len()];
-        let input = StepInput {
-            grid: &grid,
-            scene,
-            candidates: &buffer[..candidates.min(buffer.len())],
-            step: 0,
-        };
+        let candidates = &buffer[..candidates.min(buffer.len())];
+        let input = StepInput::new(&grid, scene, candidates);
         proposer.propose(black_box(&input), &mut proposals).unwrap();
     };
     (0..half_full.len()).for_each(|index| propose(index, 5));

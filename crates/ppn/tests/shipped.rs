@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::{Model, WeightTensor, to_bytes};
 use ppnpack_packing::check::BoxedCheck;
-use ppnpack_packing::episode::{IdealCell, Observer, Step, play};
+use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::{Grid, Units};
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::{ABSENT, Item, ViewSurfaces};
@@ -157,8 +157,8 @@ fn cases(grid: &Grid) -> Vec<(Scene, Candidate)> {
             grid,
             &mut exhaustive,
             &mut cell,
-            arrivals.collect(),
-            BUFFER,
+            Candidate::sequence(arrivals),
+            Play::with_buffer(BUFFER),
             &mut recorder,
         )
         .unwrap();
@@ -195,18 +195,13 @@ fn accuracy(grid: &Grid, model: &Model, cases: &[(Scene, Candidate)]) -> Accurac
     let mut exhaustive = planner(grid, Box::new(ProposeAll));
     let mut accuracy = Accuracy::default();
     for (scene, candidate) in cases {
-        let input = StepInput {
-            grid,
-            scene,
-            candidates: std::slice::from_ref(candidate),
-            step: 0,
-        };
+        let input = StepInput::new(grid, scene, std::slice::from_ref(candidate));
         let Some(best) = exhaustive.plan(&input).unwrap().choice() else {
             continue;
         };
         accuracy.candidates += 1;
         let plan = pruned.plan(&input).unwrap();
-        assert_eq!(plan.degraded(), None);
+        assert!(plan.degraded().is_empty());
         if plan.is_widened() {
             accuracy.widened += 1;
         } else {

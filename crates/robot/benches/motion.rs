@@ -37,10 +37,13 @@ fn bench(criterion: &mut Criterion) {
     let (mut accepted, mut refused) = (Vec::new(), Vec::new());
     while accepted.len() < CASES {
         let case = case(&mut random);
-        if check.pick(&case.item, case.grid.resolution()).is_err() {
+        if check
+            .pick(&case.candidate(), case.grid.resolution())
+            .is_err()
+        {
             continue;
         }
-        match check.plan(&input(&case), &case.item, &case.resting) {
+        match check.plan(&input(&case), &case.candidate(), &case.resting) {
             Ok(_) => accepted.push(case),
             Err(_) => refused.push(case),
         }
@@ -50,7 +53,7 @@ fn bench(criterion: &mut Criterion) {
         criterion.bench_function(name, |bencher| {
             bencher.iter(|| {
                 let case = next.next().unwrap();
-                check.plan(&input(case), &case.item, &case.resting)
+                check.plan(&input(case), &case.candidate(), &case.resting)
             });
         });
     }
@@ -61,7 +64,11 @@ fn bench(criterion: &mut Criterion) {
     };
     let picks: Vec<_> = accepted
         .iter()
-        .map(|case| check.pick(&case.item, case.grid.resolution()).unwrap())
+        .map(|case| {
+            check
+                .pick(&case.candidate(), case.grid.resolution())
+                .unwrap()
+        })
         .collect();
     let mut cycle_of = |at: usize| {
         let (case, pick) = (accepted.get(at).unwrap(), picks.get(at).unwrap());

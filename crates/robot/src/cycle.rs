@@ -7,8 +7,8 @@ use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
-use ppnpack_packing::candidate::Lying;
 use ppnpack_numbers::{SettingError, require};
+use ppnpack_packing::candidate::Lying;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::motion::{Cycle, JointPoint, Leg, LegKind, MAX_POINTS};
 use serde::{Deserialize, Serialize};

@@ -11,10 +11,11 @@ use std::sync::Arc;
 
 use common::scenes::{Case, case};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use ppnpack_packing::motion::LegKind;
 use ppnpack_packing::step::StepInput;
 use ppnpack_robot::arms;
 use ppnpack_robot::cell::CellSettings;
-use ppnpack_robot::cycle::{Cycle, CycleSettings, Leg, PickPose};
+use ppnpack_robot::cycle::{CycleSettings, PickPose, PlannedCycle};
 use ppnpack_robot::feasibility::ArmCheck;
 use ppnpack_robot::motion::{PlacePlanner, Placing};
 use ppnpack_robot::refusal::Refusal;
@@ -36,7 +37,7 @@ fn pick_pose(random: &mut ChaCha8Rng) -> PickPose {
 }
 
 /// Cycles of random cases that can be planned, with the planner that made them.
-fn cycles(name: &str, count: usize) -> (PlacePlanner, Vec<(Case, PickPose, Cycle)>) {
+fn cycles(name: &str, count: usize) -> (PlacePlanner, Vec<(Case, PickPose, PlannedCycle)>) {
     let arm = Arc::new(arms::arm(name).unwrap());
     let mut planner = PlacePlanner::new(Arc::clone(&arm), CellSettings::default()).unwrap();
     let mut check = ArmCheck::new(planner.clone());
@@ -45,7 +46,7 @@ fn cycles(name: &str, count: usize) -> (PlacePlanner, Vec<(Case, PickPose, Cycle
     for _ in 0..4 * count {
         let case = case(&mut random);
         let pose = pick_pose(&mut random);
-        let Ok(pick) = check.pick(&case.item, case.grid.resolution()) else {
+        let Ok(pick) = check.pick(&case.candidate(), case.grid.resolution()) else {
             continue;
         };
         let placing = Placing {
@@ -58,7 +59,7 @@ fn cycles(name: &str, count: usize) -> (PlacePlanner, Vec<(Case, PickPose, Cycle
         if let Ok(cycle) = planner.plan_cycle(&placing, &pose, &CycleSettings::default()) {
             // What a whole cycle can do, the place motion alone can.
             let input = StepInput::new(&case.grid, &case.scene, &[]);
-            assert!(check.plan(&input, &case.item, &case.resting).is_ok());
+            assert!(check.plan(&input, &case.candidate(), &case.resting).is_ok());
             found.push((case, pose, cycle));
         }
         if found.len() == count {
@@ -78,12 +79,12 @@ fn cycles_keep_the_limits_and_join_at_rest() {
             assert_eq!(
                 legs,
                 [
-                    Leg::Descend,
-                    Leg::Lift,
-                    Leg::Transfer,
-                    Leg::Insert,
-                    Leg::Retreat,
-                    Leg::Return
+                    LegKind::Descend,
+                    LegKind::Lift,
+                    LegKind::Transfer,
+                    LegKind::Insert,
+                    LegKind::Retreat,
+                    LegKind::Return
                 ]
             );
             let moving_s: f64 = cycle.legs.iter().map(|(_, leg)| leg.duration_s()).sum();
@@ -144,7 +145,7 @@ fn the_cup_goes_straight_down_and_carries_at_one_height() {
                 let end = lips[lips.len() - 1];
                 for (lip, joints) in lips.iter().zip(&joints) {
                     match leg {
-                        Leg::Transfer | Leg::Return => {
+                        LegKind::Transfer | LegKind::Return => {
                             assert!((lip.z - end.z).abs() < 0.005, "{name} {leg:?}");
                         }
                         _ => assert!((lip - end).xy().norm() < tolerance_m, "{name} {leg:?}"),
@@ -177,7 +178,9 @@ fn what_is_too_heavy_is_refused() {
     let (mut planner, found) = cycles("nachi-mz07l", 1);
     let (case, pose, _) = &found[0];
     let mut check = ArmCheck::new(planner.clone());
-    let pick = check.pick(&case.item, case.grid.resolution()).unwrap();
+    let pick = check
+        .pick(&case.candidate(), case.grid.resolution())
+        .unwrap();
     let placing = Placing {
         grid: &case.grid,
         scene: &case.scene,

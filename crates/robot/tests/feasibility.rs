@@ -8,7 +8,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Point2, Vector2, Vector3};
-use ppnpack_packing::check::{Cost, ValidityCheck};
+use ppnpack_packing::check::{Cost, Evidence, ValidityCheck, Verdict};
 use ppnpack_packing::grid::{Grid, Resolution, Units, Yaws};
 use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::{Item, ViewSurfaces};
@@ -16,6 +16,7 @@ use ppnpack_packing::objective::{Heuristic, Order};
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_packing::plan::{Planner, Reason};
 use ppnpack_packing::proposals::ProposeAll;
+use ppnpack_packing::refusal::Cause;
 use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::step::{Candidate, StepInput};
 use ppnpack_robot::arm::Arm;
@@ -69,12 +70,14 @@ fn ask(check: &mut ArmCheck, content: &Heightmap, x: usize, y: usize) -> Result<
         placement: Placement { yaw: 0, x, y },
         resting_height: 0,
     };
-    let is_valid = check.is_valid(&input, &candidates[0], &resting).unwrap();
-    if is_valid {
-        Ok(())
-    } else {
-        Err(check.last_refusal().unwrap().clone())
-    }
+    let planned = check.plan(&input, &candidates[0], &resting).map(|_| ());
+    let verdict = check.judge(&input, &candidates[0], &resting).unwrap();
+    let expected = match &planned {
+        Ok(()) => Verdict::Accepted(Evidence::default()),
+        Err(refusal) => Verdict::Refused(refusal.into()),
+    };
+    assert_eq!(verdict, expected);
+    planned
 }
 
 #[test]
@@ -119,7 +122,7 @@ fn refusals_name_what_is_in_the_way() {
         resting_height: 0,
     };
     assert_eq!(
-        check.plan(&input, &block(1, 6, 20), &resting),
+        check.plan(&input, &Candidate::new(0, block(1, 6, 20)), &resting),
         Err(Refusal::Pick(NoPickPoint::TooSmall))
     );
 }
@@ -216,7 +219,7 @@ fn the_engine_gives_up_an_item_that_the_arm_cannot_place() {
             0,
         );
         let plan = planner.plan(&input).unwrap();
-        (plan.choice(), plan.candidates()[0])
+        (plan.choice(), plan.candidates()[0].clone())
     };
     let (choice, report) = plan_with(check(&parameters(), CellSettings::default()));
     let chosen = choice.unwrap().resting.placement;
@@ -225,13 +228,13 @@ fn the_engine_gives_up_an_item_that_the_arm_cannot_place() {
         chosen.x >= 1 && chosen.y >= 1 && chosen.x + chosen.y <= 4,
         "{chosen:?}"
     );
-    assert!(report.rejected > 0);
+    assert!(report.refusals.total() > 0);
     let mut far = parameters();
     far.base.position_m = [-1.5, 0.16, 0.1];
     let (choice, report) = plan_with(check(&far, CellSettings::default()));
     assert_eq!(choice, None);
-    assert_eq!(
-        report.reason,
-        Some(Reason::Rejected("not possible for the arm"))
-    );
+    let Some(Reason::Rejected(refusal)) = report.reason else {
+        panic!("{report:?}");
+    };
+    assert_eq!(refusal.cause, Cause::Arm);
 }

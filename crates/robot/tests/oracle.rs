@@ -30,10 +30,10 @@ fn no_unsafe_placement_is_accepted() {
         for number in 0..40 {
             let case = case(&mut random);
             let input = StepInput::new(&case.grid, &case.scene, &[]);
-            let Ok(pick) = check.pick(&case.item, case.grid.resolution()) else {
+            let Ok(pick) = check.pick(&case.candidate(), case.grid.resolution()) else {
                 continue;
             };
-            match check.plan(&input, &case.item, &case.resting) {
+            match check.plan(&input, &case.candidate(), &case.resting) {
                 Ok(motion) => {
                     accepted += 1;
                     let touched = Oracle::new(&arm, &cell, &case, &pick).check(&motion);

@@ -13,15 +13,16 @@ use common::scenes::case;
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, Vector3};
 use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_catalogue::object::{MassProperties, Model};
-use ppnpack_packing::check::ValidityCheck;
-use ppnpack_packing::episode::{Ending, IdealCell, Observer, Step, play};
+use ppnpack_packing::check::{ValidityCheck, Verdict};
+use ppnpack_packing::episode::{Ending, IdealCell, Play, play};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::objective::Order;
 use ppnpack_packing::placement::{Placement, RestingPlacement};
-use ppnpack_packing::plan::{Planner, Reason};
+use ppnpack_packing::plan::Planner;
 use ppnpack_packing::proposals::ProposeAll;
+use ppnpack_packing::refusal::Cause;
 use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::step::{Candidate, StepInput};
 use ppnpack_robot::arm::Arm;
@@ -29,7 +30,7 @@ use ppnpack_robot::arms;
 use ppnpack_robot::cell::CellSettings;
 use ppnpack_robot::cycle::{CycleSettings, PickPlace};
 use ppnpack_robot::error::ParameterError;
-use ppnpack_robot::feasibility::{ArmCheck, NAME};
+use ppnpack_robot::feasibility::ArmCheck;
 use ppnpack_robot::motion::PlacePlanner;
 use ppnpack_robot::refusal::Refusal;
 use ppnpack_robot::station::{ArmStation, StationSettings};
@@ -83,7 +84,8 @@ fn model(cells: usize, height: i16, mass_kg: f64) -> Model {
 #[test]
 fn the_check_accepts_what_can_be_placed_and_has_a_whole_cycle() {
     for name in arms::names() {
-        let mut station = ArmStation::new(&named(name)).unwrap();
+        let station = ArmStation::new(&named(name)).unwrap();
+        let mut check = station.check();
         let arm = Arc::new(Arm::new(station.parameters()).unwrap());
         let planner = PlacePlanner::new(arm, CellSettings::default()).unwrap();
         // One check of the place motion alone, one for the cycles.
@@ -94,47 +96,32 @@ fn the_check_accepts_what_can_be_placed_and_has_a_whole_cycle() {
         let (mut asked, mut accepted) = (0, 0);
         for _ in 0..150 {
             let case = case(&mut random);
-            let candidate = Candidate::new(0, Arc::clone(&case.item));
+            let candidate = case.candidate();
             let input = StepInput::new(&case.grid, &case.scene, std::slice::from_ref(&candidate));
-            let can_hold = motion.pick(&case.item, case.grid.resolution()).is_ok();
-            assert_eq!(
-                station.rules_out(&input, &candidate).unwrap(),
-                !can_hold,
-                "{name}"
-            );
-            let is_valid = station.is_valid(&input, &candidate, &case.resting).unwrap();
-            let placed = motion.plan(&input, &case.item, &case.resting);
+            let can_hold = motion.pick(&candidate, case.grid.resolution()).is_ok();
+            let ruled_out = check.rules_out(&input, &candidate).unwrap();
+            assert_eq!(ruled_out.is_none(), can_hold, "{name}");
+            let verdict = check.judge(&input, &candidate, &case.resting).unwrap();
+            let placed = motion.plan(&input, &candidate, &case.resting);
             let cycle = cycles.cycle(&input, &candidate, &case.resting);
-            assert_eq!(is_valid, placed.is_ok() && cycle.is_ok(), "{name}");
             asked += 1;
-            if is_valid {
-                accepted += 1;
-                let again = station.cycle(&input, &candidate, &case.resting).unwrap();
-                assert_eq!(Some(again), cycle.unwrap(), "{name}");
-            } else {
-                let causes = [placed.err(), cycle.err()];
-                let cause = causes.into_iter().flatten().next().unwrap().cause();
-                assert!(station.why(0).is_some(), "{name}: {cause}");
+            match verdict {
+                Verdict::Accepted(evidence) => {
+                    accepted += 1;
+                    assert!(placed.is_ok(), "{name}");
+                    let planned = cycle.unwrap().unwrap();
+                    let expected = planned.sampled(&station.parameters().name, &candidate.lying);
+                    assert_eq!(evidence.cycle.as_deref(), Some(&expected), "{name}");
+                }
+                Verdict::Refused(refusal) => {
+                    let causes = [placed.err(), cycle.err()];
+                    let cause = causes.into_iter().flatten().next().unwrap().cause();
+                    let expected = ppnpack_packing::refusal::Refusal::because(Cause::Arm, cause);
+                    assert_eq!(refusal, expected, "{name}");
+                }
             }
         }
-        let tally = station.take_tally();
-        let refused: u64 = tally.refused.values().sum();
-        assert_eq!((tally.asked, tally.asked - refused), (asked, accepted));
         assert!(accepted > 20 && accepted < asked, "{name}: {accepted}");
-        assert_eq!(station.take_tally().asked, 0, "a tally is taken once");
-    }
-}
-
-/// Notes the cycles of what is packed.
-struct Cycles(ArmStation, Vec<f64>);
-
-impl Observer for Cycles {
-    fn on_step(&mut self, step: &Step, input: &StepInput<'_>) {
-        let Step {
-            candidate, choice, ..
-        } = step;
-        let cycle = self.0.cycle(input, candidate, &choice.resting);
-        self.1.push(cycle.unwrap().cycle_s);
     }
 }
 
@@ -147,18 +134,19 @@ fn the_reference_container_can_be_packed_in_the_default_cell() {
         let mut planner = Planner::new(
             Box::new(ProposeAll),
             Box::new(search.bounded()),
-            vec![station.check()],
+            vec![Box::new(station.check())],
             Order::Balance,
             0,
         );
-        let items = (0..40).map(|index| block(6 + index % 3, 25)).collect();
-        let mut cycles = Cycles(station, Vec::new());
+        let items = Candidate::sequence((0..40).map(|index| block(6 + index % 3, 25)));
         let mut cell = IdealCell::new(&grid);
-        let episode = play(&grid, &mut planner, &mut cell, items, 3, &mut cycles).unwrap();
+        let how = Play::with_buffer(3);
+        let episode = play(&grid, &mut planner, &mut cell, items, how, &mut ()).unwrap();
         // A layer of 25 units holds at most 25 blocks of the smallest kind: they lie in layers.
         assert!(episode.steps.len() >= 30, "{name}: {}", episode.steps.len());
         assert!(episode.scene.heightmap().max() >= 50, "{name}");
-        for cycle_s in cycles.1 {
+        for step in &episode.steps {
+            let cycle_s = step.cycle_s().unwrap();
             assert!((1.0..5.0).contains(&cycle_s), "{name}: {cycle_s} s");
         }
     }
@@ -169,29 +157,30 @@ fn what_cannot_be_picked_is_left_out_with_the_reason_and_does_not_keep_others_wa
     let grid = Grid::reference();
     let station = ArmStation::new(&StationSettings::default()).unwrap();
     let (narrow, heavy, light) = (block(2, 40), block(9, 40), block(6, 20));
-    station.hold(&heavy, &model(9, 40, 7.5));
-    station.hold(&light, &model(6, 20, 0.5));
-    let resolution = grid.resolution();
-    assert!(matches!(
-        station.lift(&narrow, resolution),
-        Err(Refusal::Pick(_))
-    ));
-    assert_eq!(
-        station.lift(&heavy, resolution),
-        Err(Refusal::TooHeavy { mass_kg: 7.5 })
-    );
-    assert_eq!(station.lift(&light, resolution), Ok(()));
+    let known = |arrival, item: &Arc<Item>, model| {
+        Candidate::new(arrival, Arc::clone(item)).with_model(Arc::new(model))
+    };
+    let items = vec![
+        Candidate::new(0, narrow),
+        known(1, &heavy, model(9, 40, 7.5)),
+        known(2, &light, model(6, 20, 0.5)),
+    ];
+    let mut check = station.check();
+    let [narrow, heavy, light] = [0, 1, 2].map(|at| check.lift(&items[at], grid.resolution()));
+    assert!(matches!(narrow, Err(Refusal::Pick(_))));
+    assert_eq!(heavy, Err(Refusal::TooHeavy { mass_kg: 7.5 }));
+    assert!(light.is_ok());
     let search = Search::new(&grid, &SearchSettings::default()).unwrap();
     let mut planner = Planner::new(
         Box::new(ProposeAll),
         Box::new(search),
-        vec![station.check()],
+        vec![Box::new(station.check())],
         Order::Balance,
         0,
     );
-    let items = vec![narrow, heavy, light];
     let mut cell = IdealCell::new(&grid);
-    let episode = play(&grid, &mut planner, &mut cell, items, 3, &mut ()).unwrap();
+    let how = Play::with_buffer(3);
+    let episode = play(&grid, &mut planner, &mut cell, items, how, &mut ()).unwrap();
     let placed: Vec<usize> = episode
         .steps
         .iter()
@@ -202,15 +191,13 @@ fn what_cannot_be_picked_is_left_out_with_the_reason_and_does_not_keep_others_wa
         panic!("two items cannot be picked");
     };
     for (candidate, reason) in reasons {
-        assert_eq!(reason, Reason::Rejected(NAME));
-        let why = station.why(candidate.arrival).unwrap();
+        let why = reason.to_string();
+        assert!(why.contains("not possible for the arm"), "{why}");
         let expected = ["smaller than the cup", "weighs more"][candidate.arrival];
         assert!(why.contains(expected), "{why}");
     }
     // Nothing was asked of placements of what cannot be picked.
-    let tally = station.take_tally();
-    let refused: u64 = tally.refused.values().sum();
-    assert_eq!(tally.asked, refused + 1);
+    assert_eq!(episode.refusals.total(), episode.steps[0].refusals.total());
 }
 
 #[test]
@@ -235,8 +222,14 @@ fn an_item_lies_with_its_pick_point_at_the_pick_place() {
         ..StationSettings::default()
     })
     .unwrap();
-    let candidate = Candidate::new(3, block(6, 20));
-    let cycle = station.cycle(&input, &candidate, &resting).unwrap();
+    let mut check = station.check();
+    let mut cycle_of = |waits_at| {
+        let mut candidate = Candidate::new(3, block(6, 20));
+        candidate.lying.waits_at = waits_at;
+        let cycle = check.cycle(&input, &candidate, &resting).unwrap();
+        cycle.unwrap()
+    };
+    let cycle = cycle_of(None);
     let from = cycle.from.container_from_item;
     // The block's origin is 1 cm above its lowest point.
     assert!((from.translation.z - 0.03).abs() < 1e-9);
@@ -252,8 +245,7 @@ fn an_item_lies_with_its_pick_point_at_the_pick_place() {
 
     let in_item = from.inverse() * lip;
     let waits_at = Isometry3::new(Vector3::new(0.12, -0.28, 0.0), Vector3::z() * -0.4);
-    station.pick_from(3, Some(waits_at));
-    let cycle = station.cycle(&input, &candidate, &resting).unwrap();
+    let cycle = cycle_of(Some(waits_at));
     assert!(
         (cycle.from.container_from_item.inverse() * waits_at)
             .rotation
@@ -265,12 +257,9 @@ fn an_item_lies_with_its_pick_point_at_the_pick_place() {
     assert!((lip - waits_at * in_item).norm() < 1e-6, "{lip}");
     // What is seen a little below the table lies on it.
     let sunk = Isometry3::new(Vector3::new(0.12, -0.28, -0.004), Vector3::z() * -0.4);
-    station.pick_from(3, Some(sunk));
-    let cycle = station.cycle(&input, &candidate, &resting).unwrap();
+    let cycle = cycle_of(Some(sunk));
     assert!(cycle.from.container_from_item.translation.z.abs() < 1e-9);
-    station.pick_from(3, None);
-    let cycle = station.cycle(&input, &candidate, &resting).unwrap();
-    assert_eq!(cycle.from.container_from_item, from);
+    assert_eq!(cycle_of(None).from.container_from_item, from);
 }
 
 #[test]

@@ -1202,14 +1202,17 @@ impl ::prost::Name for PlacementCounts {
         "/ppnpack.v1.PlacementCounts".into()
     }
 }
-/// How many placements a check refused.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, ::prost::Message)]
+/// How many placements a check refused for one reason.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct Refusals {
     /// The check.
     #[prost(enumeration = "Check", tag = "1")]
     pub check: i32,
     #[prost(uint64, tag = "2")]
     pub count: u64,
+    /// Why, for people, where the check alone does not tell.
+    #[prost(string, tag = "3")]
+    pub detail: ::prost::alloc::string::String,
 }
 impl ::prost::Name for Refusals {
     const NAME: &'static str = "Refusals";
@@ -1234,6 +1237,10 @@ pub enum Check {
     Fits = 3,
     /// The arm can make the placement. A planner with an arm checks that itself; in a request it is STATUS_INVALID.
     Arm = 4,
+    /// An item that must stand on the floor does. The planner checks that itself; in a request it is STATUS_INVALID.
+    OnFloor = 5,
+    /// An item that must stay upright stands well. The planner checks that itself; in a request it is STATUS_INVALID.
+    Upright = 6,
 }
 impl Check {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -1247,6 +1254,8 @@ impl Check {
             Self::PublishedStability => "CHECK_PUBLISHED_STABILITY",
             Self::Fits => "CHECK_FITS",
             Self::Arm => "CHECK_ARM",
+            Self::OnFloor => "CHECK_ON_FLOOR",
+            Self::Upright => "CHECK_UPRIGHT",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -1257,6 +1266,8 @@ impl Check {
             "CHECK_PUBLISHED_STABILITY" => Some(Self::PublishedStability),
             "CHECK_FITS" => Some(Self::Fits),
             "CHECK_ARM" => Some(Self::Arm),
+            "CHECK_ON_FLOOR" => Some(Self::OnFloor),
+            "CHECK_UPRIGHT" => Some(Self::Upright),
             _ => None,
         }
     }
@@ -1489,6 +1500,14 @@ pub struct EvaluateRequest {
     /// The number of the step, which the random heuristic mixes into its seed.
     #[prost(uint64, tag = "9")]
     pub step: u64,
+    /// Names the ranking, so that further placements of it can be asked for without ranking again: a request with the id
+    /// of the one before, the same content and `after` goes on where that one stopped. Empty where no more are wanted.
+    #[prost(string, tag = "10")]
+    pub ranking_id: ::prost::alloc::string::String,
+    /// The last placement that was given: only those after it in the order of the ranking are wanted. A service that no
+    /// longer has the ranking makes it anew, and leaves out what comes before.
+    #[prost(message, optional, tag = "11")]
+    pub after: ::core::option::Option<RankedPlacement>,
 }
 impl ::prost::Name for EvaluateRequest {
     const NAME: &'static str = "EvaluateRequest";
@@ -1555,7 +1574,7 @@ pub struct EvaluateReply {
     /// Whether there are no further valid placements.
     #[prost(bool, tag = "3")]
     pub is_complete: bool,
-    /// Per part, in the request's order.
+    /// Per part, in the request's order: what became of its placements since the ranking began.
     #[prost(message, repeated, tag = "4")]
     pub counts: ::prost::alloc::vec::Vec<PlacementCounts>,
     /// With STATUS_MISSING_ITEMS: the ids of the items that the service does not have.

@@ -7,10 +7,11 @@
 
 use nalgebra::Point3;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::refusal::{Cause, Refusal};
 use ppnpack_packing::search::SearchSettings;
 use ppnpack_packing::step::{Evaluated, PlacementCounts};
 use ppnpack_packing::valid::Tally;
-use ppnpack_wire::convert::{check, cloud, grid, item, objective, placement, pose, scene};
+use ppnpack_wire::convert::{cloud, grid, item, objective, placement, pose, scene};
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{decode, v1};
 use proptest::prelude::*;
@@ -29,14 +30,21 @@ fn bits(values: &[f32]) -> Vec<u32> {
     values.iter().map(|value| value.to_bits()).collect()
 }
 
-/// The names of checks that the wire knows.
-fn checks() -> impl Strategy<Value = &'static str> {
-    let checks = [
-        v1::Check::PhysicalStability,
-        v1::Check::PublishedStability,
-        v1::Check::Fits,
+/// What placements are refused for.
+fn refusals() -> impl Strategy<Value = Refusal> {
+    let causes = [
+        Cause::AboveRim,
+        Cause::NotOnFloor,
+        Cause::Unstable,
+        Cause::UnstableByPublishedTest,
+        Cause::CouldFallOver,
+        Cause::Arm,
     ];
-    proptest::sample::select(checks.map(check::name).to_vec())
+    let detail = proptest::option::of("[a-z ]{1,20}");
+    (proptest::sample::select(causes.to_vec()), detail).prop_map(|(cause, detail)| Refusal {
+        cause,
+        detail: detail.map(Into::into),
+    })
 }
 
 proptest! {
@@ -102,9 +110,10 @@ proptest! {
     fn tallies_stay_what_they_are(
         candidate in 0_usize..1000,
         [possible, proposed, fitting] in any::<[u64; 3]>(),
-        refusals in proptest::collection::vec((checks(), any::<u64>()), 0..3),
+        refusals in proptest::collection::hash_map(refusals(), any::<u64>(), 0..3),
     ) {
         let counts = PlacementCounts { possible, proposed, fitting };
+        let refusals = refusals.into_iter().collect();
         let given = Tally { candidate, counts, refusals };
         let message = placement::write_tally(&given);
         prop_assert_eq!(placement::read_tally(&sent(&message)).unwrap(), given);
@@ -236,15 +245,4 @@ fn coordinates_are_found_anywhere_in_a_point() {
     assert_eq!(points[0], Point3::new(1.5, 2.5, 3.5));
     let holes: Vec<bool> = points.iter().map(cloud::is_hole).collect();
     assert_eq!(holes, [false, true, true]);
-}
-
-#[test]
-fn refusals_by_checks_that_the_wire_does_not_know_are_left_out() {
-    let tally = Tally {
-        refusals: vec![("out of reach", 3), ("unstable", 5)],
-        ..Tally::default()
-    };
-    let refusals = placement::write_tally(&tally).refusals;
-    assert_eq!(refusals.len(), 1);
-    assert_eq!(refusals[0].check(), v1::Check::PhysicalStability);
 }

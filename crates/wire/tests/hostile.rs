@@ -301,6 +301,7 @@ fn placements() {
         refusals: vec![v1::Refusals {
             check: v1::Check::Fits.into(),
             count: 1,
+            detail: String::new(),
         }],
         ..Default::default()
     };

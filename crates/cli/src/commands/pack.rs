@@ -5,13 +5,12 @@ use std::time::Instant;
 
 use clap::Args;
 use indicatif::ProgressBar;
-use ppnpack_packing::episode::{Observer, Step};
+use ppnpack_packing::episode::{Observer, Play, Step};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::proposals::{OrExhaustive, Proposer};
 use ppnpack_packing::step::StepInput;
 use ppnpack_physics::outcome::BodyState;
 use ppnpack_physics::packing_cell::Placed;
-use ppnpack_robot::station::ArmStation;
 
 use crate::failure::{Failure, Outcome};
 use crate::fastest;
@@ -22,7 +21,7 @@ use crate::options::{
 };
 use crate::output::{print_json, print_line};
 use crate::progress;
-use crate::report::{self, ArmWork, Content, EndingSummary, Packing, Settings, Settled};
+use crate::report::{self, ArmAsked, ArmWork, Content, EndingSummary, Packing, Settings, Settled};
 use crate::sequence::SequenceOptions;
 use crate::simulation::simulate;
 
@@ -94,15 +93,11 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         }
     }
     let proposer = proposer(&method, &grid, network)?;
-    let mut planner = method
-        .planner_with(proposer, &grid, threads, station.as_ref())?
-        .with_alternatives(ALTERNATIVES);
+    let mut planner = method.planner_with(proposer, &grid, threads, station.as_ref())?;
 
     let started = Instant::now();
     let mut watch = Watch {
         bar: progress::bar("Packing", sequence.objects.len() as u64),
-        station: station.as_ref(),
-        cycles_s: Vec::new(),
     };
     let (episode, cell) = simulate(
         &catalogue,
@@ -110,15 +105,17 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         &sequence,
         &simulated,
         &mut planner,
-        method.buffer,
+        Play {
+            buffer: method.buffer,
+            alternatives: ALTERNATIVES,
+        },
         &mut watch,
     )?;
     watch.bar.finish_and_clear();
-    if let (Some(arm), Some(station)) = (&mut arm, &station) {
-        arm.cycles_s = watch.cycles_s;
-        arm.tally = Some(station.take_tally());
+    if let Some(arm) = &mut arm {
+        arm.cycles_s = episode.steps.iter().map(Step::cycle_s).collect();
+        arm.asked = Some(ArmAsked::of(&episode));
     }
-    let of_arm = |arrival| station.as_ref()?.why(arrival);
     let packing = Packing {
         settings: Settings {
             catalogue: arguments.catalogue.catalogue.clone(),
@@ -131,7 +128,7 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
             threads,
             simulated,
         },
-        ending: EndingSummary::new(&episode.ending, of_arm),
+        ending: EndingSummary::new(&episode.ending),
         steps: episode.steps,
         scene: episode.scene,
         metrics: episode.metrics,
@@ -190,19 +187,13 @@ fn proposer(
     }
 }
 
-/// Shows how far the packing is, and notes the cycles of an arm.
-struct Watch<'a> {
+/// Shows how far the packing is.
+struct Watch {
     bar: ProgressBar,
-    station: Option<&'a ArmStation>,
-    cycles_s: Vec<Option<f64>>,
 }
 
-impl Observer for Watch<'_> {
-    fn on_step(&mut self, step: &Step, input: &StepInput<'_>) {
+impl Observer for Watch {
+    fn on_step(&mut self, _step: &Step, _input: &StepInput<'_>) {
         self.bar.inc(1);
-        if let Some(station) = self.station {
-            let cycle = station.cycle(input, &step.candidate, &step.choice.resting);
-            self.cycles_s.push(cycle.ok().map(|cycle| cycle.cycle_s));
-        }
     }
 }

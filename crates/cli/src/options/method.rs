@@ -245,7 +245,7 @@ impl Method {
             search = search.with_pool(Arc::new(pool.or_input()?));
         }
         let mut checks = self.stability.checks();
-        checks.extend(station.map(ArmStation::check));
+        checks.extend(station.map(|station| Box::new(station.check()) as BoxedCheck));
         Ok(Planner::new(
             proposer,
             Box::new(search),

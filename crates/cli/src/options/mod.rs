@@ -129,10 +129,6 @@ pub struct GridOptions {
 type Sides = [f64; 3];
 
 impl GridOptions {
-    pub(crate) fn resolution(&self) -> Outcome<Resolution> {
-        self.settings().resolution().or_input()
-    }
-
     /// The grid.
     ///
     /// # Errors

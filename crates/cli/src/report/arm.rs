@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use ppnpack_robot::feasibility::Tally;
+use ppnpack_packing::episode::Episode;
+use ppnpack_packing::refusal::Cause;
 use ppnpack_robot::parameters::ArmParameters;
 use ppnpack_robot::station::ArmStation;
 use serde::Serialize;
@@ -19,7 +20,40 @@ pub(crate) struct ArmWork {
     /// Per step: the planned time of the cycle, in seconds.
     pub(crate) cycles_s: Vec<Option<f64>>,
     /// What its check was asked; none where it ran in a service.
-    pub(crate) tally: Option<Tally>,
+    pub(crate) asked: Option<ArmAsked>,
+}
+
+/// What an arm's check was asked.
+#[derive(Debug, Clone)]
+pub(crate) struct ArmAsked {
+    /// For how many placements.
+    checks: u64,
+    /// How many of them it refused, by reason.
+    refused: BTreeMap<String, u64>,
+}
+
+impl ArmAsked {
+    /// Of an episode with an arm: it is asked last, so what is valid was accepted by it.
+    pub(crate) fn of(episode: &Episode) -> Self {
+        let steps = episode.steps.iter();
+        let accepted: usize = steps.map(|step| 1 + step.alternatives.len()).sum();
+        let of_arm = episode
+            .refusals
+            .iter()
+            .filter(|(refusal, _)| refusal.cause == Cause::Arm);
+        let refused: BTreeMap<String, u64> = of_arm
+            .map(|(refusal, count)| {
+                (
+                    refusal.detail.as_deref().unwrap_or_default().to_owned(),
+                    count,
+                )
+            })
+            .collect();
+        Self {
+            checks: accepted as u64 + refused.values().sum::<u64>(),
+            refused,
+        }
+    }
 }
 
 /// What `summary.json` says of the arm.
@@ -46,7 +80,7 @@ impl ArmWork {
             parameters: station.parameters().clone(),
             set_aside,
             cycles_s: Vec::new(),
-            tally: None,
+            asked: None,
         }
     }
 
@@ -59,8 +93,8 @@ impl ArmWork {
         let cycles = self.cycles_s.iter().flatten();
         ArmSummary {
             cycle_s: Spread::of(cycles.map(|cycle_s| Duration::from_secs_f64(*cycle_s))),
-            checks: self.tally.as_ref().map(|tally| tally.asked),
-            refused: self.tally.as_ref().map(|tally| tally.refused.clone()),
+            checks: self.asked.as_ref().map(|asked| asked.checks),
+            refused: self.asked.as_ref().map(|asked| asked.refused.clone()),
             set_aside: self.set_aside.clone(),
             parameters: self.parameters.clone(),
         }

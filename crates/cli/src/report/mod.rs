@@ -24,7 +24,7 @@ use crate::fastest::Cost;
 use crate::options::{Method, Simulated};
 use crate::output::StagedFolder;
 use crate::sequence::Sequence;
-pub(crate) use arm::ArmWork;
+pub(crate) use arm::{ArmAsked, ArmWork};
 pub(crate) use summary::{EndingSummary, Summary, Unplaceable};
 
 /// Everything a packing depended on.

@@ -5,8 +5,7 @@ use std::time::Duration;
 
 use ppnpack_packing::episode::Ending;
 use ppnpack_packing::metrics::Metrics;
-use ppnpack_packing::plan::{Reason, Timings};
-use ppnpack_robot::feasibility::NAME;
+use ppnpack_packing::plan::Timings;
 use serde::Serialize;
 
 use super::arm::{ArmSummary, ArmWork};
@@ -79,20 +78,16 @@ pub(crate) struct Unplaceable {
 }
 
 impl EndingSummary {
-    /// The end of an episode; `of_arm` says why the arm refused most placements of an item, by its arrival.
-    pub(crate) fn new(ending: &Ending, of_arm: impl Fn(usize) -> Option<String>) -> Self {
+    /// The end of an episode.
+    pub(crate) fn new(ending: &Ending) -> Self {
         let items = match ending {
             Ending::AllPacked => return Self::AllPacked,
             Ending::NothingFits(items) => items,
         };
-        let reason = |arrival, reason: Reason| match (reason, of_arm(arrival)) {
-            (Reason::Rejected(NAME), Some(why)) => format!("{reason}: {why}"),
-            _ => reason.to_string(),
-        };
         let items = items.iter().map(|(candidate, why)| Unplaceable {
             arrival: candidate.arrival,
             item: candidate.item.name().to_string(),
-            reason: reason(candidate.arrival, *why),
+            reason: why.to_string(),
         });
         Self::NothingFits {
             items: items.collect(),
@@ -143,18 +138,18 @@ impl Packing {
     }
 
     fn degraded(&self) -> Vec<Degraded> {
-        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+        let mut counts: BTreeMap<String, usize> = BTreeMap::new();
         for reason in self
             .steps
             .iter()
-            .filter_map(|step| step.degraded.as_deref())
+            .filter(|step| !step.degraded.is_empty())
+            .map(|step| step.degraded.join("; "))
         {
             *counts.entry(reason).or_default() += 1;
         }
-        let counts = counts.into_iter().map(|(reason, steps)| Degraded {
-            reason: reason.to_owned(),
-            steps,
-        });
+        let counts = counts
+            .into_iter()
+            .map(|(reason, steps)| Degraded { reason, steps });
         counts.collect()
     }
 }

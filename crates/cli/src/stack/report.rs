@@ -1,14 +1,17 @@
 //! What was packed over the wire, as the report of a packing needs it.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context, Result};
 use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_packing::check::Evidence;
 use ppnpack_packing::episode::{Step, packed_volume};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::metrics::Metrics;
 use ppnpack_packing::plan::{Candidate, Evaluated, Timings};
+use ppnpack_packing::refusal::Refusals;
 use ppnpack_wire::{convert, v1};
 
 use super::controller::{Done, Packed};
@@ -47,6 +50,7 @@ pub(crate) fn packing(
         contents.any(|(other, content)| *other == arrival && content.inside)
     };
     let volume = packed_volume(&grid, &steps, is_inside);
+    let cycles_s = steps.iter().map(Step::cycle_s).collect();
     Ok(Packing {
         metrics: Metrics::new(&grid, scene.heightmap(), volume),
         ending: ending(&packed.reasons, catalogue, &settings.sequence),
@@ -60,15 +64,8 @@ pub(crate) fn packing(
         scene,
         contents,
         took,
-        arm: arm.map(|arm| ArmWork {
-            cycles_s: packed.done.iter().map(cycle_s).collect(),
-            ..arm
-        }),
+        arm: arm.map(|arm| ArmWork { cycles_s, ..arm }),
     })
-}
-
-fn cycle_s(done: &Done) -> Option<f64> {
-    done.decision.cycle.as_ref().map(|cycle| cycle.cycle_s)
 }
 
 fn step(done: &Done, catalogue: &Catalogue) -> Result<Step> {
@@ -91,13 +88,21 @@ fn step(done: &Done, catalogue: &Catalogue) -> Result<Step> {
             resting: convert::placement::read_resting(placement)?,
             value: decision.value,
         },
+        evidence: Evidence {
+            cycle: decision
+                .cycle
+                .as_deref()
+                .map(|cycle| convert::cycle::read(cycle).map(Arc::new))
+                .transpose()?,
+        },
         alternatives: alternatives.collect::<Result<_, _>>()?,
         timings: Timings {
             propose: stage(decision, "propose"),
             evaluate: stage(decision, "evaluate"),
             check: stage(decision, "check"),
         },
-        degraded: (!decision.degraded.is_empty()).then(|| decision.degraded.join("; ")),
+        degraded: decision.degraded.clone(),
+        refusals: Refusals::default(),
     })
 }
 
@@ -105,10 +110,8 @@ fn candidate_of(item_id: &str, object: &str, catalogue: &Catalogue) -> Result<Ca
     let (_, held) = catalogue
         .find(object)
         .with_context(|| format!("the catalogue has no object {object}"))?;
-    Ok(Candidate {
-        arrival: arrival_of(item_id).with_context(|| format!("item {item_id} is not of here"))?,
-        item: held.item.clone(),
-    })
+    let arrival = arrival_of(item_id).with_context(|| format!("item {item_id} is not of here"))?;
+    Ok(Candidate::new(arrival, held.item.clone()))
 }
 
 fn stage(decision: &v1::Decision, name: &str) -> Duration {

@@ -9,7 +9,7 @@ use ppnpack_dataset::{
     DatasetWriter, Expert, ExpertSettings, FORMAT_VERSION, Recorder, SequenceRecord, Settings, draw,
 };
 use ppnpack_packing::check::BoxedCheck;
-use ppnpack_packing::episode::{IdealCell, Observer, Step, play};
+use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
 use ppnpack_packing::item::{ABSENT, Item, ViewSurfaces};
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
@@ -17,7 +17,7 @@ use ppnpack_packing::plan::{Evaluated, Planner};
 use ppnpack_packing::proposals::ProposeAll;
 use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::PublishedStability;
-use ppnpack_packing::step::StepInput;
+use ppnpack_packing::step::{Candidate, StepInput};
 
 pub(crate) fn grid() -> Grid {
     let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(2).unwrap()).unwrap();
@@ -114,7 +114,7 @@ pub(crate) fn played(settings: &Settings, sequence: u32) -> (SequenceRecord, Vec
         .objects
         .iter()
         .map(|object| items[*object as usize].clone());
-    let arrivals = arrivals.collect();
+    let arrivals = Candidate::sequence(arrivals);
     let search = SearchSettings {
         heuristic: settings.expert.heuristic,
         order: settings.expert.order,
@@ -136,7 +136,7 @@ pub(crate) fn played(settings: &Settings, sequence: u32) -> (SequenceRecord, Vec
         &mut planner,
         &mut IdealCell::new(grid),
         arrivals,
-        buffer,
+        Play::with_buffer(buffer),
         &mut watch,
     )
     .unwrap();

@@ -6,12 +6,13 @@ use std::time::Instant;
 
 use clap::Args;
 use ppnpack_camera::{DepthEdges, NoiseModel};
+use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_cli::failure::Outcome;
 use ppnpack_perception::calibration::{CalibrationSettings, calibrate};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::simulated::{Case, Errors, cuboid};
+use super::simulated::{Case, Errors};
 use crate::statistics::quantile;
 
 /// Calibrates on simulated clouds of empty containers, with noise, dropouts, flying pixels and things in the way.
@@ -59,7 +60,7 @@ pub(crate) fn run(arguments: &CalibrationArguments) -> Outcome {
         let [x_m, y_m, _] = case.size_m;
         let [x, y] = [x_m, y_m].map(|side_m| random.random_range(0.2..0.6) * side_m);
         let high_m = random.random_range(0.01..0.06);
-        case.others = vec![cuboid([x, y, 0.0], [x + 0.03, y + 0.05, high_m])];
+        case.others = vec![Mesh::cuboid([x, y, 0.0], [x + 0.03, y + 0.05, high_m])];
     });
     measure("a wall bulges by 12 mm", false, |case, _| {
         case.bulge_m = 0.012;

@@ -6,17 +6,18 @@
     reason = "a measurement that cannot run should say so at once"
 )]
 
-use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Args;
-use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
+use nalgebra::{Isometry3, Point3};
+use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel, View};
+use ppnpack_catalogue::catalogue::{Catalogue, Settings};
+use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_cli::failure::{OrInput, Outcome};
 use ppnpack_cli::length::parse_length;
 use ppnpack_cli::options::load;
-use ppnpack_packing::episode::play;
+use ppnpack_packing::episode::{Play, play};
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
-use ppnpack_packing::item::Item;
 use ppnpack_packing::objective::Order;
 use ppnpack_packing::plan::Planner;
 use ppnpack_packing::proposals::ProposeAll;
@@ -59,7 +60,11 @@ pub(crate) fn run(arguments: &HeightmapArguments) -> Outcome {
     let planned = Grid::reference();
     let resolution = Resolution::new(cell, 0.002, yaws).or_input()?;
     let grid = Grid::new(ContainerSize::REFERENCE, resolution).or_input()?;
-    let catalogue = load(&ppnpack_household::builtin(), &Settings::default(), planned.resolution())?;
+    let catalogue = load(
+        &ppnpack_household::builtin(),
+        &Settings::default(),
+        planned.resolution(),
+    )?;
     let scenes: Vec<Seen> = (0..episodes)
         .flat_map(|episode| LENGTHS.map(|length| (episode, length)))
         .map(|(episode, length)| {
@@ -99,8 +104,9 @@ fn packed(
     length: usize,
 ) -> SimulatedPackingCell {
     let objects = (0..length).map(|arrival| (arrival * 37 + 11 + 5 * episode) % catalogue.len());
-    let sequence: Vec<Arc<Item>> = objects
-        .map(|object| catalogue.get(object).unwrap().item.clone())
+    let sequence = objects
+        .enumerate()
+        .map(|(arrival, object)| catalogue.get(object).unwrap().candidate(arrival))
         .collect();
     let search = Search::new(grid, &SearchSettings::default())
         .unwrap()
@@ -111,7 +117,15 @@ fn packed(
     let mut cell =
         SimulatedPackingCell::new(CellSettings::robot(), grid, catalogue, Sampling::Greatest)
             .unwrap();
-    play(grid, &mut planner, &mut cell, sequence, 5, &mut ()).unwrap();
+    play(
+        grid,
+        &mut planner,
+        &mut cell,
+        sequence,
+        Play::with_buffer(5),
+        &mut (),
+    )
+    .unwrap();
     cell
 }
 

@@ -32,7 +32,7 @@ use ppnpack_recognition::library::{Library, LibraryObject, LibrarySettings};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::simulated::{self, cuboid};
+use super::simulated;
 use crate::scene::{between, body, models, turn};
 use crate::statistics::quantile;
 
@@ -252,7 +252,7 @@ fn container() -> Vec<Mesh> {
     let wall_m = 0.004;
     let (x, y, z) = (CONTAINER.x_m, CONTAINER.y_m, CONTAINER.z_m);
     let mut meshes = simulated::container([x, y, z], wall_m, wall_m, 0.0);
-    meshes.push(cuboid([-0.5, -0.5, -0.02], [x + 0.5, y + 0.5, -0.01]));
+    meshes.push(Mesh::cuboid([-0.5, -0.5, -0.02], [x + 0.5, y + 0.5, -0.01]));
     meshes
 }
 

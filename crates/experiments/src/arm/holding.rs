@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use anyhow::Context;
 use nalgebra::Point3;
-use ppnpack_catalogue::catalogue::{Settings, Source};
+use ppnpack_catalogue::catalogue::Settings;
 use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_cli::options::load;
 use ppnpack_packing::grid::Resolution;
@@ -17,7 +17,11 @@ const PITCH_M: f64 = 0.002;
 
 pub(crate) fn run() -> Outcome {
     let resolution = Resolution::reference();
-    let catalogue = load(&ppnpack_household::builtin(), &Settings::default(), &resolution)?;
+    let catalogue = load(
+        &ppnpack_household::builtin(),
+        &Settings::default(),
+        &resolution,
+    )?;
     let arm = arms::arm("nachi-mz07l").or_run()?;
     let (mut held, mut coarsely_held) = (0, 0);
     let mut refusals: BTreeMap<String, Vec<String>> = BTreeMap::new();

@@ -75,7 +75,7 @@ fn try_some(arm: &Arc<Arm>, cell: &CellSettings, seed: u64, placements: usize) -
     while report.accepted.len() + report.refused.len() < placements {
         let case = case(&mut random);
         let input = StepInput::new(&case.grid, &case.scene, &[]);
-        let Ok(pick) = check.pick(&case.item, case.grid.resolution()) else {
+        let Ok(pick) = check.pick(&case.candidate(), case.grid.resolution()) else {
             continue;
         };
         let Some((planned, took)) = timed(&check, &input, &case) else {
@@ -115,7 +115,7 @@ fn timed(
     let attempts = [(); 3].map(|()| {
         let mut check = check.clone();
         let start = Instant::now();
-        let planned = check.plan(input, &case.item, &case.resting);
+        let planned = check.plan(input, &case.candidate(), &case.resting);
         (planned, start.elapsed())
     });
     attempts.into_iter().min_by_key(|(_, took)| *took)

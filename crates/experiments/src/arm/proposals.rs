@@ -11,11 +11,11 @@ use ppnpack_cli::options::{
     CatalogueOptions, Method, PROPOSAL_YAWS, ProposalSource, StabilityOption,
 };
 use ppnpack_cli::sequence::SequenceFile;
-use ppnpack_packing::episode::{IdealCell, Observer, Step, play};
+use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::item::Item;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
-use ppnpack_packing::step::StepInput;
+use ppnpack_packing::refusal::Cause;
+use ppnpack_packing::step::{Candidate, StepInput};
 use ppnpack_robot::station::{ArmStation, StationSettings};
 
 use crate::pareto::GridOption;
@@ -66,27 +66,25 @@ struct Found {
 }
 
 /// Notes what the steps of a sequence came to.
-struct Notes<'a> {
-    found: &'a mut Found,
-    station: Option<&'a ArmStation>,
-}
+struct Notes<'a>(&'a mut Found);
 
 impl Observer for Notes<'_> {
-    fn on_step(&mut self, step: &Step, input: &StepInput<'_>) {
-        let Self { found, station } = self;
+    fn on_step(&mut self, step: &Step, _input: &StepInput<'_>) {
+        let Self(found) = self;
         let item = &step.candidate.item;
         found.steps += 1;
         found.decision_s += step.timings.total().as_secs_f64();
         found.check_s += step.timings.check.as_secs_f64();
         found.volume_m3 += item.mesh_volume_m3();
-        if let Some(station) = station {
-            let tally = station.take_tally();
-            found.asked += tally.asked;
-            found.refused += tally.refused.values().sum::<u64>();
-            found.most_asked = found.most_asked.max(tally.asked);
-            let cycle = station.cycle(input, &step.candidate, &step.choice.resting);
-            found.cycles_s.extend(cycle.map(|cycle| cycle.cycle_s));
-        }
+        let refusals = step.refusals.iter();
+        let of_arm = refusals.filter(|(refusal, _)| refusal.cause == Cause::Arm);
+        let refused: u64 = of_arm.map(|(_, count)| count).sum();
+        // The arm is asked last: it accepted the choice.
+        let asked = refused + 1;
+        found.asked += asked;
+        found.refused += refused;
+        found.most_asked = found.most_asked.max(asked);
+        found.cycles_s.extend(step.cycle_s());
     }
 }
 
@@ -105,12 +103,12 @@ pub(crate) fn run(arguments: &ProposalsArguments) -> Outcome {
 fn measure(catalogue: &Catalogue, grid: &Grid, file: &SequenceFile, count: usize) -> Outcome {
     let station = ArmStation::new(&StationSettings::default()).or_run()?;
     let resolution = grid.resolution();
-    for object in &catalogue.objects {
-        station.hold(&object.item, &object.model);
-    }
-    let can_be_lifted = |item: &Item| station.lift(item, resolution).is_ok();
+    let mut check = station.check();
+    let mut can_be_lifted = |held: &Candidate| check.lift(held, resolution).is_ok();
     let objects = catalogue.objects.iter();
-    let held = objects.filter(|object| can_be_lifted(&object.item)).count();
+    let held = objects
+        .filter(|object| can_be_lifted(&object.candidate(0)))
+        .count();
     println!(
         "{held} of {} objects can be picked",
         catalogue.objects.len()
@@ -125,19 +123,18 @@ fn measure(catalogue: &Catalogue, grid: &Grid, file: &SequenceFile, count: usize
             let of_step = has_arm.then_some(&station);
             let mut found = Found::default();
             for case in 0..count {
-                let mut items = file.get(case)?.items(catalogue);
+                let mut items = file.get(case)?.candidates(catalogue);
                 items.retain(|item| can_be_lifted(item));
+                for (arrival, item) in items.iter_mut().enumerate() {
+                    item.arrival = arrival;
+                }
                 let method = method(&source);
                 let proposer = method.proposer(grid, None)?;
                 let mut planner = method.planner_with(proposer, grid, 1, of_step)?;
                 let mut cell = IdealCell::new(grid);
-                let mut notes = Notes {
-                    found: &mut found,
-                    station: of_step,
-                };
-                play(grid, &mut planner, &mut cell, items, BUFFER, &mut notes).or_run()?;
-                // The last step, which found nothing, is no decision.
-                station.take_tally();
+                let mut notes = Notes(&mut found);
+                let how = Play::with_buffer(BUFFER);
+                play(grid, &mut planner, &mut cell, items, how, &mut notes).or_run()?;
             }
             print(&source, has_arm, &found, count);
             eprintln!("{:.1} s", started.elapsed().as_secs_f64());

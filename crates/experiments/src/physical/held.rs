@@ -1,10 +1,13 @@
 //! Which objects take part: those that fit into the container and that the arm can hold, as they come to lie on the tray.
 
+use std::sync::Arc;
+
 use nalgebra::{Isometry3, Translation3};
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::object::Model;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::Item;
+use ppnpack_packing::step::Candidate;
 use ppnpack_recognition::posed::posed_item;
 use ppnpack_robot::station::ArmStation;
 
@@ -32,11 +35,13 @@ fn chance(model: &Model, grid: &Grid, station: Option<&ArmStation>) -> f64 {
         let Ok(posed) = posed_item(model, &standing, resolution) else {
             return false;
         };
+        let item = Arc::new(posed.item);
         let is_held = station.is_none_or(|station| {
-            station.hold(&posed.item, &model.turned(&posed.heightmap_from_item));
-            station.lift(&posed.item, resolution).is_ok()
+            let model = Arc::new(model.turned(&posed.heightmap_from_item));
+            let candidate = Candidate::new(0, Arc::clone(&item)).with_model(model);
+            station.check().lift(&candidate, resolution).is_ok()
         });
-        is_held && fits(&posed.item, grid)
+        is_held && fits(&item, grid)
     });
     let all: f64 = model
         .resting_poses

@@ -24,11 +24,11 @@ use std::sync::Arc;
 use pulp::Arch;
 
 use crate::distance::DistanceLevels;
+use crate::evaluator::Evaluator;
 use crate::grid::Grid;
 use crate::heightmap::Heightmap;
 use crate::item::ItemView;
 use crate::objective::{Heuristic, Objective, Order, ViewTerms, WeightError, Weights};
-use crate::evaluator::Evaluator;
 use crate::proposals::{CandidateProposals, Proposals, YawRange, possible_count_at};
 use crate::resting_maps::RestingMaps;
 use crate::step::{Evaluated, PlacementCounts, StageError, StepInput};

@@ -7,6 +7,7 @@ use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
 use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::{ABSENT, Item, ViewSurfaces};
 use ppnpack_packing::placement::{Placement, RestingPlacement};
+use ppnpack_packing::step::Candidate;
 use ppnpack_robot::arm::Arm;
 use ppnpack_robot::parameters::ArmParameters;
 use rand::{Rng, RngExt};
@@ -35,6 +36,13 @@ pub(crate) struct Case {
     pub(crate) scene: Scene,
     pub(crate) item: Arc<Item>,
     pub(crate) resting: RestingPlacement,
+}
+
+impl Case {
+    /// The item as one that arrives first.
+    pub(crate) fn candidate(&self) -> Candidate {
+        Candidate::new(0, Arc::clone(&self.item))
+    }
 }
 
 /// The paper's simulated and physical containers.

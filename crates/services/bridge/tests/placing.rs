@@ -17,11 +17,13 @@ use common::{Controller, PATIENCE, Script, catalogue, cell, deadline, place, ren
 use ppnpack_bridge::robot::Robot;
 use ppnpack_bridge::simulated::SimulatedSettings;
 use ppnpack_bridge::{Bridge, Settings};
+use ppnpack_packing::motion::{Cycle, JointPoint, Leg, LegKind};
 use ppnpack_service::Running;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::CallError;
 use ppnpack_service::stream::Latest;
+use ppnpack_wire::convert;
 use ppnpack_wire::keys::{Service, Stream};
 use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
 use ppnpack_wire::{MAX_CLOUD_BYTES, MAX_MESSAGE_BYTES};
@@ -397,4 +399,52 @@ fn a_robot_that_panics_ends_the_process() {
     rig.controller.place(request);
     script.go.send(()).unwrap();
     assert!(rig.process.shutdown().wait_timeout(PATIENCE));
+}
+
+#[test]
+fn the_cycle_of_a_decision_reaches_the_robot_whose_placement_it_is() {
+    let (rig, script) = Rig::scripted(true, None);
+    let point = |time_s: f64| JointPoint {
+        time_s,
+        position_rad: [0.1, -0.2, time_s, 3.0, -6.0, 12.5],
+    };
+    let cycle = Cycle {
+        arm: "an arm".to_owned(),
+        cycle_s: 2.5,
+        container_from_item_at_pick: nalgebra::Isometry3::translation(0.1, -0.35, 0.02),
+        grasp_yaw_rad: 0.75,
+        grip_s: 0.2,
+        release_s: 0.15,
+        legs: vec![Leg {
+            kind: LegKind::Descend,
+            points: vec![point(0.0), point(0.5)],
+        }],
+    };
+    let asked = place("one", rig.controller.state_number(), 0.16);
+    let decision = v1::Decision {
+        decision_id: asked.placement_id.clone(),
+        item_id: asked.item_id.clone(),
+        object: asked.object.clone(),
+        container_from_item: asked.container_from_item,
+        state_number: asked.state_number,
+        cycle: Some(Box::new(convert::cycle::write(&cycle))),
+        ..v1::Decision::default()
+    };
+    let request = v1::PlaceRequest::from(&decision);
+    rig.controller.place(request.clone());
+    script.go.send(()).unwrap();
+    rig.controller.outcome("one");
+    let motions = script.motions.lock().unwrap().clone();
+    assert_eq!(motions.len(), 1);
+    assert_eq!(motions[0].as_deref(), Some(&cycle));
+    // Repeated when it has ended, it is the same placement still.
+    let repeated = rig.controller.place(request);
+    assert_eq!(repeated.phase(), ExecutionPhase::Ended);
+    assert_eq!(script.done(), ["one"]);
+    // A motion that is none is refused.
+    let mut wrong = place("two", rig.controller.state_number(), 0.16);
+    let mut message = convert::cycle::write(&cycle);
+    message.cycle_s = f64::NAN;
+    wrong.cycle = Some(Box::new(message));
+    assert_eq!(rig.controller.refused(wrong), Status::Invalid);
 }

@@ -44,6 +44,7 @@ fn filled(settings: &SimulatedSettings, catalogue: &Catalogue) -> SimulatedRobot
                 UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad),
             ),
             state_number: 1,
+            cycle: None,
         };
         robot.place(&placement, &Shutdown::default()).unwrap();
     }

@@ -335,7 +335,7 @@ fn cells_have_the_grids_that_are_set() {
     });
     let second = Cell::new("cell-2").unwrap();
     let clouds = Sensor::new(&rig.sensor, &second);
-    let grid = fine.grid().unwrap();
+    let grid = fine.build().unwrap();
     clouds.put(&cloud_of(&grid, 1, 1, |_, _| Some(0.02)));
     let heightmap = rig.ask_for(&second, 1, PATIENCE).unwrap();
     let (read_grid, scene) = read(&heightmap);

@@ -248,4 +248,31 @@ mod tests {
             assert!(error.to_string().contains("unknown field"), "{error}");
         }
     }
+
+    #[test]
+    fn an_unknown_arm_is_refused_with_the_names_there_are() {
+        let refusal = |change: fn(&mut StationSettings)| {
+            let mut station = StationSettings::default();
+            change(&mut station);
+            let cell = CellSettings {
+                arm: Some(station),
+                ..CellSettings::default()
+            };
+            let settings = Settings {
+                cells: BTreeMap::from([("cell-1".to_owned(), cell)]),
+                ..Settings::default()
+            };
+            settings.validate().unwrap_err()
+        };
+        let unknown = refusal(|station| station.arm = "r2d2".to_owned());
+        for part in ["cells.cell-1.arm", "r2d2", "nachi-mz07l"] {
+            assert!(unknown.contains(part), "{unknown}");
+        }
+        let file = refusal(|station| station.arm = "no/such/arm.toml".to_owned());
+        assert!(file.contains("no/such/arm.toml"), "{file}");
+        let place = refusal(|station| station.pick.position_m[2] = f64::NAN);
+        assert!(place.contains("pick.position_m[2]"), "{place}");
+        let cell = refusal(|station| station.cell.clearance_m = -1.0);
+        assert!(cell.contains("clearance_m"), "{cell}");
+    }
 }

@@ -13,6 +13,7 @@ pub(crate) fn placement(id: &str, state_number: u64) -> Placement {
             nalgebra::UnitQuaternion::from_euler_angles(0.1, 0.2, 0.3),
         ),
         state_number,
+        cycle: None,
     }
 }
 

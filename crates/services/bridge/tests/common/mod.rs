@@ -16,6 +16,7 @@ use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
 use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_packing::grid::{ContainerSize, Resolution};
+use ppnpack_packing::motion::Cycle;
 use ppnpack_service::Shutdown;
 use ppnpack_service::rpc::{CallError, Client};
 use ppnpack_wire::convert::pose;
@@ -157,6 +158,7 @@ pub(crate) fn renew(request_id: &str) -> v1::RenewRequest {
 pub(crate) struct ScriptedRobot {
     pub(crate) is_simulated: bool,
     pub(crate) done: Arc<Mutex<Vec<String>>>,
+    motions: Arc<Mutex<Vec<Option<Arc<Cycle>>>>>,
     go: Receiver<()>,
     bodies: Vec<Body>,
 }
@@ -165,6 +167,8 @@ pub(crate) struct ScriptedRobot {
 pub(crate) struct Script {
     /// The placements and renewals that were carried out.
     pub(crate) done: Arc<Mutex<Vec<String>>>,
+    /// The motions that came with placements.
+    pub(crate) motions: Arc<Mutex<Vec<Option<Arc<Cycle>>>>>,
     /// Lets it carry one out.
     pub(crate) go: Sender<()>,
 }
@@ -172,13 +176,15 @@ pub(crate) struct Script {
 pub(crate) fn scripted(is_simulated: bool) -> (ScriptedRobot, Script) {
     let (go, going) = channel();
     let done = Arc::new(Mutex::new(Vec::new()));
+    let motions = Arc::new(Mutex::new(Vec::new()));
     let robot = ScriptedRobot {
         is_simulated,
         done: Arc::clone(&done),
+        motions: Arc::clone(&motions),
         go: going,
         bodies: Vec::new(),
     };
-    (robot, Script { done, go })
+    (robot, Script { done, motions, go })
 }
 
 impl Script {
@@ -215,6 +221,7 @@ impl Robot for ScriptedRobot {
             .lock()
             .unwrap()
             .push(placement.placement_id.clone());
+        self.motions.lock().unwrap().push(placement.cycle.clone());
         if placement.object == "panic" {
             panic!("as the test asked for");
         }
