@@ -206,8 +206,13 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
 impl UpArguments {
     /// Cells that are seen exactly, with what can be recognised where that is wanted.
     fn sensing(&self, catalogue: &Catalogue) -> Outcome<stack::Sensing> {
+        // A packing of its own is done as soon as can be; a cell that others watch moves in time.
+        let motion_speed = if self.job.pack { 0.0 } else { 1.0 };
         let Some(region) = self.tray else {
-            return Ok(stack::Sensing::default());
+            return Ok(stack::Sensing {
+                motion_speed,
+                ..stack::Sensing::default()
+            });
         };
         let library = Library::new(&catalogue.models(), LibrarySettings::default()).or_input()?;
         let segmentation = SegmentationSettings::of(region);
@@ -218,6 +223,7 @@ impl UpArguments {
                 recognition: RecognitionSettings::default(),
             }),
             library: Some(Arc::new(library)),
+            motion_speed,
             ..stack::Sensing::default()
         })
     }

@@ -63,6 +63,8 @@ pub struct Sensing {
     pub mapper: MapperSettings,
     /// How often placements go wrong.
     pub faults: FaultSettings,
+    /// How fast robots follow the motions of placements: 1 in time, 0 without any wait.
+    pub motion_speed: f64,
     /// Whether placed items are inspected.
     pub inspect: bool,
     /// Where items wait to be recognised.
@@ -243,6 +245,7 @@ fn bridge_settings(plan: &Plan<'_>) -> ppnpack_bridge::Settings {
         scan: plan.sensing.scan,
         camera: plan.sensing.camera,
         faults: plan.sensing.faults,
+        motion_speed: plan.sensing.motion_speed,
         ..SimulatedSettings::default()
     };
     ppnpack_bridge::Settings {

@@ -274,6 +274,7 @@ impl World<'_> {
                 camera: settings.camera,
                 mapper: settings.mapper.clone(),
                 faults: settings.faults,
+                motion_speed: 0.0,
                 inspect: true,
                 tray: Some(tray::settings()),
                 library: Some(Arc::clone(self.library)),
