@@ -60,6 +60,9 @@ impl Intrinsics {
         distance_m: f64,
     ) -> Result<Self, CameraError> {
         let [x_m, y_m] = sides_m;
+        for side_m in sides_m {
+            require("sides_m", side_m, "positive lengths", |side_m| side_m > 0.0)?;
+        }
         let per_metre = (width as f64 / x_m).min(height as f64 / y_m);
         Self::centred(width, height, FRAMING * distance_m * per_metre)
     }

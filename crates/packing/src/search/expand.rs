@@ -120,7 +120,7 @@ impl Expand<'_> {
                 let chunks = self.fresh.par_chunks_mut(share.max(1));
                 let arch = self.arch;
                 pool.install(|| {
-                    chunks.for_each(|chunk| arch.dispatch(Evaluate { ranking, chunk }))
+                    chunks.for_each(|chunk| arch.dispatch(Evaluate { ranking, chunk }));
                 });
             }
             _ => {

@@ -109,7 +109,7 @@ impl SharedEvaluator {
     }
 
     /// Has everything searched: by services, or here.
-    fn begin(&mut self, input: &StepInput<'_>, parts: Vec<Part>) -> Result<(), StageError> {
+    fn begin(&mut self, input: &StepInput<'_>, parts: &[Part]) -> Result<(), StageError> {
         let mut alive = self.alive.instances();
         alive.truncate(MAX_REPLICAS);
         if alive.is_empty() {
@@ -117,13 +117,13 @@ impl SharedEvaluator {
             self.shortfall.degrade(why.to_owned());
             return self.search_here(input, parts, None);
         }
-        let (all, replicas) = (placements(&parts, input), alive.len());
+        let (all, replicas) = (placements(parts, input), alive.len());
         if self.is_sooner_taken && self.pace.is_sooner_here(all, replicas) {
             return self.search_here(input, parts, None);
         }
         let shares = alive
             .iter()
-            .zip(split(&parts, input.candidates, replicas))
+            .zip(split(parts, input.candidates, replicas))
             .filter(|(_, share)| !share.is_empty());
         self.sources = shares
             .map(|(instance, share)| {
@@ -170,7 +170,7 @@ impl SharedEvaluator {
                     // The place stays empty, so that the others keep their numbers.
                     *source = Source::new(Vec::new(), Searcher::Here(usize::MAX));
                     source.end();
-                    self.search_here(input, share, last)?;
+                    self.search_here(input, &share, last)?;
                 }
             }
         }
@@ -271,7 +271,7 @@ impl SharedEvaluator {
     fn search_here(
         &mut self,
         input: &StepInput<'_>,
-        parts: Vec<Part>,
+        parts: &[Part],
         after: Option<Evaluated>,
     ) -> Result<(), StageError> {
         let started = Instant::now();
@@ -279,7 +279,7 @@ impl SharedEvaluator {
             .deadline
             .map(|deadline| deadline.saturating_duration_since(started));
         let left = left.map(|left| left.saturating_sub(RESERVE));
-        let all = placements(&parts, input);
+        let all = placements(parts, input);
         let expected = self.pace.expected_here(all);
         let is_quick = left.is_none_or(|left| expected.is_some_and(|all| 2 * all < left));
         let free = MAX_SEARCHES.saturating_sub(self.searching_here()).max(1);
@@ -373,7 +373,7 @@ impl Evaluator for SharedEvaluator {
         // Parts with proposals count the placements of all yaws each.
         let possible = |item: &Item| possible_count_below_rim(input.grid, item);
         self.possible = items.map(possible).collect();
-        self.begin(input, parts(group, input.candidates, proposals))
+        self.begin(input, &parts(group, input.candidates, proposals))
     }
 
     fn next_best(&mut self, input: &StepInput<'_>) -> Result<Option<Evaluated>, StageError> {
