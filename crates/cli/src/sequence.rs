@@ -167,7 +167,7 @@ impl SequenceFile {
     }
 
     /// How many sequences it has.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.rows.nrows()
     }
 
@@ -176,11 +176,11 @@ impl SequenceFile {
     /// # Errors
     /// That it has fewer.
     pub fn get(&self, index: usize) -> Outcome<Sequence> {
-        if index >= self.len() {
+        if index >= self.count() {
             return Err(Failure::input(format_args!(
                 "--index {index}: {} has sequences 0 to {}",
                 self.path.display(),
-                self.len().saturating_sub(1)
+                self.count().saturating_sub(1)
             )));
         }
         let row = self.rows.row(index);

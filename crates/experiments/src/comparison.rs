@@ -165,11 +165,11 @@ impl<'a> Comparison<'a> {
     pub(crate) fn sequences(&self, file: &Path, cases: u32) -> Outcome<Vec<Sequence>> {
         let sequences = SequenceFile::read(file, &self.catalogue)?;
         let cases = cases as usize;
-        if cases > sequences.len() {
+        if cases > sequences.count() {
             return Err(Failure::input(format_args!(
                 "--cases {cases}: {} has {} sequences",
                 file.display(),
-                sequences.len()
+                sequences.count()
             )));
         }
         (0..cases).map(|case| sequences.get(case)).collect()

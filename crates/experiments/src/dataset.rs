@@ -195,7 +195,7 @@ fn refuse_known(
 /// The numbers of a file's sequences by what they begin with, at most the length of a drawn sequence.
 fn beginnings(file: &SequenceFile, settings: &Settings) -> Outcome<HashMap<Vec<usize>, usize>> {
     let mut beginnings = HashMap::new();
-    for number in 0..file.len() {
+    for number in 0..file.count() {
         let mut objects = file.get(number)?.objects;
         objects.truncate(settings.length as usize);
         if !objects.is_empty() {

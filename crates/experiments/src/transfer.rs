@@ -148,7 +148,7 @@ fn measure(
     let grid = Grid::new(case.container, resolution).or_input()?;
     let catalogue = arguments.catalogue.load(grid.resolution())?;
     let file = SequenceFile::read(&arguments.sequences, &catalogue)?;
-    let count = (arguments.cases as usize).min(file.len());
+    let count = (arguments.cases as usize).min(file.count());
     let sequences: Vec<_> = (0..count)
         .map(|case| file.get(case))
         .collect::<Outcome<_>>()?;

@@ -93,7 +93,7 @@ pub(crate) fn run(arguments: &ProposalsArguments) -> Outcome {
         let grid = option.grid()?;
         let catalogue = arguments.catalogue.load(grid.resolution())?;
         let file = SequenceFile::read(&arguments.sequences, &catalogue)?;
-        let count = arguments.cases.min(file.len());
+        let count = arguments.cases.min(file.count());
         println!("\n{}, {count} sequences", option.name());
         measure(&catalogue, &grid, &file, count)?;
     }
