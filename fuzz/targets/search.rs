@@ -7,6 +7,7 @@ use std::sync::Arc;
 use libfuzzer_sys::fuzz_target;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::proposals::{Proposals, YawRange};
+use ppnpack_packing::search::Search;
 use ppnpack_packing::step::{Candidate, StepInput};
 use ppnpack_packing::valid::ValidSearch;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, convert, decode, v1};
@@ -28,13 +29,7 @@ fn search(data: &[u8]) -> Option<()> {
     if items.iter().any(|item| item.views().len() != yaws) {
         return None;
     }
-    let candidates: Vec<Candidate> = (0..)
-        .zip(items)
-        .map(|(arrival, item)| Candidate {
-            arrival,
-            item: Arc::new(item),
-        })
-        .collect();
+    let candidates = Candidate::sequence(items.into_iter().map(Arc::new));
     let mut proposals = Proposals::default();
     for (index, candidate) in candidates.iter().enumerate() {
         match request
@@ -49,18 +44,20 @@ fn search(data: &[u8]) -> Option<()> {
     let settings =
         convert::objective::read_required("objective", request.objective.as_ref()).ok()?;
     let checks = convert::check::read_all(&request.checks).ok()?;
-    let mut search = ValidSearch::new(&grid, &settings, checks).ok()?;
+    let search = Search::new(&grid, &settings).ok()?.bounded();
+    let mut search = ValidSearch::new(search, checks);
     let input = StepInput {
-        grid: &grid,
-        scene: &scene,
-        candidates: &candidates,
         step: request.step,
+        ..StepInput::new(&grid, &scene, &candidates)
     };
     let group: Vec<usize> = (0..candidates.len()).collect();
-    let best = search.best(&input, &group, &proposals, 16).ok()?;
-    for found in &best.placements {
-        let at = found.resting.placement;
-        let view = &candidates[found.candidate].item.views()[at.yaw];
+    search.rank(&input, &group, &proposals).ok()?;
+    for _ in 0..16 {
+        let Some(found) = search.next_valid(&input).ok()? else {
+            break;
+        };
+        let at = found.placement.resting.placement;
+        let view = &candidates[found.placement.candidate].item.views()[at.yaw];
         assert!(at.x + view.nx() <= grid.nx() && at.y + view.ny() <= grid.ny());
     }
     Some(())
