@@ -44,7 +44,7 @@ pub(crate) fn evaluate(
         group: &group,
         proposals: &proposals,
         limit,
-        ranking_id: read_ranking_id(&request.ranking_id)?,
+        content: read_content(request)?,
         after: request
             .after
             .as_ref()
@@ -90,22 +90,22 @@ struct Asked<'a> {
     group: &'a [usize],
     proposals: &'a Proposals,
     limit: usize,
-    /// Empty where no more will be wanted.
-    ranking_id: &'a str,
+    /// What the ranking is of; `None` where no more of it will be wanted.
+    content: Option<v1::EvaluateRequest>,
     after: Option<Evaluated>,
 }
 
 impl Asked<'_> {
     /// The next valid placements of the ranking, and whether there are no more after them.
     fn of(
-        &self,
+        self,
         ranking: &mut Ranking,
         input: &StepInput<'_>,
     ) -> Result<(Vec<Evaluated>, bool), Refusal> {
         let given = ranking.given.take();
         let search = &mut ranking.search;
         let is_there = |given: &Given| {
-            given.ranking_id == self.ranking_id && Some(&given.last) == self.after.as_ref()
+            Some(&given.content) == self.content.as_ref() && Some(given.last) == self.after
         };
         if !given.as_ref().is_some_and(is_there) {
             search.rank(input, self.group, self.proposals)?;
@@ -120,12 +120,10 @@ impl Asked<'_> {
             }
         }
         let last = placements.last().copied().or(self.after);
-        ranking.given = last
-            .filter(|_| !self.ranking_id.is_empty())
-            .map(|last| Given {
-                ranking_id: self.ranking_id.to_owned(),
-                last,
-            });
+        ranking.given = self
+            .content
+            .zip(last)
+            .map(|(content, last)| Given { content, last });
         Ok((placements, is_complete))
     }
 
@@ -148,11 +146,20 @@ impl Asked<'_> {
     }
 }
 
-fn read_ranking_id(id: &str) -> Result<&str, Refusal> {
-    if id.is_empty() {
-        return Ok(id);
+/// What a ranking is of, where it has an id. Grid, objective and checks are those of the search that has it.
+fn read_content(request: &v1::EvaluateRequest) -> Result<Option<v1::EvaluateRequest>, Refusal> {
+    if request.ranking_id.is_empty() {
+        return Ok(None);
     }
-    Ok(header::id("ranking_id", id)?)
+    header::id("ranking_id", &request.ranking_id)?;
+    Ok(Some(v1::EvaluateRequest {
+        scene: request.scene.clone(),
+        candidates: request.candidates.clone(),
+        parts: request.parts.clone(),
+        step: request.step,
+        ranking_id: request.ranking_id.clone(),
+        ..v1::EvaluateRequest::default()
+    }))
 }
 
 fn read_limit(limit: u32) -> Result<usize, Refusal> {

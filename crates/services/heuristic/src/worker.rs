@@ -79,7 +79,7 @@ pub(crate) struct Ranking {
 /// What was given of a ranking.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Given {
-    pub(crate) ranking_id: String,
+    pub(crate) content: v1::EvaluateRequest,
     /// The last placement.
     pub(crate) last: Evaluated,
 }
