@@ -1,10 +1,10 @@
 //! The first cut: which objects, poses and yaws are worth a closer look.
 
-use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Point2, Translation3, UnitQuaternion, Vector3};
 
 use crate::object::{LibraryObject, PoseTemplate};
 use crate::outline::{Outline, UpperSurface};
-use crate::refinement::distinct;
+use crate::refinement::{Start, distinct};
 use crate::samples::{spread, yaws_rad};
 
 /// Templates whose outlines differ by more do not go on: some eight deviations in each number.
@@ -20,22 +20,13 @@ const YAWS_EACH: usize = 3;
 /// Yaws nearer than this to a better one do not go on, in steps.
 const APART: usize = 3;
 
-/// An object in a resting pose at a place and yaw.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Hypothesis<'library> {
-    pub(crate) object: &'library LibraryObject,
-    pub(crate) support_from_item: Isometry3<f64>,
-    /// The mean difference of heights, in metres.
-    pub(crate) difference_m: f32,
-}
-
-/// The hypotheses most like a cluster, best first, of as many objects in resting poses as asked for.
+/// Objects at a place and yaw that are most like a cluster, best first, of as many objects in resting poses as asked for.
 pub(crate) fn hypotheses<'library>(
     objects: &'library [LibraryObject],
     seen: &UpperSurface,
     outline: &Outline,
     count: usize,
-) -> Vec<Hypothesis<'library>> {
+) -> Vec<Start<'library>> {
     let mut templates: Vec<(f64, &LibraryObject, &PoseTemplate)> = Vec::new();
     for object in objects {
         for template in &object.poses {
@@ -48,12 +39,12 @@ pub(crate) fn hypotheses<'library>(
     templates.sort_by(|a, b| a.0.total_cmp(&b.0));
     templates.truncate(count);
     let places = places(seen, outline);
-    let mut found: Vec<Hypothesis<'_>> = templates
+    let mut found: Vec<(f32, Start<'_>)> = templates
         .iter()
         .flat_map(|(_, object, template)| best_yaws(object, template, outline, &places))
         .collect();
-    found.sort_by(|a, b| a.difference_m.total_cmp(&b.difference_m));
-    found
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found.into_iter().map(|(_, start)| start).collect()
 }
 
 /// Some covered cells from the outline's centre, with their heights.
@@ -65,13 +56,13 @@ fn places(seen: &UpperSurface, outline: &Outline) -> Vec<(Point2<f64>, f32)> {
     spread(&covered, CELLS)
 }
 
-/// The yaws at which a template's heights are most like those seen.
+/// The yaws at which a template's heights are most like those seen, with the mean difference, in metres.
 fn best_yaws<'library>(
     object: &'library LibraryObject,
     template: &PoseTemplate,
     outline: &Outline,
     places: &[(Point2<f64>, f32)],
-) -> Vec<Hypothesis<'library>> {
+) -> Vec<(f32, Start<'library>)> {
     let differences_m = yaws_rad(YAWS).map(|yaw_rad| {
         let (sin, cos) = yaw_rad.sin_cos();
         let sum: f32 = places
@@ -97,11 +88,8 @@ fn best_yaws<'library>(
     let chosen = distinct(yaws, YAWS_EACH, is_near).into_iter();
     let found = chosen.map(|(_, (yaw_rad, difference_m))| {
         let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
-        Hypothesis {
-            object,
-            support_from_item: place * yaw * template.support_from_item,
-            difference_m,
-        }
+        let support_from_item = place * yaw * template.support_from_item;
+        (difference_m, (object, support_from_item))
     });
     found.collect()
 }

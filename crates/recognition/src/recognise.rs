@@ -251,9 +251,6 @@ impl Recogniser {
         let objects = &self.library.objects;
         let mut starts = hypotheses(objects, &surface, &outline, self.settings.templates);
         starts.truncate(self.settings.hypotheses);
-        let starts = starts
-            .iter()
-            .map(|start| (start.object, start.support_from_item));
         let mut ranked = refinement.refined(starts, self.settings.finalists);
         for fit in ranked.iter_mut().take(LAID_AT_REST) {
             *fit = at_rest(&mut refinement.thorough, fit);
@@ -325,13 +322,9 @@ fn unknown(reason: UnknownReason, candidates: Vec<Candidate>) -> Recognition {
 /// The cluster with its finite points only, and of very many evenly spaced ones.
 fn thinned(cluster: &Cluster) -> Cluster {
     let some = |points: &[Point3<f64>]| {
-        let sound = |point: &Point3<f64>| point.iter().all(|value| value.abs() < 1e3);
-        let points: Vec<Point3<f64>> = points
-            .iter()
-            .filter(|point| sound(point))
-            .copied()
-            .collect();
-        spread(&points, MAX_POINTS)
+        let is_sound = |point: &&Point3<f64>| point.iter().all(|value| value.abs() < 1e3);
+        let sound: Vec<Point3<f64>> = points.iter().filter(is_sound).copied().collect();
+        spread(&sound, MAX_POINTS)
     };
     Cluster {
         points_m: some(&cluster.points_m),

@@ -70,6 +70,9 @@ impl SamePose {
     }
 }
 
+/// An object and a pose to refine, in the frame of the cluster.
+pub(crate) type Start<'object> = (&'object LibraryObject, Isometry3<f64>);
+
 /// An object in a pose, and how well it agrees.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Fit<'object> {
@@ -105,7 +108,7 @@ impl Refinement {
     /// The fits that poses are aligned to, best first: all quickly, and as many thoroughly as asked for.
     pub(crate) fn refined<'object>(
         &mut self,
-        starts: impl IntoIterator<Item = (&'object LibraryObject, Isometry3<f64>)>,
+        starts: impl IntoIterator<Item = Start<'object>>,
         count: usize,
     ) -> Vec<Fit<'object>> {
         let Some(quick) = &mut self.quick else {
@@ -154,7 +157,7 @@ impl Pass {
 
     fn refined<'object>(
         &mut self,
-        starts: impl IntoIterator<Item = (&'object LibraryObject, Isometry3<f64>)>,
+        starts: impl IntoIterator<Item = Start<'object>>,
         settings: &AlignSettings,
     ) -> Vec<Fit<'object>> {
         let starts = starts.into_iter();
