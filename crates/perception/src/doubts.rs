@@ -3,18 +3,20 @@
 use std::fmt;
 
 use nalgebra::Point3;
-use ppnpack_numbers::SettingError;
+use ppnpack_numbers::{SettingError, require_length, require_share};
 use ppnpack_packing::grid::ContainerSize;
 use serde::{Deserialize, Serialize};
 
-use crate::limits::{length, share};
-
 /// A reason not to plan on a scene.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Doubt {
     /// Too little of the container was seen: a sensor that shows another place, in another unit or frame, or that
     /// something stands before.
+    #[error(
+        "only {known_cells} of {cells} cells are known: does the sensor show this container, in metres and in the frame \
+         that is set?"
+    )]
     LittleSeen {
         /// Cells of which enough is known.
         known_cells: usize,
@@ -22,6 +24,10 @@ pub enum Doubt {
         cells: usize,
     },
     /// A wall's top is not where it should be: the container or the sensor was moved, or something covers it.
+    #[error(
+        "the top of the wall at {wall} is not where it should be ({points_at_rim} of {points} points): was the container \
+         or the sensor moved, or is the wall covered?"
+    )]
     RimAway {
         /// Which wall.
         wall: Wall,
@@ -31,6 +37,9 @@ pub enum Doubt {
         points_at_rim: u64,
     },
     /// Something reaches into the container from above, such as a hand or the arm.
+    #[error(
+        "something reaches into the container from above ({points} points, up to {highest_m:.2} m above the floor)"
+    )]
     Intrusion {
         /// Points above the container and higher than its content may stand.
         points: u64,
@@ -38,6 +47,9 @@ pub enum Doubt {
         highest_m: f64,
     },
     /// The scene was not seen to be still for long enough.
+    #[error(
+        "the scene is not still: {clouds} of {needed} clouds agree, {moved_cells} cells moved in the last one"
+    )]
     NotStill {
         /// Cells in which something came, went or moved since the earlier clouds.
         moved_cells: usize,
@@ -69,40 +81,6 @@ impl fmt::Display for Wall {
             Self::LowY => "y = 0",
             Self::HighY => "the far end of y",
         })
-    }
-}
-
-impl fmt::Display for Doubt {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::LittleSeen { known_cells, cells } => write!(
-                formatter,
-                "only {known_cells} of {cells} cells are known: does the sensor show this container, in metres and in \
-                 the frame that is set?"
-            ),
-            Self::RimAway {
-                wall,
-                points,
-                points_at_rim,
-            } => write!(
-                formatter,
-                "the top of the wall at {wall} is not where it should be ({points_at_rim} of {points} points): was the \
-                 container or the sensor moved, or is the wall covered?"
-            ),
-            Self::Intrusion { points, highest_m } => write!(
-                formatter,
-                "something reaches into the container from above ({points} points, up to {highest_m:.2} m above the \
-                 floor)"
-            ),
-            Self::NotStill {
-                moved_cells,
-                clouds,
-                needed,
-            } => write!(
-                formatter,
-                "the scene is not still: {clouds} of {needed} clouds agree, {moved_cells} cells moved in the last one"
-            ),
-        }
     }
 }
 
@@ -144,12 +122,12 @@ impl Default for DoubtSettings {
 
 impl DoubtSettings {
     pub(crate) fn validate(&self) -> Result<(), SettingError> {
-        share("doubts.least_known_share", self.least_known_share)?;
-        length("doubts.wall_thickness_m", self.wall_thickness_m)?;
-        length("doubts.rim_tolerance_m", self.rim_tolerance_m)?;
-        share("doubts.least_rim_share", self.least_rim_share)?;
+        require_share("doubts.least_known_share", self.least_known_share)?;
+        require_length("doubts.wall_thickness_m", self.wall_thickness_m)?;
+        require_length("doubts.rim_tolerance_m", self.rim_tolerance_m)?;
+        require_share("doubts.least_rim_share", self.least_rim_share)?;
         let reach_m = self.reach_above_rim_m.unwrap_or(0.0);
-        length("doubts.reach_above_rim_m", reach_m)
+        require_length("doubts.reach_above_rim_m", reach_m)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Holes in a map: samples that nothing is known of, surrounded by samples that something is known of.
 
-use crate::layers::{NO_POINT, neighbours};
+use crate::layers::{is_known, neighbours};
 
 /// Which holes are filled.
 #[derive(Debug, Clone, Copy)]
@@ -18,13 +18,6 @@ pub(crate) struct Holes {
     hole: Vec<usize>,
 }
 
-/// The heights around a hole, in metres.
-#[derive(Debug, Clone, Copy)]
-struct Around {
-    lowest_m: f32,
-    highest_m: f32,
-}
-
 impl Holes {
     /// Gives the samples of holes the height of the highest sample around, where that is safe: what could stand in a
     /// narrow hole among level samples and not be seen is narrower still, while what hides a hole from the sensor
@@ -35,35 +28,34 @@ impl Holes {
         self.is_visited
             .extend(heights_m.iter().map(|height_m| is_known(*height_m)));
         for start in 0..heights_m.len() {
-            let Some(around) = self.visit(heights_m, ny, start) else {
+            let Some((lowest_m, highest_m)) = self.visit(heights_m, ny, start) else {
                 continue;
             };
-            let is_level = around.highest_m - around.lowest_m <= fillable.level_m;
+            let is_level = highest_m - lowest_m <= fillable.level_m;
             if is_level && self.width(ny) <= fillable.samples {
                 for sample in &self.hole {
                     if let Some(height_m) = heights_m.get_mut(*sample) {
-                        *height_m = around.highest_m;
+                        *height_m = highest_m;
                     }
                 }
             }
         }
     }
 
-    /// Collects the hole that a sample belongs to, and gives the heights around; `None` where the sample is of no hole
-    /// that is new, or of one that nothing is around.
-    fn visit(&mut self, heights_m: &[f32], ny: usize, start: usize) -> Option<Around> {
+    /// Collects the hole that a sample belongs to, and gives the lowest and the highest height around; `None` where the
+    /// sample is of no hole that is new, or of one that nothing is around.
+    fn visit(&mut self, heights_m: &[f32], ny: usize, start: usize) -> Option<(f32, f32)> {
         self.hole.clear();
         self.take(start);
-        let mut around: Option<Around> = None;
+        let mut around: Option<(f32, f32)> = None;
         let mut next = 0;
         while let Some(sample) = self.hole.get(next).copied() {
             next += 1;
             for neighbour in neighbours(sample, heights_m.len(), ny) {
                 match heights_m.get(neighbour).copied() {
                     Some(height_m) if is_known(height_m) => {
-                        around = Some(
-                            around.map_or(Around::one(height_m), |around| around.with(height_m)),
-                        );
+                        let (lowest_m, highest_m) = around.unwrap_or((height_m, height_m));
+                        around = Some((lowest_m.min(height_m), highest_m.max(height_m)));
                     }
                     _ => self.take(neighbour),
                 }
@@ -94,30 +86,10 @@ impl Holes {
     }
 }
 
-impl Around {
-    fn one(height_m: f32) -> Self {
-        Self {
-            lowest_m: height_m,
-            highest_m: height_m,
-        }
-    }
-
-    fn with(self, height_m: f32) -> Self {
-        Self {
-            lowest_m: self.lowest_m.min(height_m),
-            highest_m: self.highest_m.max(height_m),
-        }
-    }
-}
-
-/// Whether something is known of a sample with this height.
-pub(crate) fn is_known(height_m: f32) -> bool {
-    height_m > NO_POINT
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::layers::NO_POINT;
 
     const HOLE: f32 = NO_POINT;
 

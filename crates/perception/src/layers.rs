@@ -200,6 +200,25 @@ impl Layer {
     }
 }
 
+/// Whether something is known of a sample with this height.
+pub(crate) fn is_known(height_m: f32) -> bool {
+    height_m > NO_POINT
+}
+
+/// The samples of a map cell by cell, `per_cell` along a cell's edge and `ny` cells along y: the index of a cell with
+/// each row of its samples.
+pub(crate) fn by_cell(
+    samples_m: &[f32],
+    per_cell: usize,
+    ny: usize,
+) -> impl Iterator<Item = (usize, &[f32])> {
+    let rows = samples_m.chunks_exact(per_cell * ny).enumerate();
+    rows.flat_map(move |(row, samples)| {
+        let first_cell = row / per_cell * ny;
+        (first_cell..).zip(samples.chunks_exact(per_cell))
+    })
+}
+
 /// The samples around a sample and itself, of `count` in rows of `ny`.
 pub(crate) fn neighbours(sample: usize, count: usize, ny: usize) -> impl Iterator<Item = usize> {
     let (x, y) = (sample / ny, sample % ny);

@@ -38,7 +38,6 @@ pub mod doubts;
 pub mod extrinsics;
 mod holes;
 mod layers;
-mod limits;
 pub mod mapper;
 pub mod settings;
 pub mod still;

@@ -6,8 +6,8 @@ use ppnpack_packing::grid::{Grid, Units};
 use ppnpack_packing::heightmap::{Heightmap, HeightmapError, Scene, Surface};
 
 use crate::doubts::{Doubt, Watch};
-use crate::holes::{Fillable, Holes, is_known};
-use crate::layers::{NO_POINT, TopLayers};
+use crate::holes::{Fillable, Holes};
+use crate::layers::{NO_POINT, TopLayers, by_cell, is_known};
 use crate::settings::MapperSettings;
 use crate::still::{History, Stillness};
 
@@ -254,24 +254,19 @@ impl Mapper {
         let largest_unseen = (self.settings.largest_unseen_share * in_cell as f64) as usize;
         // Where a single point is enough, it is needed all the same.
         let least_known = in_cell.saturating_sub(largest_unseen).max(1);
-        let mut known = vec![0; ny];
-        let mut unknown_cells = 0;
-        let blocks = self.samples_m.chunks_exact(in_cell * ny);
-        for (cells, block) in self.cells_m.chunks_exact_mut(ny).zip(blocks) {
-            cells.fill(NO_POINT);
-            known.fill(0);
-            for row in block.chunks_exact(per_cell * ny) {
-                let cells = cells.iter_mut().zip(&mut known);
-                for ((cell_m, known), chunk) in cells.zip(row.chunks_exact(per_cell)) {
-                    *cell_m = chunk.iter().copied().fold(*cell_m, f32::max);
-                    *known += chunk.iter().filter(|sample_m| is_known(**sample_m)).count();
-                }
+        let mut known = vec![0; self.cells_m.len()];
+        self.cells_m.fill(NO_POINT);
+        for (cell, row) in by_cell(&self.samples_m, per_cell, ny) {
+            if let (Some(cell_m), Some(known)) = (self.cells_m.get_mut(cell), known.get_mut(cell)) {
+                *cell_m = row.iter().copied().fold(*cell_m, f32::max);
+                *known += row.iter().filter(|sample_m| is_known(**sample_m)).count();
             }
-            for (cell_m, known) in cells.iter_mut().zip(&known) {
-                if *known < least_known {
-                    *cell_m = self.unknown_m;
-                    unknown_cells += 1;
-                }
+        }
+        let mut unknown_cells = 0;
+        for (cell_m, known) in self.cells_m.iter_mut().zip(known) {
+            if known < least_known {
+                *cell_m = self.unknown_m;
+                unknown_cells += 1;
             }
         }
         unknown_cells

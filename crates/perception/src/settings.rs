@@ -1,11 +1,10 @@
 //! How points become heights.
 
-use ppnpack_numbers::{SettingError, require};
+use ppnpack_numbers::{SettingError, require, require_length, require_share};
 use ppnpack_packing::grid::Grid;
 use serde::{Deserialize, Serialize};
 
 use crate::doubts::DoubtSettings;
-use crate::limits::{length, share};
 use crate::still::StillSettings;
 
 /// What a [`Mapper`](crate::mapper::Mapper) makes of points. The defaults are those for a sensor without noise.
@@ -83,9 +82,9 @@ impl MapperSettings {
             ("level_m", self.level_m),
         ];
         for (name, length_m) in lengths_m {
-            length(name, length_m)?;
+            require_length(name, length_m)?;
         }
-        share("largest_unseen_share", self.largest_unseen_share)?;
+        require_share("largest_unseen_share", self.largest_unseen_share)?;
         self.still.validate()?;
         self.doubts.validate()
     }

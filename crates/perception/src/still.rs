@@ -5,12 +5,10 @@
 
 use std::collections::VecDeque;
 
-use ppnpack_numbers::{SettingError, require};
+use ppnpack_numbers::{SettingError, require, require_length};
 use serde::{Deserialize, Serialize};
 
-use crate::holes::is_known;
-use crate::layers::NO_POINT;
-use crate::limits::length;
+use crate::layers::{NO_POINT, by_cell, is_known, neighbours};
 
 /// The most clouds that are kept.
 const MAX_CLOUDS: usize = 16;
@@ -47,7 +45,7 @@ impl StillSettings {
         require("still.clouds", self.clouds as f64, "1 to 16", |_| {
             (1..=MAX_CLOUDS).contains(&self.clouds)
         })?;
-        length("still.height_m", self.height_m)
+        require_length("still.height_m", self.height_m)
     }
 }
 
@@ -135,12 +133,9 @@ impl History {
 
     fn cells_of(&self, samples_m: &[f32]) -> Vec<f32> {
         let mut cells_m = vec![NO_POINT; samples_m.len() / (self.per_cell * self.per_cell)];
-        let blocks = samples_m.chunks_exact(self.per_cell * self.per_cell * self.ny);
-        for (cells, block) in cells_m.chunks_exact_mut(self.ny).zip(blocks) {
-            for row in block.chunks_exact(self.per_cell * self.ny) {
-                for (cell_m, chunk) in cells.iter_mut().zip(row.chunks_exact(self.per_cell)) {
-                    *cell_m = chunk.iter().copied().fold(*cell_m, f32::max);
-                }
+        for (cell, row) in by_cell(samples_m, self.per_cell, self.ny) {
+            if let Some(cell_m) = cells_m.get_mut(cell) {
+                *cell_m = row.iter().copied().fold(*cell_m, f32::max);
             }
         }
         cells_m
@@ -151,10 +146,16 @@ impl History {
         let limit_m = self.settings.height_m as f32;
         let rose =
             |from_m: f32, to_m: f32| is_known(from_m) && is_known(to_m) && to_m > from_m + limit_m;
+        let own = |cells_m: &[f32], cell| cells_m.get(cell).copied().unwrap_or(NO_POINT);
+        let highest = |cells_m: &[f32], cell| {
+            let around = neighbours(cell, cells_m.len(), self.ny);
+            around
+                .map(|near| own(cells_m, near))
+                .fold(NO_POINT, f32::max)
+        };
         let moved = |cell: &usize| {
-            let [before, after] =
-                [before_m, after_m].map(|cells_m| around(cells_m, self.ny, *cell));
-            rose(before.highest_m, after.own_m) || rose(after.highest_m, before.own_m)
+            rose(highest(before_m, *cell), own(after_m, *cell))
+                || rose(highest(after_m, *cell), own(before_m, *cell))
         };
         (0..after_m.len()).filter(moved).count()
     }
@@ -176,22 +177,5 @@ impl History {
             let is_same = count > 0.0 && highest_m - lowest_m <= self.same_m;
             *sample_m = if is_same { sum_m / count } else { highest_m };
         }
-    }
-}
-
-/// A cell's height, and the highest of it and its neighbours.
-struct Around {
-    own_m: f32,
-    highest_m: f32,
-}
-
-fn around(cells_m: &[f32], ny: usize, cell: usize) -> Around {
-    let (x, y) = (cell / ny, cell % ny);
-    let rows = x.saturating_sub(1)..=x + 1;
-    let columns = y.saturating_sub(1)..(y + 2).min(ny);
-    let rows = rows.filter_map(|row| cells_m.get(row * ny + columns.start..row * ny + columns.end));
-    Around {
-        own_m: cells_m.get(cell).copied().unwrap_or(NO_POINT),
-        highest_m: rows.flatten().copied().fold(NO_POINT, f32::max),
     }
 }

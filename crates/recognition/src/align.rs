@@ -3,6 +3,7 @@
 
 use nalgebra::{Isometry3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
 
+use crate::moments::centroid;
 use crate::nearest::NearestSurface;
 
 /// Nearer than this, the direction to the surface is its normal, in metres.
@@ -51,7 +52,7 @@ pub(crate) fn align(
         let share = round as f64 / (settings.rounds.max(2) - 1) as f64;
         let (wide_m, narrow_m) = settings.scale_m;
         let scale_m = wide_m * (narrow_m / wide_m).powf(share);
-        let Some(step) = step(
+        let step = step(
             surface,
             points,
             &pose,
@@ -59,7 +60,8 @@ pub(crate) fn align(
             &centre,
             scale_m,
             settings.hold,
-        ) else {
+        );
+        let Some(step) = step else {
             break;
         };
         pose = moved(&pose, &step, &centre);
@@ -144,13 +146,4 @@ pub(crate) fn moved(
     let shift = Vector3::new(step.w, step.a, step.b);
     let about = Isometry3::rotation_wrt_point(rotation, *centre);
     Translation3::from(shift) * about * pose
-}
-
-/// The mean of points; `None` where there is none.
-pub(crate) fn centroid(points: &[Point3<f64>]) -> Option<Point3<f64>> {
-    if points.is_empty() {
-        return None;
-    }
-    let sum: Vector3<f64> = points.iter().map(|point| point.coords).sum();
-    Some(Point3::from(sum / points.len() as f64))
 }

@@ -1,9 +1,10 @@
 //! What the camera should see of an object in a pose, compared with what it sees.
 
-use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3};
 use ppnpack_camera::{DepthBuffer, Intrinsics};
 use ppnpack_catalogue::mesh::Mesh;
 
+use crate::moments::centroid;
 use crate::object::LibraryObject;
 use crate::segmentation::Cluster;
 
@@ -26,6 +27,10 @@ pub(crate) struct Observation {
     seen: Vec<Seen>,
     /// How many of the points are the cluster's own.
     own: usize,
+    /// How many points there were, those included that are not compared.
+    measured: usize,
+    /// Memory for drawing expected views.
+    buffer: DepthBuffer,
 }
 
 /// A point that was measured.
@@ -57,26 +62,11 @@ pub(crate) fn expected_loss(sensor_deviation_m: f64) -> f64 {
     (sensor_deviation_m / UNEXPLAINED_M).powi(2)
 }
 
-/// What of a view is seen.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Sight {
-    /// The pixels of the window that show the object.
-    pub(crate) pixels: usize,
-    /// The compared points at such pixels that do not lie before it.
-    pub(crate) free: usize,
-}
-
-/// Memory for drawing expected views.
-#[derive(Debug, Default)]
-pub(crate) struct Sketch {
-    buffer: DepthBuffer,
-}
-
 impl Observation {
     /// A window on the cluster whose pixels are `pixel_m` wide at the support; at most `most` points of the cluster are
     /// compared. `None` where the cluster is not before the camera.
     pub(crate) fn new(cluster: &Cluster, pixel_m: f64, most: usize) -> Option<Self> {
-        let middle = crate::align::centroid(&cluster.points_m)?;
+        let middle = centroid(&cluster.points_m)?;
         let forward = (middle - cluster.eye_m).try_normalize(1e-6)?;
         let right = forward
             .cross(&Vector3::y())
@@ -90,47 +80,32 @@ impl Observation {
         let camera_from_support = support_from_camera.inverse();
         let focal = nalgebra::distance(&middle, &cluster.eye_m) / pixel_m;
         let stride = cluster.points_m.len().div_ceil(most.max(1)).max(1);
-        let own = cluster
-            .points_m
-            .iter()
-            .step_by(stride)
-            .map(|point| (point, true));
-        let others = cluster
-            .surroundings_m
-            .iter()
-            .step_by(stride)
-            .map(|point| (point, false));
-        let mut seen = Vec::new();
-        let (mut lowest, mut highest) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for (point, is_own) in own.chain(others) {
-            let in_camera = camera_from_support * point;
-            if in_camera.z < NEAR_M {
-                continue;
+        let mut projected = Vec::new();
+        let (mut lowest, mut highest) = (Vector2::repeat(f64::MAX), Vector2::repeat(f64::MIN));
+        for (points_m, is_own) in [(&cluster.points_m, true), (&cluster.surroundings_m, false)] {
+            for point in points_m.iter().step_by(stride) {
+                let in_camera = camera_from_support * point;
+                if in_camera.z < NEAR_M {
+                    continue;
+                }
+                let place = in_camera.xy().coords * focal / in_camera.z;
+                (lowest, highest) = (lowest.inf(&place), highest.sup(&place));
+                projected.push((in_camera, place, point.z.abs(), is_own));
             }
-            let (u, v) = (
-                focal * in_camera.x / in_camera.z,
-                focal * in_camera.y / in_camera.z,
-            );
-            let [low_u, low_v] = lowest;
-            let [high_u, high_v] = highest;
-            lowest = [low_u.min(u), low_v.min(v)];
-            highest = [high_u.max(u), high_v.max(v)];
-            seen.push((in_camera, u, v, point.z.abs(), is_own));
         }
-        let ([low_u, low_v], [high_u, high_v]) = (lowest, highest);
         let side = |low: f64, high: f64| (high - low + 3.0).clamp(3.0, MAX_SIDE) as usize;
-        let (width, height) = (side(low_u, high_u), side(low_v, high_v));
-        let (cx, cy) = (1.0 - low_u.round(), 1.0 - low_v.round());
+        let (width, height) = (side(lowest.x, highest.x), side(lowest.y, highest.y));
+        let (cx, cy) = (1.0 - lowest.x.round(), 1.0 - lowest.y.round());
+        let seen = projected.into_iter();
+        let seen = seen.map(|(point, place, from_support_m, is_own)| Seen {
+            point,
+            // Casts saturate; points beyond the window's limit are compared with nothing.
+            column: (place.x + cx).round() as usize,
+            row: (place.y + cy).round() as usize,
+            from_support_m,
+            is_own,
+        });
         let seen: Vec<Seen> = seen
-            .into_iter()
-            .map(|(point, u, v, from_support_m, is_own)| Seen {
-                point,
-                // Casts saturate; points beyond the window's limit are compared with nothing.
-                column: (u + cx).round() as usize,
-                row: (v + cy).round() as usize,
-                from_support_m,
-                is_own,
-            })
             .filter(|seen| seen.column < width && seen.row < height)
             .collect();
         let own = seen.iter().filter(|seen| seen.is_own).count();
@@ -146,6 +121,8 @@ impl Observation {
             camera_from_support,
             seen,
             own,
+            measured: cluster.points_m.len() + cluster.surroundings_m.len(),
+            buffer: DepthBuffer::default(),
         })
     }
 
@@ -155,20 +132,18 @@ impl Observation {
     /// around it, or near the support where that should be seen. A point of the surroundings counts only where the
     /// object should be seen: if it lies farther, the camera looks through the object.
     pub(crate) fn compare(
-        &self,
+        &mut self,
         object: &LibraryObject,
         support_from_item: &Isometry3<f64>,
-        sketch: &mut Sketch,
     ) -> Agreement {
         let mesh = &object.model.mesh;
-        let camera_from_item = self.camera_from_support * support_from_item;
+        let camera_from_item = self.drawn(mesh, support_from_item);
         let item_from_camera = camera_from_item.inverse();
-        self.draw(mesh, &camera_from_item, sketch);
         let mut cost = 0.0;
         let (mut compared, mut unexplained, mut contradicted, mut expected) = (0, 0, 0, 0);
         let (mut squares, mut explained) = (0.0, 0);
         for seen in &self.seen {
-            let view = self.expected_at(seen, mesh, &camera_from_item, sketch);
+            let view = self.expected_at(seen, mesh, &camera_from_item);
             if !seen.is_own {
                 // Only what the camera sees where the object should be speaks against it.
                 if !view.is_object_everywhere || view.is_behind_seen {
@@ -203,32 +178,33 @@ impl Observation {
         }
     }
 
-    fn draw(&self, mesh: &Mesh, camera_from_item: &Isometry3<f64>, sketch: &mut Sketch) {
-        sketch.buffer.clear(&self.intrinsics);
-        sketch.buffer.draw(
+    /// Draws a mesh in a pose; gives that pose in the camera frame.
+    fn drawn(&mut self, mesh: &Mesh, support_from_item: &Isometry3<f64>) -> Isometry3<f64> {
+        let camera_from_item = self.camera_from_support * support_from_item;
+        self.buffer.clear(&self.intrinsics);
+        self.buffer.draw(
             &self.intrinsics,
             NEAR_M,
-            camera_from_item,
+            &camera_from_item,
             &mesh.vertices,
             &mesh.triangles,
             0,
         );
+        camera_from_item
     }
 
     /// How much speaks against a pose, without tolerance for points beside their pixel: a sum that is least where the
     /// outlines fit, too.
     pub(crate) fn strict_cost(
-        &self,
+        &mut self,
         object: &LibraryObject,
         support_from_item: &Isometry3<f64>,
-        sketch: &mut Sketch,
     ) -> f64 {
         let mesh = &object.model.mesh;
-        let camera_from_item = self.camera_from_support * support_from_item;
-        self.draw(mesh, &camera_from_item, sketch);
+        let camera_from_item = self.drawn(mesh, support_from_item);
         let mut cost = 0.0;
         for seen in &self.seen {
-            let distance_m = match self.shown(seen.column, seen.row, sketch) {
+            let distance_m = match self.shown(seen.column, seen.row) {
                 None if seen.is_own => seen.from_support_m,
                 None => continue,
                 Some((facet, surface)) => {
@@ -244,28 +220,25 @@ impl Observation {
         cost
     }
 
-    /// How much of what should be seen of a mesh in a pose is seen: neither unmeasured nor hidden.
-    pub(crate) fn sight(
-        &self,
+    /// The share of what should be seen of an object in a pose that is seen, about: neither unmeasured nor hidden.
+    pub(crate) fn seen_share(
+        &mut self,
         object: &LibraryObject,
         support_from_item: &Isometry3<f64>,
-        sketch: &mut Sketch,
-    ) -> Sight {
-        let camera_from_item = self.camera_from_support * support_from_item;
-        self.draw(&object.model.mesh, &camera_from_item, sketch);
-        let nearness = sketch.buffer.nearness_per_m().iter();
-        let mut sight = Sight {
-            pixels: nearness.filter(|nearness| **nearness > 0.0).count(),
-            free: 0,
+    ) -> f64 {
+        self.drawn(&object.model.mesh, support_from_item);
+        let nearness = self.buffer.nearness_per_m().iter();
+        let pixels = nearness.filter(|nearness| **nearness > 0.0).count();
+        // Of the points that are compared, those at such pixels that nothing is before.
+        let is_free = |seen: &&Seen| {
+            let depth_m = self
+                .buffer
+                .depth_m(seen.row * self.intrinsics.width + seen.column);
+            depth_m.is_some_and(|depth_m| seen.point.z > f64::from(depth_m) - UNEXPLAINED_M)
         };
-        for seen in &self.seen {
-            let pixel = seen.row * self.intrinsics.width + seen.column;
-            let depth_m = sketch.buffer.depth_m(pixel);
-            let is_free =
-                depth_m.is_some_and(|depth_m| seen.point.z > f64::from(depth_m) - UNEXPLAINED_M);
-            sight.free += usize::from(is_free);
-        }
-        sight
+        let free = self.seen.iter().filter(is_free).count();
+        let per_compared = (self.measured as f64 / (self.points() as f64).max(1.0)).max(1.0);
+        (free as f64 * per_compared / pixels.max(1) as f64).min(1.0)
     }
 
     /// How many points are compared.
@@ -275,22 +248,16 @@ impl Observation {
 
     /// The facet that a pixel should show, and its point there in the camera frame, in metres.
     #[inline]
-    fn shown(&self, column: usize, row: usize, sketch: &Sketch) -> Option<(u32, Point3<f64>)> {
+    fn shown(&self, column: usize, row: usize) -> Option<(u32, Point3<f64>)> {
         let pixel = row * self.intrinsics.width + column;
-        let facet = sketch.buffer.facet(pixel)?;
-        let depth_m = sketch.buffer.depth_m(pixel)?;
+        let facet = self.buffer.facet(pixel)?;
+        let depth_m = self.buffer.depth_m(pixel)?;
         let ray = self.intrinsics.ray(column as f64, row as f64);
         Some((facet, Point3::from(ray * f64::from(depth_m))))
     }
 
     /// What should be seen around the pixel of a point.
-    fn expected_at(
-        &self,
-        seen: &Seen,
-        mesh: &Mesh,
-        camera_from_item: &Isometry3<f64>,
-        sketch: &Sketch,
-    ) -> Expected {
+    fn expected_at(&self, seen: &Seen, mesh: &Mesh, camera_from_item: &Isometry3<f64>) -> Expected {
         let (column, row) = (seen.column as isize, seen.row as isize);
         let mut expected = Expected {
             distance_m: f64::INFINITY,
@@ -304,7 +271,7 @@ impl Observation {
                 && (u as usize) < self.intrinsics.width
                 && (v as usize) < self.intrinsics.height;
             let shown = is_inside
-                .then(|| self.shown(u as usize, v as usize, sketch))
+                .then(|| self.shown(u as usize, v as usize))
                 .flatten();
             let Some((facet, surface)) = shown else {
                 expected.is_object_everywhere = false;
@@ -361,27 +328,23 @@ fn plane_distance_m(
     camera_from_item: &Isometry3<f64>,
 ) -> f64 {
     let offset = seen.point - surface;
-    let plain_m = offset.norm();
-    let corners = mesh.triangles.get(facet as usize).map(|triangle| {
-        triangle.map(|index| {
-            mesh.vertices
-                .get(index as usize)
-                .copied()
-                .unwrap_or_default()
-        })
+    let corner = |index: u32| {
+        mesh.vertices
+            .get(index as usize)
+            .copied()
+            .unwrap_or_default()
+    };
+    let triangle = mesh.triangles.get(facet as usize);
+    let normal = triangle.and_then(|triangle| {
+        let [a, b, c] = triangle.map(corner);
+        (b - a).cross(&(c - a)).try_normalize(0.0)
     });
-    let Some([a, b, c]) = corners else {
-        return plain_m;
+    let normal = normal.map(|normal| camera_from_item.rotation * normal);
+    let is_steep = |normal: &Vector3<f64>| {
+        normal.dot(&surface.coords).abs() / surface.coords.norm() < STEEPEST_COSINE
     };
-    let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0) else {
-        return plain_m;
-    };
-    let normal = camera_from_item.rotation * normal;
-    let across_m = offset.dot(&normal).abs();
-    let steepness = normal.dot(&surface.coords).abs() / surface.coords.norm();
-    if steepness < STEEPEST_COSINE {
-        plain_m
-    } else {
-        across_m
+    match normal.filter(|normal| !is_steep(normal)) {
+        Some(normal) => offset.dot(&normal).abs(),
+        None => offset.norm(),
     }
 }

@@ -9,12 +9,12 @@ const CELL_M: f64 = 0.004;
 /// The most cells along a side; larger regions have larger cells.
 const MAX_CELLS: f64 = 1024.0;
 
-/// A grid over the support, row-major.
+/// A grid over the support, row-major. Points beyond it belong to the cells at its end.
 pub(crate) struct Cells {
-    origin: Point2<f64>,
-    edge_m: f64,
-    nx: usize,
-    ny: usize,
+    pub(crate) origin: Point2<f64>,
+    pub(crate) edge_m: f64,
+    pub(crate) nx: usize,
+    pub(crate) ny: usize,
 }
 
 impl Cells {
@@ -42,7 +42,7 @@ impl Cells {
         is_covered
     }
 
-    /// The cell of a point within the grid.
+    /// The cell of a point, none of whose coordinates is less than the origin's.
     pub(crate) fn at(&self, point: &Point3<f64>) -> usize {
         let offset = (point.xy() - self.origin) / self.edge_m;
         let (x, y) = (offset.x as usize, offset.y as usize);
@@ -70,12 +70,7 @@ pub(crate) fn joined(points: Vec<Point3<f64>>, join_m: f64) -> Vec<Vec<Point3<f6
     let cells = Cells::over(&bounds);
     let is_covered = cells.covered(&points);
     let reach = (join_m / cells.edge_m).floor().clamp(1.0, 16.0) as usize;
-    let group_of = labels(&cells, &is_covered, reach);
-    let count = group_of
-        .iter()
-        .filter(|group| **group != NO_GROUP)
-        .max()
-        .map_or(0, |last| *last as usize + 1);
+    let (group_of, count) = labels(&cells, &is_covered, reach);
     let mut groups = vec![Vec::new(); count];
     for point in points {
         let group = group_of.get(cells.at(&point)).map(|group| *group as usize);
@@ -86,8 +81,8 @@ pub(crate) fn joined(points: Vec<Point3<f64>>, join_m: f64) -> Vec<Vec<Point3<f6
     groups
 }
 
-/// The group of each covered cell.
-fn labels(cells: &Cells, is_covered: &[bool], reach: usize) -> Vec<u32> {
+/// The group of each covered cell, and how many groups there are.
+fn labels(cells: &Cells, is_covered: &[bool], reach: usize) -> (Vec<u32>, usize) {
     let mut group_of = vec![NO_GROUP; is_covered.len()];
     let mut next_group = 0;
     let mut queue = Vec::new();
@@ -114,5 +109,5 @@ fn labels(cells: &Cells, is_covered: &[bool], reach: usize) -> Vec<u32> {
         }
         next_group += 1;
     }
-    group_of
+    (group_of, next_group as usize)
 }

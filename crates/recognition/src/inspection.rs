@@ -37,21 +37,12 @@ const MISSING_SHARE: f64 = 0.25;
 /// Of the planned view, at least this share must be new for its absence to be noticed.
 const NOTICED_SHARE: f64 = 0.4;
 
-/// How new points are taken together.
-struct GroupSettings {
-    /// Points with a gap of up to this between them, seen from above, belong together, in metres.
-    join_m: f64,
-    /// Groups of less than this share of all new points are taken for what shifted, or for specks.
-    least_share: f64,
-    /// How many groups are looked at each by itself.
-    alone: usize,
-}
-
-const GROUPS: GroupSettings = GroupSettings {
-    join_m: 0.008,
-    least_share: 0.05,
-    alone: 3,
-};
+/// New points with a gap of up to this between them, seen from above, belong together, in metres.
+const JOIN_M: f64 = 0.008;
+/// Groups of less than this share of all new points are taken for what shifted, or for specks.
+const LEAST_GROUP_SHARE: f64 = 0.05;
+/// How many groups are looked at each by itself.
+const ALONE: usize = 3;
 
 /// A fit near the planned pose that loses at most this share of the limits needs no search: as planned, and moved.
 const GOOD_ENOUGH: f64 = 0.3;
@@ -173,7 +164,7 @@ impl Inspector<'_> {
         let together = all.len();
         let mut sets = vec![all];
         if groups.len() > 1 {
-            sets.extend(groups.into_iter().take(GROUPS.alone));
+            sets.extend(groups.into_iter().take(ALONE));
         }
         let mut searches: Vec<Search<'_>> = sets
             .iter()
@@ -208,7 +199,11 @@ impl Inspector<'_> {
     }
 
     /// A search at some of the new points; all others are its surroundings.
-    fn search(&self, own_m: &[Point3<f64>], changes: &Changes<'_>) -> Option<Search<'_>> {
+    fn search<'scene>(
+        &'scene self,
+        own_m: &'scene [Point3<f64>],
+        changes: &Changes<'_>,
+    ) -> Option<Search<'scene>> {
         if own_m.len() < self.settings.least_points {
             return None;
         }
@@ -245,22 +240,19 @@ impl Inspector<'_> {
         fits.retain(|fit| fitness(fit) >= greatest - self.settings.least_margin);
         let is_near = fits.first().is_some_and(|fit| fit.pose == start.pose);
         let ways: Vec<Lying> = fits.iter().map(|fit| self.lying(fit)).collect();
-        if ways.is_empty() {
-            return unclear(UnclearReason::DoesNotFit, best);
-        }
         self.chosen(search, &ways, is_near)
+            .unwrap_or_else(|| unclear(UnclearReason::DoesNotFit, best))
     }
 
     /// The fit that is told, of some that agree about equally well; the first may be the one that lies near the plan. To
     /// lie as planned, or to have slid there, is more likely than to have come to lie otherwise and look the same.
-    fn chosen(&self, search: &mut Search<'_>, ways: &[Lying], is_near: bool) -> Inspection {
+    fn chosen(&self, search: &mut Search<'_>, ways: &[Lying], is_near: bool) -> Option<Inspection> {
         let is_planned = |lying: &&Lying| lying.kind(self.settings) == Kind::AsPlanned;
-        let Some(best) = ways.iter().find(is_planned).or(ways.first()) else {
-            return unclear(UnclearReason::DoesNotFit, None);
-        };
+        let best = ways.iter().find(is_planned).or(ways.first())?;
         let seen_share = search.seen_share(&best.container_from_item);
         if seen_share < self.settings.least_seen {
-            return unclear(UnclearReason::ItemHidden { seen_share }, Some(*best));
+            let hidden = UnclearReason::ItemHidden { seen_share };
+            return Some(unclear(hidden, Some(*best)));
         }
         let says_the_same = |other: &Lying| {
             let centre = |lying: &Lying| lying.container_from_item * self.object.centre_m;
@@ -269,9 +261,9 @@ impl Inspector<'_> {
         };
         let is_likely = is_near || best.kind(self.settings) == Kind::AsPlanned;
         if !is_likely && !ways.iter().all(says_the_same) {
-            return unclear(UnclearReason::Ambiguous, Some(*best));
+            return Some(unclear(UnclearReason::Ambiguous, Some(*best)));
         }
-        self.told(best)
+        Some(self.told(best))
     }
 
     fn told(&self, lying: &Lying) -> Inspection {
@@ -306,8 +298,8 @@ impl Inspector<'_> {
 
 /// The new points that hang together in groups worth a look: all of them, and by group, the largest first.
 fn grouped(new_m: &[Point3<f64>]) -> (Vec<Point3<f64>>, Vec<Vec<Point3<f64>>>) {
-    let mut groups = joined(new_m.to_vec(), GROUPS.join_m);
-    let least = GROUPS.least_share * new_m.len() as f64;
+    let mut groups = joined(new_m.to_vec(), JOIN_M);
+    let least = LEAST_GROUP_SHARE * new_m.len() as f64;
     groups.retain(|group| group.len() as f64 >= least);
     groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
     (groups.concat(), groups)

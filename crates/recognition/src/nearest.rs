@@ -14,24 +14,14 @@ use std::collections::HashMap;
 use nalgebra::{Point3, Vector3};
 use ppnpack_catalogue::mesh::Mesh;
 
-/// How fine the grid is.
-struct GridSettings {
-    /// How far it reaches beyond the mesh, in metres. Farther points start from the nearest cell.
-    margin_m: f64,
-    /// Cells along the mesh's longest side, where the pitch's limits allow it.
-    cells_along: f64,
-    /// The least and greatest edge of a cell, in metres.
-    pitch_m: (f64, f64),
-    /// The most cells along one side, for meshes of any size.
-    most_cells_along: f64,
-}
-
-const GRID: GridSettings = GridSettings {
-    margin_m: 0.012,
-    cells_along: 60.0,
-    pitch_m: (0.002, 0.005),
-    most_cells_along: 160.0,
-};
+/// How far the grid reaches beyond the mesh, in metres. Farther points start from the nearest cell.
+const MARGIN_M: f64 = 0.012;
+/// Cells along the mesh's longest side, where the pitch's limits allow it.
+const CELLS_ALONG: f64 = 60.0;
+/// The least and greatest edge of a cell, in metres.
+const PITCH_M: (f64, f64) = (0.002, 0.005);
+/// The most cells along one side, for meshes of any size.
+const MOST_CELLS_ALONG: f64 = 160.0;
 
 /// How often the walk from triangle to triangle goes on at most.
 const MAX_STEPS: usize = 6;
@@ -99,20 +89,20 @@ impl NearestSurface {
             .map(|[i, j, k]| [across(*i, *j), across(*j, *k), across(*k, *i)]);
         let neighbours = neighbours.collect();
         let bounds = mesh.bounds()?;
-        let extents_m = bounds.extents_m().add_scalar(2.0 * GRID.margin_m);
+        let extents_m = bounds.extents_m().add_scalar(2.0 * MARGIN_M);
         if triangles.is_empty() || !extents_m.iter().all(|extent| extent.is_finite()) {
             return None;
         }
         let longest_m = extents_m.max();
-        let pitch_m = (longest_m / GRID.cells_along)
-            .clamp(GRID.pitch_m.0, GRID.pitch_m.1)
-            .max(longest_m / GRID.most_cells_along);
+        let pitch_m = (longest_m / CELLS_ALONG)
+            .clamp(PITCH_M.0, PITCH_M.1)
+            .max(longest_m / MOST_CELLS_ALONG);
         let size = |axis: usize| (extents_m[axis] / pitch_m).ceil().max(1.0) as usize;
         let sizes = [size(0), size(1), size(2)];
         let mut surface = Self {
             triangles,
             neighbours,
-            lowest: bounds.lowest - Vector3::repeat(GRID.margin_m),
+            lowest: bounds.lowest - Vector3::repeat(MARGIN_M),
             cells_per_m: 1.0 / pitch_m,
             sizes,
             cells: vec![NONE; sizes.iter().product()],
@@ -179,40 +169,40 @@ impl NearestSurface {
     fn fill(&mut self) {
         let mut squared_m2 = vec![f64::INFINITY; self.cells.len()];
         self.seed(&mut squared_m2);
-        let [nx, ny, nz] = self.sizes;
+        let [_, ny, nz] = self.sizes;
+        let count = self.cells.len();
         for sweep in 0..4 {
             let is_back = sweep % 2 == 1;
-            let turned = |index: usize, size: usize| if is_back { size - 1 - index } else { index };
-            for x in (0..nx).map(|x| turned(x, nx)) {
-                for y in (0..ny).map(|y| turned(y, ny)) {
-                    for z in (0..nz).map(|z| turned(z, nz)) {
-                        let cell = (x * ny + y) * nz + z;
-                        let centre = self.centre(x, y, z);
-                        let before = |has: bool, step: usize| {
-                            has.then(|| if is_back { cell + step } else { cell - step })
-                        };
-                        let has = |index: usize, size: usize| {
-                            if is_back { index + 1 < size } else { index > 0 }
-                        };
-                        let others = [
-                            before(has(x, nx), ny * nz),
-                            before(has(y, ny), nz),
-                            before(has(z, nz), 1),
-                        ];
-                        for other in others.into_iter().flatten() {
-                            let triangle = self.cells[other];
-                            if triangle == NONE || triangle == self.cells[cell] {
-                                continue;
-                            }
-                            let found = self.triangles[triangle as usize].foot(&centre).squared_m2;
-                            if found < squared_m2[cell] {
-                                squared_m2[cell] = found;
-                                self.cells[cell] = triangle;
-                            }
-                        }
+            for number in 0..count {
+                let cell = if is_back { count - 1 - number } else { number };
+                let place = [cell / (ny * nz), cell / nz % ny, cell % nz];
+                let steps = [ny * nz, nz, 1];
+                for ((at, size), step) in place.into_iter().zip(self.sizes).zip(steps) {
+                    let before = if is_back {
+                        (at + 1 < size).then_some(cell + step)
+                    } else {
+                        (at > 0).then(|| cell - step)
+                    };
+                    let triangle = before.map_or(NONE, |before| self.cells[before]);
+                    if triangle != NONE {
+                        self.offer(&mut squared_m2, place, triangle);
                     }
                 }
             }
+        }
+    }
+
+    /// Gives a cell a triangle where that is nearer than its own.
+    fn offer(&mut self, squared_m2: &mut [f64], [x, y, z]: [usize; 3], triangle: u32) {
+        let [_, ny, nz] = self.sizes;
+        let cell = (x * ny + y) * nz + z;
+        if self.cells[cell] == triangle {
+            return;
+        }
+        let found = self.triangles[triangle as usize].foot(&self.centre(x, y, z));
+        if found.squared_m2 < squared_m2[cell] {
+            squared_m2[cell] = found.squared_m2;
+            self.cells[cell] = triangle;
         }
     }
 
@@ -237,15 +227,7 @@ impl NearestSurface {
                     for x in x.saturating_sub(1)..(x + 2).min(nx) {
                         for y in y.saturating_sub(1)..(y + 2).min(ny) {
                             for z in z.saturating_sub(1)..(z + 2).min(nz) {
-                                let cell = (x * ny + y) * nz + z;
-                                if self.cells[cell] == number as u32 {
-                                    continue;
-                                }
-                                let found = triangle.foot(&self.centre(x, y, z)).squared_m2;
-                                if found < squared_m2[cell] {
-                                    squared_m2[cell] = found;
-                                    self.cells[cell] = number as u32;
-                                }
+                                self.offer(squared_m2, [x, y, z], number as u32);
                             }
                         }
                     }

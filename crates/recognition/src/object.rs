@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
-use ppnpack_catalogue::object::Model;
+use ppnpack_catalogue::object::{Model, RestingPose};
 use serde::{Deserialize, Serialize};
 
 use crate::nearest::NearestSurface;
@@ -97,25 +97,20 @@ impl LibraryObject {
         let nearest = NearestSurface::of(&model.mesh)?;
         let points = surface_points(&model.mesh, SURFACE_POINTS);
         let centre = model.mass.centre_of_mass_m;
-        let distinct = grouped(
-            model,
-            settings,
-            &Symmetry::Turns(vec![UnitQuaternion::identity()]),
-        );
-        let downs: Vec<_> = distinct
-            .iter()
-            .take(MAX_SYMMETRIC_POSES)
-            .map(|group| down(&group.rotation))
-            .collect();
+        let as_it_is = Symmetry::Turns(vec![UnitQuaternion::identity()]);
+        let distinct = grouped(model, settings, &as_it_is);
+        let distinct = distinct.iter().take(MAX_SYMMETRIC_POSES);
+        let downs: Vec<_> = distinct.map(|pose| down(&pose.rotation)).collect();
         let find = |same| Symmetry::of(&nearest, &points, &centre, &downs, same);
         let (symmetry, mut centre_m) = find(&settings.same_surface);
         let mut near_symmetry = symmetry.clone();
         if !matches!(symmetry, Symmetry::Ball) {
             (near_symmetry, centre_m) = find(&settings.nearly_same);
         }
-        let poses: Vec<PoseTemplate> = grouped(model, settings, &symmetry)
-            .into_iter()
-            .filter_map(|group| PoseTemplate::new(model, &group, settings))
+        let poses = grouped(model, settings, &symmetry);
+        let poses = poses.iter();
+        let poses: Vec<PoseTemplate> = poses
+            .filter_map(|pose| PoseTemplate::new(model, pose, settings))
             .collect();
         (!poses.is_empty()).then(|| Self {
             model: model.clone(),
@@ -130,20 +125,15 @@ impl LibraryObject {
     }
 }
 
-/// Resting poses that are searched as one.
-struct PoseGroup {
-    rotation: UnitQuaternion<f64>,
-    probability: f64,
-}
-
 /// The direction of the item frame that points down.
 fn down(support_from_item: &UnitQuaternion<f64>) -> Unit<Vector3<f64>> {
     Unit::new_unchecked(support_from_item.inverse() * -Vector3::z())
 }
 
-/// The resting poses of a model, the most probable of each group, by falling probability.
-fn grouped(model: &Model, settings: &LibrarySettings, symmetry: &Symmetry) -> Vec<PoseGroup> {
-    let mut groups: Vec<PoseGroup> = Vec::new();
+/// The resting poses of a model, of those that are searched as one the most probable with the chance of all, by falling
+/// probability.
+fn grouped(model: &Model, settings: &LibrarySettings, symmetry: &Symmetry) -> Vec<RestingPose> {
+    let mut groups: Vec<RestingPose> = Vec::new();
     for pose in &model.resting_poses {
         let direction = down(&pose.rotation);
         let same = groups.iter_mut().find(|group| {
@@ -151,10 +141,7 @@ fn grouped(model: &Model, settings: &LibrarySettings, symmetry: &Symmetry) -> Ve
         });
         match same {
             Some(group) => group.probability += pose.probability,
-            None => groups.push(PoseGroup {
-                rotation: pose.rotation,
-                probability: pose.probability,
-            }),
+            None => groups.push(*pose),
         }
     }
     groups.sort_by(|a, b| b.probability.total_cmp(&a.probability));
@@ -167,7 +154,7 @@ fn grouped(model: &Model, settings: &LibrarySettings, symmetry: &Symmetry) -> Ve
 }
 
 impl PoseTemplate {
-    fn new(model: &Model, group: &PoseGroup, settings: &LibrarySettings) -> Option<Self> {
+    fn new(model: &Model, group: &RestingPose, settings: &LibrarySettings) -> Option<Self> {
         let turned = model.mesh.transformed(&nalgebra::convert(group.rotation));
         let lowest_m = turned.bounds()?.lowest.z;
         let lift = Translation3::new(0.0, 0.0, -lowest_m);

@@ -16,9 +16,7 @@ const NOTHING: f32 = 0.0;
 /// The upper surface over a support plane in cells, from the plane, in metres.
 #[derive(Debug, Clone)]
 pub(crate) struct UpperSurface {
-    origin: Point2<f64>,
-    nx: usize,
-    ny: usize,
+    cells: Raster,
     /// Row-major; 0 where there is nothing above the least height.
     heights_m: Vec<f32>,
 }
@@ -46,9 +44,12 @@ impl UpperSurface {
             |from: f64, to: f64| ((to - from) / CELL_M).ceil().clamp(1.0, MAX_CELLS) as usize;
         let (nx, ny) = (cells(lowest.x, highest.x), cells(lowest.y, highest.y));
         Self {
-            origin: lowest,
-            nx,
-            ny,
+            cells: Raster {
+                origin: lowest,
+                pitch_m: CELL_M,
+                nx,
+                ny,
+            },
             heights_m: vec![NOTHING; nx * ny],
         }
     }
@@ -57,14 +58,9 @@ impl UpperSurface {
     pub(crate) fn of_mesh(mesh: &Mesh, least_height_m: f64) -> Option<Self> {
         let bounds = mesh.bounds()?;
         let mut surface = Self::empty(bounds.lowest.xy(), bounds.highest.xy());
-        let raster = Raster {
-            origin: surface.origin,
-            pitch_m: CELL_M,
-            nx: surface.nx,
-            ny: surface.ny,
-        };
+        let cells = surface.cells;
         for corners in mesh.corners() {
-            rasterise(&corners, &raster, |x, y, _, highest_m| {
+            rasterise(&corners, &cells, |x, y, _, highest_m| {
                 surface.raise(x, y, highest_m, least_height_m);
             });
         }
@@ -80,8 +76,9 @@ impl UpperSurface {
             let offset = (point.xy() - lowest) / CELL_M;
             // Casts saturate.
             let (x, y) = (offset.x as usize, offset.y as usize);
-            if x <= surface.nx && y <= surface.ny {
-                let (x, y) = (x.min(surface.nx - 1), y.min(surface.ny - 1));
+            let Raster { nx, ny, .. } = surface.cells;
+            if x <= nx && y <= ny {
+                let (x, y) = (x.min(nx - 1), y.min(ny - 1));
                 surface.raise(x, y, point.z, least_height_m);
             }
         }
@@ -90,7 +87,7 @@ impl UpperSurface {
 
     fn raise(&mut self, x: usize, y: usize, height_m: f64, least_height_m: f64) {
         if height_m >= least_height_m
-            && let Some(cell) = self.heights_m.get_mut(x * self.ny + y)
+            && let Some(cell) = self.heights_m.get_mut(x * self.cells.ny + y)
         {
             *cell = cell.max(height_m as f32);
         }
@@ -99,18 +96,16 @@ impl UpperSurface {
     /// The height at a place, in metres; 0 where there is nothing.
     #[inline]
     pub(crate) fn at(&self, place: &Point2<f64>) -> f32 {
-        let offset = (place - self.origin) / CELL_M;
+        let offset = (place - self.cells.origin) / CELL_M;
         if offset.x < 0.0 || offset.y < 0.0 {
             return NOTHING;
         }
         let (x, y) = (offset.x as usize, offset.y as usize);
-        if x >= self.nx || y >= self.ny {
+        if x >= self.cells.nx || y >= self.cells.ny {
             return NOTHING;
         }
-        self.heights_m
-            .get(x * self.ny + y)
-            .copied()
-            .unwrap_or(NOTHING)
+        let height_m = self.heights_m.get(x * self.cells.ny + y);
+        height_m.copied().unwrap_or(NOTHING)
     }
 
     /// The middles and heights of covered cells, in metres.
@@ -119,9 +114,9 @@ impl UpperSurface {
         cells
             .filter(|(_, height_m)| **height_m > NOTHING)
             .map(|(index, height_m)| {
-                let (x, y) = (index / self.ny, index % self.ny);
+                let (x, y) = (index / self.cells.ny, index % self.cells.ny);
                 let middle = Vector2::new(x as f64 + 0.5, y as f64 + 0.5) * CELL_M;
-                (self.origin + middle, *height_m)
+                (self.cells.origin + middle, *height_m)
             })
     }
 

@@ -6,30 +6,17 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::object::LibraryObject;
 
-/// How a pose is moved by a step.
+/// How a pose is moved by a step, to both sides.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Move {
-    /// Shifted along this.
-    Shift(Vector3<f64>),
-    /// Turned about the vertical through the object's centre, one way or the other, such that the object's border moves
-    /// by the step.
-    Turn(f64),
-}
-
-impl Move {
-    pub(crate) const ALONG_X: [Self; 2] = [
-        Self::Shift(Vector3::new(1.0, 0.0, 0.0)),
-        Self::Shift(Vector3::new(-1.0, 0.0, 0.0)),
-    ];
-    pub(crate) const ALONG_Y: [Self; 2] = [
-        Self::Shift(Vector3::new(0.0, 1.0, 0.0)),
-        Self::Shift(Vector3::new(0.0, -1.0, 0.0)),
-    ];
-    pub(crate) const ALONG_Z: [Self; 2] = [
-        Self::Shift(Vector3::new(0.0, 0.0, 1.0)),
-        Self::Shift(Vector3::new(0.0, 0.0, -1.0)),
-    ];
-    pub(crate) const TURNS: [Self; 2] = [Self::Turn(1.0), Self::Turn(-1.0)];
+    /// Shifted along x.
+    X,
+    /// Shifted along y.
+    Y,
+    /// Shifted along z.
+    Z,
+    /// Turned about the vertical through the object's centre, such that the object's border moves by the step.
+    Turn,
 }
 
 /// What a search tries. The order matters: each move starts from the best pose so far.
@@ -37,8 +24,8 @@ impl Move {
 pub(crate) struct Pattern {
     /// The first step, in metres.
     pub(crate) first_step_m: f64,
-    /// The moves in their order, each to both sides.
-    pub(crate) moves: [[Move; 2]; 3],
+    /// The moves in their order.
+    pub(crate) moves: [Move; 3],
     /// How often all moves are tried with each step.
     pub(crate) sweeps: usize,
 }
@@ -65,10 +52,13 @@ impl Pattern {
         for halvings in 0..STEPS {
             let step_m = self.first_step_m / f64::from(1 << halvings);
             for _ in 0..self.sweeps {
-                for step in self.moves.as_flattened() {
+                let sides = |step| [(step, step_m), (step, -step_m)];
+                for (step, by_m) in self.moves.into_iter().flat_map(sides) {
                     let moved = match step {
-                        Move::Shift(along) => Translation3::from(along * step_m) * best,
-                        Move::Turn(way) => turned(object, &best, way * step_m / *arm_m),
+                        Move::X => Translation3::new(by_m, 0.0, 0.0) * best,
+                        Move::Y => Translation3::new(0.0, by_m, 0.0) * best,
+                        Move::Z => Translation3::new(0.0, 0.0, by_m) * best,
+                        Move::Turn => turned(object, &best, by_m / *arm_m),
                     };
                     let cost = cost(&moved);
                     if cost < least {

@@ -3,21 +3,21 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3};
-use ppnpack_numbers::{SettingError, require};
+use ppnpack_numbers::{SettingError, require, require_share};
 use serde::{Deserialize, Serialize};
 
 use crate::align::{AlignSettings, Hold};
-use crate::coarse::{Cut, hypotheses};
+use crate::coarse::hypotheses;
 use crate::expected::{Agreement, expected_loss};
 use crate::library::Library;
 use crate::outline::UpperSurface;
 use crate::pattern::{Move, Pattern};
-use crate::polish::{Polish, PolishSettings};
-use crate::refinement::{Fit, Pass, PassSettings, RefinementSettings, SamePose, distinct, sort};
+use crate::refinement::{
+    Fit, Pass, PassSettings, PolishSettings, Refinement, RefinementSettings, SamePose, sort,
+};
 use crate::rest::laid_at_rest;
 use crate::samples::spread;
 use crate::segmentation::Cluster;
-use crate::spacing::spacing_m;
 
 /// How clusters are recognised.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -78,7 +78,7 @@ impl RecognitionSettings {
             ("most_contradicted", self.most_contradicted),
         ];
         for (name, share) in shares {
-            require(name, share, "0 to 1", |share| (0.0..=1.0).contains(&share))?;
+            require_share(name, share)?;
         }
         let deviation_m = self.sensor_deviation_m;
         require("sensor_deviation_m", deviation_m, "0 to 0.1 m", |value| {
@@ -184,36 +184,26 @@ const REFINEMENT: RefinementSettings = RefinementSettings {
         most_points: 4000,
         pattern: Pattern {
             first_step_m: 0.0012,
-            moves: [Move::TURNS, Move::ALONG_X, Move::ALONG_Y],
+            moves: [Move::Turn, Move::X, Move::Y],
             sweeps: 1,
         },
     },
 };
 
-/// How fits are laid exactly at rest.
-struct RestSettings {
-    /// How many of the best fits are.
-    fits: usize,
-    /// A fit that leans more than this from each resting pose stays as it is, in radians.
-    most_lean_rad: f64,
-    /// How the pose at rest is aligned.
-    align: AlignSettings,
-    /// The pose at rest is preferred where its fitness is at most this much lower.
-    most_lost: f64,
-}
-
-const REST: RestSettings = RestSettings {
-    fits: 2,
-    most_lean_rad: 0.2,
-    align: AlignSettings {
-        rounds: 8,
-        scale_m: (0.003, 0.0015),
-        hold: Some(Hold {
-            tilt_rad: 0.0005,
-            height_m: 0.0001,
-        }),
-    },
-    most_lost: 0.001,
+/// How many of the best fits are laid exactly at rest.
+const LAID_AT_REST: usize = 2;
+/// A fit that leans more than this from each resting pose stays as it is, in radians.
+const MOST_LEAN_RAD: f64 = 0.2;
+/// The pose at rest is preferred where its fitness is at most this much lower.
+const MOST_LOST: f64 = 0.001;
+/// How the pose at rest is aligned.
+const AT_REST: AlignSettings = AlignSettings {
+    rounds: 8,
+    scale_m: (0.003, 0.0015),
+    hold: Some(Hold {
+        tilt_rad: 0.0005,
+        height_m: 0.0001,
+    }),
 };
 
 /// Recognises clusters as objects of a library.
@@ -257,31 +247,19 @@ impl Recogniser {
         if outline.width_m < LEAST_WIDTH_M {
             return None;
         }
-        let cut = Cut {
-            templates: self.settings.templates,
-            hypotheses: self.settings.hypotheses,
-        };
-        let spacing_m = spacing_m(cluster);
-        let mut quick = Pass::new(cluster, spacing_m, &REFINEMENT.quick)?;
-        let mut thorough = Pass::new(cluster, spacing_m, &REFINEMENT.thorough)?;
-        let first = hypotheses(&self.library.objects, &surface, &outline, cut);
-        let starts = first
-            .iter()
-            .map(|start| (start.object, start.support_from_item));
-        let is_same = |one: &Fit<'_>, other: &Fit<'_>| {
-            std::ptr::eq(one.object, other.object) && REFINEMENT.same.holds(&one.pose, &other.pose)
-        };
-        let finalists = distinct(quick.refined(starts), self.settings.finalists, is_same);
-        let mut ranked = thorough.refined(finalists.iter().map(|fit| (fit.object, fit.pose)));
-        for fit in ranked.iter_mut().take(REST.fits) {
-            *fit = at_rest(&mut thorough, fit);
+        let mut refinement = Refinement::new(cluster, &REFINEMENT)?;
+        let objects = &self.library.objects;
+        let mut starts = hypotheses(objects, &surface, &outline, self.settings.templates);
+        starts.truncate(self.settings.hypotheses);
+        let mut ranked = refinement.refined(starts, self.settings.finalists);
+        for fit in ranked.iter_mut().take(LAID_AT_REST) {
+            *fit = at_rest(&mut refinement.thorough, fit);
         }
         sort(&mut ranked);
         if let Some(best) = ranked.first_mut()
-            && let Some(mut polish) = Polish::new(cluster, spacing_m, &REFINEMENT.polish)
+            && let Some(pose) = refinement.polished(best.object, &best.pose)
         {
-            let polished = polish.polished(best.object, &best.pose);
-            *best = thorough.compared(best.object, &polished);
+            *best = refinement.thorough.compared(best.object, &pose);
         }
         Some(ranked)
     }
@@ -326,11 +304,11 @@ impl Recogniser {
 
 /// The fit laid exactly at rest, where a resting pose is near and agrees about as well.
 fn at_rest<'library>(pass: &mut Pass, fit: &Fit<'library>) -> Fit<'library> {
-    let Some(resting) = laid_at_rest(fit.object, &fit.pose, REST.most_lean_rad) else {
+    let Some(resting) = laid_at_rest(fit.object, &fit.pose, MOST_LEAN_RAD) else {
         return *fit;
     };
-    let rested = pass.aligned(fit.object, &resting, &REST.align);
-    if rested.agreement.fitness + REST.most_lost >= fit.agreement.fitness {
+    let rested = pass.aligned(fit.object, &resting, &AT_REST);
+    if rested.agreement.fitness + MOST_LOST >= fit.agreement.fitness {
         rested
     } else {
         *fit
@@ -344,13 +322,9 @@ fn unknown(reason: UnknownReason, candidates: Vec<Candidate>) -> Recognition {
 /// The cluster with its finite points only, and of very many evenly spaced ones.
 fn thinned(cluster: &Cluster) -> Cluster {
     let some = |points: &[Point3<f64>]| {
-        let sound = |point: &Point3<f64>| point.iter().all(|value| value.abs() < 1e3);
-        let points: Vec<Point3<f64>> = points
-            .iter()
-            .filter(|point| sound(point))
-            .copied()
-            .collect();
-        spread(&points, MAX_POINTS)
+        let is_sound = |point: &&Point3<f64>| point.iter().all(|value| value.abs() < 1e3);
+        let sound: Vec<Point3<f64>> = points.iter().filter(is_sound).copied().collect();
+        spread(&sound, MAX_POINTS)
     };
     Cluster {
         points_m: some(&cluster.points_m),

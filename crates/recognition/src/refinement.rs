@@ -7,11 +7,12 @@
 use nalgebra::{Isometry3, Point3};
 
 use crate::align::{AlignSettings, align};
-use crate::expected::{Agreement, Observation, Sketch};
+use crate::expected::{Agreement, Observation};
 use crate::object::LibraryObject;
-use crate::polish::PolishSettings;
+use crate::pattern::Pattern;
 use crate::samples::spread;
 use crate::segmentation::Cluster;
+use crate::spacing::spacing_m;
 
 /// How poses are refined.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,6 +40,20 @@ pub(crate) struct PassSettings {
     pub(crate) align: AlignSettings,
 }
 
+/// How a pose is laid where the outline fits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PolishSettings {
+    /// The width of the expected view's pixels, in spacings of the points.
+    pub(crate) pixel_spacings: f64,
+    /// Points of the cluster that are compared.
+    pub(crate) compared: usize,
+    /// With more points than this, the surroundings' among them, alignment alone is exact enough, and a search would take
+    /// long.
+    pub(crate) most_points: usize,
+    /// The shifts and turns that are tried.
+    pub(crate) pattern: Pattern,
+}
+
 /// When two poses count as one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SamePose {
@@ -55,6 +70,9 @@ impl SamePose {
     }
 }
 
+/// An object and a pose to refine, in the frame of the cluster.
+pub(crate) type Start<'object> = (&'object LibraryObject, Isometry3<f64>);
+
 /// An object in a pose, and how well it agrees.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Fit<'object> {
@@ -64,35 +82,87 @@ pub(crate) struct Fit<'object> {
     pub(crate) agreement: Agreement,
 }
 
+/// Refines poses at a cluster.
+pub(crate) struct Refinement {
+    settings: &'static RefinementSettings,
+    quick: Option<Pass>,
+    pub(crate) thorough: Pass,
+    /// What the outline is fitted to; `None` where that would not help.
+    outline: Option<Observation>,
+}
+
+impl Refinement {
+    /// `None` where the cluster is not before the camera.
+    pub(crate) fn new(cluster: &Cluster, settings: &'static RefinementSettings) -> Option<Self> {
+        let spacing_m = spacing_m(cluster);
+        let polish = &settings.polish;
+        let outline = Observation::new(cluster, polish.pixel_spacings * spacing_m, polish.compared);
+        Some(Self {
+            settings,
+            quick: Pass::new(cluster, spacing_m, &settings.quick),
+            thorough: Pass::new(cluster, spacing_m, &settings.thorough)?,
+            outline: outline.filter(|outline| outline.points() <= polish.most_points),
+        })
+    }
+
+    /// The fits that poses are aligned to, best first: all quickly, and as many thoroughly as asked for.
+    pub(crate) fn refined<'object>(
+        &mut self,
+        starts: impl IntoIterator<Item = Start<'object>>,
+        count: usize,
+    ) -> Vec<Fit<'object>> {
+        let Some(quick) = &mut self.quick else {
+            return Vec::new();
+        };
+        let is_same = |one: &Fit<'_>, other: &Fit<'_>| {
+            std::ptr::eq(one.object, other.object)
+                && self.settings.same.holds(&one.pose, &other.pose)
+        };
+        let fits = quick.refined(starts, &self.settings.quick.align);
+        let fits = distinct(fits, count, is_same);
+        let starts = fits.iter().map(|fit| (fit.object, fit.pose));
+        self.thorough.refined(starts, &self.settings.thorough.align)
+    }
+
+    /// A pose near another at which the expected view fits better; `None` where a search would not help.
+    ///
+    /// Alignment pulls a surface to the points but does not push it away from where the camera saw none. On small items
+    /// that leaves some degrees of yaw; the outline holds them.
+    pub(crate) fn polished(
+        &mut self,
+        object: &LibraryObject,
+        pose: &Isometry3<f64>,
+    ) -> Option<Isometry3<f64>> {
+        let outline = self.outline.as_mut()?;
+        let mut cost = |pose: &Isometry3<f64>| outline.strict_cost(object, pose);
+        let start = (cost(pose), *pose);
+        Some(self.settings.polish.pattern.least(object, start, cost).1)
+    }
+}
+
 /// Aligns poses with a cluster, and compares them with it.
 pub(crate) struct Pass {
     observation: Observation,
     points: Vec<Point3<f64>>,
-    settings: AlignSettings,
-    sketch: Sketch,
 }
 
 impl Pass {
-    /// A pass over poses at a cluster whose points are `spacing_m` apart; `None` where the cluster is not before the
-    /// camera.
-    pub(crate) fn new(cluster: &Cluster, spacing_m: f64, settings: &PassSettings) -> Option<Self> {
+    fn new(cluster: &Cluster, spacing_m: f64, settings: &PassSettings) -> Option<Self> {
         let pixel_m = settings.pixel_spacings * spacing_m;
         Some(Self {
             observation: Observation::new(cluster, pixel_m, settings.compared)?,
             points: spread(&cluster.points_m, settings.aligned),
-            settings: settings.align,
-            sketch: Sketch::default(),
         })
     }
 
-    /// The fits that poses are aligned to, best first.
-    pub(crate) fn refined<'object>(
+    fn refined<'object>(
         &mut self,
-        starts: impl Iterator<Item = (&'object LibraryObject, Isometry3<f64>)>,
+        starts: impl IntoIterator<Item = Start<'object>>,
+        settings: &AlignSettings,
     ) -> Vec<Fit<'object>> {
-        let settings = self.settings;
+        let starts = starts.into_iter();
         let mut fits: Vec<Fit<'object>> = starts
-            .map(|(object, pose)| self.aligned(object, &pose, &settings))
+            .map(|(object, pose)| self.aligned(object, &pose, settings))
             .collect();
         sort(&mut fits);
         fits
@@ -118,22 +188,13 @@ impl Pass {
         Fit {
             object,
             pose: *pose,
-            agreement: self.observation.compare(object, pose, &mut self.sketch),
+            agreement: self.observation.compare(object, pose),
         }
     }
 
-    /// The share of what should be seen of an object in a pose that is seen, about; `measured` is the number of all points
-    /// of the cluster and around it.
-    pub(crate) fn seen_share(
-        &mut self,
-        object: &LibraryObject,
-        pose: &Isometry3<f64>,
-        measured: usize,
-    ) -> f64 {
-        let sight = self.observation.sight(object, pose, &mut self.sketch);
-        let compared = self.observation.points() as f64;
-        let free = sight.free as f64 * (measured as f64 / compared.max(1.0)).max(1.0);
-        (free / sight.pixels.max(1) as f64).min(1.0)
+    /// The share of what should be seen of an object in a pose that is seen, about.
+    pub(crate) fn seen_share(&mut self, object: &LibraryObject, pose: &Isometry3<f64>) -> f64 {
+        self.observation.seen_share(object, pose)
     }
 }
 

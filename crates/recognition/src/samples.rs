@@ -64,7 +64,7 @@ pub(crate) fn yaws_rad(count: usize) -> impl Iterator<Item = f64> {
 }
 
 /// Some of the points, evenly spaced in their order.
-pub(crate) fn spread(points: &[Point3<f64>], count: usize) -> Vec<Point3<f64>> {
+pub(crate) fn spread<T: Copy>(points: &[T], count: usize) -> Vec<T> {
     if points.len() <= count {
         return points.to_vec();
     }

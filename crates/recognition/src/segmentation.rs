@@ -1,8 +1,8 @@
 //! Items on a tray or a belt: points to clusters.
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point2, Point3, Vector3};
 use ppnpack_catalogue::mesh::Bounds;
-use ppnpack_numbers::{SettingError, require};
+use ppnpack_numbers::{SettingError, require, require_length};
 use serde::{Deserialize, Serialize};
 
 use crate::groups::{Cells, joined};
@@ -21,11 +21,8 @@ pub struct Region {
 impl Region {
     /// Whether a point lies within; never one with a coordinate that is not a number.
     pub fn contains(&self, point: &Point3<f64>) -> bool {
-        let axes = point
-            .iter()
-            .zip(self.lowest_m.iter().zip(self.highest_m.iter()));
-        axes.into_iter()
-            .all(|(value, (lowest, highest))| (lowest..=highest).contains(&value))
+        // Points compare along every axis.
+        *point >= self.lowest_m && *point <= self.highest_m
     }
 }
 
@@ -89,15 +86,14 @@ impl SegmentationSettings {
                 (0.001..=100.0).contains(&side_m)
             })?;
         }
+        let least_height_m = self.least_height_m;
         require(
             "least_height_m",
-            self.least_height_m,
+            least_height_m,
             "0.0005 to 1 m",
             |height_m| (0.0005..=1.0).contains(&height_m),
         )?;
-        require("join_m", self.join_m, "0 to 1 m", |join_m| {
-            (0.0..=1.0).contains(&join_m)
-        })?;
+        require_length("join_m", self.join_m)?;
         let least_points = self.least_points as f64;
         require("least_points", least_points, "at least 1", |least| {
             least >= 1.0
@@ -217,24 +213,22 @@ fn surroundings(
     let Some(bounds) = Bounds::of(points_m) else {
         return Vec::new();
     };
-    let Bounds { lowest, highest } = bounds;
-    let own = Cells::over(&bounds);
-    let is_own = own.covered(points_m);
-    let is_inside = |point: &Point3<f64>| {
-        point.x >= lowest.x && point.x <= highest.x && point.y >= lowest.y && point.y <= highest.y
+    let (lowest, highest, top_m) = (bounds.lowest.xy(), bounds.highest.xy(), bounds.highest.z);
+    let cells = Cells::over(&bounds);
+    let is_covered = cells.covered(points_m);
+    let is_own = |point: &Point3<f64>| {
+        let is_inside = point.xy() >= lowest && point.xy() <= highest;
+        is_inside && is_covered.get(cells.at(point)).copied().unwrap_or(false)
     };
-    let is_near = |point: &&Point3<f64>| {
-        // What an item hides lies away from the camera: the parallax of its top.
-        let share = highest.z / (eye_m.z - highest.z).max(highest.z).max(0.01);
-        let reach = |from: f64, to: f64| SURROUNDINGS_M + share * (from - to).abs();
-        let low = |axis: usize| lowest[axis] - reach(eye_m[axis], lowest[axis]);
-        let high = |axis: usize| highest[axis] + reach(eye_m[axis], highest[axis]);
-        point.x >= low(0) && point.x <= high(0) && point.y >= low(1) && point.y <= high(1)
+    // What an item hides lies away from the camera: the parallax of its top.
+    let share = top_m / (eye_m.z - top_m).max(top_m).max(0.01);
+    let reach = |side: Point2<f64>| {
+        let away_m = (side - eye_m.xy()).abs();
+        away_m.map(|away_m| SURROUNDINGS_M + share * away_m)
     };
-    let is_other = |point: &&Point3<f64>| {
-        point.z < least_height_m
-            || !(is_inside(point) && is_own.get(own.at(point)).copied().unwrap_or(false))
-    };
+    let (low, high) = (lowest - reach(lowest), highest + reach(highest));
+    let is_near = |point: &&Point3<f64>| point.xy() >= low && point.xy() <= high;
+    let is_other = |point: &&Point3<f64>| point.z < least_height_m || !is_own(point);
     all_m
         .iter()
         .filter(is_near)

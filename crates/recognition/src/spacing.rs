@@ -1,11 +1,15 @@
 //! How far apart the points of a cloud lie.
 
-use nalgebra::Point3;
+use nalgebra::Vector2;
 
+use crate::groups::Cells;
 use crate::segmentation::Cluster;
 
 /// The edge of the squares that points are counted in, in metres.
 const SQUARE_M: f64 = 0.005;
+
+/// The most squares along a side, less one.
+const MOST_SQUARES: usize = 400;
 
 /// The least and greatest spacing, in metres.
 const SPACING_M: (f64, f64) = (0.0007, 0.004);
@@ -14,26 +18,24 @@ const SPACING_M: (f64, f64) = (0.0007, 0.004);
 /// others holds, at the support's distance from the camera.
 pub(crate) fn spacing_m(cluster: &Cluster) -> f64 {
     let all = || cluster.points_m.iter().chain(&cluster.surroundings_m);
-    let Some(first) = all().next() else {
-        return SPACING_M.1;
-    };
-    let (mut lowest, mut highest) = (first.xy(), first.xy());
-    for point in all() {
-        lowest = lowest.inf(&point.xy());
-        highest = highest.sup(&point.xy());
-    }
+    let none = (Vector2::repeat(f64::MAX), Vector2::repeat(f64::MIN));
+    let (lowest, highest) = all().fold(none, |(lowest, highest), point| {
+        (
+            lowest.inf(&point.xy().coords),
+            highest.sup(&point.xy().coords),
+        )
+    });
     let extents = (highest - lowest) / SQUARE_M;
-    let (nx, ny) = (
-        (extents.x as usize).min(400) + 1,
-        (extents.y as usize).min(400) + 1,
-    );
-    let mut counts = vec![0_u32; nx * ny];
-    let square = |point: &Point3<f64>| {
-        let offset = (point.xy() - lowest) / SQUARE_M;
-        (offset.x as usize).min(nx - 1) * ny + (offset.y as usize).min(ny - 1)
+    let count = |extent: f64| (extent as usize).min(MOST_SQUARES) + 1;
+    let squares = Cells {
+        origin: lowest.into(),
+        edge_m: SQUARE_M,
+        nx: count(extents.x),
+        ny: count(extents.y),
     };
+    let mut counts = vec![0_u32; squares.nx * squares.ny];
     for point in all() {
-        if let Some(count) = counts.get_mut(square(point)) {
+        if let Some(count) = counts.get_mut(squares.at(point)) {
             *count += 1;
         }
     }

@@ -1,11 +1,11 @@
 //! The plane that items stand on.
 
-use nalgebra::{
-    Isometry3, Matrix3, Point3, SymmetricEigen, Translation3, Unit, UnitQuaternion, Vector3,
-};
+use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
+
+use crate::moments::{centroid, scatter};
 
 /// Where the support plane is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -34,24 +34,14 @@ impl Default for Support {
     }
 }
 
-/// How a plane is fitted.
-struct FitSettings {
-    /// How many points it looks at.
-    points: usize,
-    /// How many planes it tries.
-    trials: usize,
-    /// How often the best is moved to the mean of the points on it.
-    rounds: usize,
-    /// The least number of points that make a plane.
-    least_points: usize,
-}
-
-const FIT: FitSettings = FitSettings {
-    points: 3000,
-    trials: 150,
-    rounds: 3,
-    least_points: 20,
-};
+/// How many points a fit looks at.
+const POINTS: usize = 3000;
+/// How many planes it tries.
+const TRIALS: usize = 150;
+/// How often the best is moved to the mean of the points on it.
+const ROUNDS: usize = 3;
+/// The least number of points that make a plane.
+const LEAST_POINTS: usize = 20;
 
 impl Support {
     /// The support frame in the world; `None` where no plane is found.
@@ -86,15 +76,15 @@ fn fitted(
     greatest_lean_rad: f64,
     tolerance_m: f64,
 ) -> Option<Isometry3<f64>> {
-    let stride = (points.len() / FIT.points).max(1);
+    let stride = (points.len() / POINTS).max(1);
     let few: Vec<Point3<f64>> = points.iter().step_by(stride).copied().collect();
-    if few.len() < FIT.least_points {
+    if few.len() < LEAST_POINTS {
         return None;
     }
     let least_up = greatest_lean_rad.cos();
     let mut random = ChaCha8Rng::seed_from_u64(0);
     let mut best: Option<(usize, Plane)> = None;
-    for _ in 0..FIT.trials {
+    for _ in 0..TRIALS {
         let mut pick = || few.get(random.random_range(0..few.len())).copied();
         let (Some(a), Some(b), Some(c)) = (pick(), pick(), pick()) else {
             continue;
@@ -102,7 +92,7 @@ fn fitted(
         let Some(normal) = (b - a).cross(&(c - a)).try_normalize(1e-12) else {
             continue;
         };
-        let normal = Unit::new_unchecked(if normal.z < 0.0 { -normal } else { normal });
+        let normal = upwards(normal);
         if normal.z < least_up {
             continue;
         }
@@ -116,14 +106,12 @@ fn fitted(
         }
     }
     let (count, mut plane) = best?;
-    if count < FIT.least_points {
+    if count < LEAST_POINTS {
         return None;
     }
-    for _ in 0..FIT.rounds {
-        let near: Vec<&Point3<f64>> = few
-            .iter()
-            .filter(|point| plane.height_m(point).abs() < tolerance_m)
-            .collect();
+    for _ in 0..ROUNDS {
+        let is_near = |point: &&Point3<f64>| plane.height_m(point).abs() < tolerance_m;
+        let near: Vec<Point3<f64>> = few.iter().filter(is_near).copied().collect();
         plane = least_squares(&near)?;
     }
     if plane.normal.z < least_up {
@@ -134,31 +122,21 @@ fn fitted(
     Some(Translation3::new(0.0, 0.0, origin_height_m) * turn)
 }
 
-fn least_squares(points: &[&Point3<f64>]) -> Option<Plane> {
-    let count = points.len() as f64;
-    if points.len() < FIT.least_points {
+fn least_squares(points: &[Point3<f64>]) -> Option<Plane> {
+    if points.len() < LEAST_POINTS {
         return None;
     }
-    let at = Point3::from(
-        points
-            .iter()
-            .map(|point| point.coords)
-            .sum::<Vector3<f64>>()
-            / count,
-    );
-    let covariance: Matrix3<f64> = points
-        .iter()
-        .map(|point| *point - at)
-        .map(|offset| offset * offset.transpose())
-        .sum();
-    let eigen = SymmetricEigen::new(covariance);
-    let normal = eigen
-        .eigenvectors
-        .column(eigen.eigenvalues.imin())
-        .into_owned();
-    let normal = normal.try_normalize(1e-12)?;
+    let at = centroid(points)?;
+    let scatter = scatter(points, &at);
+    let flattest = scatter.eigenvectors.column(scatter.eigenvalues.imin());
+    let normal = flattest.into_owned().try_normalize(1e-12)?;
     Some(Plane {
         at,
-        normal: Unit::new_unchecked(if normal.z < 0.0 { -normal } else { normal }),
+        normal: upwards(normal),
     })
+}
+
+/// A unit normal, turned up.
+fn upwards(normal: Vector3<f64>) -> Unit<Vector3<f64>> {
+    Unit::new_unchecked(if normal.z < 0.0 { -normal } else { normal })
 }

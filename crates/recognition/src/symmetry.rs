@@ -1,9 +1,10 @@
 //! Which turns an object looks the same after, found numerically.
 
-use nalgebra::{Isometry3, Matrix3, Point3, SymmetricEigen, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::align::{AlignSettings, align};
+use crate::moments::{centroid, scatter};
 use crate::nearest::NearestSurface;
 use crate::samples::{SurfacePoint, yaws_rad};
 
@@ -43,49 +44,41 @@ pub enum Symmetry {
     Turns(Vec<UnitQuaternion<f64>>),
 }
 
-/// How turns are looked for.
-struct TurnSettings {
-    /// Yaws that are tried about each axis and between two resting poses.
-    yaws: usize,
-    /// The most guesses that are fitted; the best are first.
-    most_fits: usize,
-    /// Near a guess that was fitted, no other is, in radians.
-    tried_rad: f64,
-    /// Turns nearer to each other than this are one, in radians.
-    same_rad: f64,
-    /// Turns that show whether an object is round about an axis: no fractions of a full turn, and then as many evenly
-    /// spaced ones.
-    odd_rad: [f64; 2],
-    even: usize,
-}
+/// Yaws that are tried about each axis and between two resting poses.
+const YAWS: usize = 24;
+/// The most guesses that are fitted; the best are first.
+const MOST_FITS: usize = 48;
+/// Near a guess that was fitted, no other is, in radians.
+const TRIED_RAD: f64 = 0.3;
+/// Turns nearer to each other than this are one, in radians.
+const SAME_RAD: f64 = 0.1;
+/// Turns that show whether an object is round about an axis: no fractions of a full turn, and then as many evenly spaced
+/// ones.
+const ODD_RAD: [f64; 2] = [0.31, 1.37];
+const EVEN: usize = 7;
 
-const TURNS: TurnSettings = TurnSettings {
-    yaws: 24,
-    most_fits: 48,
-    tried_rad: 0.3,
-    same_rad: 0.1,
-    odd_rad: [0.31, 1.37],
-    even: 7,
-};
-
+/// How many surface points a first look at a guess takes.
+const LOOKED_AT: usize = 40;
+/// A guess is worth fitting where the mean distance is within this many of the greatest root mean square of a fit.
+const WORTH_FITTING: f64 = 5.0;
 /// How a surface is fitted to another.
-struct FitSettings {
-    /// How many surface points a first look takes.
-    looked_at: usize,
-    /// A guess is worth fitting where the mean distance is within this many of the greatest root mean square of a fit.
-    worth_fitting: f64,
-    align: AlignSettings,
-}
-
-const FIT: FitSettings = FitSettings {
-    looked_at: 40,
-    worth_fitting: 5.0,
-    align: AlignSettings {
-        rounds: 12,
-        scale_m: (0.01, 0.003),
-        hold: None,
-    },
+const FIT: AlignSettings = AlignSettings {
+    rounds: 12,
+    scale_m: (0.01, 0.003),
+    hold: None,
 };
+
+/// The distances of points, moved by a transform, from a surface, in metres.
+fn distances_m<'point>(
+    surface: &NearestSurface,
+    points: impl Iterator<Item = &'point SurfacePoint>,
+    surface_from_points: &Isometry3<f64>,
+) -> impl Iterator<Item = f64> {
+    points.map(move |point| {
+        let moved = surface_from_points * point.point;
+        surface.nearest(&moved).distance_m
+    })
+}
 
 /// The mean distance of some points, moved by a transform, from a surface, in metres.
 pub(crate) fn mean_distance_m(
@@ -93,15 +86,11 @@ pub(crate) fn mean_distance_m(
     points: &[SurfacePoint],
     surface_from_points: &Isometry3<f64>,
 ) -> f64 {
-    let some = points.iter().step_by((points.len() / FIT.looked_at).max(1));
-    let distances_m = some.map(|point| {
-        surface
-            .nearest(&(surface_from_points * point.point))
-            .distance_m
-    });
-    let (sum_m, count) = distances_m.fold((0.0, 0), |(sum, count), distance| {
-        (sum + distance, count + 1)
-    });
+    let some = points.iter().step_by((points.len() / LOOKED_AT).max(1));
+    let (sum_m, count) = distances_m(surface, some, surface_from_points)
+        .fold((0.0, 0), |(sum, count), distance| {
+            (sum + distance, count + 1)
+        });
     sum_m / f64::from(count.max(1))
 }
 
@@ -113,14 +102,8 @@ impl SameSurface {
         points: impl IntoIterator<Item = &'point SurfacePoint>,
         surface_from_points: &Isometry3<f64>,
     ) -> bool {
-        let mut distances_m: Vec<f64> = points
-            .into_iter()
-            .map(|point| {
-                surface
-                    .nearest(&(surface_from_points * point.point))
-                    .distance_m
-            })
-            .collect();
+        let mut distances_m: Vec<f64> =
+            distances_m(surface, points.into_iter(), surface_from_points).collect();
         if distances_m.is_empty() {
             return false;
         }
@@ -142,12 +125,12 @@ impl SameSurface {
         points: &[SurfacePoint],
         guess: &Isometry3<f64>,
     ) -> Option<Isometry3<f64>> {
-        if mean_distance_m(surface, points, guess) > FIT.worth_fitting * self.root_mean_square_m {
+        if mean_distance_m(surface, points, guess) > WORTH_FITTING * self.root_mean_square_m {
             return None;
         }
         let cloud: Vec<Point3<f64>> = points.iter().map(|point| point.point).collect();
         // `align` moves the surface to the points: the inverse of what is asked for.
-        let fitted = align(surface, &cloud, &guess.inverse(), &FIT.align).inverse();
+        let fitted = align(surface, &cloud, &guess.inverse(), &FIT).inverse();
         self.holds(surface, points, &fitted).then_some(fitted)
     }
 }
@@ -260,7 +243,7 @@ impl Search<'_> {
         let fitted = self
             .same
             .fitted(self.surface, self.points, &guess)
-            .filter(|fitted| fitted.rotation.angle_to(turn) < TURNS.same_rad);
+            .filter(|fitted| fitted.rotation.angle_to(turn) < SAME_RAD);
         // The points of a ball let a fit slip away, where the turn itself is as good.
         fitted.or_else(|| {
             self.same
@@ -271,13 +254,13 @@ impl Search<'_> {
 
     /// The centre of an object that is round about an axis through it, and that axis.
     fn round_about(&self, axis: &Unit<Vector3<f64>>) -> Option<(Unit<Vector3<f64>>, Point3<f64>)> {
-        for angle_rad in TURNS.odd_rad {
+        for angle_rad in ODD_RAD {
             self.near(&UnitQuaternion::from_axis_angle(axis, angle_rad))?;
         }
         // The mean of what evenly spaced turns make of a point lies on the axis.
         let mut sum = self.middle.coords;
         let mut direction = Vector3::zeros();
-        for angle_rad in yaws_rad(TURNS.even).skip(1) {
+        for angle_rad in yaws_rad(EVEN).skip(1) {
             let fitted = self.near(&UnitQuaternion::from_axis_angle(axis, angle_rad))?;
             sum += (fitted * self.middle).coords;
             if let Some(found) = fitted.rotation.axis() {
@@ -285,7 +268,7 @@ impl Search<'_> {
             }
         }
         let found = Unit::try_new(direction, 1e-9)?;
-        Some((found, Point3::from(sum / TURNS.even as f64)))
+        Some((found, Point3::from(sum / EVEN as f64)))
     }
 
     /// The turns among guesses after which the object looks the same.
@@ -301,14 +284,14 @@ impl Search<'_> {
                     guess,
                 )
             })
-            .filter(|(mean_m, _)| *mean_m <= FIT.worth_fitting * self.same.root_mean_square_m)
+            .filter(|(mean_m, _)| *mean_m <= WORTH_FITTING * self.same.root_mean_square_m)
             .collect();
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (_, guess) in ranked {
-            if tried.len() > TURNS.most_fits {
+            if tried.len() > MOST_FITS {
                 break;
             }
-            let is_near = |turn: &UnitQuaternion<f64>| turn.angle_to(&guess) < TURNS.tried_rad;
+            let is_near = |turn: &UnitQuaternion<f64>| turn.angle_to(&guess) < TRIED_RAD;
             if tried.iter().any(is_near) || turns.iter().any(is_near) {
                 continue;
             }
@@ -320,10 +303,7 @@ impl Search<'_> {
                 continue;
             };
             let found = fitted.rotation;
-            if turns
-                .iter()
-                .all(|turn| turn.angle_to(&found) >= TURNS.same_rad)
-            {
+            if turns.iter().all(|turn| turn.angle_to(&found) >= SAME_RAD) {
                 turns.push(found);
                 sum += (fitted * self.middle).coords;
             }
@@ -335,20 +315,10 @@ impl Search<'_> {
 
 /// The principal axes of a surface.
 fn principal_axes(points: &[SurfacePoint]) -> Vec<Unit<Vector3<f64>>> {
-    let count = points.len().max(1) as f64;
-    let middle: Vector3<f64> = points
-        .iter()
-        .map(|point| point.point.coords)
-        .sum::<Vector3<f64>>()
-        / count;
-    let covariance: Matrix3<f64> = points
-        .iter()
-        .map(|point| point.point.coords - middle)
-        .map(|offset| offset * offset.transpose())
-        .sum();
-    let axes = SymmetricEigen::new(covariance).eigenvectors;
-    axes.column_iter()
-        .map(|axis| Unit::new_normalize(axis.into_owned()))
+    let points: Vec<Point3<f64>> = points.iter().map(|point| point.point).collect();
+    let axes = centroid(&points).map(|middle| scatter(&points, &middle).eigenvectors);
+    let axes = axes.iter().flat_map(|axes| axes.column_iter());
+    axes.map(|axis| Unit::new_normalize(axis.into_owned()))
         .collect()
 }
 
@@ -365,7 +335,7 @@ fn across(axis: &Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
 /// Turns worth trying: about the axes, and from each resting pose to each other.
 fn guesses(axes: &[Unit<Vector3<f64>>], downs: &[Unit<Vector3<f64>>]) -> Vec<UnitQuaternion<f64>> {
     let about_axes = axes.iter().flat_map(|axis| {
-        let yaws_rad = yaws_rad(TURNS.yaws).skip(1);
+        let yaws_rad = yaws_rad(YAWS).skip(1);
         yaws_rad.map(move |yaw_rad| UnitQuaternion::from_axis_angle(axis, yaw_rad))
     });
     let between = downs.iter().flat_map(|from| {
@@ -376,7 +346,7 @@ fn guesses(axes: &[Unit<Vector3<f64>>], downs: &[Unit<Vector3<f64>>]) -> Vec<Uni
                 let tilt = UnitQuaternion::rotation_between(from, to).unwrap_or_else(|| {
                     UnitQuaternion::from_axis_angle(&across(from), std::f64::consts::PI)
                 });
-                yaws_rad(TURNS.yaws)
+                yaws_rad(YAWS)
                     .map(move |yaw_rad| UnitQuaternion::from_axis_angle(to, yaw_rad) * tilt)
             })
     });

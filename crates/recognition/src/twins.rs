@@ -6,21 +6,12 @@ use crate::object::{LibraryObject, Twin};
 use crate::samples::yaws_rad;
 use crate::symmetry::{SameSurface, mean_distance_m};
 
-/// What is compared of two objects.
-struct TwinSettings {
-    /// The greatest ratio of their volumes.
-    most_volume_ratio: f64,
-    /// The greatest difference of their outlines in a resting pose.
-    most_outline_difference: f64,
-    /// Yaws at which a pose of one is compared with a pose of the other.
-    yaws: usize,
-}
-
-const TWINS: TwinSettings = TwinSettings {
-    most_volume_ratio: 1.25,
-    most_outline_difference: 40.0,
-    yaws: 24,
-};
+/// The greatest ratio of the volumes of twins.
+const MOST_VOLUME_RATIO: f64 = 1.25;
+/// The greatest difference of their outlines in a resting pose.
+const MOST_OUTLINE_DIFFERENCE: f64 = 40.0;
+/// Yaws at which a pose of one is compared with a pose of the other.
+const YAWS: usize = 24;
 
 /// The twins of an object among all.
 pub(crate) fn twins(
@@ -48,15 +39,16 @@ fn coincidence(
     same: &SameSurface,
 ) -> Option<Isometry3<f64>> {
     let (volume, other_volume) = (object.model.volume_m3, other.model.volume_m3);
-    if volume.max(other_volume) > TWINS.most_volume_ratio * volume.min(other_volume) {
+    if volume.max(other_volume) > MOST_VOLUME_RATIO * volume.min(other_volume) {
         return None;
     }
     let pose = object.poses.first()?;
-    let like = other.poses.iter().filter(|candidate| {
-        pose.outline.difference(&candidate.outline) <= TWINS.most_outline_difference
-    });
+    let like = other
+        .poses
+        .iter()
+        .filter(|candidate| pose.outline.difference(&candidate.outline) <= MOST_OUTLINE_DIFFERENCE);
     let guesses = like.flat_map(|candidate| {
-        yaws_rad(TWINS.yaws).map(|yaw_rad| {
+        yaws_rad(YAWS).map(|yaw_rad| {
             let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
             candidate.support_from_item.inverse() * yaw * pose.support_from_item
         })

@@ -37,9 +37,6 @@ pub enum UnknownItemError {
     Item(#[from] ItemError),
 }
 
-/// The greatest gap between points that is material, in cells on either side.
-const GAP_CELLS: usize = 1;
-
 /// An item of a cluster, at each yaw of a resolution.
 ///
 /// # Errors
@@ -131,25 +128,21 @@ fn view(
     })
 }
 
-/// Gives cells without a point that lie between covered ones the height of their highest neighbour: the sensor missed
-/// them.
+/// Gives cells without a point that lie between two covered ones the height of their highest neighbour: the sensor
+/// missed them.
 fn close_gaps(heights_m: &mut [f64], nx: usize, ny: usize) {
     let seen = heights_m.to_vec();
-    let at = |x: usize, y: usize| seen.get(x * ny + y).copied().unwrap_or(f64::NEG_INFINITY);
-    let highest = |cells: &mut dyn Iterator<Item = (usize, usize)>| {
-        cells
-            .map(|(x, y)| at(x, y))
-            .fold(f64::NEG_INFINITY, f64::max)
+    let at = |x: usize, y: usize| {
+        let height_m = (x < nx && y < ny).then(|| seen.get(x * ny + y));
+        height_m.flatten().copied().unwrap_or(f64::NEG_INFINITY)
     };
     for x in 0..nx {
         for y in 0..ny {
             if at(x, y).is_finite() {
                 continue;
             }
-            let before = highest(&mut (x.saturating_sub(GAP_CELLS)..x).map(|x| (x, y)));
-            let after = highest(&mut (x + 1..(x + 1 + GAP_CELLS).min(nx)).map(|x| (x, y)));
-            let left = highest(&mut (y.saturating_sub(GAP_CELLS)..y).map(|y| (x, y)));
-            let right = highest(&mut (y + 1..(y + 1 + GAP_CELLS).min(ny)).map(|y| (x, y)));
+            let (before, after) = (at(x.wrapping_sub(1), y), at(x + 1, y));
+            let (left, right) = (at(x, y.wrapping_sub(1)), at(x, y + 1));
             let is_between = before.min(after).is_finite() || left.min(right).is_finite();
             if let (true, Some(height_m)) = (is_between, heights_m.get_mut(x * ny + y)) {
                 *height_m = before.max(after).max(left).max(right);

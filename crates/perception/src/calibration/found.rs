@@ -1,6 +1,6 @@
 //! What a look at a cloud finds of a container, with what is taken to be up.
 
-use nalgebra::{Matrix3, Point3, Unit, Vector3};
+use nalgebra::{Point3, Unit, Vector3};
 
 use super::error::CalibrationError;
 use super::levelled::Levelled;
@@ -79,12 +79,8 @@ impl Surfaces {
 
     /// Up by both planes, in the sensor's frame.
     pub(super) fn up(&self, levelled: &Levelled) -> Unit<Vector3<f64>> {
-        let up = normal_of(self.scatter(), &Vector3::z());
+        let up = normal_of(self.floor.scatter + self.rim.scatter, &Vector3::z());
         levelled.levelled_from_sensor.rotation.inverse() * up
-    }
-
-    fn scatter(&self) -> Matrix3<f64> {
-        self.floor.scatter + self.rim.scatter
     }
 
     /// The depth of the container, in metres.

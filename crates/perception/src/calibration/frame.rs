@@ -24,9 +24,9 @@ pub(super) fn place(
     settings: &CalibrationSettings,
 ) -> Result<Placed, CalibrationError> {
     // The sensor's x axis is x here.
-    let wanted = directions(&Vector2::x());
-    let wanted = wanted.get(usize::from(settings.quarter_turns) % 4);
-    let wanted = wanted.copied().unwrap_or_else(Vector2::x);
+    let mut wanted = directions(&Vector2::x());
+    wanted.rotate_left(usize::from(settings.quarter_turns) % 4);
+    let [wanted, ..] = wanted;
     let mut turns: Vec<usize> = (0..4).collect();
     let towards = directions(&found.rectangle.outward);
     let nearness = |turn: &usize| towards.get(*turn).map_or(-1.0, |axis| axis.dot(&wanted));
@@ -68,26 +68,16 @@ impl Sides {
         turn: usize,
         known: Option<ContainerSize>,
     ) -> Result<Self, CalibrationError> {
-        let towards = directions(&found.rectangle.outward);
-        let get = |side: usize| {
-            found
-                .rectangle
-                .across_m
-                .get((turn + side) % 4)
-                .copied()
-                .flatten()
-        };
-        let axis = |side: usize| {
-            towards
-                .get((turn + side) % 4)
-                .copied()
-                .unwrap_or_else(Vector2::x)
-        };
-        let x_m = ends_m(get(0), get(2), known.map(|size| size.x_m))?;
-        let y_m = ends_m(get(1), get(3), known.map(|size| size.y_m))?;
+        let mut towards = directions(&found.rectangle.outward);
+        let mut across_m = found.rectangle.across_m;
+        towards.rotate_left(turn);
+        across_m.rotate_left(turn);
+        let ([x, y, ..], [x_end, y_end, x_beginning, y_beginning]) = (towards, across_m);
+        let x_m = ends_m(x_end, x_beginning, known.map(|size| size.x_m))?;
+        let y_m = ends_m(y_end, y_beginning, known.map(|size| size.y_m))?;
         Ok(Self {
-            x: axis(0),
-            y: axis(1),
+            x,
+            y,
             x_m,
             y_m,
             floor_m: found.surfaces.floor.mean.z,

@@ -86,8 +86,8 @@ struct Map {
     corner: Point2<f64>,
     spacing_m: f64,
     pitch_m: f64,
-    nx: usize,
-    ny: usize,
+    /// Cells along each side.
+    side: usize,
     /// Per cell the height of its lowest point; infinite where there is none.
     lowest_m: Vec<f64>,
     /// Slices of equal height from the lowest up, with the cells that have points in them.
@@ -110,8 +110,7 @@ impl Map {
             corner,
             spacing_m,
             pitch_m,
-            nx: cells,
-            ny: cells,
+            side: cells,
             lowest_m: vec![f64::INFINITY; cells * cells],
             slices: Vec::new(),
             bottom_m: 0.0,
@@ -134,7 +133,7 @@ impl Map {
             if let Some(slice) = self.slices.get_mut(slice) {
                 slice.push((x as u32, y as u32));
             }
-            if let Some(lowest_m) = self.lowest_m.get_mut(x * self.ny + y) {
+            if let Some(lowest_m) = self.lowest_m.get_mut(x * self.side + y) {
                 *lowest_m = lowest_m.min(point.z);
             }
         }
@@ -142,8 +141,9 @@ impl Map {
 
     fn cell(&self, place: &Point2<f64>) -> Option<(usize, usize)> {
         let cell = (place - self.corner) / self.pitch_m;
-        let is_inside =
-            cell.x >= 0.0 && cell.y >= 0.0 && cell.x < self.nx as f64 && cell.y < self.ny as f64;
+        let is_inside = cell
+            .iter()
+            .all(|side| (0.0..self.side as f64).contains(side));
         is_inside.then_some((cell.x as usize, cell.y as usize))
     }
 
@@ -189,7 +189,7 @@ impl Map {
         }
         let (mut seen, mut deep) = (0, 0);
         for (x, y) in &hole.cells {
-            let lowest_m = self.lowest_m.get(x * self.ny + y).copied();
+            let lowest_m = self.lowest_m.get(x * self.side + y).copied();
             let lowest_m = lowest_m.unwrap_or(f64::INFINITY);
             seen += usize::from(lowest_m.is_finite());
             deep += usize::from(lowest_m < hole.level_m - least_depth_m);
@@ -205,7 +205,7 @@ impl Map {
         hole: &Hole,
         least_depth_m: f64,
     ) -> Result<Opening, CalibrationError> {
-        let mut inside = Mask::new(self.nx, self.ny);
+        let mut inside = Mask::new(self.side, self.side);
         for (x, y) in &hole.cells {
             inside.set(*x, *y);
         }

@@ -1,6 +1,6 @@
 //! The sides of the opening: lines through the inner faces of walls, or along the rim's inner edge.
 
-use nalgebra::{Point2, Point3, Vector2};
+use nalgebra::{Point2, Vector2};
 
 use super::levelled::Levelled;
 use super::median::median;
@@ -99,9 +99,9 @@ impl Line {
         self.across_m - slope * self.along_m
     }
 
-    /// Through strips, with less weight for those that stand out; `None` of too few.
-    fn through(strips: &[Strip]) -> Option<Self> {
-        if strips.len() < 3 {
+    /// Through the strips of `all` that are seen, with less weight for those that stand out; `None` of too few.
+    fn through(strips: &[Strip], all: usize) -> Option<Self> {
+        if strips.len() < 3 || (strips.len() as f64) < LEAST_STRIPS_SHARE * all as f64 {
             return None;
         }
         let mut slopes = Vec::with_capacity(strips.len() * strips.len() / 2);
@@ -199,6 +199,15 @@ impl Frame {
             .then(|| (share * self.strips() as f64) as usize)
     }
 
+    /// The strip that a place is in, and where it is along and across; `None` farther than `reach_m` from the side.
+    fn in_strip(&self, place: &Point2<f64>, reach_m: f64) -> Option<(usize, [f64; 2])> {
+        let [along_m, across_m] = self.along_and_across(place);
+        if (across_m - self.about_m).abs() > reach_m {
+            return None;
+        }
+        Some((self.strip(along_m)?, [along_m, across_m]))
+    }
+
     /// Where a place is along and across.
     pub(super) fn along_and_across(&self, place: &Point2<f64>) -> [f64; 2] {
         [
@@ -221,35 +230,27 @@ impl Frame {
             if !heights_m.contains(&point.z) {
                 continue;
             }
-            let [along_m, across_m] = self.along_and_across(&point.xy());
-            if (across_m - self.about_m).abs() > reach_m {
-                continue;
-            }
-            let strip = self.strip(along_m).and_then(|strip| strips.get_mut(strip));
-            if let Some(strip) = strip {
-                strip.push([along_m, across_m]);
+            if let Some((strip, place)) = self.in_strip(&point.xy(), reach_m)
+                && let Some(strip) = strips.get_mut(strip)
+            {
+                strip.push(place);
                 let [lower, upper] = &mut halves;
                 let half = if point.z > middle_m { upper } else { lower };
-                half.push([along_m, across_m]);
+                half.push(place);
             }
         }
         let seen: Vec<Strip> = strips
             .iter()
             .filter(|strip| strip.len() >= LEAST_STRIP_POINTS)
-            .map(|strip| Strip {
-                along_m: strip.iter().map(|[along_m, _]| along_m).sum::<f64>() / strip.len() as f64,
-                across_m: median(
-                    &mut strip
-                        .iter()
-                        .map(|[_, across_m]| *across_m)
-                        .collect::<Vec<_>>(),
-                ),
+            .map(|strip| {
+                let mut across_m: Vec<f64> = strip.iter().map(|[_, across_m]| *across_m).collect();
+                Strip {
+                    along_m: mean_along_m(strip),
+                    across_m: median(&mut across_m),
+                }
             })
             .collect();
-        if (seen.len() as f64) < LEAST_STRIPS_SHARE * strips.len() as f64 {
-            return None;
-        }
-        let line = Line::through(&seen)?;
+        let line = Line::through(&seen, strips.len())?;
         let residual = |[along_m, across_m]: &[f64; 2]| {
             across_m - line.across_m - line.slope * (along_m - line.along_m)
         };
@@ -275,20 +276,19 @@ impl Frame {
         let mut rims = vec![Vec::new(); count];
         let mut through = vec![Vec::new(); count];
         for point in &levelled.points_m {
-            let on_rim = self.along_and_across(&Levelled::along_ray(point, opening.rim_m));
-            let [along_m, across_m] = on_rim;
-            if (across_m - self.about_m).abs() > reach_m {
-                continue;
-            }
-            let Some(strip) = self.strip(along_m) else {
+            let on_rim = Levelled::along_ray(point, opening.rim_m);
+            let Some((strip, on_rim)) = self.in_strip(&on_rim, reach_m) else {
                 continue;
             };
-            let labelled = match label(point, opening) {
-                Label::Rim => &mut rims,
-                Label::Through => &mut through,
-                Label::Neither => continue,
+            let below_m = opening.rim_m - point.z;
+            let strips = if below_m.abs() <= RIM_BAND_M {
+                &mut rims
+            } else if below_m > 2.0 * RIM_BAND_M {
+                &mut through
+            } else {
+                continue;
             };
-            if let Some(strip) = labelled.get_mut(strip) {
+            if let Some(strip) = strips.get_mut(strip) {
                 strip.push(on_rim);
             }
         }
@@ -296,29 +296,13 @@ impl Frame {
         let seen: Vec<Strip> = strips
             .filter_map(|(rim, through)| edge_strip(rim, through, opening.spacing_m))
             .collect();
-        if (seen.len() as f64) < LEAST_STRIPS_SHARE * count as f64 {
-            return None;
-        }
-        Line::through(&seen)
+        Line::through(&seen, count)
     }
 }
 
-/// What a point shows of the opening.
-enum Label {
-    Rim,
-    Through,
-    Neither,
-}
-
-fn label(point: &Point3<f64>, opening: &Opening) -> Label {
-    let below_m = opening.rim_m - point.z;
-    if below_m.abs() <= RIM_BAND_M {
-        Label::Rim
-    } else if below_m > 2.0 * RIM_BAND_M {
-        Label::Through
-    } else {
-        Label::Neither
-    }
+/// The mean of places along a side.
+fn mean_along_m(places: &[[f64; 2]]) -> f64 {
+    places.iter().map(|[along_m, _]| along_m).sum::<f64>() / places.len() as f64
 }
 
 /// Where the edge is in a strip. Where the innermost points of the rim and the outermost rays through the opening are no
@@ -332,7 +316,6 @@ fn edge_strip(rim: &[[f64; 2]], through: &[[f64; 2]], spacing_m: f64) -> Option<
     let outer_m = passing
         .filter(|across_m| *across_m < inner_m)
         .fold(f64::NEG_INFINITY, f64::max);
-    let along_m = rim.iter().map(|[along_m, _]| *along_m).sum::<f64>() / rim.len() as f64;
     let gap_m = inner_m - outer_m;
     let beyond_m = if gap_m <= 2.0 * spacing_m {
         gap_m / 2.0
@@ -340,5 +323,8 @@ fn edge_strip(rim: &[[f64; 2]], through: &[[f64; 2]], spacing_m: f64) -> Option<
         spacing_m / 4.0
     };
     let across_m = inner_m - beyond_m;
-    across_m.is_finite().then_some(Strip { along_m, across_m })
+    across_m.is_finite().then(|| Strip {
+        along_m: mean_along_m(rim),
+        across_m,
+    })
 }

@@ -10,30 +10,27 @@ use crate::inspection::squares::{NOTHING_M, Squares};
 use crate::inspection::stances::Stance;
 use crate::object::LibraryObject;
 
-/// What is looked at of a cloud.
-struct CloudSettings {
-    /// Points farther than this above or below the container's origin are no measurements, in metres.
-    farthest_m: f64,
-    /// Points around the container that are kept, in metres: its walls, and what hangs over its rim.
-    around_m: f64,
-    /// The most points; of more, evenly spaced ones.
-    most_points: usize,
-    /// A sample counts as seen where a point lies within this many spacings of the points.
-    seen_spacings: f64,
-}
-
-const CLOUD: CloudSettings = CloudSettings {
-    farthest_m: 100.0,
-    around_m: 0.1,
-    most_points: 1_000_000,
-    seen_spacings: 1.5,
-};
+/// Points farther than this above or below the container's origin are no measurements, in metres.
+const FARTHEST_M: f64 = 100.0;
+/// Points around the container that are kept, in metres: its walls, and what hangs over its rim.
+const AROUND_M: f64 = 0.1;
+/// The most points that are looked at; of more, evenly spaced ones.
+const MOST_POINTS: usize = 1_000_000;
+/// A sample counts as seen where a point lies within this many spacings of the points.
+const SEEN_SPACINGS: f64 = 1.5;
 
 /// A new item is noticed where it rises above what was there by less than this share of its height.
 const NOTICED_SHARE: f64 = 0.8;
 
 /// An item can hide where this share of its length and of its width is out of sight.
 const HIDING_SHARE: f64 = 0.75;
+
+/// How deep a surface may lie in the floor, in what was there, and in the walls, in metres.
+const SUNK_M: f64 = 0.008;
+/// The greatest share of the surface that may lie deeper.
+const MOST_SUNK: f64 = 0.08;
+/// An item this far above everything below it does not rest on it, in metres.
+const FLOATING_M: f64 = 0.015;
 
 /// A cloud of a container compared with what was there before; everything in the container frame, in metres.
 #[derive(Debug)]
@@ -74,23 +71,25 @@ impl<'settings> Changes<'settings> {
         let rim_m = container.z_m as f32;
         let heights_m = before.heights_m();
         let is_known = |height_m: f32| height_m < rim_m;
-        let known_m = heights_m.iter().map(|height_m| {
-            if is_known(*height_m) {
-                *height_m
-            } else {
-                NOTHING_M
-            }
-        });
-        let known_m: Vec<f32> = known_m.collect();
+        let known_m = heights_m.iter().copied();
+        let known_m: Vec<f32> = known_m
+            .map(|height_m| {
+                if is_known(height_m) {
+                    height_m
+                } else {
+                    NOTHING_M
+                }
+            })
+            .collect();
         let highest_known_m = greatest(&known_m);
-        let most_m = heights_m.iter().enumerate().map(|(square, height_m)| {
-            if is_known(*height_m) {
-                return *height_m;
-            }
-            let shadow_m = squares.shadow_m(&known_m, highest_known_m, &after.eye_m, square);
-            if shadow_m > 0.0 { shadow_m } else { *height_m }
-        });
-        let most_m: Vec<f32> = most_m.collect();
+        let most_m = |(square, height_m): (usize, &f32)| {
+            let shadow_m = || squares.shadow_m(&known_m, highest_known_m, &after.eye_m, square);
+            let hidden_m = (!is_known(*height_m)).then(shadow_m);
+            hidden_m
+                .filter(|hidden_m| *hidden_m > 0.0)
+                .unwrap_or(*height_m)
+        };
+        let most_m: Vec<f32> = heights_m.iter().enumerate().map(most_m).collect();
         let reach = squares.reach(settings.blur_m);
         let upside_down: Vec<f32> = heights_m.iter().map(|height_m| -height_m).collect();
         let mut certain_m = squares.greatest(&upside_down, reach);
@@ -118,7 +117,7 @@ impl<'settings> Changes<'settings> {
     fn sort(&mut self, points_m: &[Point3<f64>], highest_m: f64) {
         let mut after_m = vec![NOTHING_M; self.most_m.len()];
         let mut inside = 0_u32;
-        let stride = points_m.len().div_ceil(CLOUD.most_points).max(1);
+        let stride = points_m.len().div_ceil(MOST_POINTS).max(1);
         for point in points_m.iter().step_by(stride) {
             if !self.is_around(point) {
                 continue;
@@ -146,7 +145,7 @@ impl<'settings> Changes<'settings> {
         // With few points, most of the container is unseen, whatever their spacing.
         let reach = self
             .squares
-            .reach(CLOUD.seen_spacings * spacing_m - 0.5 * self.squares.pitch_m);
+            .reach(SEEN_SPACINGS * spacing_m - 0.5 * self.squares.pitch_m);
         self.after_m = self.squares.greatest(&after_m, reach.clamp(1, 4));
         let within = (0..self.most_m.len()).filter(|square| !self.is_margin(*square));
         let (mut all, mut seen) = (0_u32, 0_u32);
@@ -159,10 +158,9 @@ impl<'settings> Changes<'settings> {
 
     fn is_around(&self, point: &Point3<f64>) -> bool {
         let size = self.container;
-        let is_near =
-            |value: f64, side_m: f64| (-CLOUD.around_m..=side_m + CLOUD.around_m).contains(&value);
+        let is_near = |value: f64, side_m: f64| (-AROUND_M..=side_m + AROUND_M).contains(&value);
         // No comparison holds for what is not a number.
-        is_near(point.x, size.x_m) && is_near(point.y, size.y_m) && point.z.abs() < CLOUD.farthest_m
+        is_near(point.x, size.x_m) && is_near(point.y, size.y_m) && point.z.abs() < FARTHEST_M
     }
 
     fn is_within_walls(&self, x_m: f64, y_m: f64) -> bool {
@@ -251,25 +249,7 @@ impl<'settings> Changes<'settings> {
             || top_m <= shadow_m
             || !(self.is_seen(square) || is_in_shadow)
     }
-}
 
-/// How a pose may be among what was there.
-struct AdmittedSettings {
-    /// How deep a surface may lie in the floor, in what was there, and in the walls, in metres.
-    sunk_m: f64,
-    /// The greatest share of the surface that lies deeper.
-    most_sunk: f64,
-    /// An item this far above everything below it does not rest on it, in metres.
-    floating_m: f64,
-}
-
-const ADMITTED: AdmittedSettings = AdmittedSettings {
-    sunk_m: 0.008,
-    most_sunk: 0.08,
-    floating_m: 0.015,
-};
-
-impl Changes<'_> {
     /// Whether a pose is possible among what was there: neither in the floor, the walls or the content, nor in the air.
     pub(crate) fn admit(
         &self,
@@ -286,16 +266,14 @@ impl Changes<'_> {
                 .max(-place.y)
                 .max(place.x - container.x_m)
                 .max(place.y - container.y_m);
-            let is_in_wall =
-                beyond_m > ADMITTED.sunk_m && place.z < container.z_m - ADMITTED.sunk_m;
+            let is_in_wall = beyond_m > SUNK_M && place.z < container.z_m - SUNK_M;
             let content_m = self.certain_at(place.x, place.y).unwrap_or(0.0);
-            sunk += u32::from(is_in_wall || place.z < content_m - ADMITTED.sunk_m);
+            sunk += u32::from(is_in_wall || place.z < content_m - SUNK_M);
             // On what is unknown, and on the rim, anything may rest.
             let below_m = self.blurred_at(place.x, place.y);
             gap_m = gap_m.min(below_m.map_or(0.0, |below_m| place.z - below_m));
         }
-        f64::from(sunk) <= ADMITTED.most_sunk * object.points.len() as f64
-            && gap_m <= ADMITTED.floating_m
+        f64::from(sunk) <= MOST_SUNK * object.points.len() as f64 && gap_m <= FLOATING_M
     }
 }
 

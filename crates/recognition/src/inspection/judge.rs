@@ -6,35 +6,22 @@ use crate::inspection::changes::Changes;
 use crate::object::LibraryObject;
 use crate::pattern::{Move, Pattern};
 use crate::samples::{SurfacePoint, spread};
-use crate::segmentation::Cluster;
 
-/// How a hypothesis is judged.
-struct JudgeSettings {
-    /// New points that it is judged by.
-    points: usize,
-    /// Points of the surface that it is judged by.
-    surface: usize,
-    /// A point farther than this from a hypothesis is as bad as any other, in metres.
-    far_m: f64,
-    /// A surface this much higher than any point there should be seen, in metres.
-    seen_through_m: f64,
-    /// The share of new points beyond the box that they are taken to fill, at each side: some are not the item's.
-    beyond: f64,
-    /// How it is shifted to where it is judged best; twice, as one direction may open another.
-    pattern: Pattern,
-}
-
-const JUDGE: JudgeSettings = JudgeSettings {
-    points: 48,
-    surface: 96,
-    far_m: 0.012,
-    seen_through_m: 0.006,
-    beyond: 0.01,
-    pattern: Pattern {
-        first_step_m: 0.008,
-        moves: [Move::ALONG_X, Move::ALONG_Y, Move::ALONG_Z],
-        sweeps: 2,
-    },
+/// New points that a hypothesis is judged by.
+const POINTS: usize = 48;
+/// Points of the surface that it is judged by.
+const SURFACE: usize = 96;
+/// A point farther than this from a hypothesis is as bad as any other, in metres.
+const FAR_M: f64 = 0.012;
+/// A surface this much higher than any point there should be seen, in metres.
+const SEEN_THROUGH_M: f64 = 0.006;
+/// The share of new points beyond the box that they are taken to fill, at each side: some are not the item's.
+const BEYOND: f64 = 0.01;
+/// How a hypothesis is shifted to where it is judged best; twice, as one direction may open another.
+const PATTERN: Pattern = Pattern {
+    first_step_m: 0.008,
+    moves: [Move::X, Move::Y, Move::Z],
+    sweeps: 2,
 };
 
 /// Judges poses of an object at new points.
@@ -50,18 +37,14 @@ pub(crate) struct Judge<'scene> {
 impl<'scene> Judge<'scene> {
     pub(crate) fn new(
         object: &'scene LibraryObject,
-        cluster: &Cluster,
+        new_m: &[Point3<f64>],
         changes: &'scene Changes<'scene>,
     ) -> Self {
-        let stride = object.points.len().div_ceil(JUDGE.surface).max(1);
+        let stride = object.points.len().div_ceil(SURFACE).max(1);
         let range = |axis: usize| {
-            let values = cluster
-                .points_m
-                .iter()
-                .filter_map(|point| point.coords.get(axis));
-            let mut values: Vec<f64> = values.copied().collect();
+            let mut values: Vec<f64> = new_m.iter().map(|point| point[axis]).collect();
             values.sort_by(f64::total_cmp);
-            let beyond = (JUDGE.beyond * values.len() as f64) as usize;
+            let beyond = (BEYOND * values.len() as f64) as usize;
             let low = values.get(beyond).copied().unwrap_or_default();
             let high = values.iter().rev().nth(beyond).copied().unwrap_or_default();
             (low, high)
@@ -70,7 +53,7 @@ impl<'scene> Judge<'scene> {
         Self {
             object,
             changes,
-            points: spread(&cluster.points_m, JUDGE.points),
+            points: spread(new_m, POINTS),
             surface: object.points.iter().step_by(stride).copied().collect(),
             top: Point3::new(middle(range(0)), middle(range(1)), range(2).1),
         }
@@ -97,9 +80,7 @@ impl<'scene> Judge<'scene> {
     /// A pose shifted to where its cost is least nearby, with that cost.
     pub(crate) fn shifted(&self, cost: f64, pose: &Isometry3<f64>) -> (f64, Isometry3<f64>) {
         let start = (cost, *pose);
-        JUDGE
-            .pattern
-            .least(self.object, start, |pose| self.cost(pose))
+        PATTERN.least(self.object, start, |pose| self.cost(pose))
     }
 
     /// The mean square distance of points from a pose, cut off and scaled to at most 1.
@@ -109,7 +90,7 @@ impl<'scene> Judge<'scene> {
         let shift = inverse.translation.vector;
         let costs = self.points.iter().map(|point| {
             let nearest = self.object.nearest.nearest(&(rotation * point + shift));
-            (nearest.distance_m / JUDGE.far_m).min(1.0).powi(2)
+            (nearest.distance_m / FAR_M).min(1.0).powi(2)
         });
         costs.sum::<f64>() / self.points.len().max(1) as f64
     }
@@ -124,8 +105,7 @@ impl<'scene> Judge<'scene> {
             }
             let place = rotation * point.point + pose.translation.vector;
             let height_m = self.changes.after_at(place.x, place.y);
-            let is_through =
-                height_m.is_some_and(|height_m| place.z > height_m + JUDGE.seen_through_m);
+            let is_through = height_m.is_some_and(|height_m| place.z > height_m + SEEN_THROUGH_M);
             all += 1;
             through += u32::from(is_through);
         }

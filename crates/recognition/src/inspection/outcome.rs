@@ -1,7 +1,5 @@
 //! What an inspection is made from, and what it tells.
 
-use std::fmt;
-
 use nalgebra::Point3;
 
 use crate::inspection::lying::Lying;
@@ -51,63 +49,41 @@ pub struct Unclear {
 }
 
 /// Why an inspection does not tell.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum UnclearReason {
-    /// The container, its surface or a pose is none: sizes and poses are finite, the surface has samples, and the camera is
-    /// above the rim.
+    /// Sizes and poses are finite, the surface has samples, and the camera is above the rim.
+    #[error(
+        "the container, its surface or a pose is impossible, or the camera is not above the rim"
+    )]
     Unusable,
     /// Too little of the container is seen.
+    #[error("only {:.0} % of the container is seen", 100.0 * seen_share)]
     LittleSeen {
         /// The share of the container that is seen.
         seen_share: f64,
     },
     /// Little or nothing is new, but the item could lie where that would not be noticed.
+    #[error("hardly anything is new in the container, but the item could lie hidden")]
     CouldHide,
     /// Something is new, but in too few points to tell what.
+    #[error("something is new, but in {points} points only")]
     FewPoints {
         /// How many.
         points: usize,
     },
     /// Something is new, but the item does not fit it.
+    #[error("something is new, but the item does not fit it")]
     DoesNotFit,
     /// The item fits what is new, but too much of it is hidden.
+    #[error("the item fits what is new, but only {:.0} % of its view is seen", 100.0 * seen_share)]
     ItemHidden {
         /// The share of its view that is seen.
         seen_share: f64,
     },
     /// The item fits what is new in several ways.
+    #[error("the item fits what is new in several ways")]
     Ambiguous,
-}
-
-impl fmt::Display for UnclearReason {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Unusable => write!(
-                formatter,
-                "the container, its surface or a pose is impossible, or the camera is not above the rim"
-            ),
-            Self::LittleSeen { seen_share } => write!(
-                formatter,
-                "only {:.0} % of the container is seen",
-                100.0 * seen_share
-            ),
-            Self::CouldHide => write!(
-                formatter,
-                "hardly anything is new in the container, but the item could lie hidden"
-            ),
-            Self::FewPoints { points } => {
-                write!(formatter, "something is new, but in {points} points only")
-            }
-            Self::DoesNotFit => write!(formatter, "something is new, but the item does not fit it"),
-            Self::ItemHidden { seen_share } => write!(
-                formatter,
-                "the item fits what is new, but only {:.0} % of its view is seen",
-                100.0 * seen_share
-            ),
-            Self::Ambiguous => write!(formatter, "the item fits what is new in several ways"),
-        }
-    }
 }
 
 impl Inspection {

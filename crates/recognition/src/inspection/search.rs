@@ -1,6 +1,6 @@
 //! Poses of one object at new points.
 
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
 use ppnpack_catalogue::mesh::Bounds;
 
 use crate::align::{AlignSettings, Hold};
@@ -8,36 +8,24 @@ use crate::inspection::changes::Changes;
 use crate::inspection::judge::Judge;
 use crate::object::LibraryObject;
 use crate::pattern::{Move, Pattern};
-use crate::polish::{Polish, PolishSettings};
-use crate::refinement::{Fit, Pass, PassSettings, RefinementSettings, SamePose, distinct, sort};
+use crate::refinement::{
+    Fit, PassSettings, PolishSettings, Refinement, RefinementSettings, SamePose, distinct, sort,
+};
 use crate::samples::{direction, yaws_rad};
 use crate::segmentation::Cluster;
-use crate::spacing::spacing_m;
 use crate::symmetry::Symmetry;
 
-/// How poses in any orientation are tried.
-struct HypothesisSettings {
-    /// Directions of the sphere that are tried to be down, besides those in which the object rests.
-    directions: usize,
-    /// The most resting poses that are tried.
-    resting: usize,
-    /// Yaws that each direction is tried at.
-    yaws: usize,
-    /// Hypotheses that are shifted.
-    shifted: usize,
-    /// Hypotheses that are aligned quickly, and thoroughly.
-    quick: usize,
-    thorough: usize,
-}
-
-const HYPOTHESES: HypothesisSettings = HypothesisSettings {
-    directions: 32,
-    resting: 24,
-    yaws: 20,
-    shifted: 60,
-    quick: 24,
-    thorough: 5,
-};
+/// Directions of the sphere that are tried to be down, besides those in which the object rests.
+const DIRECTIONS: usize = 32;
+/// The most resting poses that are tried.
+const RESTING: usize = 24;
+/// Yaws that each direction is tried at.
+const YAWS: usize = 20;
+/// Hypotheses that are shifted.
+const SHIFTED: usize = 60;
+/// Hypotheses that are aligned quickly, and thoroughly.
+const QUICK: usize = 24;
+const THOROUGH: usize = 5;
 
 /// How hypotheses are refined. An item may lie anyhow.
 const REFINEMENT: RefinementSettings = RefinementSettings {
@@ -63,7 +51,7 @@ const REFINEMENT: RefinementSettings = RefinementSettings {
         most_points: usize::MAX,
         pattern: Pattern {
             first_step_m: 0.004,
-            moves: [Move::ALONG_X, Move::ALONG_Y, Move::TURNS],
+            moves: [Move::X, Move::Y, Move::Turn],
             sweeps: 1,
         },
     },
@@ -73,31 +61,21 @@ const REFINEMENT: RefinementSettings = RefinementSettings {
 const POLISHED_FITS: usize = 2;
 const POLISHED: AlignSettings = freely(6, (0.003, 0.0015));
 
-/// How the item is looked for near the planned pose.
-struct NearPlanSettings {
-    /// How the planned pose is aligned.
-    align: AlignSettings,
-    /// A fit that turned by more than this is compared with an upright one, in radians.
-    upright_from_rad: f64,
-    /// How an upright one is aligned.
-    upright: AlignSettings,
-    /// Where the outline is off by more than this, as shares of points, it is fitted.
-    polish_from: f64,
-}
-
-const NEAR_PLAN: NearPlanSettings = NearPlanSettings {
-    align: freely(16, (0.012, 0.0015)),
-    upright_from_rad: 0.1,
-    upright: AlignSettings {
-        rounds: 10,
-        scale_m: (0.006, 0.0015),
-        hold: Some(Hold {
-            tilt_rad: 0.01,
-            height_m: 0.1,
-        }),
-    },
-    polish_from: 0.008,
+/// How the planned pose is aligned.
+const NEAR_PLAN: AlignSettings = freely(16, (0.012, 0.0015));
+/// A fit that turned from the planned pose by more than this is compared with an upright one, in radians.
+const UPRIGHT_FROM_RAD: f64 = 0.1;
+/// How an upright one is aligned.
+const UPRIGHT: AlignSettings = AlignSettings {
+    rounds: 10,
+    scale_m: (0.006, 0.0015),
+    hold: Some(Hold {
+        tilt_rad: 0.01,
+        height_m: 0.1,
+    }),
 };
+/// Where the outline near the planned pose is off by more than this, as shares of points, it is fitted.
+const POLISH_FROM: f64 = 0.008;
 
 /// Alignment of an item that may turn and move in any way.
 const fn freely(rounds: usize, scale_m: (f64, f64)) -> AlignSettings {
@@ -109,60 +87,54 @@ const fn freely(rounds: usize, scale_m: (f64, f64)) -> AlignSettings {
 }
 
 /// Looks for poses of an object that agree with new points.
-pub(crate) struct Search<'object> {
-    object: &'object LibraryObject,
-    cluster: Cluster,
-    spacing_m: f64,
-    thorough: Pass,
+pub(crate) struct Search<'scene> {
+    object: &'scene LibraryObject,
+    own_m: &'scene [Point3<f64>],
+    refinement: Refinement,
 }
 
-impl<'object> Search<'object> {
+impl<'scene> Search<'scene> {
     /// `own_m` are new points, `others_m` all that is seen besides. `None` where nothing can be compared.
     pub(crate) fn new(
-        object: &'object LibraryObject,
-        own_m: &[Point3<f64>],
+        object: &'scene LibraryObject,
+        own_m: &'scene [Point3<f64>],
         others_m: &[Point3<f64>],
         eye_m: Point3<f64>,
         diameter_m: f64,
     ) -> Option<Self> {
         let Bounds { lowest, highest } = Bounds::of(own_m)?;
         // Wherever the object has some of the new points, all of it is within its diameter of them.
-        let is_near = |point: &&Point3<f64>| {
-            point.x > lowest.x - diameter_m
-                && point.x < highest.x + diameter_m
-                && point.y > lowest.y - diameter_m
-                && point.y < highest.y + diameter_m
-        };
+        let reach = Vector2::repeat(diameter_m);
+        let (low, high) = (lowest.xy() - reach, highest.xy() + reach);
+        let is_near = |point: &&Point3<f64>| point.xy() > low && point.xy() < high;
         let cluster = Cluster {
             points_m: own_m.to_vec(),
             surroundings_m: others_m.iter().filter(is_near).copied().collect(),
             eye_m,
             world_from_support: Isometry3::identity(),
         };
-        let spacing_m = spacing_m(&cluster);
         Some(Self {
             object,
-            thorough: Pass::new(&cluster, spacing_m, &REFINEMENT.thorough)?,
-            cluster,
-            spacing_m,
+            own_m,
+            refinement: Refinement::new(&cluster, &REFINEMENT)?,
         })
     }
 
     /// The fit that alignment leads to from the planned pose; one that is as upright as planned where it agrees about as
     /// well, by `margin`. What is nearly round turns freely under alignment.
-    pub(crate) fn near_planned(&mut self, planned: &Isometry3<f64>, margin: f64) -> Fit<'object> {
-        let object = self.object;
-        let mut fit = self.thorough.aligned(object, planned, &NEAR_PLAN.align);
-        if fit.pose.rotation.angle_to(&planned.rotation) > NEAR_PLAN.upright_from_rad {
+    pub(crate) fn near_planned(&mut self, planned: &Isometry3<f64>, margin: f64) -> Fit<'scene> {
+        let (object, thorough) = (self.object, &mut self.refinement.thorough);
+        let mut fit = thorough.aligned(object, planned, &NEAR_PLAN);
+        if fit.pose.rotation.angle_to(&planned.rotation) > UPRIGHT_FROM_RAD {
             let shift = fit.pose * object.centre_m - planned * object.centre_m;
             let start = Translation3::from(shift) * planned;
-            let upright = self.thorough.aligned(object, &start, &NEAR_PLAN.upright);
+            let upright = thorough.aligned(object, &start, &UPRIGHT);
             if upright.agreement.fitness >= fit.agreement.fitness - margin {
                 fit = upright;
             }
         }
         let agreement = fit.agreement;
-        if agreement.unexplained + agreement.contradicted > NEAR_PLAN.polish_from {
+        if agreement.unexplained + agreement.contradicted > POLISH_FROM {
             self.polish(std::slice::from_mut(&mut fit));
         }
         fit
@@ -170,9 +142,8 @@ impl<'object> Search<'object> {
 
     /// The share of what should be seen of a pose that is seen, about.
     pub(crate) fn seen_share(&mut self, container_from_item: &Isometry3<f64>) -> f64 {
-        let measured = self.cluster.points_m.len() + self.cluster.surroundings_m.len();
-        self.thorough
-            .seen_share(self.object, container_from_item, measured)
+        let thorough = &mut self.refinement.thorough;
+        thorough.seen_share(self.object, container_from_item)
     }
 
     /// Fits from all orientations, best first.
@@ -180,18 +151,11 @@ impl<'object> Search<'object> {
         &mut self,
         planned: &Isometry3<f64>,
         changes: &Changes<'_>,
-    ) -> Vec<Fit<'object>> {
+    ) -> Vec<Fit<'scene>> {
         let object = self.object;
-        let Some(mut quick) = Pass::new(&self.cluster, self.spacing_m, &REFINEMENT.quick) else {
-            return Vec::new();
-        };
         let starts = self.hypotheses(planned, changes).into_iter();
-        let fits = quick.refined(starts.map(|start| (object, start)));
-        let finalists = distinct(fits, HYPOTHESES.thorough, |one, other| {
-            REFINEMENT.same.holds(&one.pose, &other.pose)
-        });
-        let starts = finalists.iter().map(|fit| (object, fit.pose));
-        let mut fits = self.thorough.refined(starts);
+        let starts = starts.map(|start| (object, start));
+        let mut fits = self.refinement.refined(starts, THOROUGH);
         fits.retain(|fit| changes.admit(object, &fit.pose));
         self.polish(&mut fits);
         fits.retain(|fit| changes.admit(object, &fit.pose));
@@ -200,14 +164,13 @@ impl<'object> Search<'object> {
     }
 
     /// Lays the best fits where the outline fits.
-    fn polish(&mut self, fits: &mut [Fit<'object>]) {
-        let Some(mut polish) = Polish::new(&self.cluster, self.spacing_m, &REFINEMENT.polish)
-        else {
-            return;
-        };
+    fn polish(&mut self, fits: &mut [Fit<'scene>]) {
         for fit in fits.iter_mut().take(POLISHED_FITS) {
-            let pose = polish.polished(self.object, &fit.pose);
-            let polished = self.thorough.aligned(self.object, &pose, &POLISHED);
+            let Some(pose) = self.refinement.polished(self.object, &fit.pose) else {
+                return;
+            };
+            let thorough = &mut self.refinement.thorough;
+            let polished = thorough.aligned(self.object, &pose, &POLISHED);
             if polished.agreement.fitness > fit.agreement.fitness {
                 *fit = polished;
             }
@@ -216,12 +179,12 @@ impl<'object> Search<'object> {
 
     /// Poses in all orientations whose outline is where the new points are, the most alike first.
     fn hypotheses(&self, planned: &Isometry3<f64>, changes: &Changes<'_>) -> Vec<Isometry3<f64>> {
-        let judge = Judge::new(self.object, &self.cluster, changes);
+        let judge = Judge::new(self.object, self.own_m, changes);
         let mut judged: Vec<(f64, Isometry3<f64>)> = Vec::new();
         let is_ball = matches!(self.object.near_symmetry, Symmetry::Ball);
-        let yaws = if is_ball { 1 } else { HYPOTHESES.yaws };
+        let yaws = if is_ball { 1 } else { YAWS };
         for upright in self.orientations(planned) {
-            for yaw_rad in yaws_rad(HYPOTHESES.yaws).take(yaws) {
+            for yaw_rad in yaws_rad(YAWS).take(yaws) {
                 let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
                 let pose = judge.at_points(&(yaw * upright));
                 judged.push((judge.cost(&pose), pose));
@@ -231,12 +194,12 @@ impl<'object> Search<'object> {
         let is_same = |(_, one): &(f64, Isometry3<f64>), (_, other): &(f64, Isometry3<f64>)| {
             REFINEMENT.same.holds(one, other)
         };
-        let mut judged = distinct(judged, HYPOTHESES.shifted, is_same);
+        let mut judged = distinct(judged, SHIFTED, is_same);
         for (cost, pose) in &mut judged {
             (*cost, *pose) = judge.shifted(*cost, pose);
         }
         judged.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let chosen = distinct(judged, HYPOTHESES.quick, is_same);
+        let chosen = distinct(judged, QUICK, is_same);
         chosen.into_iter().map(|(_, pose)| pose).collect()
     }
 
@@ -246,14 +209,13 @@ impl<'object> Search<'object> {
         if matches!(self.object.near_symmetry, Symmetry::Ball) {
             return all;
         }
-        let poses = self.object.poses.iter().take(HYPOTHESES.resting);
+        let poses = self.object.poses.iter().take(RESTING);
         all.extend(poses.map(|pose| pose.support_from_item.rotation));
         let down = -Vector3::z();
-        all.extend((0..HYPOTHESES.directions).map(|number| {
-            UnitQuaternion::rotation_between(&direction(number, HYPOTHESES.directions), &down)
-                .unwrap_or_else(|| {
-                    UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
-                })
+        all.extend((0..DIRECTIONS).map(|number| {
+            UnitQuaternion::rotation_between(&direction(number, DIRECTIONS), &down).unwrap_or_else(
+                || UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI),
+            )
         }));
         all
     }

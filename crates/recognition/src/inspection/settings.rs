@@ -1,6 +1,6 @@
 //! How a placed item is inspected.
 
-use ppnpack_numbers::{SettingError, require};
+use ppnpack_numbers::{SettingError, require, require_length, require_share};
 use serde::{Deserialize, Serialize};
 
 /// How a placed item is looked for in a container, and when it counts as what.
@@ -76,7 +76,7 @@ impl InspectionSettings {
             ("rise_m", self.rise_m),
         ];
         for (name, value) in lengths {
-            within(name, value, "0 to 1 m", 1.0)?;
+            require_length(name, value)?;
         }
         let shares = [
             ("least_fitness", self.least_fitness),
@@ -87,22 +87,13 @@ impl InspectionSettings {
             ("least_container_seen", self.least_container_seen),
         ];
         for (name, value) in shares {
-            within(name, value, "0 to 1", 1.0)?;
+            require_share(name, value)?;
         }
         for (name, value) in [("turn_rad", self.turn_rad), ("topple_rad", self.topple_rad)] {
-            within(name, value, "0 to pi", std::f64::consts::PI)?;
+            require(name, value, "0 to pi", |value| {
+                (0.0..=std::f64::consts::PI).contains(&value)
+            })?;
         }
         Ok(())
     }
-}
-
-fn within(
-    name: &'static str,
-    value: f64,
-    possible: &'static str,
-    greatest: f64,
-) -> Result<(), SettingError> {
-    require(name, value, possible, |value| {
-        (0.0..=greatest).contains(&value)
-    })
 }

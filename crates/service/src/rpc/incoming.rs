@@ -52,6 +52,16 @@ pub struct Done {
     pub model: Option<String>,
 }
 
+impl Done {
+    /// Of work in one stage.
+    pub fn in_one(stage: &str, took: Duration) -> Self {
+        Self {
+            stages: vec![header::stage(stage, took)],
+            model: None,
+        }
+    }
+}
+
 impl<R: Request> Incoming<R> {
     /// The request.
     pub fn message(&self) -> &R {

@@ -11,11 +11,11 @@ use ppnpack_recognition::inspection::{
 use ppnpack_recognition::library::{Library, LibraryObject};
 use ppnpack_service::actor::{Actor, LatestValues, PendingRequests};
 use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_wire::WireError;
 use ppnpack_wire::convert::cloud::{CheckedCloud, Cloud};
 use ppnpack_wire::convert::{pose, scene};
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, InspectionKind, Status};
-use ppnpack_wire::{WireError, header};
 
 /// Requests that come and that are pending at most: each holds a heightmap, and a cell's planner makes one at a time.
 pub(crate) const MOST_PENDING: usize = 16;
@@ -111,14 +111,7 @@ impl Inspections {
                     inspection: Some(inspection),
                     state_number: cloud.state_number(),
                 };
-                let stages = vec![header::stage("inspect", began.elapsed())];
-                incoming.reply(
-                    reply,
-                    Done {
-                        stages,
-                        ..Done::default()
-                    },
-                );
+                incoming.reply(reply, Done::in_one("inspect", began.elapsed()));
             }
             Err(error) => incoming.refuse(Status::Invalid, error.to_string()),
         }

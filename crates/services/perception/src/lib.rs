@@ -21,6 +21,7 @@ mod streams;
 mod tray;
 mod worker;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Instant;
@@ -34,6 +35,7 @@ use ppnpack_service::{Running, ServiceError, alive};
 use ppnpack_wire::MAX_CLOUD_BYTES;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1;
+use zenoh::pubsub::Subscriber;
 
 use cells::Cells;
 use counts::Counts;
@@ -41,7 +43,6 @@ pub use counts::Fate;
 pub use error::StartError;
 use heightmaps::Heightmaps;
 use inspect::Inspections;
-use ros::RosSubscription;
 pub use ros::settings::RosCamera;
 use router::Router;
 pub use settings::Settings;
@@ -53,7 +54,7 @@ use worker::Outputs;
 pub struct Perception {
     // Nothing comes any more before the threads end: fields are dropped in this order.
     inputs: Vec<Input>,
-    cameras: Vec<RosSubscription>,
+    cameras: Vec<Subscriber<()>>,
     router: Arc<Router>,
     threads: Vec<JoinHandle<()>>,
     counts: Arc<Counts>,
@@ -91,12 +92,11 @@ pub fn start(
         inputs.push(Input::new(process, None, &actors)?);
     } else {
         for name in settings.cells.keys() {
-            let cell = Cell::new(name)?;
-            inputs.push(Input::new(process, Some(&cell), &actors)?);
+            inputs.push(Input::new(process, Some(&Cell::new(name)?), &actors)?);
         }
     }
     let router = actors.router;
-    let subscribe = |camera| RosSubscription::new(process, camera, &router, &counts);
+    let subscribe = |camera| ros::subscribe(process, camera, &router, &counts);
     let cameras = settings.ros.iter().map(subscribe);
     Ok(Perception {
         inputs,
@@ -153,13 +153,13 @@ fn start_actors(
 fn known_trays(
     settings: &Settings,
     library: Option<&Arc<Library>>,
-) -> Result<Vec<Tray>, StartError> {
+) -> Result<BTreeMap<Cell, Tray>, StartError> {
     let tray = |(name, tray): (&String, &TraySettings)| {
         let cell = Cell::new(name)?;
         let library = library.ok_or(StartError::NoLibrary)?;
         let grid = settings.grid_of(&cell).unwrap_or(&settings.grid).build()?;
         let resolution = grid.resolution().clone();
-        Ok(Tray::new(cell, tray, library, resolution))
+        Ok((cell, Tray::new(tray, library, resolution)))
     };
     settings.trays.iter().map(tray).collect()
 }
@@ -206,24 +206,23 @@ impl Perception {
         self.counts.of(fate)
     }
 
-    /// Nothing comes any more.
-    fn stop_listening(&mut self) {
+    /// Nothing comes any more, and the actors of cells end.
+    fn stop(&mut self) {
         self.inputs.clear();
         self.cameras.clear();
+        self.router.close();
     }
 }
 
 impl Running for Perception {
     fn finish(mut self: Box<Self>, deadline: Instant) -> Result<(), String> {
-        self.stop_listening();
-        self.router.close();
+        self.stop();
         ppnpack_service::join(std::mem::take(&mut self.threads), deadline)
     }
 }
 
 impl Drop for Perception {
     fn drop(&mut self) {
-        self.stop_listening();
-        self.router.close();
+        self.stop();
     }
 }

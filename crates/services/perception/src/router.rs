@@ -6,8 +6,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use ppnpack_service::actor::{self, Address, LatestValues, Mailbox};
+use ppnpack_wire::convert::cloud::CheckedCloud;
 use ppnpack_wire::keys::Cell;
-use ppnpack_wire::v1;
+use ppnpack_wire::{WireError, v1};
 
 use crate::counts::{Counts, Fate};
 use crate::sensors::Sensors;
@@ -16,10 +17,20 @@ use crate::settings::Settings;
 /// The most cells that one process serves.
 pub(crate) const MAX_CELLS: usize = 64;
 
-/// A cloud as it came, and when.
-pub(crate) struct Arrived {
-    pub(crate) cloud: v1::PointCloud,
+/// A cloud and when it came: as it came, or checked.
+pub(crate) struct Arrived<C = v1::PointCloud> {
+    pub(crate) cloud: C,
     pub(crate) at: Instant,
+}
+
+impl Arrived {
+    /// The cloud, where it is well-formed.
+    pub(crate) fn checked(self) -> Result<Arrived<CheckedCloud>, WireError> {
+        Ok(Arrived {
+            cloud: CheckedCloud::new(self.cloud)?,
+            at: self.at,
+        })
+    }
 }
 
 /// The latest clouds of a cell, by the indices of their sensors.

@@ -109,9 +109,7 @@ impl Settings {
         let listed = self.cells.get(cell.as_str());
         listed.or_else(|| self.has_unlisted_cells.then_some(&self.grid))
     }
-}
 
-impl Settings {
     /// The sensors of a cell.
     pub(crate) fn sensors_of(&self, cell: &Cell) -> Sensors {
         let names = self.sensors.get(cell.as_str());

@@ -55,10 +55,7 @@ pub(crate) struct Outputs {
 }
 
 /// A cloud that is newer than those before of its sensor.
-struct News {
-    cloud: CheckedCloud,
-    at: Instant,
-}
+type News = Arrived<CheckedCloud>;
 
 impl Actor for Worker {
     type Message = Infallible;
@@ -155,13 +152,15 @@ impl Worker {
     /// A cloud that is well-formed and newer than those before of its sensor.
     fn accept(&mut self, sensor: usize, arrived: Arrived) -> Option<News> {
         let counts = &self.outputs.counts;
-        let cloud = CheckedCloud::new(arrived.cloud)
+        let news = arrived
+            .checked()
             .inspect_err(|error| counts.refuse(&self.cell, Fate::Malformed, error));
-        let (cloud, at) = (cloud.ok()?, arrived.at);
-        let (state_number, sequence) = (cloud.cloud().state_number(), cloud.cloud().sequence());
+        let news = news.ok()?;
+        let cloud = news.cloud.cloud();
+        let (state_number, sequence) = (cloud.state_number(), cloud.sequence());
         let order = self.orders.get_mut(sensor);
-        if order.is_some_and(|order| order.accept(state_number, sequence, at)) {
-            return Some(News { cloud, at });
+        if order.is_some_and(|order| order.accept(state_number, sequence, news.at)) {
+            return Some(news);
         }
         counts.count(Fate::Late);
         None

@@ -24,50 +24,38 @@ use crate::error::StartError;
 use crate::router::Router;
 use settings::RosCamera;
 
-/// Takes the clouds of a camera, until it is dropped.
-pub(crate) struct RosSubscription {
-    _subscriber: Subscriber<()>,
-}
-
-impl RosSubscription {
-    pub(crate) fn new(
-        process: &Process,
-        camera: &RosCamera,
-        router: &Arc<Router>,
-        counts: &Arc<Counts>,
-    ) -> Result<Self, StartError> {
-        let camera = camera.read().map_err(StartError::Ros)?;
-        let key = camera.key.clone();
-        let received =
-            metrics::counter(Metric::ReceivedTotal, &[("stream", Stream::Cloud.as_str())]);
-        let (router, counts) = (Arc::clone(router), Arc::clone(counts));
-        let sequence = AtomicU64::new(1);
-        let callback = move |sample: Sample| {
-            received.increment(1);
-            match read(&sample, &sequence, &camera.container_from_sensor) {
-                Ok(mut cloud) => {
-                    cloud.sensor.clone_from(&camera.sensor);
-                    router.route(&camera.cell, cloud);
-                }
-                Err(error) => {
-                    let reason = format!("{}: {error}", sample.key_expr());
-                    counts.refuse(&camera.cell, Fate::Malformed, &reason);
-                }
+/// Takes the clouds of a camera, until the subscriber is dropped.
+pub(crate) fn subscribe(
+    process: &Process,
+    camera: &RosCamera,
+    router: &Arc<Router>,
+    counts: &Arc<Counts>,
+) -> Result<Subscriber<()>, StartError> {
+    let camera = camera.read().map_err(StartError::Ros)?;
+    let key = camera.key.clone();
+    let received = metrics::counter(Metric::ReceivedTotal, &[("stream", Stream::Cloud.as_str())]);
+    let (router, counts) = (Arc::clone(router), Arc::clone(counts));
+    let sequence = AtomicU64::new(1);
+    let callback = move |sample: Sample| {
+        received.increment(1);
+        match read(&sample, &sequence, &camera.container_from_sensor) {
+            Ok(mut cloud) => {
+                cloud.sensor.clone_from(&camera.sensor);
+                router.route(&camera.cell, cloud);
             }
-        };
-        let subscriber = process
-            .session()
-            .declare_subscriber(key.clone())
-            .callback(callback)
-            .wait()
-            .map_err(|error| ServiceError::Zenoh {
-                action: format!("subscribing {key}"),
-                reason: error.to_string(),
-            })?;
-        Ok(Self {
-            _subscriber: subscriber,
-        })
-    }
+            Err(error) => {
+                let reason = format!("{}: {error}", sample.key_expr());
+                counts.refuse(&camera.cell, Fate::Malformed, &reason);
+            }
+        }
+    };
+    let session = process.session();
+    let subscriber = session.declare_subscriber(key.clone()).callback(callback);
+    let refused = |error: zenoh::Error| ServiceError::Zenoh {
+        action: format!("subscribing {key}"),
+        reason: error.to_string(),
+    };
+    Ok(subscriber.wait().map_err(refused)?)
 }
 
 /// Reads a cloud, and gives it the next number.

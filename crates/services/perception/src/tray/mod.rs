@@ -5,8 +5,9 @@
 mod seen;
 pub(crate) mod settings;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use nalgebra::Point3;
 use ppnpack_packing::grid::Resolution;
@@ -16,7 +17,6 @@ use ppnpack_recognition::segmentation::{SegmentationSettings, segment};
 use ppnpack_service::actor::{Actor, Address, LatestValues, PendingRequests};
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::convert::cloud::{CheckedCloud, Cloud};
-use ppnpack_wire::header;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, Status};
 
@@ -30,19 +30,23 @@ const MAX_ITEMS: usize = 64;
 /// What the actor is told.
 pub(crate) type Message = Incoming<v1::ItemsRequest>;
 
-/// The latest cloud of each tray, by its index.
+/// The latest cloud of each tray.
 #[derive(Clone)]
 pub(crate) struct Clouds {
     cells: Arc<[Cell]>,
-    latest: LatestValues<usize, Arrived>,
+    latest: LatestValues<Cell, Arrived>,
     counts: Arc<Counts>,
 }
 
 impl Clouds {
     /// Clouds of these trays, which wake the actor at this address.
-    pub(crate) fn new(trays: &[Tray], actor: &Address<Message>, counts: Arc<Counts>) -> Self {
+    pub(crate) fn new(
+        trays: &BTreeMap<Cell, Tray>,
+        actor: &Address<Message>,
+        counts: Arc<Counts>,
+    ) -> Self {
         Self {
-            cells: trays.iter().map(|tray| tray.cell.clone()).collect(),
+            cells: trays.keys().cloned().collect(),
             latest: LatestValues::new(actor),
             counts,
         }
@@ -50,12 +54,13 @@ impl Clouds {
 
     /// Puts a cloud. Runs on Zenoh's thread, and waits for nothing but a lock that is held as briefly.
     pub(crate) fn put(&self, cell: &Cell, cloud: v1::PointCloud) {
-        let Some(tray) = self.cells.iter().position(|known| known == cell) else {
+        if !self.cells.contains(cell) {
             let reason = "the cell has no tray: set service.trays";
             return self.counts.refuse(cell, Fate::Unserved, &reason);
-        };
+        }
         let at = Instant::now();
-        if self.latest.put(tray, Arrived { cloud, at }).is_some() {
+        let replaced = self.latest.put(cell.clone(), Arrived { cloud, at });
+        if replaced.is_some() {
             self.counts.count(Fate::Replaced);
         }
     }
@@ -63,24 +68,20 @@ impl Clouds {
 
 /// A tray and what was seen of it.
 pub(crate) struct Tray {
-    cell: Cell,
     segmentation: SegmentationSettings,
     recogniser: Recogniser,
     /// That of the cell's grid.
     resolution: Resolution,
-    /// With when it came.
-    newest: Option<(CheckedCloud, Instant)>,
+    newest: Option<Arrived<CheckedCloud>>,
 }
 
 impl Tray {
     pub(crate) fn new(
-        cell: Cell,
         settings: &TraySettings,
         library: &Arc<Library>,
         resolution: Resolution,
     ) -> Self {
         Self {
-            cell,
             segmentation: settings.segmentation,
             recogniser: Recogniser::new(Arc::clone(library), settings.recognition),
             resolution,
@@ -110,7 +111,7 @@ impl Tray {
 
 /// Answers what lies on trays.
 pub(crate) struct Trays {
-    trays: Vec<Tray>,
+    trays: BTreeMap<Cell, Tray>,
     clouds: Clouds,
     pending: PendingRequests<Message>,
 }
@@ -121,7 +122,7 @@ impl Actor for Trays {
     fn handle(&mut self, mut incoming: Message) {
         incoming.start();
         let cell = incoming.cell();
-        if self.trays.iter().any(|tray| tray.cell == *cell) {
+        if self.trays.contains_key(cell) {
             self.pending.keep_or_refuse(incoming);
         } else {
             let message = format!("cell {cell} has no tray: set service.trays.{cell}");
@@ -133,13 +134,13 @@ impl Actor for Trays {
         self.take_clouds();
         self.pending.refuse_expired(|incoming| {
             let cell = incoming.cell();
-            let tray = self.trays.iter().find(|tray| tray.cell == *cell);
+            let tray = self.trays.get(cell);
             match tray.and_then(|tray| tray.newest.as_ref()) {
                 None => format!("no cloud of the tray of cell {cell} has come"),
-                Some((newest, at)) => format!(
+                Some(newest) => format!(
                     "no newer cloud of the tray of cell {cell} has come than number {}, {:.1} s ago",
-                    newest.cloud().sequence(),
-                    at.elapsed().as_secs_f64()
+                    newest.cloud.cloud().sequence(),
+                    newest.at.elapsed().as_secs_f64()
                 ),
             }
         });
@@ -153,7 +154,7 @@ impl Actor for Trays {
 
 impl Trays {
     /// Keeps at most so many requests pending.
-    pub(crate) fn new(trays: Vec<Tray>, clouds: Clouds, most_pending: usize) -> Self {
+    pub(crate) fn new(trays: BTreeMap<Cell, Tray>, clouds: Clouds, most_pending: usize) -> Self {
         Self {
             trays,
             clouds,
@@ -162,15 +163,15 @@ impl Trays {
     }
 
     fn take_clouds(&mut self) {
-        for (index, arrived) in self.clouds.latest.take() {
-            let Some(tray) = self.trays.get_mut(index) else {
+        for (cell, arrived) in self.clouds.latest.take() {
+            let Some(tray) = self.trays.get_mut(&cell) else {
                 continue;
             };
-            match CheckedCloud::new(arrived.cloud) {
-                Ok(cloud) => tray.newest = Some((cloud, arrived.at)),
+            match arrived.checked() {
+                Ok(newest) => tray.newest = Some(newest),
                 Err(error) => {
                     let counts = &self.clouds.counts;
-                    counts.refuse(&tray.cell, Fate::Malformed, &error);
+                    counts.refuse(&cell, Fate::Malformed, &error);
                 }
             }
         }
@@ -178,13 +179,13 @@ impl Trays {
 
     /// Answers all that the newest clouds serve; a cloud is looked at once for all that are pending.
     fn answer(&mut self) {
-        for tray in &self.trays {
-            let Some((newest, at)) = &tray.newest else {
+        for (cell, tray) in &self.trays {
+            let Some(newest) = &tray.newest else {
                 continue;
             };
-            let cloud = newest.cloud();
+            let cloud = newest.cloud.cloud();
             let can_be_answered = |incoming: &Message| {
-                *incoming.cell() == tray.cell && is_wanted(cloud.sequence(), *at, incoming)
+                incoming.cell() == cell && is_wanted(cloud.sequence(), newest.at, incoming)
             };
             let answered = self.pending.take(can_be_answered);
             if answered.is_empty() {
@@ -193,7 +194,7 @@ impl Trays {
             let began = Instant::now();
             let found = tray.items(&cloud);
             for incoming in answered {
-                reply(incoming, &found, began.elapsed());
+                incoming.reply(found.clone(), Done::in_one("recognise", began.elapsed()));
             }
         }
     }
@@ -205,12 +206,4 @@ fn is_wanted(sequence: u64, at: Instant, incoming: &Message) -> bool {
         0 => at > incoming.received(),
         least => sequence >= least,
     }
-}
-
-fn reply(incoming: Message, found: &v1::ItemsReply, took: Duration) {
-    let done = Done {
-        stages: vec![header::stage("recognise", took)],
-        ..Done::default()
-    };
-    incoming.reply(found.clone(), done);
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Translation3};
 use ppnpack_packing::grid::Resolution;
 use ppnpack_recognition::posed::posed_item;
-use ppnpack_recognition::recognise::{Candidate, Recogniser, Recognition, UnknownReason};
+use ppnpack_recognition::recognise::{Known, Recogniser, Recognition, UnknownReason};
 use ppnpack_recognition::segmentation::Cluster;
 use ppnpack_recognition::unknown_item::unknown_item;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, convert, v1};
@@ -18,27 +18,21 @@ pub(crate) fn item(
     recogniser: &Recogniser,
     resolution: &Resolution,
 ) -> v1::SeenItem {
-    let message = v1::SeenItem {
+    let recognition = recogniser.recognise(cluster);
+    let best = match &recognition {
+        Recognition::Known(known) => Some(&known.best),
+        Recognition::Unknown(unknown) => unknown.candidates.first(),
+    };
+    let agreement = best.map(|best| best.agreement).unwrap_or_default();
+    let seen = v1::SeenItem {
         points: cluster.points_m.len() as u64,
+        fitness: agreement.fitness,
+        unexplained: agreement.unexplained,
         ..v1::SeenItem::default()
     };
-    match recogniser.recognise(cluster) {
-        Recognition::Known(known) => {
-            let runner_up = known.runner_up.as_ref();
-            let message = v1::SeenItem {
-                runner_up: runner_up.map_or_else(String::new, |other| other.name.clone()),
-                margin: known.margin,
-                ..with_agreement(message, &known.best)
-            };
-            self::known(message, &known.best, recogniser, resolution)
-        }
-        Recognition::Unknown(unknown) => {
-            let message = match unknown.candidates.first() {
-                Some(best) => with_agreement(message, best),
-                None => message,
-            };
-            self::unknown(message, unknown.reason, cluster, resolution)
-        }
+    match recognition {
+        Recognition::Known(known) => self::known(&seen, *known, recogniser, resolution),
+        Recognition::Unknown(unknown) => self::unknown(seen, unknown.reason, cluster, resolution),
     }
 }
 
@@ -55,21 +49,14 @@ pub(crate) fn within_message(mut items: Vec<v1::SeenItem>) -> Vec<v1::SeenItem> 
     items
 }
 
-fn with_agreement(message: v1::SeenItem, best: &Candidate) -> v1::SeenItem {
-    v1::SeenItem {
-        fitness: best.agreement.fitness,
-        unexplained: best.agreement.unexplained,
-        ..message
-    }
-}
-
 /// An object of the catalogue, with its heightmaps as it lies.
 fn known(
-    message: v1::SeenItem,
-    best: &Candidate,
+    seen: &v1::SeenItem,
+    known: Known,
     recogniser: &Recogniser,
     resolution: &Resolution,
 ) -> v1::SeenItem {
+    let best = known.best;
     let object = recogniser.library().objects.get(best.object);
     let posed =
         object.and_then(|object| posed_item(&object.model, &best.world_from_item, resolution).ok());
@@ -78,17 +65,19 @@ fn known(
         convert::pose::write(&Isometry3::from_parts(no_shift, posed.heightmap_from_item))
     });
     v1::SeenItem {
-        object: best.name.clone(),
+        object: best.name,
         item: posed.map(|posed| convert::item::write(&posed.item)),
         heightmap_from_item: frame,
         container_from_item: Some(convert::pose::write(&best.world_from_item)),
-        ..message
+        runner_up: known.runner_up.map_or_else(String::new, |other| other.name),
+        margin: known.margin,
+        ..*seen
     }
 }
 
 /// An item of which only that is known that was seen.
 fn unknown(
-    message: v1::SeenItem,
+    seen: v1::SeenItem,
     reason: UnknownReason,
     cluster: &Cluster,
     resolution: &Resolution,
@@ -105,7 +94,7 @@ fn unknown(
             .as_ref()
             .map(|made| convert::pose::write(&made.world_from_item)),
         item: made.map(|made| convert::item::write(&made.item)),
-        ..message
+        ..seen
     }
 }
 
