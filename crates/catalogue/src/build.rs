@@ -5,7 +5,7 @@ use ppnpack_packing::rectangle::{least_turn_rad, sides_m};
 use serde::{Deserialize, Serialize};
 
 use crate::convex::convex_pieces;
-use crate::hull::hull;
+use crate::hull::{hull, sides};
 use crate::mass::{DEFAULT_DENSITY_KG_M3, mass_properties};
 use crate::mesh::Mesh;
 use crate::object::Model;
@@ -99,7 +99,7 @@ fn least_rectangle_yaw(mesh: &Mesh) -> f64 {
     let edges = hull
         .triangles
         .iter()
-        .flat_map(|[a, b, c]| [(*a, *b), (*b, *c), (*c, *a)])
+        .flat_map(|corners| sides(*corners))
         .filter_map(|(from, to)| Some(plan.get(to as usize)? - plan.get(from as usize)?));
     let yaw_rad = least_turn_rad(&plan, edges);
     let sides_m = sides_m(&plan, yaw_rad);
@@ -112,15 +112,12 @@ fn least_rectangle_yaw(mesh: &Mesh) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Point3;
-
     use super::*;
-    use crate::shapes::cuboid;
 
     #[test]
     fn the_most_probable_pose_lies_flat_and_straight() {
         let tilt = UnitQuaternion::from_euler_angles(0.3, -0.5, 0.8);
-        let mesh = cuboid(Point3::new(0.1, 0.2, 0.3), Vector3::new(0.02, 0.2, 0.1))
+        let mesh = Mesh::cuboid([0.1, 0.2, 0.3], [0.12, 0.4, 0.4])
             .transformed(&nalgebra::convert::<_, Isometry3<f64>>(tilt));
         let settings = ModelSettings {
             pose: Pose::MostProbable,
@@ -138,7 +135,7 @@ mod tests {
 
     #[test]
     fn a_known_mass_replaces_the_density() {
-        let mesh = cuboid(Point3::origin(), Vector3::from([0.1; 3]));
+        let mesh = Mesh::cuboid([0.0; 3], [0.1; 3]);
         let settings = ModelSettings {
             mass_kg: Some(2.0),
             ..ModelSettings::default()

@@ -65,11 +65,13 @@ impl Key {
     }
 }
 
-/// What is kept: the model under whatever name, and the repairs to its mesh.
+/// A model, and what was repaired about its mesh.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Entry {
-    pub(crate) model: Model,
-    pub(crate) repairs: Vec<Repair>,
+pub struct Entry {
+    /// The model; in the cache it may have another name.
+    pub model: Model,
+    /// The repairs.
+    pub repairs: Vec<Repair>,
 }
 
 /// Models in a directory: one file per key, the checksum of its content before the content.

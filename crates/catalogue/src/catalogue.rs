@@ -5,10 +5,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use ppnpack_packing::grid::Resolution;
 use ppnpack_packing::item::Item;
+use rayon::iter::Either;
 use rayon::prelude::*;
 
 use crate::cache::Cache;
 use crate::object::{CatalogueObject, Model};
+use crate::source::Origin;
 use crate::views;
 
 pub use crate::error::{BadObject, CatalogueError, ObjectError};
@@ -36,29 +38,22 @@ impl Catalogue {
         resolution: &Resolution,
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self, CatalogueError> {
-        let origins = source.origins()?;
+        let origins = source.origins(settings)?;
         let cache = Cache::new(&settings.cache);
         let done = AtomicUsize::new(0);
-        let loaded: Vec<Result<CatalogueObject, BadObject>> = origins
-            .par_iter()
-            .map(|origin| {
-                let object = origin
-                    .model(settings, &cache)
-                    .and_then(|entry| packable(entry.model, resolution));
-                progress(done.fetch_add(1, Ordering::Relaxed) + 1, origins.len());
-                object.map_err(|error| BadObject {
-                    path: origin.path(),
+        let load = |origin: &Origin<'_>| {
+            let entry = origin.model(&cache);
+            let object = entry.and_then(|entry| packable(entry.model, resolution));
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1, origins.len());
+            match object {
+                Ok(object) => Either::Left(object),
+                Err(error) => Either::Right(BadObject {
+                    path: origin.path.clone(),
                     error,
-                })
-            })
-            .collect();
-        let (mut objects, mut bad) = (Vec::with_capacity(loaded.len()), Vec::new());
-        for result in loaded {
-            match result {
-                Ok(object) => objects.push(object),
-                Err(error) => bad.push(error),
+                }),
             }
-        }
+        };
+        let (objects, bad): (Vec<_>, Vec<_>) = origins.par_iter().partition_map(load);
         if !bad.is_empty() {
             return Err(CatalogueError::Objects { bad });
         }

@@ -1,6 +1,5 @@
 //! What can be wrong with a source of objects.
 
-use std::fmt;
 use std::path::PathBuf;
 
 use crate::reader::ReadError;
@@ -81,7 +80,7 @@ pub enum CatalogueError {
         second: PathBuf,
     },
     /// Some files are no objects that can be packed.
-    #[error("{}", Lines(bad))]
+    #[error("{}", lines(bad))]
     Objects {
         /// Each such file, in the catalogue's order.
         bad: Vec<BadObject>,
@@ -89,14 +88,7 @@ pub enum CatalogueError {
 }
 
 /// One file a line.
-struct Lines<'a>(&'a [BadObject]);
-
-impl fmt::Display for Lines<'_> {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, bad) in self.0.iter().enumerate() {
-            let line_break = if index > 0 { "\n" } else { "" };
-            write!(formatter, "{line_break}{bad}")?;
-        }
-        Ok(())
-    }
+fn lines(bad: &[BadObject]) -> String {
+    let lines: Vec<String> = bad.iter().map(ToString::to_string).collect();
+    lines.join("\n")
 }

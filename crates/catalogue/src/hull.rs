@@ -67,6 +67,11 @@ fn directions() -> impl Iterator<Item = Vector3<f64>> {
         .map(|steps| Vector3::from(steps.map(f64::from)))
 }
 
+/// A triangle's sides, in the order in which it passes them.
+pub(crate) fn sides<T: Copy>([a, b, c]: [T; 3]) -> [(T, T); 3] {
+    [(a, b), (b, c), (c, a)]
+}
+
 /// Triangles lower than this share of their longest side have no plane of their own.
 const NARROW_SHARE: f64 = 1e-4;
 

@@ -28,7 +28,6 @@ pub mod cache;
 pub mod catalogue;
 pub mod convex;
 mod error;
-mod guard;
 mod hull;
 pub mod mass;
 pub mod object;

@@ -49,7 +49,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::shapes::cuboid;
+    use crate::mesh::Bounds;
 
     proptest! {
         #[test]
@@ -59,7 +59,8 @@ mod tests {
         ) {
             let [x, y, z] = size;
             let lowest = Point3::from(at);
-            let mass = mass_properties(&cuboid(lowest, Vector3::from(size)), 500.0);
+            let bounds = Bounds { lowest, highest: lowest + Vector3::from(size) };
+            let mass = mass_properties(&bounds.mesh(), 500.0);
             let expected_kg = 500.0 * x * y * z;
             prop_assert!((mass.mass_kg - expected_kg).abs() < 1e-9 * expected_kg);
             let centre = lowest + Vector3::from(size) / 2.0;

@@ -39,10 +39,11 @@ pub fn rasterise(
     mut visit: impl FnMut(usize, usize, f64, f64),
 ) {
     let scale = 1.0 / raster.pitch_m;
-    let mut corners = triangle.map(|corner| Corner {
-        x: (corner.x - raster.origin.x) * scale,
-        y: (corner.y - raster.origin.y) * scale,
-        z: corner.z,
+    // x and y in pitches from the raster's origin, z in metres.
+    let mut corners = triangle.map(|corner| {
+        let x = (corner.x - raster.origin.x) * scale;
+        let y = (corner.y - raster.origin.y) * scale;
+        Point3::new(x, y, corner.z)
     });
     if !corners
         .iter()
@@ -95,24 +96,16 @@ fn touched(from: f64, to: f64, count: usize, slack: f64) -> std::ops::Range<usiz
     (from + slack).floor() as usize..((to - slack).ceil() as usize).min(count)
 }
 
-/// A corner of a triangle; x and y in pitches from the raster's origin, z in metres.
-#[derive(Clone, Copy)]
-struct Corner {
-    x: f64,
-    y: f64,
-    z: f64,
-}
-
 /// A side of a triangle, from the corner with the lesser x.
 struct Side {
-    from: Corner,
-    to: Corner,
+    from: Point3<f64>,
+    to: Point3<f64>,
     /// Change of y and z per x.
     slopes: (f64, f64),
 }
 
 impl Side {
-    fn new(from: Corner, to: Corner) -> Self {
+    fn new(from: Point3<f64>, to: Point3<f64>) -> Self {
         let along = to.x - from.x;
         // Without extent along x, no point but the ends is ever asked for.
         let per_x = if along > 0.0 { 1.0 / along } else { 0.0 };

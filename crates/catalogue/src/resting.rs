@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
-use crate::hull::hull;
+use crate::hull::{hull, sides};
 use crate::mesh::Mesh;
 use crate::object::RestingPose;
 
@@ -86,17 +86,15 @@ fn facets(hull: &Mesh, centre: &Point3<f64>) -> Vec<Facet> {
         .iter()
         .map(|[a, b, c]| (b - a).cross(&(c - a)))
         .collect();
-    let sides: HashMap<(u32, u32), usize> = hull
+    let triangle_of: HashMap<(u32, u32), usize> = hull
         .triangles
         .iter()
         .enumerate()
-        .flat_map(|(triangle, [a, b, c])| {
-            [(*a, *b), (*b, *c), (*c, *a)].map(|side| (side, triangle))
-        })
+        .flat_map(|(triangle, corners)| sides(*corners).map(|side| (side, triangle)))
         .collect();
     let neighbours = |triangle: usize| {
-        let [a, b, c] = hull.triangles[triangle];
-        [(a, b), (b, c), (c, a)].map(|(from, to)| (from, to, sides.get(&(to, from)).copied()))
+        let sides = sides(hull.triangles[triangle]);
+        sides.map(|(from, to)| (from, to, triangle_of.get(&(to, from)).copied()))
     };
     let members = grouped(&areas, |triangle| {
         neighbours(triangle).map(|(_, _, other)| other)
@@ -199,7 +197,7 @@ fn solid_angle(corners: &[Point3<f64>; 3], from: &Point3<f64>) -> f64 {
 mod tests {
     use super::*;
     use crate::mass::mass_properties;
-    use crate::shapes::{ball, cube, cuboid};
+    use crate::shapes::{ball, cube};
 
     fn poses(mesh: &Mesh) -> Vec<RestingPose> {
         resting_poses(mesh, &mass_properties(mesh, 400.0).centre_of_mass_m)
@@ -219,7 +217,7 @@ mod tests {
 
     #[test]
     fn a_tall_box_seldom_stands() {
-        let mesh = cuboid(Point3::new(0.3, 0.0, -1.0), Vector3::new(0.02, 0.03, 0.2));
+        let mesh = Mesh::cuboid([0.3, 0.0, -1.0], [0.32, 0.03, -0.8]);
         let poses = poses(&mesh);
         assert_eq!(poses.len(), 6);
         let height = |pose: &RestingPose| {
@@ -233,7 +231,7 @@ mod tests {
 
     #[test]
     fn a_leaning_column_does_not_stand() {
-        let mut mesh = cuboid(Point3::origin(), Vector3::new(0.1, 0.1, 0.3));
+        let mut mesh = Mesh::cuboid([0.0; 3], [0.1, 0.1, 0.3]);
         mesh.vertices
             .iter_mut()
             .for_each(|vertex| vertex.x += vertex.z);

@@ -1,6 +1,7 @@
 //! Where objects come from, and single objects before and while they become models.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use std::sync::Arc;
 
 use crate::build::{ModelSettings, Pose, model};
 use crate::cache::{Cache, CacheDir, Entry, Key};
@@ -8,15 +9,14 @@ use crate::error::{CatalogueError, ObjectError};
 use crate::mass::DEFAULT_DENSITY_KG_M3;
 use crate::mesh::Mesh;
 use crate::reader;
-use crate::repair::MeshError;
-use crate::table::{self, Listed};
+use crate::table;
 use crate::unit::LengthUnit;
 
 /// Where objects come from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Source {
     /// Meshes that the program has, in their order; no two have the same name.
-    Meshes(Vec<NamedMesh>),
+    Meshes(Arc<[NamedMesh]>),
     /// A folder of mesh files, in the order of its `objects.csv` where it has one, else by file name.
     Folder(PathBuf),
 }
@@ -58,104 +58,83 @@ impl Default for Settings {
 
 /// Where one object comes from.
 #[derive(Debug)]
-pub(crate) enum Origin<'a> {
-    Mesh(&'a NamedMesh),
-    File(Listed),
+pub(crate) struct Origin<'a> {
+    pub(crate) name: String,
+    /// The file, or the name of a mesh that was given.
+    pub(crate) path: PathBuf,
+    /// How its mesh becomes a model.
+    settings: ModelSettings,
+    /// The mesh that was given.
+    given: Option<&'a Mesh>,
 }
 
 impl Source {
     /// The objects, in their order.
-    pub(crate) fn origins(&self) -> Result<Vec<Origin<'_>>, CatalogueError> {
-        match self {
-            Self::Meshes(meshes) => Ok(meshes.iter().map(Origin::Mesh).collect()),
-            Self::Folder(folder) => {
-                Ok(table::list(folder)?.into_iter().map(Origin::File).collect())
-            }
-        }
+    pub(crate) fn origins(&self, settings: &Settings) -> Result<Vec<Origin<'_>>, CatalogueError> {
+        let usual = ModelSettings {
+            unit: settings.unit,
+            density_kg_m3: settings.density_kg_m3,
+            mass_kg: None,
+            pose: settings.pose,
+        };
+        let origins = match self {
+            Self::Meshes(meshes) => meshes
+                .iter()
+                .map(|given| Origin {
+                    name: given.name.clone(),
+                    path: PathBuf::from(&given.name),
+                    settings: ModelSettings {
+                        unit: LengthUnit::Metres,
+                        density_kg_m3: given.density_kg_m3,
+                        ..usual
+                    },
+                    given: Some(&given.mesh),
+                })
+                .collect(),
+            Self::Folder(folder) => table::list(folder)?
+                .into_iter()
+                .map(|listed| Origin {
+                    name: listed.name,
+                    path: listed.path,
+                    settings: ModelSettings {
+                        unit: listed.unit.unwrap_or(usual.unit),
+                        mass_kg: listed.mass_kg,
+                        ..usual
+                    },
+                    given: None,
+                })
+                .collect(),
+        };
+        Ok(origins)
     }
 }
 
 impl Origin<'_> {
-    pub(crate) fn name(&self) -> &str {
-        match self {
-            Self::Mesh(given) => &given.name,
-            Self::File(listed) => &listed.name,
-        }
-    }
-
-    /// The file, or the name of a mesh that was given.
-    pub(crate) fn path(&self) -> PathBuf {
-        match self {
-            Self::Mesh(given) => PathBuf::from(&given.name),
-            Self::File(listed) => listed.path.clone(),
-        }
-    }
-
     /// The model, from the cache if it is there.
-    pub(crate) fn model(&self, settings: &Settings, cache: &Cache) -> Result<Entry, ObjectError> {
-        let made = match self {
-            Self::Mesh(given) => {
-                let settings = ModelSettings {
-                    unit: LengthUnit::Metres,
-                    density_kg_m3: given.density_kg_m3,
-                    mass_kg: None,
-                    pose: settings.pose,
-                };
-                let source = postcard::to_stdvec(&given.mesh).unwrap_or_default();
-                cached(cache, &Key::new("given", &source, &settings), || {
-                    Ok(entry(&given.name, given.mesh.clone(), &settings)?)
-                })
+    pub(crate) fn model(&self, cache: &Cache) -> Result<Entry, ObjectError> {
+        let (tag, content) = match self.given {
+            Some(mesh) => {
+                let content = postcard::to_stdvec(mesh).unwrap_or_default();
+                ("given".to_owned(), content)
             }
-            Self::File(listed) => {
-                let settings = ModelSettings {
-                    unit: listed.unit.unwrap_or(settings.unit),
-                    density_kg_m3: settings.density_kg_m3,
-                    mass_kg: listed.mass_kg,
-                    pose: settings.pose,
-                };
-                let bytes = reader::read_bytes(&listed.path)?;
-                cached(
-                    cache,
-                    &Key::new(&format(&listed.path), &bytes, &settings),
-                    || {
-                        let mesh = reader::parse(&listed.path, &bytes, settings.unit)?;
-                        Ok(entry(&listed.name, mesh, &settings)?)
-                    },
-                )
-            }
+            None => (reader::ending(&self.path), reader::read_bytes(&self.path)?),
         };
-        // The same mesh may be in the cache under another name.
-        made.map(|mut entry| {
-            entry.model.name = self.name().to_owned();
-            entry
-        })
+        let key = Key::new(&tag, &content, &self.settings);
+        if let Some(mut entry) = cache.get(&key) {
+            // The same mesh may be in the cache under another name.
+            entry.model.name.clone_from(&self.name);
+            return Ok(entry);
+        }
+        let mesh = match self.given {
+            Some(mesh) => mesh.clone(),
+            None => reader::parse(&self.path, &content, self.settings.unit)?,
+        };
+        let (model, repairs) = model(&self.name, mesh, &self.settings)?;
+        for repair in &repairs {
+            tracing::debug!(object = self.name, %repair, "mesh repaired");
+        }
+        let entry = Entry { model, repairs };
+        cache.put(&key, &entry);
+        Ok(entry)
     }
-}
-
-fn format(path: &Path) -> String {
-    path.extension()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .to_ascii_lowercase()
-}
-
-fn entry(name: &str, mesh: Mesh, settings: &ModelSettings) -> Result<Entry, MeshError> {
-    let (model, repairs) = model(name, mesh, settings)?;
-    for repair in &repairs {
-        tracing::debug!(object = name, %repair, "mesh repaired");
-    }
-    Ok(Entry { model, repairs })
-}
-
-fn cached(
-    cache: &Cache,
-    key: &Key,
-    make: impl FnOnce() -> Result<Entry, ObjectError>,
-) -> Result<Entry, ObjectError> {
-    if let Some(entry) = cache.get(key) {
-        return Ok(entry);
-    }
-    let entry = make()?;
-    cache.put(key, &entry);
-    Ok(entry)
 }

@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use crate::error::CatalogueError;
 use crate::reader;
-use crate::unit::LengthUnit;
+use crate::unit::{LengthUnit, UnknownUnit};
 
 /// The file that lists a folder's objects.
 pub(crate) const FILE_NAME: &str = "objects.csv";
@@ -22,7 +22,7 @@ pub(crate) struct Listed {
     pub(crate) mass_kg: Option<f64>,
 }
 
-/// A line of the table; other columns are ignored.
+/// A line of the table; other columns are ignored, and what is empty is as if it were not there.
 #[derive(Debug, Deserialize)]
 struct Row {
     file: String,
@@ -150,22 +150,14 @@ fn object(folder: &Path, row: Row) -> Result<Listed, String> {
             row.file
         ));
     }
-    let unit = row
-        .unit
-        .filter(|unit| !unit.is_empty())
-        .map(|unit| unit.parse());
-    let unit = unit
-        .transpose()
-        .map_err(|error: crate::unit::UnknownUnit| error.to_string())?;
+    let unit: Result<_, UnknownUnit> = row.unit.map(|unit| unit.parse()).transpose();
+    let unit = unit.map_err(|error| error.to_string())?;
     if let Some(mass_kg) = row.mass_kg
         && !(mass_kg.is_finite() && mass_kg > 0.0)
     {
         return Err(format!("the mass of {mass_kg} kg is not positive"));
     }
-    let name = row
-        .name
-        .filter(|name| !name.is_empty())
-        .unwrap_or_else(|| stem(&path));
+    let name = row.name.unwrap_or_else(|| stem(&path));
     Ok(Listed {
         name,
         path,

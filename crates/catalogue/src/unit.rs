@@ -38,21 +38,17 @@ impl LengthUnit {
             Self::Inches => 0.0254,
         }
     }
+}
 
-    /// The abbreviation that `objects.csv` uses.
-    pub fn abbreviation(self) -> &'static str {
-        match self {
+/// The abbreviation that `objects.csv` uses.
+impl fmt::Display for LengthUnit {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
             Self::Metres => "m",
             Self::Centimetres => "cm",
             Self::Millimetres => "mm",
             Self::Inches => "in",
-        }
-    }
-}
-
-impl fmt::Display for LengthUnit {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(self.abbreviation())
+        })
     }
 }
 
@@ -86,7 +82,7 @@ mod tests {
     #[test]
     fn abbreviations_read_back() {
         for unit in LengthUnit::ALL {
-            assert_eq!(unit.abbreviation().parse(), Ok(unit));
+            assert_eq!(unit.to_string().parse(), Ok(unit));
         }
         assert_eq!(" Millimeters ".parse(), Ok(LengthUnit::Millimetres));
         assert!("furlong".parse::<LengthUnit>().is_err());

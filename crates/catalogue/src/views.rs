@@ -1,6 +1,6 @@
 //! Models to items: heightmap pairs per yaw.
 
-use nalgebra::{Point2, Point3, Rotation3, Vector3};
+use nalgebra::{Point2, Rotation3, Vector3};
 use ppnpack_packing::grid::{MAX_CELLS, MAX_UNITS, Resolution, Units};
 use ppnpack_packing::item::{ABSENT, Item, ItemError, Underside, ViewSurfaces};
 
@@ -51,40 +51,25 @@ pub enum ViewError {
 /// [`ViewError`] where the model has more cells or units than the engine represents, or no surface.
 pub fn item(model: &Model, resolution: &Resolution) -> Result<Item, ViewError> {
     let yaws = resolution.yaws().radians().iter();
-    let views = yaws.map(|yaw_rad| {
-        view(
-            &model.mesh,
-            &model.mass.centre_of_mass_m,
-            *yaw_rad,
-            resolution,
-        )
-    });
+    let views = yaws.map(|yaw_rad| view(model, *yaw_rad, resolution));
     let views = views.collect::<Result<Vec<_>, _>>()?;
     Ok(Item::new(&model.name, views, model.volume_m3)?)
 }
 
-/// The surfaces of a mesh turned by `yaw_rad`, whose bounding box starts at the footprint's corner.
-fn view(
-    mesh: &Mesh,
-    centre_of_mass_m: &Point3<f64>,
-    yaw_rad: f64,
-    resolution: &Resolution,
-) -> Result<ViewSurfaces, ViewError> {
+/// The surfaces of a model turned by `yaw_rad`, whose bounding box starts at the footprint's corner.
+fn view(model: &Model, yaw_rad: f64, resolution: &Resolution) -> Result<ViewSurfaces, ViewError> {
     let rotation = Rotation3::from_axis_angle(&Vector3::z_axis(), yaw_rad);
+    let vertices = model.mesh.vertices.iter().map(|vertex| rotation * vertex);
     let turned = Mesh {
-        vertices: mesh
-            .vertices
-            .iter()
-            .map(|vertex| rotation * vertex)
-            .collect(),
-        triangles: mesh.triangles.clone(),
+        vertices: vertices.collect(),
+        triangles: model.mesh.triangles.clone(),
     };
     let bounds = turned.bounds().ok_or(ViewError::Empty)?;
     let (nx, ny) = footprint(&bounds, resolution)?;
     let fine = FineSurfaces::of(&turned, &bounds, (nx, ny), resolution);
     let (top, bottom) = fine.pooled(resolution);
     let origin_from_corner_m = -bounds.lowest.coords;
-    let centre = rotation * centre_of_mass_m + origin_from_corner_m;
+    let centre = rotation * model.mass.centre_of_mass_m + origin_from_corner_m;
     Ok(ViewSurfaces {
         nx,
         ny,
@@ -94,11 +79,7 @@ fn view(
             nx: fine.nx,
             ny: fine.ny,
             samples_per_cell: resolution.samples_per_cell(),
-            heights_m: fine
-                .lower_m
-                .iter()
-                .map(|height_m| *height_m as f32)
-                .collect(),
+            heights_m: fine.spans.iter().map(|span| span.low_m as f32).collect(),
         }),
         origin_from_corner_m,
         centre_of_mass_m: Some(Point2::new(centre.x, centre.y)),
@@ -126,12 +107,32 @@ fn footprint(bounds: &Bounds, resolution: &Resolution) -> Result<(usize, usize),
     Ok((cells(extents_m.x)?, cells(extents_m.y)?))
 }
 
-/// The lower and upper surface of a mesh from its lowest point, in metres; infinite where there is no material.
+/// Between the lowest and the highest material, in metres; infinite where there is none.
+#[derive(Clone, Copy)]
+struct Span {
+    low_m: f64,
+    high_m: f64,
+}
+
+impl Span {
+    const NONE: Self = Self {
+        low_m: f64::INFINITY,
+        high_m: f64::NEG_INFINITY,
+    };
+
+    fn with(self, other: &Self) -> Self {
+        Self {
+            low_m: self.low_m.min(other.low_m),
+            high_m: self.high_m.max(other.high_m),
+        }
+    }
+}
+
+/// The lower and upper surface of a mesh, from its lowest point.
 struct FineSurfaces {
     nx: usize,
     ny: usize,
-    lower_m: Vec<f64>,
-    upper_m: Vec<f64>,
+    spans: Vec<Span>,
 }
 
 impl FineSurfaces {
@@ -144,61 +145,45 @@ impl FineSurfaces {
             nx,
             ny,
         };
-        let mut lower_m = vec![f64::INFINITY; nx * ny];
-        let mut upper_m = vec![f64::NEG_INFINITY; nx * ny];
+        let mut spans = vec![Span::NONE; nx * ny];
         for triangle in mesh.corners() {
             rasterise(&triangle, &raster, |x, y, lowest, highest| {
-                let at = x * ny + y;
-                if let (Some(lower), Some(upper)) = (lower_m.get_mut(at), upper_m.get_mut(at)) {
-                    *lower = lower.min(lowest - bounds.lowest.z);
-                    *upper = upper.max(highest - bounds.lowest.z);
+                if let Some(span) = spans.get_mut(x * ny + y) {
+                    *span = span.with(&Span {
+                        low_m: lowest - bounds.lowest.z,
+                        high_m: highest - bounds.lowest.z,
+                    });
                 }
             });
         }
-        Self {
-            nx,
-            ny,
-            lower_m,
-            upper_m,
-        }
+        Self { nx, ny, spans }
     }
 
     /// The upper and lower surface per cell, in units, rounded outwards and at least one unit apart.
     fn pooled(&self, resolution: &Resolution) -> (Vec<Units>, Vec<Units>) {
         let samples = resolution.samples_per_cell();
         let (nx, ny) = (self.nx / samples, self.ny / samples);
-        let mut lower_m = vec![f64::INFINITY; nx * ny];
-        let mut upper_m = vec![f64::NEG_INFINITY; nx * ny];
-        let fine = self
-            .lower_m
-            .chunks_exact(self.ny)
-            .zip(self.upper_m.chunks_exact(self.ny));
-        for (x, (lower, upper)) in fine.enumerate() {
-            let row = x / samples * ny..(x / samples + 1) * ny;
-            let (Some(lower_row), Some(upper_row)) =
-                (lower_m.get_mut(row.clone()), upper_m.get_mut(row))
-            else {
-                continue;
-            };
-            for (cell, squares) in lower_row.iter_mut().zip(lower.chunks_exact(samples)) {
-                *cell = squares.iter().copied().fold(*cell, f64::min);
-            }
-            for (cell, squares) in upper_row.iter_mut().zip(upper.chunks_exact(samples)) {
-                *cell = squares.iter().copied().fold(*cell, f64::max);
+        let mut cells = vec![Span::NONE; nx * ny];
+        let columns = self.spans.chunks_exact(samples * self.ny);
+        for (cells, columns) in cells.chunks_exact_mut(ny).zip(columns) {
+            for column in columns.chunks_exact(self.ny) {
+                for (cell, squares) in cells.iter_mut().zip(column.chunks_exact(samples)) {
+                    *cell = squares.iter().fold(*cell, Span::with);
+                }
             }
         }
         // A tip within the raster's slack of a border is in no square. The item stands on its
         // lowest cell all the same.
-        let lowest_m = lower_m.iter().copied().fold(f64::INFINITY, f64::min);
-        let cells = lower_m.iter().zip(&upper_m).map(|(lower_m, upper_m)| {
-            if !lower_m.is_finite() {
+        let lowest_m = cells.iter().fold(Span::NONE, Span::with).low_m;
+        let units = cells.iter().map(|cell| {
+            if !cell.low_m.is_finite() {
                 return (0, ABSENT);
             }
-            let bottom = resolution.units_below(lower_m - lowest_m);
+            let bottom = resolution.units_below(cell.low_m - lowest_m);
             let bottom = bottom.min(MAX_UNITS - 1);
-            (resolution.units_above(*upper_m).max(bottom + 1), bottom)
+            (resolution.units_above(cell.high_m).max(bottom + 1), bottom)
         });
-        cells.unzip()
+        units.unzip()
     }
 }
 

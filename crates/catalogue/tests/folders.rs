@@ -163,12 +163,10 @@ fn all_bad_files_are_named_and_the_good_ones_reported() {
     let source = Source::Folder(directory.path().to_owned());
     let reports = inspect(&source, &settings()).unwrap();
     assert_eq!(reports.len(), 4);
-    let summary = reports[0].outcome.as_ref().unwrap();
-    assert_eq!(
-        (summary.triangles, summary.pieces, summary.resting_poses),
-        (12, 1, 6)
-    );
-    assert!((summary.extents_m.y - 0.05).abs() < 1e-9);
+    let model = &reports[0].outcome.as_ref().unwrap().model;
+    assert_eq!(model.mesh.triangles.len(), 12);
+    assert_eq!((model.pieces.len(), model.resting_poses.len()), (1, 6));
+    assert!((model.mesh.bounds().unwrap().extents_m().y - 0.05).abs() < 1e-9);
     assert!(reports[1..].iter().all(|report| report.outcome.is_err()));
 }
 

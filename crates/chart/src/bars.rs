@@ -3,18 +3,16 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 
-use crate::frame::{self, Axes, ChartError, INK};
+use crate::frame::{self, ChartError, INK};
 use crate::range::{drawable, from_zero};
 
-/// Horizontal bars from zero, one below the other in the given order, each with its value.
+/// Horizontal bars from zero, one below the other in the given order, each with its value to one decimal.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Bars {
     /// What the chart shows.
     pub title: String,
     /// What the bars measure, with its unit.
     pub value_label: String,
-    /// How many decimals the values are shown with.
-    pub decimals: usize,
     /// The bars.
     pub bars: Vec<Bar>,
 }
@@ -46,13 +44,8 @@ impl Bars {
             }
             // From the top down.
             let y = self.bars.len().max(1) as f64..0.0;
-            let left_px = names_px + 12;
-            let axes = Axes {
-                y_ticks: 0,
-                left_px,
-                ..Axes::new(&self.value_label, "")
-            };
-            let mut plane = frame::plane(area, x, y, &axes)?;
+            let labels = [self.value_label.as_str(), ""];
+            let mut plane = frame::plane(area, x, y, labels, Some(names_px + 12))?;
             for (index, bar) in self.bars.iter().enumerate() {
                 let middle = index as f64 + 0.5;
                 let name = Text::new(bar.label.clone(), (-10, 0), name_style.clone());
@@ -63,7 +56,7 @@ impl Bars {
                 let length = bar.value.max(0.0);
                 let corners = [(0.0, middle - 0.25), (length, middle + 0.25)];
                 plane.draw_series([Rectangle::new(corners, frame::colour(0).filled())])?;
-                let value = format!("{:.*}", self.decimals.min(9), bar.value);
+                let value = format!("{:.1}", bar.value);
                 let value = Text::new(value, (8, 0), value_style.clone());
                 plane.draw_series([EmptyElement::at((length, middle)) + value])?;
             }

@@ -54,28 +54,6 @@ impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for Chart
     }
 }
 
-/// What stands along the axes.
-pub(crate) struct Axes<'a> {
-    pub(crate) x_label: &'a str,
-    pub(crate) y_label: &'a str,
-    /// How many ticks y has at most.
-    pub(crate) y_ticks: usize,
-    /// The room left of the y axis, in pixels.
-    pub(crate) left_px: u32,
-}
-
-impl<'a> Axes<'a> {
-    /// Of two measures, both with ticks.
-    pub(crate) fn new(x_label: &'a str, y_label: &'a str) -> Self {
-        Self {
-            x_label,
-            y_label,
-            y_ticks: 7,
-            left_px: 54,
-        }
-    }
-}
-
 /// The colour of a series by its index; they repeat after eight.
 pub(crate) fn colour(index: usize) -> RGBColor {
     SERIES.get(index % SERIES.len()).copied().unwrap_or(INK)
@@ -115,37 +93,35 @@ pub(crate) fn document(
 }
 
 /// Draws names, each beside the mark of its index, into lines as wide as the area; returns what is below.
-pub(crate) fn legend<'a>(
+pub(crate) fn legend<'a, 'n>(
     area: &Area<'a>,
-    names: &[&str],
+    names: impl Iterator<Item = &'n String>,
     mark: impl Fn(&Area<'a>, (i32, i32), usize) -> Result<(), ChartError>,
 ) -> Result<Area<'a>, ChartError> {
     let style = text(13.0, INK, HPos::Left);
     let (right, mut x, mut y) = (area.dim_in_pixel().0 as i32 - MARGIN, MARGIN, 10);
-    let mut is_empty = true;
-    for (index, name) in names.iter().enumerate() {
-        if name.is_empty() {
-            continue;
-        }
+    let mut used = 0;
+    for (index, name) in names.enumerate().filter(|(_, name)| !name.is_empty()) {
         let width = 26 + area.estimate_text_size(name, &style)?.0 as i32;
         if x > MARGIN && x + width > right {
             (x, y) = (MARGIN, y + LINE);
         }
         mark(area, (x + 9, y), index)?;
-        area.draw(&Text::new((*name).to_owned(), (x + 24, y), style.clone()))?;
+        area.draw(&Text::new(name.clone(), (x + 24, y), style.clone()))?;
         x += width + 20;
-        is_empty = false;
+        used = y + LINE / 2;
     }
-    let used = if is_empty { 0 } else { y + LINE / 2 };
     Ok(area.split_vertically(used).1)
 }
 
-/// Draws axes, with their ticks and labels, and a grid.
+/// Draws axes, with their ticks and the labels of x and y, and a grid. Names take `names_px` left of the y axis, which
+/// then has no ticks.
 pub(crate) fn plane<'a, 'b, X>(
     area: &'a Area<'b>,
     x: X,
     y: Range<f64>,
-    axes: &Axes<'_>,
+    [x_label, y_label]: [&str; 2],
+    names_px: Option<u32>,
 ) -> Result<Plane<'a, 'b, X::CoordDescType>, ChartError>
 where
     X: AsRangedCoord<Value = f64>,
@@ -155,7 +131,7 @@ where
         .margin(MARGIN)
         .margin_top(12)
         .x_label_area_size(46)
-        .y_label_area_size(axes.left_px)
+        .y_label_area_size(names_px.unwrap_or(54))
         .build_cartesian_2d(x, y)?;
     plane
         .configure_mesh()
@@ -163,13 +139,13 @@ where
         .bold_line_style(GRID)
         .axis_style(AXIS)
         .x_labels(9)
-        .y_labels(axes.y_ticks)
+        .y_labels(if names_px.is_some() { 0 } else { 7 })
         .x_label_formatter(&tick)
         .y_label_formatter(&tick)
         .label_style(text(13.0, GREY, HPos::Center))
         .axis_desc_style(text(13.0, INK, HPos::Center))
-        .x_desc(axes.x_label)
-        .y_desc(axes.y_label)
+        .x_desc(x_label)
+        .y_desc(y_label)
         .draw()?;
     Ok(plane)
 }

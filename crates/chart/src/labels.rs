@@ -13,23 +13,13 @@ pub(crate) struct Area {
 }
 
 impl Area {
-    /// A square around a centre.
-    pub(crate) fn around([x, y]: Place, reach: f64) -> Self {
+    /// From one corner to the other, with room on all sides.
+    pub(crate) fn of([from, to]: [Place; 2], room: f64) -> Self {
         Self {
-            left: x - reach,
-            top: y - reach,
-            right: x + reach,
-            bottom: y + reach,
-        }
-    }
-
-    /// A line along an axis, with the room that its ends take.
-    pub(crate) fn of_line([from, to]: [Place; 2]) -> Self {
-        Self {
-            left: from[0].min(to[0]) - 4.0,
-            right: from[0].max(to[0]) + 4.0,
-            top: from[1].min(to[1]) - 4.0,
-            bottom: from[1].max(to[1]) + 4.0,
+            left: from[0].min(to[0]) - room,
+            top: from[1].min(to[1]) - room,
+            right: from[0].max(to[0]) + room,
+            bottom: from[1].max(to[1]) + room,
         }
     }
 
@@ -79,12 +69,9 @@ pub(crate) fn placed(
                 let diagonal = if right * down == 0.0 { 1.0 } else { 0.6 };
                 let middle_x = x + right * (distance * diagonal + width / 2.0);
                 let middle_y = y + down * (distance * diagonal + height / 2.0);
-                Area {
-                    left: middle_x - width / 2.0,
-                    right: middle_x + width / 2.0,
-                    top: middle_y - height / 2.0,
-                    bottom: middle_y + height / 2.0,
-                }
+                let (half_x, half_y) = (width / 2.0, height / 2.0);
+                let corner = [middle_x - half_x, middle_y - half_y];
+                Area::of([corner, [middle_x + half_x, middle_y + half_y]], 0.0)
             })
         });
         let costs = spots.enumerate().map(|(rank, spot)| {
@@ -106,21 +93,13 @@ mod tests {
 
     #[test]
     fn crowded_labels_do_not_overlap() {
-        let bounds = Area {
-            left: 0.0,
-            top: 0.0,
-            right: 400.0,
-            bottom: 300.0,
-        };
+        let bounds = Area::of([[0.0, 0.0], [400.0, 300.0]], 0.0);
         let points: Vec<(Place, [f64; 2])> =
             [[100.0, 100.0], [112.0, 104.0], [98.0, 112.0], [395.0, 5.0]]
                 .map(|place| (place, [80.0, 14.0]))
                 .to_vec();
-        let obstacles = points
-            .iter()
-            .map(|(place, _)| Area::around(*place, 6.0))
-            .collect();
-        let labels = placed(&points, obstacles, bounds);
+        let obstacles = points.iter().map(|(place, _)| Area::of([*place; 2], 6.0));
+        let labels = placed(&points, obstacles.collect(), bounds);
         assert_eq!(labels.len(), points.len());
         for (index, label) in labels.iter().enumerate() {
             assert!(

@@ -19,7 +19,6 @@
 
 mod bars;
 mod frame;
-mod interval;
 mod labels;
 mod lines;
 mod range;
@@ -27,6 +26,5 @@ mod scatter;
 
 pub use bars::{Bar, Bars};
 pub use frame::ChartError;
-pub use interval::Interval;
 pub use lines::{Curve, Lines};
-pub use scatter::{PlotPoint, PointSeries, Scatter};
+pub use scatter::{Interval, PlotPoint, PointSeries, Scatter};

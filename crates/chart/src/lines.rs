@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 
-use crate::frame::{self, Axes, ChartError};
+use crate::frame::{self, ChartError};
 use crate::range::{around, drawable, exact, from_zero};
 
 /// Curves over a common x, such as utilisation over steps.
@@ -33,11 +33,6 @@ impl Lines {
     /// # Errors
     /// [`ChartError`] where the library cannot draw it.
     pub fn to_svg(&self, size: [u32; 2]) -> Result<String, ChartError> {
-        let names: Vec<_> = self
-            .curves
-            .iter()
-            .map(|curve| curve.name.as_str())
-            .collect();
         let points = || {
             self.curves
                 .iter()
@@ -53,13 +48,17 @@ impl Lines {
         } else {
             around(y())
         };
-        let axes = Axes::new(&self.x_label, &self.y_label);
+        let labels = [self.x_label.as_str(), &self.y_label];
         frame::document(size, &self.title, |area| {
-            let area = frame::legend(area, &names, |area, (x, y), index| {
-                let stroke = frame::colour(index).stroke_width(3);
-                Ok(area.draw(&PathElement::new([(x - 8, y), (x + 8, y)], stroke))?)
-            })?;
-            let mut plane = frame::plane(&area, x, y, &axes)?;
+            let area = frame::legend(
+                area,
+                self.curves.iter().map(|curve| &curve.name),
+                |area, (x, y), index| {
+                    let stroke = frame::colour(index).stroke_width(3);
+                    Ok(area.draw(&PathElement::new([(x - 8, y), (x + 8, y)], stroke))?)
+                },
+            )?;
+            let mut plane = frame::plane(&area, x, y, labels, None)?;
             for (index, curve) in self.curves.iter().enumerate() {
                 let colour = frame::colour(index);
                 for run in curve.points.split(|point| !is_shown(point)) {

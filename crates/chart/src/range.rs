@@ -8,23 +8,21 @@ pub(crate) fn drawable(value: f64) -> bool {
 }
 
 /// From the least to the greatest drawable value.
+fn spanned(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
+    let ends = values.filter(|value| drawable(*value));
+    ends.map(|value| value..value)
+        .reduce(|one, other| one.start.min(other.start)..one.end.max(other.end))
+}
+
+/// From the least to the greatest drawable value, and at least 1 wide where these are one.
 pub(crate) fn exact(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
-    let spanned = values
-        .filter(|value| drawable(*value))
-        .fold(None, widened)?;
-    Some(
-        spanned.start..if spanned.end > spanned.start {
-            spanned.end
-        } else {
-            spanned.start + 1.0
-        },
-    )
+    let Range { start, end } = spanned(values)?;
+    Some(start..if end > start { end } else { start + 1.0 })
 }
 
 /// Spans the values with some room around.
 pub(crate) fn around(values: impl Iterator<Item = f64>) -> Range<f64> {
-    let Some(Range { start, end }) = values.filter(|value| drawable(*value)).fold(None, widened)
-    else {
+    let Some(Range { start, end }) = spanned(values) else {
         return 0.0..1.0;
     };
     let room = (0.08 * (end - start)).max(1e-3 * end.abs()).max(1e-6);
@@ -39,8 +37,8 @@ pub(crate) fn from_zero(values: impl Iterator<Item = f64>) -> Range<f64> {
 
 /// Spans positive values by a factor more on either side.
 pub(crate) fn around_logarithmic(values: impl Iterator<Item = f64>) -> Range<f64> {
-    let positive = values.filter(|value| drawable(*value) && *value > 0.0);
-    let Range { start, end } = positive.fold(None, widened).unwrap_or(0.1..10.0);
+    let positive = values.filter(|value| *value > 0.0);
+    let Range { start, end } = spanned(positive).unwrap_or(0.1..10.0);
     let room = (end / start).powf(0.09).max(1.5);
     start / room..end * room
 }
@@ -73,12 +71,6 @@ pub(crate) fn tick(value: &f64) -> String {
     } else {
         rounded.to_string()
     }
-}
-
-fn widened(range: Option<Range<f64>>, value: f64) -> Option<Range<f64>> {
-    Some(range.map_or(value..value, |range| {
-        range.start.min(value)..range.end.max(value)
-    }))
 }
 
 #[cfg(test)]

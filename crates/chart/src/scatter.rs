@@ -1,13 +1,9 @@
 //! Scatter charts: labelled points, with intervals of uncertainty.
 
-use std::ops::Range;
-
-use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 
-use crate::frame::{self, Axes, ChartError, GREY, Plane};
-use crate::interval::Interval;
+use crate::frame::{self, ChartError, GREY, Plane};
 use crate::labels::{Area, placed};
 use crate::range::{around, around_logarithmic, drawable, logarithmic_ticks};
 
@@ -19,12 +15,10 @@ const MOST_LABELS: usize = 100;
 pub struct Scatter {
     /// What the chart shows.
     pub title: String,
-    /// What is along x, with its unit.
+    /// What is along x, with its unit. The scale is logarithmic; points at or below 0 are left out.
     pub x_label: String,
     /// What is along y, with its unit.
     pub y_label: String,
-    /// Whether x is on a logarithmic scale; then points at or below 0 are left out.
-    pub logarithmic_x: bool,
     /// The points, in groups of one colour.
     pub series: Vec<PointSeries>,
 }
@@ -55,74 +49,44 @@ pub struct PlotPoint {
     pub y_interval: Option<Interval>,
 }
 
+/// An interval of uncertainty around a value, such as a 95 % confidence interval, in the value's unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// The lower end.
+    pub low: f64,
+    /// The upper end.
+    pub high: f64,
+}
+
 impl Scatter {
     /// The chart as an SVG document of `[width, height]` pixels.
     ///
     /// # Errors
     /// [`ChartError`] where the library cannot draw it.
     pub fn to_svg(&self, size: [u32; 2]) -> Result<String, ChartError> {
-        let points = || self.series.iter().flat_map(|series| self.shown(series));
-        let xs = points().flat_map(|point| with_ends(point.x, self.x_interval(point)));
-        let ys = points().flat_map(|point| with_ends(point.y, y_interval(point)));
-        let y = around(ys);
-        if self.logarithmic_x {
-            let x = around_logarithmic(xs);
-            let ticks = logarithmic_ticks(&x);
-            self.drawn(size, x.log_scale().with_key_points(ticks), y)
-        } else {
-            self.drawn(size, around(xs), y)
-        }
-    }
-
-    fn drawn<X>(&self, size: [u32; 2], x: X, y: Range<f64>) -> Result<String, ChartError>
-    where
-        X: AsRangedCoord<Value = f64>,
-        X::CoordDescType: ValueFormatter<f64>,
-    {
-        let axes = Axes::new(&self.x_label, &self.y_label);
-        let names: Vec<_> = self
-            .series
-            .iter()
-            .map(|series| series.name.as_str())
-            .collect();
+        let points = || self.series.iter().flat_map(PointSeries::shown);
+        let x = around_logarithmic(points().flat_map(|point| with_ends(point.x, point.along_x())));
+        let y = around(points().flat_map(|point| with_ends(point.y, point.along_y())));
+        let ticks = logarithmic_ticks(&x);
+        let x = x.log_scale().with_key_points(ticks);
+        let labels = [self.x_label.as_str(), &self.y_label];
         frame::document(size, &self.title, |area| {
-            let area = frame::legend(area, &names, |area, at, index| {
-                let is_reference = self
-                    .series
-                    .get(index)
-                    .is_some_and(|series| series.reference);
+            let names = self.series.iter().map(|series| &series.name);
+            let area = frame::legend(area, names, |area, at, index| {
+                let series = self.series.get(index);
+                let is_reference = series.is_some_and(|series| series.reference);
                 dot(at, self.colour(index), is_reference)
                     .iter()
                     .try_for_each(|circle| Ok(area.draw(circle)?))
             })?;
-            let mut plane = frame::plane(&area, x, y, &axes)?;
+            let mut plane = frame::plane(&area, x, y, labels, None)?;
             for (index, series) in self.series.iter().enumerate() {
-                for point in self.shown(series) {
-                    self.draw_point(&mut plane, point, self.colour(index), series.reference)?;
+                for point in series.shown() {
+                    draw_point(&mut plane, point, self.colour(index), series.reference)?;
                 }
             }
             self.draw_labels(&mut plane)
         })
-    }
-
-    /// Draws a point and its intervals, which are paler.
-    fn draw_point<X: Ranged<ValueType = f64>>(
-        &self,
-        plane: &mut Plane<'_, '_, X>,
-        point: &PlotPoint,
-        colour: RGBColor,
-        is_reference: bool,
-    ) -> Result<(), ChartError> {
-        let PlotPoint { x, y, .. } = *point;
-        let pale = colour.mix(0.5).stroke_width(1);
-        if let Some(Interval { low, high }) = self.x_interval(point) {
-            plane.draw_series([ErrorBar::new_horizontal(y, low, x, high, pale, 8)])?;
-        }
-        if let Some(Interval { low, high }) = y_interval(point) {
-            plane.draw_series([ErrorBar::new_vertical(x, low, y, high, pale, 8)])?;
-        }
-        plane.draw_series(dot((x, y), colour, is_reference))?;
-        Ok(())
     }
 
     /// Writes the labels beside their points.
@@ -137,15 +101,15 @@ impl Scatter {
         let (mut obstacles, mut labels, mut extents) = (Vec::new(), Vec::new(), Vec::new());
         for (index, series) in self.series.iter().enumerate() {
             let style = frame::text(13.0, darker(self.colour(index)), HPos::Center);
-            for point in self.shown(series) {
+            for point in series.shown() {
                 let PlotPoint { x, y, .. } = *point;
-                obstacles.push(Area::around(place(x, y), 7.0));
-                let along_x = self
-                    .x_interval(point)
-                    .map(|ends| [place(ends.low, y), place(ends.high, y)]);
-                let along_y =
-                    y_interval(point).map(|ends| [place(x, ends.low), place(x, ends.high)]);
-                obstacles.extend([along_x, along_y].into_iter().flatten().map(Area::of_line));
+                obstacles.push(Area::of([place(x, y); 2], 7.0));
+                let along_x = point.along_x();
+                let along_x = along_x.map(|ends| [place(ends.low, y), place(ends.high, y)]);
+                let along_y = point.along_y();
+                let along_y = along_y.map(|ends| [place(x, ends.low), place(x, ends.high)]);
+                let lines = [along_x, along_y].into_iter().flatten();
+                obstacles.extend(lines.map(|line| Area::of(line, 4.0)));
                 if !point.label.is_empty() && labels.len() < MOST_LABELS {
                     let (width, height) = plane
                         .plotting_area()
@@ -159,12 +123,8 @@ impl Scatter {
             }
         }
         let (across, down) = plane.plotting_area().get_pixel_range();
-        let bounds = Area {
-            left: across.start.into(),
-            right: across.end.into(),
-            top: down.start.into(),
-            bottom: down.end.into(),
-        };
+        let ends = [[across.start, down.start], [across.end, down.end]];
+        let bounds = Area::of(ends.map(|end| end.map(f64::from)), 0.0);
         let spots = placed(&extents, obstacles, bounds);
         for (((point, style), ([x, y], _)), spot) in labels.into_iter().zip(extents).zip(spots) {
             let [right, down] = spot.middle();
@@ -173,18 +133,6 @@ impl Scatter {
             plane.draw_series([EmptyElement::at((point.x, point.y)) + text])?;
         }
         Ok(())
-    }
-
-    fn shown<'a>(&'a self, series: &'a PointSeries) -> impl Iterator<Item = &'a PlotPoint> {
-        let fits = |point: &&PlotPoint| {
-            drawable(point.x) && drawable(point.y) && (!self.logarithmic_x || point.x > 0.0)
-        };
-        series.points.iter().filter(fits)
-    }
-
-    fn x_interval(&self, point: &PlotPoint) -> Option<Interval> {
-        let fits = |ends: &Interval| ends.is_drawable() && (!self.logarithmic_x || ends.low > 0.0);
-        point.x_interval.filter(fits)
     }
 
     /// Reference series are grey; the others take the palette's colours in turn.
@@ -199,8 +147,49 @@ impl Scatter {
     }
 }
 
-fn y_interval(point: &PlotPoint) -> Option<Interval> {
-    point.y_interval.filter(Interval::is_drawable)
+impl PointSeries {
+    fn shown(&self) -> impl Iterator<Item = &PlotPoint> {
+        let is_shown = |at: &&PlotPoint| drawable(at.x) && drawable(at.y) && at.x > 0.0;
+        self.points.iter().filter(is_shown)
+    }
+}
+
+impl PlotPoint {
+    /// The interval along x, where it can be shown.
+    fn along_x(&self) -> Option<Interval> {
+        let ends = self.x_interval.filter(Interval::is_drawable);
+        ends.filter(|ends| ends.low > 0.0)
+    }
+
+    /// The interval along y, where it can be shown.
+    fn along_y(&self) -> Option<Interval> {
+        self.y_interval.filter(Interval::is_drawable)
+    }
+}
+
+impl Interval {
+    fn is_drawable(&self) -> bool {
+        drawable(self.low) && drawable(self.high)
+    }
+}
+
+/// Draws a point and its intervals, which are paler.
+fn draw_point<X: Ranged<ValueType = f64>>(
+    plane: &mut Plane<'_, '_, X>,
+    point: &PlotPoint,
+    colour: RGBColor,
+    is_reference: bool,
+) -> Result<(), ChartError> {
+    let PlotPoint { x, y, .. } = *point;
+    let pale = colour.mix(0.5).stroke_width(1);
+    if let Some(Interval { low, high }) = point.along_x() {
+        plane.draw_series([ErrorBar::new_horizontal(y, low, x, high, pale, 8)])?;
+    }
+    if let Some(Interval { low, high }) = point.along_y() {
+        plane.draw_series([ErrorBar::new_vertical(x, low, y, high, pale, 8)])?;
+    }
+    plane.draw_series(dot((x, y), colour, is_reference))?;
+    Ok(())
 }
 
 fn with_ends(value: f64, interval: Option<Interval>) -> impl Iterator<Item = f64> {

@@ -24,7 +24,6 @@ fn scatter() -> Scatter {
         title: "Compactness & time".to_owned(),
         x_label: "decision time (ms)".to_owned(),
         y_label: "compactness (%)".to_owned(),
-        logarithmic_x: true,
         series: vec![
             PointSeries {
                 name: "this run".to_owned(),
@@ -48,7 +47,6 @@ fn bars() -> Bars {
     Bars {
         title: "Packed items".to_owned(),
         value_label: "items".to_owned(),
-        decimals: 1,
         bars: vec![
             bar("SDFM", 40.77),
             bar("lost", f64::NAN),

@@ -9,7 +9,7 @@ use ply_rs_bw::ply::{
 use crate::cloud::Cloud;
 use crate::error::FormatError;
 use crate::number::number;
-use crate::ply_header;
+use crate::ply_header::{self, Skipped};
 
 struct Vertex(Point3<f32>);
 
@@ -34,15 +34,6 @@ impl PropertyAccess for Vertex {
     }
 }
 
-/// An element that is read past.
-struct Skipped;
-
-impl PropertyAccess for Skipped {
-    fn new() -> Self {
-        Self
-    }
-}
-
 pub(crate) fn parse(content: &[u8]) -> Result<Cloud, FormatError> {
     let mut reader = Reader::new(content);
     let vertices = Parser::<Vertex>::new();
@@ -56,7 +47,8 @@ pub(crate) fn parse(content: &[u8]) -> Result<Cloud, FormatError> {
     FormatError::check_points(vertex.count)?;
     check_coordinates(vertex)?;
     for (name, element) in &header.elements {
-        check_length(element, header.encoding, content.len())?;
+        ply_header::check_length(content.len(), element, header.encoding)
+            .map_err(FormatError::ply)?;
         if name == "vertex" {
             break;
         }
@@ -136,15 +128,4 @@ fn check_coordinates(vertex: &ElementDef) -> Result<(), FormatError> {
         }
     }
     Ok(())
-}
-
-/// Refuses more elements than a file can hold, before there is memory for them.
-fn check_length(element: &ElementDef, encoding: Encoding, bytes: usize) -> Result<(), FormatError> {
-    if ply_header::can_hold(bytes, element, encoding) {
-        return Ok(());
-    }
-    Err(FormatError::ply(format_args!(
-        "its header announces {} elements '{}', more than its {bytes} bytes can hold",
-        element.count, element.name
-    )))
 }

@@ -1,13 +1,31 @@
 //! What the header of a PLY file announces, held against the file. Readers of meshes need it as well.
 
-use ply_rs_bw::ply::{ElementDef, Encoding, PropertyType, ScalarType};
+use ply_rs_bw::ply::{ElementDef, Encoding, PropertyAccess, PropertyType, ScalarType};
 
-/// Whether a file of so many bytes can hold all of an element that its header announces. Ask before there is memory for
-/// them.
-pub fn can_hold(bytes: usize, element: &ElementDef, encoding: Encoding) -> bool {
+/// An element that is read past.
+#[derive(Debug)]
+pub struct Skipped;
+
+impl PropertyAccess for Skipped {
+    fn new() -> Self {
+        Self
+    }
+}
+
+/// Refuses more elements than a file of so many bytes can hold. Ask before there is memory for them.
+///
+/// # Errors
+/// What is wrong with the header.
+pub fn check_length(bytes: usize, element: &ElementDef, encoding: Encoding) -> Result<(), String> {
     let least = least_bytes(element, encoding).max(1);
     // One byte more, since the last line of an ASCII file need not end.
-    element.count.saturating_mul(least) <= bytes.saturating_add(1)
+    if element.count.saturating_mul(least) <= bytes.saturating_add(1) {
+        return Ok(());
+    }
+    Err(format!(
+        "its header announces {} elements '{}', more than its {bytes} bytes can hold",
+        element.count, element.name
+    ))
 }
 
 /// The fewest bytes that one element takes in the file.

@@ -240,7 +240,6 @@ fn scatter(grids: &[&OfGrid]) -> Scatter {
         title: "Mesh-volume compactness against decision time".to_owned(),
         x_label: "Decision time per item (ms)".to_owned(),
         y_label: "Compactness by mesh volume (%)".to_owned(),
-        logarithmic_x: true,
         series: series.collect(),
     }
 }

@@ -305,7 +305,6 @@ fn scatter(results: &Results<'_>) -> Scatter {
         title: "Compactness against decision time".to_owned(),
         x_label: "Decision time per item (ms)".to_owned(),
         y_label: "Compactness (%)".to_owned(),
-        logarithmic_x: true,
         series: vec![
             PointSeries {
                 name: "ppnpack".to_owned(),

@@ -158,7 +158,6 @@ fn publish(arguments: &Table4Arguments, results: &Results<'_>) -> Outcome {
     let chart = Bars {
         title: "Compactness on unseen objects".to_owned(),
         value_label: "Compactness (%)".to_owned(),
-        decimals: 1,
         bars: results
             .lines
             .iter()

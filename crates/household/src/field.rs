@@ -3,9 +3,7 @@
 //! A field need not be the exact distance, but never changes faster than the distance does;
 //! sampling relies on that to skip empty space.
 
-use std::fmt;
-
-use nalgebra::{Isometry3, Point2, Point3, Translation3, Unit, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry3, Point2, Point3, Unit, UnitQuaternion, Vector2, Vector3};
 
 use super::outline::Point;
 
@@ -16,16 +14,6 @@ pub(crate) struct Field {
     distance_mm: Distance,
     lowest: Point3<f64>,
     highest: Point3<f64>,
-}
-
-impl fmt::Debug for Field {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter
-            .debug_struct("Field")
-            .field("lowest", &self.lowest)
-            .field("highest", &self.highest)
-            .finish_non_exhaustive()
-    }
 }
 
 impl Field {
@@ -76,8 +64,7 @@ impl Field {
         let highest = self.highest.sup(&other.highest) + margin;
         Self::new(lowest, highest, move |p| {
             let (a, b) = (self.distance_mm(p), other.distance_mm(p));
-            let overlap = (radius_mm - (a - b).abs()).max(0.0);
-            a.min(b) - overlap * overlap / (4.0 * radius_mm)
+            a.min(b) - fillet(a, b, radius_mm)
         })
     }
 
@@ -92,8 +79,7 @@ impl Field {
     pub(crate) fn hollowed(self, other: Self, radius_mm: f64) -> Self {
         Self::new(self.lowest, self.highest, move |p| {
             let (a, b) = (self.distance_mm(p), -other.distance_mm(p));
-            let overlap = (radius_mm - (a - b).abs()).max(0.0);
-            a.max(b) + overlap * overlap / (4.0 * radius_mm)
+            a.max(b) + fillet(a, b, radius_mm)
         })
     }
 
@@ -118,10 +104,7 @@ impl Field {
 
     /// The shape moved, in millimetres.
     pub(crate) fn at(self, x: f64, y: f64, z: f64) -> Self {
-        self.posed(Isometry3::from_parts(
-            Translation3::new(x, y, z),
-            UnitQuaternion::identity(),
-        ))
+        self.posed(Isometry3::translation(x, y, z))
     }
 
     /// The shape turned about the x axis.
@@ -136,7 +119,7 @@ impl Field {
 
     fn turned(self, axis: Unit<Vector3<f64>>, degrees: f64) -> Self {
         let turn = UnitQuaternion::from_axis_angle(&axis, degrees.to_radians());
-        self.posed(Isometry3::from_parts(Translation3::identity(), turn))
+        self.posed(nalgebra::convert(turn))
     }
 
     fn posed(self, pose: Isometry3<f64>) -> Self {
@@ -148,6 +131,12 @@ impl Field {
             self.distance_mm(&pose.inverse_transform_point(p))
         })
     }
+}
+
+/// What a fillet adds to or takes from two surfaces at these distances.
+fn fillet(a: f64, b: f64, radius_mm: f64) -> f64 {
+    let overlap = (radius_mm - (a - b).abs()).max(0.0);
+    overlap * overlap / (4.0 * radius_mm)
 }
 
 /// A ball around the origin.

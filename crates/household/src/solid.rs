@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Rotation3, Vector3};
 
-use ppnpack_catalogue::mesh::Mesh;
+use ppnpack_catalogue::mesh::{Bounds, Mesh};
 
 /// Rolling a lying body from one edge of its outline to the next ends long before this.
 const MAX_ROLLS: usize = 64;
@@ -97,22 +97,23 @@ impl Solid {
         self.map(|v| Point3::new(v.x, v.y, v.z.max(lowest + depth_mm)))
     }
 
+    /// The solid [laid down](Self::laid_down), and [pressed](Self::pressed) where it lies.
+    pub(crate) fn lying(self, depth_mm: f64) -> Self {
+        self.laid_down().pressed(depth_mm)
+    }
+
     /// The solid as a mesh in metres, centred in x and y, its lowest point at z = 0.
     pub(crate) fn into_mesh(self) -> Mesh {
-        let mut lowest = Vector3::repeat(f64::INFINITY);
-        let mut highest = Vector3::repeat(f64::NEG_INFINITY);
-        for vertex in &self.vertices_mm {
-            lowest = lowest.inf(&vertex.coords);
-            highest = highest.sup(&vertex.coords);
-        }
-        let middle = (lowest + highest) / 2.0;
-        let origin = Vector3::new(middle.x, middle.y, lowest.z);
+        let origin = Bounds::of(&self.vertices_mm).map_or_else(Point3::origin, |bounds| {
+            let middle = nalgebra::center(&bounds.lowest, &bounds.highest);
+            Point3::new(middle.x, middle.y, bounds.lowest.z)
+        });
         let metres = |mm: f64| (mm * MICROMETRES_PER_MM).round() / MICROMETRES_PER_M;
         Mesh {
             vertices: self
                 .vertices_mm
                 .iter()
-                .map(|v| (v - origin).map(metres))
+                .map(|v| (v - origin.coords).map(metres))
                 .collect(),
             triangles: self.triangles,
         }

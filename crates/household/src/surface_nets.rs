@@ -45,13 +45,15 @@ const CORNERS: [[usize; 3]; 8] = [
 /// Marks a cell that the surface does not cross.
 const UNCROSSED: u32 = u32::MAX;
 
-/// The part of a field above the ground as a solid, sampled in cells of the given size, in
-/// millimetres, and simplified.
-///
-/// The ground z = 0 lies in the middle of a layer of cells, whose vertices are put on it exactly:
-/// what stands on the ground has a flat underside with a sharp rim.
-pub(crate) fn carve(field: &Field, cell_mm: f64) -> Solid {
-    simplify(surface_nets(field, cell_mm))
+impl Field {
+    /// The part of the field above the ground as a solid, sampled in cells of the given size, in
+    /// millimetres, and simplified.
+    ///
+    /// The ground z = 0 lies in the middle of a layer of cells, whose vertices are put on it
+    /// exactly: what stands on the ground has a flat underside with a sharp rim.
+    pub(crate) fn carved(&self, cell_mm: f64) -> Solid {
+        simplify(surface_nets(self, cell_mm))
+    }
 }
 
 /// Sampled distances on a lattice; x varies fastest.
@@ -78,13 +80,8 @@ impl Lattice {
             points,
             distances: vec![cell_mm; count],
         };
-        let [nx, ny, nz] = points;
-        for z in (0..nz).step_by(BLOCK) {
-            for y in (0..ny).step_by(BLOCK) {
-                for x in (0..nx).step_by(BLOCK) {
-                    lattice.sample_block(field, [x, y, z]);
-                }
-            }
+        for block in between([0; 3], points.map(|count| count.div_ceil(BLOCK))) {
+            lattice.sample_block(field, block.map(|number| number * BLOCK));
         }
         lattice
     }
@@ -97,17 +94,13 @@ impl Lattice {
         let centre = above_ground(&(self.origin + middle * self.cell_mm));
         let radius = self.cell_mm * ((BLOCK - 1) as f64 / 2.0 * 3.0_f64.sqrt() + 1.0);
         let end = [0, 1, 2].map(|axis| (start[axis] + BLOCK).min(self.points[axis]));
-        for z in start[2]..end[2] {
-            for y in start[1]..end[1] {
-                for x in start[0]..end[0] {
-                    let index = self.index([x, y, z]);
-                    self.distances[index] = if centre.abs() > radius {
-                        centre
-                    } else {
-                        above_ground(&self.position([x, y, z]))
-                    };
-                }
-            }
+        for at in between(start, end) {
+            let index = self.index(at);
+            self.distances[index] = if centre.abs() > radius {
+                centre
+            } else {
+                above_ground(&self.position(at))
+            };
         }
     }
 
@@ -199,6 +192,13 @@ impl Lattice {
     }
 }
 
+/// All steps from the first to before the last along each axis; x varies fastest.
+fn between(first: [usize; 3], last: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
+    let [xs, ys, zs] = [0, 1, 2].map(|axis| first[axis]..last[axis]);
+    zs.flat_map(move |z| ys.clone().map(move |y| (y, z)))
+        .flat_map(move |(y, z)| xs.clone().map(move |x| [x, y, z]))
+}
+
 fn beyond(at: [usize; 3], steps: [usize; 3]) -> [usize; 3] {
     [at[0] + steps[0], at[1] + steps[1], at[2] + steps[2]]
 }
@@ -218,35 +218,27 @@ impl CellVertices {
             crossed: vec![UNCROSSED; lattice.distances.len()],
             by_edge: Vec::new(),
         };
-        let [nx, ny, nz] = lattice.points;
-        for z in 0..nz - 1 {
-            for y in 0..ny - 1 {
-                for x in 0..nx - 1 {
-                    let cell = [x, y, z];
-                    let Some(crossings) = lattice.crossings(cell) else {
-                        continue;
-                    };
-                    let pieces = lattice.pieces(cell, &crossings);
-                    let mut vertices = [0; EDGES];
-                    for piece in 0..EDGES {
-                        let of_piece = (0..EDGES).filter(|edge| pieces[*edge] == piece);
-                        let points: Vec<_> = of_piece.filter_map(|edge| crossings[edge]).collect();
-                        if points.is_empty() {
-                            continue;
-                        }
-                        let mut mean = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
-                        if z == GROUND_LAYER {
-                            mean.z = 0.0;
-                        }
-                        for edge in (0..EDGES).filter(|edge| pieces[*edge] == piece) {
-                            vertices[edge] = solid.vertices_mm.len() as u32;
-                        }
-                        solid.vertices_mm.push(Point3::from(mean));
-                    }
-                    placed.crossed[lattice.index(cell)] = placed.by_edge.len() as u32;
-                    placed.by_edge.push(vertices);
+        for cell in between([0; 3], lattice.points.map(|count| count - 1)) {
+            let Some(crossings) = lattice.crossings(cell) else {
+                continue;
+            };
+            let pieces = lattice.pieces(cell, &crossings);
+            let mut vertices = [0; EDGES];
+            for piece in 0..EDGES {
+                let of_piece = || (0..EDGES).filter(|edge| pieces[*edge] == piece);
+                let points: Vec<_> = of_piece().filter_map(|edge| crossings[edge]).collect();
+                if points.is_empty() {
+                    continue;
                 }
+                let mut mean = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
+                if cell[2] == GROUND_LAYER {
+                    mean.z = 0.0;
+                }
+                of_piece().for_each(|edge| vertices[edge] = solid.vertices_mm.len() as u32);
+                solid.vertices_mm.push(Point3::from(mean));
             }
+            placed.crossed[lattice.index(cell)] = placed.by_edge.len() as u32;
+            placed.by_edge.push(vertices);
         }
         placed
     }
@@ -256,15 +248,10 @@ fn surface_nets(field: &Field, cell_mm: f64) -> Solid {
     let lattice = Lattice::sample(field, cell_mm);
     let mut solid = Solid::default();
     let vertices = CellVertices::place(&lattice, &mut solid);
-    let [nx, ny, nz] = lattice.points;
     // Edges on the lattice's low border have no four cells around them, and no crossing either.
-    for z in 1..nz - 1 {
-        for y in 1..ny - 1 {
-            for x in 1..nx - 1 {
-                for axis in 0..3 {
-                    add_quad(&lattice, &vertices, [x, y, z], axis, &mut solid);
-                }
-            }
+    for from in between([1; 3], lattice.points.map(|count| count - 1)) {
+        for axis in 0..3 {
+            add_quad(&lattice, &vertices, from, axis, &mut solid);
         }
     }
     solid

@@ -14,27 +14,19 @@ const ROUND: usize = 32;
 /// Rings of a superellipsoid, pole to pole.
 const LATITUDES: usize = 16;
 
-/// How a stack of rings ends.
-enum Ends {
-    /// Both ends are closed by a fan to a point: below the first ring, above the last.
-    Points(Point3<f64>, Point3<f64>),
-    /// The last ring continues in the first.
-    Joined,
-}
-
-/// Stretches a surface over rings of equally many points each. Rings run counter-clockwise seen
-/// against the direction in which they are stacked.
-fn skin(rings: &[Vec<Point3<f64>>], ends: &Ends) -> Solid {
+/// Stretches a surface over rings of equally many points each, which run counter-clockwise seen
+/// against the direction in which they are stacked. `ends` are the points, below the first ring and
+/// above the last, to which fans close the surface; without them the last ring continues in the
+/// first.
+fn skin(rings: &[Vec<Point3<f64>>], ends: Option<[Point3<f64>; 2]>) -> Solid {
     let sides = rings.first().map_or(0, Vec::len) as u32;
     let count = rings.len() as u32;
     let mut solid = Solid {
         vertices_mm: rings.iter().flatten().copied().collect(),
         triangles: Vec::new(),
     };
-    let spans = match ends {
-        Ends::Points(..) => count.saturating_sub(1),
-        Ends::Joined => count,
-    };
+    let last_ring = count.saturating_sub(1);
+    let spans = if ends.is_some() { last_ring } else { count };
     for lower in 0..spans {
         let upper = (lower + 1) % count;
         for side in 0..sides {
@@ -44,10 +36,9 @@ fn skin(rings: &[Vec<Point3<f64>>], ends: &Ends) -> Solid {
             solid.triangles.extend([[a, b, c], [a, c, d]]);
         }
     }
-    if let Ends::Points(bottom, top) = ends {
-        let low = sides * count;
-        let last = sides * count.saturating_sub(1);
-        solid.vertices_mm.extend([*bottom, *top]);
+    if let Some(ends) = ends {
+        let (low, last) = (sides * count, sides * last_ring);
+        solid.vertices_mm.extend(ends);
         for side in 0..sides {
             let next = (side + 1) % sides;
             solid
@@ -66,6 +57,11 @@ fn unit_ring(sides: usize, exponent: f64) -> impl Iterator<Item = Point> {
         let stretch = |value: f64| value.abs().powf(2.0 / exponent).copysign(value);
         [stretch(cos), stretch(sin)]
     })
+}
+
+/// [`skin`] with ends on the z axis.
+fn upright(rings: &[Vec<Point3<f64>>], bottom: f64, top: f64) -> Solid {
+    skin(rings, Some([bottom, top].map(|z| Point3::new(0.0, 0.0, z))))
 }
 
 fn level_ring(sides: usize, exponent: f64, half: Point, height: f64) -> Vec<Point3<f64>> {
@@ -87,65 +83,34 @@ pub(crate) fn lathe_with_sides(profile: &[Point], sides: usize) -> Solid {
     let [[_, bottom], between @ .., [_, top]] = profile else {
         return Solid::default();
     };
-    let rings: Vec<_> = between
-        .iter()
-        .map(|&[radius, z]| level_ring(sides, 2.0, [radius; 2], z))
-        .collect();
-    skin(
-        &rings,
-        &Ends::Points(Point3::new(0.0, 0.0, *bottom), Point3::new(0.0, 0.0, *top)),
-    )
+    upright(&circles(between, sides), *bottom, *top)
+}
+
+fn circles(profile: &[Point], sides: usize) -> Vec<Vec<Point3<f64>>> {
+    let circle = |&[radius, z]: &Point| level_ring(sides, 2.0, [radius; 2], z);
+    profile.iter().map(circle).collect()
 }
 
 /// Revolves a closed profile of `[radius, height]`, counter-clockwise and clear of the axis: a
 /// ring.
 pub(crate) fn lathe_ring(profile: &[Point]) -> Solid {
-    let rings: Vec<_> = profile
-        .iter()
-        .map(|&[radius, z]| level_ring(ROUND, 2.0, [radius; 2], z))
-        .collect();
-    skin(&rings, &Ends::Joined)
+    skin(&circles(profile, ROUND), None)
 }
 
-/// A horizontal cut through a lofted body, centred on the z axis.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Section {
-    /// Height above the ground, in millimetres.
-    pub(crate) z: f64,
-    /// Size along x, in millimetres.
-    pub(crate) width: f64,
-    /// Size along y, in millimetres.
-    pub(crate) depth: f64,
-    /// The superellipse's exponent: 2 is an ellipse, 8 almost a rectangle.
-    pub(crate) exponent: f64,
-}
-
-/// A section in one short line, for tables.
-pub(crate) const fn section(z: f64, width: f64, depth: f64, exponent: f64) -> Section {
-    Section {
-        z,
-        width,
-        depth,
-        exponent,
-    }
-}
+/// A horizontal cut through a lofted body, centred on the z axis: its height above the ground, its
+/// sizes along x and y, and the superellipse's exponent: 2 is an ellipse, 8 almost a rectangle.
+pub(crate) type Section = [f64; 4];
 
 /// Stretches a body over sections from the bottom up; flat at both ends.
 pub(crate) fn loft(sections: &[Section]) -> Solid {
-    let (Some(first), Some(last)) = (sections.first(), sections.last()) else {
+    let (Some([bottom, ..]), Some([top, ..])) = (sections.first(), sections.last()) else {
         return Solid::default();
     };
-    let rings: Vec<_> = sections
-        .iter()
-        .map(|s| level_ring(ROUND, s.exponent, [s.width / 2.0, s.depth / 2.0], s.z))
-        .collect();
-    skin(
-        &rings,
-        &Ends::Points(
-            Point3::new(0.0, 0.0, first.z),
-            Point3::new(0.0, 0.0, last.z),
-        ),
-    )
+    let ring = |&[z, width, depth, exponent]: &Section| {
+        level_ring(ROUND, exponent, [width / 2.0, depth / 2.0], z)
+    };
+    let rings: Vec<_> = sections.iter().map(ring).collect();
+    upright(&rings, *bottom, *top)
 }
 
 /// A prism: the outline at z = 0, extruded to the height.
@@ -189,7 +154,7 @@ pub(crate) fn sweep(stations: &[(Point3<f64>, f64)]) -> Solid {
                 .collect()
         })
         .collect();
-    skin(&rings, &Ends::Points(first.0, last.0))
+    skin(&rings, Some([first.0, last.0]))
 }
 
 /// A body between ball and brick. `vertical` is the exponent of its upright sections, `horizontal`
@@ -204,11 +169,5 @@ pub(crate) fn superellipsoid(size_mm: [f64; 3], vertical: f64, horizontal: f64) 
             level_ring(ROUND, horizontal, [half_x * reach, half_y * reach], height)
         })
         .collect();
-    skin(
-        &rings,
-        &Ends::Points(
-            Point3::new(0.0, 0.0, -half_z),
-            Point3::new(0.0, 0.0, half_z),
-        ),
-    )
+    upright(&rings, -half_z, half_z)
 }

@@ -38,12 +38,7 @@ fn the_built_in_set_loads_without_repairs() {
     assert_eq!(names.len(), catalogue.len());
     assert!(!catalogue.is_empty());
     for report in reports {
-        let summary = report.outcome.unwrap();
-        assert!(
-            summary.repairs.is_empty(),
-            "{}: {:?}",
-            report.name,
-            summary.repairs
-        );
+        let repairs = report.outcome.unwrap().repairs;
+        assert!(repairs.is_empty(), "{:?}: {repairs:?}", report.path);
     }
 }

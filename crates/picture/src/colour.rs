@@ -77,13 +77,26 @@ impl Colour {
 
     /// Between this colour (`share` 0) and another (1), channel by channel.
     pub(crate) fn mixed(self, other: Self, share: f64) -> Self {
-        let channel = |from: u8, to: u8| {
+        self.with(other, |from, to| {
             (f64::from(from) + (f64::from(to) - f64::from(from)) * share).round() as u8
-        };
+        })
+    }
+
+    /// A channel from each of both colours' channels.
+    pub(crate) fn with(self, other: Self, channel: impl Fn(u8, u8) -> u8) -> Self {
         Self {
             red: channel(self.red, other.red),
             green: channel(self.green, other.green),
             blue: channel(self.blue, other.blue),
+        }
+    }
+
+    /// A colour from the bytes of its channels.
+    fn from_channels(channels: Vector3<u8>) -> Self {
+        Self {
+            red: channels.x,
+            green: channels.y,
+            blue: channels.z,
         }
     }
 
@@ -93,12 +106,7 @@ impl Colour {
             .map(|step| oklab_to_linear(lightness, chroma * (1.0 - f64::from(step) / 16.0), hue))
             .find(|rgb| rgb.iter().all(|channel| (0.0..=1.0).contains(channel)))
             .unwrap_or_else(|| Vector3::repeat(0.5));
-        let channel = |value: f64| (srgb_from_linear(value) * 255.0).round() as u8;
-        Self {
-            red: channel(linear.x),
-            green: channel(linear.y),
-            blue: channel(linear.z),
-        }
+        Self::from_channels(linear.map(srgb_byte))
     }
 
     /// Red, green and blue in linear light, 0 to 1.
@@ -114,13 +122,14 @@ impl Colour {
     }
 }
 
-/// An sRGB channel, 0 to 1, from linear light, 0 to 1.
-fn srgb_from_linear(value: f64) -> f64 {
-    if value <= 0.003_130_8 {
-        value * 12.92
+/// An sRGB channel from linear light, 0 to 1.
+fn srgb_byte(linear: f64) -> u8 {
+    let value = if linear <= 0.003_130_8 {
+        linear * 12.92
     } else {
-        1.055 * value.powf(1.0 / 2.4) - 0.055
-    }
+        1.055 * linear.powf(1.0 / 2.4) - 0.055
+    };
+    (value * 255.0).round() as u8
 }
 
 /// Linear sRGB from `OKLab` in polar form (Ottosson 2020).
@@ -147,27 +156,19 @@ impl SrgbTable {
     const ENTRIES: usize = 4_096;
 
     pub(crate) fn new() -> Self {
-        let bytes = (0..Self::ENTRIES)
-            .map(|index| {
-                let linear = index as f64 / (Self::ENTRIES - 1) as f64;
-                (srgb_from_linear(linear) * 255.0).round() as u8
-            })
-            .collect();
-        Self { bytes }
+        let entry = |index| srgb_byte(index as f64 / (Self::ENTRIES - 1) as f64);
+        Self {
+            bytes: (0..Self::ENTRIES).map(entry).collect(),
+        }
     }
 
     /// The nearest colour; channels beyond 0 to 1 are cut off.
     pub(crate) fn colour(&self, linear: Vector3<f32>) -> Colour {
         let last = Self::ENTRIES - 1;
-        let channel = |value: f32| {
+        Colour::from_channels(linear.map(|value| {
             let index = (value.clamp(0.0, 1.0) * last as f32).round() as usize;
             self.bytes.get(index.min(last)).copied().unwrap_or(0)
-        };
-        Colour {
-            red: channel(linear.x),
-            green: channel(linear.y),
-            blue: channel(linear.z),
-        }
+        }))
     }
 }
 
@@ -205,11 +206,7 @@ mod tests {
     fn linear_light_returns_to_the_same_colour() {
         let table = SrgbTable::new();
         for value in 30..=255u8 {
-            let colour = Colour {
-                red: value,
-                green: value,
-                blue: 255 - value / 2,
-            };
+            let colour = Colour::from_channels(Vector3::new(value, value, 255 - value / 2));
             assert_eq!(table.colour(colour.to_linear()), colour);
         }
     }

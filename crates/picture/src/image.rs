@@ -46,87 +46,68 @@ impl Size {
     }
 }
 
-/// An RGBA picture, 8 bits a channel, sRGB, rows from the top.
+/// An opaque sRGB picture, 8 bits a channel.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Image {
     size: Size,
-    rgba: Vec<u8>,
+    pixels: Vec<Colour>,
 }
 
 impl Image {
-    /// A picture filled with one opaque colour.
+    /// A picture filled with one colour.
     pub fn filled(size: Size, colour: Colour) -> Self {
-        let pixel = [colour.red, colour.green, colour.blue, u8::MAX];
         Self {
             size,
-            rgba: pixel.repeat(size.pixels()),
+            pixels: vec![colour; size.pixels()],
         }
     }
 
-    /// An opaque picture from its pixels in rows from the top; missing ones are black.
+    /// A picture from its pixels in rows from the top; missing ones are black.
     pub(crate) fn from_pixels(size: Size, pixels: impl Iterator<Item = Colour>) -> Self {
-        let mut image = Self::filled(size, Colour::BLACK);
-        for (slot, colour) in image.rgba.chunks_exact_mut(4).zip(pixels) {
-            slot.copy_from_slice(&[colour.red, colour.green, colour.blue, u8::MAX]);
-        }
-        image
+        let mut pixels: Vec<Colour> = pixels.collect();
+        pixels.resize(size.pixels(), Colour::BLACK);
+        Self { size, pixels }
     }
 
-    /// The picture's size.
-    pub fn size(&self) -> Size {
-        self.size
-    }
-
-    /// The pixels: red, green, blue, alpha, in rows from the top.
-    pub fn rgba(&self) -> &[u8] {
-        &self.rgba
+    /// The pixels, in rows from the top.
+    pub fn pixels(&self) -> &[Colour] {
+        &self.pixels
     }
 
     /// The colour of a pixel, or `None` outside the picture.
     pub fn colour(&self, x: u32, y: u32) -> Option<Colour> {
-        let start = self.offset(i64::from(x), i64::from(y))?;
-        match self.rgba.get(start..start + 3) {
-            Some(&[red, green, blue]) => Some(Colour { red, green, blue }),
-            _ => None,
-        }
+        let index = self.index(x.into(), y.into())?;
+        self.pixels.get(index).copied()
     }
 
     /// Covers a pixel with `colour` to the share `coverage` (0 to 1); outside the picture nothing happens.
     pub(crate) fn blend(&mut self, x: i64, y: i64, colour: Colour, coverage: f32) {
-        let Some(start) = self.offset(x, y) else {
-            return;
-        };
-        let Some(pixel) = self.rgba.get_mut(start..start + 3) else {
-            return;
-        };
         let coverage = coverage.clamp(0.0, 1.0);
-        for (old, new) in pixel
-            .iter_mut()
-            .zip([colour.red, colour.green, colour.blue])
-        {
-            let mixed = f32::from(*old) + (f32::from(new) - f32::from(*old)) * coverage;
-            *old = mixed.round() as u8;
+        if let Some(pixel) = self.pixel(x, y) {
+            *pixel = pixel.with(colour, |old, new| {
+                (f32::from(old) + (f32::from(new) - f32::from(old)) * coverage).round() as u8
+            });
         }
     }
 
     /// Fills the pixels of a rectangle, as far as it lies within the picture.
     pub(crate) fn fill(&mut self, x: i64, y: i64, width: i64, height: i64, colour: Colour) {
-        for row in y.max(0)..y.saturating_add(height).min(i64::from(self.size.height)) {
-            for column in x.max(0)..x.saturating_add(width).min(i64::from(self.size.width)) {
-                self.blend(column, row, colour, 1.0);
+        for row in y.max(0)..y.saturating_add(height).min(self.size.height.into()) {
+            for column in x.max(0)..x.saturating_add(width).min(self.size.width.into()) {
+                if let Some(pixel) = self.pixel(column, row) {
+                    *pixel = colour;
+                }
             }
         }
     }
 
     /// Copies `other` with its top left corner at `(x, y)`, as far as it lies within this picture.
     pub(crate) fn paste(&mut self, x: i64, y: i64, other: &Image) {
-        let width = other.size.width as usize * 4;
-        for (row, pixels) in (y..).zip(other.rgba.chunks_exact(width)) {
-            for (column, pixel) in (x..).zip(pixels.chunks_exact(4)) {
-                if let Some(start) = self.offset(column, row)
-                    && let Some(slot) = self.rgba.get_mut(start..start + 4)
-                {
-                    slot.copy_from_slice(pixel);
+        let rows = other.pixels.chunks_exact(other.size.width as usize);
+        for (row, colours) in (y..).zip(rows) {
+            for (column, colour) in (x..).zip(colours) {
+                if let Some(pixel) = self.pixel(column, row) {
+                    *pixel = *colour;
                 }
             }
         }
@@ -137,41 +118,29 @@ impl Image {
     /// # Errors
     /// [`PictureError::Png`] where the encoder fails.
     pub fn to_png(&self) -> Result<Vec<u8>, PictureError> {
-        // Every picture here is opaque: a file without the alpha channel is a quarter smaller.
-        let opaque = self
-            .rgba
-            .chunks_exact(4)
-            .all(|pixel| pixel.last() == Some(&u8::MAX));
+        let channels = |colour: &Colour| [colour.red, colour.green, colour.blue];
+        let rgb: Vec<u8> = self.pixels.iter().flat_map(channels).collect();
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.size.width, self.size.height);
         encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_color(if opaque {
-            png::ColorType::Rgb
-        } else {
-            png::ColorType::Rgba
-        });
+        encoder.set_color(png::ColorType::Rgb);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
         let mut writer = encoder.write_header()?;
-        if opaque {
-            let rgb: Vec<u8> = self
-                .rgba
-                .chunks_exact(4)
-                .flat_map(|pixel| pixel.iter().take(3))
-                .copied()
-                .collect();
-            writer.write_image_data(&rgb)?;
-        } else {
-            writer.write_image_data(&self.rgba)?;
-        }
+        writer.write_image_data(&rgb)?;
         writer.finish()?;
         Ok(bytes)
     }
 
-    /// Where a pixel's bytes start.
-    fn offset(&self, x: i64, y: i64) -> Option<usize> {
+    fn pixel(&mut self, x: i64, y: i64) -> Option<&mut Colour> {
+        let index = self.index(x, y)?;
+        self.pixels.get_mut(index)
+    }
+
+    /// Where a pixel is; `None` outside the picture.
+    fn index(&self, x: i64, y: i64) -> Option<usize> {
         let x = u32::try_from(x).ok().filter(|x| *x < self.size.width)?;
         let y = u32::try_from(y).ok().filter(|y| *y < self.size.height)?;
-        Some((y as usize * self.size.width as usize + x as usize) * 4)
+        Some(y as usize * self.size.width as usize + x as usize)
     }
 }
 
@@ -190,17 +159,7 @@ mod tests {
     #[test]
     fn png_holds_the_pixels() {
         let mut image = Image::filled(Size::new(7, 5).unwrap(), Colour::WHITE);
-        image.fill(
-            2,
-            1,
-            100,
-            2,
-            Colour {
-                red: 10,
-                green: 20,
-                blue: 30,
-            },
-        );
+        image.fill(2, 1, 100, 2, Colour::hex(0x0a141e));
         let bytes = image.to_png().unwrap();
         let mut reader = png::Decoder::new(std::io::Cursor::new(bytes.as_slice()))
             .read_info()

@@ -6,7 +6,8 @@
     reason = "a panic is a failing test"
 )]
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Vector3};
+use ppnpack_packing::model::mesh::Mesh;
 use ppnpack_picture::{
     Camera, Colour, HeightField, Image, Item, PictureError, Scene3d, Size, Tile, TriangleMesh,
     contact_sheet, heightmap, render,
@@ -24,37 +25,21 @@ const BLUE: Colour = Colour {
 };
 const CONTAINER_M: [f64; 3] = [0.32, 0.32, 0.30];
 
-/// The corners of a cube with an edge of 10 cm on the ground.
-fn cube() -> Vec<Point3<f64>> {
-    (0..8u8)
-        .map(|corner| {
-            let edge = |bit: u8| f64::from(corner >> bit & 1) * 0.1;
-            Point3::new(edge(0), edge(1), edge(2))
-        })
-        .collect()
+/// A cube with an edge of 10 cm on the ground.
+fn cube() -> Mesh {
+    Mesh::cuboid([0.0; 3], [0.1; 3])
 }
 
-const CUBE_FACES: [[u32; 3]; 12] = [
-    [0, 2, 1],
-    [1, 2, 3],
-    [4, 5, 6],
-    [5, 7, 6],
-    [0, 1, 4],
-    [1, 5, 4],
-    [2, 6, 3],
-    [3, 6, 7],
-    [0, 4, 2],
-    [2, 4, 6],
-    [1, 3, 5],
-    [3, 7, 5],
-];
+fn borrowed(mesh: &Mesh) -> TriangleMesh<'_> {
+    TriangleMesh {
+        vertices: &mesh.vertices,
+        triangles: &mesh.triangles,
+    }
+}
 
-fn item(vertices: &[Point3<f64>], at_m: [f64; 3], colour: Colour) -> Item<'_> {
+fn item(mesh: &Mesh, at_m: [f64; 3], colour: Colour) -> Item<'_> {
     Item {
-        mesh: TriangleMesh {
-            vertices,
-            triangles: &CUBE_FACES,
-        },
+        mesh: borrowed(mesh),
         world_from_item: Isometry3::translation(at_m[0], at_m[1], at_m[2]),
         colour,
     }
@@ -65,26 +50,30 @@ fn small() -> Size {
 }
 
 fn draw(scene: &Scene3d<'_>) -> Image {
-    render(scene, &Camera::looking_into(CONTAINER_M), small()).unwrap()
+    let highest = Point3::from(CONTAINER_M) + Vector3::new(0.0, 0.0, 0.06);
+    let camera = Camera::framing(Point3::origin(), highest);
+    render(scene, &camera, small()).unwrap()
 }
 
 /// How many pixels are clearly more red than blue, and the reverse.
 fn red_and_blue(image: &Image) -> (usize, usize) {
-    let exceeds = |more: usize, less: usize| {
-        let pixels = image.rgba().chunks_exact(4);
-        pixels
-            .filter(|pixel| i32::from(pixel[more]) > i32::from(pixel[less]) + 60)
-            .count()
+    let count = |exceeds: fn(i32, i32) -> bool| {
+        let pixels = image.pixels().iter();
+        let exceeding = pixels.filter(|pixel| exceeds(pixel.red.into(), pixel.blue.into()));
+        exceeding.count()
     };
-    (exceeds(0, 2), exceeds(2, 0))
+    (
+        count(|red, blue| red > blue + 60),
+        count(|red, blue| blue > red + 60),
+    )
 }
 
 #[test]
 fn the_nearer_item_hides_the_other() {
-    let vertices = cube();
+    let cube = cube();
     // The usual view is from the side of low x and y, and from above.
-    let near = item(&vertices, [0.1, 0.1, 0.1], RED);
-    let far = item(&vertices, [0.13, 0.15, 0.05], BLUE);
+    let near = item(&cube, [0.1, 0.1, 0.1], RED);
+    let far = item(&cube, [0.13, 0.15, 0.05], BLUE);
     for items in [vec![near, far], vec![far, near]] {
         let (red, blue) = red_and_blue(&draw(&Scene3d {
             items,
@@ -101,11 +90,11 @@ fn the_nearer_item_hides_the_other() {
 
 #[test]
 fn equal_scenes_give_equal_bytes() {
-    let vertices = cube();
+    let cube = cube();
     let scene = Scene3d {
         items: vec![
-            item(&vertices, [0.1, 0.1, 0.0], RED),
-            item(&vertices, [0.0; 3], BLUE),
+            item(&cube, [0.1, 0.1, 0.0], RED),
+            item(&cube, [0.0; 3], BLUE),
         ],
         container_m: Some(CONTAINER_M),
     };
@@ -117,7 +106,7 @@ fn equal_scenes_give_equal_bytes() {
 
 #[test]
 fn items_shade_the_floor_and_have_lit_and_dark_sides() {
-    let vertices = cube();
+    let cube = cube();
     let empty = draw(&Scene3d {
         items: vec![],
         container_m: Some(CONTAINER_M),
@@ -127,47 +116,34 @@ fn items_shade_the_floor_and_have_lit_and_dark_sides() {
         green: 160,
         blue: 160,
     };
-    let items = vec![item(&vertices, [0.1, 0.1, 0.0], grey)];
+    let items = vec![item(&cube, [0.1, 0.1, 0.0], grey)];
     let filled = draw(&Scene3d {
         items,
         container_m: Some(CONTAINER_M),
     });
-    let sum = |image: &Image| {
-        image
-            .rgba()
-            .iter()
-            .map(|value| u64::from(*value))
-            .sum::<u64>()
+    let sum = |image: &Image| -> u64 {
+        let channels = |at: &Colour| [at.red, at.green, at.blue].map(u64::from);
+        image.pixels().iter().flat_map(channels).sum()
     };
     assert!(sum(&filled) < sum(&empty));
-    let shades: std::collections::BTreeSet<u8> = filled
-        .rgba()
-        .chunks_exact(4)
-        .map(|pixel| pixel[1])
-        .collect();
+    let shades: std::collections::BTreeSet<u8> =
+        filled.pixels().iter().map(|pixel| pixel.green).collect();
     assert!(shades.len() > 60, "{} shades", shades.len());
 }
 
 #[test]
 fn odd_meshes_are_drawn_without_their_odd_parts() {
-    let mut vertices = cube();
-    vertices.push(Point3::new(f64::NAN, 0.0, 0.0));
-    vertices.push(Point3::new(f64::INFINITY, 1e300, 0.0));
-    let mut triangles = CUBE_FACES.to_vec();
-    triangles.extend([[0, 1, 8], [9, 1, 0], [0, 0, 1], [0, 1, 4_000_000]]);
-    let odd = Item {
-        mesh: TriangleMesh {
-            vertices: &vertices,
-            triangles: &triangles,
-        },
-        world_from_item: Isometry3::translation(0.1, 0.1, 0.1),
-        colour: RED,
-    };
+    let plain = cube();
+    let mut mesh = cube();
+    mesh.vertices.push(Point3::new(f64::NAN, 0.0, 0.0));
+    mesh.vertices.push(Point3::new(f64::INFINITY, 1e300, 0.0));
+    mesh.triangles
+        .extend([[0, 1, 8], [9, 1, 0], [0, 0, 1], [0, 1, 4_000_000]]);
+    let odd = item(&mesh, [0.1; 3], RED);
     let lost = Item {
         world_from_item: Isometry3::translation(f64::NAN, 0.0, 0.0),
         ..odd
     };
-    let plain = cube();
     let expected = draw(&Scene3d {
         items: vec![item(&plain, [0.1; 3], RED)],
         container_m: Some(CONTAINER_M),
@@ -181,8 +157,8 @@ fn odd_meshes_are_drawn_without_their_odd_parts() {
 
 #[test]
 fn odd_scenes_and_cameras_give_a_picture() {
-    let vertices = cube();
-    let cube = item(&vertices, [0.0; 3], RED);
+    let mesh = cube();
+    let cube = item(&mesh, [0.0; 3], RED);
     let nowhere = Camera {
         eye: Point3::origin(),
         target: Point3::origin(),
@@ -209,34 +185,21 @@ fn odd_scenes_and_cameras_give_a_picture() {
 
 #[test]
 fn oversized_scenes_are_refused() {
-    let vertices = cube();
-    let triangles = vec![[0, 1, 2]; (1 << 22) + 1];
-    let mesh = TriangleMesh {
-        vertices: &vertices,
-        triangles: &triangles,
-    };
-    let item = Item {
-        mesh,
-        world_from_item: Isometry3::identity(),
-        colour: RED,
-    };
+    let mut mesh = cube();
+    mesh.triangles = vec![[0, 1, 2]; (1 << 22) + 1];
     let scene = Scene3d {
-        items: vec![item],
+        items: vec![item(&mesh, [0.0; 3], RED)],
         container_m: None,
     };
-    let result = render(&scene, &Camera::looking_into(CONTAINER_M), small());
+    let result = render(&scene, &Camera::overlooking(&scene), small());
     assert!(matches!(result, Err(PictureError::SceneTooLarge { .. })));
 }
 
 #[test]
 fn sheets_hold_every_tile() {
-    let vertices = cube();
-    let mesh = TriangleMesh {
-        vertices: &vertices,
-        triangles: &CUBE_FACES,
-    };
+    let cube = cube();
     let tile = |colour| Tile {
-        mesh,
+        mesh: borrowed(&cube),
         colour,
         name: "cube",
         detail: "10 × 10 × 10 cm",

@@ -15,36 +15,32 @@ pub(super) struct MergeLimits {
 }
 
 /// Merges hulls until [`MAX_PIECES`] are left and a further merger would exceed both limits.
-pub(super) fn merged(mut hulls: Vec<Mesh>, limits: &MergeLimits) -> Vec<Mesh> {
+pub(super) fn merged(hulls: Vec<Mesh>, limits: &MergeLimits) -> Vec<Mesh> {
     struct Pair {
-        first: usize,
-        second: usize,
+        members: [usize; 2],
         joint: Mesh,
         added_m3: f64,
     }
-    let pair = |hulls: &[Mesh], first: usize, second: usize| {
-        let (a, b) = (hulls.get(first)?, hulls.get(second)?);
+    let pair = |hulls: &[Option<Mesh>], members: [usize; 2]| {
+        let [a, b] = members.map(|member| hulls.get(member)?.as_ref());
+        let (a, b) = (a?, b?);
         let points: Vec<_> = a.vertices.iter().chain(&b.vertices).copied().collect();
         let joint = hull(&points)?;
         let added_m3 = joint.signed_volume_m3() - a.signed_volume_m3() - b.signed_volume_m3();
         Some(Pair {
-            first,
-            second,
+            members,
             joint,
             added_m3,
         })
     };
-    let all = 0..hulls.len();
-    let mut pairs: Vec<Pair> = all
-        .clone()
-        .flat_map(|second| (0..second).map(move |first| (first, second)))
-        .filter_map(|(first, second)| pair(&hulls, first, second))
-        .collect();
-    // A merged hull is appended; those it was made from stay in their place, without any pair.
-    let mut alive = vec![true; hulls.len()];
     let mut total_m3: f64 = hulls.iter().map(Mesh::signed_volume_m3).sum();
+    // A merged hull is appended; those it was made from leave gaps.
+    let mut hulls: Vec<Option<Mesh>> = hulls.into_iter().map(Some).collect();
+    let mut pairs: Vec<Pair> = (0..hulls.len())
+        .flat_map(|second| (0..second).map(move |first| [first, second]))
+        .filter_map(|members| pair(&hulls, members))
+        .collect();
     loop {
-        let left = alive.iter().filter(|alive| **alive).count();
         let best = pairs
             .iter()
             .enumerate()
@@ -52,37 +48,22 @@ pub(super) fn merged(mut hulls: Vec<Mesh>, limits: &MergeLimits) -> Vec<Mesh> {
             .map(|(index, best)| (index, best.added_m3));
         let Some((index, added_m3)) = best else { break };
         let much = added_m3 >= limits.added_m3 && total_m3 + added_m3 >= limits.total_m3;
-        if left <= MAX_PIECES && much {
+        if hulls.iter().flatten().count() <= MAX_PIECES && much {
             break;
         }
         total_m3 += added_m3;
-        let Pair {
-            first,
-            second,
-            joint,
-            ..
-        } = pairs.swap_remove(index);
-        pairs.retain(|pair| {
-            ![pair.first, pair.second]
-                .iter()
-                .any(|member| [first, second].contains(member))
-        });
-        for gone in [first, second] {
-            if let Some(alive) = alive.get_mut(gone) {
-                *alive = false;
+        let Pair { members, joint, .. } = pairs.swap_remove(index);
+        pairs.retain(|pair| !pair.members.iter().any(|member| members.contains(member)));
+        for member in members {
+            if let Some(hull) = hulls.get_mut(member) {
+                *hull = None;
             }
         }
-        hulls.push(joint);
-        alive.push(true);
-        let last = hulls.len() - 1;
-        let others = (0..last).filter(|other| alive.get(*other) == Some(&true));
-        pairs.extend(others.filter_map(|other| pair(&hulls, other, last)));
+        let last = hulls.len();
+        hulls.push(Some(joint));
+        pairs.extend((0..last).filter_map(|other| pair(&hulls, [other, last])));
     }
-    let mut left: Vec<Mesh> = hulls
-        .into_iter()
-        .zip(alive)
-        .filter_map(|(hull, alive)| alive.then_some(hull))
-        .collect();
+    let mut left: Vec<Mesh> = hulls.into_iter().flatten().collect();
     // Pairs without a joint hull cannot be merged; the largest pieces matter most.
     left.sort_by(|a, b| b.signed_volume_m3().total_cmp(&a.signed_volume_m3()));
     left.truncate(MAX_PIECES);

@@ -11,6 +11,7 @@ use std::collections::HashMap;
 
 use nalgebra::{Point3, Vector3};
 
+use super::sides;
 use crate::mesh::{Bounds, Mesh};
 
 /// Points within this share of their size of a plane count as level with it: well above rounding.
@@ -142,8 +143,7 @@ impl Face {
     }
 
     fn edges(&self) -> [(usize, usize); 3] {
-        let [a, b, c] = self.corners;
-        [(a, b), (b, c), (c, a)]
+        sides(self.corners)
     }
 }
 

@@ -8,7 +8,6 @@ use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use proptest::prelude::*;
 
 use super::*;
-use crate::shapes::cuboid;
 
 fn raster(n: usize, pitch_m: f64) -> Raster {
     Raster {
@@ -106,10 +105,7 @@ fn what_only_meets_a_border_touches_nothing() {
 #[test]
 fn rounding_adds_no_squares() {
     for noise in [-1e-9, 0.0, 1e-10, 5e-7] {
-        let mesh = cuboid(
-            Point3::new(0.01, 0.02, 0.0),
-            Vector3::new(0.03 + noise, 0.03, 0.04),
-        );
+        let mesh = Mesh::cuboid([0.01, 0.02, 0.0], [0.04 + noise, 0.05, 0.04]);
         let mut squares = std::collections::HashSet::new();
         for triangle in mesh.corners() {
             rasterise(&triangle, &raster(16, 0.01), |x, y, _, _| {
@@ -141,7 +137,7 @@ fn a_surface_takes_the_upper_envelope() {
     let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(4).unwrap()).unwrap();
     let grid = Grid::new(container, resolution).unwrap();
     let mut surface = Surface::empty(&grid);
-    let mesh = cuboid(Point3::origin(), Vector3::new(0.02, 0.02, 0.03));
+    let mesh = Mesh::cuboid([0.0; 3], [0.02, 0.02, 0.03]);
     // Half beside the container, and half below its floor.
     raise_surface(
         &mesh,

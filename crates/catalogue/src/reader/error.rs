@@ -1,5 +1,7 @@
 //! Why a mesh file could not be read.
 
+use std::fmt::Display;
+
 /// The largest mesh file that is read, in bytes.
 pub const MAX_FILE_BYTES: u64 = 256 << 20;
 
@@ -31,7 +33,8 @@ pub enum ReadError {
 
 impl ReadError {
     /// A malformed file, with what its parser says put into one line.
-    pub(super) fn malformed(format: &'static str, reason: &str) -> Self {
+    pub(super) fn malformed(format: &'static str, reason: impl Display) -> Self {
+        let reason = reason.to_string();
         let words: Vec<&str> = reason.split_whitespace().collect();
         let reason = words.join(" ").trim_end_matches('.').to_owned();
         Self::Format { format, reason }

@@ -16,35 +16,27 @@ use crate::unit::LengthUnit;
 
 pub use error::{MAX_FILE_BYTES, ReadError};
 
-/// The endings of file names that are read as meshes, in lower case.
-pub const EXTENSIONS: [&str; 3] = ["ply", "obj", "stl"];
+/// What reads the content of a format, in the file's unit of length.
+type Parser = fn(&[u8]) -> Result<Mesh, ReadError>;
 
-/// A mesh file format.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Format {
-    Ply,
-    Obj,
-    Stl,
+/// The ending of a file's name, in lower case.
+pub(crate) fn ending(path: &Path) -> String {
+    let ending = path.extension().unwrap_or_default();
+    ending.to_string_lossy().to_ascii_lowercase()
 }
 
-impl Format {
-    fn of(path: &Path) -> Result<Self, ReadError> {
-        let extension = path
-            .extension()
-            .and_then(|extension| extension.to_str())
-            .unwrap_or("");
-        match extension.to_ascii_lowercase().as_str() {
-            "ply" => Ok(Self::Ply),
-            "obj" => Ok(Self::Obj),
-            "stl" => Ok(Self::Stl),
-            _ => Err(ReadError::Extension),
-        }
+fn parser(path: &Path) -> Result<Parser, ReadError> {
+    match ending(path).as_str() {
+        "ply" => Ok(ply::parse),
+        "obj" => Ok(obj::parse),
+        "stl" => Ok(stl::parse),
+        _ => Err(ReadError::Extension),
     }
 }
 
 /// Whether a file's name ends like that of a mesh.
 pub fn is_mesh_file(path: &Path) -> bool {
-    Format::of(path).is_ok()
+    parser(path).is_ok()
 }
 
 /// The content of a mesh file, refused beyond [`MAX_FILE_BYTES`].
@@ -52,7 +44,7 @@ pub fn is_mesh_file(path: &Path) -> bool {
 /// # Errors
 /// [`ReadError`] where the ending is unknown, or the file cannot be read or is too large.
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
-    Format::of(path)?;
+    parser(path)?;
     let file = File::open(path)?;
     let mut bytes = Vec::new();
     // Counted while reading, since what a file system says of a length need not hold.
@@ -72,11 +64,7 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
 /// # Errors
 /// [`ReadError`] where the ending is unknown or the content malformed.
 pub fn parse(path: &Path, bytes: &[u8], unit: LengthUnit) -> Result<Mesh, ReadError> {
-    let mut mesh = match Format::of(path)? {
-        Format::Ply => ply::parse(bytes)?,
-        Format::Obj => obj::parse(bytes)?,
-        Format::Stl => stl::parse(bytes)?,
-    };
+    let mut mesh = parser(path)?(bytes)?;
     if unit != LengthUnit::Metres {
         for vertex in &mut mesh.vertices {
             *vertex = Point3::from(vertex.coords * unit.metres());
@@ -94,4 +82,4 @@ pub fn read(path: &Path, unit: LengthUnit) -> Result<Mesh, ReadError> {
 }
 
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;

@@ -7,7 +7,6 @@ use super::error::ReadError;
 use crate::mesh::Mesh;
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
-    let malformed = |reason: String| ReadError::malformed("OBJ", &reason);
     let options = LoadOptions {
         triangulate: true,
         ignore_points: true,
@@ -16,27 +15,19 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     };
     let mut content = bytes;
     let loaded = tobj::load_obj_buf(&mut content, &options, |_| Err(LoadError::OpenFileFailed));
-    let (models, _) = loaded.map_err(|error| malformed(error.to_string()))?;
+    let (models, _) = loaded.map_err(|error| ReadError::malformed("OBJ", error))?;
     let mut mesh = Mesh::default();
     for model in models {
         let offset = u32::try_from(mesh.vertices.len())
-            .map_err(|_| malformed("it has too many vertices".to_owned()))?;
-        let positions = model.mesh.positions.chunks_exact(3);
-        mesh.vertices
-            .extend(positions.filter_map(|position| match position {
-                [x, y, z] => Some(Point3::new(f64::from(*x), f64::from(*y), f64::from(*z))),
-                _ => None,
-            }));
-        let corners = model.mesh.indices.chunks_exact(3);
-        mesh.triangles
-            .extend(corners.filter_map(|corners| match corners {
-                [a, b, c] => Some([
-                    a.saturating_add(offset),
-                    b.saturating_add(offset),
-                    c.saturating_add(offset),
-                ]),
-                _ => None,
-            }));
+            .map_err(|_| ReadError::malformed("OBJ", "it has too many vertices"))?;
+        let (positions, _) = model.mesh.positions.as_chunks::<3>();
+        let vertices = positions
+            .iter()
+            .map(|position| Point3::from(*position).cast());
+        mesh.vertices.extend(vertices);
+        let (triangles, _) = model.mesh.indices.as_chunks::<3>();
+        let moved = |corners: &[u32; 3]| corners.map(|corner| corner.saturating_add(offset));
+        mesh.triangles.extend(triangles.iter().map(moved));
     }
     Ok(mesh)
 }

@@ -1,9 +1,11 @@
 //! PLY, ASCII and binary.
 
+use std::fmt::Display;
+
 use nalgebra::Point3;
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
-use ppnpack_clouds::ply_header;
+use ppnpack_clouds::ply_header::{self, Skipped};
 
 use super::error::ReadError;
 use crate::mesh::Mesh;
@@ -51,15 +53,6 @@ impl PropertyAccess for Face {
     }
 }
 
-/// An element that is read past.
-struct Skipped;
-
-impl PropertyAccess for Skipped {
-    fn new() -> Self {
-        Self
-    }
-}
-
 fn scalar(property: &Property) -> Option<f64> {
     match property {
         Property::Char(value) => Some(f64::from(*value)),
@@ -74,46 +67,35 @@ fn scalar(property: &Property) -> Option<f64> {
     }
 }
 
+fn malformed(reason: impl Display) -> ReadError {
+    ReadError::malformed("PLY", reason)
+}
+
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
-    let malformed = |reason: String| ReadError::malformed("PLY", &reason);
     let mut reader = Reader::new(bytes);
     let vertices = Parser::<Vertex>::new();
-    let header = vertices
-        .read_header(&mut reader)
-        .map_err(|error| malformed(error.to_string()))?;
-    for (name, element) in &header.elements {
-        if !ply_header::can_hold(bytes.len(), element, header.encoding) {
-            return Err(malformed(format!(
-                "its header announces {} elements '{name}', more than its {} bytes can hold",
-                element.count,
-                bytes.len()
-            )));
-        }
+    let header = vertices.read_header(&mut reader).map_err(malformed)?;
+    for (_, element) in &header.elements {
+        ply_header::check_length(bytes.len(), element, header.encoding).map_err(malformed)?;
     }
     let mut mesh = Mesh::default();
     for (name, element) in &header.elements {
         match name.as_str() {
             "vertex" => {
                 let read = vertices.read_payload_for_element(&mut reader, element, &header);
-                let read = read.map_err(|error| malformed(error.to_string()))?;
-                mesh.vertices = read
-                    .into_iter()
-                    .map(|vertex| Point3::from(vertex.0))
-                    .collect();
+                let points = read.map_err(malformed)?.into_iter();
+                mesh.vertices = points.map(|vertex| Point3::from(vertex.0)).collect();
             }
             "face" => {
                 let faces = Parser::<Face>::new();
                 let read = faces.read_payload_for_element(&mut reader, element, &header);
-                let read = read.map_err(|error| malformed(error.to_string()))?;
-                mesh.triangles = read.iter().flat_map(|face| fan(&face.0)).collect();
+                let faces = read.map_err(malformed)?;
+                mesh.triangles = faces.iter().flat_map(|face| fan(&face.0)).collect();
             }
             _ => {
-                let read = Parser::<Skipped>::new().read_payload_for_element(
-                    &mut reader,
-                    element,
-                    &header,
-                );
-                read.map_err(|error| malformed(error.to_string()))?;
+                let skipped = Parser::<Skipped>::new();
+                let read = skipped.read_payload_for_element(&mut reader, element, &header);
+                read.map_err(malformed)?;
             }
         }
     }

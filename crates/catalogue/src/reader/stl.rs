@@ -1,5 +1,6 @@
 //! STL, ASCII and binary. Its triangles share no vertices, so equal corners are welded.
 
+use std::fmt::Display;
 use std::io::Cursor;
 
 use nalgebra::Point3;
@@ -13,7 +14,6 @@ const HEADER_BYTES: usize = 84;
 const TRIANGLE_BYTES: usize = 50;
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
-    let malformed = |reason: String| ReadError::malformed("STL", &reason);
     let read = match binary_triangles(bytes) {
         // Many programs begin the comment of a binary file with "solid", the mark of an ASCII file.
         Some(count) if bytes.len() == HEADER_BYTES + count * TRIANGLE_BYTES => {
@@ -22,7 +22,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
             stl_io::read_stl(&mut Cursor::new(content))
         }
         Some(count) if !bytes.starts_with(b"solid") => {
-            return Err(malformed(format!(
+            return Err(malformed(format_args!(
                 "its header announces {count} triangles, which take {} bytes, but it has {}",
                 HEADER_BYTES.saturating_add(count.saturating_mul(TRIANGLE_BYTES)),
                 bytes.len()
@@ -30,10 +30,9 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
         }
         _ => stl_io::read_stl(&mut Cursor::new(bytes)),
     };
-    let read = read.map_err(|error| malformed(error.to_string()))?;
-    let index = |index: usize| {
-        u32::try_from(index).map_err(|_| malformed("it has too many vertices".to_owned()))
-    };
+    let read = read.map_err(malformed)?;
+    let index =
+        |index: usize| u32::try_from(index).map_err(|_| malformed("it has too many vertices"));
     let vertices = read
         .vertices
         .iter()
@@ -47,6 +46,10 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
         vertices: vertices.collect(),
         triangles,
     })
+}
+
+fn malformed(reason: impl Display) -> ReadError {
+    ReadError::malformed("STL", reason)
 }
 
 /// How many triangles the header of a binary file announces.

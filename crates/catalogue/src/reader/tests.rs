@@ -5,17 +5,16 @@ use proptest::prelude::*;
 use super::*;
 
 /// A unit cube as an OBJ of quadrilaterals.
-pub(crate) const CUBE_OBJ: &str = "\
+const CUBE_OBJ: &str = "\
 v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
 f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
+fn parsed(name: &str, bytes: &[u8]) -> Result<Mesh, ReadError> {
+    parse(Path::new(name), bytes, LengthUnit::Metres)
+}
+
 fn cube() -> Mesh {
-    parse(
-        Path::new("cube.obj"),
-        CUBE_OBJ.as_bytes(),
-        LengthUnit::Metres,
-    )
-    .unwrap()
+    parsed("cube.obj", CUBE_OBJ.as_bytes()).unwrap()
 }
 
 fn cube_ply(encoding: &str) -> Vec<u8> {
@@ -65,11 +64,9 @@ fn cube_stl(comment: &[u8]) -> Vec<u8> {
 fn cube_ascii_stl() -> Vec<u8> {
     let mut text = String::from("solid cube\n");
     for corners in cube().corners() {
-        text.push_str("facet normal 0 0 0\nouter loop\n");
-        for corner in corners {
-            text.push_str(&format!("vertex {} {} {}\n", corner.x, corner.y, corner.z));
-        }
-        text.push_str("endloop\nendfacet\n");
+        let vertices = corners.map(|at| format!("vertex {} {} {}\n", at.x, at.y, at.z));
+        let vertices = vertices.concat();
+        text += &format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n");
     }
     text.push_str("endsolid cube\n");
     text.into_bytes()
@@ -107,7 +104,7 @@ fn a_cut_file_is_refused() {
             continue; // Any line of it may be the last.
         }
         let cut = &bytes[..bytes.len() * 3 / 4];
-        let error = parse(Path::new(name), cut, LengthUnit::Metres).unwrap_err();
+        let error = parsed(name, cut).unwrap_err();
         assert!(matches!(error, ReadError::Format { .. }), "{name}: {error}");
     }
 }
@@ -122,12 +119,12 @@ fn counts_that_the_file_cannot_hold_are_refused_without_reading() {
         "element vertex 18446744073709551615\nproperty double x",
         "element nothing 4000000000",
     ] {
-        let read = parse(Path::new("a.ply"), &ply(element), LengthUnit::Metres);
+        let read = parsed("a.ply", &ply(element));
         assert!(matches!(read, Err(ReadError::Format { .. })), "{element}");
     }
     let mut stl = cube_stl(b"");
     stl[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
-    assert!(parse(Path::new("a.stl"), &stl, LengthUnit::Metres).is_err());
+    assert!(parsed("a.stl", &stl).is_err());
 }
 
 #[test]
@@ -156,13 +153,13 @@ proptest! {
         }
         bytes.truncate((bytes.len() as f64 * cut) as usize);
         // Whether it reads is of no matter here.
-        drop(parse(Path::new(name), &bytes, LengthUnit::Metres));
+        drop(parsed(name, &bytes));
     }
 
     #[test]
     fn noise_never_panics(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
         for name in ["a.ply", "a.obj", "a.stl"] {
-            drop(parse(Path::new(name), &bytes, LengthUnit::Metres));
+            drop(parsed(name, &bytes));
         }
     }
 }

@@ -61,57 +61,40 @@ impl fmt::Display for Repair {
 pub fn repaired(mut mesh: Mesh, unit: LengthUnit) -> Result<(Mesh, Vec<Repair>), MeshError> {
     checked_numbers(&mesh)?;
     checked_size(&mesh, unit)?;
-    let mut repairs = Repairs::default();
+    let [mut welded, mut degenerate, mut duplicate, mut turned] = [0; 4];
     let size_m = mesh
         .bounds()
         .map_or(0.0, |bounds| bounds.extents_m().norm());
     for tolerance_m in [0.0, 1e-5 * size_m] {
-        repairs.welded += weld::weld(&mut mesh, tolerance_m);
-        repairs.degenerate += faces::without_collapsed(&mut mesh);
-        repairs.duplicate += faces::without_duplicates(&mut mesh);
-        repairs.turned += orientation::align(&mut mesh)?;
+        welded += weld::weld(&mut mesh, tolerance_m);
+        degenerate += faces::without_collapsed(&mut mesh);
+        duplicate += faces::without_duplicates(&mut mesh);
+        turned += orientation::align(&mut mesh)?;
         if orientation::open_edges(&mesh) == 0 {
             break;
         }
     }
-    repairs.capped = holes::cap(&mut mesh, size_m);
+    let capped = holes::cap(&mut mesh, size_m);
     let edges = orientation::open_edges(&mesh);
     if edges > 0 {
         return Err(MeshError::Open { edges });
     }
-    repairs.degenerate += faces::without_slivers(&mut mesh);
-    repairs.turned += orientation::face_outwards(&mut mesh);
-    repairs.unused = weld::without_unused(&mut mesh);
+    degenerate += faces::without_slivers(&mut mesh);
+    turned += orientation::face_outwards(&mut mesh);
+    let unused = weld::without_unused(&mut mesh);
     checked_thickness(&mesh)?;
     checked_size(&mesh, unit)?;
-    Ok((mesh, repairs.list()))
-}
-
-#[derive(Default)]
-struct Repairs {
-    welded: usize,
-    unused: usize,
-    degenerate: usize,
-    duplicate: usize,
-    turned: usize,
-    capped: usize,
-}
-
-impl Repairs {
-    fn list(&self) -> Vec<Repair> {
-        let all = [
-            (self.welded, Repair::Welded(self.welded)),
-            (self.unused, Repair::UnusedVertices(self.unused)),
-            (self.degenerate, Repair::Degenerate(self.degenerate)),
-            (self.duplicate, Repair::Duplicate(self.duplicate)),
-            (self.turned, Repair::Turned(self.turned)),
-            (self.capped, Repair::Capped(self.capped)),
-        ];
-        all.into_iter()
-            .filter(|(count, _)| *count > 0)
-            .map(|(_, repair)| repair)
-            .collect()
-    }
+    type Kind = fn(usize) -> Repair;
+    let repairs: [(Kind, usize); 6] = [
+        (Repair::Welded, welded),
+        (Repair::UnusedVertices, unused),
+        (Repair::Degenerate, degenerate),
+        (Repair::Duplicate, duplicate),
+        (Repair::Turned, turned),
+        (Repair::Capped, capped),
+    ];
+    let done = repairs.into_iter().filter(|(_, count)| *count > 0);
+    Ok((mesh, done.map(|(repair, count)| repair(count)).collect()))
 }
 
 fn checked_numbers(mesh: &Mesh) -> Result<(), MeshError> {

@@ -6,6 +6,7 @@
 )]
 
 use super::error::MeshError;
+use crate::hull;
 use crate::mesh::{Bounds, Mesh};
 
 /// A side of a triangle.
@@ -35,8 +36,8 @@ impl Side {
 
 /// All sides, those of one edge together.
 fn sides(mesh: &Mesh) -> Vec<Side> {
-    let of_triangle = |(triangle, [a, b, c]): (usize, &[u32; 3])| {
-        [(*a, *b), (*b, *c), (*c, *a)].map(|(from, to)| Side {
+    let of_triangle = |(triangle, corners): (usize, &[u32; 3])| {
+        hull::sides(*corners).map(|(from, to)| Side {
             low: from.min(to),
             high: from.max(to),
             triangle,
@@ -137,19 +138,24 @@ pub(super) fn align(mesh: &mut Mesh) -> Result<usize, MeshError> {
         sizes[*component].0 += 1;
         sizes[*component].1 += usize::from(*turned);
     }
-    let mut count = 0;
-    let triangles = mesh
-        .triangles
-        .iter_mut()
-        .zip(found.of_triangle.iter().zip(&found.turned));
-    for (corners, (component, turned)) in triangles {
+    let marked = found.of_triangle.iter().zip(&found.turned);
+    let marked = marked.map(|(component, turned)| {
         let (all, turned_ones) = sizes[*component];
-        if *turned != (turned_ones * 2 > all) {
+        *turned != (turned_ones * 2 > all)
+    });
+    Ok(turn(mesh, marked))
+}
+
+/// Turns the triangles that are marked; returns how many.
+fn turn(mesh: &mut Mesh, marked: impl Iterator<Item = bool>) -> usize {
+    let mut count = 0;
+    for (corners, marked) in mesh.triangles.iter_mut().zip(marked) {
+        if marked {
             corners.swap(1, 2);
             count += 1;
         }
     }
-    Ok(count)
+    count
 }
 
 /// Turns the components of a closed surface that face inwards, unless they lie inside another, where they are
@@ -157,52 +163,31 @@ pub(super) fn align(mesh: &mut Mesh) -> Result<usize, MeshError> {
 pub(super) fn face_outwards(mesh: &mut Mesh) -> usize {
     let found = components(mesh);
     let mut parts = vec![Mesh::default(); found.count];
-    for (triangle, component) in mesh.triangles.iter().zip(&found.of_triangle) {
-        parts[*component].triangles.push(*triangle);
+    for (corners, component) in mesh.corners().zip(&found.of_triangle) {
+        let part = &mut parts[*component];
+        let first = part.vertices.len() as u32;
+        part.vertices.extend(corners);
+        part.triangles.push([first, first + 1, first + 2]);
     }
-    let whole = &mesh.vertices;
-    let measured: Vec<(f64, Option<Bounds>)> = parts
-        .iter()
-        .map(|part| {
-            let corners = |index: u32| whole.get(index as usize).copied();
-            let points: Vec<_> = part
-                .triangles
-                .iter()
-                .flatten()
-                .filter_map(|index| corners(*index))
-                .collect();
-            let solid = Mesh {
-                triangles: (0..points.len() as u32 / 3)
-                    .map(|at| [3 * at, 3 * at + 1, 3 * at + 2])
-                    .collect(),
-                vertices: points,
-            };
-            (solid.signed_volume_m3(), solid.bounds())
-        })
-        .collect();
-    let inside_another = |component: usize| {
-        let (_, Some(bounds)) = &measured[component] else {
-            return false;
-        };
-        measured.iter().enumerate().any(|(other, (_, around))| {
-            around.as_ref().is_some_and(|around| {
-                other != component
-                    && (0..3).all(|axis| {
-                        around.lowest[axis] < bounds.lowest[axis]
-                            && bounds.highest[axis] < around.highest[axis]
-                    })
-            })
+    let bounds: Vec<Option<Bounds>> = parts.iter().map(Mesh::bounds).collect();
+    let is_within = |inner: &Bounds, outer: &Bounds| {
+        (0..3).all(|axis| {
+            outer.lowest[axis] < inner.lowest[axis] && inner.highest[axis] < outer.highest[axis]
         })
     };
-    let turn: Vec<bool> = (0..found.count)
-        .map(|component| measured[component].0 < 0.0 && !inside_another(component))
+    // No box is within itself.
+    let is_inside_another = |component: usize| {
+        let inner = bounds[component];
+        inner.is_some_and(|inner| {
+            bounds
+                .iter()
+                .flatten()
+                .any(|outer| is_within(&inner, outer))
+        })
+    };
+    let turned: Vec<bool> = (0..found.count)
+        .map(|component| parts[component].signed_volume_m3() < 0.0 && !is_inside_another(component))
         .collect();
-    let mut count = 0;
-    for (corners, component) in mesh.triangles.iter_mut().zip(&found.of_triangle) {
-        if turn[*component] {
-            corners.swap(1, 2);
-            count += 1;
-        }
-    }
-    count
+    let marked = found.of_triangle.iter().map(|component| turned[*component]);
+    turn(mesh, marked)
 }

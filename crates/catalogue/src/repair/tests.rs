@@ -1,11 +1,17 @@
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use proptest::prelude::*;
 
 use super::*;
-use crate::shapes::{ball, cube, cuboid, joined};
+use crate::shapes::{ball, cube};
 
 fn repaired_m(mesh: Mesh) -> Result<(Mesh, Vec<Repair>), MeshError> {
     repaired(mesh, LengthUnit::Metres)
+}
+
+fn inside_out(mut mesh: Mesh) -> Mesh {
+    let triangles = mesh.triangles.iter_mut();
+    triangles.for_each(|corners| corners.swap(0, 1));
+    mesh
 }
 
 #[test]
@@ -37,28 +43,24 @@ fn loose_triangles_are_welded() {
 
 #[test]
 fn inside_out_meshes_are_turned() {
-    let mut mesh = cube(0.1);
-    mesh.triangles
-        .iter_mut()
-        .for_each(|corners| corners.swap(0, 1));
-    let (mesh, repairs) = repaired_m(mesh).unwrap();
+    let (mesh, repairs) = repaired_m(inside_out(cube(0.1))).unwrap();
     assert!((mesh.signed_volume_m3() - 0.001).abs() < 1e-12);
     assert_eq!(repairs, vec![Repair::Turned(12)]);
 }
 
 #[test]
 fn a_cavity_stays_a_cavity_and_a_neighbour_is_turned() {
-    let inward = |mut mesh: Mesh| {
-        mesh.triangles
-            .iter_mut()
-            .for_each(|corners| corners.swap(0, 1));
-        mesh
-    };
-    let (hollow, repairs) = repaired_m(joined(&cube(0.1), &inward(cube(0.05)))).unwrap();
+    let mut hollow = cube(0.1);
+    hollow.append(&inside_out(cube(0.05)));
+    let (hollow, repairs) = repaired_m(hollow).unwrap();
     assert!(repairs.is_empty());
     assert!((hollow.signed_volume_m3() - 0.000_875).abs() < 1e-12);
-    let beside = cuboid(Point3::new(0.2, 0.0, 0.0), Vector3::from([0.05; 3]));
-    let (both, _) = repaired_m(joined(&cube(0.1), &inward(beside))).unwrap();
+    let mut both = cube(0.1);
+    both.append(&inside_out(Mesh::cuboid(
+        [0.2, 0.0, 0.0],
+        [0.25, 0.05, 0.05],
+    )));
+    let (both, _) = repaired_m(both).unwrap();
     assert!((both.signed_volume_m3() - 0.001_125).abs() < 1e-12);
 }
 
@@ -122,7 +124,7 @@ fn what_is_no_solid_is_refused() {
         vertices: 8,
     };
     assert_eq!(repaired_m(missing), Err(error));
-    let flat = cuboid(Point3::origin(), Vector3::new(0.1, 0.1, 1e-6));
+    let flat = Mesh::cuboid([0.0; 3], [0.1, 0.1, 1e-6]);
     assert!(matches!(
         repaired_m(flat),
         Err(MeshError::NoThickness { .. })
@@ -135,15 +137,10 @@ fn unlikely_sizes_name_the_likely_unit() {
         Err(MeshError::Size { unit, .. }) => unit,
         other => panic!("{other:?}"),
     };
-    assert_eq!(
-        size(cube(100.0), LengthUnit::Metres),
-        Some(LengthUnit::Millimetres)
-    );
-    assert_eq!(
-        size(cube(0.0002), LengthUnit::Millimetres),
-        Some(LengthUnit::Metres)
-    );
-    assert_eq!(size(cube(1e9), LengthUnit::Metres), None);
+    let (metres, millimetres) = (LengthUnit::Metres, LengthUnit::Millimetres);
+    assert_eq!(size(cube(100.0), metres), Some(millimetres));
+    assert_eq!(size(cube(0.0002), millimetres), Some(metres));
+    assert_eq!(size(cube(1e9), metres), None);
     let error = repaired_m(cube(100.0)).unwrap_err().to_string();
     assert!(error.contains("drawn in mm"), "{error}");
 }

@@ -1,11 +1,11 @@
-use nalgebra::{Isometry3, UnitQuaternion};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
 use ppnpack_packing::grid::{ContainerSize, Grid, Yaws};
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use proptest::prelude::*;
 
 use super::*;
 use crate::build::{ModelSettings, model};
-use crate::shapes::{ball, cuboid};
+use crate::shapes::ball;
 
 fn item_of(mesh: Mesh, resolution: &Resolution) -> (Model, Item) {
     let (model, _) = model("thing", mesh, &ModelSettings::default()).unwrap();
@@ -15,10 +15,7 @@ fn item_of(mesh: Mesh, resolution: &Resolution) -> (Model, Item) {
 
 #[test]
 fn a_box_of_whole_cells_fills_them_exactly() {
-    let mesh = cuboid(
-        Point3::new(-0.3, 0.7, 0.2),
-        Vector3::new(0.03 + 1e-10, 0.05, 0.02),
-    );
+    let mesh = Mesh::cuboid([-0.3, 0.7, 0.2], [-0.27 + 1e-10, 0.75, 0.22]);
     let (model, item) = item_of(mesh, &Resolution::reference());
     let view = &item.views()[0];
     assert_eq!((view.nx(), view.ny(), view.height()), (3, 5, 10));
@@ -36,7 +33,7 @@ fn a_box_of_whole_cells_fills_them_exactly() {
 #[test]
 fn a_thin_sheet_is_a_unit_thick() {
     let (_, item) = item_of(
-        cuboid(Point3::origin(), Vector3::new(0.03, 0.05, 0.0005)),
+        Mesh::cuboid([0.0; 3], [0.03, 0.05, 0.0005]),
         &Resolution::reference(),
     );
     let view = &item.views()[0];
@@ -47,10 +44,9 @@ fn a_thin_sheet_is_a_unit_thick() {
 #[test]
 fn an_arch_is_open_below() {
     // Two posts and a beam, as one outline extruded along y.
-    let beam = cuboid(Point3::new(0.0, 0.0, 0.04), Vector3::new(0.06, 0.02, 0.02));
-    let left = cuboid(Point3::origin(), Vector3::new(0.02, 0.02, 0.04));
-    let right = cuboid(Point3::new(0.04, 0.0, 0.0), Vector3::new(0.02, 0.02, 0.04));
-    let mesh = crate::shapes::joined(&beam, &crate::shapes::joined(&left, &right));
+    let mut mesh = Mesh::cuboid([0.0, 0.0, 0.04], [0.06, 0.02, 0.06]);
+    mesh.append(&Mesh::cuboid([0.0; 3], [0.02, 0.02, 0.04]));
+    mesh.append(&Mesh::cuboid([0.04, 0.0, 0.0], [0.06, 0.02, 0.04]));
     let (_, item) = item_of(mesh, &Resolution::reference());
     let view = &item.views()[0];
     let column = |x: usize| (view.bottom()[x * view.ny()], view.top()[x * view.ny()]);
@@ -80,7 +76,7 @@ fn a_sphere_leaves_the_corners_empty() {
 fn what_the_engine_cannot_represent_is_refused() {
     let (model, _) = model(
         "pole",
-        cuboid(Point3::origin(), Vector3::new(0.1, 0.1, 4.0)),
+        Mesh::cuboid([0.0; 3], [0.1, 0.1, 4.0]),
         &ModelSettings::default(),
     )
     .unwrap();
@@ -110,8 +106,8 @@ proptest! {
         let grid = Grid::new(container, resolution.clone()).unwrap();
         let [roll, pitch, yaw] = angles;
         let tilt = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
-        let mesh = cuboid(Point3::new(0.1, -0.2, 0.05), Vector3::from(size))
-            .transformed(&nalgebra::convert::<_, Isometry3<f64>>(tilt));
+        let pose = Isometry3::from_parts(Translation3::new(0.1, -0.2, 0.05), tilt);
+        let mesh = Mesh::cuboid([0.0; 3], size).transformed(&pose);
         let (model, item) = item_of(mesh, &resolution);
         let (yaw, x, y, resting_height) = placement;
         let placement =

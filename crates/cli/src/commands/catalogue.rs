@@ -161,7 +161,7 @@ struct CheckedObject {
 
 impl CheckedObject {
     fn new(report: &ObjectReport) -> Self {
-        let repairs = report.outcome.as_ref().map(|summary| &summary.repairs);
+        let repairs = report.outcome.as_ref().map(|object| &object.repairs);
         Self {
             path: report.path.display().to_string(),
             ok: report.outcome.is_ok(),
@@ -177,8 +177,8 @@ fn line(report: &ObjectReport) -> String {
     let path = report.path.display();
     match &report.outcome {
         Err(error) => format!("BAD  {path} {error}"),
-        Ok(summary) => {
-            let repairs: Vec<String> = summary.repairs.iter().map(ToString::to_string).collect();
+        Ok(object) => {
+            let repairs: Vec<String> = object.repairs.iter().map(ToString::to_string).collect();
             let repaired = if repairs.is_empty() {
                 String::new()
             } else {
@@ -186,8 +186,8 @@ fn line(report: &ObjectReport) -> String {
             };
             format!(
                 "ok   {path}: {} triangles, {:.0} cm³{repaired}",
-                summary.triangles,
-                summary.volume_m3 * 1e6
+                object.model.mesh.triangles.len(),
+                object.model.volume_m3 * 1e6
             )
         }
     }

@@ -62,7 +62,7 @@ pub(super) fn binary(header: &Header, body: &[u8]) -> Result<Vec<Point3<f32>>, F
     let mut points_m = Vec::with_capacity(header.points);
     for bytes in body.chunks_exact(header.stride).take(header.points) {
         let side = |coordinate: &Coordinate| {
-            let end = coordinate.offset + coordinate.size();
+            let end = coordinate.offset + coordinate.size;
             value(bytes.get(coordinate.offset..end).unwrap_or(&[]))
         };
         let [x, y, z] = &header.coordinates;
@@ -93,9 +93,9 @@ pub(super) fn compressed(header: &Header, body: &[u8]) -> Result<Vec<Point3<f32>
         .ok_or_else(|| FormatError::pcd("its packed points are damaged"))?;
     let [xs, ys, zs] = header.coordinates.map(|coordinate| {
         let from = coordinate.offset * header.points;
-        let to = from + coordinate.size() * header.points;
+        let to = from + coordinate.size * header.points;
         let column = unpacked.get(from..to).unwrap_or(&[]);
-        column.chunks_exact(coordinate.size()).map(value)
+        column.chunks_exact(coordinate.size).map(value)
     });
     let points = xs.zip(ys).zip(zs);
     Ok(points.map(|((x, y), z)| Point3::new(x, y, z)).collect())

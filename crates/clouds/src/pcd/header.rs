@@ -39,14 +39,8 @@ pub(super) struct Coordinate {
     pub(super) offset: usize,
     /// In numbers, as they stand in a line.
     pub(super) column: usize,
-    pub(super) is_double: bool,
-}
-
-impl Coordinate {
-    /// Its bytes.
-    pub(super) fn size(&self) -> usize {
-        if self.is_double { 8 } else { 4 }
-    }
+    /// Its bytes, 4 or 8.
+    pub(super) size: usize,
 }
 
 /// The lines of a header without comments and empty ones, each with where the next line begins.
@@ -147,17 +141,26 @@ impl<'a> Entries<'a> {
         let mut found = [None; 3];
         let (mut stride, mut numbers) = (0, 0);
         for (index, name) in self.fields.iter().enumerate() {
-            let field = self.field(index)?;
+            let (kind, size, count) = self.field(index)?;
             if let Some(place) = ["x", "y", "z"].iter().position(|side| side == name)
                 && let Some(coordinate) = found.get_mut(place)
             {
                 if coordinate.is_some() {
                     return Err(FormatError::pcd(format_args!("it has two fields '{name}'")));
                 }
-                *coordinate = Some(field.coordinate(name, stride, numbers)?);
+                if kind != "F" || count != 1 {
+                    return Err(FormatError::pcd(format_args!(
+                        "its field '{name}' is not one number of TYPE F"
+                    )));
+                }
+                *coordinate = Some(Coordinate {
+                    offset: stride,
+                    column: numbers,
+                    size,
+                });
             }
-            stride += field.size * field.count;
-            numbers += field.count;
+            stride += size * count;
+            numbers += count;
         }
         if stride > MAX_POINT_BYTES {
             return Err(FormatError::pcd(format_args!(
@@ -193,7 +196,8 @@ impl<'a> Entries<'a> {
         Ok((width, points))
     }
 
-    fn field(&self, index: usize) -> Result<Field<'a>, FormatError> {
+    /// The type of a field's numbers, the bytes of each and their count.
+    fn field(&self, index: usize) -> Result<(&'a str, usize, usize), FormatError> {
         let text = |values: &[&'a str]| values.get(index).copied();
         let size = text(&self.sizes).unwrap_or("");
         let kind = text(&self.types).unwrap_or("");
@@ -214,38 +218,7 @@ impl<'a> Entries<'a> {
                 "a field has COUNT {count} where at most {MAX_POINT_BYTES} is possible"
             )));
         }
-        Ok(Field {
-            kind,
-            size: one_number("SIZE", &[size])?,
-            count,
-        })
-    }
-}
-
-/// A field of a point.
-struct Field<'a> {
-    kind: &'a str,
-    size: usize,
-    count: usize,
-}
-
-impl Field<'_> {
-    fn coordinate(
-        &self,
-        name: &str,
-        offset: usize,
-        column: usize,
-    ) -> Result<Coordinate, FormatError> {
-        if self.kind != "F" || self.count != 1 {
-            return Err(FormatError::pcd(format_args!(
-                "its field '{name}' is not one number of TYPE F"
-            )));
-        }
-        Ok(Coordinate {
-            offset,
-            column,
-            is_double: self.size == 8,
-        })
+        Ok((kind, one_number("SIZE", &[size])?, count))
     }
 }
 

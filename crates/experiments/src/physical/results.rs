@@ -82,7 +82,6 @@ fn timeline(line: &Line) -> Bars {
     Bars {
         title: format!("An item's way: {}", line.method),
         value_label: "Median (ms)".to_owned(),
-        decimals: 1,
         bars,
     }
 }

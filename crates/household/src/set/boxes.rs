@@ -1,33 +1,26 @@
 //! Cartons and books.
 
 use crate::outline::{arc, rectangle, regular};
-use crate::recipe::Category::Boxes;
-use crate::recipe::{Recipe, recipe};
+use crate::set::Recipe;
 use crate::solid::Solid;
 use crate::surfaces::extrude;
 
 pub(crate) const RECIPES: &[Recipe] = &[
-    recipe(Boxes, "cracker_box", 411.0, || carton(60.0, 158.0, 210.0)),
-    recipe(Boxes, "cereal_box", 430.0, || carton(55.0, 190.0, 235.0)),
-    recipe(Boxes, "sugar_box", 514.0, || carton(38.0, 89.0, 175.0)),
-    recipe(Boxes, "pudding_box", 187.0, || carton(110.0, 89.0, 35.0)),
-    recipe(Boxes, "gelatin_box", 97.0, || carton(85.0, 73.0, 28.0)),
-    recipe(Boxes, "tissue_box", 210.0, || carton(115.0, 115.0, 120.0)),
-    recipe(Boxes, "medicine_box", 85.0, || carton(125.0, 72.0, 40.0)),
-    recipe(Boxes, "toothpaste_box", 150.0, || carton(195.0, 48.0, 40.0)),
-    recipe(Boxes, "milk_carton", 530.0, || {
-        gable_carton(70.0, 125.0, 30.0)
-    }),
-    recipe(Boxes, "chocolate_prism", 360.0, || {
+    ("cracker_box", 411.0, || carton(60.0, 158.0, 210.0)),
+    ("cereal_box", 430.0, || carton(55.0, 190.0, 235.0)),
+    ("sugar_box", 514.0, || carton(38.0, 89.0, 175.0)),
+    ("pudding_box", 187.0, || carton(110.0, 89.0, 35.0)),
+    ("gelatin_box", 97.0, || carton(85.0, 73.0, 28.0)),
+    ("tissue_box", 210.0, || carton(115.0, 115.0, 120.0)),
+    ("medicine_box", 85.0, || carton(125.0, 72.0, 40.0)),
+    ("toothpaste_box", 150.0, || carton(195.0, 48.0, 40.0)),
+    ("milk_carton", 530.0, || gable_carton(70.0, 125.0, 30.0)),
+    ("chocolate_prism", 360.0, || {
         extrude(&regular(3, 62.0), 290.0).laid_down()
     }),
-    recipe(Boxes, "cookie_box", 400.0, || {
-        extrude(&regular(6, 150.0), 55.0)
-    }),
-    recipe(Boxes, "hardcover_book", 640.0, || book(150.0, 215.0, 30.0)),
-    recipe(Boxes, "paperback_book", 290.0, || {
-        carton(110.0, 178.0, 24.0)
-    }),
+    ("cookie_box", 400.0, || extrude(&regular(6, 150.0), 55.0)),
+    ("hardcover_book", 640.0, || book(150.0, 215.0, 30.0)),
+    ("paperback_book", 290.0, || carton(110.0, 178.0, 24.0)),
 ];
 
 fn carton(width: f64, depth: f64, height: f64) -> Solid {

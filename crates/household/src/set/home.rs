@@ -2,37 +2,31 @@
 
 use crate::field::{block, cylinder, ellipsoid, rod};
 use crate::outline::{Point, rounded_rectangle, spline};
-use crate::recipe::Category::Household;
-use crate::recipe::{Recipe, recipe};
+use crate::set::Recipe;
 use crate::solid::Solid;
-use crate::surface_nets::carve;
-use crate::surfaces::{extrude, lathe, lathe_ring, loft, section, superellipsoid};
+use crate::surfaces::{extrude, lathe, lathe_ring, loft, superellipsoid};
 
 pub(crate) const RECIPES: &[Recipe] = &[
-    recipe(Household, "large_marker", 18.0, || {
-        lathe(MARKER).laid_down().pressed(0.3)
+    ("large_marker", 18.0, || lathe(MARKER).lying(0.3)),
+    ("tape_roll", 140.0, || ring(105.0, 76.0, 48.0)),
+    ("toilet_roll", 110.0, || ring(112.0, 42.0, 98.0)),
+    ("scrubbing_brush", 120.0, scrubbing_brush),
+    ("remote_control", 150.0, remote_control),
+    ("candle", 390.0, || lathe(CANDLE)),
+    ("light_bulb", 45.0, || {
+        lathe(&spline(LIGHT_BULB, 3)).lying(0.5)
     }),
-    recipe(Household, "tape_roll", 140.0, || ring(105.0, 76.0, 48.0)),
-    recipe(Household, "toilet_roll", 110.0, || ring(112.0, 42.0, 98.0)),
-    recipe(Household, "scrubbing_brush", 120.0, scrubbing_brush),
-    recipe(Household, "remote_control", 150.0, remote_control),
-    recipe(Household, "candle", 390.0, || lathe(CANDLE)),
-    recipe(Household, "light_bulb", 45.0, || {
-        lathe(&spline(LIGHT_BULB, 3)).laid_down().pressed(0.5)
+    ("phone", 195.0, || {
+        extrude(&rounded_rectangle(74.0, 152.0, 11.0), 10.0)
     }),
-    recipe(Household, "phone", 195.0, || phone(74.0, 152.0, 10.0)),
-    recipe(Household, "glasses_case", 120.0, || {
+    ("glasses_case", 120.0, || {
         superellipsoid([165.0, 68.0, 52.0], 2.6, 3.2).pressed(1.0)
     }),
-    recipe(Household, "toothpaste_tube", 130.0, toothpaste_tube),
-    recipe(Household, "sponge", 22.0, || {
-        soft_brick([112.0, 75.0, 42.0])
-    }),
-    recipe(Household, "soap_bar", 125.0, || {
-        soft_brick([92.0, 60.0, 32.0])
-    }),
-    recipe(Household, "game_controller", 240.0, game_controller),
-    recipe(Household, "alarm_clock", 230.0, alarm_clock),
+    ("toothpaste_tube", 130.0, toothpaste_tube),
+    ("sponge", 22.0, || soft_brick([112.0, 75.0, 42.0])),
+    ("soap_bar", 125.0, || soft_brick([92.0, 60.0, 32.0])),
+    ("game_controller", 240.0, game_controller),
+    ("alarm_clock", 230.0, alarm_clock),
 ];
 
 /// Profiles, `[radius, height]`.
@@ -82,37 +76,31 @@ fn soft_brick(size: [f64; 3]) -> Solid {
     superellipsoid(size, 7.0, 7.0).pressed(0.5)
 }
 
-fn phone(width: f64, length: f64, thickness: f64) -> Solid {
-    extrude(&rounded_rectangle(width, length, 11.0), thickness)
-}
-
 fn remote_control() -> Solid {
     loft(&[
-        section(0.0, 18.0, 42.0, 4.0),
-        section(4.0, 24.0, 50.0, 4.0),
-        section(60.0, 22.0, 48.0, 4.0),
-        section(120.0, 24.0, 50.0, 4.0),
-        section(178.0, 28.0, 54.0, 4.0),
-        section(186.0, 22.0, 46.0, 4.0),
+        [0.0, 18.0, 42.0, 4.0],
+        [4.0, 24.0, 50.0, 4.0],
+        [60.0, 22.0, 48.0, 4.0],
+        [120.0, 24.0, 50.0, 4.0],
+        [178.0, 28.0, 54.0, 4.0],
+        [186.0, 22.0, 46.0, 4.0],
     ])
-    .laid_down()
-    .pressed(0.5)
+    .lying(0.5)
 }
 
 /// A full tube: round at the cap, a flat seam at the other end, lying down.
 fn toothpaste_tube() -> Solid {
     loft(&[
-        section(0.0, 2.0, 60.0, 3.0),
-        section(10.0, 4.0, 60.0, 3.0),
-        section(60.0, 24.0, 54.0, 2.4),
-        section(110.0, 35.0, 47.0, 2.1),
-        section(142.0, 40.0, 42.0, 2.0),
-        section(148.0, 30.0, 30.0, 2.0),
-        section(150.0, 29.0, 29.0, 2.0),
-        section(172.0, 25.0, 25.0, 2.0),
+        [0.0, 2.0, 60.0, 3.0],
+        [10.0, 4.0, 60.0, 3.0],
+        [60.0, 24.0, 54.0, 2.4],
+        [110.0, 35.0, 47.0, 2.1],
+        [142.0, 40.0, 42.0, 2.0],
+        [148.0, 30.0, 30.0, 2.0],
+        [150.0, 29.0, 29.0, 2.0],
+        [172.0, 25.0, 25.0, 2.0],
     ])
-    .laid_down()
-    .pressed(0.5)
+    .lying(0.5)
 }
 
 /// A brush that stands on its bristles.
@@ -124,7 +112,7 @@ fn scrubbing_brush() -> Solid {
     let grip = rod([-45.0, 0.0, 66.0], [45.0, 0.0, 66.0], [11.0, 11.0])
         .and(rod([-45.0, 0.0, 66.0], [-60.0, 0.0, 45.0], [11.0, 12.0]))
         .and(rod([45.0, 0.0, 66.0], [60.0, 0.0, 45.0], [11.0, 12.0]));
-    carve(&bristles.and(back).blended(grip, 6.0), 3.5)
+    bristles.and(back).blended(grip, 6.0).carved(3.5)
 }
 
 fn game_controller() -> Solid {
@@ -140,10 +128,10 @@ fn game_controller() -> Solid {
     let held = grips
         .into_iter()
         .fold(shell, |body, grip| body.blended(grip, 12.0));
-    carve(
-        &sticks.into_iter().fold(held, |body, stick| body.and(stick)),
-        3.0,
-    )
+    sticks
+        .into_iter()
+        .fold(held, |body, stick| body.and(stick))
+        .carved(3.0)
 }
 
 /// A round clock on two feet, with a bell on top.
@@ -154,8 +142,9 @@ fn alarm_clock() -> Solid {
     let feet = foot(-40.0).and(foot(40.0));
     let stand = block([92.0, 46.0, 12.0], 3.0).at(0.0, 0.0, 5.0);
     let bell = ellipsoid([46.0, 36.0, 30.0]).at(0.0, 0.0, 106.0);
-    carve(
-        &case.without(dial).and(feet).and(stand).blended(bell, 4.0),
-        3.0,
-    )
+    case.without(dial)
+        .and(feet)
+        .and(stand)
+        .blended(bell, 4.0)
+        .carved(3.0)
 }

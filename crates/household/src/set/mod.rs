@@ -9,10 +9,13 @@ mod tableware;
 mod tools;
 mod toys;
 
-use crate::recipe::Recipe;
+use crate::solid::Solid;
+
+/// An object's name and mass, and what makes it in its resting pose.
+pub(crate) type Recipe = (&'static str, f64, fn() -> Solid);
 
 /// Every recipe of the set.
-pub(crate) fn recipes() -> Vec<&'static Recipe> {
+pub(crate) fn recipes() -> Vec<Recipe> {
     [
         boxes::RECIPES,
         packs::RECIPES,
@@ -22,7 +25,5 @@ pub(crate) fn recipes() -> Vec<&'static Recipe> {
         toys::RECIPES,
         home::RECIPES,
     ]
-    .into_iter()
-    .flatten()
-    .collect()
+    .concat()
 }

@@ -2,46 +2,36 @@
 
 use crate::field::{block, cylinder, rod, trunk};
 use crate::outline::{Point, rounded_rectangle, spline};
-use crate::recipe::Category::{Bottles, Cans, Jars, SoftPacks};
-use crate::recipe::{Recipe, recipe};
+use crate::set::Recipe;
 use crate::solid::Solid;
-use crate::surface_nets::carve;
-use crate::surfaces::{extrude, lathe, lathe_with_sides, loft, section};
+use crate::surfaces::{extrude, lathe, lathe_with_sides, loft};
 
 pub(crate) const RECIPES: &[Recipe] = &[
-    recipe(Cans, "tomato_soup_can", 349.0, || can(66.0, 101.0)),
-    recipe(Cans, "coffee_can", 414.0, || can(102.0, 139.0)),
-    recipe(Cans, "tuna_can", 205.0, || can(85.0, 38.0)),
-    recipe(Cans, "crisps_tube", 205.0, || can(75.0, 235.0)),
-    recipe(Cans, "soda_can", 350.0, || lathe(SODA_CAN)),
-    recipe(Cans, "spray_paint_can", 390.0, || lathe(SPRAY_CAN)),
-    recipe(Cans, "potted_meat_can", 370.0, || {
-        tin(97.0, 52.0, 82.0, 14.0)
-    }),
-    recipe(Cans, "sardine_tin", 125.0, || tin(108.0, 62.0, 26.0, 16.0)),
-    recipe(Jars, "jam_jar", 590.0, || jar(78.0, 92.0, 66.0)),
-    recipe(Jars, "honey_jar", 680.0, || {
+    ("tomato_soup_can", 349.0, || can(66.0, 101.0)),
+    ("coffee_can", 414.0, || can(102.0, 139.0)),
+    ("tuna_can", 205.0, || can(85.0, 38.0)),
+    ("crisps_tube", 205.0, || can(75.0, 235.0)),
+    ("soda_can", 350.0, || lathe(SODA_CAN)),
+    ("spray_paint_can", 390.0, || lathe(SPRAY_CAN)),
+    ("potted_meat_can", 370.0, || tin(97.0, 52.0, 82.0, 14.0)),
+    ("sardine_tin", 125.0, || tin(108.0, 62.0, 26.0, 16.0)),
+    ("jam_jar", 590.0, || jar(78.0, 92.0, 66.0)),
+    ("honey_jar", 680.0, || {
         lathe_with_sides(&jar_profile(92.0, 105.0, 66.0), 6)
     }),
-    recipe(Jars, "spice_jar", 130.0, || jar(50.0, 105.0, 44.0)),
-    recipe(Bottles, "water_bottle", 520.0, || lathe(WATER_BOTTLE)),
-    recipe(Bottles, "beer_bottle", 620.0, || {
-        lathe(BEER_BOTTLE).laid_down().pressed(0.5)
-    }),
-    recipe(Bottles, "vitamin_bottle", 180.0, || lathe(VITAMIN_BOTTLE)),
-    recipe(Bottles, "mustard_bottle", 603.0, mustard_bottle),
-    recipe(Bottles, "bleach_bottle", 1131.0, bleach_bottle),
-    recipe(Bottles, "shampoo_bottle", 470.0, shampoo_bottle),
-    recipe(Bottles, "glue_bottle", 225.0, glue_bottle),
-    recipe(Bottles, "spray_bottle", 640.0, spray_bottle),
-    recipe(Bottles, "hand_soap_pump", 420.0, hand_soap_pump),
-    recipe(SoftPacks, "crisps_bag", 175.0, || {
-        pillow_bag(170.0, 240.0, 75.0)
-    }),
-    recipe(SoftPacks, "rice_bag", 1005.0, || {
-        pillow_bag(130.0, 215.0, 62.0)
-    }),
-    recipe(SoftPacks, "coffee_bag", 520.0, coffee_bag),
+    ("spice_jar", 130.0, || jar(50.0, 105.0, 44.0)),
+    ("water_bottle", 520.0, || lathe(WATER_BOTTLE)),
+    ("beer_bottle", 620.0, || lathe(BEER_BOTTLE).lying(0.5)),
+    ("vitamin_bottle", 180.0, || lathe(VITAMIN_BOTTLE)),
+    ("mustard_bottle", 603.0, mustard_bottle),
+    ("bleach_bottle", 1131.0, bleach_bottle),
+    ("shampoo_bottle", 470.0, shampoo_bottle),
+    ("glue_bottle", 225.0, glue_bottle),
+    ("spray_bottle", 640.0, spray_bottle),
+    ("hand_soap_pump", 420.0, hand_soap_pump),
+    ("crisps_bag", 175.0, || pillow_bag(170.0, 240.0, 75.0)),
+    ("rice_bag", 1005.0, || pillow_bag(130.0, 215.0, 62.0)),
+    ("coffee_bag", 520.0, coffee_bag),
 ];
 
 /// Outer profiles, `[radius, height]` from the bottom to the top.
@@ -156,58 +146,58 @@ fn jar_profile(diameter: f64, height: f64, lid_diameter: f64) -> [Point; 10] {
 
 fn mustard_bottle() -> Solid {
     loft(&[
-        section(0.0, 84.0, 50.0, 2.6),
-        section(5.0, 94.0, 58.0, 2.6),
-        section(60.0, 95.0, 58.0, 2.6),
-        section(95.0, 88.0, 52.0, 2.5),
-        section(125.0, 90.0, 55.0, 2.5),
-        section(143.0, 74.0, 50.0, 2.3),
-        section(152.0, 44.0, 40.0, 2.0),
-        section(154.0, 36.0, 36.0, 2.0),
-        section(170.0, 34.0, 34.0, 2.0),
-        section(173.0, 12.0, 12.0, 2.0),
-        section(191.0, 7.0, 7.0, 2.0),
+        [0.0, 84.0, 50.0, 2.6],
+        [5.0, 94.0, 58.0, 2.6],
+        [60.0, 95.0, 58.0, 2.6],
+        [95.0, 88.0, 52.0, 2.5],
+        [125.0, 90.0, 55.0, 2.5],
+        [143.0, 74.0, 50.0, 2.3],
+        [152.0, 44.0, 40.0, 2.0],
+        [154.0, 36.0, 36.0, 2.0],
+        [170.0, 34.0, 34.0, 2.0],
+        [173.0, 12.0, 12.0, 2.0],
+        [191.0, 7.0, 7.0, 2.0],
     ])
 }
 
 fn bleach_bottle() -> Solid {
     loft(&[
-        section(0.0, 94.0, 60.0, 3.5),
-        section(6.0, 102.0, 68.0, 3.5),
-        section(130.0, 102.0, 68.0, 3.5),
-        section(165.0, 96.0, 62.0, 3.0),
-        section(195.0, 70.0, 48.0, 2.5),
-        section(212.0, 42.0, 38.0, 2.0),
-        section(214.0, 38.0, 38.0, 2.0),
-        section(246.0, 36.0, 36.0, 2.0),
-        section(250.0, 30.0, 30.0, 2.0),
+        [0.0, 94.0, 60.0, 3.5],
+        [6.0, 102.0, 68.0, 3.5],
+        [130.0, 102.0, 68.0, 3.5],
+        [165.0, 96.0, 62.0, 3.0],
+        [195.0, 70.0, 48.0, 2.5],
+        [212.0, 42.0, 38.0, 2.0],
+        [214.0, 38.0, 38.0, 2.0],
+        [246.0, 36.0, 36.0, 2.0],
+        [250.0, 30.0, 30.0, 2.0],
     ])
 }
 
 fn shampoo_bottle() -> Solid {
     loft(&[
-        section(0.0, 66.0, 40.0, 2.2),
-        section(8.0, 74.0, 46.0, 2.2),
-        section(90.0, 78.0, 48.0, 2.2),
-        section(150.0, 66.0, 42.0, 2.1),
-        section(162.0, 48.0, 34.0, 2.0),
-        section(163.0, 50.0, 36.0, 2.0),
-        section(195.0, 48.0, 34.0, 2.0),
-        section(198.0, 44.0, 30.0, 2.0),
+        [0.0, 66.0, 40.0, 2.2],
+        [8.0, 74.0, 46.0, 2.2],
+        [90.0, 78.0, 48.0, 2.2],
+        [150.0, 66.0, 42.0, 2.1],
+        [162.0, 48.0, 34.0, 2.0],
+        [163.0, 50.0, 36.0, 2.0],
+        [195.0, 48.0, 34.0, 2.0],
+        [198.0, 44.0, 30.0, 2.0],
     ])
 }
 
 fn glue_bottle() -> Solid {
     loft(&[
-        section(0.0, 60.0, 36.0, 3.0),
-        section(4.0, 66.0, 40.0, 3.0),
-        section(95.0, 66.0, 40.0, 3.0),
-        section(112.0, 54.0, 35.0, 2.5),
-        section(120.0, 28.0, 26.0, 2.0),
-        section(122.0, 24.0, 24.0, 2.0),
-        section(130.0, 22.0, 22.0, 2.0),
-        section(158.0, 8.0, 8.0, 2.0),
-        section(160.0, 5.0, 5.0, 2.0),
+        [0.0, 60.0, 36.0, 3.0],
+        [4.0, 66.0, 40.0, 3.0],
+        [95.0, 66.0, 40.0, 3.0],
+        [112.0, 54.0, 35.0, 2.5],
+        [120.0, 28.0, 26.0, 2.0],
+        [122.0, 24.0, 24.0, 2.0],
+        [130.0, 22.0, 22.0, 2.0],
+        [158.0, 8.0, 8.0, 2.0],
+        [160.0, 5.0, 5.0, 2.0],
     ])
 }
 
@@ -219,15 +209,12 @@ fn spray_bottle() -> Solid {
     let head = block([78.0, 24.0, 32.0], 7.0).at(12.0, 0.0, 231.0);
     let nozzle = rod([46.0, 0.0, 236.0], [60.0, 0.0, 236.0], [9.0, 8.0]);
     let trigger = rod([34.0, 0.0, 224.0], [44.0, 0.0, 182.0], [6.0, 4.5]);
-    carve(
-        &tank
-            .blended(neck, 18.0)
-            .and(collar)
-            .blended(head, 6.0)
-            .and(nozzle)
-            .and(trigger),
-        3.5,
-    )
+    tank.blended(neck, 18.0)
+        .and(collar)
+        .blended(head, 6.0)
+        .and(nozzle)
+        .and(trigger)
+        .carved(3.5)
 }
 
 fn hand_soap_pump() -> Solid {
@@ -235,7 +222,7 @@ fn hand_soap_pump() -> Solid {
     let collar = cylinder(16.0, 18.0).at(0.0, 0.0, 127.0);
     let stem = cylinder(5.0, 32.0).at(0.0, 0.0, 140.0);
     let spout = rod([-12.0, 0.0, 172.0], [44.0, 0.0, 168.0], [8.0, 5.0]);
-    carve(&tank.and(collar).and(stem).blended(spout, 4.0), 3.0)
+    tank.and(collar).and(stem).blended(spout, 4.0).carved(3.0)
 }
 
 /// A bag sealed at both ends, lying on its belly.
@@ -256,14 +243,14 @@ fn pillow_bag(width: f64, length: f64, thickness: f64) -> Solid {
         (1.0, 0.0, 1.0),
     ];
     let sections = stations.map(|(along, bulge, spread)| {
-        section(
+        [
             along * length,
             seam + bulge * (thickness - seam),
             spread * width,
             2.4,
-        )
+        ]
     });
-    loft(&sections).laid_down().pressed(0.05 * thickness)
+    loft(&sections).lying(0.05 * thickness)
 }
 
 /// A block-bottom bag, folded to a flat seam at the top.
@@ -280,8 +267,8 @@ fn coffee_bag() -> Solid {
     );
     let mut sections: Vec<_> = bulge
         .iter()
-        .map(|&[depth, z]| section(z, 92.0, depth, 5.0))
+        .map(|&[depth, z]| [z, 92.0, depth, 5.0])
         .collect();
-    sections.push(section(182.0, 92.0, 3.0, 5.0));
+    sections.push([182.0, 92.0, 3.0, 5.0]);
     loft(&sections)
 }

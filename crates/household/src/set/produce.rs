@@ -3,8 +3,7 @@
 use nalgebra::Point3;
 
 use crate::outline::{Point, spline};
-use crate::recipe::Category::Produce;
-use crate::recipe::{Recipe, recipe};
+use crate::set::Recipe;
 use crate::solid::Solid;
 use crate::surfaces::{lathe, superellipsoid, sweep};
 
@@ -12,29 +11,21 @@ use crate::surfaces::{lathe, superellipsoid, sweep};
 const GIVE: f64 = 1.0;
 
 pub(crate) const RECIPES: &[Recipe] = &[
-    recipe(Produce, "apple", 220.0, || revolved(APPLE).pressed(GIVE)),
-    recipe(Produce, "orange", 245.0, || {
+    ("apple", 220.0, || revolved(APPLE).pressed(GIVE)),
+    ("orange", 245.0, || {
         superellipsoid([80.0, 80.0, 77.0], 2.0, 2.0).pressed(GIVE)
     }),
-    recipe(Produce, "pear", 250.0, || {
-        revolved(PEAR).laid_down().pressed(GIVE)
-    }),
-    recipe(Produce, "lemon", 115.0, || {
-        revolved(LEMON).laid_down().pressed(GIVE)
-    }),
-    recipe(Produce, "strawberry", 25.0, || {
-        revolved(STRAWBERRY).laid_down().pressed(GIVE)
-    }),
-    recipe(Produce, "plum", 80.0, || {
+    ("pear", 250.0, || revolved(PEAR).lying(GIVE)),
+    ("lemon", 115.0, || revolved(LEMON).lying(GIVE)),
+    ("strawberry", 25.0, || revolved(STRAWBERRY).lying(GIVE)),
+    ("plum", 80.0, || {
         superellipsoid([60.0, 51.0, 49.0], 2.0, 2.0).pressed(GIVE)
     }),
-    recipe(Produce, "avocado", 240.0, || {
-        revolved(AVOCADO).laid_down().pressed(GIVE)
-    }),
-    recipe(Produce, "potato", 330.0, || {
+    ("avocado", 240.0, || revolved(AVOCADO).lying(GIVE)),
+    ("potato", 330.0, || {
         superellipsoid([112.0, 76.0, 64.0], 2.3, 2.2).pressed(GIVE)
     }),
-    recipe(Produce, "banana", 175.0, banana),
+    ("banana", 175.0, banana),
 ];
 
 /// Control points of outer profiles, `[radius, height]`, from the bottom to the top.

@@ -2,31 +2,25 @@
 
 use crate::field::{Field, block, cylinder, ellipsoid, rod, torus, trunk};
 use crate::outline::Point;
-use crate::recipe::Category::{Cutlery, Tableware};
-use crate::recipe::{Recipe, recipe};
+use crate::set::Recipe;
 use crate::solid::Solid;
-use crate::surface_nets::carve;
 use crate::surfaces::lathe;
 
 pub(crate) const RECIPES: &[Recipe] = &[
-    recipe(Tableware, "bowl", 330.0, || lathe(BOWL)),
-    recipe(Tableware, "salad_bowl", 720.0, || lathe(SALAD_BOWL)),
-    recipe(Tableware, "dinner_plate", 560.0, || lathe(DINNER_PLATE)),
-    recipe(Tableware, "tumbler", 240.0, || cup(76.0, 60.0, 112.0, 4.0)),
-    recipe(Tableware, "flower_pot", 460.0, || {
-        cup(150.0, 105.0, 135.0, 7.0)
-    }),
-    recipe(Tableware, "mug", 330.0, || mug(46.0, 86.0, 5.0, 26.0)),
-    recipe(Tableware, "espresso_cup", 130.0, || {
-        mug(31.0, 58.0, 4.5, 17.0)
-    }),
-    recipe(Tableware, "pitcher", 260.0, pitcher),
-    recipe(Tableware, "teapot", 640.0, teapot),
-    recipe(Tableware, "frying_pan", 620.0, frying_pan),
-    recipe(Cutlery, "fork", 38.0, fork),
-    recipe(Cutlery, "spoon", 44.0, spoon),
-    recipe(Cutlery, "table_knife", 70.0, table_knife),
-    recipe(Cutlery, "spatula", 90.0, spatula),
+    ("bowl", 330.0, || lathe(BOWL)),
+    ("salad_bowl", 720.0, || lathe(SALAD_BOWL)),
+    ("dinner_plate", 560.0, || lathe(DINNER_PLATE)),
+    ("tumbler", 240.0, || cup(76.0, 60.0, 112.0, 4.0)),
+    ("flower_pot", 460.0, || cup(150.0, 105.0, 135.0, 7.0)),
+    ("mug", 330.0, || mug(46.0, 86.0, 5.0, 26.0)),
+    ("espresso_cup", 130.0, || mug(31.0, 58.0, 4.5, 17.0)),
+    ("pitcher", 260.0, pitcher),
+    ("teapot", 640.0, teapot),
+    ("frying_pan", 620.0, frying_pan),
+    ("fork", 38.0, fork),
+    ("spoon", 44.0, spoon),
+    ("table_knife", 70.0, table_knife),
+    ("spatula", 90.0, spatula),
 ];
 
 /// Profiles, `[radius, height]`: up along the outside, over the rim, down along the inside.
@@ -91,7 +85,7 @@ fn mug(radius: f64, height: f64, wall: f64, handle_radius: f64) -> Solid {
         .at(radius, 0.0, height * 0.52);
     let hollow = cylinder(radius - wall, height).at(0.0, 0.0, wall);
     let body = cylinder(radius - EDGE, height - EDGE).grown(EDGE);
-    carve(&body.blended(handle, 5.0).hollowed(hollow, 4.0), 2.0)
+    body.blended(handle, 5.0).hollowed(hollow, 4.0).carved(2.0)
 }
 
 fn pitcher() -> Solid {
@@ -102,14 +96,11 @@ fn pitcher() -> Solid {
         .blended(rod([84.0, 0.0, 70.0], [50.0, 0.0, 50.0], [8.0, 8.0]), 8.0);
     let spout = trunk(6.0, 22.0, 60.0).at(-50.0, 0.0, 165.0);
     let pour = trunk(1.0, 16.0, 60.0).at(-50.0, 0.0, 168.0);
-    carve(
-        &body
-            .and(spout)
-            .blended(handle, 6.0)
-            .without(pour)
-            .hollowed(hollow, 4.0),
-        3.25,
-    )
+    body.and(spout)
+        .blended(handle, 6.0)
+        .without(pour)
+        .hollowed(hollow, 4.0)
+        .carved(3.25)
 }
 
 /// A teapot with its lid on.
@@ -119,14 +110,11 @@ fn teapot() -> Solid {
     let knob = ellipsoid([20.0, 20.0, 18.0]).at(0.0, 0.0, 125.0);
     let spout = rod([-58.0, 0.0, 45.0], [-112.0, 0.0, 100.0], [17.0, 9.0]);
     let handle = torus(33.0, 7.5).about_x(90.0).at(68.0, 0.0, 58.0);
-    carve(
-        &body
-            .blended(spout, 12.0)
-            .blended(handle, 8.0)
-            .and(lid)
-            .blended(knob, 5.0),
-        4.0,
-    )
+    body.blended(spout, 12.0)
+        .blended(handle, 8.0)
+        .and(lid)
+        .blended(knob, 5.0)
+        .carved(4.0)
 }
 
 fn frying_pan() -> Solid {
@@ -135,7 +123,7 @@ fn frying_pan() -> Solid {
         .at(-55.0, 0.0, 0.0);
     let hollow = trunk(67.0, 90.0, 42.0).at(-55.0, 0.0, 5.0);
     let handle = rod([20.0, 0.0, 30.0], [142.0, 0.0, 46.0], [8.0, 10.0]);
-    carve(&pan.blended(handle, 6.0).hollowed(hollow, 4.0), 2.75)
+    pan.blended(handle, 6.0).hollowed(hollow, 4.0).carved(2.75)
 }
 
 /// A flat bar from one point to another in the plane y = 0.
@@ -158,29 +146,27 @@ fn fork() -> Solid {
     let palm = bar([38.0, 12.0], [62.0, 2.5], 26.0, 4.0);
     let tine = |y: f64| bar([60.0, 2.5], [102.0, 2.5], 4.2, 4.0).at(0.0, y, 0.0);
     let tines = tine(3.65).and(tine(10.9)).mirrored();
-    carve(
-        &cutlery_handle().blended(palm, 6.0).blended(tines, 2.0),
-        1.25,
-    )
+    cutlery_handle()
+        .blended(palm, 6.0)
+        .blended(tines, 2.0)
+        .carved(1.25)
 }
 
 fn spoon() -> Solid {
     let bowl = ellipsoid([64.0, 44.0, 28.0]);
     let hollow =
         ellipsoid([58.0, 38.0, 22.0]).and(block([80.0, 60.0, 20.0], 0.0).at(0.0, 0.0, 11.0));
-    carve(
-        &cutlery_handle()
-            .blended(bowl.at(68.0, 0.0, 13.0), 3.0)
-            .without(hollow.at(68.0, 0.0, 13.5)),
-        1.4,
-    )
+    cutlery_handle()
+        .blended(bowl.at(68.0, 0.0, 13.0), 3.0)
+        .without(hollow.at(68.0, 0.0, 13.5))
+        .carved(1.4)
 }
 
 fn table_knife() -> Solid {
     let handle = bar([-105.0, 4.0], [-5.0, 4.0], 19.0, 10.0);
     let blade = bar([-10.0, 2.0], [100.0, 2.0], 20.0, 3.6)
         .blended(ellipsoid([40.0, 20.0, 4.0]).at(100.0, 0.0, 2.0), 2.0);
-    carve(&handle.blended(blade, 4.0), 1.5)
+    handle.blended(blade, 4.0).carved(1.5)
 }
 
 fn spatula() -> Solid {
@@ -189,5 +175,5 @@ fn spatula() -> Solid {
     let slots = [-18.0, 0.0, 18.0].map(|y| block([50.0, 7.0, 40.0], 2.0).at(104.0, y, 0.0));
     let head = block([80.0, 76.0, 4.0], 1.5).at(102.0, 0.0, 2.0);
     let slotted = slots.into_iter().fold(head, Field::without);
-    carve(&handle.blended(neck, 4.0).blended(slotted, 3.0), 2.0)
+    handle.blended(neck, 4.0).blended(slotted, 3.0).carved(2.0)
 }

@@ -2,28 +2,24 @@
 
 use crate::field::{block, cylinder, prism, rod, torus, trunk};
 use crate::outline::{Point, arc};
-use crate::recipe::Category::Tools;
-use crate::recipe::{Recipe, recipe};
+use crate::set::Recipe;
 use crate::solid::Solid;
-use crate::surface_nets::carve;
 use crate::surfaces::{extrude, lathe};
 
 pub(crate) const RECIPES: &[Recipe] = &[
-    recipe(Tools, "hammer", 665.0, hammer),
-    recipe(Tools, "phillips_screwdriver", 97.0, || {
-        lathe(PHILLIPS_SCREWDRIVER).laid_down().pressed(0.5)
+    ("hammer", 665.0, hammer),
+    ("phillips_screwdriver", 97.0, || {
+        lathe(PHILLIPS_SCREWDRIVER).lying(0.5)
     }),
-    recipe(Tools, "flat_screwdriver", 98.0, flat_screwdriver),
-    recipe(Tools, "wrench", 252.0, wrench),
-    recipe(Tools, "pliers", 280.0, pliers),
-    recipe(Tools, "clamp", 202.0, clamp),
-    recipe(Tools, "tape_measure", 310.0, tape_measure),
-    recipe(Tools, "padlock", 304.0, padlock),
-    recipe(Tools, "scissors", 82.0, scissors),
-    recipe(Tools, "power_drill", 895.0, power_drill),
-    recipe(Tools, "flashlight", 330.0, || {
-        lathe(FLASHLIGHT).laid_down().pressed(0.5)
-    }),
+    ("flat_screwdriver", 98.0, flat_screwdriver),
+    ("wrench", 252.0, wrench),
+    ("pliers", 280.0, pliers),
+    ("clamp", 202.0, clamp),
+    ("tape_measure", 310.0, tape_measure),
+    ("padlock", 304.0, padlock),
+    ("scissors", 82.0, scissors),
+    ("power_drill", 895.0, power_drill),
+    ("flashlight", 330.0, || lathe(FLASHLIGHT).lying(0.5)),
 ];
 
 /// Profiles, `[radius, height]`, handle first.
@@ -77,13 +73,11 @@ fn hammer() -> Solid {
         5.0,
     )
     .at(117.0, 16.0, 10.0);
-    carve(
-        &handle
-            .blended(eye, 5.0)
-            .blended(poll, 3.0)
-            .and(claw.without(slot)),
-        3.0,
-    )
+    handle
+        .blended(eye, 5.0)
+        .blended(poll, 3.0)
+        .and(claw.without(slot))
+        .carved(3.0)
 }
 
 /// A slotted screwdriver; its blade is spread flat.
@@ -92,10 +86,10 @@ fn flat_screwdriver() -> Solid {
     let neck = rod([-15.0, 0.0, 15.0], [12.0, 0.0, 15.0], [12.0, 10.0]);
     let shaft = rod([0.0, 0.0, 15.0], [108.0, 0.0, 15.0], [3.5, 3.5]);
     let blade = block([14.0, 10.0, 3.0], 0.5).at(110.0, 0.0, 15.0);
-    carve(
-        &grip.blended(neck, 6.0).and(shaft).blended(blade, 3.0),
-        1.75,
-    )
+    grip.blended(neck, 6.0)
+        .and(shaft)
+        .blended(blade, 3.0)
+        .carved(1.75)
 }
 
 /// An open-ended wrench lying flat.
@@ -121,7 +115,7 @@ fn pliers() -> Solid {
         .mirrored();
     let joint = cylinder(17.0, 17.0).at(5.0, 0.0, 0.0);
     let jaws = prism(&[[10.0, 2.0], [58.0, 1.5], [58.0, 8.0], [14.0, 15.0]], 15.0).mirrored();
-    carve(&handle.blended(joint, 6.0).and(jaws), 2.25)
+    handle.blended(joint, 6.0).and(jaws).carved(2.25)
 }
 
 /// A spring clamp lying on its side, jaws closed.
@@ -134,7 +128,7 @@ fn clamp() -> Solid {
         .blended(rod([40.0, 22.0, 11.0], [78.0, 8.0, 11.0], [10.0, 8.0]), 6.0)
         .mirrored();
     let spring = cylinder(17.0, 30.0).at(2.0, 0.0, 0.0);
-    carve(&arm.and(spring), 3.0)
+    arm.and(spring).carved(3.0)
 }
 
 fn tape_measure() -> Solid {
@@ -150,13 +144,11 @@ fn padlock() -> Solid {
     let bow = torus(18.0, 5.5).at(0.0, 50.0, 13.0);
     let below_bow = block([80.0, 60.0, 40.0], 0.0).at(0.0, 20.0, 13.0);
     let leg = |x: f64| rod([x, 20.0, 13.0], [x, 50.0, 13.0], [5.5, 5.5]);
-    carve(
-        &bow.without(below_bow)
-            .and(leg(-18.0))
-            .and(leg(18.0))
-            .blended(body, 2.0),
-        1.75,
-    )
+    bow.without(below_bow)
+        .and(leg(-18.0))
+        .and(leg(18.0))
+        .blended(body, 2.0)
+        .carved(1.75)
 }
 
 /// Scissors, closed.
@@ -174,14 +166,12 @@ fn scissors() -> Solid {
         ],
         5.0,
     );
-    carve(
-        &loops
-            .blended(shank, 4.0)
-            .mirrored()
-            .and(blades)
-            .and(cylinder(6.0, 10.0)),
-        2.0,
-    )
+    loops
+        .blended(shank, 4.0)
+        .mirrored()
+        .and(blades)
+        .and(cylinder(6.0, 10.0))
+        .carved(2.0)
 }
 
 /// A cordless drill standing on its battery.
@@ -194,13 +184,11 @@ fn power_drill() -> Solid {
         .at(-22.0, 0.0, 90.0);
     let trigger = rod([4.0, 0.0, 125.0], [8.0, 0.0, 108.0], [8.0, 8.0]);
     let battery = block([112.0, 74.0, 44.0], 7.0).at(-12.0, 0.0, 19.0);
-    carve(
-        &motor
-            .blended(grip, 10.0)
-            .and(chuck)
-            .and(bit)
-            .and(trigger)
-            .blended(battery, 8.0),
-        3.5,
-    )
+    motor
+        .blended(grip, 10.0)
+        .and(chuck)
+        .and(bit)
+        .and(trigger)
+        .blended(battery, 8.0)
+        .carved(3.5)
 }

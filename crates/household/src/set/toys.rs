@@ -4,34 +4,32 @@ use std::f64::consts::PI;
 
 use crate::field::{Field, ball, block, cylinder, ellipsoid, rod};
 use crate::outline::{arc, rectangle};
-use crate::recipe::Category::Toys;
-use crate::recipe::{Recipe, recipe};
+use crate::set::Recipe;
 use crate::solid::Solid;
-use crate::surface_nets::carve;
 use crate::surfaces::{extrude, lathe_ring, superellipsoid};
 
 /// How much a hard ball is flattened, in millimetres, so that its rest is a face and not a point.
 const BALL_REST: f64 = 0.5;
 
 pub(crate) const RECIPES: &[Recipe] = &[
-    recipe(Toys, "dice", 6.0, || {
+    ("dice", 6.0, || {
         superellipsoid([16.5; 3], 9.0, 9.0).pressed(0.2)
     }),
-    recipe(Toys, "toy_brick", 26.0, || brick(4, 2)),
-    recipe(Toys, "puzzle_cube", 94.0, puzzle_cube),
-    recipe(Toys, "wood_block", 729.0, || {
+    ("toy_brick", 26.0, || brick(4, 2)),
+    ("puzzle_cube", 94.0, puzzle_cube),
+    ("wood_block", 729.0, || {
         extrude(&rectangle(85.0, 85.0), 200.0)
     }),
-    recipe(Toys, "arch_block", 260.0, arch_block),
-    recipe(Toys, "stacking_ring", 65.0, || {
+    ("arch_block", 260.0, arch_block),
+    ("stacking_ring", 65.0, || {
         lathe_ring(&arc([38.0, 18.0], 18.0, 0.0, 2.0 * PI * 15.0 / 16.0, 15)).pressed(BALL_REST)
     }),
-    recipe(Toys, "toy_car", 240.0, toy_car),
-    recipe(Toys, "toy_plane", 190.0, toy_plane),
-    recipe(Toys, "rubber_duck", 60.0, rubber_duck),
-    recipe(Toys, "tennis_ball", 58.0, || sphere(66.0)),
-    recipe(Toys, "softball", 185.0, || sphere(97.0)),
-    recipe(Toys, "mini_football", 140.0, || sphere(140.0)),
+    ("toy_car", 240.0, toy_car),
+    ("toy_plane", 190.0, toy_plane),
+    ("rubber_duck", 60.0, rubber_duck),
+    ("tennis_ball", 58.0, || sphere(66.0)),
+    ("softball", 185.0, || sphere(97.0)),
+    ("mini_football", 140.0, || sphere(140.0)),
 ];
 
 fn sphere(diameter: f64) -> Solid {
@@ -48,7 +46,7 @@ fn brick(columns: u32, rows: u32) -> Solid {
         let [x, y] = [column, row].map(|place| pitch * (f64::from(place) + 0.5));
         brick.and(cylinder(4.7, 8.0).at(x, y, 18.0))
     });
-    carve(&studded, 1.5)
+    studded.carved(1.5)
 }
 
 /// A cube of 3 x 3 x 3 coloured pieces with grooves between them.
@@ -62,7 +60,10 @@ fn puzzle_cube() -> Solid {
         };
         [frame(), frame().about_x(90.0), frame().about_y(90.0)]
     });
-    carve(&grooves.fold(cube, Field::without).at(0.0, 0.0, 28.0), 1.5)
+    grooves
+        .fold(cube, Field::without)
+        .at(0.0, 0.0, 28.0)
+        .carved(1.5)
 }
 
 fn arch_block() -> Solid {
@@ -77,7 +78,7 @@ fn toy_car() -> Solid {
     let cabin = block([74.0, 54.0, 34.0], 11.0).at(-8.0, 0.0, 46.0);
     let wheel = |x: f64| cylinder(16.0, 13.0).about_x(90.0).at(x, 36.0, 15.0);
     let wheels = wheel(-42.0).and(wheel(44.0)).mirrored();
-    carve(&hull.blended(cabin, 8.0).and(wheels), 3.0)
+    hull.blended(cabin, 8.0).and(wheels).carved(3.0)
 }
 
 fn toy_plane() -> Solid {
@@ -93,7 +94,7 @@ fn toy_plane() -> Solid {
         .blended(wings, 8.0)
         .blended(tailplane, 5.0)
         .blended(fin, 5.0);
-    carve(&frame.and(wheels).and(tail_skid), 2.5)
+    frame.and(wheels).and(tail_skid).carved(2.5)
 }
 
 fn rubber_duck() -> Solid {
@@ -104,12 +105,9 @@ fn rubber_duck() -> Solid {
     let wing = ellipsoid([50.0, 16.0, 32.0])
         .at(-6.0, 36.0, 32.0)
         .mirrored();
-    carve(
-        &body
-            .blended(head, 12.0)
-            .blended(tail, 10.0)
-            .blended(bill, 4.0)
-            .blended(wing, 4.0),
-        3.0,
-    )
+    body.blended(head, 12.0)
+        .blended(tail, 10.0)
+        .blended(bill, 4.0)
+        .blended(wing, 4.0)
+        .carved(3.0)
 }

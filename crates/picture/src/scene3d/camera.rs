@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::geometry::box_corners;
 use super::scene::Scene3d;
 
 /// Across the smaller side of the picture. Narrow, so that boxes do not look distorted.
@@ -25,15 +26,8 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// A three-quarter view from above on a container of these inner dimensions (metres) with its corner at the
-    /// origin, with room for content that stands a fifth of the height above the rim.
-    pub fn looking_into(container_m: [f64; 3]) -> Self {
-        let [x, y, z] = container_m;
-        Self::framing(Point3::origin(), Point3::new(x, y, 1.2 * z))
-    }
-
-    /// The same view on the container of a scene with what stands out above it, or on all items where the scene has
-    /// no container.
+    /// A three-quarter view from above on the container of a scene with what stands out above it, or on all items
+    /// where the scene has no container.
     pub fn overlooking(scene: &Scene3d<'_>) -> Self {
         let mut lowest = Point3::from([f64::INFINITY; 3]);
         let mut highest = Point3::from([f64::NEG_INFINITY; 3]);
@@ -69,17 +63,7 @@ impl Camera {
         let up = backward.cross(&right);
         let tangent = (FIELD_OF_VIEW_RAD / 2.0).tan() * FILLED;
 
-        let corners = (0..8).map(|corner| {
-            let pick = |axis: usize| {
-                if corner >> axis & 1 == 0 {
-                    lowest
-                } else {
-                    highest
-                }
-            };
-            Point3::new(pick(0).x, pick(1).y, pick(2).z)
-        });
-        let corners: Vec<Point3<f64>> = corners.collect();
+        let corners = box_corners(&lowest, &highest);
         // Perspective makes the near corners spread further than the far ones: shift the target until the box is
         // centred, which settles within a few rounds.
         let mut target = nalgebra::center(&lowest, &highest);

@@ -1,6 +1,6 @@
 //! A scene as one list of triangles in the scene's frame, ready to draw.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Scalar, Vector3};
 
 use super::normals::corner_normals;
 use super::scene::{Item, Scene3d};
@@ -175,20 +175,7 @@ impl Geometry {
             [0, 4, 6, 2],
             [1, 3, 7, 5],
         ];
-        let [x, y, z] = [0, 1, 2].map(|axis: usize| {
-            let end = |ends: [f32; 3]| ends.get(axis).copied().unwrap_or(0.0);
-            (end(lowest), end(highest))
-        });
-        let pick = |(low, high): (f32, f32), bit: u32| if bit == 0 { low } else { high };
-        let vertices: Vec<Point3<f32>> = (0..8u32)
-            .map(|corner| {
-                Point3::new(
-                    pick(x, corner & 1),
-                    pick(y, corner & 2),
-                    pick(z, corner & 4),
-                )
-            })
-            .collect();
+        let vertices = box_corners(&Point3::from(lowest), &Point3::from(highest));
         let triangles: Vec<[u32; 3]> = FACES
             .iter()
             .flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]])
@@ -224,6 +211,23 @@ impl Geometry {
         });
         bounds.unwrap_or((Point3::from([-0.5; 3]), Point3::from([0.5; 3])))
     }
+}
+
+/// The corners of a box along the axes; the bits of their numbers are x, y and z.
+pub(super) fn box_corners<T: Scalar + Copy>(
+    lowest: &Point3<T>,
+    highest: &Point3<T>,
+) -> [Point3<T>; 8] {
+    std::array::from_fn(|number| {
+        let end = |bit: u32| {
+            if number >> bit & 1 == 0 {
+                lowest
+            } else {
+                highest
+            }
+        };
+        Point3::new(end(0).x, end(1).y, end(2).z)
+    })
 }
 
 /// The width of the bars along a container's edges, in metres.

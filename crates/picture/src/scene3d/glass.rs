@@ -28,38 +28,36 @@ impl Glass {
         ray: &Vector3<f32>,
         depth: f32,
     ) -> Vector3<f32> {
-        let x_walls =
-            [0.0, self.size.x].map(|x| self.opacity(eye, ray, depth, [x, eye.x, ray.x], true));
-        let y_walls =
-            [0.0, self.size.y].map(|y| self.opacity(eye, ray, depth, [y, eye.y, ray.y], false));
         // All walls have one tint, so their order does not matter.
-        let clear: f32 = x_walls
-            .iter()
-            .chain(&y_walls)
-            .map(|opacity| 1.0 - opacity)
-            .product();
+        let clear = |across_x: bool, wall: f32| 1.0 - self.opacity(eye, ray, depth, across_x, wall);
+        let clear = clear(true, 0.0)
+            * clear(true, self.size.x)
+            * clear(false, 0.0)
+            * clear(false, self.size.y);
         self.tint + (behind - self.tint) * clear
     }
 
-    /// How much one wall hides: the plane at `wall` across an axis on which the ray starts at `from` with slope `slope`.
+    /// How much one wall hides: the plane at `wall` across the x axis, or else across the y axis.
     #[inline]
     fn opacity(
         &self,
         eye: &Point3<f32>,
         ray: &Vector3<f32>,
         depth: f32,
-        [wall, from, slope]: [f32; 3],
         across_x: bool,
+        wall: f32,
     ) -> f32 {
+        let (x, y) = ((eye.x, ray.x), (eye.y, ray.y));
+        let ((from, slope), (side, side_slope), extent) = if across_x {
+            (x, y, self.size.y)
+        } else {
+            (y, x, self.size.x)
+        };
         let distance = (wall - from) / slope;
         if !(distance > 0.0 && distance < depth) {
             return 0.0;
         }
-        let (along, extent) = if across_x {
-            (eye.y + ray.y * distance, self.size.y)
-        } else {
-            (eye.x + ray.x * distance, self.size.x)
-        };
+        let along = side + side_slope * distance;
         let height = eye.z + ray.z * distance;
         if along < 0.0 || along > extent || height < 0.0 || height > self.size.z {
             return 0.0;
