@@ -119,7 +119,7 @@ impl YawValues {
     }
 
     /// By how much the value of a placement exceeds the candidate's least; infinite as for [`Values::get`].
-    pub fn above_best(&self, x: usize, y: usize) -> f32 {
+    fn above_best(&self, x: usize, y: usize) -> f32 {
         let step = if y < self.ny {
             self.steps.get(x * self.ny + y)
         } else {

@@ -72,11 +72,6 @@ impl Hub {
             .map_or("", String::as_str)
     }
 
-    /// All that it listens on.
-    pub fn endpoints(&self) -> &[String] {
-        &self.endpoints
-    }
-
     /// The wish that all processes on it end.
     pub fn shutdown(&self) -> &Shutdown {
         &self.shutdown

@@ -72,12 +72,6 @@ impl Health {
         lock(&self.state).is_ready()
     }
 
-    /// The process ends: it is not ready, and what ends with it is not worth a word.
-    pub(crate) fn end(&self, latch: &HealthLatch) {
-        latch.fail("shutting down");
-        self.end_quietly();
-    }
-
     /// What fails from now on is not worth a word, because the service ends.
     pub fn end_quietly(&self) {
         lock(&self.state).is_ending = true;

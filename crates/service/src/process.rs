@@ -127,11 +127,6 @@ impl Process {
         self.inner.identity.service
     }
 
-    /// What makes its answers; `model` where a network takes part.
-    pub fn versions(&self, model: Option<&str>) -> v1::Versions {
-        self.inner.identity.versions(model)
-    }
-
     /// What it needs, and whether it has it.
     pub fn health(&self) -> &Health {
         &self.inner.health

@@ -197,7 +197,8 @@ fn run_logged<S: ServiceSettings>(
     has_started.store(true, Ordering::Release);
     tracing::info!(service = %process.service(), instance = %process.instance(), "started");
     shutdown.wait();
-    health.end(&serving);
+    serving.fail("shutting down");
+    health.end_quietly();
     finish(running, grace)?;
     drop(process);
     close(session)

@@ -299,7 +299,7 @@ impl<R: Request> PendingCall<R> {
             status => Err(CallError::Refused {
                 status,
                 message: header.message.clone(),
-                reply: Refusal::new(payload.to_bytes().into_owned()),
+                reply: Refusal(payload.to_bytes().into_owned()),
             }),
         })
     }

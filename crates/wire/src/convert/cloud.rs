@@ -127,11 +127,6 @@ impl<'a> Cloud<'a> {
     }
 }
 
-/// Whether a point is a hole: has a coordinate that is not finite.
-pub fn is_hole(point: &Point3<f32>) -> bool {
-    !point.coords.iter().all(|coordinate| coordinate.is_finite())
-}
-
 /// Checks a cloud's layout.
 ///
 /// # Errors
