@@ -77,13 +77,6 @@ pub trait ServiceSettings: Serialize + DeserializeOwned + Default {
     }
 }
 
-/// A service with nothing to configure.
-impl ServiceSettings for () {
-    fn validate(&self) -> Result<(), String> {
-        Ok(())
-    }
-}
-
 /// Why a configuration was refused.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
