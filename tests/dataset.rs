@@ -139,7 +139,8 @@ fn a_dataset_has_what_was_asked_for() {
     let dataset = Dataset::open(&out).unwrap();
     assert_eq!(summary["hash"], dataset.hash());
     assert_eq!(summary["sequences"], 10);
-    let steps = [Split::Train, Split::Test].map(|split| dataset.load(split, &|_, _| {}).unwrap());
+    let load = |split| dataset.load(split, true, &|_, _| {}).unwrap();
+    let steps = [Split::Train, Split::Test].map(load);
     assert_eq!(summary["steps"], steps.iter().map(Vec::len).sum::<usize>());
     let objects = u32::try_from(dataset.items().len()).unwrap();
     for step in steps.iter().flatten() {

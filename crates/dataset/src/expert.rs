@@ -8,7 +8,7 @@ use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::step::{Evaluated, StageError, StepInput};
 use ppnpack_packing::valid::ValidSearch;
 
-use crate::record::{Corner, TIE_TOLERANCE, YawOptima};
+use crate::record::{CandidateRecord, Corner, TIE_TOLERANCE, YawOptima};
 use crate::values::Values;
 
 /// Labels candidates by an exhaustive search with validity checks.
@@ -16,12 +16,6 @@ pub struct Expert {
     search: ValidSearch<Search>,
     proposals: Proposals,
     with_values: bool,
-}
-
-/// What the expert says of a candidate.
-pub(crate) struct Labels {
-    pub(crate) yaws: Vec<YawOptima>,
-    pub(crate) values: Option<Values>,
 }
 
 impl Expert {
@@ -42,20 +36,24 @@ impl Expert {
         })
     }
 
-    /// Labels a candidate of a step: placements by increasing value, until every yaw has its optimum with all ties.
+    /// Labels a candidate of a step, which is this object: placements by increasing value, until every yaw has its
+    /// optimum with all ties.
     pub(crate) fn label(
         &mut self,
         input: &StepInput<'_>,
         candidate: usize,
-    ) -> Result<Labels, StageError> {
+        object: u32,
+    ) -> Result<CandidateRecord, StageError> {
         let Some(held) = input.candidates.get(candidate) else {
             return Err(format!("the buffer has no candidate {candidate}").into());
         };
-        let views = held.item.views();
-        let mut optima: Vec<Optimum> = views.iter().map(|_| Optimum::default()).collect();
-        let mut values = self
-            .with_values
-            .then(|| Values::none_valid(input.grid, &held.item));
+        let optima = held.item.views().iter().map(|_| Optimum {
+            found: YawOptima::NONE,
+            is_settled: false,
+        });
+        let mut optima: Vec<Optimum> = optima.collect();
+        let values = || Values::none_valid(input.grid, &held.item);
+        let mut values = self.with_values.then(values);
         self.rank(input, candidate)?;
         while let Some(found) = self.search.next_ranked(input)? {
             let placement = found.resting.placement;
@@ -74,8 +72,12 @@ impl Expert {
                 break;
             }
         }
-        Ok(Labels {
-            yaws: optima.into_iter().map(Optimum::finish).collect(),
+        for optimum in &mut optima {
+            optimum.found.placements.sort_unstable();
+        }
+        Ok(CandidateRecord {
+            object,
+            yaws: optima.into_iter().map(|optimum| optimum.found).collect(),
             values,
         })
     }
@@ -96,26 +98,15 @@ impl Expert {
 
 /// The optimum of a yaw while it is looked for.
 struct Optimum {
-    value: f64,
-    placements: Vec<Corner>,
+    found: YawOptima,
     /// Whether all ties are found.
     is_settled: bool,
-}
-
-impl Default for Optimum {
-    fn default() -> Self {
-        Self {
-            value: f64::INFINITY,
-            placements: Vec::new(),
-            is_settled: false,
-        }
-    }
 }
 
 impl Optimum {
     /// Values come in increasing order: a greater one than the ties' says that there are no more of them.
     fn settle(&mut self, value: f64) {
-        self.is_settled |= value > self.value + TIE_TOLERANCE;
+        self.is_settled |= value > self.found.value + TIE_TOLERANCE;
     }
 
     /// Adds a valid placement, if it is among the best.
@@ -123,20 +114,10 @@ impl Optimum {
         if self.is_settled {
             return;
         }
-        self.value = self.value.min(found.value);
+        self.found.value = self.found.value.min(found.value);
         let placement = found.resting.placement;
         // A grid has at most 2048 cells along a side.
-        self.placements.push(Corner {
-            x: placement.x as u16,
-            y: placement.y as u16,
-        });
-    }
-
-    fn finish(mut self) -> YawOptima {
-        self.placements.sort_unstable();
-        YawOptima {
-            value: self.value,
-            placements: self.placements,
-        }
+        let (x, y) = (placement.x as u16, placement.y as u16);
+        self.found.placements.push(Corner { x, y });
     }
 }

@@ -118,11 +118,11 @@ impl StoredView {
         if !(1..=MAX_CELLS).contains(&nx) || !(1..=MAX_CELLS).contains(&ny) {
             return Err(format!("its footprint has {nx} x {ny} cells"));
         }
-        let lengths = self
+        let mut lengths = self
             .origin_from_corner_m
             .iter()
             .chain(&self.centre_of_mass_m);
-        if !lengths.into_iter().all(|length| length.is_finite()) {
+        if !lengths.all(|length| length.is_finite()) {
             return Err("a length is not finite".to_owned());
         }
         Ok(ViewSurfaces {
@@ -142,12 +142,9 @@ impl Stored {
     fn item(self, settings: &Settings) -> Result<Item, String> {
         let name = self.name;
         let wrong = |what: String| format!("item {name}: {what}");
-        let yaws = settings.grid.resolution().yaws().count();
-        if self.views.len() != yaws {
-            return Err(wrong(format!(
-                "it has {} yaws instead of {yaws}",
-                self.views.len()
-            )));
+        let (found, yaws) = (self.views.len(), settings.grid.resolution().yaws().count());
+        if found != yaws {
+            return Err(wrong(format!("it has {found} yaws instead of {yaws}")));
         }
         if !self.mesh_volume_m3.is_finite() {
             return Err(wrong("its volume is not finite".to_owned()));

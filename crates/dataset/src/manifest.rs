@@ -1,5 +1,7 @@
 //! The manifest: what a finished dataset consists of.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use crate::settings::Settings;
@@ -72,8 +74,26 @@ impl FileEntry {
 }
 
 impl ShardEntry {
-    /// The entry of the shard with an index, whose sequences are `range`.
-    fn is_of(&self, index: usize, range: &std::ops::Range<u32>) -> bool {
+    /// The entry of a shard with these sequences, of which `counts` gives the steps and candidates.
+    pub(crate) fn new(
+        file: FileEntry,
+        range: &Range<u32>,
+        counts: impl Iterator<Item = (u64, u64)>,
+    ) -> Self {
+        let (steps, candidates) = counts.fold((0, 0), |(steps, candidates), more| {
+            (steps + more.0, candidates + more.1)
+        });
+        Self {
+            file,
+            first_sequence: range.start,
+            sequences: range.end - range.start,
+            steps,
+            candidates,
+        }
+    }
+
+    /// Whether it is that of the shard with an index, whose sequences are `range`.
+    fn is_of(&self, index: usize, range: &Range<u32>) -> bool {
         self.file.file == shard_file(index)
             && self.first_sequence == range.start
             && self.sequences == range.end - range.start
@@ -101,13 +121,10 @@ impl Manifest {
     /// Checks that the parts belong together; gives what does not.
     pub(crate) fn validate(&self) -> Result<(), String> {
         let check = |holds: bool, what: &str| if holds { Ok(()) } else { Err(what.to_owned()) };
-        self.settings
-            .validate()
-            .map_err(|error| error.to_string())?;
-        check(
-            self.items.file == ITEMS_FILE,
-            "its items are in another file",
-        )?;
+        let settings = self.settings.validate();
+        settings.map_err(|error| error.to_string())?;
+        let has_items = self.items.file == ITEMS_FILE;
+        check(has_items, "its items are in another file")?;
         // Compared as numbers first: there is no list as long as a manifest may claim.
         let per_shard = self.settings.sequences_per_shard;
         let is_complete = self.shards.len() == self.sequences.div_ceil(per_shard) as usize
@@ -122,10 +139,8 @@ impl Manifest {
             self.items.clone(),
             self.shards.clone(),
         );
-        check(
-            self.hash == expected.hash,
-            "its hash is not that of its parts",
-        )?;
+        let has_hash = self.hash == expected.hash;
+        check(has_hash, "its hash is not that of its parts")?;
         check(*self == expected, "its totals are not those of its shards")
     }
 }
@@ -151,10 +166,7 @@ pub(crate) fn shard_file(index: usize) -> String {
 }
 
 /// The sequences of each shard.
-pub(crate) fn shard_ranges(
-    sequences: u32,
-    per_shard: u32,
-) -> impl Iterator<Item = std::ops::Range<u32>> {
+pub(crate) fn shard_ranges(sequences: u32, per_shard: u32) -> impl Iterator<Item = Range<u32>> {
     let per_shard = per_shard.max(1);
     (0..sequences)
         .step_by(per_shard as usize)

@@ -53,8 +53,8 @@ impl Dataset {
     /// [`DatasetError`] where there is none, or it is damaged or of another version.
     pub fn open(folder: &Path) -> Result<Self, DatasetError> {
         let path = folder.join(MANIFEST_FILE);
-        let manifest =
-            parse(&read_bounded(&path, MAX_JSON_BYTES)?).map_err(|flaw| flaw.at(&path))?;
+        let content = read_bounded(&path, MAX_JSON_BYTES)?;
+        let manifest = parse(&content).map_err(|flaw| flaw.at(&path))?;
         let content = read(folder, &manifest.items)?;
         let items = items::decode(&content, &manifest.settings)
             .map_err(|flaw| flaw.at(&folder.join(&manifest.items.file)))?;
@@ -85,34 +85,15 @@ impl Dataset {
         &self.layout.items
     }
 
-    /// The steps of a split with all that is recorded of them, by sequence and step.
+    /// The steps of a split, by sequence and step. `progress` is called with the number of sequences done and their
+    /// total.
     ///
-    /// `progress` is called with the number of sequences done and their total. Values take two bytes per placement
-    /// and candidate: about 14 kB a step of the reference setting.
+    /// Values take two bytes per placement and candidate, about 14 kB a step of the reference setting; where they are
+    /// not asked for, they take neither time nor memory.
     ///
     /// # Errors
     /// [`DatasetError`] where a file cannot be read or is damaged.
     pub fn load(
-        &self,
-        split: Split,
-        progress: &dyn Fn(usize, usize),
-    ) -> Result<Vec<StepRecord>, DatasetError> {
-        self.load_parts(split, true, progress)
-    }
-
-    /// As [`Dataset::load`], but without values, which then take neither time nor memory.
-    ///
-    /// # Errors
-    /// [`DatasetError`] where a file cannot be read or is damaged.
-    pub fn load_optima(
-        &self,
-        split: Split,
-        progress: &dyn Fn(usize, usize),
-    ) -> Result<Vec<StepRecord>, DatasetError> {
-        self.load_parts(split, false, progress)
-    }
-
-    fn load_parts(
         &self,
         split: Split,
         with_values: bool,
@@ -129,20 +110,13 @@ impl Dataset {
             let path = self.folder.join(&entry.file.file);
             let content = read(&self.folder, &entry.file)?;
             let shard = self.layout.open(&content).map_err(|flaw| flaw.at(&path))?;
-            if !shard
-                .blocks
-                .iter()
-                .map(|block| block.sequence)
-                .eq(sequences)
-            {
+            let found = shard.blocks.iter().map(|block| block.sequence);
+            if !found.eq(sequences) {
                 let reason = "it has other sequences than the manifest says".to_owned();
                 return Err(DatasetError::Damaged { path, reason });
             }
-            for block in shard
-                .blocks
-                .iter()
-                .filter(|block| is_wanted(&block.sequence))
-            {
+            let wanted = shard.blocks.iter();
+            for block in wanted.filter(|block| is_wanted(&block.sequence)) {
                 let found = self.layout.unpack(block, with_values);
                 steps.extend(found.map_err(|reason| Flaw::Damaged(reason).at(&path))?);
                 done += 1;
@@ -173,11 +147,7 @@ fn parse(content: &[u8]) -> Result<Manifest, Flaw> {
     match version.and_then(serde_json::Value::as_u64) {
         Some(version) if version == u64::from(FORMAT_VERSION) => {}
         Some(version) => return Err(Flaw::Version(version)),
-        None => {
-            return Err(Flaw::Damaged(
-                "it names no version of the format".to_owned(),
-            ));
-        }
+        None => return Err("it names no version of the format".to_owned().into()),
     }
     let manifest: Manifest = serde_json::from_value(value).map_err(wrong)?;
     manifest.validate()?;

@@ -4,7 +4,7 @@ use ppnpack_packing::episode::{Observer, Step};
 use ppnpack_packing::step::{StageError, StepInput};
 
 use crate::expert::Expert;
-use crate::record::{CandidateRecord, SequenceRecord, StepRecord};
+use crate::record::{SequenceRecord, StepRecord};
 
 /// Watches an episode and records every step with the expert's labels.
 pub struct Recorder {
@@ -44,12 +44,7 @@ impl Recorder {
         for (index, held) in input.candidates.iter().enumerate() {
             let object = self.objects.get(held.arrival).copied();
             let object = object.ok_or_else(|| format!("there is no arrival {}", held.arrival))?;
-            let labels = self.expert.label(input, index)?;
-            candidates.push(CandidateRecord {
-                object,
-                yaws: labels.yaws,
-                values: labels.values,
-            });
+            candidates.push(self.expert.label(input, index, object)?);
         }
         Ok(StepRecord {
             sequence: self.recorded.sequence,

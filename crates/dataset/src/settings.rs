@@ -1,6 +1,6 @@
 //! What a dataset is made with. Two datasets with equal settings have equal sequences.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
@@ -71,11 +71,8 @@ impl Settings {
         within("the number of objects", self.objects, 1_000_000)?;
         within("the length of a sequence", self.length, 100_000)?;
         within("the buffer", self.expert.buffer, 1000)?;
-        within(
-            "the number of sequences in a shard",
-            self.sequences_per_shard,
-            10_000,
-        )?;
+        let per_shard = self.sequences_per_shard;
+        within("the number of sequences in a shard", per_shard, 10_000)?;
         let resolution = self.grid.resolution();
         if !(1..=360).contains(&resolution.yaws().count()) {
             return refuse("the grid must have 1 to 360 yaws".to_owned());
@@ -89,26 +86,25 @@ impl Settings {
 
     /// The digest of all settings.
     pub(crate) fn hash(&self) -> blake3::Hash {
-        let leaves: Vec<String> = leaves(self)
-            .into_iter()
+        let leaves = leaves(self).into_iter();
+        let lines: String = leaves
             .map(|(name, value)| format!("{name}={value}\n"))
             .collect();
-        blake3::hash(leaves.concat().as_bytes())
+        blake3::hash(lines.as_bytes())
     }
 
     /// Which settings differ from those of `found`, with both values; `None` where all are equal.
     pub(crate) fn difference(&self, found: &Value) -> Option<String> {
         let (asked, found) = (leaves(self), leaves(found));
-        let names: std::collections::BTreeSet<&String> = asked.keys().chain(found.keys()).collect();
-        let text = |value: Option<&String>| value.map_or("absent", String::as_str).to_owned();
-        let differing: Vec<String> = names
-            .into_iter()
-            .filter(|name| asked.get(*name) != found.get(*name))
-            .map(|name| {
-                let (there, here) = (text(found.get(name)), text(asked.get(name)));
-                format!("{name} is {there} there, {here} is asked for")
-            })
-            .collect();
+        let names: BTreeSet<&String> = asked.keys().chain(found.keys()).collect();
+        let differing = names.into_iter().filter_map(|name| {
+            let text = |of: &BTreeMap<String, String>| {
+                of.get(name).map_or("absent", |text| text).to_owned()
+            };
+            let (there, here) = (text(&found), text(&asked));
+            (there != here).then(|| format!("{name} is {there} there, {here} is asked for"))
+        });
+        let differing: Vec<String> = differing.collect();
         (!differing.is_empty()).then(|| differing.join("; "))
     }
 }
@@ -117,11 +113,8 @@ impl Settings {
 fn leaves(settings: &impl Serialize) -> BTreeMap<String, String> {
     let mut leaves = BTreeMap::new();
     // Only maps with keys that are no text fail, and settings have none.
-    collect(
-        "",
-        &serde_json::to_value(settings).unwrap_or_default(),
-        &mut leaves,
-    );
+    let settings = serde_json::to_value(settings).unwrap_or_default();
+    collect("", &settings, &mut leaves);
     leaves
 }
 

@@ -80,8 +80,8 @@ pub(crate) struct Packed {
     record_bytes: u64,
     records: Vec<u8>,
     values: Vec<u8>,
-    pub(crate) steps: u64,
-    pub(crate) candidates: u64,
+    /// Of steps and of candidates.
+    pub(crate) counts: (u64, u64),
 }
 
 /// A shard that was looked into.
@@ -123,13 +123,12 @@ impl Layout {
         let cells = (grid.nx() * grid.ny()) as u64;
         // postcard: at most 3 bytes for an i16 or u16, 5 for a u32 or a length here, 8 for an f64.
         let yaw = 8 + 5 + 6 * cells;
-        let candidate =
-            10_u64.saturating_add(yaw.saturating_mul(grid.resolution().yaws().count() as u64));
-        let step = candidate
-            .saturating_mul(u64::from(self.settings.expert.buffer))
-            .saturating_add(20 + 3 * cells);
-        step.saturating_mul(u64::from(self.settings.length))
-            .min(MAX_RECORD_BYTES)
+        let yaws = yaw.saturating_mul(grid.resolution().yaws().count() as u64);
+        let candidate = yaws.saturating_add(10);
+        let candidates = candidate.saturating_mul(u64::from(self.settings.expert.buffer));
+        let step = candidates.saturating_add(20 + 3 * cells);
+        let steps = step.saturating_mul(u64::from(self.settings.length));
+        steps.min(MAX_RECORD_BYTES)
     }
 
     /// Bytes of the values of these steps before compression.
@@ -146,17 +145,16 @@ impl Layout {
 
     /// Makes a sequence ready for its shard; gives what is wrong with it.
     pub(crate) fn pack(&self, record: &SequenceRecord) -> Result<Packed, String> {
-        validate::steps(&self.settings, &self.items, record.sequence, &record.steps)?;
-        let (mut records, mut candidates) = (Vec::new(), 0);
+        for (index, step) in record.steps.iter().enumerate() {
+            validate::step(&self.settings, &self.items, record.sequence, index, step)?;
+        }
+        let mut records = Vec::new();
         for step in &record.steps {
-            candidates += step.candidates.len() as u64;
             records = postcard::to_extend(step, records).map_err(|error| error.to_string())?;
         }
-        if records.len() as u64 > self.most_record_bytes() {
-            return Err(format!(
-                "its records have more than {} bytes",
-                self.most_record_bytes()
-            ));
+        let most = self.most_record_bytes();
+        if records.len() as u64 > most {
+            return Err(format!("its records have more than {most} bytes"));
         }
         let compress = |content: &[u8], level| {
             zstd::encode_all(content, level).map_err(|error| error.to_string())
@@ -170,8 +168,7 @@ impl Layout {
             record_bytes: records.len() as u64,
             records: compress(&records, RECORD_LEVEL)?,
             values,
-            steps: record.steps.len() as u64,
-            candidates,
+            counts: count(&record.steps),
         })
     }
 
@@ -221,44 +218,41 @@ impl Layout {
     /// Looks into a shard.
     pub(crate) fn open<'a>(&self, content: &'a [u8]) -> Result<Shard<'a>, Flaw> {
         let mut rest = Rest(content);
+        let damaged = |what: &str| Err(Flaw::Damaged(what.to_owned()));
         if rest.bytes(8)? != MAGIC {
-            return Err(Flaw::Damaged("it is no shard of a dataset".to_owned()));
+            return damaged("it is no shard of a dataset");
         }
         let version = rest.u32()?;
         if version != FORMAT_VERSION {
             return Err(Flaw::Version(u64::from(version)));
         }
         if rest.bytes(32)? != self.hash.as_bytes() {
-            return Err(Flaw::Damaged("it was made with other settings".to_owned()));
+            return damaged("it was made with other settings");
         }
         let checksum = rest.bytes(32)?;
         if blake3::hash(rest.0).as_bytes() != checksum {
-            return Err(Flaw::Damaged("its checksum does not match".to_owned()));
+            return damaged("its checksum does not match");
         }
         let (first_sequence, count) = (rest.u32()?, rest.u32()?);
-        if count > self.settings.sequences_per_shard || first_sequence.checked_add(count).is_none()
-        {
-            return Err(Flaw::Damaged(format!("it cannot have {count} sequences")));
+        let is_possible = count <= self.settings.sequences_per_shard;
+        if !is_possible || first_sequence.checked_add(count).is_none() {
+            return damaged(&format!("it cannot have {count} sequences"));
         }
         let sizes = (0..count)
             .map(|_| Ok([rest.u64()?, rest.u64()?, rest.u64()?]))
             .collect::<Result<Vec<_>, String>>()?;
-        let blocks =
-            (first_sequence..)
-                .zip(sizes)
-                .map(|(sequence, [record_bytes, records, values])| {
-                    Ok(Block {
-                        sequence,
-                        record_bytes,
-                        records: rest.bytes(records)?,
-                        values: rest.bytes(values)?,
-                    })
-                });
+        let blocks = (first_sequence..).zip(sizes).map(|(sequence, sizes)| {
+            let [record_bytes, records, values] = sizes;
+            Ok(Block {
+                sequence,
+                record_bytes,
+                records: rest.bytes(records)?,
+                values: rest.bytes(values)?,
+            })
+        });
         let blocks = blocks.collect::<Result<Vec<_>, String>>()?;
         if !rest.0.is_empty() {
-            return Err(Flaw::Damaged(
-                "something follows its last sequence".to_owned(),
-            ));
+            return damaged("something follows its last sequence");
         }
         Ok(Shard {
             first_sequence,
@@ -281,13 +275,8 @@ impl Layout {
             let taken = postcard::take_from_bytes::<StepRecord>(rest);
             let (step, after) =
                 taken.map_err(|error| format!("a record cannot be decoded: {error}"))?;
-            validate::step(
-                &self.settings,
-                &self.items,
-                block.sequence,
-                steps.len(),
-                &step,
-            )?;
+            let (settings, items) = (&self.settings, &self.items);
+            validate::step(settings, items, block.sequence, steps.len(), &step)?;
             steps.push(step);
             rest = after;
         }
@@ -312,6 +301,12 @@ impl Layout {
         }
         Ok(())
     }
+}
+
+/// How many steps, and how many candidates over all of them.
+pub(crate) fn count(steps: &[StepRecord]) -> (u64, u64) {
+    let candidates: usize = steps.iter().map(|step| step.candidates.len()).sum();
+    (steps.len() as u64, candidates as u64)
 }
 
 /// What is left of a file.

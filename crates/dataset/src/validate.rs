@@ -5,22 +5,9 @@ use std::sync::Arc;
 use ppnpack_packing::grid::{Grid, MAX_UNITS};
 use ppnpack_packing::item::Item;
 
-use crate::record::{CandidateRecord, StepRecord, YawOptima};
+use crate::record::{CandidateRecord, Corner, StepRecord, YawOptima};
 use crate::settings::Settings;
 use crate::values::offsets;
-
-/// Checks the steps of a sequence; gives what is wrong.
-pub(crate) fn steps(
-    settings: &Settings,
-    items: &[Arc<Item>],
-    sequence: u32,
-    steps: &[StepRecord],
-) -> Result<(), String> {
-    steps
-        .iter()
-        .enumerate()
-        .try_for_each(|(index, found)| step(settings, items, sequence, index, found))
-}
 
 /// Checks the step with an index within a sequence; gives what is wrong.
 pub(crate) fn step(
@@ -36,11 +23,9 @@ pub(crate) fn step(
         return refuse("its numbers are wrong".to_owned());
     }
     let cells = settings.grid.nx() * settings.grid.ny();
-    if step.heightmap.len() != cells {
-        return refuse(format!(
-            "it has {} heights instead of {cells}",
-            step.heightmap.len()
-        ));
+    let heights = step.heightmap.len();
+    if heights != cells {
+        return refuse(format!("it has {heights} heights instead of {cells}"));
     }
     let wrong = |height: &&i16| !(0..=MAX_UNITS).contains(*height);
     if let Some(height) = step.heightmap.iter().find(wrong) {
@@ -76,30 +61,22 @@ fn candidate(grid: &Grid, items: &[Arc<Item>], candidate: &CandidateRecord) -> R
 
 /// Checks the optima of a view with this many placements along x and y.
 fn yaw((nx, ny): (usize, usize), optima: &YawOptima) -> Result<(), String> {
-    let has_value = if optima.placements.is_empty() {
-        optima.value == f64::INFINITY
+    let YawOptima { value, placements } = optima;
+    let has_value = if placements.is_empty() {
+        *value == f64::INFINITY
     } else {
-        optima.value.is_finite()
+        value.is_finite()
     };
     if !has_value {
-        let count = optima.placements.len();
-        return Err(format!(
-            "{count} placements cannot have the value {}",
-            optima.value
-        ));
+        let count = placements.len();
+        return Err(format!("{count} placements cannot have the value {value}"));
     }
-    if !optima.placements.is_sorted_by(|a, b| a < b) {
+    if !placements.is_sorted_by(|a, b| a < b) {
         return Err("its placements are out of order".to_owned());
     }
-    let outside = optima
-        .placements
-        .iter()
-        .find(|corner| usize::from(corner.x) >= nx || usize::from(corner.y) >= ny);
-    match outside {
-        Some(corner) => Err(format!(
-            "its placement ({}, {}) is not possible",
-            corner.x, corner.y
-        )),
+    let is_outside = |corner: &&Corner| usize::from(corner.x) >= nx || usize::from(corner.y) >= ny;
+    match placements.iter().find(is_outside) {
+        Some(Corner { x, y }) => Err(format!("its placement ({x}, {y}) is not possible")),
         None => Ok(()),
     }
 }

@@ -106,15 +106,9 @@ impl Values {
 
     /// The value of a placement, to half a [`VALUE_STEP`]; infinite where it does not fit, is not valid or not possible.
     pub fn get(&self, yaw: usize, x: usize, y: usize) -> f32 {
-        let above = self
-            .yaws
-            .get(yaw)
-            .map_or(f32::INFINITY, |yaw| yaw.above_best(x, y));
-        if above.is_finite() {
-            (self.best + f64::from(above)) as f32
-        } else {
-            f32::INFINITY
-        }
+        let yaw = self.yaws.get(yaw);
+        let above = yaw.map_or(f32::INFINITY, |yaw| yaw.above_best(x, y));
+        (self.best + f64::from(above)) as f32
     }
 }
 
@@ -125,7 +119,7 @@ impl YawValues {
     }
 
     /// By how much the value of a placement exceeds the candidate's least; infinite as for [`Values::get`].
-    pub fn above_best(&self, x: usize, y: usize) -> f32 {
+    fn above_best(&self, x: usize, y: usize) -> f32 {
         let step = if y < self.ny {
             self.steps.get(x * self.ny + y)
         } else {

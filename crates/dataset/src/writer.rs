@@ -18,7 +18,7 @@ use crate::manifest::{
 use crate::reader::MAX_JSON_BYTES;
 use crate::record::SequenceRecord;
 use crate::settings::{SETTINGS_FILE, Settings};
-use crate::shard::{Layout, Packed};
+use crate::shard::{Layout, Packed, count};
 
 /// Held while a process writes into a folder.
 const LOCK_FILE: &str = ".lock";
@@ -109,21 +109,15 @@ impl DatasetWriter {
         let packed = self.layout.pack(record).map_err(wrong)?;
         let mut progress = self.progress();
         progress.waiting.insert(sequence, packed);
-        let complete: Option<Vec<&Packed>> = range
+        let waiting = range
             .clone()
-            .map(|sequence| progress.waiting.get(&sequence))
-            .collect();
-        let Some(complete) = complete else {
+            .map(|sequence| progress.waiting.get(&sequence));
+        let Some(complete) = waiting.collect::<Option<Vec<&Packed>>>() else {
             return Ok(());
         };
         let content = self.layout.shard(range.start, &complete);
-        let entry = ShardEntry {
-            file: FileEntry::of(&shard_file(index), &content),
-            first_sequence: range.start,
-            sequences: range.end - range.start,
-            steps: complete.iter().map(|packed| packed.steps).sum(),
-            candidates: complete.iter().map(|packed| packed.candidates).sum(),
-        };
+        let file = FileEntry::of(&shard_file(index), &content);
+        let entry = ShardEntry::new(file, &range, complete.iter().map(|packed| packed.counts));
         write_whole(&self.folder.join(&entry.file.file), &content)?;
         progress
             .waiting
@@ -167,10 +161,8 @@ impl DatasetWriter {
         if !path.exists() {
             return None;
         }
-        let entry = std::fs::read(&path)
-            .map_err(|error| error.to_string())
-            .and_then(|content| self.entry(&file, &content, range));
-        match entry {
+        let content = std::fs::read(&path).map_err(|error| error.to_string());
+        match content.and_then(|content| self.entry(&file, &content, range)) {
             Ok(entry) => Some(entry),
             Err(reason) => {
                 tracing::warn!(path = %path.display(), reason, "a shard is made again");
@@ -190,22 +182,13 @@ impl DatasetWriter {
                 "it has the sequences {found:?} instead of {range:?}"
             ));
         }
-        let (mut steps, mut candidates) = (0, 0);
-        for block in &shard.blocks {
-            let found = self.layout.unpack(block, true)?;
-            steps += found.len() as u64;
-            candidates += found
-                .iter()
-                .map(|step| step.candidates.len() as u64)
-                .sum::<u64>();
-        }
-        Ok(ShardEntry {
-            file: FileEntry::of(file, content),
-            first_sequence: range.start,
-            sequences: range.end - range.start,
-            steps,
-            candidates,
-        })
+        let counts = shard.blocks.iter().map(|block| {
+            let steps = self.layout.unpack(block, true)?;
+            Ok(count(&steps))
+        });
+        let counts: Vec<(u64, u64)> = counts.collect::<Result<_, String>>()?;
+        let file = FileEntry::of(file, content);
+        Ok(ShardEntry::new(file, range, counts.into_iter()))
     }
 }
 
@@ -218,9 +201,8 @@ fn lock(folder: &Path) -> Result<File, DatasetError> {
     match file.try_lock() {
         Ok(()) => {}
         Err(TryLockError::WouldBlock) => {
-            return Err(DatasetError::InUse {
-                folder: folder.to_owned(),
-            });
+            let folder = folder.to_owned();
+            return Err(DatasetError::InUse { folder });
         }
         Err(TryLockError::Error(source)) => return Err(failed(source).into()),
     }
@@ -239,13 +221,11 @@ fn claim(folder: &Path, settings: &Settings) -> Result<(), DatasetError> {
         path,
         reason: error.to_string(),
     })?;
-    match settings.difference(&found) {
-        None => Ok(()),
-        Some(difference) => Err(DatasetError::OtherSettings {
-            folder: folder.to_owned(),
-            difference,
-        }),
-    }
+    let Some(difference) = settings.difference(&found) else {
+        return Ok(());
+    };
+    let folder = folder.to_owned();
+    Err(DatasetError::OtherSettings { folder, difference })
 }
 
 /// Refuses to make a dataset smaller; takes the manifest of a smaller one away, since the folder is complete no more.

@@ -15,7 +15,7 @@ use support::{content, grid, items, record, settings, write, writer};
 use tempfile::tempdir;
 
 fn all_steps(dataset: &Dataset) -> Vec<StepRecord> {
-    let load = |split| dataset.load(split, &|_, _| {}).unwrap();
+    let load = |split| dataset.load(split, true, &|_, _| {}).unwrap();
     let mut steps = load(Split::Train);
     steps.extend(load(Split::Test));
     steps.sort_by_key(|step| (step.sequence, step.step));
@@ -35,7 +35,7 @@ fn what_is_written_comes_back() {
         assert_eq!((manifest.sequences, manifest.shards.len()), (3, 2));
         assert_eq!(manifest.steps, expected.len() as u64);
         assert_eq!(*dataset.settings(), settings);
-        let mut optima = dataset.load_optima(Split::Train, &|_, _| {}).unwrap();
+        let mut optima = dataset.load(Split::Train, false, &|_, _| {}).unwrap();
         assert!(
             optima
                 .iter()
@@ -87,7 +87,7 @@ fn every_tenth_sequence_is_for_testing() {
     let dataset = Dataset::open(folder.path()).unwrap();
     let calls = std::cell::RefCell::new(vec![]);
     let test = dataset
-        .load(Split::Test, &|done, total| {
+        .load(Split::Test, true, &|done, total| {
             calls.borrow_mut().push((done, total));
         })
         .unwrap();
@@ -95,7 +95,7 @@ fn every_tenth_sequence_is_for_testing() {
     sequences.dedup();
     assert_eq!(sequences, [9, 19]);
     assert_eq!(*calls.borrow(), [(1, 2), (2, 2)]);
-    let train = dataset.load(Split::Train, &|_, _| {}).unwrap();
+    let train = dataset.load(Split::Train, true, &|_, _| {}).unwrap();
     assert!(train.iter().all(|step| step.sequence % 10 != 9));
     assert_eq!((train.len() + test.len()) as u64, dataset.manifest().steps);
 }
@@ -141,7 +141,7 @@ fn damaged_shards_are_made_again() {
         fs::write(&path, damaged).unwrap();
         let error = Dataset::open(folder.path())
             .unwrap()
-            .load(Split::Train, &|_, _| {});
+            .load(Split::Train, true, &|_, _| {});
         assert!(
             matches!(error, Err(DatasetError::Damaged { path, .. }) if path.ends_with("shard-00001.bin"))
         );

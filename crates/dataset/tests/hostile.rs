@@ -64,7 +64,7 @@ fn manifest(folder: &Path) -> Value {
 
 fn load(folder: &Path) -> Result<usize, DatasetError> {
     let dataset = Dataset::open(folder)?;
-    Ok(dataset.load(Split::Train, &|_, _| {})?.len())
+    Ok(dataset.load(Split::Train, true, &|_, _| {})?.len())
 }
 
 /// Reads a dataset to its end, which is either records or what is wrong with the file.

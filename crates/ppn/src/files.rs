@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use ppnpack_model::weights::{WeightTensor, to_bytes};
+use ppnpack_model::weights::WeightTensor;
 use tch::{Device, Kind, TchError, Tensor};
 
 use crate::error::NetworkError;
 
 /// A tensor's values in plain memory.
-pub(crate) fn to_plain(tensor: &Tensor) -> Result<WeightTensor, TchError> {
+fn to_plain(tensor: &Tensor) -> Result<WeightTensor, TchError> {
     let flat = tensor
         .f_detach()?
         .f_to(Device::Cpu)?
@@ -22,20 +22,11 @@ pub(crate) fn to_plain(tensor: &Tensor) -> Result<WeightTensor, TchError> {
 }
 
 /// Named tensors in plain memory.
-pub(crate) fn all_to_plain<'a>(
-    tensors: impl Iterator<Item = (String, &'a Tensor)>,
+pub(crate) fn all_to_plain<'a, Name: Into<String>>(
+    tensors: impl IntoIterator<Item = (Name, &'a Tensor)>,
 ) -> Result<BTreeMap<String, WeightTensor>, TchError> {
-    tensors
-        .map(|(name, tensor)| Ok((name, to_plain(tensor)?)))
-        .collect()
-}
-
-/// The bytes of a `.safetensors` file.
-pub(crate) fn safetensors(
-    tensors: &BTreeMap<String, WeightTensor>,
-    metadata: Option<(&str, String)>,
-) -> Result<Vec<u8>, NetworkError> {
-    Ok(to_bytes(tensors, metadata)?)
+    let plain = |(name, tensor): (Name, _)| Ok((name.into(), to_plain(tensor)?));
+    tensors.into_iter().map(plain).collect()
 }
 
 /// Takes values over into a tensor of the network; they must have its shape.

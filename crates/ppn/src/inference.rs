@@ -7,7 +7,7 @@ use ppnpack_model::settings::Device;
 use ppnpack_model::weights::Model;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Heightmap;
-use ppnpack_packing::item::{Item, ShapeId};
+use ppnpack_packing::item::{Item, ItemView, ShapeId};
 use ppnpack_packing::placement::Placement;
 use ppnpack_packing::proposals::Percent;
 use ppnpack_packing::resting::RestingHeights;
@@ -15,7 +15,7 @@ use tch::{TchError, Tensor};
 
 use crate::error::NetworkError;
 use crate::files::copy_into;
-use crate::maps::{Layout, canvas, limit, lowest};
+use crate::maps::{Layout, limit, lowest};
 use crate::network::{CONTAINER_CHANNELS, Network, RESTING_CHANNELS, VIEW_CHANNELS, ViewFeatures};
 use crate::runtime;
 use crate::symmetry::Symmetry;
@@ -79,21 +79,18 @@ impl Inference {
         let architecture = &model.card().architecture;
         let (network, parameters) = Network::new(architecture, device)?;
         let (origin, given) = (model.origin(), model.tensors());
+        let named = |tensor: &String| (origin.to_owned(), tensor.clone());
         for (name, tensor) in parameters.tensors() {
-            let values = given.get(name).ok_or_else(|| NetworkError::MissingTensor {
-                origin: origin.to_owned(),
-                tensor: name.clone(),
+            let values = given.get(name).ok_or_else(|| {
+                let (origin, tensor) = named(name);
+                NetworkError::MissingTensor { origin, tensor }
             })?;
             copy_into(origin, name, values, tensor)?;
         }
-        if let Some(name) = given
-            .keys()
-            .find(|name| !parameters.tensors().contains_key(*name))
-        {
-            return Err(NetworkError::UnknownTensor {
-                origin: origin.to_owned(),
-                tensor: name.clone(),
-            });
+        let is_unknown = |name: &&String| !parameters.tensors().contains_key(*name);
+        if let Some(name) = given.keys().find(is_unknown) {
+            let (origin, tensor) = named(name);
+            return Err(NetworkError::UnknownTensor { origin, tensor });
         }
         let network = tch::no_grad(|| network.folded())?;
         let layout = Layout::new(grid, architecture.stride(), Symmetry::default());
@@ -110,16 +107,13 @@ impl Inference {
 
     /// Runs the network a few times, so that libtorch has chosen its kernels before the first step.
     pub(crate) fn warmed_up(self) -> Result<Self, NetworkError> {
-        let shape = |channels, side: usize| [1, channels, side as i64, side as i64];
         let kind = (tch::Kind::Float, self.device);
         tch::no_grad(|| -> Result<(), NetworkError> {
-            let stride = self.network.architecture().stride();
-            let padded = self.layout.padded;
-            let sides = [CONTAINER_CHANNELS, padded.nx as i64, padded.ny as i64];
+            let side = self.network.architecture().stride() as i64;
+            let container = vec![0.0; CONTAINER_CHANNELS as usize * self.layout.cells()];
             for _ in 0..3 {
-                let container = Tensor::f_zeros([1, sides[0], sides[1], sides[2]], kind)?;
-                let containers = self.network.encode_containers(&container)?;
-                let views = Tensor::f_zeros(shape(VIEW_CHANNELS, stride), kind)?;
+                let containers = self.encode_container(&container)?;
+                let views = Tensor::f_zeros([1, VIEW_CHANNELS, side, side], kind)?;
                 let views = self.network.encode_views(&views)?;
                 let views = views.iter().map(|features| features.f_unsqueeze(0));
                 let views = views.collect::<Result<Vec<_>, _>>()?;
@@ -127,9 +121,8 @@ impl Inference {
                 let cells = self.layout.cells() as i64;
                 let resting = Tensor::f_zeros([1, RESTING_CHANNELS, cells], kind)?;
                 let takes_resting = self.network.architecture().resting_heights;
-                let scores = self
-                    .network
-                    .score(&fused, takes_resting.then_some(&resting))?;
+                let resting = takes_resting.then_some(&resting);
+                let scores = self.network.score(&fused, resting)?;
                 drop(scores.f_to(tch::Device::Cpu)?);
             }
             Ok(())
@@ -166,11 +159,8 @@ impl Inference {
                     ranked.push(Ranked::new(*score, index));
                 }
             }
-            if !scores_of
-                .iter()
-                .zip(fits)
-                .all(|(score, fits)| !fits || score.is_finite())
-            {
+            let mut scored = scores_of.iter().zip(fits);
+            if !scored.all(|(score, fits)| !fits || score.is_finite()) {
                 return Err(NetworkError::NotFinite {
                     item: item.name().to_string(),
                 });
@@ -291,16 +281,9 @@ impl Inference {
             }
         }
         runtime::use_one_thread();
-        let layout = self.layout;
-        let admitted = item.views().iter().filter(|view| layout.admits(view));
-        let side = canvas(admitted, self.network.architecture().stride());
-        let size = VIEW_CHANNELS as usize * side * side;
-        let mut maps = vec![0.0; item.views().len() * size];
-        for (view, out) in item.views().iter().zip(maps.chunks_exact_mut(size)) {
-            if layout.admits(view) {
-                layout.write_view(view, side, out);
-            }
-        }
+        let views: Vec<&ItemView> = item.views().iter().collect();
+        let stride = self.network.architecture().stride();
+        let (maps, side) = self.layout.write_views(&views, stride);
         let shape = [-1, VIEW_CHANNELS, side as i64, side as i64];
         let maps = Tensor::f_from_slice(&maps)?.f_view(shape)?;
         let views = self.network.encode_views(&maps.f_to(self.device)?)?;

@@ -26,10 +26,8 @@ pub(crate) struct Layout {
 
 impl Layout {
     pub(crate) fn new(grid: &Grid, stride: usize, symmetry: Symmetry) -> Self {
-        let original = Cells {
-            nx: grid.nx(),
-            ny: grid.ny(),
-        };
+        let (nx, ny) = (grid.nx(), grid.ny());
+        let original = Cells { nx, ny };
         let container = symmetry.size(original);
         Self {
             container,
@@ -67,8 +65,27 @@ impl Layout {
         }
     }
 
+    /// The channels of views, `[views, VIEW_CHANNELS, side, side]`, and the side of the canvas that holds all that the
+    /// network has a place for; those of others are zeros.
+    ///
+    /// The side is a multiple of twice the stride, so that the footprint's centre lies between the same cells at every
+    /// resolution, whatever the canvas.
+    pub(crate) fn write_views(&self, views: &[&ItemView], stride: usize) -> (Vec<f32>, usize) {
+        let admitted = views.iter().filter(|view| self.admits(view));
+        let longest = admitted.map(|view| view.nx().max(view.ny())).max();
+        let side = longest.unwrap_or(1).next_multiple_of(2 * stride);
+        let size = VIEW_CHANNELS as usize * side * side;
+        let mut out = vec![0.0; views.len() * size];
+        for (view, out) in views.iter().zip(out.chunks_exact_mut(size)) {
+            if self.admits(view) {
+                self.write_view(view, side, out);
+            }
+        }
+        (out, side)
+    }
+
     /// Writes a view's channels, `[VIEW_CHANNELS, side, side]`, over zeros; the footprint's centre is at `side / 2`.
-    pub(crate) fn write_view(&self, view: &ItemView, side: usize, out: &mut [f32]) {
+    fn write_view(&self, view: &ItemView, side: usize, out: &mut [f32]) {
         debug_assert_eq!(out.len(), VIEW_CHANNELS as usize * side * side);
         let footprint = footprint(view);
         let image = self.symmetry.size(footprint);
@@ -158,10 +175,8 @@ impl Layout {
                     continue;
                 };
                 *metric = self.metric(*height);
-                *above = self
-                    .metric(height - lowest)
-                    .clamp(0.0, GREATEST_ABOVE_LOWEST)
-                    * 10.0;
+                let above_dm = self.metric(height - lowest);
+                *above = above_dm.clamp(0.0, GREATEST_ABOVE_LOWEST) * 10.0;
                 *fits = *height <= limit;
             }
         }
@@ -192,11 +207,4 @@ pub(crate) fn lowest<'a>(
         heights.filter(|height| *height <= limit)
     });
     fitting.min().unwrap_or(0)
-}
-
-/// The canvas that holds all these views: a multiple of twice the stride, so that the footprint's centre lies between
-/// the same cells at every resolution, whatever the canvas.
-pub(crate) fn canvas<'a>(views: impl Iterator<Item = &'a ItemView>, stride: usize) -> usize {
-    let longest = views.map(|view| view.nx().max(view.ny())).max();
-    longest.unwrap_or(1).next_multiple_of(2 * stride)
 }

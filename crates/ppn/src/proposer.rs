@@ -42,9 +42,7 @@ impl NetworkProposer {
         inference.prepare(items)?;
         Ok(Self { inference, share })
     }
-}
 
-impl NetworkProposer {
     /// The best-scored placements of some items, best first: `share` of all placements of each.
     ///
     /// # Errors

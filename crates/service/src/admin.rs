@@ -84,29 +84,19 @@ async fn ready(State(told): State<Told>) -> impl IntoResponse {
         }
     });
     let checks: Vec<Value> = checks.collect();
-    (
-        status(is_ready),
-        json_body(&json!({"ready": is_ready, "checks": checks})),
-    )
+    let body = json_body(&json!({"ready": is_ready, "checks": checks}));
+    (status(is_ready), body)
 }
 
 async fn started(State(told): State<Told>) -> impl IntoResponse {
     let has_started = told.has_started.load(Ordering::Acquire);
-    (
-        status(has_started),
-        if has_started {
-            "started\n"
-        } else {
-            "starting\n"
-        },
-    )
+    let text = has_started.then_some("started\n");
+    (status(has_started), text.unwrap_or("starting\n"))
 }
 
 async fn numbers() -> impl IntoResponse {
-    (
-        [(CONTENT_TYPE, "text/plain; version=0.0.4")],
-        metrics::render(),
-    )
+    let kind = [(CONTENT_TYPE, "text/plain; version=0.0.4")];
+    (kind, metrics::render())
 }
 
 async fn info(State(told): State<Told>) -> impl IntoResponse {
@@ -140,14 +130,11 @@ fn json_body(value: &Value) -> impl IntoResponse + use<> {
 /// What the process is not ready for, or that nobody answers.
 pub fn ask_ready(listen: SocketAddr) -> Result<(), String> {
     let mut address = listen;
-    match address {
-        SocketAddr::V4(v4) if v4.ip().is_unspecified() => {
-            address.set_ip(Ipv4Addr::LOCALHOST.into());
-        }
-        SocketAddr::V6(v6) if v6.ip().is_unspecified() => {
-            address.set_ip(Ipv6Addr::LOCALHOST.into());
-        }
-        _ => {}
+    if listen.ip().is_unspecified() {
+        address.set_ip(match listen {
+            SocketAddr::V4(_) => Ipv4Addr::LOCALHOST.into(),
+            SocketAddr::V6(_) => Ipv6Addr::LOCALHOST.into(),
+        });
     }
     let head = "GET /readyz HTTP/1.1\r\n";
     match http::exchange(&address.to_string(), head, &[], HEALTHCHECK_TIMEOUT) {
@@ -171,12 +158,9 @@ mod tests {
             .build()
             .unwrap();
         let instance = Instance::new("p1").unwrap();
+        let identity = Identity::new(Service::Planner, instance, "c0ffee".to_owned());
         let told = Told {
-            identity: Arc::new(Identity::new(
-                Service::Planner,
-                instance,
-                "c0ffee".to_owned(),
-            )),
+            identity: Arc::new(identity),
             health: Health::default(),
             has_started: Arc::default(),
         };
@@ -206,9 +190,8 @@ mod tests {
         assert!(ask("/info").1.contains(r#""configuration":"c0ffee""#));
         assert_eq!(ask("/metrics").0, 200);
         assert_eq!(ask("/other").0, 404);
-        let error = serve(runtime.handle(), address, told)
-            .unwrap_err()
-            .to_string();
+        let error = serve(runtime.handle(), address, told);
+        let error = error.unwrap_err().to_string();
         assert!(error.contains("admin.listen"), "{error}");
     }
 }

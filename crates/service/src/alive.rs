@@ -1,20 +1,19 @@
 //! Who is there: liveliness tokens and those who watch them.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::mpsc::sync_channel;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Instant;
 
 use ppnpack_wire::header::MAX_TIME_LIMIT;
 use ppnpack_wire::keys::{Cell, Instance, Key, Service, everything_alive};
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
-use zenoh::query::Reply;
 use zenoh::sample::{Sample, SampleKind};
 use zenoh::{Session, Wait};
 
 use crate::error::ServiceError;
 use crate::process::{Identity, Process};
+use crate::sync::lock;
 
 /// Says that an instance is there, until it is dropped.
 pub struct Token {
@@ -70,40 +69,26 @@ pub struct Found {
 /// # Errors
 /// [`ServiceError::Zenoh`] where the session is closed.
 pub fn find(session: &Session, deadline: Instant) -> Result<Vec<Found>, ServiceError> {
-    type Cells = BTreeMap<(Service, Instance), BTreeSet<Cell>>;
-    let found: Arc<Mutex<Cells>> = Arc::default();
-    let (done, all_seen) = sync_channel::<()>(1);
-    let callback = {
-        let found = found.clone();
-        move |reply: Reply| {
-            // Held until Zenoh drops the callback, after the last reply.
-            let _done = &done;
-            let Ok(sample) = reply.into_result() else {
-                return;
-            };
-            if let Ok(Key::Alive(cell, service, instance)) = Key::parse(sample.key_expr().as_str())
-            {
-                let mut found = found.lock().unwrap_or_else(PoisonError::into_inner);
-                found.entry((service, instance)).or_default().extend(cell);
-            }
-        }
-    };
     let key = everything_alive(None);
-    let limit = deadline.saturating_duration_since(Instant::now());
-    session
+    let replies = session
         .liveliness()
         .get(key.clone())
-        .timeout(limit)
-        .callback(callback)
+        .timeout(deadline.saturating_duration_since(Instant::now()))
         .wait()
         .map_err(|error| ServiceError::zenoh(format!("looking for {key}"), &error))?;
-    // Nothing is ever sent: the channel ends with the callback.
-    all_seen.recv_timeout(limit).ok();
-    let found = found.lock().unwrap_or_else(PoisonError::into_inner);
-    let found = found.iter().map(|((service, instance), cells)| Found {
-        service: *service,
-        instance: instance.clone(),
-        cells: cells.iter().cloned().collect(),
+    let mut found: BTreeMap<(Service, Instance), BTreeSet<Cell>> = BTreeMap::new();
+    // The channel ends after the last reply.
+    while let Ok(Some(reply)) = replies.recv_deadline(deadline) {
+        if let Ok(sample) = reply.into_result()
+            && let Ok(Key::Alive(cell, service, instance)) = Key::parse(sample.key_expr().as_str())
+        {
+            found.entry((service, instance)).or_default().extend(cell);
+        }
+    }
+    let found = found.into_iter().map(|((service, instance), cells)| Found {
+        service,
+        instance,
+        cells: cells.into_iter().collect(),
     });
     Ok(found.collect())
 }
@@ -155,45 +140,23 @@ impl Alive {
 
     /// Those that are there, sorted.
     pub fn instances(&self) -> Vec<Instance> {
-        distinct(&self.seen.lock().tokens, |_| true)
-    }
-
-    /// Those that are there for this cell or for all, sorted.
-    pub fn serving(&self, cell: &Cell) -> Vec<Instance> {
-        distinct(&self.seen.lock().tokens, |own| {
-            own.is_none_or(|own| own == cell)
-        })
-    }
-
-    /// Whether an instance is there.
-    pub fn is_alive(&self, instance: &Instance) -> bool {
-        let known = self.seen.lock();
-        known.tokens.iter().any(|(own, _)| own == instance)
+        lock(&self.seen.known).instances()
     }
 
     /// Whether an instance has gone since then, even where it came back.
     pub fn has_left_since(&self, instance: &Instance, since: Instant) -> bool {
-        let known = self.seen.lock();
+        let known = lock(&self.seen.known);
         known.left.get(instance).is_some_and(|left| *left >= since)
     }
 
     /// Waits until those that are there are as wanted; says whether they are.
     pub fn wait(&self, deadline: Instant, is_wanted: impl Fn(&[Instance]) -> bool) -> bool {
-        let mut known = self.seen.lock();
-        loop {
-            if is_wanted(&distinct(&known.tokens, |_| true)) {
-                return true;
-            }
-            let left = deadline.saturating_duration_since(Instant::now());
-            if left.is_zero() {
-                return false;
-            }
-            (known, _) = self
-                .seen
-                .changed
-                .wait_timeout(known, left)
-                .unwrap_or_else(PoisonError::into_inner);
-        }
+        let known = lock(&self.seen.known);
+        let left = deadline.saturating_duration_since(Instant::now());
+        let is_other = |known: &mut Known| !is_wanted(&known.instances());
+        let waited = self.seen.changed.wait_timeout_while(known, left, is_other);
+        let timeout = waited.unwrap_or_else(PoisonError::into_inner).1;
+        !timeout.timed_out()
     }
 }
 
@@ -202,7 +165,7 @@ impl Seen {
         let Ok(Key::Alive(cell, _, instance)) = Key::parse(sample.key_expr().as_str()) else {
             return;
         };
-        let mut known = self.lock();
+        let mut known = lock(&self.known);
         match sample.kind() {
             SampleKind::Put => {
                 known.tokens.insert((instance, cell));
@@ -211,13 +174,17 @@ impl Seen {
         }
         self.changed.notify_all();
     }
-
-    fn lock(&self) -> MutexGuard<'_, Known> {
-        self.known.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 impl Known {
+    /// Those that are there, sorted.
+    fn instances(&self) -> Vec<Instance> {
+        let tokens = self.tokens.iter();
+        let mut instances: Vec<Instance> = tokens.map(|(instance, _)| instance.clone()).collect();
+        instances.dedup();
+        instances
+    }
+
     /// An instance goes with the last of its tokens.
     fn remove(&mut self, instance: Instance, cell: Option<Cell>, now: Instant) {
         let token = (instance, cell);
@@ -229,14 +196,4 @@ impl Known {
             self.left.insert(instance, now);
         }
     }
-}
-
-fn distinct(
-    tokens: &BTreeSet<(Instance, Option<Cell>)>,
-    is_wanted: impl Fn(Option<&Cell>) -> bool,
-) -> Vec<Instance> {
-    let wanted = tokens.iter().filter(|(_, cell)| is_wanted(cell.as_ref()));
-    let mut instances: Vec<Instance> = wanted.map(|(instance, _)| instance.clone()).collect();
-    instances.dedup();
-    instances
 }

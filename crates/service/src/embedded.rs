@@ -1,11 +1,10 @@
 //! Several services in one process: a session that listens on a loopback port of the system's choice, and clients of it.
 
 use std::sync::Arc;
-use std::sync::mpsc::sync_channel;
 use std::time::Duration;
 
 use ppnpack_wire::keys::{Instance, Service};
-use zenoh::query::Reply;
+use serde_json::Value;
 use zenoh::{Session, Wait};
 
 use crate::configuration::{Endpoints, Mode, ZenohSettings};
@@ -73,11 +72,6 @@ impl Hub {
             .map_or("", String::as_str)
     }
 
-    /// All that it listens on.
-    pub fn endpoints(&self) -> &[String] {
-        &self.endpoints
-    }
-
     /// The wish that all processes on it end.
     pub fn shutdown(&self) -> &Shutdown {
         &self.shutdown
@@ -127,23 +121,17 @@ fn locators(session: &Session) -> Result<Vec<String>, ServiceError> {
         action: action.to_owned(),
         reason: reason.to_owned(),
     };
-    let (sender, replies) = sync_channel::<Reply>(1);
-    session
+    let replies = session
         .get(format!("@/{}/router", session.zid()))
-        .callback(move |reply| drop(sender.try_send(reply)))
         .wait()
         .map_err(|error| ServiceError::zenoh(action, &error))?;
-    let reply = replies
-        .recv_timeout(LOCATOR_TIMEOUT)
-        .map_err(|_| failed("no answer"))?;
+    let reply = replies.recv_timeout(LOCATOR_TIMEOUT).ok().flatten();
+    let reply = reply.ok_or_else(|| failed("no answer"))?;
     let sample = reply.into_result().map_err(|_| failed("an error"))?;
-    let answer: serde_json::Value = serde_json::from_slice(&sample.payload().to_bytes())
+    let answer: Value = serde_json::from_slice(&sample.payload().to_bytes())
         .map_err(|error| failed(&error.to_string()))?;
-    let locators = answer.get("locators").and_then(serde_json::Value::as_array);
-    let locators = locators
-        .into_iter()
-        .flatten()
-        .filter_map(serde_json::Value::as_str);
+    let locators = answer.get("locators").and_then(Value::as_array);
+    let locators = locators.into_iter().flatten().filter_map(Value::as_str);
     let locators: Vec<String> = locators.map(str::to_owned).collect();
     if locators.is_empty() {
         return Err(failed("it names none"));

@@ -58,4 +58,10 @@ impl ServiceError {
             reason: error.to_string(),
         }
     }
+
+    /// Logs or traces that cannot be set up.
+    pub(crate) fn observability(what: &'static str, error: &dyn std::fmt::Display) -> Self {
+        let reason = error.to_string();
+        Self::Observability { what, reason }
+    }
 }

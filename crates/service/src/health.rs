@@ -1,10 +1,11 @@
 //! What a process needs, and whether it has it.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use ppnpack_wire::v1;
 
 use crate::metrics::{self, Metric};
+use crate::sync::lock;
 
 /// Named conditions that must all hold for the process to be ready. Clones share them.
 #[derive(Debug, Clone, Default)]
@@ -41,7 +42,7 @@ struct Registered {
 impl Health {
     /// Registers a condition, which fails until it is said to hold.
     pub fn check(&self, name: &'static str) -> HealthLatch {
-        let mut state = self.lock();
+        let mut state = lock(&self.state);
         state.checks.push(Check {
             name,
             trouble: Some("not started".to_owned()),
@@ -57,7 +58,7 @@ impl Health {
 
     /// All conditions, in the order in which they were registered.
     pub fn report(&self) -> Vec<v1::HealthCheck> {
-        let state = self.lock();
+        let state = lock(&self.state);
         let report = state.checks.iter().map(|check| v1::HealthCheck {
             name: check.name.to_owned(),
             is_passing: check.trouble.is_none(),
@@ -68,22 +69,16 @@ impl Health {
 
     /// Whether all conditions hold.
     pub fn is_ready(&self) -> bool {
-        self.lock().is_ready()
-    }
-
-    /// The process ends: it is not ready, and what ends with it is not worth a word.
-    pub(crate) fn end(&self, latch: &HealthLatch) {
-        latch.fail("shutting down");
-        self.end_quietly();
+        lock(&self.state).is_ready()
     }
 
     /// What fails from now on is not worth a word, because the service ends.
     pub fn end_quietly(&self) {
-        self.lock().is_ending = true;
+        lock(&self.state).is_ending = true;
     }
 
     fn set(&self, index: usize, trouble: Option<String>) {
-        let mut state = self.lock();
+        let mut state = lock(&self.state);
         let is_ending = state.is_ending;
         let Some(check) = state
             .checks
@@ -100,10 +95,6 @@ impl Health {
         check.trouble = trouble;
         let is_ready = f64::from(u8::from(state.is_ready()));
         metrics::gauge(Metric::Ready, &[]).set(is_ready);
-    }
-
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -41,11 +41,8 @@ pub(crate) fn exchange(
 
 fn parse(answer: &str) -> Option<Answer> {
     let (head, body) = answer.split_once("\r\n\r\n")?;
-    let mut words = head.lines().next()?.split(' ');
-    words
-        .next()
-        .filter(|version| version.starts_with("HTTP/1."))?;
-    let status = words.next()?.parse().ok()?;
+    let first = head.lines().next()?.strip_prefix("HTTP/1.")?;
+    let status = first.split(' ').nth(1)?.parse().ok()?;
     let body = body.to_owned();
     Some(Answer { status, body })
 }

@@ -71,6 +71,7 @@ mod run;
 mod session;
 pub mod shutdown;
 pub mod stream;
+mod sync;
 mod telemetry;
 
 pub use admin::ask_ready;

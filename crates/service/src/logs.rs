@@ -21,10 +21,7 @@ pub(crate) fn init(settings: &LogSettings, traces: Option<BoxedLayer>) -> Result
         .with(traces)
         .with(lines(settings.format).with_filter(filter))
         .try_init()
-        .map_err(|error| ServiceError::Observability {
-            what: "logs",
-            reason: error.to_string(),
-        })?;
+        .map_err(|error| ServiceError::observability("logs", &error))?;
     std::panic::set_hook(Box::new(|panic| {
         let thread = std::thread::current();
         let thread = thread.name().unwrap_or("unnamed");

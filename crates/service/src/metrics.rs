@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use metrics::{Counter, Gauge, Histogram, Key, KeyName, Label, Level, Metadata, SharedString};
 use metrics_exporter_prometheus::{BuildError, Matcher, PrometheusBuilder, PrometheusHandle};
+use ppnpack_wire::keys::{Method, Service};
 
 /// Upper bounds of the buckets of durations, in seconds.
 const DURATION_BUCKETS_S: [f64; 16] = [
@@ -93,6 +94,11 @@ fn key(metric: Metric, labels: &[(&'static str, &str)]) -> Key {
     Key::from_parts(KeyName::from_const_str(metric.name()), labels)
 }
 
+/// The labels of what is counted by service and method.
+pub(crate) fn method_labels(service: Service, method: Method) -> [(&'static str, &'static str); 2] {
+    [("service", service.as_str()), ("method", method.as_str())]
+}
+
 /// The counter of a metric with these labels. Keep it where it is used often.
 pub fn counter(metric: Metric, labels: &[(&'static str, &str)]) -> Counter {
     metrics::with_recorder(|recorder| recorder.register_counter(&key(metric, labels), &METADATA))
@@ -110,10 +116,8 @@ pub fn histogram(metric: Metric, labels: &[(&'static str, &str)]) -> Histogram {
 
 /// All metrics as Prometheus reads them; nothing where [`install`] was not called.
 pub fn render() -> String {
-    RECORDER
-        .get()
-        .map(PrometheusHandle::render)
-        .unwrap_or_default()
+    let recorder = RECORDER.get();
+    recorder.map(PrometheusHandle::render).unwrap_or_default()
 }
 
 /// Begins to count in this process. What was asked for before counts nothing. After this, [`tidy`] has to be called
@@ -183,16 +187,9 @@ mod tests {
         for metric in Metric::ALL {
             let name = metric.name();
             assert!(name.starts_with("ppnpack_"), "{name}");
-            assert_eq!(
-                metric.kind() == Kind::Counter,
-                name.ends_with("_total"),
-                "{name}"
-            );
-            assert_eq!(
-                metric.kind() == Kind::Duration,
-                name.ends_with("_seconds"),
-                "{name}"
-            );
+            let suffixes = ["_total", "_seconds"].map(|suffix| name.ends_with(suffix));
+            let kinds = [Kind::Counter, Kind::Duration].map(|kind| metric.kind() == kind);
+            assert_eq!(kinds, suffixes, "{name}");
         }
     }
 }

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use ::metrics::Counter;
+use ppnpack_wire::error::check_size;
 use ppnpack_wire::{WireError, decode};
 use prost::{Message, Name};
 use zenoh::bytes::ZBytes;
@@ -15,13 +16,7 @@ pub(crate) fn read<M: Message + Name + Default>(
     payload: &ZBytes,
     limit: usize,
 ) -> Result<M, WireError> {
-    if payload.len() > limit {
-        return Err(WireError::TooLarge {
-            message: M::NAME,
-            bytes: payload.len(),
-            limit,
-        });
-    }
+    check_size(M::NAME, payload.len(), limit)?;
     decode(&payload.to_bytes(), limit)
 }
 

@@ -1,20 +1,19 @@
 //! What a service runs on.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Instant;
 
 use ppnpack_wire::keys::{Cell, Instance, Service};
 use ppnpack_wire::v1;
-use serde::Serialize;
 use zenoh::Session;
 
-use crate::configuration;
 use crate::error::ServiceError;
 use crate::health::Health;
 use crate::rpc::{self, Listener};
 use crate::shutdown::Shutdown;
+use crate::sync::lock;
 
 /// What a service runs on: its Zenoh session, name, health, and the wish to end. Cheap to clone.
 #[derive(Clone)]
@@ -35,7 +34,7 @@ pub(crate) struct Identity {
     pub(crate) service: Service,
     pub(crate) instance: Instance,
     /// The hash of its configuration.
-    configuration: Mutex<String>,
+    configuration: String,
     model: Mutex<Option<String>>,
     /// The cells that it said it is there for, and how often.
     cells: Mutex<BTreeMap<Cell, usize>>,
@@ -47,8 +46,8 @@ impl Identity {
         Self {
             service,
             instance,
-            configuration: Mutex::new(configuration),
-            model: Mutex::new(None),
+            configuration,
+            model: Mutex::default(),
             cells: Mutex::default(),
             started: Instant::now(),
         }
@@ -58,7 +57,7 @@ impl Identity {
         v1::Versions {
             software: env!("CARGO_PKG_VERSION").to_owned(),
             model: model.unwrap_or_default().to_owned(),
-            configuration: lock(&self.configuration).clone(),
+            configuration: self.configuration.clone(),
             instance: self.instance.to_string(),
         }
     }
@@ -128,11 +127,6 @@ impl Process {
         self.inner.identity.service
     }
 
-    /// What makes its answers; `model` where a network takes part.
-    pub fn versions(&self, model: Option<&str>) -> v1::Versions {
-        self.inner.identity.versions(model)
-    }
-
     /// What it needs, and whether it has it.
     pub fn health(&self) -> &Health {
         &self.inner.health
@@ -148,28 +142,14 @@ impl Process {
         *lock(&self.inner.identity.model) = model;
     }
 
-    /// The settings whose hash goes into its versions. [`main`](crate::main) has set it; a process of
-    /// [`embedded`](crate::embedded) may.
-    pub fn set_configuration(&self, settings: &impl Serialize) {
-        *lock(&self.inner.identity.configuration) = configuration::hash_of(settings);
-    }
-
-    /// A reference that does not keep the session open.
-    pub(crate) fn downgrade(&self) -> WeakProcess {
-        WeakProcess(Arc::downgrade(&self.inner))
+    /// Gives the process as long as somebody else has it; does not keep its session open.
+    pub(crate) fn weak(&self) -> impl Fn() -> Option<Self> + Send + use<> {
+        let inner = Arc::downgrade(&self.inner);
+        move || inner.upgrade().map(|inner| Self { inner })
     }
 
     pub(crate) fn identity(&self) -> &Arc<Identity> {
         &self.inner.identity
-    }
-}
-
-/// A reference to a process that does not keep its session open.
-pub(crate) struct WeakProcess(Weak<Inner>);
-
-impl WeakProcess {
-    pub(crate) fn upgrade(&self) -> Option<Process> {
-        self.0.upgrade().map(|inner| Process { inner })
     }
 }
 
@@ -194,8 +174,4 @@ pub fn thread<T: Send + 'static>(
             what: "starting a thread",
             source,
         })
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

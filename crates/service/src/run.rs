@@ -6,7 +6,7 @@ mod signals;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::sync::mpsc::sync_channel;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -15,7 +15,9 @@ use tokio::runtime::Runtime;
 use zenoh::{Session, Wait};
 
 use crate::admin::{self, Told};
-use crate::configuration::{AdminListen, Configuration, ConfigurationError, ServiceSettings};
+use crate::configuration::{
+    AdminListen, Configuration, ConfigurationError, ServiceSettings, Sources,
+};
 use crate::error::ServiceError;
 use crate::health::Health;
 use crate::process::{Identity, Process, thread};
@@ -23,7 +25,7 @@ use crate::shutdown::Shutdown;
 use crate::telemetry::Telemetry;
 use crate::{logs, metrics, session};
 
-use arguments::{Action, Arguments};
+use arguments::Arguments;
 
 /// The exit code of a wrong command line or configuration (`EX_USAGE`).
 const EXIT_USAGE: u8 = 64;
@@ -51,13 +53,11 @@ pub fn join(threads: Vec<JoinHandle<()>>, deadline: Instant) -> Result<(), Strin
     let mut left = Vec::new();
     for thread in threads {
         let name = thread.thread().name().unwrap_or("a thread").to_owned();
-        let (sender, ended) = sync_channel(1);
-        // A thread cannot be waited for with a limit: another one waits for it.
-        let waiter = self::thread("ending", move || sender.send(thread.join().is_ok()).ok());
         let limit = deadline.saturating_duration_since(Instant::now());
-        match waiter.map(|_| ended.recv_timeout(limit)) {
-            Ok(Ok(true)) => {}
-            Ok(Ok(false)) => left.push(format!("{name} panicked")),
+        // A thread cannot be waited for with a limit: another one waits for it.
+        match within(limit, move || thread.join().is_ok()) {
+            Ok(Some(true)) => {}
+            Ok(Some(false)) => left.push(format!("{name} panicked")),
             _ => left.push(format!("{name} was still working")),
         }
     }
@@ -91,31 +91,28 @@ pub fn main<S: ServiceSettings>(
             return ExitCode::from(EXIT_USAGE);
         }
     };
-    match arguments.action() {
-        Action::Validate => done("the configuration is valid"),
-        Action::Print => match configuration.to_toml() {
-            Ok(text) => done(text.trim_end()),
-            Err(error) => failed(service, &error),
-        },
-        Action::CheckHealth => match check_health(&configuration) {
-            Ok(()) => done("ready"),
-            Err(message) => failed(service, &message),
-        },
-        Action::Run => match run(service, configuration, start) {
-            Ok(code) => code,
-            Err(error) => failed(service, &error),
-        },
+    let done: anyhow::Result<String> = if arguments.validate_config {
+        Ok("the configuration is valid".to_owned())
+    } else if arguments.print_config {
+        configuration.to_toml().map_err(anyhow::Error::new)
+    } else if arguments.healthcheck {
+        check_health(&configuration).map_err(anyhow::Error::msg)
+    } else {
+        match run(service, configuration, start) {
+            Ok(code) => return code,
+            Err(error) => Err(error.into()),
+        }
+    };
+    match done {
+        Ok(text) => {
+            println!("{}", text.trim_end());
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("ppnpack-{service}: {error}");
+            ExitCode::FAILURE
+        }
     }
-}
-
-fn done(text: &str) -> ExitCode {
-    println!("{text}");
-    ExitCode::SUCCESS
-}
-
-fn failed(service: Service, message: &dyn std::fmt::Display) -> ExitCode {
-    eprintln!("ppnpack-{service}: {message}");
-    ExitCode::FAILURE
 }
 
 fn load<S: ServiceSettings>(
@@ -123,17 +120,22 @@ fn load<S: ServiceSettings>(
     arguments: &Arguments,
 ) -> Result<Configuration<S>, ConfigurationError> {
     let variables = std::env::vars_os().filter_map(|(name, value)| {
-        Some((
-            name.into_string().ok()?,
-            value.to_string_lossy().into_owned(),
-        ))
+        let value = value.to_string_lossy().into_owned();
+        Some((name.into_string().ok()?, value))
     });
-    Configuration::load(service, &arguments.sources(variables.collect()))
+    let sources = Sources {
+        file: arguments.config.as_deref(),
+        environment: variables.collect(),
+        assignments: &arguments.set,
+    };
+    Configuration::load(service, &sources)
 }
 
-fn check_health<S>(configuration: &Configuration<S>) -> Result<(), String> {
+fn check_health<S>(configuration: &Configuration<S>) -> Result<String, String> {
     match configuration.admin.listen {
-        AdminListen::At(address) if address.port() != 0 => admin::ask_ready(address),
+        AdminListen::At(address) if address.port() != 0 => {
+            admin::ask_ready(address).map(|()| "ready".to_owned())
+        }
         _ => Err(
             "the health check needs admin.listen with a port, such as 127.0.0.1:9100".to_owned(),
         ),
@@ -195,7 +197,8 @@ fn run_logged<S: ServiceSettings>(
     has_started.store(true, Ordering::Release);
     tracing::info!(service = %process.service(), instance = %process.instance(), "started");
     shutdown.wait();
-    health.end(&serving);
+    serving.fail("shutting down");
+    health.end_quietly();
     finish(running, grace)?;
     drop(process);
     close(session)
@@ -242,8 +245,5 @@ fn within<T: Send + 'static>(
 ) -> Result<Option<T>, ServiceError> {
     let (sender, receiver) = sync_channel(1);
     drop(thread("ending", move || sender.send(work()).ok())?);
-    match receiver.recv_timeout(duration) {
-        Ok(value) => Ok(Some(value)),
-        Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => Ok(None),
-    }
+    Ok(receiver.recv_timeout(duration).ok())
 }

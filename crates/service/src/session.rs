@@ -47,9 +47,9 @@ pub(crate) fn watch(
     let endpoints = settings.connect().to_vec();
     let has_needs = settings.mode == Mode::Client || !endpoints.is_empty();
     let shutdown = process.shutdown().clone();
-    let process = process.downgrade();
+    let process = process.weak();
     let look = move || {
-        while let Some(process) = process.upgrade() {
+        while let Some(process) = process() {
             if process.session().is_closed() {
                 return latch.fail("the session is closed");
             }

@@ -4,7 +4,7 @@
 //! ([`subscribe`]), or the newest only ([`Latest`]).
 
 use std::marker::PhantomData;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Instant;
 
 use ::metrics::Counter;
@@ -21,6 +21,7 @@ use crate::error::ServiceError;
 use crate::metrics::{self, Metric};
 use crate::payload::{self, Malformed};
 use crate::process::Process;
+use crate::sync::lock;
 
 /// Publishes a stream of a cell.
 pub struct Publisher<M> {
@@ -99,7 +100,7 @@ impl<M: Message + Name + Default> Latest<M> {
             let slot = slot.clone();
             move |sample: Sample| {
                 received.increment(1);
-                let older = slot.lock().replace(sample.payload().clone());
+                let older = lock(&slot.newest).replace(sample.payload().clone());
                 slot.arrived.notify_one();
                 if older.is_some() {
                     overwritten.increment(1);
@@ -118,31 +119,22 @@ impl<M: Message + Name + Default> Latest<M> {
 
     /// The newest message, if it was not taken yet.
     pub fn take(&self) -> Option<Result<M, WireError>> {
-        let payload = self.slot.lock().take();
+        let payload = lock(&self.slot.newest).take();
         payload.map(|payload| self.read(&payload))
     }
 
     /// Waits for a message that was not taken yet; `None` where none comes before the deadline.
     pub fn wait(&self, deadline: Instant) -> Option<Result<M, WireError>> {
         let left = deadline.saturating_duration_since(Instant::now());
-        let (mut newest, _) = self
-            .slot
-            .arrived
-            .wait_timeout_while(self.slot.lock(), left, |newest| newest.is_none())
-            .unwrap_or_else(PoisonError::into_inner);
-        let payload = newest.take();
-        drop(newest);
+        let newest = lock(&self.slot.newest);
+        let arrived = &self.slot.arrived;
+        let waited = arrived.wait_timeout_while(newest, left, |newest| newest.is_none());
+        let payload = waited.unwrap_or_else(PoisonError::into_inner).0.take();
         payload.map(|payload| self.read(&payload))
     }
 
     fn read(&self, payload: &ZBytes) -> Result<M, WireError> {
         payload::read(payload, self.limit_bytes).inspect_err(|error| self.malformed.count(error))
-    }
-}
-
-impl Slot {
-    fn lock(&self) -> MutexGuard<'_, Option<ZBytes>> {
-        self.newest.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

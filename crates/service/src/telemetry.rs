@@ -45,10 +45,7 @@ impl Telemetry {
             .with_endpoint(endpoint)
             .with_timeout(TIMEOUT)
             .build()
-            .map_err(|error| ServiceError::Observability {
-                what: "traces",
-                reason: error.to_string(),
-            })?;
+            .map_err(|error| ServiceError::observability("traces", &error))?;
         let resource = Resource::builder()
             .with_service_name(format!("ppnpack-{}", identity.service))
             .with_attribute(KeyValue::new(
@@ -75,12 +72,8 @@ impl Telemetry {
         let filter = Targets::new()
             .with_target("ppnpack", Level::INFO)
             .with_target(TRACE_TARGET, Level::TRACE);
-        Some(
-            tracing_opentelemetry::layer()
-                .with_tracer(tracer)
-                .with_filter(filter)
-                .boxed(),
-        )
+        let layer = tracing_opentelemetry::layer().with_tracer(tracer);
+        Some(layer.with_filter(filter).boxed())
     }
 
     /// Sends what was not sent yet.
@@ -101,9 +94,8 @@ struct Collector;
 impl HttpClient for Collector {
     async fn send_bytes(&self, request: Request<Bytes>) -> Result<Response<Bytes>, HttpError> {
         let uri = request.uri();
-        let authority = uri
-            .authority()
-            .ok_or("the address of the collector has no host")?;
+        let authority = uri.authority();
+        let authority = authority.ok_or("the address of the collector has no host")?;
         let mut authority = authority.to_string();
         if uri.port().is_none() {
             authority.push_str(":80");

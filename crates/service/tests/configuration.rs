@@ -204,7 +204,7 @@ fn wrong_settings_are_refused_with_key_and_origin() {
         file: Some(Path::new("/no/such/file")),
         ..Sources::default()
     };
-    let error = Configuration::<()>::load(Service::Ppn, &missing)
+    let error = Configuration::<Settings>::load(Service::Ppn, &missing)
         .unwrap_err()
         .to_string();
     assert!(error.contains("/no/such/file"), "{error}");

@@ -121,14 +121,6 @@ fn who_is_alive_is_seen_to_come_and_go() {
         alive::announce(&late, Some(&Cell::new("c2").unwrap())).unwrap(),
     ];
     assert!(alive.wait(soon(), |now| now == names(&["h1", "h2"])));
-    assert!(alive.is_alive(late.instance()));
-    let reached = |cell: &str| alive.serving(&Cell::new(cell).unwrap());
-    let deadline = soon();
-    while reached("c2").len() < 2 && Instant::now() < deadline {
-        std::thread::yield_now();
-    }
-    assert_eq!(reached("c1"), names(&["h1", "h2"]));
-    assert_eq!(reached("c3"), names(&["h1"]));
     drop(second);
     assert!(alive.wait(soon(), |now| now == names(&["h1"])));
     // A session that is gone takes its tokens along.

@@ -2,7 +2,7 @@
 
 use prost::{Message, Name};
 
-use crate::error::WireError;
+use crate::error::{WireError, check_size};
 use crate::structure;
 
 /// The largest message of all but the clouds, in bytes.
@@ -19,18 +19,9 @@ pub(crate) const MAX_POINT_BYTES: usize = 128 << 20;
 /// # Errors
 /// [`WireError::TooLarge`], [`WireError::TooManyParts`] and [`WireError::Malformed`].
 pub fn decode<M: Message + Name + Default>(payload: &[u8], limit: usize) -> Result<M, WireError> {
-    if payload.len() > limit {
-        return Err(WireError::TooLarge {
-            message: M::NAME,
-            bytes: payload.len(),
-            limit,
-        });
-    }
+    check_size(M::NAME, payload.len(), limit)?;
     structure::check(M::NAME, payload)?;
-    M::decode(payload).map_err(|error| WireError::Malformed {
-        message: M::NAME,
-        reason: error.to_string(),
-    })
+    M::decode(payload).map_err(|error| WireError::malformed(M::NAME, error))
 }
 
 /// The encoding field that goes with a message, such as `application/protobuf;ppnpack.v1.Heightmap`.

@@ -1,5 +1,7 @@
 //! Why a message was refused.
 
+use std::fmt::Display;
+
 /// What is wrong with a message.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -48,12 +50,31 @@ pub enum WireError {
 
 impl WireError {
     /// A field with an impossible value.
-    pub fn invalid(field: &'static str, reason: impl std::fmt::Display) -> Self {
-        Self::Invalid {
-            field,
-            reason: reason.to_string(),
-        }
+    pub fn invalid(field: &'static str, reason: impl Display) -> Self {
+        let reason = reason.to_string();
+        Self::Invalid { field, reason }
     }
+
+    /// What is no message of its kind.
+    pub(crate) fn malformed(message: &'static str, reason: impl Display) -> Self {
+        let reason = reason.to_string();
+        Self::Malformed { message, reason }
+    }
+}
+
+/// Checks the size of a message before it is put together.
+///
+/// # Errors
+/// [`WireError::TooLarge`] where it has more than `limit` bytes.
+pub fn check_size(message: &'static str, bytes: usize, limit: usize) -> Result<(), WireError> {
+    if bytes <= limit {
+        return Ok(());
+    }
+    Err(WireError::TooLarge {
+        message,
+        bytes,
+        limit,
+    })
 }
 
 /// A field that has to be there.

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use crate::error::{WireError, needed};
 use crate::keys::Instance;
+use crate::limits::checked;
 use crate::v1;
 
 /// The longest that a request may take.
@@ -31,40 +32,27 @@ impl RequestHeader {
     pub fn read(header: Option<&v1::RequestHeader>) -> Result<Self, WireError> {
         let header = needed("header", header)?;
         let time_limit = Duration::from_micros(header.time_limit_us);
-        if time_limit.is_zero() || time_limit > MAX_TIME_LIMIT {
-            return Err(WireError::invalid(
-                "header.time_limit_us",
-                format_args!(
-                    "{} where 1 to {} is possible",
-                    header.time_limit_us,
-                    MAX_TIME_LIMIT.as_micros()
-                ),
-            ));
-        }
-        let caller = match header.caller.as_str() {
-            "" => None,
-            caller => {
-                let caller = Instance::new(caller);
-                Some(caller.map_err(|error| WireError::invalid("header.caller", error))?)
-            }
-        };
+        let is_possible = !time_limit.is_zero() && time_limit <= MAX_TIME_LIMIT;
+        let range = format_args!("1 to {} is possible", MAX_TIME_LIMIT.as_micros());
+        let field = "header.time_limit_us";
+        checked(field, header.time_limit_us, is_possible, range)?;
+        let caller = (!header.caller.is_empty()).then(|| Instance::new(&header.caller));
+        let caller = caller.transpose();
         Ok(Self {
+            caller: caller.map_err(|error| WireError::invalid("header.caller", error))?,
             request_id: id("header.request_id", &header.request_id)?.to_owned(),
             time_limit,
-            caller,
         })
     }
 
     /// The header as a message.
     pub fn to_message(&self) -> v1::RequestHeader {
         let micros = self.time_limit.min(MAX_TIME_LIMIT).as_micros();
+        let caller = self.caller.as_ref();
         v1::RequestHeader {
             request_id: self.request_id.clone(),
             time_limit_us: u64::try_from(micros).unwrap_or(u64::MAX).max(1),
-            caller: self
-                .caller
-                .as_ref()
-                .map_or_else(String::new, Instance::to_string),
+            caller: caller.map_or_else(String::new, Instance::to_string),
         }
     }
 }
@@ -79,19 +67,14 @@ pub fn id<'a>(field: &'static str, text: &'a str) -> Result<&'a str, WireError> 
     if (1..=64).contains(&text.len()) && text.bytes().all(is_possible) {
         Ok(text)
     } else {
-        Err(WireError::invalid(
-            field,
-            "1 to 64 characters of A-Z a-z 0-9 _ . : - are possible",
-        ))
+        let reason = "1 to 64 characters of A-Z a-z 0-9 _ . : - are possible";
+        Err(WireError::invalid(field, reason))
     }
 }
 
 /// Text for people, cut to what a message may carry.
 pub fn text(message: &str) -> String {
-    let mut end = message.len().min(MAX_TEXT_BYTES);
-    while !message.is_char_boundary(end) {
-        end -= 1;
-    }
+    let end = message.floor_char_boundary(MAX_TEXT_BYTES);
     message.get(..end).unwrap_or("").to_owned()
 }
 

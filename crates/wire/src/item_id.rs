@@ -20,12 +20,9 @@ impl ItemId {
     /// # Errors
     /// [`WireError::Invalid`] where there are not 32.
     pub fn from_bytes(field: &'static str, bytes: &[u8]) -> Result<Self, WireError> {
-        bytes.try_into().map(Self).map_err(|_| {
-            WireError::invalid(
-                field,
-                format_args!("{} bytes where 32 are needed", bytes.len()),
-            )
-        })
+        let wrong = |_| format!("{} bytes where 32 are needed", bytes.len());
+        let id = bytes.try_into().map(Self).map_err(wrong);
+        id.map_err(|reason| WireError::invalid(field, reason))
     }
 
     /// The 32 bytes.

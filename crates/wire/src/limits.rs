@@ -1,5 +1,6 @@
 //! How much the fields of a message may hold, where their type alone does not say it.
 
+use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 use crate::error::WireError;
@@ -19,49 +20,46 @@ pub(crate) const MAX_CANDIDATES: usize = 1000;
 /// The longest name of an object, in bytes.
 const MAX_NAME_BYTES: usize = 256;
 
+/// A value, where it is possible; otherwise it is refused with what is.
+pub(crate) fn checked<T: Display>(
+    field: &'static str,
+    value: T,
+    is_possible: bool,
+    possible: impl Display,
+) -> Result<T, WireError> {
+    if is_possible {
+        Ok(value)
+    } else {
+        let reason = format_args!("{value} where {possible}");
+        Err(WireError::invalid(field, reason))
+    }
+}
+
 /// Checks how many of something there are.
 pub(crate) fn count(
     field: &'static str,
     found: usize,
     possible: RangeInclusive<usize>,
 ) -> Result<(), WireError> {
-    if possible.contains(&found) {
-        Ok(())
-    } else {
-        let (least, most) = (possible.start(), possible.end());
-        Err(WireError::invalid(
-            field,
-            format_args!("{found} where {least} to {most} are possible"),
-        ))
-    }
+    let (least, most) = (possible.start(), possible.end());
+    let range = format_args!("{least} to {most} are possible");
+    checked(field, found, possible.contains(&found), range).map(drop)
 }
 
 /// The name of an object.
 pub fn name<'a>(field: &'static str, name: &'a str) -> Result<&'a str, WireError> {
-    if (1..=MAX_NAME_BYTES).contains(&name.len()) {
-        Ok(name)
-    } else {
-        Err(WireError::invalid(
-            field,
-            format_args!(
-                "{} bytes where 1 to {MAX_NAME_BYTES} are possible",
-                name.len()
-            ),
-        ))
-    }
+    let bytes = name.len();
+    let is_possible = (1..=MAX_NAME_BYTES).contains(&bytes);
+    let possible = format_args!("1 to {MAX_NAME_BYTES} are possible");
+    checked(field, format_args!("{bytes} bytes"), is_possible, possible).map(|_| name)
 }
 
 /// An index, below `end`.
 pub(crate) fn index(field: &'static str, value: u32, end: usize) -> Result<usize, WireError> {
-    usize::try_from(value)
-        .ok()
-        .filter(|value| *value < end)
-        .ok_or_else(|| {
-            WireError::invalid(
-                field,
-                format_args!("{value} where 0 to {} is possible", end.saturating_sub(1)),
-            )
-        })
+    let index = usize::try_from(value).unwrap_or(usize::MAX);
+    let greatest = end.saturating_sub(1);
+    let range = format_args!("0 to {greatest} is possible");
+    checked(field, index, index < end, range)
 }
 
 /// An index as it stands in a message; those of the domain are far below the greatest that it can hold.
@@ -71,38 +69,23 @@ pub(crate) fn to_index(value: usize) -> u32 {
 
 /// A number of at least 0.
 pub(crate) fn at_least_zero(field: &'static str, value: f64) -> Result<f64, WireError> {
-    if value.is_finite() && value >= 0.0 {
-        Ok(value)
-    } else {
-        Err(WireError::invalid(
-            field,
-            format_args!("{value} where a finite number of at least 0 is needed"),
-        ))
-    }
+    let is_possible = value.is_finite() && value >= 0.0;
+    let possible = "a finite number of at least 0 is needed";
+    checked(field, value, is_possible, possible)
 }
 
 /// A length above 0 and at most [`MAX_LENGTH_M`].
 pub(crate) fn length_m(field: &'static str, value: f64) -> Result<f64, WireError> {
-    if value > 0.0 && value <= MAX_LENGTH_M {
-        Ok(value)
-    } else {
-        Err(WireError::invalid(
-            field,
-            format_args!("{value} where metres above 0 and at most {MAX_LENGTH_M} are needed"),
-        ))
-    }
+    let is_possible = value > 0.0 && value <= MAX_LENGTH_M;
+    let possible = format_args!("metres above 0 and at most {MAX_LENGTH_M} are needed");
+    checked(field, value, is_possible, possible)
 }
 
 /// A coordinate of at most [`MAX_COORDINATE_M`] in either direction.
 pub(crate) fn coordinate_m(field: &'static str, value: f64) -> Result<f64, WireError> {
-    if value.abs() <= MAX_COORDINATE_M {
-        Ok(value)
-    } else {
-        Err(WireError::invalid(
-            field,
-            format_args!(
-                "the coordinate {value} where metres from -{MAX_COORDINATE_M} to {MAX_COORDINATE_M} are possible"
-            ),
-        ))
-    }
+    let found = format_args!("the coordinate {value}");
+    let is_possible = value.abs() <= MAX_COORDINATE_M;
+    let possible =
+        format_args!("metres from -{MAX_COORDINATE_M} to {MAX_COORDINATE_M} are possible");
+    checked(field, found, is_possible, possible).map(|_| value)
 }

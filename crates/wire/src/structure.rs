@@ -5,8 +5,8 @@
 
 use std::sync::LazyLock;
 
-use prost::Message;
 use prost::encoding::{DecodeContext, WireType, decode_key, decode_varint, skip_field};
+use prost::{DecodeError, Message};
 use prost_types::FileDescriptorSet;
 
 use crate::error::WireError;
@@ -23,7 +23,7 @@ const DESCRIPTORS: &[u8] = include_bytes!("../generated/descriptors.binpb");
 ///
 /// # Errors
 /// Never on a schema that this crate was built with.
-pub fn schema() -> Result<FileDescriptorSet, prost::DecodeError> {
+pub fn schema() -> Result<FileDescriptorSet, DecodeError> {
     FileDescriptorSet::decode(DESCRIPTORS)
 }
 
@@ -56,60 +56,55 @@ static SHAPES: LazyLock<Vec<Shape>> = LazyLock::new(|| {
 
 /// Refuses a message with too many parts, or one that cannot be read to its end.
 pub(crate) fn check(message: &'static str, payload: &[u8]) -> Result<(), WireError> {
-    let mut parts = 0;
     let shape = SHAPES.iter().find(|shape| shape.name == message);
-    walk(shape, payload, 0, &mut parts).map_err(|trouble| match trouble {
-        Trouble::TooManyParts => WireError::TooManyParts {
-            message,
-            limit: MAX_PARTS,
-        },
-        Trouble::Malformed(reason) => WireError::Malformed { message, reason },
-    })
+    let mut walk = Walk { message, parts: 0 };
+    walk.through(shape, payload, 0)
 }
 
-enum Trouble {
-    TooManyParts,
-    Malformed(String),
+/// On the way through a message.
+struct Walk {
+    message: &'static str,
+    parts: usize,
 }
 
-impl From<prost::DecodeError> for Trouble {
-    fn from(error: prost::DecodeError) -> Self {
-        Self::Malformed(error.to_string())
-    }
-}
-
-fn walk(
-    shape: Option<&Shape>,
-    payload: &[u8],
-    depth: usize,
-    parts: &mut usize,
-) -> Result<(), Trouble> {
-    if depth > MAX_DEPTH {
-        return Err(Trouble::Malformed("nested too deeply".to_owned()));
-    }
-    let nested = shape.map_or(&[][..], |shape| &shape.nested);
-    let mut rest = payload;
-    while !rest.is_empty() {
-        let (number, wire_type) = decode_key(&mut rest)?;
-        if wire_type != WireType::LengthDelimited {
-            skip_field(wire_type, number, &mut rest, DecodeContext::default())?;
-            continue;
+impl Walk {
+    fn through(
+        &mut self,
+        shape: Option<&Shape>,
+        payload: &[u8],
+        depth: usize,
+    ) -> Result<(), WireError> {
+        let message = self.message;
+        let malformed = |error: DecodeError| WireError::malformed(message, error);
+        if depth > MAX_DEPTH {
+            return Err(WireError::malformed(message, "nested too deeply"));
         }
-        *parts += 1;
-        if *parts > MAX_PARTS {
-            return Err(Trouble::TooManyParts);
+        let nested = shape.map_or(&[][..], |shape| &shape.nested);
+        let mut rest = payload;
+        while !rest.is_empty() {
+            let (number, wire_type) = decode_key(&mut rest).map_err(malformed)?;
+            if wire_type != WireType::LengthDelimited {
+                let context = DecodeContext::default();
+                skip_field(wire_type, number, &mut rest, context).map_err(malformed)?;
+                continue;
+            }
+            self.parts += 1;
+            if self.parts > MAX_PARTS {
+                let limit = MAX_PARTS;
+                return Err(WireError::TooManyParts { message, limit });
+            }
+            let length = decode_varint(&mut rest).map_err(malformed)?;
+            let (inner, after) = usize::try_from(length)
+                .ok()
+                .and_then(|length| rest.split_at_checked(length))
+                .ok_or_else(|| WireError::malformed(message, "it ends early"))?;
+            if let Some((_, inner_shape)) = nested.iter().find(|(known, _)| *known == number) {
+                self.through(SHAPES.get(*inner_shape), inner, depth + 1)?;
+            }
+            rest = after;
         }
-        let length = decode_varint(&mut rest)?;
-        let (inner, after) = usize::try_from(length)
-            .ok()
-            .and_then(|length| rest.split_at_checked(length))
-            .ok_or_else(|| Trouble::Malformed("it ends early".to_owned()))?;
-        if let Some((_, inner_shape)) = nested.iter().find(|(known, _)| *known == number) {
-            walk(SHAPES.get(*inner_shape), inner, depth + 1, parts)?;
-        }
-        rest = after;
+        Ok(())
     }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -2,13 +2,14 @@ use nalgebra::Vector3;
 use ppnpack_model::architecture::{Architecture, Normalisation};
 use ppnpack_model::card::{DataFacts, FORMAT, ModelCard, Versions};
 use ppnpack_model::settings::TrainingSettings;
+use ppnpack_model::weights::to_bytes;
 use ppnpack_packing::grid::{ContainerSize, Resolution, Yaws};
 use ppnpack_packing::item::ViewSurfaces;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::files::{all_to_plain, safetensors};
+use crate::files::all_to_plain;
 use crate::network::Parameters;
 
 /// A network with random weights and running statistics, as a model.
@@ -16,9 +17,7 @@ fn model(architecture: &Architecture, change: impl Fn(&Parameters)) -> Model {
     tch::manual_seed(7);
     let (_, parameters) = Network::new(architecture, tch::Device::Cpu).unwrap();
     change(&parameters);
-    let tensors = parameters.tensors().iter();
-    let tensors = all_to_plain(tensors.map(|(name, tensor)| (name.clone(), tensor))).unwrap();
-    let bytes = safetensors(&tensors, None).unwrap();
+    let bytes = to_bytes(&all_to_plain(parameters.tensors()).unwrap(), None).unwrap();
     let card = ModelCard {
         format: FORMAT,
         architecture: architecture.clone(),
@@ -250,7 +249,7 @@ fn weights_of_another_architecture_are_refused() {
     let grid = Grid::reference();
     let open = |card: Architecture, weights: Architecture| {
         let weights = plain(&weights);
-        let tensors = safetensors(weights.tensors(), None).unwrap();
+        let tensors = to_bytes(weights.tensors(), None).unwrap();
         let mut other = weights.card().clone();
         other.architecture = card;
         let model = Model::new("a test", &tensors, other).unwrap();

@@ -73,13 +73,9 @@ impl Decoder {
         training: bool,
     ) -> Result<Tensor, TchError> {
         let mut decoded: Option<Tensor> = None;
-        let (finest, coarser) = match fused.split_first() {
-            Some(parts) => parts,
-            None => {
-                return Err(TchError::Shape(
-                    "a network has at least one block".to_owned(),
-                ));
-            }
+        let Some((finest, coarser)) = fused.split_first() else {
+            let what = "a network has at least one block".to_owned();
+            return Err(TchError::Shape(what));
         };
         for (block, features) in self.blocks.iter().zip(coarser.iter().rev()) {
             let (_, maps, nx, ny) = features.size4()?;
@@ -96,9 +92,8 @@ impl Decoder {
         let mut hidden = hidden.f_view([4, four_heads / 4, cells])?;
         if let (Some(weight), Some(resting)) = (&self.resting, resting) {
             let (head, channels) = weight.size2()?;
-            let weight = weight
-                .f_unsqueeze(0)?
-                .f_expand([4, head, channels], false)?;
+            let weight = weight.f_unsqueeze(0)?;
+            let weight = weight.f_expand([4, head, channels], false)?;
             hidden = hidden.f_baddbmm_(&weight, resting)?;
         }
         self.score.forward_phases(&hidden.f_relu_()?)
@@ -111,10 +106,7 @@ impl Decoder {
             mixing: self.mixing.folded()?,
             hidden: self.hidden.folded()?,
             score: self.score.folded()?,
-            resting: match &self.resting {
-                Some(weight) => Some(weight.f_detach()?),
-                None => None,
-            },
+            resting: self.resting.as_ref().map(Tensor::f_detach).transpose()?,
         })
     }
 }

@@ -54,10 +54,7 @@ impl Encoder {
                 }
             }
             features.push(halved(&current)?);
-            mask = match mask {
-                Some(mask) => Some(halved(&mask)?),
-                None => None,
-            };
+            mask = mask.as_ref().map(halved).transpose()?;
         }
         Ok(features)
     }

@@ -18,20 +18,26 @@ pub(super) struct BatchNorm {
 }
 
 impl BatchNorm {
-    pub(super) fn new(
+    /// The normalisation of the layer of this name, if it has one.
+    fn of(
         parameters: &mut Parameters,
-        name: &str,
+        layer: &str,
         channels: i64,
-    ) -> Result<Self, TchError> {
-        Ok(Self {
-            scale: parameters.constant(&format!("{name}.scale"), channels, 1.0)?,
-            shift: parameters.constant(&format!("{name}.shift"), channels, 0.0)?,
-            mean: parameters.statistic(&format!("{name}.mean"), channels, 0.0)?,
-            variance: parameters.statistic(&format!("{name}.variance"), channels, 1.0)?,
-        })
+        normalisation: Normalisation,
+    ) -> Result<Option<Self>, TchError> {
+        if normalisation == Normalisation::None {
+            return Ok(None);
+        }
+        let name = |tensor: &str| format!("{layer}.normalisation.{tensor}");
+        Ok(Some(Self {
+            scale: parameters.constant(&name("scale"), channels, 1.0)?,
+            shift: parameters.constant(&name("shift"), channels, 0.0)?,
+            mean: parameters.statistic(&name("mean"), channels, 0.0)?,
+            variance: parameters.statistic(&name("variance"), channels, 1.0)?,
+        }))
     }
 
-    pub(super) fn forward(&self, input: &Tensor, training: bool) -> Result<Tensor, TchError> {
+    fn forward(&self, input: &Tensor, training: bool) -> Result<Tensor, TchError> {
         input.f_batch_norm(
             Some(&self.scale),
             Some(&self.shift),
@@ -46,9 +52,8 @@ impl BatchNorm {
 
     /// The same as `factor * input + offset` per channel, with the running statistics.
     fn affine(&self) -> Result<(Tensor, Tensor), TchError> {
-        let factor = self
-            .scale
-            .f_mul(&self.variance.f_add_scalar(EPSILON)?.f_rsqrt()?)?;
+        let deviation = self.variance.f_add_scalar(EPSILON)?;
+        let factor = self.scale.f_mul(&deviation.f_rsqrt()?)?;
         let offset = self.shift.f_sub(&self.mean.f_mul(&factor)?)?;
         Ok((factor, offset))
     }
@@ -73,14 +78,7 @@ impl Convolution {
         Ok(Self {
             weight: parameters.weight(&format!("{name}.weight"), &shape, inputs * 9)?,
             bias: parameters.constant(&format!("{name}.bias"), outputs, 0.0)?,
-            normalisation: match normalisation {
-                Normalisation::Batch => Some(BatchNorm::new(
-                    parameters,
-                    &format!("{name}.normalisation"),
-                    outputs,
-                )?),
-                Normalisation::None => None,
-            },
+            normalisation: BatchNorm::of(parameters, name, outputs, normalisation)?,
         })
     }
 
@@ -132,14 +130,7 @@ impl Mixing {
         normalisation: Normalisation,
     ) -> Result<Self, TchError> {
         Ok(Self {
-            normalisation: match normalisation {
-                Normalisation::Batch => Some(BatchNorm::new(
-                    parameters,
-                    &format!("{name}.normalisation"),
-                    inputs,
-                )?),
-                Normalisation::None => None,
-            },
+            normalisation: BatchNorm::of(parameters, name, inputs, normalisation)?,
             weight: parameters.weight(&format!("{name}.weight"), &[outputs, inputs], inputs)?,
             bias: parameters.constant(&format!("{name}.bias"), outputs, 0.0)?,
         })

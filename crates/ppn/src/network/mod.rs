@@ -82,14 +82,12 @@ impl Network {
     pub(crate) fn encode_views(&self, views: &Tensor) -> Result<ViewFeatures, TchError> {
         let mut mask = views.f_narrow(1, VIEW_CHANNELS - 1, 1)?;
         let features = self.item.forward(views, Some(&mask), self.is_training)?;
-        features
-            .into_iter()
-            .map(|features| {
-                mask = halved(&mask)?;
-                let cells = mask.f_sum_dim_intlist([1_i64, 2, 3].as_slice(), true, None)?;
-                features.f_div(&cells.f_clamp_min(1.0)?)
-            })
-            .collect()
+        let divided = features.into_iter().map(|features| {
+            mask = halved(&mask)?;
+            let cells = mask.f_sum_dim_intlist([1_i64, 2, 3].as_slice(), true, None)?;
+            features.f_div(&cells.f_clamp_min(1.0)?)
+        });
+        divided.collect()
     }
 
     /// Brings the features of `V` views and of each of `S` containers together: `views` is `[S, V, C_i, K_i, K_i]` per
@@ -125,9 +123,8 @@ impl Network {
             Some(fused) => fused.size4()?.1,
             None => 0,
         };
-        let scores = self
-            .decoder
-            .forward(fused, by_phase.as_ref(), self.is_training)?;
+        let (by_phase, is_training) = (by_phase.as_ref(), self.is_training);
+        let scores = self.decoder.forward(fused, by_phase, is_training)?;
         let by_map = scores.f_view([4, maps, -1])?;
         by_map.f_permute([1, 0, 2])?.f_reshape([maps, -1])
     }

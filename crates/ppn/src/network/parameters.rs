@@ -28,10 +28,7 @@ impl Parameters {
     ) -> Result<Tensor, TchError> {
         let bound = (6.0 / inputs.max(1) as f64).sqrt();
         let tensor = Tensor::f_empty(shape, (Kind::Float, self.device))?;
-        let tensor = tch::no_grad(|| {
-            let mut tensor = tensor;
-            tensor.f_uniform_(-bound, bound)
-        })?;
+        let tensor = tch::no_grad(|| tensor.shallow_clone().f_uniform_(-bound, bound))?;
         Ok(self.add(name, tensor.f_set_requires_grad(true)?))
     }
 

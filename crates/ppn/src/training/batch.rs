@@ -10,7 +10,7 @@ use ppnpack_packing::item::{Item, ItemView};
 use ppnpack_packing::resting::RestingHeights;
 use tch::{Device, Kind, TchError, Tensor};
 
-use crate::maps::{Layout, canvas, limit, lowest};
+use crate::maps::{Layout, limit, lowest};
 use crate::network::{CONTAINER_CHANNELS, RESTING_CHANNELS, VIEW_CHANNELS};
 use crate::symmetry::Symmetry;
 
@@ -102,11 +102,7 @@ impl BatchMaker {
         let candidates = steps.iter().map(|step| step.candidates.len()).max();
         let candidates = candidates.unwrap_or(0);
         let first_slots = self.number_objects(steps);
-        let admitted = first_slots
-            .keys()
-            .filter_map(|object| self.items.get(*object));
-        let admitted = admitted.flat_map(|item| item.views());
-        let side = canvas(admitted.filter(|view| layout.admits(view)), self.stride);
+        let (views, side) = layout.write_views(&self.views(&first_slots), self.stride);
         let cells = layout.cells();
         let maps = steps.len() * candidates * yaws;
         let mut batch = Batch {
@@ -117,7 +113,7 @@ impl BatchMaker {
             side: side as i64,
             possible: (yaws * self.grid.nx() * self.grid.ny()) as f64,
             containers: vec![0.0; steps.len() * CONTAINER_CHANNELS as usize * cells],
-            views: self.write_views(&layout, &first_slots, side),
+            views,
             slots: vec![0; maps],
             resting: vec![0.0; maps * RESTING_CHANNELS as usize * cells],
             fits: vec![false; maps * cells],
@@ -132,13 +128,8 @@ impl BatchMaker {
             layout.write_container(&step.heightmap, container);
         }
         for (index, step) in steps.iter().enumerate() {
-            self.write_step(
-                &layout,
-                &first_slots,
-                step,
-                index * candidates * yaws,
-                &mut batch,
-            );
+            let first = index * candidates * yaws;
+            self.write_step(&layout, &first_slots, step, first, &mut batch);
         }
         batch
     }
@@ -157,24 +148,11 @@ impl BatchMaker {
         slots
     }
 
-    fn write_views(
-        &self,
-        layout: &Layout,
-        first_slots: &BTreeMap<usize, usize>,
-        side: usize,
-    ) -> Vec<f32> {
-        let items = first_slots
-            .keys()
-            .filter_map(|object| self.items.get(*object));
-        let views: Vec<&ItemView> = items.flat_map(|item| item.views()).collect();
-        let size = VIEW_CHANNELS as usize * side * side;
-        let mut out = vec![0.0; views.len() * size];
-        for (view, out) in views.into_iter().zip(out.chunks_exact_mut(size)) {
-            if layout.admits(view) {
-                layout.write_view(view, side, out);
-            }
-        }
-        out
+    /// The views of the objects that occur, in the order of their slots.
+    fn views(&self, first_slots: &BTreeMap<usize, usize>) -> Vec<&ItemView> {
+        let objects = first_slots.keys();
+        let items = objects.filter_map(|object| self.items.get(*object));
+        items.flat_map(|item| item.views()).collect()
     }
 
     /// Writes a step's candidates from the map with index `first` on.
@@ -192,12 +170,12 @@ impl BatchMaker {
         let Ok(heightmap) = Heightmap::from_units(nx, ny, step.heightmap.clone()) else {
             return;
         };
-        let held = |object: u32| self.items.get(object as usize);
-        let items: Vec<Option<Arc<Item>>> = step
+        let held = |object: u32| self.items.get(object as usize).cloned();
+        let items = step
             .candidates
             .iter()
-            .map(|candidate| held(candidate.object).cloned())
-            .collect();
+            .map(|candidate| held(candidate.object));
+        let items: Vec<Option<Arc<Item>>> = items.collect();
         let present = items.iter().flatten().map(|item| &**item);
         self.resting.update(&heightmap, present);
         let yaws = batch.yaws as usize;
@@ -206,9 +184,8 @@ impl BatchMaker {
             let lowest = lowest(&self.grid, &item, self.resting.of(&item));
             let slot = first_slots.get(&(candidate.object as usize)).copied();
             let slot = slot.unwrap_or(0);
-            for (yaw, (view, heights)) in
-                item.views().iter().zip(self.resting.of(&item)).enumerate()
-            {
+            let views = item.views().iter().zip(self.resting.of(&item));
+            for (yaw, (view, heights)) in views.enumerate() {
                 let map = first + position * yaws + yaw;
                 let range = map * cells..(map + 1) * cells;
                 if let Some(entry) = batch.slots.get_mut(map) {
@@ -221,24 +198,16 @@ impl BatchMaker {
                     let limit = limit(&self.grid, view);
                     layout.write_resting(view, heights, limit, lowest, resting, fits);
                 }
-                let optima = candidate
-                    .yaws
-                    .get(yaw)
-                    .map_or(&[][..], |optima| &optima.placements);
+                let optima = candidate.yaws.get(yaw);
+                let optima = optima.map_or(&[][..], |optima| &optima.placements);
                 if let Some(optimal) = batch.optimal.get_mut(range.clone()) {
-                    let corners = optima
-                        .iter()
-                        .map(|at| (usize::from(at.x), usize::from(at.y)));
+                    let corners = optima.iter().map(|at| (at.x.into(), at.y.into()));
                     mark(layout, view, corners, optimal);
                 }
                 if let Some(best) = batch.best.get_mut(range.clone()) {
                     let of_yaw = candidate.best().filter(|placement| placement.yaw == yaw);
-                    mark(
-                        layout,
-                        view,
-                        of_yaw.map(|placement| (placement.x, placement.y)),
-                        best,
-                    );
+                    let corners = of_yaw.map(|placement| (placement.x, placement.y));
+                    mark(layout, view, corners, best);
                 }
                 if let (Some(values), Some(kept)) =
                     (batch.values.get_mut(range), candidate.values.as_ref())

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use ppnpack_files::write_whole;
 use ppnpack_model::report::EpochReport;
 use ppnpack_model::settings::TrainingSettings;
-use ppnpack_model::weights::tensors;
+use ppnpack_model::weights::{tensors, to_bytes};
 use safetensors::SafeTensors;
 use serde::{Deserialize, Serialize};
 
 use super::optimiser::AdamW;
 use crate::error::NetworkError;
-use crate::files::{all_to_plain, copy_into, safetensors};
+use crate::files::{all_to_plain, copy_into};
 use crate::network::Parameters;
 
 const STATE: &str = "state";
@@ -48,13 +48,13 @@ pub(crate) fn save(
     let path = path(folder);
     let weights = parameters.tensors().iter();
     let weights = weights.map(|(name, tensor)| (format!("weight/{name}"), tensor));
-    let moments = optimiser.moments().iter().flat_map(|(name, moments)| {
+    let moments = optimiser.moments.iter().flat_map(|(name, moments)| {
         let mean = (format!("mean/{name}"), &moments.mean);
         [mean, (format!("square/{name}"), &moments.square)]
     });
     let tensors = all_to_plain(weights.chain(moments))?;
     let text = serde_json::to_string(state).map_err(|error| damaged(&path, &error))?;
-    let bytes = safetensors(&tensors, Some((STATE, text)))?;
+    let bytes = to_bytes(&tensors, Some((STATE, text)))?;
     Ok(write_whole(&path, &bytes)?)
 }
 
@@ -71,10 +71,8 @@ pub(crate) fn load(
         source,
     })?;
     let (_, header) = SafeTensors::read_metadata(&bytes).map_err(|error| damaged(&path, &error))?;
-    let text = header
-        .metadata()
-        .as_ref()
-        .and_then(|texts| texts.get(STATE));
+    let texts = header.metadata().as_ref();
+    let text = texts.and_then(|texts| texts.get(STATE));
     let text = text.ok_or_else(|| damaged(&path, &"it has no state"))?;
     let state: State = serde_json::from_str(text).map_err(|error| damaged(&path, &error))?;
     if let Some(difference) = difference(&state, expected) {
@@ -89,11 +87,11 @@ pub(crate) fn load(
     for (name, tensor) in parameters.tensors() {
         take(format!("weight/{name}"), tensor)?;
     }
-    for (name, moments) in optimiser.moments() {
+    for (name, moments) in &optimiser.moments {
         take(format!("mean/{name}"), &moments.mean)?;
         take(format!("square/{name}"), &moments.square)?;
     }
-    optimiser.set_updates(state.updates);
+    optimiser.updates = state.updates;
     Ok(state)
 }
 

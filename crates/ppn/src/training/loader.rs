@@ -1,10 +1,11 @@
 //! Preparing batches on threads of their own, in a fixed order.
 
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::Scope;
 use std::time::{Duration, Instant};
 
 use ppnpack_dataset::StepRecord;
+use ppnpack_model::settings::TrainingSettings;
 use rand::RngExt;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -25,27 +26,18 @@ pub(crate) struct BatchPlan {
 }
 
 /// The batches of an epoch: a random order that the seed and the epoch decide.
-pub(crate) fn shuffled(
-    steps: usize,
-    batch: usize,
-    augment: bool,
-    seed: u64,
-    epoch: usize,
-) -> Vec<BatchPlan> {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
+pub(crate) fn shuffled(steps: usize, settings: &TrainingSettings, epoch: usize) -> Vec<BatchPlan> {
+    let mut random = ChaCha8Rng::seed_from_u64(settings.seed);
     random.set_stream(epoch as u64 + 1);
     let mut order: Vec<usize> = (0..steps).collect();
     order.shuffle(&mut random);
-    let plans = order.chunks(batch.max(1)).map(|steps| {
-        let number = if augment {
-            random.random_range(0..Symmetry::COUNT)
+    let plans = order.chunks(settings.batch.max(1)).map(|steps| BatchPlan {
+        steps: steps.to_vec(),
+        symmetry: if settings.augment {
+            Symmetry::of(random.random_range(0..Symmetry::COUNT))
         } else {
-            0
-        };
-        BatchPlan {
-            steps: steps.to_vec(),
-            symmetry: Symmetry::of(number),
-        }
+            Symmetry::default()
+        },
     });
     plans.collect()
 }
@@ -75,14 +67,11 @@ impl Loader {
         steps: &'scope [StepRecord],
         plans: Vec<BatchPlan>,
     ) -> Self {
-        let (sender, batches): (SyncSender<Batch>, _) = sync_channel(AHEAD);
+        let (sender, batches) = sync_channel(AHEAD);
         scope.spawn(move || {
             for plan in plans {
-                let chosen: Vec<_> = plan
-                    .steps
-                    .iter()
-                    .filter_map(|index| steps.get(*index))
-                    .collect();
+                let chosen = plan.steps.iter().filter_map(|index| steps.get(*index));
+                let chosen: Vec<_> = chosen.collect();
                 if sender.send(maker.make(&chosen, plan.symmetry)).is_err() {
                     break;
                 }

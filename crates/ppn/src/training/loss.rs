@@ -30,10 +30,8 @@ fn ranking(scores: &Tensor, labels: &Labels, margin: f64) -> Result<Tensor, TchE
     let local = hinge(scores, &labels.fits, &labels.optimal, &over_cells, margin)?;
     let global = hinge(scores, &labels.fits, &labels.best, &over_all, 2.0 * margin)?;
     let counted = has_optimum(labels)?.f_sum(Kind::Float)?.f_clamp_min(1.0)?;
-    local
-        .f_add(&global)?
-        .f_div(&counted)?
-        .f_div_scalar(labels.possible)
+    let mean = local.f_add(&global)?.f_div(&counted)?;
+    mean.f_div_scalar(labels.possible)
 }
 
 /// `sum max(0, margin - (M(p) - M(p*)))` over the fitting placements that are not optimal; `p*` is the worst-scored
@@ -58,21 +56,19 @@ fn hinge(
 /// The mean squared difference to the heuristic's values above the candidate's optimum.
 fn regression(scores: &Tensor, labels: &Labels) -> Result<Tensor, TchError> {
     let Some(values) = &labels.values else {
-        return Err(TchError::Shape(
-            "the data has no values to regress to".to_owned(),
-        ));
+        let what = "the data has no values to regress to".to_owned();
+        return Err(TchError::Shape(what));
     };
     let squares = scores.f_mse_loss(values, Reduction::None)?;
-    let counted = labels
-        .fits
-        .f_logical_and(&has_optimum(labels)?.f_view([-1, 1, 1])?)?;
+    let has_optimum = has_optimum(labels)?.f_view([-1, 1, 1])?;
+    let counted = labels.fits.f_logical_and(&has_optimum)?;
     let counted = counted.f_to_kind(Kind::Float)?;
     let sum = squares.f_mul(&counted)?.f_sum(Kind::Float)?;
     sum.f_div(&counted.f_sum(Kind::Float)?.f_clamp_min(1.0)?)
 }
 
 /// `[N]`: whether a candidate has a valid placement.
-pub(crate) fn has_optimum(labels: &Labels) -> Result<Tensor, TchError> {
+fn has_optimum(labels: &Labels) -> Result<Tensor, TchError> {
     labels.best.f_flatten(1, -1)?.f_any_dim(1, false)
 }
 

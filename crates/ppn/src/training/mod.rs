@@ -14,10 +14,11 @@ use ppnpack_files::write_whole;
 use ppnpack_model::card::{Accuracy, DataFacts, FORMAT, ModelCard, Versions};
 use ppnpack_model::report::{EpochReport, TrainingEvent};
 use ppnpack_model::settings::{Loss, TrainingRequest, TrainingSettings};
-use tch::{Tensor, no_grad};
+use ppnpack_model::weights::to_bytes;
+use tch::{TchError, Tensor, no_grad};
 
 use crate::error::NetworkError;
-use crate::files::{all_to_plain, safetensors};
+use crate::files::all_to_plain;
 use crate::network::{Network, Parameters};
 use crate::runtime;
 use batch::{Batch, BatchMaker, BatchTensors};
@@ -62,13 +63,7 @@ pub fn train(
         let report = training.epoch(watch)?;
         watch(TrainingEvent::Epoch(report));
     }
-    training.finish(&dataset)
-}
-
-/// Accuracy of a network on a dataset's test split.
-pub(crate) struct Evaluated {
-    pub(crate) loss: f64,
-    pub(crate) accuracy: Vec<Accuracy>,
+    training.finish()
 }
 
 /// The steps that a training works on.
@@ -85,10 +80,8 @@ impl Data {
     ) -> Result<Self, NetworkError> {
         let watch = std::cell::RefCell::new(watch);
         let progress = |done, total| watch.borrow_mut()(TrainingEvent::Reading { done, total });
-        let load = |split| match settings.loss {
-            Loss::Ranking => dataset.load_optima(split, &progress),
-            Loss::Mse => dataset.load(split, &progress),
-        };
+        let with_values = settings.loss == Loss::Mse;
+        let load = |split| dataset.load(split, with_values, &progress);
         let mut training = load(Split::Train)?;
         if let Some(sequences) = settings.sequences {
             let mut kept: Vec<u32> = training.iter().map(|step| step.sequence).collect();
@@ -97,12 +90,10 @@ impl Data {
             training.retain(|step| step.sequence < limit);
         }
         let test = load(Split::Test)?;
-        let has_optimum = |steps: &[StepRecord]| count(steps) > 0;
-        if !has_optimum(&training) {
-            return Err(NetworkError::NoData("training steps"));
-        }
-        if !has_optimum(&test) {
-            return Err(NetworkError::NoData("test steps"));
+        for (steps, what) in [(&training, "training steps"), (&test, "test steps")] {
+            if count(steps) == 0 {
+                return Err(NetworkError::NoData(what));
+            }
         }
         Ok(Self { training, test })
     }
@@ -182,13 +173,7 @@ impl<'a> Training<'a> {
     /// Trains until the end of the epoch under way.
     fn epoch(&mut self, watch: &mut dyn FnMut(TrainingEvent)) -> Result<EpochReport, NetworkError> {
         let settings = &self.request.settings;
-        let plans = shuffled(
-            self.data.training.len(),
-            settings.batch,
-            settings.augment,
-            settings.seed,
-            self.state.epoch,
-        );
+        let plans = shuffled(self.data.training.len(), settings, self.state.epoch);
         let per_epoch = plans.len() as u64;
         let total = per_epoch * settings.epochs as u64;
         let left = plans.get(self.state.batch..).unwrap_or(&[]).to_vec();
@@ -218,15 +203,15 @@ impl<'a> Training<'a> {
         })?;
         let training_loss = self.state.loss_sum / (per_epoch as f64).max(1.0);
         let spent = began.elapsed().as_secs_f64().max(f64::MIN_POSITIVE);
-        let evaluated = self.evaluate()?;
+        let (test_loss, accuracy) = self.evaluate()?;
         self.state.epoch += 1;
         self.state.batch = 0;
         self.state.loss_sum = 0.0;
         let report = EpochReport {
             epoch: self.state.epoch,
             training_loss,
-            test_loss: evaluated.loss,
-            accuracy: evaluated.accuracy,
+            test_loss,
+            accuracy,
             training_s: self.state.training_s,
             waiting_share: waited.as_secs_f64() / spent,
         };
@@ -247,7 +232,7 @@ impl<'a> Training<'a> {
         }
         loss.f_backward()?;
         self.optimiser.update(&self.parameters, rate)?;
-        self.state.updates = self.optimiser.updates();
+        self.state.updates = self.optimiser.updates;
         Ok(value)
     }
 
@@ -255,12 +240,8 @@ impl<'a> Training<'a> {
     fn keep_batch(&self, tensors: &BatchTensors) -> Result<NetworkError, NetworkError> {
         let kept = self.request.folder.join("bad-batch.safetensors");
         let named = tensors.named()?;
-        let plain = all_to_plain(
-            named
-                .iter()
-                .map(|(name, tensor)| ((*name).to_owned(), tensor)),
-        )?;
-        write_whole(&kept, &safetensors(&plain, None)?)?;
+        let plain = all_to_plain(named.iter().map(|(name, tensor)| (*name, tensor)))?;
+        write_whole(&kept, &to_bytes(&plain, None)?)?;
         Ok(NetworkError::LossNotFinite {
             epoch: self.state.epoch + 1,
             batch: self.state.batch,
@@ -274,29 +255,45 @@ impl<'a> Training<'a> {
         checkpoint::save(folder, &self.state, &self.parameters, &self.optimiser)
     }
 
-    fn evaluate(&mut self) -> Result<Evaluated, NetworkError> {
+    /// How well the network does on the test split, on which it was not trained: its loss and accuracy.
+    fn evaluate(&mut self) -> Result<(f64, Vec<Accuracy>), NetworkError> {
         self.network.set_training(false);
         let settings = &self.request.settings;
-        let how = (settings.loss, settings.margin);
-        evaluate(
-            &self.network,
-            self.maker(),
-            &self.data.test,
-            self.device,
-            how,
-        )
+        let steps = &self.data.test;
+        let plans = in_order(steps.len(), EVALUATION_BATCH);
+        let batches = plans.len();
+        let mut all_ranks: Vec<(i64, f64)> = Vec::new();
+        let mut loss_sum = 0.0;
+        std::thread::scope(|scope| -> Result<(), NetworkError> {
+            let mut loader = Loader::start(scope, self.maker(), steps, plans);
+            for _ in 0..batches {
+                let batch = loader.next()?;
+                no_grad(|| -> Result<(), NetworkError> {
+                    let tensors = batch.to(self.device)?;
+                    let scores = forward(&self.network, &tensors)?;
+                    let loss = loss(&scores, &tensors.labels, settings.loss, settings.margin)?;
+                    loss_sum += loss.f_double_value(&[])? * batch.len() as f64;
+                    let ranks = ranks(&scores, &tensors.labels)?;
+                    let possible = tensors.labels.possible;
+                    all_ranks.extend(ranks.into_iter().map(|rank| (rank, possible)));
+                    Ok(())
+                })?;
+            }
+            Ok(())
+        })?;
+        let accuracy = ACCURACY_PERCENTS.map(|percent| accuracy(&all_ranks, percent));
+        let loss = loss_sum / (steps.len() as f64).max(1.0);
+        Ok((loss, accuracy.to_vec()))
     }
 
     /// Writes the model and its card.
-    fn finish(mut self, dataset: &Dataset) -> Result<ModelCard, NetworkError> {
+    fn finish(mut self) -> Result<ModelCard, NetworkError> {
         let accuracy = match self.state.epochs.last() {
             Some(report) => report.accuracy.clone(),
-            None => self.evaluate()?.accuracy,
+            None => self.evaluate()?.1,
         };
-        let tensors = self.parameters.tensors().iter();
-        let plain = all_to_plain(tensors.map(|(name, tensor)| (name.clone(), tensor)))?;
-        let bytes = safetensors(&plain, None)?;
-        let data = dataset.settings();
+        let bytes = to_bytes(&all_to_plain(self.parameters.tensors())?, None)?;
+        let data = self.dataset.settings();
         let container = data.grid.container();
         let trained = self.parameters.trained();
         let card = ModelCard {
@@ -305,7 +302,7 @@ impl<'a> Training<'a> {
             parameters: trained.map(|(_, tensor)| tensor.numel() as u64).sum(),
             weights_blake3: blake3::hash(&bytes).to_hex().to_string(),
             data: DataFacts {
-                hash: dataset.hash().to_owned(),
+                hash: self.dataset.hash().to_owned(),
                 catalogue_hash: data.catalogue_hash.clone(),
                 cell_m: data.grid.resolution().cell_m(),
                 height_unit_m: data.grid.resolution().height_unit_m(),
@@ -344,64 +341,23 @@ fn forward(network: &Network, batch: &BatchTensors) -> Result<Tensor, NetworkErr
     let (steps, maps) = batch.shape;
     let containers = network.encode_containers(&batch.containers)?;
     let views = network.encode_views(&batch.views)?;
-    let chosen: Vec<Tensor> = views
-        .iter()
-        .map(|features| {
-            let (_, channels, side, _) = features.size4()?;
-            let chosen = features.f_index_select(0, &batch.slots)?;
-            chosen.f_view([steps, maps, channels, side, side])
-        })
-        .collect::<Result<_, _>>()?;
+    let chosen = views.iter().map(|features| {
+        let (_, channels, side, _) = features.size4()?;
+        let chosen = features.f_index_select(0, &batch.slots)?;
+        chosen.f_view([steps, maps, channels, side, side])
+    });
+    let chosen: Vec<Tensor> = chosen.collect::<Result<_, TchError>>()?;
     let resting = network.architecture().resting_heights;
     let resting = resting.then_some(&batch.resting);
     let scores = network.score(&network.fuse(&containers, &chosen)?, resting)?;
     Ok(scores.f_view_as(&batch.labels.fits)?)
 }
 
-/// How well a network does on steps that it was not trained on.
-pub(crate) fn evaluate(
-    network: &Network,
-    maker: BatchMaker,
-    steps: &[StepRecord],
-    device: tch::Device,
-    (kind, margin): (Loss, f64),
-) -> Result<Evaluated, NetworkError> {
-    let plans = in_order(steps.len(), EVALUATION_BATCH);
-    let batches = plans.len();
-    let mut all_ranks: Vec<(i64, f64)> = Vec::new();
-    let mut loss_sum = 0.0;
-    std::thread::scope(|scope| -> Result<(), NetworkError> {
-        let mut loader = Loader::start(scope, maker, steps, plans);
-        for _ in 0..batches {
-            let batch = loader.next()?;
-            no_grad(|| -> Result<(), NetworkError> {
-                let tensors = batch.to(device)?;
-                let scores = forward(network, &tensors)?;
-                let loss = loss(&scores, &tensors.labels, kind, margin)?;
-                loss_sum += loss.f_double_value(&[])? * batch.len() as f64;
-                let ranks = ranks(&scores, &tensors.labels)?;
-                let possible = tensors.labels.possible;
-                all_ranks.extend(ranks.into_iter().map(|rank| (rank, possible)));
-                Ok(())
-            })?;
-        }
-        Ok(())
-    })?;
-    let candidates = all_ranks.len();
-    let share = |percent: f64| {
-        let within = all_ranks
-            .iter()
-            .filter(|(rank, possible)| (*rank as f64) < (possible * percent / 100.0).ceil());
-        within.count() as f64 / (candidates as f64).max(1.0)
-    };
-    Ok(Evaluated {
-        loss: loss_sum / (steps.len() as f64).max(1.0),
-        accuracy: ACCURACY_PERCENTS
-            .iter()
-            .map(|percent| Accuracy {
-                percent: *percent,
-                share: share(*percent),
-            })
-            .collect(),
-    })
+/// The share of candidates whose rank lies within so many percent of their possible placements.
+fn accuracy(ranks: &[(i64, f64)], percent: f64) -> Accuracy {
+    let within = ranks
+        .iter()
+        .filter(|(rank, possible)| (*rank as f64) < (possible * percent / 100.0).ceil());
+    let share = within.count() as f64 / (ranks.len() as f64).max(1.0);
+    Accuracy { percent, share }
 }

@@ -16,9 +16,11 @@ const RISING_SHARE: f64 = 0.03;
 /// the optimisers of `tch` do not give theirs away.
 #[derive(Debug)]
 pub(crate) struct AdamW {
-    moments: BTreeMap<String, Moments>,
+    /// The state by the parameters' names.
+    pub(crate) moments: BTreeMap<String, Moments>,
     weight_decay: f64,
-    updates: u64,
+    /// How often it changed the parameters.
+    pub(crate) updates: u64,
 }
 
 /// Running means of a gradient and of its square.
@@ -31,12 +33,8 @@ pub(crate) struct Moments {
 impl AdamW {
     pub(crate) fn new(parameters: &Parameters, weight_decay: f64) -> Result<Self, TchError> {
         let moments = parameters.trained().map(|(name, tensor)| {
-            let zeros = || tensor.f_zeros_like();
-            let moments = Moments {
-                mean: zeros()?,
-                square: zeros()?,
-            };
-            Ok((name.clone(), moments))
+            let (mean, square) = (tensor.f_zeros_like()?, tensor.f_zeros_like()?);
+            Ok((name.clone(), Moments { mean, square }))
         });
         Ok(Self {
             moments: moments.collect::<Result<_, TchError>>()?,
@@ -71,11 +69,8 @@ impl AdamW {
                 let deviation = square.f_div_scalar(of_square)?.f_sqrt()?;
                 let change = mean.f_div(&deviation.f_add_scalar(EPSILON)?)?;
                 // Biases and normalisation are not decayed.
-                let decay = if tensor.dim() > 1 {
-                    self.weight_decay
-                } else {
-                    0.0
-                };
+                let is_decayed = tensor.dim() > 1;
+                let decay = if is_decayed { self.weight_decay } else { 0.0 };
                 let change = change.f_mul_scalar(learning_rate / of_mean)?;
                 let mut tensor = tensor.shallow_clone();
                 tensor = tensor.f_mul_scalar_(1.0 - learning_rate * decay)?;
@@ -84,20 +79,6 @@ impl AdamW {
             }
             Ok(())
         })
-    }
-
-    /// How often it changed the parameters.
-    pub(crate) fn updates(&self) -> u64 {
-        self.updates
-    }
-
-    pub(crate) fn set_updates(&mut self, updates: u64) {
-        self.updates = updates;
-    }
-
-    /// The state by the parameters' names.
-    pub(crate) fn moments(&self) -> &BTreeMap<String, Moments> {
-        &self.moments
     }
 }
 

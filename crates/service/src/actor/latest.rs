@@ -1,10 +1,11 @@
 //! Data of which only the newest counts.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 use super::Address;
+use crate::sync::lock;
 
 /// The latest value of each source, until the actor takes it. Clones share them: one is the actor's, the others are for
 /// those who put.
@@ -46,7 +47,7 @@ impl<K: Ord, T> LatestValues<K, T> {
             value: Some(value),
             put_at: Instant::now(),
         };
-        let before = self.lock().insert(source, slot);
+        let before = lock(&self.shared.slots).insert(source, slot);
         (self.shared.wake)();
         before.and_then(|before| before.value)
     }
@@ -56,7 +57,7 @@ impl<K: Ord, T> LatestValues<K, T> {
     where
         K: Clone,
     {
-        let mut slots = self.lock();
+        let mut slots = lock(&self.shared.slots);
         let taken = slots
             .iter_mut()
             .filter_map(|(source, slot)| Some((source.clone(), slot.value.take()?)));
@@ -65,14 +66,8 @@ impl<K: Ord, T> LatestValues<K, T> {
 
     /// When the last value of a source was put, whether or not it was taken.
     pub fn last_put(&self, source: &K) -> Option<Instant> {
-        self.lock().get(source).map(|slot| slot.put_at)
-    }
-
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<K, Slot<T>>> {
-        self.shared
-            .slots
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        let slots = lock(&self.shared.slots);
+        slots.get(source).map(|slot| slot.put_at)
     }
 }
 

@@ -1,6 +1,8 @@
 //! One configuration from several sources, each value with its origin.
 
+use std::fmt::Display;
 use std::path::Path;
+use std::str::FromStr;
 
 use figment::value::{Dict, Map, Value};
 use figment::{Figment, Metadata, Profile, Provider};
@@ -63,14 +65,12 @@ fn file(path: &Path) -> Result<Layer, ConfigurationError> {
         path: path.to_owned(),
         source,
     })?;
-    let not_toml = |reason: String| ConfigurationError::NotToml {
+    let not_toml = |error: &dyn Display| ConfigurationError::NotToml {
         path: path.to_owned(),
-        reason,
+        reason: error.to_string().trim_end().to_owned(),
     };
-    let table: toml::Table = text
-        .parse()
-        .map_err(|error: toml::de::Error| not_toml(error.to_string().trim_end().to_owned()))?;
-    let values = Value::serialize(table).map_err(|error| not_toml(error.to_string()))?;
+    let table = toml::Table::from_str(&text).map_err(|error| not_toml(&error))?;
+    let values = Value::serialize(table).map_err(|error| not_toml(&error))?;
     Ok(Layer {
         origin: path.display().to_string(),
         values: values.into_dict().unwrap_or_default(),
@@ -88,28 +88,20 @@ fn layer(origin: String, key: &str, text: &str) -> Result<Layer, ConfigurationEr
 /// A value of TOML; text that is none stands for itself.
 fn value_of(text: &str) -> toml::Value {
     let table = format!("value = {text}").parse::<toml::Table>();
-    let value = table
-        .ok()
-        .filter(|table| table.len() == 1)
-        .and_then(|mut table| table.remove("value"));
-    value
-        .filter(|value| !value.is_datetime())
-        .unwrap_or_else(|| toml::Value::String(text.to_owned()))
+    let table = table.ok().filter(|table| table.len() == 1);
+    let value = table.and_then(|mut table| table.remove("value"));
+    let value = value.filter(|value| !value.is_datetime());
+    value.unwrap_or_else(|| toml::Value::String(text.to_owned()))
 }
 
 fn refused(error: &figment::Error) -> ConfigurationError {
     let key = error.path.join(".");
-    let origin = error
-        .metadata
-        .as_ref()
-        .map(|metadata| metadata.name.to_string());
+    let separator = if key.is_empty() { "" } else { ": " };
+    let metadata = error.metadata.as_ref();
+    let origin = metadata.map_or("the configuration as a whole", |metadata| &metadata.name);
     ConfigurationError::Refused {
-        reason: if key.is_empty() {
-            error.kind.to_string()
-        } else {
-            format!("{key}: {}", error.kind)
-        },
-        origin: origin.unwrap_or_else(|| "the configuration as a whole".to_owned()),
+        reason: format!("{key}{separator}{}", error.kind),
+        origin: origin.to_owned(),
     }
 }
 
@@ -119,23 +111,17 @@ mod tests {
 
     #[test]
     fn values_are_toml_or_text() {
-        for (text, value) in [
-            ("true", toml::Value::Boolean(true)),
-            ("12", toml::Value::Integer(12)),
-            ("\"12\"", toml::Value::String("12".to_owned())),
-            ("planner-2", toml::Value::String("planner-2".to_owned())),
-            (
-                "tcp/127.0.0.1:7447",
-                toml::Value::String("tcp/127.0.0.1:7447".to_owned()),
-            ),
-            ("1979-05-27", toml::Value::String("1979-05-27".to_owned())),
-            (
-                "1\nother = 2",
-                toml::Value::String("1\nother = 2".to_owned()),
-            ),
-            ("", toml::Value::String(String::new())),
+        assert_eq!(value_of("true"), true.into());
+        assert_eq!(value_of("12"), 12.into());
+        assert_eq!(value_of("\"12\""), "12".into());
+        for text in [
+            "planner-2",
+            "tcp/127.0.0.1:7447",
+            "1979-05-27",
+            "1\nother = 2",
+            "",
         ] {
-            assert_eq!(value_of(text), value, "{text}");
+            assert_eq!(value_of(text), text.into());
         }
         assert!(value_of("[\"a\", \"b\"]").is_array());
     }

@@ -77,13 +77,6 @@ pub trait ServiceSettings: Serialize + DeserializeOwned + Default {
     }
 }
 
-/// A service with nothing to configure.
-impl ServiceSettings for () {
-    fn validate(&self) -> Result<(), String> {
-        Ok(())
-    }
-}
-
 /// Why a configuration was refused.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -119,19 +112,31 @@ pub enum ConfigurationError {
     #[error("{key}: {reason}")]
     Invalid {
         /// The key.
-        key: &'static str,
+        key: String,
         /// What is wrong, and what would be right.
         reason: String,
     },
 }
 
 impl ConfigurationError {
-    pub(crate) fn invalid(key: &'static str, reason: impl std::fmt::Display) -> Self {
-        Self::Invalid {
-            key,
-            reason: reason.to_string(),
-        }
+    fn invalid(key: impl Into<String>, reason: impl Display) -> Self {
+        let (key, reason) = (key.into(), reason.to_string());
+        Self::Invalid { key, reason }
     }
+}
+
+/// Checks that the value of a key lies within its limits.
+fn check(
+    key: &'static str,
+    value: f64,
+    limits: RangeInclusive<f64>,
+) -> Result<(), ConfigurationError> {
+    if limits.contains(&value) {
+        return Ok(());
+    }
+    let (least, most) = limits.into_inner();
+    let reason = format_args!("{least} to {most} is possible");
+    Err(ConfigurationError::invalid(key, reason))
 }
 
 /// Where configurations come from.
@@ -200,10 +205,7 @@ impl<S: ServiceSettings> Configuration<S> {
 
     fn validate(&self) -> Result<(), ConfigurationError> {
         self.instance()?;
-        if !(0.0..=3600.0).contains(&self.shutdown_grace_s) {
-            let reason = "0 to 3600 is possible";
-            return Err(ConfigurationError::invalid("shutdown_grace_s", reason));
-        }
+        check("shutdown_grace_s", self.shutdown_grace_s, 0.0..=3600.0)?;
         self.zenoh.validate()?;
         self.log.validate()?;
         self.telemetry.validate()?;
@@ -239,16 +241,8 @@ impl<S: ServiceSettings> Configuration<S> {
     pub fn hash(&self) -> String {
         let mut table = toml::Table::try_from(self).unwrap_or_default();
         table.remove("instance");
-        hash_of(&table)
+        let text = toml::to_string(&table).unwrap_or_default();
+        let hash = blake3::hash(text.as_bytes()).to_hex();
+        hash.chars().take(16).collect()
     }
-}
-
-/// The first 16 hexadecimal digits of the BLAKE3 hash of settings, as TOML has them.
-pub(crate) fn hash_of(settings: &impl Serialize) -> String {
-    let text = toml::to_string(settings).unwrap_or_default();
-    blake3::hash(text.as_bytes())
-        .to_hex()
-        .chars()
-        .take(16)
-        .collect()
 }

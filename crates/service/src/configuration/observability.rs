@@ -5,7 +5,7 @@ use std::net::{Ipv4Addr, SocketAddr};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use tracing_subscriber::EnvFilter;
 
-use super::ConfigurationError;
+use super::{ConfigurationError, check};
 
 /// The admin port: `[admin]`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -122,13 +122,6 @@ impl TelemetrySettings {
             );
             return Err(ConfigurationError::invalid("telemetry.otlp", reason));
         }
-        if !(0.0..=1.0).contains(&self.sampled_share) {
-            let reason = "0 to 1 is possible";
-            return Err(ConfigurationError::invalid(
-                "telemetry.sampled_share",
-                reason,
-            ));
-        }
-        Ok(())
+        check("telemetry.sampled_share", self.sampled_share, 0.0..=1.0)
     }
 }

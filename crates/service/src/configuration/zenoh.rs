@@ -6,10 +6,13 @@ use ppnpack_wire::MAX_CLOUD_BYTES;
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Value, json};
 
-use super::{ConfigurationError, Secret};
+use super::{ConfigurationError, Secret, check};
 
 /// Where clients look for a router if nothing else is said.
 const DEFAULT_ROUTER: &str = "tcp/127.0.0.1:7447";
+
+/// The key here, the path in Zenoh's configuration, the value there.
+type Entry = (String, String, Value);
 
 /// Zenoh's part in a network.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -43,10 +46,8 @@ impl<'de> Deserialize<'de> for Endpoints {
         Ok(Self(match Given::deserialize(deserializer)? {
             Given::One(text) => {
                 let parts = text.split(',').map(str::trim);
-                parts
-                    .filter(|part| !part.is_empty())
-                    .map(str::to_owned)
-                    .collect()
+                let parts = parts.filter(|part| !part.is_empty());
+                parts.map(str::to_owned).collect()
             }
             Given::Many(list) => list,
         }))
@@ -152,19 +153,18 @@ impl ZenohSettings {
             let reason = "a router needs one to listen on, such as tcp/0.0.0.0:7447";
             return Err(ConfigurationError::invalid("zenoh.listen", reason));
         }
-        if !(0.1..=600.0).contains(&self.lease_s) {
-            return Err(ConfigurationError::invalid(
-                "zenoh.lease_s",
-                "0.1 to 600 is possible",
-            ));
-        }
+        check("zenoh.lease_s", self.lease_s, 0.1..=600.0)?;
         if self.user.is_some() != self.password.is_some() {
-            return Err(ConfigurationError::invalid(
-                "zenoh.user",
-                "user and password go together",
-            ));
+            let reason = "user and password go together";
+            return Err(ConfigurationError::invalid("zenoh.user", reason));
         }
-        for (key, path) in self.files() {
+        for (key, path) in [
+            ("zenoh.tls.root_ca", &self.tls.root_ca),
+            ("zenoh.tls.certificate", &self.tls.certificate),
+            ("zenoh.tls.private_key", &self.tls.private_key),
+            ("zenoh.users_file", &self.users_file),
+            ("zenoh.file", &self.file),
+        ] {
             if let Some(path) = path
                 && let Err(error) = std::fs::File::open(path)
             {
@@ -173,16 +173,6 @@ impl ZenohSettings {
             }
         }
         self.to_zenoh().map(drop)
-    }
-
-    fn files(&self) -> [(&'static str, Option<&PathBuf>); 5] {
-        [
-            ("zenoh.tls.root_ca", self.tls.root_ca.as_ref()),
-            ("zenoh.tls.certificate", self.tls.certificate.as_ref()),
-            ("zenoh.tls.private_key", self.tls.private_key.as_ref()),
-            ("zenoh.users_file", self.users_file.as_ref()),
-            ("zenoh.file", self.file.as_ref()),
-        ]
     }
 
     /// As Zenoh wants it.
@@ -196,120 +186,106 @@ impl ZenohSettings {
             None => zenoh::Config::default(),
         };
         for (key, path, value) in self.entries() {
+            if value.is_null() {
+                continue;
+            }
             config
-                .insert_json5(path, &value.to_string())
+                .insert_json5(&path, &value.to_string())
                 .map_err(|error| ConfigurationError::invalid(key, error))?;
         }
         Ok(config)
     }
 
-    /// The key here, the path in Zenoh's configuration, the value there.
-    fn entries(&self) -> Vec<(&'static str, &'static str, Value)> {
-        let mut entries = vec![
-            ("zenoh.mode", "mode", json!(self.mode)),
-            (
-                "zenoh.max_message_bytes",
-                "transport/link/rx/max_message_size",
-                json!(self.max_message_bytes),
-            ),
-            (
-                "zenoh.max_sessions",
-                "transport/unicast/max_sessions",
-                json!(self.max_sessions),
-            ),
-            (
-                "zenoh.lease_s",
-                "transport/link/tx/lease",
-                json!(milliseconds(self.lease_s)),
-            ),
-        ];
-        entries.extend(self.endpoint_entries());
-        entries.extend(self.optional_entries());
-        entries.extend(fixed_entries(self.mode));
-        entries
-    }
-
-    fn endpoint_entries(&self) -> impl Iterator<Item = (&'static str, &'static str, Value)> {
-        let lists = [
-            ("zenoh.connect", "connect/endpoints", self.connect()),
-            ("zenoh.listen", "listen/endpoints", &self.listen.0),
-        ];
+    /// What Zenoh is told; null where it is told nothing.
+    fn entries(&self) -> impl Iterator<Item = Entry> {
+        let lease_ms = (self.lease_s * 1000.0) as u64;
         // Zenoh listens on all interfaces where it is told nothing.
         let is_said = |list: &[String]| self.file.is_none() || !list.is_empty();
-        lists
-            .into_iter()
-            .filter(move |(_, _, list)| is_said(list))
-            .map(|(key, path, list)| (key, path, json!(list)))
+        let endpoints = |list: &[String]| json!(is_said(list).then_some(list));
+        let (connect, listen) = (endpoints(self.connect()), endpoints(&self.listen.0));
+        let (max_bytes, max_sessions) = (self.max_message_bytes, self.max_sessions);
+        let own = [
+            ("mode", "mode", json!(self.mode)),
+            (
+                "max_message_bytes",
+                "transport/link/rx/max_message_size",
+                json!(max_bytes),
+            ),
+            (
+                "max_sessions",
+                "transport/unicast/max_sessions",
+                json!(max_sessions),
+            ),
+            ("lease_s", "transport/link/tx/lease", json!(lease_ms)),
+            ("connect", "connect/endpoints", connect),
+            ("listen", "listen/endpoints", listen),
+            ("namespace", "namespace", json!(self.namespace)),
+            ("user", "transport/auth/usrpwd", self.users()),
+        ];
+        let own = own.map(|(key, path, value)| (format!("zenoh.{key}"), path.to_owned(), value));
+        let fixed = fixed_entries(self.mode).into_iter();
+        let fixed = fixed.map(|(path, value)| ("zenoh".to_owned(), path.to_owned(), value));
+        own.into_iter().chain(self.tls.entries()).chain(fixed)
     }
 
-    fn optional_entries(&self) -> Vec<(&'static str, &'static str, Value)> {
-        let tls = &self.tls;
-        let mut entries = Vec::new();
-        if let Some(namespace) = &self.namespace {
-            entries.push(("zenoh.namespace", "namespace", json!(namespace)));
+    fn users(&self) -> Value {
+        if self.user.is_none() && self.users_file.is_none() {
+            return Value::Null;
         }
-        if let Some(root_ca) = &tls.root_ca {
-            let path = "transport/link/tls/root_ca_certificate";
-            entries.push(("zenoh.tls.root_ca", path, json!(root_ca)));
-        }
-        if let Some(certificate) = &tls.certificate {
-            for path in [
-                "transport/link/tls/listen_certificate",
-                "transport/link/tls/connect_certificate",
-            ] {
-                entries.push(("zenoh.tls.certificate", path, json!(certificate)));
-            }
-            entries.push((
-                "zenoh.tls.certificate",
-                "transport/link/tls/enable_mtls",
-                json!(true),
-            ));
-        }
-        if let Some(key) = &tls.private_key {
-            for path in [
-                "transport/link/tls/listen_private_key",
-                "transport/link/tls/connect_private_key",
-            ] {
-                entries.push(("zenoh.tls.private_key", path, json!(key)));
-            }
-        }
-        let path = "transport/link/tls/verify_name_on_connect";
-        entries.push(("zenoh.tls.verify_name", path, json!(tls.verify_name)));
-        let users = json!({
+        json!({
             "user": self.user,
             "password": self.password.as_ref().map(Secret::reveal),
             "dictionary_file": self.users_file,
-        });
-        if self.user.is_some() || self.users_file.is_some() {
-            entries.push(("zenoh.user", "transport/auth/usrpwd", users));
-        }
-        entries
+        })
     }
 }
 
-/// What is the same for every process.
-fn fixed_entries(mode: Mode) -> Vec<(&'static str, &'static str, Value)> {
+impl TlsSettings {
+    fn entries(&self) -> impl Iterator<Item = Entry> {
+        let is_mutual = self.certificate.as_ref().map(|_| true);
+        let entries = [
+            ("root_ca", "root_ca_certificate", json!(self.root_ca)),
+            ("certificate", "listen_certificate", json!(self.certificate)),
+            (
+                "certificate",
+                "connect_certificate",
+                json!(self.certificate),
+            ),
+            ("certificate", "enable_mtls", json!(is_mutual)),
+            ("private_key", "listen_private_key", json!(self.private_key)),
+            (
+                "private_key",
+                "connect_private_key",
+                json!(self.private_key),
+            ),
+            (
+                "verify_name",
+                "verify_name_on_connect",
+                json!(self.verify_name),
+            ),
+        ];
+        entries.into_iter().map(|(key, path, value)| {
+            let path = format!("transport/link/tls/{path}");
+            (format!("zenoh.tls.{key}"), path, value)
+        })
+    }
+}
+
+/// What is the same for every process: paths in Zenoh's configuration with their values.
+fn fixed_entries(mode: Mode) -> [(&'static str, Value); 5] {
     let retry =
         json!({"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 2.0});
-    let mut entries = vec![
-        ("zenoh", "scouting/multicast/enabled", json!(false)),
+    // Without multicast, a router has nothing to wait for when it starts.
+    let scouting_delay = (mode == Mode::Router).then_some(0);
+    // A reader that does not read is cut off after so long; until then it holds up who writes to it.
+    let block_us = json!(2_000_000);
+    let block = "transport/link/tx/queue/congestion_control/block/wait_before_close";
+    [
+        ("scouting/multicast/enabled", json!(false)),
         // A connection that is lost is back within about a second of the other's return, not four.
-        ("zenoh", "connect/retry", retry),
-        ("zenoh", "transport/unicast/open_timeout", json!(2000)),
-        // A reader that does not read is cut off after so long; until then it holds up who writes to it.
-        (
-            "zenoh",
-            "transport/link/tx/queue/congestion_control/block/wait_before_close",
-            json!(2_000_000),
-        ),
-    ];
-    if mode == Mode::Router {
-        // Without multicast, a router has nothing to wait for when it starts.
-        entries.push(("zenoh", "scouting/delay", json!(0)));
-    }
-    entries
-}
-
-fn milliseconds(seconds: f64) -> u64 {
-    (seconds * 1000.0) as u64
+        ("connect/retry", retry),
+        ("transport/unicast/open_timeout", json!(2000)),
+        (block, block_us),
+        ("scouting/delay", json!(scouting_delay)),
+    ]
 }

@@ -96,11 +96,8 @@ impl Client {
         mut request: R,
         deadline: Instant,
     ) -> Result<PendingCall<R>, CallError> {
-        self.begin(
-            &Target::of::<R>(cell, Some(instance))?,
-            &mut request,
-            deadline,
-        )
+        let target = Target::of::<R>(cell, Some(instance))?;
+        self.begin(&target, &mut request, deadline)
     }
 
     /// Asks an instance of a service for its health, and again where it does not answer, until the deadline.
@@ -147,15 +144,11 @@ impl Client {
             return Err(CallError::TimedOut);
         }
         let request_id = self.set_header(request, time_limit);
-        let Target {
-            service,
-            method,
-            ref key,
-        } = *target;
+        let (service, method) = (target.service, target.method);
         let span = trace::calling(service, method);
         let (sender, replies) = sync_channel(KEPT_REPLIES);
         self.session
-            .get(key.as_str())
+            .get(target.key.as_str())
             .payload(request.encode_to_vec())
             .encoding(encoding_of::<R>())
             .attachment(trace::attachment(&span))
@@ -252,11 +245,7 @@ impl<R: Request> PendingCall<R> {
     /// [`CallError`]; nothing is sent again.
     pub fn wait(self) -> Result<R::Reply, CallError> {
         let result = self.first_answer();
-        let labels = [
-            ("service", self.service.as_str()),
-            ("method", self.method.as_str()),
-        ];
-        let [service, method] = labels;
+        let labels @ [service, method] = metrics::method_labels(self.service, self.method);
         let outcome = result.as_ref().err().map_or("ok", CallError::outcome);
         metrics::counter(Metric::CallsTotal, &[service, method, ("outcome", outcome)]).increment(1);
         metrics::histogram(Metric::CallSeconds, &labels).record(self.began.elapsed());
@@ -274,12 +263,12 @@ impl<R: Request> PendingCall<R> {
                     return Err(CallError::NoAnswer { service, method });
                 }
             };
-            match reply.into_result() {
-                Ok(sample) => {
-                    if let Some(result) = self.read(sample.payload()) {
-                        return result;
-                    }
-                }
+            let read = reply
+                .into_result()
+                .map(|sample| self.read(sample.payload()));
+            match read {
+                Ok(Some(result)) => return result,
+                Ok(None) => {}
                 Err(error) => {
                     tracing::debug!(error = ?error.payload(), "an error instead of a reply");
                 }
@@ -294,8 +283,9 @@ impl<R: Request> PendingCall<R> {
             Ok(reply) => reply,
             Err(error) => return Some(Err(error.into())),
         };
+        let missing = |field| Err(WireError::Missing { field }.into());
         let Some(header) = reply.header() else {
-            return Some(Err(WireError::Missing { field: "header" }.into()));
+            return Some(missing("header"));
         };
         let status = header.status();
         // Who cannot read a request does not know its id.
@@ -305,14 +295,11 @@ impl<R: Request> PendingCall<R> {
         }
         Some(match status {
             Status::Ok => Ok(reply),
-            Status::Unspecified => Err(WireError::Missing {
-                field: "header.status",
-            }
-            .into()),
+            Status::Unspecified => missing("header.status"),
             status => Err(CallError::Refused {
                 status,
                 message: header.message.clone(),
-                reply: Refusal::new(payload.to_bytes().into_owned()),
+                reply: Refusal(payload.to_bytes().into_owned()),
             }),
         })
     }
@@ -320,6 +307,6 @@ impl<R: Request> PendingCall<R> {
 
 /// Counts a reply that came late or belongs to another request.
 fn stray(service: Service, method: Method) {
-    let labels = [("service", service.as_str()), ("method", method.as_str())];
+    let labels = metrics::method_labels(service, method);
     metrics::counter(Metric::StrayRepliesTotal, &labels).increment(1);
 }

@@ -60,13 +60,9 @@ impl CallError {
 
 /// The reply of a refusal, which may say more than its status, such as which items are missing.
 #[derive(Debug, Clone)]
-pub struct Refusal(Vec<u8>);
+pub struct Refusal(pub(super) Vec<u8>);
 
 impl Refusal {
-    pub(super) fn new(payload: Vec<u8>) -> Self {
-        Self(payload)
-    }
-
     /// The reply.
     ///
     /// # Errors

@@ -170,14 +170,12 @@ pub(super) struct Answering {
 impl Answering {
     pub(super) fn new<R: Request>(identity: Arc<Identity>, service: Service) -> Self {
         let method = R::METHOD;
-        let labels = [("service", service.as_str()), ("method", method.as_str())];
-        let answered = (0..)
-            .map_while(|number| Status::try_from(number).ok())
-            .map(|status| {
-                let [service, method] = labels;
-                let status = ("status", status.as_str_name());
-                metrics::counter(Metric::RequestsTotal, &[service, method, status])
-            });
+        let labels @ [of_service, of_method] = metrics::method_labels(service, method);
+        let statuses = (0..).map_while(|number| Status::try_from(number).ok());
+        let answered = statuses.map(|status| {
+            let status = ("status", status.as_str_name());
+            metrics::counter(Metric::RequestsTotal, &[of_service, of_method, status])
+        });
         Self {
             identity,
             service,
@@ -196,7 +194,7 @@ pub(super) struct Pending<R: Request> {
     answering: Arc<Answering>,
     /// `None` once answered.
     query: Option<Query>,
-    request_id: String,
+    pub(super) request_id: String,
     received: Instant,
     started: Option<Instant>,
     span: Span,
@@ -216,15 +214,9 @@ impl<R: Request> Pending<R> {
         }
     }
 
-    pub(super) fn set_request_id(&mut self, request_id: String) {
-        self.request_id = request_id;
-    }
-
     /// Begins the span of the work, as a part of the caller's trace.
     pub(super) fn begin_span(&mut self) {
-        let Answering {
-            service, method, ..
-        } = *self.answering;
+        let (service, method) = (self.answering.service, self.answering.method);
         let attachment = self.query.as_ref().and_then(Query::attachment);
         self.span = trace::serving(service, method, &self.request_id, attachment);
     }
@@ -266,10 +258,8 @@ impl<R: Request> Pending<R> {
         }
         answering.queued.record(queued);
         answering.worked.record(started.elapsed());
-        if let Some(counter) = usize::try_from(i32::from(status))
-            .ok()
-            .and_then(|status| answering.answered.get(status))
-        {
+        let status = usize::try_from(i32::from(status)).ok();
+        if let Some(counter) = status.and_then(|status| answering.answered.get(status)) {
             counter.increment(1);
         }
     }

@@ -23,15 +23,6 @@ pub struct Listener {
     _queryables: [Queryable<()>; 2],
 }
 
-/// A request that was read.
-pub(super) struct Received<R: Request> {
-    message: R,
-    header: RequestHeader,
-    /// `None` for what is sent to no single cell.
-    cell: Option<Cell>,
-    pending: Pending<R>,
-}
-
 /// Answers a method for a cell, or for every cell. `accept` runs on Zenoh's thread: it must only hand the request on.
 /// What is malformed is refused before.
 ///
@@ -42,22 +33,14 @@ pub fn listen<R: Request>(
     cell: Option<&Cell>,
     accept: impl Fn(Incoming<R>) + Send + Sync + 'static,
 ) -> Result<Listener, ServiceError> {
-    let on_request = move |received: Received<R>| {
-        let Received {
+    let on_request = move |cell, message, header, pending: Pending<R>| match cell {
+        Some(cell) => accept(Incoming {
             message,
             header,
             cell,
             pending,
-        } = received;
-        match cell {
-            Some(cell) => accept(Incoming {
-                message,
-                header,
-                cell,
-                pending,
-            }),
-            None => pending.refuse(v1::Status::Invalid, "send this to a cell, not to all"),
-        }
+        }),
+        None => pending.refuse(v1::Status::Invalid, "send this to a cell, not to all"),
     };
     declare(process.session(), process.identity(), cell, on_request)
 }
@@ -68,25 +51,23 @@ pub(crate) fn answer_health(
     identity: &Arc<Identity>,
     health: &Health,
 ) -> Result<Listener, ServiceError> {
-    let on_request = {
-        let identity = identity.clone();
-        let health = health.clone();
-        move |received: Received<v1::HealthRequest>| {
-            let done = Done {
-                model: identity.model(),
-                ..Done::default()
-            };
-            received.pending.reply(identity.health_reply(&health), done);
-        }
+    let (who, health) = (identity.clone(), health.clone());
+    let on_request = move |_, _, _, pending: Pending<v1::HealthRequest>| {
+        let done = Done {
+            model: who.model(),
+            ..Done::default()
+        };
+        pending.reply(who.health_reply(&health), done);
     };
     declare(session, identity, None, on_request)
 }
 
+/// `on_request` is told the cell, which is `None` for what is sent to no single one.
 fn declare<R: Request>(
     session: &Session,
     identity: &Arc<Identity>,
     cell: Option<&Cell>,
-    on_request: impl Fn(Received<R>) + Send + Sync + 'static,
+    on_request: impl Fn(Option<Cell>, R, RequestHeader, Pending<R>) + Send + Sync + 'static,
 ) -> Result<Listener, ServiceError> {
     let service = R::SERVICE.unwrap_or(identity.service);
     let answering = Arc::new(Answering::new::<R>(identity.clone(), service));
@@ -95,8 +76,8 @@ fn declare<R: Request>(
         let answering = answering.clone();
         let on_request = on_request.clone();
         let callback = move |query: Query| {
-            if let Some(received) = receive(&answering, query) {
-                on_request(received);
+            if let Some((cell, message, header, pending)) = receive(&answering, query) {
+                on_request(cell, message, header, pending);
             }
         };
         session
@@ -115,37 +96,31 @@ fn declare<R: Request>(
 }
 
 /// Reads a request; refuses what is malformed.
-fn receive<R: Request>(answering: &Arc<Answering>, query: Query) -> Option<Received<R>> {
+fn receive<R: Request>(
+    answering: &Arc<Answering>,
+    query: Query,
+) -> Option<(Option<Cell>, R, RequestHeader, Pending<R>)> {
     let received = Instant::now();
     let cell = match Key::parse(query.key_expr().as_str()) {
         Ok(Key::Request(cell, ..)) => cell,
         _ => {
             answering.malformed.count(&query.key_expr());
-            query
-                .reply_err("name one cell, service and method")
-                .wait()
-                .ok();
+            let refused = query.reply_err("name one cell, service and method");
+            refused.wait().ok();
             return None;
         }
     };
-    let read = {
-        let empty = ZBytes::default();
-        payload::read::<R>(query.payload().unwrap_or(&empty), MAX_MESSAGE_BYTES)
-    };
+    let empty = ZBytes::default();
+    let read = payload::read::<R>(query.payload().unwrap_or(&empty), MAX_MESSAGE_BYTES);
     let mut pending = Pending::new(answering.clone(), query, received);
     let checked = read.and_then(|message| {
-        pending.set_request_id(id_of(&message));
+        pending.request_id = id_of(&message);
         Ok((RequestHeader::read(message.header())?, message))
     });
     match checked {
         Ok((header, message)) => {
             pending.begin_span();
-            Some(Received {
-                message,
-                header,
-                cell,
-                pending,
-            })
+            Some((cell, message, header, pending))
         }
         Err(error) => {
             answering.malformed.count(&error);
@@ -158,7 +133,6 @@ fn receive<R: Request>(answering: &Arc<Answering>, query: Query) -> Option<Recei
 /// The id of a request, as far as it has one.
 fn id_of(request: &impl Request) -> String {
     let id = request.header().map_or("", |header| &header.request_id);
-    header::id("header.request_id", id)
-        .unwrap_or_default()
-        .to_owned()
+    let id = header::id("header.request_id", id);
+    id.unwrap_or_default().to_owned()
 }

@@ -2,10 +2,9 @@
 
 use ppnpack_packing::check::{BoxedCheck, Fits};
 use ppnpack_packing::refusal::{Cause, Refusal};
-use ppnpack_packing::stability::{
-    PhysicalStability, PhysicalStabilitySettings, PublishedStability,
-};
+use ppnpack_packing::stability::{PhysicalStability, PublishedStability};
 
+use super::pairs;
 use crate::error::WireError;
 use crate::header;
 use crate::v1::{self, Check};
@@ -44,10 +43,8 @@ pub fn read_all(checks: &[i32]) -> Result<Vec<BoxedCheck>, WireError> {
 pub(super) fn read(field: &'static str, number: i32) -> Result<Check, WireError> {
     let check = Check::try_from(number).unwrap_or(Check::Unspecified);
     if check == Check::Unspecified {
-        return Err(WireError::invalid(
-            field,
-            format_args!("{number} is no check that is known"),
-        ));
+        let reason = format_args!("{number} is no check that is known");
+        return Err(WireError::invalid(field, reason));
     }
     Ok(check)
 }
@@ -55,10 +52,7 @@ pub(super) fn read(field: &'static str, number: i32) -> Result<Check, WireError>
 fn boxed(check: Check) -> Option<BoxedCheck> {
     match check {
         Check::Unspecified | Check::Arm | Check::OnFloor | Check::Upright => None,
-        Check::PhysicalStability => {
-            let settings = PhysicalStabilitySettings::default();
-            Some(Box::new(PhysicalStability::new(settings)))
-        }
+        Check::PhysicalStability => Some(Box::new(PhysicalStability::new(Default::default()))),
         Check::PublishedStability => Some(Box::new(PublishedStability::default())),
         Check::Fits => Some(Box::new(Fits)),
     }
@@ -66,17 +60,12 @@ fn boxed(check: Check) -> Option<BoxedCheck> {
 
 /// What a refusal by a check says; `None` for the unspecified one.
 pub fn cause(check: Check) -> Option<Cause> {
-    let mut causes = CAUSES.iter();
-    causes
-        .find(|(known, _)| *known == check)
-        .map(|(_, cause)| *cause)
+    pairs::read(&CAUSES, &check)
 }
 
 /// The check that refuses for a cause; unspecified where the wire knows none.
 pub fn of_cause(cause: Cause) -> Check {
-    let mut causes = CAUSES.iter();
-    let found = causes.find(|(_, known)| *known == cause);
-    found.map_or(Check::Unspecified, |(check, _)| *check)
+    pairs::write(&CAUSES, &cause)
 }
 
 /// Reads how many placements a check refused.

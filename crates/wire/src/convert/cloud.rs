@@ -127,11 +127,6 @@ impl<'a> Cloud<'a> {
     }
 }
 
-/// Whether a point is a hole: has a coordinate that is not finite.
-pub fn is_hole(point: &Point3<f32>) -> bool {
-    !point.coords.iter().all(|coordinate| coordinate.is_finite())
-}
-
 /// Checks a cloud's layout.
 ///
 /// # Errors
@@ -155,32 +150,23 @@ fn check(message: &v1::PointCloud) -> Result<Layout, WireError> {
     let bytes = message.data.len();
     count("cloud.data", bytes, 0..=MAX_POINT_BYTES)?;
     if !bytes.is_multiple_of(stride) {
-        return Err(WireError::invalid(
-            "cloud.data",
-            format_args!("{bytes} bytes are no whole number of points of {stride} bytes"),
-        ));
+        let reason = format_args!("{bytes} bytes are no whole number of points of {stride} bytes");
+        return Err(WireError::invalid("cloud.data", reason));
     }
+    let sensor = message.container_from_sensor.as_ref();
+    let coordinate = |name| coordinate(message, name);
     Ok(Layout {
-        container_from_sensor: pose::read_required(
-            "cloud.container_from_sensor",
-            message.container_from_sensor.as_ref(),
-        )?,
+        container_from_sensor: pose::read_required("cloud.container_from_sensor", sensor)?,
         stride,
-        coordinates: [
-            coordinate(message, "x")?,
-            coordinate(message, "y")?,
-            coordinate(message, "z")?,
-        ],
+        coordinates: [coordinate("x")?, coordinate("y")?, coordinate("z")?],
     })
 }
 
 fn check_field(field: &v1::PackedField, stride: usize) -> Result<(), WireError> {
     let size = match field.r#type() {
         NumericType::Unspecified => {
-            return Err(WireError::invalid(
-                "cloud.fields.type",
-                format_args!("{} is no type that is known", field.r#type),
-            ));
+            let reason = format_args!("{} is no type that is known", field.r#type);
+            return Err(WireError::invalid("cloud.fields.type", reason));
         }
         NumericType::Uint8 | NumericType::Int8 => 1,
         NumericType::Uint16 | NumericType::Int16 => 2,
@@ -189,10 +175,8 @@ fn check_field(field: &v1::PackedField, stride: usize) -> Result<(), WireError> 
     };
     let end = u64::from(field.offset) + size;
     if end > stride as u64 {
-        return Err(WireError::invalid(
-            "cloud.fields.offset",
-            format_args!("a field ends at byte {end} of a point of {stride}"),
-        ));
+        let reason = format_args!("a field ends at byte {end} of a point of {stride}");
+        return Err(WireError::invalid("cloud.fields.offset", reason));
     }
     Ok(())
 }
@@ -200,19 +184,15 @@ fn check_field(field: &v1::PackedField, stride: usize) -> Result<(), WireError> 
 fn coordinate(message: &v1::PointCloud, name: &str) -> Result<Coordinate, WireError> {
     let mut named = message.fields.iter().filter(|field| field.name == name);
     let (Some(field), None) = (named.next(), named.next()) else {
-        return Err(WireError::invalid(
-            "cloud.fields",
-            format_args!("one field '{name}' is needed"),
-        ));
+        let reason = format_args!("one field '{name}' is needed");
+        return Err(WireError::invalid("cloud.fields", reason));
     };
     let is_double = match field.r#type() {
         NumericType::Float32 => false,
         NumericType::Float64 => true,
         _ => {
-            return Err(WireError::invalid(
-                "cloud.fields.type",
-                format_args!("field '{name}' has to be a FLOAT32 or FLOAT64"),
-            ));
+            let reason = format_args!("field '{name}' has to be a FLOAT32 or FLOAT64");
+            return Err(WireError::invalid("cloud.fields.type", reason));
         }
     };
     Ok(Coordinate {

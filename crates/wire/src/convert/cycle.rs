@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use ppnpack_packing::motion::{Cycle, JOINTS, JointPoint, Leg, LegKind, MAX_POINTS};
 
-use super::pose;
+use super::{pairs, pose};
 use crate::error::{WireError, needed};
-use crate::limits::{count, name};
+use crate::limits::{checked, count, name};
 use crate::v1::{self, ArmLegKind};
 
 /// The most legs of a cycle.
@@ -21,7 +21,6 @@ const MAX_WAIT_S: f64 = 60.0;
 /// The greatest angle in either direction, in radians.
 const MAX_ANGLE_RAD: f64 = 2.0 * TAU;
 
-/// The legs of a cycle.
 const KINDS: [(ArmLegKind, LegKind); 6] = [
     (ArmLegKind::Descend, LegKind::Descend),
     (ArmLegKind::Lift, LegKind::Lift),
@@ -37,56 +36,38 @@ const KINDS: [(ArmLegKind, LegKind); 6] = [
 /// [`WireError`] where something is missing, or a number is not possible.
 pub fn read(message: &v1::ArmCycle) -> Result<Cycle, WireError> {
     count("cycle.legs", message.legs.len(), 1..=MAX_LEGS)?;
+    let field = "cycle.container_from_item_at_pick";
     let at_pick = message.container_from_item_at_pick.as_ref();
+    let legs = message.legs.iter().map(read_leg);
     Ok(Cycle {
         arm: name("cycle.arm", &message.arm)?.to_owned(),
         cycle_s: span_s("cycle.cycle_s", message.cycle_s, MAX_CYCLE_S)?,
-        container_from_item_at_pick: pose::read_required(
-            "cycle.container_from_item_at_pick",
-            at_pick,
-        )?,
+        container_from_item_at_pick: pose::read_required(field, at_pick)?,
         grasp_yaw_rad: angle_rad("cycle.grasp_yaw_rad", message.grasp_yaw_rad)?,
         grip_s: span_s("cycle.grip_s", message.grip_s, MAX_WAIT_S)?,
         release_s: span_s("cycle.release_s", message.release_s, MAX_WAIT_S)?,
-        legs: message
-            .legs
-            .iter()
-            .map(read_leg)
-            .collect::<Result<_, _>>()?,
+        legs: legs.collect::<Result<_, _>>()?,
     })
 }
 
 fn read_leg(message: &v1::ArmLeg) -> Result<Leg, WireError> {
-    let known = |(number, _): &&(ArmLegKind, LegKind)| *number == message.kind();
-    let (_, kind) = KINDS.iter().find(known).ok_or_else(|| {
-        let number = message.kind;
-        WireError::invalid(
-            "cycle.legs.kind",
-            format_args!("{number} is no leg that is known"),
-        )
+    let kind = pairs::read(&KINDS, &message.kind()).ok_or_else(|| {
+        let reason = format_args!("{} is no leg that is known", message.kind);
+        WireError::invalid("cycle.legs.kind", reason)
     })?;
     let trajectory = needed("cycle.legs.trajectory", message.trajectory.as_ref())?;
     let points = read_trajectory(trajectory)?;
-    Ok(Leg {
-        kind: *kind,
-        points,
-    })
+    Ok(Leg { kind, points })
 }
 
 fn read_trajectory(message: &v1::Trajectory) -> Result<Vec<JointPoint>, WireError> {
-    let v1::Trajectory {
-        time_s,
-        position_rad,
-    } = message;
+    let (time_s, position_rad) = (&message.time_s, &message.position_rad);
     count("trajectory.time_s", time_s.len(), 1..=MAX_POINTS)?;
     let angles = time_s.len() * JOINTS;
-    count(
-        "trajectory.position_rad",
-        position_rad.len(),
-        angles..=angles,
-    )?;
+    let field = "trajectory.position_rad";
+    count(field, position_rad.len(), angles..=angles)?;
     for angle in position_rad {
-        angle_rad("trajectory.position_rad", *angle)?;
+        angle_rad(field, *angle)?;
     }
     let mut before_s = None;
     let points = time_s.iter().zip(position_rad.as_chunks().0);
@@ -97,13 +78,8 @@ fn read_trajectory(message: &v1::Trajectory) -> Result<Vec<JointPoint>, WireErro
                 None => time_s == 0.0,
                 Some(before_s) => time_s > before_s,
             };
-            if !follows {
-                return Err(WireError::invalid(
-                    "trajectory.time_s",
-                    format_args!("{time_s} where times begin at 0 and increase"),
-                ));
-            }
-            before_s = Some(time_s);
+            let possible = "times begin at 0 and increase";
+            before_s = Some(checked("trajectory.time_s", time_s, follows, possible)?);
             Ok(JointPoint {
                 time_s,
                 position_rad: *position_rad,
@@ -125,17 +101,11 @@ pub fn write(cycle: &Cycle) -> v1::ArmCycle {
     }
 }
 
-fn write_kind(kind: LegKind) -> ArmLegKind {
-    let mut kinds = KINDS.iter();
-    let found = kinds.find(|(_, known)| *known == kind);
-    found.map_or(ArmLegKind::Unspecified, |(written, _)| *written)
-}
-
 fn write_leg(leg: &Leg) -> v1::ArmLeg {
     let points = leg.points.iter();
     let angles = points.clone().flat_map(|point| point.position_rad);
     v1::ArmLeg {
-        kind: write_kind(leg.kind).into(),
+        kind: pairs::write(&KINDS, &leg.kind).into(),
         trajectory: Some(v1::Trajectory {
             time_s: points.map(|point| point.time_s).collect(),
             position_rad: angles.collect(),
@@ -144,25 +114,14 @@ fn write_leg(leg: &Leg) -> v1::ArmLeg {
 }
 
 fn span_s(field: &'static str, value: f64, most_s: f64) -> Result<f64, WireError> {
-    if (0.0..=most_s).contains(&value) {
-        Ok(value)
-    } else {
-        Err(WireError::invalid(
-            field,
-            format_args!("{value} where seconds from 0 to {most_s} are possible"),
-        ))
-    }
+    let is_possible = (0.0..=most_s).contains(&value);
+    let possible = format_args!("seconds from 0 to {most_s} are possible");
+    checked(field, value, is_possible, possible)
 }
 
 fn angle_rad(field: &'static str, value: f64) -> Result<f64, WireError> {
-    if value.abs() <= MAX_ANGLE_RAD {
-        Ok(value)
-    } else {
-        Err(WireError::invalid(
-            field,
-            format_args!("{value} where radians within two turns are possible"),
-        ))
-    }
+    let possible = "radians within two turns are possible";
+    checked(field, value, value.abs() <= MAX_ANGLE_RAD, possible)
 }
 
 #[cfg(test)]

@@ -1,7 +1,5 @@
 //! Items.
 
-use std::ops::RangeInclusive;
-
 use nalgebra::Point2;
 use ppnpack_packing::grid::{MAX_CELLS, MAX_YAWS};
 use ppnpack_packing::item::{Item, ItemView, Underside, ViewSurfaces};
@@ -10,9 +8,6 @@ use super::{numbers, pose};
 use crate::error::{WireError, needed};
 use crate::limits::{at_least_zero, count, name, to_index};
 use crate::v1;
-
-/// How many cells a footprint may have along a side.
-const CELLS: RangeInclusive<usize> = 1..=MAX_CELLS;
 
 /// Reads an item.
 ///
@@ -30,7 +25,7 @@ pub fn read(message: &v1::Item) -> Result<Item, WireError> {
 fn read_view(view: &v1::ItemView) -> Result<ViewSurfaces, WireError> {
     let side = |field: &'static str, cells: u32| {
         let cells = usize::try_from(cells).unwrap_or(usize::MAX);
-        count(field, cells, CELLS).map(|()| cells)
+        count(field, cells, 1..=MAX_CELLS).map(|()| cells)
     };
     let nx = side("item.views.nx", view.nx)?;
     let ny = side("item.views.ny", view.ny)?;
@@ -60,17 +55,12 @@ fn read_underside(
     let field = "item.views.underside.heights_m";
     // Too many samples saturate to a size that no message has.
     let samples_per_cell = usize::try_from(underside.samples_per_cell).unwrap_or(usize::MAX);
-    let (nx, ny) = (
-        nx.saturating_mul(samples_per_cell),
-        ny.saturating_mul(samples_per_cell),
-    );
+    let [nx, ny] = [nx, ny].map(|cells| cells.saturating_mul(samples_per_cell));
     let heights_m = numbers::read_floats(field, &underside.heights_m, (nx, ny))?;
     let is_possible = |height_m: f32| height_m.is_finite() || height_m == f32::INFINITY;
     if nx == 0 || !heights_m.iter().copied().all(is_possible) {
-        return Err(WireError::invalid(
-            field,
-            "finite heights are needed, or infinity where there is no material",
-        ));
+        let reason = "finite heights are needed, or infinity where there is no material";
+        return Err(WireError::invalid(field, reason));
     }
     Ok(Underside {
         nx,

@@ -11,6 +11,7 @@ pub mod grid;
 pub mod item;
 mod numbers;
 pub mod objective;
+mod pairs;
 pub mod placement;
 pub mod pose;
 pub mod scene;

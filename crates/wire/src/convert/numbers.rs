@@ -3,6 +3,7 @@
 use ppnpack_packing::grid::Units;
 
 use crate::error::WireError;
+use crate::limits::checked;
 
 /// Heights in units: 16-bit integers.
 pub(super) fn read_units(
@@ -30,20 +31,12 @@ fn split<'a, const BYTES: usize>(
     bytes: &'a [u8],
     (nx, ny): (usize, usize),
 ) -> Result<&'a [[u8; BYTES]], WireError> {
-    let needed = nx
-        .checked_mul(ny)
-        .and_then(|count| count.checked_mul(BYTES));
-    if needed == Some(bytes.len()) {
-        Ok(bytes.as_chunks().0)
-    } else {
-        Err(WireError::invalid(
-            field,
-            format_args!(
-                "{} bytes where {nx} x {ny} numbers of {BYTES} bytes are needed",
-                bytes.len()
-            ),
-        ))
-    }
+    let count = nx.checked_mul(ny);
+    let is_possible = count.and_then(|count| count.checked_mul(BYTES)) == Some(bytes.len());
+    let found = format_args!("{} bytes", bytes.len());
+    let needed = format_args!("{nx} x {ny} numbers of {BYTES} bytes are needed");
+    checked(field, found, is_possible, needed)?;
+    Ok(bytes.as_chunks().0)
 }
 
 pub(super) fn write_units(values: &[Units]) -> Vec<u8> {

@@ -3,17 +3,17 @@
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::search::SearchSettings;
 
+use super::pairs;
 use crate::error::{WireError, needed};
 use crate::v1;
 
-/// Each heuristic with its number on the wire.
-const HEURISTICS: [(Heuristic, v1::Heuristic); 6] = [
-    (Heuristic::Sdfm, v1::Heuristic::Sdfm),
-    (Heuristic::Dbl, v1::Heuristic::Dbl),
-    (Heuristic::Hm, v1::Heuristic::Hm),
-    (Heuristic::Mta, v1::Heuristic::Mta),
-    (Heuristic::FirstFit, v1::Heuristic::FirstFit),
-    (Heuristic::Random, v1::Heuristic::Random),
+const HEURISTICS: [(v1::Heuristic, Heuristic); 6] = [
+    (v1::Heuristic::Sdfm, Heuristic::Sdfm),
+    (v1::Heuristic::Dbl, Heuristic::Dbl),
+    (v1::Heuristic::Hm, Heuristic::Hm),
+    (v1::Heuristic::Mta, Heuristic::Mta),
+    (v1::Heuristic::FirstFit, Heuristic::FirstFit),
+    (v1::Heuristic::Random, Heuristic::Random),
 ];
 
 /// Reads the objective that a field holds. A search looks at no more of the order than whether it is balanced: where it
@@ -26,22 +26,17 @@ pub fn read_required(
     message: Option<&v1::Objective>,
 ) -> Result<SearchSettings, WireError> {
     let message = needed(field, message)?;
-    let known = HEURISTICS
-        .iter()
-        .find(|(_, number)| i32::from(*number) == message.heuristic);
-    let Some((heuristic, _)) = known else {
-        return Err(WireError::invalid(
-            "objective.heuristic",
-            format_args!("{} is no heuristic that is known", message.heuristic),
-        ));
-    };
+    let heuristic = pairs::read(&HEURISTICS, &message.heuristic()).ok_or_else(|| {
+        let reason = format_args!("{} is no heuristic that is known", message.heuristic);
+        WireError::invalid("objective.heuristic", reason)
+    })?;
     let weights = message.weights.as_ref();
     let weights = weights.map_or_else(Weights::default, read_weights);
     weights
         .validate()
         .map_err(|error| WireError::invalid("objective.weights", error))?;
     Ok(SearchSettings {
-        heuristic: *heuristic,
+        heuristic,
         order: if message.is_balanced {
             Order::Balance
         } else {
@@ -66,13 +61,9 @@ fn read_weights(weights: &v1::Weights) -> Weights {
 
 /// Writes an objective.
 pub fn write(settings: &SearchSettings) -> v1::Objective {
-    let number = HEURISTICS
-        .iter()
-        .find(|(heuristic, _)| *heuristic == settings.heuristic);
-    let number = number.map_or(v1::Heuristic::Unspecified, |(_, number)| *number);
     let weights = &settings.weights;
     v1::Objective {
-        heuristic: number.into(),
+        heuristic: pairs::write(&HEURISTICS, &settings.heuristic).into(),
         is_balanced: settings.order == Order::Balance,
         weights: Some(v1::Weights {
             resting_height: weights.resting_height,

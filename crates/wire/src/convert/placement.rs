@@ -7,7 +7,7 @@ use ppnpack_packing::valid::Tally;
 
 use super::check;
 use crate::error::{WireError, needed};
-use crate::limits::{MAX_CANDIDATES, MAX_PLACEMENTS, count, index, to_index};
+use crate::limits::{MAX_CANDIDATES, MAX_PLACEMENTS, checked, count, index, to_index};
 use crate::v1;
 
 fn candidate(field: &'static str, value: u32) -> Result<usize, WireError> {
@@ -56,18 +56,11 @@ pub fn write_all(placements: impl Iterator<Item = Placement>) -> v1::Placements 
 /// # Errors
 /// [`WireError`] where an index or the height is one that no grid has.
 pub fn read_resting(message: &v1::RestingPlacement) -> Result<RestingPlacement, WireError> {
-    let resting_height = Units::try_from(message.resting_height)
-        .ok()
-        .filter(|height| *height <= MAX_UNITS)
-        .ok_or_else(|| {
-            WireError::invalid(
-                "placement.resting_height",
-                format_args!(
-                    "{} where 0 to {MAX_UNITS} is possible",
-                    message.resting_height
-                ),
-            )
-        })?;
+    let height = message.resting_height;
+    let resting_height = Units::try_from(height).unwrap_or(Units::MAX);
+    let range = format_args!("0 to {MAX_UNITS} is possible");
+    let is_possible = resting_height <= MAX_UNITS;
+    checked("placement.resting_height", height, is_possible, range)?;
     Ok(RestingPlacement {
         placement: cell("placement", message.yaw, message.x, message.y)?,
         resting_height,
@@ -90,16 +83,12 @@ pub fn write_resting(resting: &RestingPlacement) -> v1::RestingPlacement {
 /// [`WireError`] where the placement is missing or impossible, or the value is not finite.
 pub fn read_ranked(message: &v1::RankedPlacement) -> Result<Evaluated, WireError> {
     let resting = needed("ranked_placement.placement", message.placement.as_ref())?;
-    if !message.value.is_finite() {
-        return Err(WireError::invalid(
-            "ranked_placement.value",
-            format_args!("{} where a finite number is needed", message.value),
-        ));
-    }
+    let (value, possible) = (message.value, "a finite number is needed");
+    checked("ranked_placement.value", value, value.is_finite(), possible)?;
     Ok(Evaluated {
         candidate: candidate("ranked_placement.candidate", message.candidate)?,
         resting: read_resting(resting)?,
-        value: message.value,
+        value,
     })
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::error::{WireError, needed};
-use crate::limits::coordinate_m;
+use crate::limits::{checked, coordinate_m};
 use crate::v1;
 
 /// How far the norm of a quaternion may be from 1.
@@ -51,12 +51,8 @@ fn read_rotation(
     let quaternion = Quaternion::new(w, x, y, z);
     let norm = quaternion.norm();
     let is_one = |tolerance: f64| (norm - 1.0).abs() <= tolerance;
-    if !is_one(NORM_TOLERANCE) {
-        return Err(WireError::invalid(
-            field,
-            format_args!("the quaternion's norm is {norm} where 1 is needed"),
-        ));
-    }
+    let found = format_args!("the quaternion's norm is {norm}");
+    checked(field, found, is_one(NORM_TOLERANCE), "1 is needed")?;
     Ok(if is_one(ROUNDING) {
         Unit::new_unchecked(quaternion)
     } else {

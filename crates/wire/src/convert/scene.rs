@@ -5,7 +5,7 @@ use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
 
 use super::{grid, numbers};
 use crate::error::{WireError, needed};
-use crate::limits::to_index;
+use crate::limits::{checked, to_index};
 use crate::v1;
 
 /// Reads a scene and its grid.
@@ -38,16 +38,10 @@ pub fn read_required(
 
 fn read_surface(message: &v1::Surface, grid: &Grid) -> Result<Surface, WireError> {
     let samples = grid.resolution().samples_per_cell();
-    if message.samples_per_cell != to_index(samples) {
-        return Err(WireError::invalid(
-            "scene.surface.samples_per_cell",
-            format_args!(
-                "{} where cells of {} m need {samples}",
-                message.samples_per_cell,
-                grid.resolution().cell_m()
-            ),
-        ));
-    }
+    let found = message.samples_per_cell;
+    let needed = format_args!("cells of {} m need {samples}", grid.resolution().cell_m());
+    let field = "scene.surface.samples_per_cell";
+    checked(field, found, found == to_index(samples), needed)?;
     // At most 2,048 cells of 400,000 samples: the grid's limits keep these products small.
     let (nx, ny) = (grid.nx() * samples, grid.ny() * samples);
     let field = "scene.surface.heights_m";

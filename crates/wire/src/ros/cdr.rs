@@ -7,6 +7,7 @@
 //! there and in DDSI-RTPS 2.5, section 10.5, which differ for the second version.
 
 use crate::error::WireError;
+use crate::limits::checked;
 
 /// The longest text, in bytes.
 const MAX_TEXT_BYTES: usize = 256;
@@ -23,20 +24,20 @@ pub(super) struct Reader<'a> {
 impl<'a> Reader<'a> {
     /// Reads the encapsulation header.
     pub(super) fn new(payload: &'a [u8]) -> Result<Self, WireError> {
-        let refused = |reason: std::fmt::Arguments<'_>| WireError::invalid("encapsulation", reason);
+        let refused = |reason: String| Err(WireError::invalid("encapsulation", reason));
         let Some((header, body)) = payload.split_first_chunk::<4>() else {
             let bytes = payload.len();
-            return Err(refused(format_args!(
-                "4 bytes are needed where {bytes} are left"
-            )));
+            return refused(format!("4 bytes are needed where {bytes} are left"));
         };
         let [high, low, _, _] = *header;
-        let other = match u16::from_be_bytes([high, low]) {
-            number @ (0 | 1) => {
+        let number = u16::from_be_bytes([high, low]);
+        let other = match number {
+            0 | 1 => {
+                let (at, is_big_endian) = (0, number == 0);
                 return Ok(Self {
                     body,
-                    at: 0,
-                    is_big_endian: number == 0,
+                    at,
+                    is_big_endian,
                 });
             }
             2 | 3 => "PL_CDR",
@@ -44,29 +45,22 @@ impl<'a> Reader<'a> {
             6 | 7 | 0x10 | 0x11 => "PLAIN_CDR2",
             8 | 9 | 0x14 | 0x15 => "DELIMITED_CDR2",
             0x0a | 0x0b | 0x12 | 0x13 => "PL_CDR2",
-            number => {
-                return Err(refused(format_args!(
-                    "0x{number:04x} is no encoding that is known, where PLAIN_CDR is needed"
-                )));
+            _ => {
+                let unknown = "is no encoding that is known, where PLAIN_CDR is needed";
+                return refused(format!("0x{number:04x} {unknown}"));
             }
         };
-        Err(refused(format_args!(
-            "{other} is not read, only PLAIN_CDR is"
-        )))
+        refused(format!("{other} is not read, only PLAIN_CDR is"))
     }
 
     /// The next bytes.
     fn take(&mut self, field: &'static str, count: usize) -> Result<&'a [u8], WireError> {
         let left = self.body.get(self.at..).unwrap_or(&[]);
-        let taken = left.get(..count).ok_or_else(|| {
-            let left = left.len();
-            WireError::invalid(
-                field,
-                format_args!("{count} bytes are needed where {left} are left"),
-            )
-        })?;
+        let needed = format_args!("{count} bytes are needed");
+        let found = format_args!("{} are left", left.len());
+        checked(field, needed, count <= left.len(), found)?;
         self.at += count;
-        Ok(taken)
+        Ok(left.get(..count).unwrap_or(left))
     }
 
     /// A number without a sign of 8 bits.
@@ -76,24 +70,15 @@ impl<'a> Reader<'a> {
 
     /// A truth value.
     pub(super) fn boolean(&mut self, field: &'static str) -> Result<bool, WireError> {
-        match self.uint8(field)? {
-            0 => Ok(false),
-            1 => Ok(true),
-            other => Err(WireError::invalid(
-                field,
-                format_args!("{other} where 0 or 1 is needed"),
-            )),
-        }
+        let value = self.uint8(field)?;
+        checked(field, value, value <= 1, "0 or 1 is needed").map(|value| value == 1)
     }
 
     /// A number without a sign of 32 bits.
     pub(super) fn uint32(&mut self, field: &'static str) -> Result<u32, WireError> {
         self.at = self.at.next_multiple_of(4);
-        let bytes = self
-            .take(field, 4)?
-            .first_chunk()
-            .copied()
-            .unwrap_or_default();
+        let bytes = self.take(field, 4)?.first_chunk().copied();
+        let bytes = bytes.unwrap_or_default();
         Ok(if self.is_big_endian {
             u32::from_be_bytes(bytes)
         } else {
@@ -127,18 +112,13 @@ impl<'a> Reader<'a> {
     ) -> Result<usize, WireError> {
         let count = self.length(field)?;
         let left = self.body.len().saturating_sub(self.at);
-        if count > limit {
-            return Err(WireError::invalid(
-                field,
-                format_args!("{count} elements where at most {limit} are possible"),
-            ));
-        }
-        if count > left / least_bytes.max(1) {
-            return Err(WireError::invalid(
-                field,
-                format_args!("{count} elements are needed where {left} bytes are left"),
-            ));
-        }
+        let found = format_args!("{count} elements");
+        let possible = format_args!("at most {limit} are possible");
+        checked(field, found, count <= limit, possible)?;
+        let needed = format_args!("{count} elements are needed");
+        let has_room = count <= left / least_bytes.max(1);
+        let found = format_args!("{left} bytes are left");
+        checked(field, needed, has_room, found)?;
         Ok(count)
     }
 
@@ -150,12 +130,9 @@ impl<'a> Reader<'a> {
             Some((0, text)) => text,
             Some(_) => return Err(refused("the text has no terminating zero")),
         };
-        if text.len() > MAX_TEXT_BYTES {
-            return Err(WireError::invalid(
-                field,
-                format_args!("{} bytes where {MAX_TEXT_BYTES} are possible", text.len()),
-            ));
-        }
+        let found = format_args!("{} bytes", text.len());
+        let possible = format_args!("{MAX_TEXT_BYTES} are possible");
+        checked(field, found, text.len() <= MAX_TEXT_BYTES, possible)?;
         str::from_utf8(text).map_err(|_| refused("the text is not UTF-8"))
     }
 }

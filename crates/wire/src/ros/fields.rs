@@ -48,22 +48,17 @@ impl Fields {
         Ok(kept)
     }
 
-    /// Keeps a field, if it can be.
+    /// Keeps a field, if it can be: a single number of a type that the workspace's clouds have.
     fn add(&mut self, field: &PointField<'_>, is_bigendian: bool) -> Result<(), WireError> {
-        let Some(kind) = kind(field) else {
+        let Some((bytes, Some(kind))) = layout(field.datatype).filter(|_| field.count <= 1) else {
             return Ok(());
         };
-        let number = Number {
-            offset: usize::try_from(field.offset).unwrap_or(usize::MAX),
-            bytes: size(field.datatype).unwrap_or_default(),
-        };
+        let offset = usize::try_from(field.offset).unwrap_or(usize::MAX);
+        let number = Number { offset, bytes };
         let is_shared = self.numbers.iter().any(|own| own.shares_bytes_with(number));
         if is_shared && is_coordinate(field) {
-            let name = field.name;
-            return Err(WireError::invalid(
-                "PointCloud2.fields.offset",
-                format_args!("'{name}' shares bytes with another coordinate"),
-            ));
+            let reason = format_args!("'{}' shares bytes with another coordinate", field.name);
+            return Err(WireError::invalid("PointCloud2.fields.offset", reason));
         }
         // A number that is turned round can only be seen as what it is turned round as.
         let is_known = self.numbers.contains(&number);
@@ -86,61 +81,38 @@ fn is_coordinate(field: &PointField<'_>) -> bool {
     COORDINATES.contains(&field.name)
 }
 
-/// The bytes of a number.
-fn size(kind: u8) -> Option<usize> {
-    match kind {
-        datatype::INT8 | datatype::UINT8 | datatype::BOOLEAN => Some(1),
-        datatype::INT16 | datatype::UINT16 => Some(2),
-        datatype::INT32 | datatype::UINT32 | datatype::FLOAT32 => Some(4),
-        datatype::FLOAT64 | datatype::INT64 | datatype::UINT64 => Some(8),
-        _ => None,
-    }
-}
-
-/// The type of a field that can be kept: a single number of a type that the workspace's clouds have.
-fn kind(field: &PointField<'_>) -> Option<NumericType> {
-    if field.count > 1 {
-        return None;
-    }
-    match field.datatype {
-        datatype::INT8 => Some(NumericType::Int8),
-        datatype::UINT8 => Some(NumericType::Uint8),
-        datatype::INT16 => Some(NumericType::Int16),
-        datatype::UINT16 => Some(NumericType::Uint16),
-        datatype::INT32 => Some(NumericType::Int32),
-        datatype::UINT32 => Some(NumericType::Uint32),
-        datatype::FLOAT32 => Some(NumericType::Float32),
-        datatype::FLOAT64 => Some(NumericType::Float64),
-        _ => None,
-    }
+/// The bytes of a number of a type, and its type in the workspace's clouds where these have it.
+fn layout(datatype: u8) -> Option<(usize, Option<NumericType>)> {
+    Some(match datatype {
+        datatype::INT8 => (1, Some(NumericType::Int8)),
+        datatype::UINT8 => (1, Some(NumericType::Uint8)),
+        datatype::BOOLEAN => (1, None),
+        datatype::INT16 => (2, Some(NumericType::Int16)),
+        datatype::UINT16 => (2, Some(NumericType::Uint16)),
+        datatype::INT32 => (4, Some(NumericType::Int32)),
+        datatype::UINT32 => (4, Some(NumericType::Uint32)),
+        datatype::FLOAT32 => (4, Some(NumericType::Float32)),
+        datatype::FLOAT64 => (8, Some(NumericType::Float64)),
+        datatype::INT64 | datatype::UINT64 => (8, None),
+        _ => return None,
+    })
 }
 
 /// Checks a field, whether it is kept or not.
 fn check(field: &PointField<'_>, point_step: u32) -> Result<(), WireError> {
-    let PointField {
-        name,
-        offset,
-        datatype,
-        count,
-    } = *field;
-    let Some(bytes) = size(datatype) else {
-        return Err(WireError::invalid(
-            "PointCloud2.fields.datatype",
-            format_args!("{datatype} of '{name}' is no type that is known"),
-        ));
+    let (name, datatype, count) = (field.name, field.datatype, field.count);
+    let Some((bytes, _)) = layout(datatype) else {
+        let reason = format_args!("{datatype} of '{name}' is no type that is known");
+        return Err(WireError::invalid("PointCloud2.fields.datatype", reason));
     };
     if count > 1 && is_coordinate(field) {
-        return Err(WireError::invalid(
-            "PointCloud2.fields.count",
-            format_args!("'{name}' has {count} elements where 1 is needed"),
-        ));
+        let reason = format_args!("'{name}' has {count} elements where 1 is needed");
+        return Err(WireError::invalid("PointCloud2.fields.count", reason));
     }
-    let end = u64::from(offset) + u64::from(count.max(1)) * bytes as u64;
+    let end = u64::from(field.offset) + u64::from(count.max(1)) * bytes as u64;
     if end > u64::from(point_step) {
-        return Err(WireError::invalid(
-            "PointCloud2.fields.offset",
-            format_args!("'{name}' ends at byte {end} of a point of {point_step}"),
-        ));
+        let reason = format_args!("'{name}' ends at byte {end} of a point of {point_step}");
+        return Err(WireError::invalid("PointCloud2.fields.offset", reason));
     }
     Ok(())
 }

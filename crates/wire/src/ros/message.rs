@@ -1,8 +1,9 @@
 //! `sensor_msgs/PointCloud2`, taken apart where it lies.
 
 use super::cdr::Reader;
-use crate::decode::MAX_CLOUD_BYTES;
+use super::topic::check_size;
 use crate::error::WireError;
+use crate::limits::checked;
 
 /// The most fields that are looked at. Many drivers have more than a cloud of the workspace, which keeps the first.
 const MAX_FIELDS: usize = 256;
@@ -52,14 +53,10 @@ impl Stamp {
     /// [`WireError::Invalid`] where the rest is a second or more.
     pub fn nanoseconds(self) -> Result<i64, WireError> {
         const SECOND_NS: u32 = 1_000_000_000;
-        if self.nanosec < SECOND_NS {
-            Ok(i64::from(self.sec) * i64::from(SECOND_NS) + i64::from(self.nanosec))
-        } else {
-            Err(WireError::invalid(
-                "PointCloud2.header.stamp.nanosec",
-                format_args!("{} where less than {SECOND_NS} is needed", self.nanosec),
-            ))
-        }
+        let field = "PointCloud2.header.stamp.nanosec";
+        let needed = format_args!("less than {SECOND_NS} is needed");
+        checked(field, self.nanosec, self.nanosec < SECOND_NS, needed)?;
+        Ok(i64::from(self.sec) * i64::from(SECOND_NS) + i64::from(self.nanosec))
     }
 }
 
@@ -107,12 +104,10 @@ impl<'a> PointCloud2<'a> {
     /// What follows the message is not looked at: publishers in shared memory send the rest of their buffer.
     ///
     /// # Errors
-    /// [`WireError`] where it is larger than [`MAX_CLOUD_BYTES`], is encoded otherwise, or ends early, or where a length,
-    /// a text or a truth value is impossible.
+    /// [`WireError`] where it is larger than [`MAX_CLOUD_BYTES`](crate::MAX_CLOUD_BYTES), is encoded otherwise, or ends
+    /// early, or where a length, a text or a truth value is impossible.
     pub fn read(payload: &'a [u8]) -> Result<Self, WireError> {
-        if payload.len() > MAX_CLOUD_BYTES {
-            return Err(too_large(payload.len()));
-        }
+        check_size(payload.len())?;
         let mut reader = Reader::new(payload)?;
         // In the order of the message: the reader goes from field to field.
         Ok(Self {
@@ -130,15 +125,6 @@ impl<'a> PointCloud2<'a> {
             data: reader.bytes("PointCloud2.data")?,
             is_dense: reader.boolean("PointCloud2.is_dense")?,
         })
-    }
-}
-
-/// The error for a payload of more than [`MAX_CLOUD_BYTES`], so that it need not be put together to be refused.
-pub(super) fn too_large(bytes: usize) -> WireError {
-    WireError::TooLarge {
-        message: "PointCloud2",
-        bytes,
-        limit: MAX_CLOUD_BYTES,
     }
 }
 

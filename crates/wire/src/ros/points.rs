@@ -4,7 +4,7 @@ use super::fields::Number;
 use super::message::PointCloud2;
 use crate::decode::MAX_POINT_BYTES;
 use crate::error::WireError;
-use crate::limits::count;
+use crate::limits::{checked, count};
 
 /// The rows of a cloud within its data.
 #[derive(Debug)]
@@ -23,26 +23,18 @@ impl<'a> Rows<'a> {
     /// last may lack its padding. Where no row is padded, `row_step` does not matter: many drivers do not set it.
     pub(super) fn of(message: &PointCloud2<'a>) -> Result<Self, WireError> {
         let found = message.data.len() as u128;
-        let [width, height, point_step, row_step] = [
-            message.width,
-            message.height,
-            message.point_step,
-            message.row_step,
-        ]
-        .map(u128::from);
+        let [width, height] = [message.width, message.height].map(u128::from);
+        let [point_step, row_step] = [message.point_step, message.row_step].map(u128::from);
         let row = width * point_step;
         let is_whole = found == row * height;
         let is_padded = row_step >= row
             && (found == row_step * height || height > 0 && found == row_step * (height - 1) + row);
-        if !is_whole && !is_padded {
-            return Err(WireError::invalid(
-                "PointCloud2.data",
-                format_args!(
-                    "{found} bytes where {height} rows of {width} points of {point_step} bytes are needed, \
-                     in rows of {row_step} bytes if they are padded"
-                ),
-            ));
-        }
+        let needed = format_args!(
+            "{height} rows of {width} points of {point_step} bytes are needed, in rows of {row_step} bytes if they are \
+             padded"
+        );
+        let (field, found) = ("PointCloud2.data", format_args!("{found} bytes"));
+        checked(field, found, is_whole || is_padded, needed)?;
         let size = |bytes: u128| usize::try_from(bytes).unwrap_or(usize::MAX);
         let (bytes, step) = if is_whole {
             (message.data.len(), message.data.len())
@@ -50,7 +42,7 @@ impl<'a> Rows<'a> {
             (size(row), size(row_step))
         };
         let all = size(row * height);
-        count("PointCloud2.data", all, 0..=MAX_POINT_BYTES)?;
+        count(field, all, 0..=MAX_POINT_BYTES)?;
         Ok(Self {
             data: message.data,
             bytes,
@@ -74,12 +66,8 @@ pub(super) fn swap(points: &mut [u8], stride: usize, numbers: &[Number]) {
     let is_word = |number: &Number| number.bytes == 4 && number.offset.is_multiple_of(4);
     if stride.is_multiple_of(4) && numbers.iter().all(is_word) {
         // The common case. Words that no field names are turned round too: nobody reads them.
-        points
-            .as_chunks_mut::<4>()
-            .0
-            .iter_mut()
-            .for_each(|word| word.reverse());
-        return;
+        let words = points.as_chunks_mut::<4>().0.iter_mut();
+        return words.for_each(|word| word.reverse());
     }
     for point in points.chunks_exact_mut(stride.max(1)) {
         for number in numbers {

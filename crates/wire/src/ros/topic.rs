@@ -5,7 +5,7 @@
 //! name alone, without its first slash.
 
 use crate::decode::MAX_CLOUD_BYTES;
-use crate::error::WireError;
+use crate::error::{self, WireError};
 
 /// The type that is read, as people write it.
 pub const POINT_CLOUD2: &str = "sensor_msgs/msg/PointCloud2";
@@ -23,14 +23,11 @@ const NAMES: [&str; 3] = [
 /// [`WireError::Invalid`] where it is not that of a PointCloud2.
 pub fn check_type(name: &str) -> Result<(), WireError> {
     if NAMES.contains(&name) {
-        Ok(())
-    } else {
-        let name: String = name.chars().take(80).collect();
-        Err(WireError::invalid(
-            "type",
-            format_args!("'{name}' is not read, only {POINT_CLOUD2} is"),
-        ))
+        return Ok(());
     }
+    let name: String = name.chars().take(80).collect();
+    let reason = format_args!("'{name}' is not read, only {POINT_CLOUD2} is");
+    Err(WireError::invalid("type", reason))
 }
 
 /// Checks that a key or key expression names no other type. One that names none may have any.
@@ -50,11 +47,7 @@ pub fn check_key(key: &str) -> Result<(), WireError> {
 /// # Errors
 /// [`WireError::TooLarge`] where it is larger than the largest cloud.
 pub fn check_size(bytes: usize) -> Result<(), WireError> {
-    if bytes <= MAX_CLOUD_BYTES {
-        Ok(())
-    } else {
-        Err(super::message::too_large(bytes))
-    }
+    error::check_size("PointCloud2", bytes, MAX_CLOUD_BYTES)
 }
 
 #[cfg(test)]
