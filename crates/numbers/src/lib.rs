@@ -1,15 +1,16 @@
-//! Numbers that are given, checked ([`require`]), and normal ones that are drawn ([`gaussian`]).
+//! Numbers that are given, checked ([`require`], [`within`]), and normal ones that are drawn ([`gaussian`]).
 //!
 //! ```
-//! use ppnpack_numbers::require;
+//! use ppnpack_numbers::within;
 //!
-//! let is_share = |value: f64| (0.0..=1.0).contains(&value);
-//! assert_eq!(require("dropout", 0.05, "0 to 1", is_share), Ok(()));
-//! let error = require("dropout", 5.0, "0 to 1", is_share).unwrap_err();
+//! let share = within("0 to 1", 0.0..=1.0);
+//! assert_eq!(share("dropout", 0.05), Ok(()));
+//! let error = share("dropout", 5.0).unwrap_err();
 //! assert_eq!(error.to_string(), "dropout must be 0 to 1, but is 5");
 //! ```
 
 use std::fmt::Display;
+use std::ops::RangeBounds;
 
 /// A setting that is not possible.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -59,6 +60,14 @@ pub fn require_length(name: impl Display, length_m: f64) -> Result<(), SettingEr
 /// [`SettingError`] has the name, and what is expected instead.
 pub fn require_share(name: impl Display, share: f64) -> Result<(), SettingError> {
     require(name, share, "0 to 1", |share| (0.0..=1.0).contains(&share))
+}
+
+/// What refuses numbers, given by name and value, that are not finite or outside a range.
+pub fn within(
+    expected: &'static str,
+    range: impl RangeBounds<f64>,
+) -> impl Fn(&str, f64) -> Result<(), SettingError> {
+    move |name, value| require(name, value, expected, |value| range.contains(&value))
 }
 
 /// A standard normal number from two uniform ones in [0, 1), by the Box-Muller transform.

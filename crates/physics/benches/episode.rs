@@ -117,22 +117,22 @@ fn episode(criterion: &mut Criterion) {
         });
     });
     group.bench_function("scan of the full container, nothing cached", |bencher| {
-        let snapshot = cell.snapshot();
+        let bodies = cell.contents().into_iter();
+        let poses: Vec<_> = bodies
+            .map(|body| (body.model, body.container_from_item))
+            .collect();
         bencher.iter_batched_ref(
             || {
                 let mut fresh = SimulatedCell::new(CellSettings::default()).unwrap();
-                fresh.restore(&snapshot).unwrap();
+                fresh.lay_down(&poses).unwrap();
                 fresh
             },
             |fresh| fresh.scan_surface(&grid).unwrap(),
             BatchSize::PerIteration,
         );
     });
-    group.bench_function("snapshot and restore of the full container", |bencher| {
-        bencher.iter(|| {
-            let snapshot = cell.snapshot();
-            cell.restore(&snapshot).unwrap();
-        });
+    group.bench_function("clone of the full container", |bencher| {
+        bencher.iter(|| cell.clone());
     });
     group.finish();
 }

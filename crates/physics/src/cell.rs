@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_catalogue::object::Model;
 use ppnpack_numbers::gaussian;
@@ -15,12 +15,10 @@ use rapier3d::dynamics::RigidBodyHandle;
 use crate::body::{BodyTemplate, Templates};
 use crate::container;
 use crate::error::PhysicsError;
-use crate::outcome::{
-    BodyId, BodyState, Disturbance, PlacedReport, SettleReport, is_inside, tilt_rad,
-};
+use crate::outcome::{BodyId, BodyState, Disturbance, PlacedReport, is_inside, tilt_rad};
 use crate::settings::CellSettings;
 use crate::surface::SurfaceCache;
-use crate::world::{World, WorldState};
+use crate::world::World;
 
 /// A planned pose further than this from the container is a mistake, in metres.
 const MAX_DISTANCE_M: f64 = 10.0;
@@ -28,24 +26,15 @@ const MAX_DISTANCE_M: f64 = 10.0;
 /// A simulated container with what was released into it.
 ///
 /// Each cell is independent of every other and uses the calling thread only: for many cells at once, use many threads.
-/// A clone continues exactly like its original.
+/// A clone continues exactly like its original: it is a state to go back to.
 #[derive(Clone)]
 pub struct SimulatedCell {
-    settings: Arc<CellSettings>,
+    settings: CellSettings,
     world: World,
     bodies: Vec<Body>,
     next_id: u32,
     templates: Templates,
     surfaces: SurfaceCache,
-}
-
-/// A state of a cell to go back to.
-#[derive(Clone)]
-pub struct CellSnapshot {
-    settings: Arc<CellSettings>,
-    state: WorldState,
-    bodies: Vec<Body>,
-    next_id: u32,
 }
 
 #[derive(Clone)]
@@ -85,7 +74,7 @@ impl SimulatedCell {
         settings.validate()?;
         Ok(Self {
             world: World::new(&settings),
-            settings: Arc::new(settings),
+            settings,
             bodies: Vec::new(),
             next_id: 0,
             templates: Templates::default(),
@@ -98,11 +87,6 @@ impl SimulatedCell {
         self.world = World::new(&self.settings);
         self.bodies.clear();
         self.next_id = 0;
-    }
-
-    /// The cell's settings.
-    pub fn settings(&self) -> &CellSettings {
-        &self.settings
     }
 
     /// The container's floor and walls as a mesh in the container frame.
@@ -127,17 +111,10 @@ impl SimulatedCell {
         let template = self.templates.of(model)?;
         let before: Vec<(BodyId, Whereabouts)> = self.whereabouts().collect();
 
-        let id = BodyId(self.next_id);
-        self.next_id += 1;
-        let handle = self
-            .world
-            .insert(&template, &self.release_pose(id, &planned));
-        self.bodies.push(Body {
-            id,
-            template,
-            handle,
-            laid: None,
-        });
+        let released = self.release_pose(BodyId(self.next_id), &planned);
+        let body = self.new_body(template, &released);
+        let id = body.id;
+        self.bodies.push(body);
         let phase = self.settle_phase();
 
         let centre_of_mass_m = planned * model.mass.centre_of_mass_m;
@@ -157,44 +134,16 @@ impl SimulatedCell {
         model: &Arc<Model>,
         container_from_item: &Isometry3<f64>,
     ) -> Result<PlacedReport, PhysicsError> {
-        let snapshot = self.snapshot();
-        let report = self.place(model, container_from_item);
-        self.restore(&snapshot)?;
+        let mut trial = self.clone();
+        let report = trial.place(model, container_from_item);
+        // The hulls of a new model were built there.
+        self.templates = trial.templates;
         report
     }
 
-    /// Lets everything settle for one more phase.
-    pub fn settle(&mut self) -> SettleReport {
-        let phase = self.settle_phase();
-        SettleReport {
-            lost: phase.lost.iter().map(|(id, _)| *id).collect(),
-            still: self.is_still(),
-            simulated_s: phase.steps as f64 * self.settings.solver.timestep_s,
-        }
-    }
-
-    /// The cell's state, to go back to.
-    pub fn snapshot(&self) -> CellSnapshot {
-        CellSnapshot {
-            settings: Arc::clone(&self.settings),
-            state: self.world.state(),
-            bodies: self.bodies.clone(),
-            next_id: self.next_id,
-        }
-    }
-
-    /// Goes back to a state: the cell continues as it did, or would have, from there, bit for bit.
-    ///
-    /// # Errors
-    /// [`PhysicsError::Snapshot`] where the snapshot is of a cell with other settings.
-    pub fn restore(&mut self, snapshot: &CellSnapshot) -> Result<(), PhysicsError> {
-        if snapshot.settings != self.settings {
-            return Err(PhysicsError::Snapshot);
-        }
-        self.world.set_state(snapshot.state.clone());
-        self.bodies.clone_from(&snapshot.bodies);
-        self.next_id = snapshot.next_id;
-        Ok(())
+    /// Lets everything settle for one more phase; says how long that took, in seconds of simulated time.
+    pub fn settle(&mut self) -> f64 {
+        self.settle_phase().steps as f64 * self.settings.solver.timestep_s
     }
 
     /// Lays bodies down where they are said to be, at rest, in place of all that is there: a cell goes on where another
@@ -209,17 +158,17 @@ impl SimulatedCell {
     pub fn lay_down(
         &mut self,
         bodies: &[(Arc<Model>, Isometry3<f64>)],
-    ) -> Result<Vec<BodyId>, PhysicsError> {
+    ) -> Result<(), PhysicsError> {
         let checked = bodies.iter().map(|(model, pose)| {
             let engine_pose = self.checked_pose(model, pose)?;
             Ok((self.templates.of(model)?, engine_pose, *pose))
         });
         let checked: Vec<_> = checked.collect::<Result<_, PhysicsError>>()?;
         self.reset();
-        let laid = checked.into_iter();
-        Ok(laid
-            .map(|(template, engine_pose, pose)| self.lay(template, &engine_pose, pose))
-            .collect())
+        for (template, engine_pose, pose) in checked {
+            self.lay(template, &engine_pose, pose);
+        }
+        Ok(())
     }
 
     /// The bodies in the simulation, in the order in which they were placed.
@@ -280,27 +229,30 @@ impl SimulatedCell {
         Ok(Scene::from_surface(grid, self.scan_surface(grid)?)?)
     }
 
+    fn new_body(&mut self, template: Arc<BodyTemplate>, pose: &Isometry3<f64>) -> Body {
+        let id = BodyId(self.next_id);
+        self.next_id += 1;
+        Body {
+            id,
+            handle: self.world.insert(&template, pose),
+            template,
+            laid: None,
+        }
+    }
+
     fn lay(
         &mut self,
         template: Arc<BodyTemplate>,
         engine_pose: &Isometry3<f64>,
         container_from_item: Isometry3<f64>,
-    ) -> BodyId {
-        let id = BodyId(self.next_id);
-        self.next_id += 1;
-        let handle = self.world.insert(&template, engine_pose);
-        self.world.put_to_sleep(handle);
-        let laid = self.world.pose(handle).map(|rounded| Laid {
+    ) {
+        let mut body = self.new_body(template, engine_pose);
+        self.world.put_to_sleep(body.handle);
+        body.laid = self.world.pose(body.handle).map(|rounded| Laid {
             container_from_item,
             rounded,
         });
-        self.bodies.push(Body {
-            id,
-            template,
-            handle,
-            laid,
-        });
-        id
+        self.bodies.push(body);
     }
 
     fn checked_pose(
@@ -314,12 +266,8 @@ impl SimulatedCell {
         };
         let rotation = container_from_item.rotation.into_inner();
         let translation = container_from_item.translation.vector;
-        if !rotation
-            .coords
-            .iter()
-            .chain(translation.iter())
-            .all(|value| value.is_finite())
-        {
+        let mut values = rotation.coords.iter().chain(translation.iter());
+        if !values.all(|value| value.is_finite()) {
             return Err(refused("not finite"));
         }
         if (rotation.norm() - 1.0).abs() > 1e-3 {
@@ -327,19 +275,12 @@ impl SimulatedCell {
         }
         let size = self.settings.container;
         let farthest = Vector3::new(size.x_m, size.y_m, size.z_m).add_scalar(MAX_DISTANCE_M);
-        let is_near = |value: f64, limit: f64| (-MAX_DISTANCE_M..=limit).contains(&value);
-        if !translation
-            .iter()
-            .zip(farthest.iter())
-            .all(|(value, limit)| is_near(*value, *limit))
-        {
+        let mut limits = translation.iter().zip(farthest.iter());
+        if !limits.all(|(value, limit)| (-MAX_DISTANCE_M..=*limit).contains(value)) {
             return Err(refused("more than 10 m away from the container"));
         }
         let rotation = UnitQuaternion::new_normalize(rotation);
-        Ok(Isometry3::from_parts(
-            Translation3::from(translation),
-            rotation,
-        ))
+        Ok(Isometry3::from_parts(translation.into(), rotation))
     }
 
     /// The planned pose, raised by the release height and displaced by the jitter.
@@ -464,8 +405,7 @@ impl SimulatedCell {
         let end = after_of(id).copied().unwrap_or(planned);
         let moved = end.centre_of_mass_m - planned.centre_of_mass_m;
         let tilt_rad = tilt_rad(&planned.container_from_item, &end.container_from_item);
-        let is_lost = |id: BodyId| phase.lost.iter().any(|(lost, _)| *lost == id);
-        let lost = is_lost(id);
+        let lost = phase.lost.iter().any(|(lost, _)| *lost == id);
         PlacedReport {
             id,
             container_from_item: end.container_from_item,

@@ -1,33 +1,35 @@
 //! The container as boxes: a floor and four walls around the inner volume.
 
-use nalgebra::Point3;
 use ppnpack_catalogue::mesh::{Bounds, Mesh};
 
 use crate::settings::CellSettings;
 
-/// The lowest and highest corners of the floor and the walls, in the container frame.
+/// The floor and the walls, in the container frame.
 ///
 /// The walls along y stand between those along x, so that no two boxes overlap.
-pub(crate) fn boxes(settings: &CellSettings) -> [[Point3<f64>; 2]; 5] {
+pub(crate) fn boxes(settings: &CellSettings) -> [Bounds; 5] {
     let size = settings.container;
     let wall_m = settings.walls.thickness_m;
-    let corners = |lowest: [f64; 3], highest: [f64; 3]| [lowest.into(), highest.into()];
+    let solid = |lowest: [f64; 3], highest: [f64; 3]| Bounds {
+        lowest: lowest.into(),
+        highest: highest.into(),
+    };
     let (x, y, z) = (size.x_m, size.y_m, size.z_m);
     let floor_m = settings.walls.floor_thickness_m;
     [
-        corners([-wall_m, -wall_m, -floor_m], [x + wall_m, y + wall_m, 0.0]),
-        corners([-wall_m, -wall_m, 0.0], [0.0, y + wall_m, z]),
-        corners([x, -wall_m, 0.0], [x + wall_m, y + wall_m, z]),
-        corners([0.0, -wall_m, 0.0], [x, 0.0, z]),
-        corners([0.0, y, 0.0], [x, y + wall_m, z]),
+        solid([-wall_m, -wall_m, -floor_m], [x + wall_m, y + wall_m, 0.0]),
+        solid([-wall_m, -wall_m, 0.0], [0.0, y + wall_m, z]),
+        solid([x, -wall_m, 0.0], [x + wall_m, y + wall_m, z]),
+        solid([0.0, -wall_m, 0.0], [x, 0.0, z]),
+        solid([0.0, y, 0.0], [x, y + wall_m, z]),
     ]
 }
 
 /// The container's surface, in the container frame.
 pub(crate) fn mesh(settings: &CellSettings) -> Mesh {
     let mut mesh = Mesh::default();
-    for [lowest, highest] in boxes(settings) {
-        mesh.append(&Bounds { lowest, highest }.mesh());
+    for solid in boxes(settings) {
+        mesh.append(&solid.mesh());
     }
     mesh
 }

@@ -26,9 +26,6 @@ pub enum PhysicsError {
         /// What is wrong with it.
         reason: String,
     },
-    /// A snapshot was taken of a cell with other settings.
-    #[error("the snapshot was taken of a cell with other settings")]
-    Snapshot,
     /// The grid of a scan is not that of the cell's container.
     #[error("the grid is made for a container of {grid_m:?} m, but the cell's is {cell_m:?} m")]
     Grid {

@@ -1,6 +1,5 @@
 //! What became of a placement, and what lies in the container.
 
-use std::fmt;
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -16,12 +15,6 @@ impl BodyId {
     /// How many bodies were placed before this one.
     pub fn index(self) -> usize {
         self.0 as usize
-    }
-}
-
-impl fmt::Display for BodyId {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "body {}", self.0)
     }
 }
 
@@ -73,17 +66,6 @@ impl PlacedReport {
         self.most_disturbed
             .map_or(0.0, |disturbance| disturbance.moved_m)
     }
-}
-
-/// How a further settling phase went.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SettleReport {
-    /// Bodies that left the container and were taken out of the simulation.
-    pub lost: Vec<BodyId>,
-    /// Whether every body was at rest at the end.
-    pub still: bool,
-    /// How long the phase took, in seconds of simulated time.
-    pub simulated_s: f64,
 }
 
 /// How a body was moved by what was placed after it.

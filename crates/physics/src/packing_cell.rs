@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cell::SimulatedCell;
 use crate::error::PhysicsError;
-use crate::outcome::{BodyId, BodyState, PlacedReport};
+use crate::outcome::{BodyState, PlacedReport};
 use crate::settings::CellSettings;
 
 /// What a placement of an episode led to.
@@ -46,14 +46,10 @@ pub struct SimulatedPackingCell {
     cell: SimulatedCell,
     grid: Grid,
     models: BTreeMap<ShapeId, Arc<Model>>,
+    /// By the numbers of their bodies.
     placed: Vec<Placed>,
     sampling: Sampling,
 }
-
-/// An item that the catalogue of the cell does not hold.
-#[derive(Debug, thiserror::Error)]
-#[error("item {0} is not in the catalogue of the simulated cell")]
-struct UnknownItem(String);
 
 impl SimulatedPackingCell {
     /// An empty cell for the objects of a catalogue, scanned on this grid.
@@ -85,15 +81,9 @@ impl SimulatedPackingCell {
 
     /// What lies in or on the container now, each with its place in the sequence of arrivals.
     pub fn contents(&self) -> Vec<(usize, BodyState)> {
-        let arrival = |id: BodyId| {
-            self.placed
-                .iter()
-                .find(|placed| placed.report.id == id)
-                .map(|placed| placed.arrival)
-        };
         let bodies = self.cell.contents().into_iter();
         bodies
-            .filter_map(|body| Some((arrival(body.id)?, body)))
+            .filter_map(|body| Some((self.placed.get(body.id.index())?.arrival, body)))
             .collect()
     }
 
@@ -119,13 +109,13 @@ impl SimulatedPackingCell {
         &self,
         candidate: &Candidate,
         resting: &RestingPlacement,
-    ) -> Result<(Arc<Model>, Isometry3<f64>), UnknownItem> {
+    ) -> Result<(Arc<Model>, Isometry3<f64>), StageError> {
         let model = self.models.get(&candidate.item.shape());
         let pose = candidate.item.container_from_item(&self.grid, resting);
-        model
-            .cloned()
-            .zip(pose)
-            .ok_or_else(|| UnknownItem(candidate.item.name().to_string()))
+        model.cloned().zip(pose).ok_or_else(|| {
+            let name = candidate.item.name();
+            format!("item {name} is not in the catalogue of the simulated cell").into()
+        })
     }
 }
 

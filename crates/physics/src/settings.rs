@@ -1,6 +1,9 @@
 //! The settings of a simulated cell; their defaults are the reference experiment's.
 
-use ppnpack_numbers::{SettingError, require};
+use std::f64::consts::PI;
+use std::ops::Bound;
+
+use ppnpack_numbers::{SettingError, within};
 use ppnpack_packing::grid::ContainerSize;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -208,92 +211,31 @@ impl CellSettings {
     /// # Errors
     /// [`SettingError`] names the first that is not.
     pub fn validate(&self) -> Result<(), SettingError> {
-        let side = "above 1 mm and at most 10 m";
-        let is_side = |value: f64| value > 1e-3 && value <= 10.0;
-        require("the container's x side", self.container.x_m, side, is_side)?;
-        require("the container's y side", self.container.y_m, side, is_side)?;
-        require("the container's height", self.container.z_m, side, is_side)?;
-
-        let thickness = "at least 1 mm and at most 1 m";
-        let is_thickness = |value: f64| (1e-3..=1.0).contains(&value);
-        require(
-            "the walls' thickness",
-            self.walls.thickness_m,
-            thickness,
-            is_thickness,
-        )?;
-        require(
-            "the floor's thickness",
-            self.walls.floor_thickness_m,
-            thickness,
-            is_thickness,
-        )?;
-
-        let is_friction = |value: f64| (0.0..=10.0).contains(&value);
-        require(
-            "items' friction",
-            self.contact.item_friction,
-            "between 0 and 10",
-            is_friction,
-        )?;
-        require(
-            "walls' friction",
-            self.contact.wall_friction,
-            "between 0 and 10",
-            is_friction,
-        )?;
-        let is_fraction = |value: f64| (0.0..=1.0).contains(&value);
-        require(
-            "restitution",
-            self.contact.restitution,
-            "between 0 and 1",
-            is_fraction,
-        )?;
-
-        let is_release = |value: f64| (0.0..=2.0).contains(&value);
-        require(
-            "the release height",
-            self.release.height_m,
-            "between 0 and 2 m",
-            is_release,
-        )?;
-        let is_jitter = |value: f64| (0.0..=0.1).contains(&value);
-        require(
-            "the release jitter",
-            self.release.jitter_m,
-            "between 0 and 0.1 m",
-            is_jitter,
-        )?;
-        let is_angle = |value: f64| (0.0..=std::f64::consts::PI).contains(&value);
-        require(
-            "the yaw jitter",
-            self.release.jitter_yaw_rad,
-            "between 0 and pi",
-            is_angle,
-        )?;
-
-        require(
-            "the topple threshold",
-            self.outcome.topple_rad,
-            "between 0 and pi",
-            is_angle,
-        )?;
-        let is_margin = |value: f64| (0.0..=10.0).contains(&value);
-        require(
-            "the lost margin",
-            self.outcome.lost_margin_m,
-            "between 0 and 10 m",
-            is_margin,
-        )?;
-
+        let side = within("above 1 mm and at most 10 m", above(1e-3, 10.0));
+        side("the container's x side", self.container.x_m)?;
+        side("the container's y side", self.container.y_m)?;
+        side("the container's height", self.container.z_m)?;
+        let thickness = within("at least 1 mm and at most 1 m", 1e-3..=1.0);
+        thickness("the walls' thickness", self.walls.thickness_m)?;
+        thickness("the floor's thickness", self.walls.floor_thickness_m)?;
+        let friction = within("between 0 and 10", 0.0..=10.0);
+        friction("items' friction", self.contact.item_friction)?;
+        friction("walls' friction", self.contact.wall_friction)?;
+        let share = within("between 0 and 1", 0.0..=1.0);
+        share("restitution", self.contact.restitution)?;
+        let height = within("between 0 and 2 m", 0.0..=2.0);
+        height("the release height", self.release.height_m)?;
+        let jitter = within("between 0 and 0.1 m", 0.0..=0.1);
+        jitter("the release jitter", self.release.jitter_m)?;
+        let angle = within("between 0 and pi", 0.0..=PI);
+        angle("the yaw jitter", self.release.jitter_yaw_rad)?;
+        angle("the topple threshold", self.outcome.topple_rad)?;
+        let margin = within("between 0 and 10 m", 0.0..=10.0);
+        margin("the lost margin", self.outcome.lost_margin_m)?;
         self.solver.validate()?;
-        let steps = self.settle_time_s / self.solver.timestep_s;
-        require(
-            "the steps of a settling phase",
-            steps,
-            "between 1 and a million",
-            |steps| (0.5..=MAX_SETTLE_STEPS).contains(&steps),
-        )
+        let steps = within("between 1 and a million", 0.5..=MAX_SETTLE_STEPS);
+        let wanted = self.settle_time_s / self.solver.timestep_s;
+        steps("the steps of a settling phase", wanted)
     }
 
     /// These settings with what another value has, object by object, in place of theirs: what is left out stays.
@@ -326,50 +268,25 @@ fn overlay(base: &mut Value, over: Value) {
 
 impl SolverSettings {
     fn validate(&self) -> Result<(), SettingError> {
-        require(
-            "the time step",
-            self.timestep_s,
-            "above 0 and at most 0.05 s",
-            |value| value > 1e-6 && value <= 0.05,
-        )?;
-        require(
-            "gravity",
-            self.gravity_m_s2,
-            "between 0 and 100 m/s^2",
-            |value| (0.0..=100.0).contains(&value),
-        )?;
-        let is_count = |value: f64| (1.0..=64.0).contains(&value);
-        require(
-            "the solver's substeps",
-            self.substeps as f64,
-            "between 1 and 64",
-            is_count,
-        )?;
-        require(
-            "the solver's sweeps",
-            self.sweeps as f64,
-            "between 1 and 64",
-            is_count,
-        )?;
-        require(
-            "the length scale",
-            self.length_scale_m,
-            "between 1 mm and 10 m",
-            |value| (1e-3..=10.0).contains(&value),
-        )?;
-        require(
-            "the sleep speed",
-            self.sleep_speed_m_s,
-            "between 0 and 1 m/s",
-            |value| (0.0..=1.0).contains(&value),
-        )?;
-        require(
-            "the sleep time",
-            self.sleep_time_s,
-            "above 0 and at most 60 s",
-            |value| value > 0.0 && value <= 60.0,
-        )
+        let timestep = within("above 0 and at most 0.05 s", above(1e-6, 0.05));
+        timestep("the time step", self.timestep_s)?;
+        let gravity = within("between 0 and 100 m/s^2", 0.0..=100.0);
+        gravity("gravity", self.gravity_m_s2)?;
+        let count = within("between 1 and 64", 1.0..=64.0);
+        count("the solver's substeps", self.substeps as f64)?;
+        count("the solver's sweeps", self.sweeps as f64)?;
+        let scale = within("between 1 mm and 10 m", 1e-3..=10.0);
+        scale("the length scale", self.length_scale_m)?;
+        let speed = within("between 0 and 1 m/s", 0.0..=1.0);
+        speed("the sleep speed", self.sleep_speed_m_s)?;
+        let time = within("above 0 and at most 60 s", above(0.0, 60.0));
+        time("the sleep time", self.sleep_time_s)
     }
+}
+
+/// A range without its lower end.
+fn above(lowest: f64, highest: f64) -> (Bound<f64>, Bound<f64>) {
+    (Bound::Excluded(lowest), Bound::Included(highest))
 }
 
 #[cfg(test)]

@@ -15,13 +15,12 @@ use crate::outcome::{BodyId, BodyState};
 #[derive(Clone, Default)]
 pub(crate) struct SurfaceCache {
     grid: Option<Grid>,
-    patches: BTreeMap<BodyId, Patch>,
+    patches: BTreeMap<BodyId, Arc<Patch>>,
 }
 
 /// The surface of one body in one pose: the rectangle of samples that it covers.
-#[derive(Clone)]
 struct Patch {
-    /// Bodies are renumbered when a cell goes back to an earlier state, so the number alone does not tell the model.
+    /// Bodies are renumbered when a cell is emptied, so the number alone does not tell the model.
     model: Arc<Model>,
     container_from_item: Isometry3<f64>,
     first_x: usize,
@@ -39,20 +38,13 @@ impl SurfaceCache {
             self.grid = Some(grid.clone());
             self.patches.clear();
         }
-        let present = |id: &BodyId| bodies.binary_search_by_key(id, |body| body.id).is_ok();
-        self.patches.retain(|id, _| present(id));
+        let before = std::mem::take(&mut self.patches);
         let mut surface = Surface::empty(grid);
         for body in bodies {
-            let patch = self
-                .patches
-                .entry(body.id)
-                .and_modify(|patch| {
-                    if !patch.shows(body) {
-                        *patch = Patch::new(grid, body);
-                    }
-                })
-                .or_insert_with(|| Patch::new(grid, body));
+            let known = before.get(&body.id).filter(|patch| patch.shows(body));
+            let patch = known.map_or_else(|| Arc::new(Patch::new(grid, body)), Arc::clone);
             patch.raise(&mut surface);
+            self.patches.insert(body.id, patch);
         }
         surface
     }

@@ -1,6 +1,7 @@
 //! The rigid-body engine behind the cell: container, bodies, steps.
 
 use nalgebra::Isometry3;
+use ppnpack_catalogue::mesh::Bounds;
 use rapier3d::dynamics::{
     CCDSolver, CoefficientCombineRule, ImpulseJointSet, IntegrationParameters, IslandManager,
     MultibodyJointSet, RigidBody, RigidBodyBuilder, RigidBodyHandle, RigidBodySet, SoftBodySet,
@@ -27,9 +28,15 @@ const STIFFNESS: f64 = 1.0 / 8.0;
 /// edges and features.
 const RECYCLING: f32 = 0.01;
 
-/// The state of the simulation: a copy of it continues with the same bits.
+/// The state of the simulation, and what steps it. A clone continues with the same bits.
 #[derive(Clone)]
-pub(crate) struct WorldState {
+pub(crate) struct World {
+    gravity: Vector,
+    parameters: IntegrationParameters,
+    contact: ContactSettings,
+    /// In the engine's unit of length a second.
+    sleep_speed: f32,
+    sleep_time_s: f32,
     islands: IslandManager,
     broad_phase: BroadPhaseBvh,
     narrow_phase: NarrowPhase,
@@ -39,32 +46,16 @@ pub(crate) struct WorldState {
     multibody_joints: MultibodyJointSet,
     soft_bodies: SoftBodySet,
     ccd_solver: CCDSolver,
+    pipeline: Pipeline,
 }
 
-/// A state, and what steps it.
-pub(crate) struct World {
-    gravity: Vector,
-    parameters: IntegrationParameters,
-    contact: ContactSettings,
-    /// In the engine's unit of length a second.
-    sleep_speed: f32,
-    sleep_time_s: f32,
-    state: WorldState,
-    /// Working memory of the engine.
-    pipeline: PhysicsPipeline,
-}
+/// The engine's working memory. A clone has its own, made anew: it holds tables of the state that it last stepped,
+/// which it would take for current.
+struct Pipeline(PhysicsPipeline);
 
-impl Clone for World {
+impl Clone for Pipeline {
     fn clone(&self) -> Self {
-        Self {
-            gravity: self.gravity,
-            parameters: self.parameters,
-            contact: self.contact.clone(),
-            sleep_speed: self.sleep_speed,
-            sleep_time_s: self.sleep_time_s,
-            state: self.state.clone(),
-            pipeline: PhysicsPipeline::new(),
-        }
+        Self(PhysicsPipeline::new())
     }
 }
 
@@ -77,20 +68,18 @@ impl World {
             contact: settings.contact.clone(),
             sleep_speed: engine_length(settings.solver.sleep_speed_m_s),
             sleep_time_s: settings.solver.sleep_time_s as f32,
-            state: WorldState {
-                islands: IslandManager::new(),
-                broad_phase: BroadPhaseBvh::default(),
-                narrow_phase: NarrowPhase::new(),
-                bodies: RigidBodySet::new(),
-                colliders: ColliderSet::new(),
-                impulse_joints: ImpulseJointSet::new(),
-                multibody_joints: MultibodyJointSet::new(),
-                soft_bodies: SoftBodySet::new(),
-                ccd_solver: CCDSolver::new(),
-            },
-            pipeline: PhysicsPipeline::new(),
+            islands: IslandManager::new(),
+            broad_phase: BroadPhaseBvh::default(),
+            narrow_phase: NarrowPhase::new(),
+            bodies: RigidBodySet::new(),
+            colliders: ColliderSet::new(),
+            impulse_joints: ImpulseJointSet::new(),
+            multibody_joints: MultibodyJointSet::new(),
+            soft_bodies: SoftBodySet::new(),
+            ccd_solver: CCDSolver::new(),
+            pipeline: Pipeline(PhysicsPipeline::new()),
         };
-        for [lowest, highest] in crate::container::boxes(settings) {
+        for Bounds { lowest, highest } in crate::container::boxes(settings) {
             let half = (highest - lowest) * 0.5;
             let [x, y, z] = [half.x, half.y, half.z].map(engine_length);
             let collider = ColliderBuilder::cuboid(x, y, z)
@@ -98,23 +87,9 @@ impl World {
                 .friction(world.contact.wall_friction as f32)
                 .friction_combine_rule(combine(world.contact.friction_combine))
                 .restitution(world.contact.restitution as f32);
-            world.state.colliders.insert(collider);
+            world.colliders.insert(collider);
         }
         world
-    }
-
-    /// A copy of the state.
-    pub(crate) fn state(&self) -> WorldState {
-        self.state.clone()
-    }
-
-    /// Goes back to a state.
-    ///
-    /// The engine's working memory is made anew: it holds tables of the state that it last stepped, which it would
-    /// take for current.
-    pub(crate) fn set_state(&mut self, state: WorldState) {
-        self.state = state;
-        self.pipeline = PhysicsPipeline::new();
     }
 
     /// Adds a body at rest.
@@ -132,8 +107,7 @@ impl World {
         activation.normalized_linear_threshold =
             0.5 * self.sleep_speed / self.parameters.length_unit;
         activation.time_until_sleep = self.sleep_time_s;
-        let state = &mut self.state;
-        let handle = state.bodies.insert(body);
+        let handle = self.bodies.insert(body);
         for piece in &template.pieces {
             let collider = ColliderBuilder::new(piece.clone())
                 // The body has the model's mass properties; its pieces add nothing to them.
@@ -141,49 +115,46 @@ impl World {
                 .friction(self.contact.item_friction as f32)
                 .friction_combine_rule(combine(self.contact.friction_combine))
                 .restitution(self.contact.restitution as f32);
-            state
-                .colliders
-                .insert_with_parent(collider, handle, &mut state.bodies);
+            self.colliders
+                .insert_with_parent(collider, handle, &mut self.bodies);
         }
         handle
     }
 
     /// Lets a body sleep until the next contact that begins, be it with what it lies on.
     pub(crate) fn put_to_sleep(&mut self, handle: RigidBodyHandle) {
-        if let Some(body) = self.state.bodies.get_mut(handle) {
+        if let Some(body) = self.bodies.get_mut(handle) {
             body.sleep();
         }
     }
 
     /// Takes a body out.
     pub(crate) fn remove(&mut self, handle: RigidBodyHandle) {
-        let state = &mut self.state;
-        state.bodies.remove(
+        self.bodies.remove(
             handle,
-            &mut state.islands,
-            &mut state.colliders,
-            &mut state.impulse_joints,
-            &mut state.multibody_joints,
-            &mut state.soft_bodies,
+            &mut self.islands,
+            &mut self.colliders,
+            &mut self.impulse_joints,
+            &mut self.multibody_joints,
+            &mut self.soft_bodies,
             true,
         );
     }
 
     /// Advances by one time step.
     pub(crate) fn step(&mut self) {
-        let state = &mut self.state;
-        self.pipeline.step(
+        self.pipeline.0.step(
             self.gravity,
             &self.parameters,
-            &mut state.islands,
-            &mut state.broad_phase,
-            &mut state.narrow_phase,
-            &mut state.bodies,
-            &mut state.colliders,
-            &mut state.impulse_joints,
-            &mut state.multibody_joints,
-            &mut state.soft_bodies,
-            &mut state.ccd_solver,
+            &mut self.islands,
+            &mut self.broad_phase,
+            &mut self.narrow_phase,
+            &mut self.bodies,
+            &mut self.colliders,
+            &mut self.impulse_joints,
+            &mut self.multibody_joints,
+            &mut self.soft_bodies,
+            &mut self.ccd_solver,
             &(),
             &(),
         );
@@ -191,13 +162,12 @@ impl World {
 
     /// Whether no body is awake, so that further steps change nothing.
     pub(crate) fn is_asleep(&self) -> bool {
-        self.state.bodies.iter().all(|(_, body)| body.is_sleeping())
+        self.bodies.iter().all(|(_, body)| body.is_sleeping())
     }
 
     /// Where a body is.
     pub(crate) fn pose(&self, handle: RigidBodyHandle) -> Option<Isometry3<f64>> {
-        self.state
-            .bodies
+        self.bodies
             .get(handle)
             .map(|body| isometry(body.position()))
     }
@@ -205,7 +175,7 @@ impl World {
     /// An upper bound of the speed of a body's points, in m/s, where all are within `radius_m` of its centre of mass;
     /// 0 when it sleeps.
     pub(crate) fn surface_speed_m_s(&self, handle: RigidBodyHandle, radius_m: f64) -> f64 {
-        match self.state.bodies.get(handle) {
+        match self.bodies.get(handle) {
             Some(body) if !body.is_sleeping() => {
                 let angular_rad_s = f64::from(body.angvel().length());
                 metres(body.linvel().length()) + angular_rad_s * radius_m
@@ -216,11 +186,10 @@ impl World {
 
     /// The deepest that two touching bodies, or a body and the container, reach into each other, in metres.
     pub(crate) fn deepest_overlap_m(&self) -> f64 {
-        let solid = |handle| self.state.colliders.get(handle).and_then(Solid::new);
+        let solid = |handle| self.colliders.get(handle).and_then(Solid::new);
         let overlap_m =
             |pair: &ContactPair| Some(solid(pair.collider1)?.overlap_m(&solid(pair.collider2)?));
-        self.state
-            .narrow_phase
+        self.narrow_phase
             .contact_pairs()
             .filter_map(overlap_m)
             .fold(0.0, f64::max)
@@ -228,8 +197,7 @@ impl World {
 
     /// Whether the engine disabled a body because its state was no longer finite.
     pub(crate) fn gave_up(&self, handle: RigidBodyHandle) -> bool {
-        self.state
-            .bodies
+        self.bodies
             .get(handle)
             .is_some_and(|body| !body.is_enabled())
     }

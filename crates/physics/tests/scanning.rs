@@ -70,7 +70,11 @@ fn a_scan_with_a_cache_equals_one_without() {
         cell.place(&cuboid([0.1, 0.05, 0.03]), &pose).unwrap();
         let cached = cell.scan_surface(&grid).unwrap();
         let mut fresh = reference();
-        fresh.restore(&cell.snapshot()).unwrap();
+        let bodies = cell.contents().into_iter();
+        let poses: Vec<_> = bodies
+            .map(|body| (body.model, body.container_from_item))
+            .collect();
+        fresh.lay_down(&poses).unwrap();
         assert_eq!(cached, fresh.scan_surface(&grid).unwrap());
     }
 }

@@ -16,7 +16,7 @@ use nalgebra::{Isometry3, Point3};
 use ppnpack_packing::step::StepInput;
 use ppnpack_robot::arms;
 use ppnpack_robot::cell::CellSettings;
-use ppnpack_robot::cycle::{CycleSettings, PickPose};
+use ppnpack_robot::cycle::CycleSettings;
 use ppnpack_robot::feasibility::ArmCheck;
 use ppnpack_robot::motion::{PlacePlanner, Placing};
 use ppnpack_robot::trajectory::Trajectory;
@@ -58,10 +58,7 @@ fn bench(criterion: &mut Criterion) {
         });
     }
 
-    let pose = PickPose {
-        container_from_item: Isometry3::translation(0.1, -0.35, 0.0),
-        mass_kg: None,
-    };
+    let pose = Isometry3::translation(0.1, -0.35, 0.0);
     let picks: Vec<_> = accepted
         .iter()
         .map(|case| {

@@ -3,10 +3,9 @@
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use crate::error::ParameterError;
-use crate::gripper::Gripper;
 use crate::joints::{JOINTS, JointAngles, JointLimits};
 use crate::kinematics::{Kinematics, LINKS};
-use crate::parameters::{ArmParameters, BaseParameters};
+use crate::parameters::{ArmParameters, BaseParameters, GripperParameters};
 use crate::shapes::Capsule;
 
 /// A capsule fixed to a link.
@@ -25,10 +24,10 @@ pub struct Arm {
     payload_kg: f64,
     kinematics: Kinematics,
     limits: [JointLimits; JOINTS],
-    container_from_base: Isometry3<f64>,
+    pub(crate) container_from_base: Isometry3<f64>,
     base_from_container: Isometry3<f64>,
     capsules: Vec<LinkCapsule>,
-    gripper: Gripper,
+    gripper: GripperParameters,
     reaches_m: [f64; JOINTS],
 }
 
@@ -44,18 +43,18 @@ impl Arm {
         let capsules = parameters.capsules.iter().filter_map(|capsule| {
             let origin = origins.get(capsule.link)?;
             let in_link = |point: [f64; 3]| Point3::from(point) - origin;
-            let shape = Capsule {
-                from: in_link(capsule.from_m),
-                to: in_link(capsule.to_m),
-                radius_m: capsule.radius_m,
-            };
-            let link = capsule.link;
-            Some(LinkCapsule { link, shape })
+            Some(LinkCapsule {
+                link: capsule.link,
+                shape: Capsule {
+                    from: in_link(capsule.from_m),
+                    to: in_link(capsule.to_m),
+                    radius_m: capsule.radius_m,
+                },
+            })
         });
         let capsules: Vec<_> = capsules.collect();
-        let gripper = Gripper::new(parameters.gripper);
         let container_from_base = container_from_base(&parameters.base);
-        let reaches_m = reaches_m(&origins, &capsules, &gripper);
+        let reaches_m = reaches_m(&origins, &capsules, &parameters.gripper);
         Ok(Self {
             name: parameters.name.clone(),
             payload_kg: parameters.payload_kg,
@@ -64,7 +63,7 @@ impl Arm {
             container_from_base,
             kinematics,
             capsules,
-            gripper,
+            gripper: parameters.gripper,
             reaches_m,
         })
     }
@@ -90,18 +89,13 @@ impl Arm {
     }
 
     /// The gripper on its flange.
-    pub fn gripper(&self) -> &Gripper {
+    pub fn gripper(&self) -> &GripperParameters {
         &self.gripper
     }
 
     /// The collision shapes, in the frames of their links.
     pub fn capsules(&self) -> &[LinkCapsule] {
         &self.capsules
-    }
-
-    /// The pose of the base in the container frame.
-    pub fn container_from_base(&self) -> &Isometry3<f64> {
-        &self.container_from_base
     }
 
     /// The poses of all links, the base first, the flange last.
@@ -156,7 +150,7 @@ fn container_from_base(base: &BaseParameters) -> Isometry3<f64> {
 fn reaches_m(
     origins: &[Vector3<f64>; LINKS],
     capsules: &[LinkCapsule],
-    gripper: &Gripper,
+    gripper: &GripperParameters,
 ) -> [f64; JOINTS] {
     let widest = gripper.parts().into_iter().map(|(_, part)| part.radius_m);
     let tip_m = gripper.length_m() + widest.fold(0.0, f64::max);

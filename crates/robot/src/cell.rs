@@ -1,10 +1,11 @@
 //! What surrounds the arm, and how carefully it moves.
 
 use nalgebra::Point3;
-use ppnpack_numbers::{SettingError, require};
+use ppnpack_numbers::{SettingError, within};
 use ppnpack_packing::grid::ContainerSize;
 use serde::{Deserialize, Serialize};
 
+use crate::parameters::length;
 use crate::pick::PickSettings;
 use crate::shapes::AxisBox;
 
@@ -81,68 +82,20 @@ impl CellSettings {
     /// # Errors
     /// [`SettingError`] names the first field that is not possible.
     pub fn validate(&self) -> Result<(), SettingError> {
-        let within = |name: &str, value: f64, expected, lowest: f64, highest: f64| {
-            require(name, value, expected, |value| {
-                (lowest..=highest).contains(&value)
-            })
-        };
-        within(
-            "wall_thickness_m",
-            self.wall_thickness_m,
-            "0 to 1 m",
-            0.0,
-            1.0,
-        )?;
-        within(
-            "table_height_m",
-            self.table_height_m,
-            "-10 to 0 m",
-            -10.0,
-            0.0,
-        )?;
-        within("clearance_m", self.clearance_m, "0 to 0.1 m", 0.0, 0.1)?;
-        within(
-            "approach_clearance_m",
-            self.approach_clearance_m,
-            "0 to 1 m",
-            0.0,
-            1.0,
-        )?;
-        within(
-            "waypoint_step_m",
-            self.waypoint_step_m,
-            "1 to 50 mm",
-            0.001,
-            0.05,
-        )?;
-        within(
-            "path_tolerance_m",
-            self.path_tolerance_m,
-            "0.01 to 10 mm",
-            1e-5,
-            0.01,
-        )?;
-        within(
-            "least_wrist_bend_deg",
-            self.least_wrist_bend_deg,
-            "0 to 45",
-            0.0,
-            45.0,
-        )?;
-        within("wrist_yaws", self.wrist_yaws as f64, "1 to 64", 1.0, 64.0)?;
+        within("0 to 1 m", 0.0..=1.0)("wall_thickness_m", self.wall_thickness_m)?;
+        within("-10 to 0 m", -10.0..=0.0)("table_height_m", self.table_height_m)?;
+        within("0 to 0.1 m", 0.0..=0.1)("clearance_m", self.clearance_m)?;
+        within("0 to 1 m", 0.0..=1.0)("approach_clearance_m", self.approach_clearance_m)?;
+        within("1 to 50 mm", 0.001..=0.05)("waypoint_step_m", self.waypoint_step_m)?;
+        within("0.01 to 10 mm", 1e-5..=0.01)("path_tolerance_m", self.path_tolerance_m)?;
+        within("0 to 45", 0.0..=45.0)("least_wrist_bend_deg", self.least_wrist_bend_deg)?;
+        within("1 to 64", 1.0..=64.0)("wrist_yaws", self.wrist_yaws as f64)?;
         for (index, named) in self.boxes.iter().enumerate() {
             let axes = named.lowest_m.iter().zip(&named.highest_m).enumerate();
             for (axis, (lowest, highest)) in axes {
-                let lowest_name = format!("boxes[{index}].lowest_m[{axis}]");
-                within(&lowest_name, *lowest, "within +-10 m", -10.0, 10.0)?;
-                let highest_name = format!("boxes[{index}].highest_m[{axis}]");
-                within(
-                    &highest_name,
-                    *highest,
-                    "from its lowest to 10 m",
-                    *lowest,
-                    10.0,
-                )?;
+                length(&format!("boxes[{index}].lowest_m[{axis}]"), *lowest)?;
+                let above = within("from its lowest to 10 m", *lowest..=10.0);
+                above(&format!("boxes[{index}].highest_m[{axis}]"), *highest)?;
             }
         }
         self.pick.validate()

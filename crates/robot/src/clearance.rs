@@ -4,16 +4,16 @@
 //! together exceed what a body can travel between them, it touches nothing in between; and a distance at one
 //! waypoint that exceeds the travel over several stretches saves looking at the waypoints in between.
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::arm::Arm;
+use crate::arm::{Arm, LinkCapsule};
 use crate::columns::Columns;
 use crate::gripper::GripperPart;
 use crate::kinematics::LINKS;
 use crate::path::JointPath;
 use crate::refusal::{Body, Obstacle, Refusal};
 use crate::shapes::{AxisBox, Capsule, UprightCylinder};
-use crate::surroundings::{FAR_M, Surroundings};
+use crate::surroundings::{FAR_M, Nearest, Surroundings};
 
 /// Links this far apart in the chain are checked against each other; nearer ones overlap at their joints.
 const LEAST_LINKS_APART: usize = 3;
@@ -49,119 +49,97 @@ pub(crate) fn deviations_m(arm: &Arm, path: &JointPath, beyond_m: f64) -> Vec<f6
         .collect()
 }
 
+/// A link's capsule along a path.
+struct MovingLink {
+    link: usize,
+    /// At each waypoint.
+    shapes: Vec<Capsule>,
+    /// How far its ends move per stretch at most, in metres, if they move straight.
+    moved_m: Vec<f64>,
+}
+
+impl MovingLink {
+    fn new(capsule: &LinkCapsule, frames: &[[Isometry3<f64>; LINKS]]) -> Self {
+        let shapes = frames.iter().map(|frames| place(capsule, frames));
+        let shapes: Vec<Capsule> = shapes.collect();
+        let stretches = shapes.iter().zip(shapes.iter().skip(1));
+        let moved_m = stretches.map(|(a, b)| (b.from - a.from).norm().max((b.to - a.to).norm()));
+        Self {
+            link: capsule.link,
+            moved_m: moved_m.collect(),
+            shapes,
+        }
+    }
+}
+
 impl Sweep<'_> {
     /// Checks the links against the surroundings, the gripper, the held item and one another.
     pub(crate) fn links(&self, path: &JointPath, deviations_m: &[f64]) -> Result<(), Refusal> {
-        let frames: Vec<_> = path
-            .waypoints()
-            .iter()
+        let waypoints = path.waypoints().iter();
+        let frames: Vec<_> = waypoints
             .map(|joints| self.arm.container_from_links(joints))
             .collect();
-        let placed: Vec<Vec<Capsule>> = self
-            .arm
-            .capsules()
-            .iter()
-            .map(|capsule| {
-                let frames = frames
-                    .iter()
-                    .map(|links| place(&capsule.shape, capsule.link, links));
-                frames.collect()
-            })
+        let capsules = self.arm.capsules().iter();
+        let links: Vec<_> = capsules
+            .map(|capsule| MovingLink::new(capsule, &frames))
             .collect();
-        let lip_travel = self.lip_travel_m(deviations_m);
-        for (index, (capsule, shapes)) in self.arm.capsules().iter().zip(&placed).enumerate() {
-            let link = capsule.link;
-            let travel: Vec<f64> = shapes
-                .windows(2)
+        let lips_m = self.lip_travel_m(deviations_m);
+        for (index, moving) in links.iter().enumerate() {
+            let travel_m: Vec<f64> = moving
+                .moved_m
+                .iter()
                 .zip(deviations_m)
-                .map(|(pair, deviation_m)| match pair {
-                    [a, b] => {
-                        (b.from - a.from).norm().max((b.to - a.to).norm()) + 2.0 * deviation_m
-                    }
-                    _ => 0.0,
-                })
+                .map(|(moved_m, deviation_m)| moved_m + 2.0 * deviation_m)
                 .collect();
-            let apart = |obstacle: &dyn Fn() -> Obstacle, at: Option<usize>| match at {
-                None => Ok(()),
-                Some(_) => Err(Refusal::Collision {
-                    body: Body::Link(link),
-                    obstacle: obstacle(),
-                }),
-            };
+            let link = moving.link;
             if link > 0 {
-                let nearest = |at: usize| {
-                    let shape = shapes.get(at)?;
+                self.keep_clear(Body::Link(link), &travel_m, |at| {
+                    let shape = moving.shapes.get(at)?;
                     Some(self.surroundings.nearest_to_link(self.columns, link, shape))
-                };
-                let distance = |at: usize| nearest(at).map_or(FAR_M, |(distance_m, _)| distance_m);
-                let refused = walk(&travel, self.clearance_m, distance);
-                let obstacle = || {
-                    let nearest = refused.and_then(nearest).and_then(|(_, obstacle)| obstacle);
-                    nearest.unwrap_or(Obstacle::Content)
-                };
-                apart(&obstacle, refused)?;
+                })?;
             }
-            let both: Vec<f64> = travel.iter().zip(&lip_travel).map(|(a, b)| a + b).collect();
-            self.against_gripper(link, shapes, &both)?;
-            for (other, others) in self.arm.capsules().iter().zip(&placed).skip(index + 1) {
+            let both_m = travel_m.iter().zip(&lips_m).map(|(a, b)| a + b);
+            self.against_gripper(moving, &both_m.collect::<Vec<_>>())?;
+            for other in links.iter().skip(index + 1) {
                 if other.link.abs_diff(link) < LEAST_LINKS_APART {
                     continue;
                 }
                 // The nearer link to the base moves the further one along, but by no more than that one moves itself.
-                let travel: Vec<f64> = others
-                    .windows(2)
-                    .zip(&travel)
-                    .zip(deviations_m)
-                    .map(|((pair, own_m), deviation_m)| match pair {
-                        [a, b] => {
-                            let moved_m = (b.from - a.from).norm().max((b.to - a.to).norm());
-                            own_m + moved_m + 2.0 * deviation_m
-                        }
-                        _ => 0.0,
-                    })
+                let travel_m = travel_m.iter().zip(&other.moved_m).zip(deviations_m);
+                let both_m: Vec<f64> = travel_m
+                    .map(|((own_m, moved_m), deviation_m)| own_m + moved_m + 2.0 * deviation_m)
                     .collect();
-                let distance = |at: usize| match (shapes.get(at), others.get(at)) {
-                    (Some(a), Some(b)) => a.distance_to_capsule_m(b),
-                    _ => FAR_M,
-                };
-                let refused = walk(&travel, self.clearance_m, distance);
-                apart(&|| Obstacle::Itself(Body::Link(other.link)), refused)?;
+                self.keep_clear(Body::Link(link), &both_m, |at| {
+                    let (a, b) = (moving.shapes.get(at)?, other.shapes.get(at)?);
+                    let itself = Obstacle::Itself(Body::Link(other.link));
+                    Some((a.distance_to_capsule_m(b), Some(itself)))
+                })?;
             }
         }
         Ok(())
     }
 
     /// Checks a link against the gripper and the held item, which move with the lip.
-    fn against_gripper(
-        &self,
-        link: usize,
-        shapes: &[Capsule],
-        travel_m: &[f64],
-    ) -> Result<(), Refusal> {
-        let check = |body: Body, solid: &dyn Fn(&Point3<f64>, &Capsule) -> f64| {
-            let distance = |at: usize| match (self.lips.get(at), shapes.get(at)) {
-                (Some(lip), Some(shape)) => solid(lip, shape),
-                _ => FAR_M,
-            };
-            match walk(travel_m, self.clearance_m, distance) {
-                None => Ok(()),
-                Some(_) => Err(Refusal::Collision {
-                    body: Body::Link(link),
-                    obstacle: Obstacle::Itself(body),
-                }),
-            }
+    fn against_gripper(&self, moving: &MovingLink, travel_m: &[f64]) -> Result<(), Refusal> {
+        let link = moving.link;
+        let check = |body: Body, distance_m: &dyn Fn(&Capsule, &Vector3<f64>) -> f64| {
+            self.keep_clear(Body::Link(link), travel_m, |at| {
+                let (lip, shape) = (self.lips.get(at)?, moving.shapes.get(at)?);
+                let distance_m = distance_m(shape, &lip.coords);
+                Some((distance_m, Some(Obstacle::Itself(body))))
+            })
         };
         if link < WRIST {
             for (part, shape) in self.arm.gripper().parts() {
-                check(Body::Gripper(part), &|lip, capsule| {
-                    capsule.distance_m(&shape.moved(&lip.coords))
+                check(Body::Gripper(part), &|capsule, lip| {
+                    capsule.distance_m(&shape.moved(lip))
                 })?;
             }
         }
         match self.held {
-            Some(held) if link <= WRIST => check(Body::HeldItem, &|lip, capsule| match held {
-                Held::Box(shape) => capsule.distance_m(&shape.moved(&lip.coords)),
-                Held::Cylinder(shape) => capsule.distance_m(&shape.moved(&lip.coords)),
+            Some(held) if link <= WRIST => check(Body::HeldItem, &|capsule, lip| match held {
+                Held::Box(shape) => capsule.distance_m(&shape.moved(lip)),
+                Held::Cylinder(shape) => capsule.distance_m(&shape.moved(lip)),
             }),
             _ => Ok(()),
         }
@@ -169,42 +147,49 @@ impl Sweep<'_> {
 
     /// Checks the gripper and the held item against the surroundings.
     pub(crate) fn gripper(&self, deviations_m: &[f64]) -> Result<(), Refusal> {
-        let travel = self.lip_travel_m(deviations_m);
+        let travel_m = self.lip_travel_m(deviations_m);
         let parts = self.arm.gripper().parts().into_iter();
         let parts = parts.map(|(part, shape)| (Body::Gripper(part), shape));
-        let held = self.held.map(|held| {
-            let around = match held {
-                Held::Cylinder(shape) => shape,
-                Held::Box(shape) => shape.around_axis(),
-            };
-            (Body::HeldItem, around)
+        let held = self.held.map(|held| match held {
+            Held::Cylinder(shape) => (Body::HeldItem, shape),
+            Held::Box(shape) => (Body::HeldItem, shape.around_axis()),
         });
         for (body, shape) in parts.chain(held) {
-            let nearest = |at: usize| {
+            self.keep_clear(body, &travel_m, |at| {
                 let placed = shape.moved(&self.lips.get(at)?.coords);
                 Some(self.surroundings.nearest_to_cylinder(self.columns, &placed))
-            };
-            let distance = |at: usize| nearest(at).map_or(FAR_M, |(distance_m, _)| distance_m);
-            if let Some(at) = walk(&travel, self.clearance_m, distance) {
-                let obstacle = nearest(at).and_then(|(_, obstacle)| obstacle);
-                let obstacle = obstacle.unwrap_or(Obstacle::Content);
-                return Err(Refusal::Collision { body, obstacle });
-            }
+            })?;
         }
         Ok(())
     }
 
+    /// Refuses a body that may come nearer to something than the clearance. `nearest` tells what is nearest to it at a
+    /// waypoint.
+    fn keep_clear(
+        &self,
+        body: Body,
+        travel_m: &[f64],
+        nearest: impl Fn(usize) -> Option<Nearest>,
+    ) -> Result<(), Refusal> {
+        let distance_m = |at| nearest(at).map_or(FAR_M, |(distance_m, _)| distance_m);
+        let Some(at) = walk(travel_m, self.clearance_m, distance_m) else {
+            return Ok(());
+        };
+        let obstacle = nearest(at).and_then(|(_, obstacle)| obstacle);
+        let obstacle = obstacle.unwrap_or(Obstacle::Content);
+        Err(Refusal::Collision { body, obstacle })
+    }
+
     fn lip_travel_m(&self, deviations_m: &[f64]) -> Vec<f64> {
-        let stretches = self.lips.windows(2).zip(deviations_m);
-        let travel = stretches.map(|(pair, deviation_m)| match pair {
-            [a, b] => (b - a).norm() + 2.0 * deviation_m,
-            _ => 0.0,
-        });
-        travel.collect()
+        let stretches = self.lips.iter().zip(self.lips.iter().skip(1));
+        let travel = stretches.zip(deviations_m);
+        travel
+            .map(|((a, b), deviation_m)| (b - a).norm() + 2.0 * deviation_m)
+            .collect()
     }
 }
 
-/// The gripper's parts, or nothing, over a straight vertical line from `lip` up to `top_m`, as they sweep it.
+/// What the gripper's parts sweep on a straight vertical line of the lip from `lip` up to `top_m`.
 pub(crate) fn extruded(
     arm: &Arm,
     lip: &Point3<f64>,
@@ -217,14 +202,15 @@ pub(crate) fn extruded(
     })
 }
 
-fn place(capsule: &Capsule, link: usize, frames: &[Isometry3<f64>; LINKS]) -> Capsule {
-    let Some(frame) = frames.get(link) else {
-        return *capsule;
+fn place(capsule: &LinkCapsule, frames: &[Isometry3<f64>; LINKS]) -> Capsule {
+    let Capsule { from, to, radius_m } = capsule.shape;
+    let Some(frame) = frames.get(capsule.link) else {
+        return capsule.shape;
     };
     Capsule {
-        from: frame * capsule.from,
-        to: frame * capsule.to,
-        radius_m: capsule.radius_m,
+        from: frame * from,
+        to: frame * to,
+        radius_m,
     }
 }
 
@@ -297,7 +283,7 @@ mod tests {
                         frames[6] * Point3::new(0.12, 0.1, length_m + 0.1),
                     ];
                     for capsule in arm.capsules() {
-                        let placed = place(&capsule.shape, capsule.link, &frames);
+                        let placed = place(capsule, &frames);
                         points.extend([placed.from, placed.to]);
                     }
                     points

@@ -20,8 +20,6 @@ const BOTTOM_M: f64 = -1.0;
 pub(crate) struct Columns {
     cell_m: f64,
     unit_m: f64,
-    /// What the pyramid was made of.
-    units: Vec<Units>,
     /// The finest level first.
     levels: Vec<Level>,
 }
@@ -42,9 +40,14 @@ impl Level {
         }
     }
 
-    fn set(&mut self, x: usize, y: usize, height: Units) {
-        if let Some(held) = self.heights.get_mut(x * self.ny + y) {
-            *held = height;
+    /// Raises a node; says whether it was lower.
+    fn raise(&mut self, x: usize, y: usize, height: Units) -> bool {
+        match self.heights.get_mut(x * self.ny + y) {
+            Some(held) if y < self.ny && *held < height => {
+                *held = height;
+                true
+            }
+            _ => false,
         }
     }
 
@@ -61,25 +64,22 @@ impl Columns {
     pub(crate) fn update(&mut self, grid: &Grid, heightmap: &Heightmap) {
         let resolution = grid.resolution();
         let (nx, ny) = (heightmap.nx(), heightmap.ny());
-        let is_same = self.units == heightmap.heights()
-            && self.cell_m == resolution.cell_m()
-            && self.unit_m == resolution.height_unit_m()
-            && self
-                .levels
-                .first()
-                .is_some_and(|level| (level.nx, level.ny) == (nx, ny));
+        let is_same = self.levels.first().is_some_and(|level| {
+            (level.nx, level.ny) == (nx, ny)
+                && level.heights == heightmap.heights()
+                && self.cell_m == resolution.cell_m()
+                && self.unit_m == resolution.height_unit_m()
+        });
         if is_same {
             return;
         }
         self.cell_m = resolution.cell_m();
         self.unit_m = resolution.height_unit_m();
-        self.units.clear();
-        self.units.extend_from_slice(heightmap.heights());
         self.levels.clear();
         let mut level = Level {
             nx,
             ny,
-            heights: self.units.clone(),
+            heights: heightmap.heights().to_vec(),
         };
         while level.nx > 1 || level.ny > 1 {
             let (nx, ny) = (level.nx.div_ceil(2), level.ny.div_ceil(2));
@@ -99,34 +99,10 @@ impl Columns {
         resting: &RestingPlacement,
     ) {
         self.clone_from(others);
-        // What is raised is no heightmap that could be given again.
-        self.units.clear();
-        let (first_x, first_y) = (resting.placement.x, resting.placement.y);
-        if let Some(finest) = self.levels.first_mut() {
-            for (index, (top, bottom)) in view.top().iter().zip(view.bottom()).enumerate() {
-                let (x, y) = (first_x + index / view.ny(), first_y + index % view.ny());
-                if let (Some(height), true) = (finest.get(x, y), *bottom != ABSENT) {
-                    finest.set(
-                        x,
-                        y,
-                        height.max(resting.resting_height.saturating_add(*top)),
-                    );
-                }
-            }
-        }
-        let (mut x_range, mut y_range) = (
-            (first_x, first_x + view.nx() - 1),
-            (first_y, first_y + view.ny() - 1),
-        );
-        for upper in 1..self.levels.len() {
-            x_range = (x_range.0 / 2, x_range.1 / 2);
-            y_range = (y_range.0 / 2, y_range.1 / 2);
-            let (below, above) = self.levels.split_at_mut(upper);
-            if let (Some(below), Some(above)) = (below.last(), above.first_mut()) {
-                for x in x_range.0..=x_range.1.min(above.nx.saturating_sub(1)) {
-                    for y in y_range.0..=y_range.1.min(above.ny.saturating_sub(1)) {
-                        above.set(x, y, below.pooled(x, y));
-                    }
+        for (x, y, _, top) in covered(view, resting) {
+            for (depth, level) in self.levels.iter_mut().enumerate() {
+                if !level.raise(x >> depth, y >> depth, top) {
+                    break;
                 }
             }
         }
@@ -134,16 +110,11 @@ impl Columns {
 
     /// Whether an item's placement lies within the container and does not reach into the columns.
     pub(crate) fn is_free_for(&self, view: &ItemView, resting: &RestingPlacement) -> bool {
-        let (first_x, first_y) = (resting.placement.x, resting.placement.y);
-        let Some(finest) = self.levels.first() else {
-            return false;
-        };
-        view.bottom().iter().enumerate().all(|(index, bottom)| {
-            let (x, y) = (first_x + index / view.ny(), first_y + index % view.ny());
-            *bottom == ABSENT
-                || finest
-                    .get(x, y)
-                    .is_some_and(|height| height <= resting.resting_height.saturating_add(*bottom))
+        self.levels.first().is_some_and(|finest| {
+            covered(view, resting).all(|(x, y, bottom, _)| {
+                let height = finest.get(x, y);
+                height.is_some_and(|height| height <= bottom)
+            })
         })
     }
 
@@ -156,10 +127,7 @@ impl Columns {
     /// A lower bound of a capsule's distance to all columns in metres, tight to some micrometres; `limit_m` where it
     /// is more.
     pub(crate) fn distance_m(&self, capsule: &Capsule, limit_m: f64) -> f64 {
-        let around = AxisBox {
-            lowest: capsule.from.inf(&capsule.to),
-            highest: capsule.from.sup(&capsule.to),
-        };
+        let around = capsule.axis_box();
         let mut nearest_m = limit_m;
         self.search(self.levels.len(), 0, 0, &mut nearest_m, &|node| {
             let bound_m = around.distance_to_box_m(node) - capsule.radius_m;
@@ -217,6 +185,27 @@ impl Columns {
             self.search(depth, 2 * x + dx, 2 * y + dy, nearest_m, distance_m);
         }
     }
+}
+
+/// The cells that a placed item covers, each with where the item begins and ends there.
+fn covered<'a>(
+    view: &'a ItemView,
+    resting: &RestingPlacement,
+) -> impl Iterator<Item = (usize, usize, Units, Units)> + use<'a> {
+    let RestingPlacement {
+        placement,
+        resting_height,
+    } = *resting;
+    let columns = view.bottom().iter().zip(view.top()).enumerate();
+    let material = columns.filter(|(_, (bottom, _))| **bottom != ABSENT);
+    material.map(move |(index, (bottom, top))| {
+        let (x, y) = (
+            placement.x + index / view.ny(),
+            placement.y + index % view.ny(),
+        );
+        let above = |height: &Units| resting_height.saturating_add(*height);
+        (x, y, above(bottom), above(top))
+    })
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
-use ppnpack_numbers::{SettingError, require};
+use ppnpack_numbers::{SettingError, within};
 use ppnpack_packing::candidate::Lying;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::motion::{Cycle, JointPoint, Leg, LegKind, MAX_POINTS};
@@ -16,13 +16,12 @@ use serde::{Deserialize, Serialize};
 use crate::clearance::{Held, Sweep, deviations_m, extruded};
 use crate::gripper::GripperPart;
 use crate::joints::{Joint, JointAngles, wrapped};
-use crate::motion::{
-    PlacePlanner, Placing, Target, grasp_yaws_rad, line, steps_along, straight, target, view,
-};
+use crate::motion::{PlacePlanner, Placing, Target, grasp_yaws_rad, line, steps_along, straight};
+use crate::parameters::{point, turn};
 use crate::path::JointPath;
 use crate::pick::PickPoint;
-use crate::refusal::{Body, Obstacle, Refusal};
-use crate::surroundings::Surroundings;
+use crate::refusal::{Body, Refusal};
+use crate::surroundings::{Surroundings, keep_apart};
 use crate::track::{first_possible, range};
 use crate::trajectory::Trajectory;
 
@@ -60,30 +59,13 @@ impl CycleSettings {
     /// # Errors
     /// [`SettingError`] names the first field that is not possible.
     pub fn validate(&self) -> Result<(), SettingError> {
-        for (name, value) in [("grip_s", self.grip_s), ("release_s", self.release_s)] {
-            require(name, value, "0 to 60 s", |value| {
-                (0.0..=60.0).contains(&value)
-            })?;
-        }
-        for (name, value) in [
-            ("speed_share", self.speed_share),
-            ("acceleration_share", self.acceleration_share),
-        ] {
-            require(name, value, "0.001 to 1", |value| {
-                (0.001..=1.0).contains(&value)
-            })?;
-        }
-        Ok(())
+        let time = within("0 to 60 s", 0.0..=60.0);
+        time("grip_s", self.grip_s)?;
+        time("release_s", self.release_s)?;
+        let share = within("0.001 to 1", 0.001..=1.0);
+        share("speed_share", self.speed_share)?;
+        share("acceleration_share", self.acceleration_share)
     }
-}
-
-/// Where an item lies to be picked. It lies as it will be placed, but for its yaw.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PickPose {
-    /// The item frame in the container frame.
-    pub container_from_item: Isometry3<f64>,
-    /// The item's mass in kilograms, where it is known.
-    pub mass_kg: Option<f64>,
 }
 
 /// Where a cell brings its items to be picked, one after another.
@@ -113,28 +95,20 @@ impl PickPlace {
     /// # Errors
     /// [`SettingError`] names the first field that is not possible.
     pub fn validate(&self) -> Result<(), SettingError> {
-        for (axis, value) in self.position_m.iter().enumerate() {
-            let name = format_args!("pick.position_m[{axis}]");
-            require(name, *value, "within +-10 m", |value| value.abs() <= 10.0)?;
-        }
-        let within = "within +-360 degrees";
-        require("pick.yaw_deg", self.yaw_deg, within, |value| {
-            value.abs() <= 360.0
-        })
+        point("pick.position_m", &self.position_m)?;
+        turn("pick.yaw_deg", self.yaw_deg)
     }
 
-    /// How an item lies there that is held at a pick point. `None` for an item without a yaw.
-    pub fn pose(&self, item: &Item, pick: &PickPoint, mass_kg: Option<f64>) -> Option<PickPose> {
+    /// How an item lies there that is held at a pick point: its frame in the container frame. `None` for an item
+    /// without a yaw.
+    pub fn pose(&self, item: &Item, pick: &PickPoint) -> Option<Isometry3<f64>> {
         let view = item.views().first()?;
         let [x_m, y_m, z_m] = self.position_m;
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.yaw_deg.to_radians());
         let held = turn * pick.in_item.coords;
         let origin_m = z_m + view.origin_from_corner_m().z;
         let at = Translation3::new(x_m - held.x, y_m - held.y, origin_m);
-        Some(PickPose {
-            container_from_item: Isometry3::from_parts(at, turn),
-            mass_kg,
-        })
+        Some(Isometry3::from_parts(at, turn))
     }
 }
 
@@ -144,7 +118,7 @@ pub struct PlannedCycle {
     /// What is done, in order.
     pub legs: Vec<(LegKind, Trajectory)>,
     /// Where the item lies when it is picked.
-    pub from: PickPose,
+    pub container_from_item_at_pick: Isometry3<f64>,
     /// The flange's turn about the vertical seen from the item's.
     pub grasp_yaw_rad: f64,
     /// How long the cup takes to hold the item, after [`LegKind::Descend`], in seconds.
@@ -173,7 +147,7 @@ impl PlannedCycle {
         Cycle {
             arm: arm.to_owned(),
             cycle_s: self.cycle_s,
-            container_from_item_at_pick: lying.own_frame(&self.from.container_from_item),
+            container_from_item_at_pick: lying.own_frame(&self.container_from_item_at_pick),
             grasp_yaw_rad: self.grasp_yaw_rad,
             grip_s: self.grip_s,
             release_s: self.release_s,
@@ -244,39 +218,31 @@ struct Carry {
 }
 
 impl PlacePlanner {
-    /// A cycle that picks an item and places it, if there is one.
+    /// A cycle that picks an item and places it, if there is one. At the pick the item lies as it will be placed, but
+    /// for its yaw.
     ///
     /// # Errors
     /// [`Refusal`]: of several ways to move, why the one that came furthest is not possible.
     pub fn plan_cycle(
         &mut self,
         placing: &Placing<'_>,
-        from: &PickPose,
+        container_from_item_at_pick: &Isometry3<f64>,
         settings: &CycleSettings,
     ) -> Result<PlannedCycle, Refusal> {
-        if let Some(mass_kg) = from
-            .mass_kg
-            .filter(|mass_kg| *mass_kg > self.arm.payload_kg())
-        {
-            return Err(Refusal::TooHeavy { mass_kg });
-        }
-        let view = view(placing)?;
-        let target = target(placing, view)?;
-        let surroundings = Surroundings::new(&self.cell, &placing.grid.container());
-        self.take_content(placing, view)?;
-        let pick = from.container_from_item * placing.pick.in_item;
+        let (target, surroundings) = self.prepare(placing)?;
+        let pick = container_from_item_at_pick * placing.pick.in_item;
         let safe_m = self.safe_height_m(&target, &pick, placing.grid.container().z_m);
         let top = Point3::new(target.release.x, target.release.y, safe_m);
         self.check_swept(&surroundings, &target, &top)?;
         self.check_lifted(&surroundings, &target, &pick, safe_m)?;
-        let (_, _, pick_yaw_rad) = from.container_from_item.rotation.euler_angles();
+        let (_, _, pick_yaw_rad) = container_from_item_at_pick.rotation.euler_angles();
         let route = |step_m| self.route(&target, &pick, safe_m, step_m);
         let carry = first_possible(&self.arm, &self.cell, route, |branch, route| {
             let carry = self.turned_over(&branch, route, pick_yaw_rad, target.item_yaw_rad)?;
             self.check_carry(&surroundings, &target, route, &carry)?;
             Ok(carry)
         })?;
-        Ok(self.timed(carry, from, settings))
+        Ok(self.timed(carry, *container_from_item_at_pick, settings))
     }
 
     /// The lip's height at which the item clears rim, content and what it lay on.
@@ -291,7 +257,7 @@ impl PlacePlanner {
         let above = |at: &Point3<f64>| Point3::new(at.x, at.y, safe_m);
         let mut lips = line(step_m, pick, &above(pick));
         let lifted = lips.len() - 1;
-        let base = self.arm.container_from_base().translation.vector.xy();
+        let base = self.arm.container_from_base.translation.vector.xy();
         let (from, to) = (pick.xy().coords - base, target.release.xy().coords - base);
         let turn_rad = wrapped(to.y.atan2(to.x) - from.y.atan2(from.x));
         let (near_m, far_m) = (from.norm(), to.norm());
@@ -305,11 +271,8 @@ impl PlacePlanner {
             Point3::new(at.x, at.y, safe_m)
         }));
         let carried = lips.len() - 1;
-        lips.extend(
-            line(step_m, &above(&target.release), &target.release)
-                .into_iter()
-                .skip(1),
-        );
+        let down = line(step_m, &above(&target.release), &target.release);
+        lips.extend(down.into_iter().skip(1));
         Route {
             lips,
             lifted,
@@ -338,11 +301,8 @@ impl PlacePlanner {
         });
         let swept = parts.into_iter().chain([(Body::HeldItem, item)]);
         for (body, shape) in swept {
-            let (distance_m, obstacle) = surroundings.nearest_to_cylinder(&self.content, &shape);
-            if distance_m < apart_m {
-                let obstacle = obstacle.unwrap_or(Obstacle::Table);
-                return Err(Refusal::Collision { body, obstacle });
-            }
+            let nearest = surroundings.nearest_to_cylinder(&self.content, &shape);
+            keep_apart(body, nearest, apart_m)?;
         }
         Ok(())
     }
@@ -427,30 +387,32 @@ impl PlacePlanner {
     }
 
     /// Times the legs there and back.
-    fn timed(&self, carry: Carry, from: &PickPose, settings: &CycleSettings) -> PlannedCycle {
+    fn timed(
+        &self,
+        carry: Carry,
+        container_from_item_at_pick: Isometry3<f64>,
+        settings: &CycleSettings,
+    ) -> PlannedCycle {
         let mut limits = *self.arm.limits();
         for limit in &mut limits {
             limit.speed_rad_per_s *= settings.speed_share;
             limit.acceleration_rad_per_s2 *= settings.acceleration_share;
         }
+        let (descend, retreat) = (carry.lift.reversed(), carry.insert.reversed());
+        let back = carry.transfer.reversed();
         let legs = [
-            (LegKind::Descend, carry.lift.reversed()),
-            (LegKind::Retreat, carry.insert.reversed()),
-            (LegKind::Return, carry.transfer.reversed()),
+            (LegKind::Descend, descend),
             (LegKind::Lift, carry.lift),
             (LegKind::Transfer, carry.transfer),
             (LegKind::Insert, carry.insert),
+            (LegKind::Retreat, retreat),
+            (LegKind::Return, back),
         ];
-        let [descend, retreat, back, lift, transfer, insert] =
-            legs.map(|(leg, path)| (leg, Trajectory::new(path, &limits)));
-        let legs = vec![descend, lift, transfer, insert, retreat, back];
-        let moving_s: f64 = legs
-            .iter()
-            .map(|(_, trajectory)| trajectory.duration_s())
-            .sum();
+        let legs = legs.map(|(leg, path)| (leg, Trajectory::new(path, &limits)));
+        let moving_s: f64 = legs.iter().map(|(_, leg)| leg.duration_s()).sum();
         PlannedCycle {
-            legs,
-            from: *from,
+            legs: legs.into(),
+            container_from_item_at_pick,
             grasp_yaw_rad: carry.grasp_yaw_rad,
             grip_s: settings.grip_s,
             release_s: settings.release_s,

@@ -11,7 +11,7 @@ use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_packing::refusal::{Cause, Refusal as Refused};
 use ppnpack_packing::step::{Candidate, StageError, StepInput};
 
-use crate::cycle::{CycleSettings, PickPlace, PickPose, PlannedCycle};
+use crate::cycle::{CycleSettings, PickPlace, PlannedCycle};
 use crate::motion::{PlaceMotion, PlacePlanner, Placing};
 use crate::pick::{self, NoPickPoint, PickPoint};
 use crate::refusal::Refusal;
@@ -96,7 +96,7 @@ impl ArmCheck {
         resolution: &Resolution,
     ) -> Result<PickPoint, Refusal> {
         let pick = self.pick(candidate, resolution)?;
-        match mass_kg(candidate) {
+        match candidate.model.as_ref().map(|model| model.mass.mass_kg) {
             Some(mass_kg) if mass_kg > self.planner.arm().payload_kg() => {
                 Err(Refusal::TooHeavy { mass_kg })
             }
@@ -134,13 +134,9 @@ impl ArmCheck {
         };
         let item = &candidate.item;
         let pick = self.lift(candidate, input.grid.resolution())?;
-        let mass_kg = mass_kg(candidate);
         let from = match candidate.lying.heightmap_frame() {
-            Some(lying) => Some(PickPose {
-                container_from_item: self.on_table(&upright(&lying), item),
-                mass_kg,
-            }),
-            None => place.pose(item, &pick, mass_kg),
+            Some(lying) => Some(self.on_table(&upright(&lying), item)),
+            None => place.pose(item, &pick),
         };
         let from = from.ok_or(Refusal::Placement)?;
         let placing = placing(input, candidate, resting, &pick);
@@ -188,10 +184,6 @@ fn placing<'a>(
         resting,
         pick,
     }
-}
-
-fn mass_kg(candidate: &Candidate) -> Option<f64> {
-    candidate.model.as_ref().map(|model| model.mass.mass_kg)
 }
 
 /// A pose without what it leans.

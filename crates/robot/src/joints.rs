@@ -51,12 +51,6 @@ impl JointAngles {
         self
     }
 
-    /// The angle of J6, in radians.
-    pub fn flange_rad(&self) -> f64 {
-        let [.., flange] = self.0;
-        flange
-    }
-
     /// The same pose with each angle within half a turn of another's.
     #[must_use]
     pub(crate) fn unwrapped_near(mut self, other: &Self) -> Self {
@@ -150,6 +144,6 @@ mod tests {
         assert!((wrapped(-PI) + PI).abs() < 1e-12);
         let near = JointAngles::new([6.0; JOINTS]);
         let angle = JointAngles::new([0.0; JOINTS]).unwrapped_near(&near);
-        assert!((angle.flange_rad() - TAU).abs() < 1e-12);
+        assert!((angle.0[5] - TAU).abs() < 1e-12);
     }
 }

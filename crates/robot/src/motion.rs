@@ -19,7 +19,7 @@ use crate::path::JointPath;
 use crate::pick::PickPoint;
 use crate::refusal::{Body, Obstacle, Refusal};
 use crate::shapes::AxisBox;
-use crate::surroundings::Surroundings;
+use crate::surroundings::{Surroundings, keep_apart};
 use crate::track::{first_possible, range};
 
 /// The most steps of one line: more is out of any arm's reach.
@@ -82,11 +82,8 @@ impl Target {
     /// How far the item reaches from the cup's lip, in metres.
     pub(crate) fn beyond_m(&self) -> f64 {
         let held = self.held();
-        held.lowest
-            .coords
-            .abs()
-            .sup(&held.highest.coords.abs())
-            .norm()
+        let (lowest, highest) = (held.lowest.coords, held.highest.coords);
+        lowest.abs().sup(&highest.abs()).norm()
     }
 }
 
@@ -123,10 +120,7 @@ impl PlacePlanner {
     /// # Errors
     /// [`Refusal`]: of several ways to move, why the one that came furthest is not possible.
     pub fn plan(&mut self, placing: &Placing<'_>) -> Result<PlaceMotion, Refusal> {
-        let view = view(placing)?;
-        let target = target(placing, view)?;
-        let surroundings = Surroundings::new(&self.cell, &placing.grid.container());
-        self.take_content(placing, view)?;
+        let (target, surroundings) = self.prepare(placing)?;
         let approach = self.approach(&target, placing.grid);
         self.check_swept(&surroundings, &target, &approach)?;
         let lips = |step_m| line(step_m, &approach, &target.release);
@@ -143,12 +137,14 @@ impl PlacePlanner {
         })
     }
 
-    /// Takes over the content, alone and with the item at rest, after it was found to be free for the item.
-    pub(crate) fn take_content(
+    /// What is asked for and what is around, after the content was taken over, alone and with the item at rest, and
+    /// found to be free for the item.
+    pub(crate) fn prepare(
         &mut self,
         placing: &Placing<'_>,
-        view: &ItemView,
-    ) -> Result<(), Refusal> {
+    ) -> Result<(Target, Surroundings), Refusal> {
+        let view = view(placing)?;
+        let target = target(placing, view)?;
         self.content.update(placing.grid, placing.scene.heightmap());
         if !self.content.is_free_for(view, placing.resting) {
             return Err(Refusal::Collision {
@@ -158,7 +154,8 @@ impl PlacePlanner {
         }
         self.content_with_item
             .set_with_item(&self.content, view, placing.resting);
-        Ok(())
+        let surroundings = Surroundings::new(&self.cell, &placing.grid.container());
+        Ok((target, surroundings))
     }
 
     /// The lip's place above the release from which the item's lowest point clears the rim.
@@ -177,28 +174,18 @@ impl PlacePlanner {
         approach: &Point3<f64>,
     ) -> Result<(), Refusal> {
         let apart_m = self.cell.clearance_m + self.cell.path_tolerance_m;
-        let refuse = |body, obstacle: Option<Obstacle>| {
-            let obstacle = obstacle.unwrap_or(Obstacle::Content);
-            Err(Refusal::Collision { body, obstacle })
-        };
         for (part, mut swept) in extruded(&self.arm, &target.release, approach.z) {
             if part == GripperPart::Cup {
                 // The cup touches the item, which may be thinner than the clearance.
                 swept.lowest_m += apart_m;
             }
-            let (distance_m, obstacle) = surroundings.nearest_to_cylinder(&self.content, &swept);
-            if distance_m < apart_m {
-                return refuse(Body::Gripper(part), obstacle);
-            }
+            let nearest = surroundings.nearest_to_cylinder(&self.content, &swept);
+            keep_apart(Body::Gripper(part), nearest, apart_m)?;
         }
         let mut swept = target.item_box;
         swept.highest.z += approach.z - target.release.z;
-        let (distance_m, obstacle) =
-            surroundings.nearest_box(|solid| solid.distance_to_box_m(&swept));
-        if distance_m < apart_m {
-            return refuse(Body::HeldItem, obstacle);
-        }
-        Ok(())
+        let nearest = surroundings.nearest_box(|solid| solid.distance_to_box_m(&swept));
+        keep_apart(Body::HeldItem, nearest, apart_m)
     }
 
     /// The branch with J6 turned for the item's yaw: of the yaws at which it may be picked, the one that turns J6
@@ -211,19 +198,15 @@ impl PlacePlanner {
         let [.., limits] = self.arm.limits();
         let (low, high) = range(&branch, Joint::J6 as usize);
         let turns = grasp_yaws_rad(&self.cell).filter_map(|grasp_yaw_rad| {
-            let turn_rad = self
-                .arm
-                .flange_turn_rad(target.item_yaw_rad + grasp_yaw_rad);
+            let flange_yaw_rad = target.item_yaw_rad + grasp_yaw_rad;
+            let turn_rad = self.arm.flange_turn_rad(flange_yaw_rad);
             let whole_rad = limits.turns_into((low + turn_rad, high + turn_rad), 0.0)?;
             let turn_rad = turn_rad + whole_rad;
-            Some((
-                turn_rad,
-                grasp_yaw_rad,
-                (low + turn_rad).abs().max((high + turn_rad).abs()),
-            ))
+            let most_rad = (low + turn_rad).abs().max((high + turn_rad).abs());
+            Some((most_rad, turn_rad, grasp_yaw_rad))
         });
-        let least = turns.min_by(|a, b| a.2.total_cmp(&b.2));
-        let (turn_rad, grasp_yaw_rad, _) = least.ok_or(Refusal::JointLimit { joint: Joint::J6 })?;
+        let least = turns.min_by(|a, b| a.0.total_cmp(&b.0));
+        let (_, turn_rad, grasp_yaw_rad) = least.ok_or(Refusal::JointLimit { joint: Joint::J6 })?;
         for joints in &mut branch {
             *joints = joints.with_flange_turned(turn_rad);
         }
@@ -283,7 +266,7 @@ pub(crate) fn steps_along(length_m: f64, step_m: f64) -> usize {
 }
 
 /// The view of a placement that lies on the grid.
-pub(crate) fn view<'a>(placing: &Placing<'a>) -> Result<&'a ItemView, Refusal> {
+fn view<'a>(placing: &Placing<'a>) -> Result<&'a ItemView, Refusal> {
     let placement = placing.resting.placement;
     let view = placing.item.views().get(placement.yaw);
     let view = view.filter(|view| {
@@ -294,7 +277,8 @@ pub(crate) fn view<'a>(placing: &Placing<'a>) -> Result<&'a ItemView, Refusal> {
     view.ok_or(Refusal::Placement)
 }
 
-pub(crate) fn target(placing: &Placing<'_>, view: &ItemView) -> Result<Target, Refusal> {
+/// Where a placement on the grid is.
+fn target(placing: &Placing<'_>, view: &ItemView) -> Result<Target, Refusal> {
     let resolution = placing.grid.resolution();
     let (cell_m, unit_m) = (resolution.cell_m(), resolution.height_unit_m());
     let placement = placing.resting.placement;

@@ -2,13 +2,12 @@
 //!
 //! The file is written in the units of data sheets, metres and degrees, with the unit in each name.
 
-use ppnpack_numbers::{SettingError, require};
+use std::ops::Bound;
+
+use ppnpack_numbers::{SettingError, require, within};
 use serde::{Deserialize, Serialize};
 
 use crate::error::ParameterError;
-
-/// Lengths beyond this are no arm's, in metres.
-const MAX_LENGTH_M: f64 = 10.0;
 
 /// A whole parameter file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -141,11 +140,11 @@ impl ArmParameters {
         positive("payload_kg", self.payload_kg)?;
         self.geometry.validate()?;
         for (index, joint) in self.joints.iter().enumerate() {
-            joint.validate(index)?;
+            joint.validate(&format!("joints[{index}]"))?;
         }
         self.base.validate()?;
         for (index, capsule) in self.capsules.iter().enumerate() {
-            capsule.validate(index)?;
+            capsule.validate(&format!("capsules[{index}]"))?;
         }
         self.gripper.validate()
     }
@@ -153,132 +152,90 @@ impl ArmParameters {
 
 impl GeometryParameters {
     fn validate(&self) -> Result<(), SettingError> {
-        for (name, value) in [("a1_m", self.a1_m), ("a2_m", self.a2_m), ("b_m", self.b_m)] {
-            length(&format!("geometry.{name}"), value)?;
-        }
+        length("geometry.a1_m", self.a1_m)?;
+        length("geometry.a2_m", self.a2_m)?;
+        length("geometry.b_m", self.b_m)?;
         length("geometry.c1_m", self.c1_m)?;
-        for (name, value) in [
-            ("c2_m", self.c2_m),
-            ("c3_m", self.c3_m),
-            ("c4_m", self.c4_m),
-        ] {
-            let name = format!("geometry.{name}");
-            length(&name, value)?;
-            positive(&name, value)?;
-        }
-        Ok(())
+        size("geometry.c2_m", self.c2_m)?;
+        size("geometry.c3_m", self.c3_m)?;
+        size("geometry.c4_m", self.c4_m)
     }
 }
 
 impl JointParameters {
-    fn validate(&self, index: usize) -> Result<(), SettingError> {
-        let field = |name: &str| format!("joints[{index}].{name}");
-        for (name, value) in [
-            ("lowest_deg", self.lowest_deg),
-            ("highest_deg", self.highest_deg),
-        ] {
-            require(field(name), value, "within +-720 degrees", |value| {
-                value.abs() <= 720.0
-            })?;
-        }
-        require(
-            field("highest_deg"),
-            self.highest_deg,
-            "above lowest_deg",
-            |value| value > self.lowest_deg,
-        )?;
+    fn validate(&self, joint: &str) -> Result<(), SettingError> {
+        let field = |name: &str| format!("{joint}.{name}");
+        let range = within("within +-720 degrees", -720.0..=720.0);
+        range(&field("lowest_deg"), self.lowest_deg)?;
+        range(&field("highest_deg"), self.highest_deg)?;
+        let above = (Bound::Excluded(self.lowest_deg), Bound::Unbounded);
+        within("above lowest_deg", above)(&field("highest_deg"), self.highest_deg)?;
         positive(&field("speed_deg_per_s"), self.speed_deg_per_s)?;
-        positive(
-            &field("acceleration_deg_per_s2"),
-            self.acceleration_deg_per_s2,
-        )?;
-        require(
-            field("zero_deg"),
-            self.zero_deg,
-            "within +-360 degrees",
-            |value| value.abs() <= 360.0,
-        )?;
+        let acceleration = self.acceleration_deg_per_s2;
+        positive(&field("acceleration_deg_per_s2"), acceleration)?;
+        turn(&field("zero_deg"), self.zero_deg)?;
         require(field("sign"), f64::from(self.sign), "1 or -1", |value| {
             value.abs() == 1.0
-        })?;
-        Ok(())
+        })
     }
 }
 
 impl BaseParameters {
     fn validate(&self) -> Result<(), SettingError> {
-        for (axis, value) in self.position_m.iter().enumerate() {
-            length(&format!("base.position_m[{axis}]"), *value)?;
-        }
-        for (name, value) in [
-            ("roll_deg", self.roll_deg),
-            ("pitch_deg", self.pitch_deg),
-            ("yaw_deg", self.yaw_deg),
-        ] {
-            require(
-                format_args!("base.{name}"),
-                value,
-                "within +-360 degrees",
-                |value| value.abs() <= 360.0,
-            )?;
-        }
-        Ok(())
+        point("base.position_m", &self.position_m)?;
+        turn("base.roll_deg", self.roll_deg)?;
+        turn("base.pitch_deg", self.pitch_deg)?;
+        turn("base.yaw_deg", self.yaw_deg)
     }
 }
 
 impl CapsuleParameters {
-    fn validate(&self, index: usize) -> Result<(), SettingError> {
-        let field = |name: &str| format!("capsules[{index}].{name}");
-        require(
-            field("link"),
-            self.link as f64,
-            "a link from 0 to 6",
-            |value| value <= 6.0,
-        )?;
-        for (name, point) in [("from_m", &self.from_m), ("to_m", &self.to_m)] {
-            for (axis, value) in point.iter().enumerate() {
-                length(&field(&format!("{name}[{axis}]")), *value)?;
-            }
-        }
-        length(&field("radius_m"), self.radius_m)?;
-        positive(&field("radius_m"), self.radius_m)
+    fn validate(&self, capsule: &str) -> Result<(), SettingError> {
+        let field = |name: &str| format!("{capsule}.{name}");
+        within("a link from 0 to 6", 0.0..=6.0)(&field("link"), self.link as f64)?;
+        point(&field("from_m"), &self.from_m)?;
+        point(&field("to_m"), &self.to_m)?;
+        size(&field("radius_m"), self.radius_m)
     }
 }
 
 impl GripperParameters {
     fn validate(&self) -> Result<(), SettingError> {
-        for (name, value) in [
-            ("cup_radius_m", self.cup_radius_m),
-            ("cup_height_m", self.cup_height_m),
-            ("stem_radius_m", self.stem_radius_m),
-            ("stem_length_m", self.stem_length_m),
-            ("body_radius_m", self.body_radius_m),
-            ("body_length_m", self.body_length_m),
-        ] {
-            let name = format!("gripper.{name}");
-            length(&name, value)?;
-            positive(&name, value)?;
-        }
-        require(
-            "gripper.compression_m",
-            self.compression_m,
-            "between 0 and less than the cup's height",
-            |value| (0.0..self.cup_height_m).contains(&value),
-        )?;
-        Ok(())
+        size("gripper.cup_radius_m", self.cup_radius_m)?;
+        size("gripper.cup_height_m", self.cup_height_m)?;
+        size("gripper.stem_radius_m", self.stem_radius_m)?;
+        size("gripper.stem_length_m", self.stem_length_m)?;
+        size("gripper.body_radius_m", self.body_radius_m)?;
+        size("gripper.body_length_m", self.body_length_m)?;
+        let less = "between 0 and less than the cup's height";
+        within(less, 0.0..self.cup_height_m)("gripper.compression_m", self.compression_m)
     }
 }
 
 fn positive(field: &str, value: f64) -> Result<(), SettingError> {
-    require(field, value, "a positive number", |value| value > 0.0)?;
-    Ok(())
+    require(field, value, "a positive number", |value| value > 0.0)
 }
 
-fn length(field: &str, value: f64) -> Result<(), SettingError> {
-    require(field, value, "within +-10 m", |value| {
-        value.abs() <= MAX_LENGTH_M
-    })?;
-    Ok(())
+/// Checks a coordinate: lengths beyond 10 m are no arm's.
+pub(crate) fn length(field: &str, value: f64) -> Result<(), SettingError> {
+    within("within +-10 m", -10.0..=10.0)(field, value)
+}
+
+/// Checks a length that is positive.
+fn size(field: &str, value: f64) -> Result<(), SettingError> {
+    length(field, value)?;
+    positive(field, value)
+}
+
+/// Checks the coordinates of a point.
+pub(crate) fn point(field: &str, point_m: &[f64; 3]) -> Result<(), SettingError> {
+    let mut axes = point_m.iter().enumerate();
+    axes.try_for_each(|(axis, value)| length(&format!("{field}[{axis}]"), *value))
+}
+
+/// Checks an angle of a turn, in degrees.
+pub(crate) fn turn(field: &str, value: f64) -> Result<(), SettingError> {
+    within("within +-360 degrees", -360.0..=360.0)(field, value)
 }
 
 #[cfg(test)]

@@ -2,10 +2,11 @@
 //! is.
 
 use nalgebra::{Matrix2, Point2, Point3, Vector2};
-use ppnpack_numbers::{SettingError, require};
+use ppnpack_numbers::{SettingError, within};
 use serde::{Deserialize, Serialize};
 
-use crate::gripper::{Gripper, GripperPart};
+use crate::gripper::GripperPart;
+use crate::parameters::GripperParameters;
 use crate::surface::UpperSurface;
 
 /// What a cup can hold.
@@ -36,22 +37,16 @@ impl Default for PickSettings {
 
 impl PickSettings {
     pub(crate) fn validate(&self) -> Result<(), SettingError> {
-        for (name, value, expected, highest) in [
-            ("max_deviation_m", self.max_deviation_m, "0 to 0.1 m", 0.1),
-            ("max_tilt_deg", self.max_tilt_deg, "0 to 80", 80.0),
-            ("level_tilt_deg", self.level_tilt_deg, "0 to 80", 80.0),
-            ("max_offset_m", self.max_offset_m, "0 to 10 m", 10.0),
-        ] {
-            require(format_args!("pick.{name}"), value, expected, |value| {
-                (0.0..=highest).contains(&value)
-            })?;
-        }
-        Ok(())
+        within("0 to 0.1 m", 0.0..=0.1)("pick.max_deviation_m", self.max_deviation_m)?;
+        let tilt = within("0 to 80", 0.0..=80.0);
+        tilt("pick.max_tilt_deg", self.max_tilt_deg)?;
+        tilt("pick.level_tilt_deg", self.level_tilt_deg)?;
+        within("0 to 10 m", 0.0..=10.0)("pick.max_offset_m", self.max_offset_m)
     }
 }
 
-/// Why an item cannot be held.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+/// Why an item cannot be held: the later, the more tests a patch passed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum NoPickPoint {
     /// There is no surface.
@@ -63,12 +58,12 @@ pub enum NoPickPoint {
     /// No patch near the centre of mass is flat enough.
     #[error("it is not flat enough near its centre of mass")]
     NotFlat,
-    /// No patch near the centre of mass is level enough.
-    #[error("it is too steep near its centre of mass")]
-    TooSteep,
     /// The gripper would hit higher parts of the item.
     #[error("higher parts of it are in the gripper's way")]
     GripperBlocked,
+    /// No patch near the centre of mass is level enough.
+    #[error("it is too steep near its centre of mass")]
+    TooSteep,
 }
 
 /// Where and how an item is held.
@@ -97,10 +92,10 @@ struct Patch {
 /// [`NoPickPoint`]: of the patches tried, why the one that came furthest was refused.
 pub fn find(
     surface: &UpperSurface,
-    gripper: &Gripper,
+    gripper: &GripperParameters,
     settings: &PickSettings,
 ) -> Result<PickPoint, NoPickPoint> {
-    let axis_m = surface.centre_of_mass_m();
+    let axis_m = surface.centre_of_mass_m;
     let mut middles: Vec<_> = surface
         .middles_m()
         .map(|middle| ((middle - axis_m).norm(), middle))
@@ -117,12 +112,12 @@ pub fn find(
         let patch = match usable_patch(surface, gripper, settings, middle_m) {
             Ok(patch) => patch,
             Err(refused) => {
-                reason = further(reason, refused);
+                reason = reason.max(refused);
                 continue;
             }
         };
         let found = PickPoint {
-            in_item: surface.item_from_surface()
+            in_item: surface.item_from_surface
                 * Point3::new(middle_m.x, middle_m.y, patch.height_m),
             tilt_rad: patch.tilt_rad,
             deviation_m: patch.deviation_m,
@@ -132,7 +127,7 @@ pub fn find(
             return Ok(found);
         }
         if patch.tilt_rad > steepest_rad {
-            reason = further(reason, NoPickPoint::TooSteep);
+            reason = reason.max(NoPickPoint::TooSteep);
         } else if tilted.is_none() {
             tilted = Some(found);
         }
@@ -143,11 +138,11 @@ pub fn find(
 /// The plane under the cup at a point, where it is flat and the gripper has room above the item.
 fn usable_patch(
     surface: &UpperSurface,
-    gripper: &Gripper,
+    gripper: &GripperParameters,
     settings: &PickSettings,
     middle_m: Point2<f64>,
 ) -> Result<Patch, NoPickPoint> {
-    let patch = fit(surface, gripper.cup_radius_m() + surface.edge_m(), middle_m)?;
+    let patch = fit(surface, gripper.cup_radius_m + surface.edge_m, middle_m)?;
     if patch.deviation_m > settings.max_deviation_m {
         return Err(NoPickPoint::NotFlat);
     }
@@ -196,16 +191,4 @@ fn fit(surface: &UpperSurface, radius_m: f64, middle_m: Point2<f64>) -> Result<P
         tilt_rad: slope.norm().atan(),
         deviation_m,
     })
-}
-
-/// Of two reasons, the one of the patch that passed more tests.
-fn further(a: NoPickPoint, b: NoPickPoint) -> NoPickPoint {
-    let rank = |reason| match reason {
-        NoPickPoint::Empty => 0,
-        NoPickPoint::TooSmall => 1,
-        NoPickPoint::NotFlat => 2,
-        NoPickPoint::GripperBlocked => 3,
-        NoPickPoint::TooSteep => 4,
-    };
-    if rank(b) > rank(a) { b } else { a }
 }

@@ -50,6 +50,19 @@ impl Capsule {
         nearest_m - 0.5 * (high - low) * axis.norm() - self.radius_m
     }
 
+    /// The box around the axis.
+    pub(crate) fn axis_box(&self) -> AxisBox {
+        AxisBox {
+            lowest: self.from.inf(&self.to),
+            highest: self.from.sup(&self.to),
+        }
+    }
+
+    /// The distance to all that lies below a height, in metres; negative where they overlap.
+    pub(crate) fn distance_above_m(&self, height_m: f64) -> f64 {
+        (self.from.z.min(self.to.z) - height_m).max(0.0) - self.radius_m
+    }
+
     /// The distance to another capsule, in metres; negative where they overlap.
     ///
     /// Source: Ericson, *Real-Time Collision Detection*, 2005, section 5.1.9.
@@ -109,9 +122,7 @@ impl AxisBox {
             .max(0.0);
         across.hypot(above)
     }
-}
 
-impl AxisBox {
     /// The box moved.
     #[must_use]
     pub(crate) fn moved(mut self, by: &Vector3<f64>) -> Self {
@@ -173,19 +184,6 @@ impl Solid for UprightCylinder {
         };
         let above = point.z - point.z.clamp(self.lowest_m, self.highest_m);
         Vector3::new(across.x, across.y, above)
-    }
-}
-
-/// Everything below a height.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct HalfSpace {
-    /// The height of its surface, in metres.
-    pub(crate) highest_m: f64,
-}
-
-impl Solid for HalfSpace {
-    fn offset_to(&self, point: &Point3<f64>) -> Vector3<f64> {
-        Vector3::new(0.0, 0.0, (point.z - self.highest_m).max(0.0))
     }
 }
 

@@ -1,6 +1,6 @@
 //! An item's upper surface, finely sampled: what a suction cup sees of it.
 
-use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector2, Vector3};
 use ppnpack_catalogue::object::Model;
 use ppnpack_catalogue::raster::{Raster, rasterise};
 use ppnpack_packing::grid::Resolution;
@@ -20,10 +20,12 @@ pub struct UpperSurface {
     pitch_m: f64,
     /// Not a number where there is no material.
     heights_m: Vec<f64>,
-    /// How much nearer than a square's border its material may end.
-    edge_m: f64,
-    centre_of_mass_m: Point2<f64>,
-    item_from_surface: Isometry3<f64>,
+    /// How much nearer than a square's border its material may end, in metres.
+    pub(crate) edge_m: f64,
+    /// Where the centre of mass's vertical axis meets the footprint, in metres from the surface's corner.
+    pub(crate) centre_of_mass_m: Point2<f64>,
+    /// The surface's frame, at the corner and the item's lowest point, in the item's.
+    pub(crate) item_from_surface: Isometry3<f64>,
 }
 
 impl UpperSurface {
@@ -88,35 +90,15 @@ impl UpperSurface {
         })
     }
 
-    /// The distance between two samples, in metres.
-    pub fn pitch_m(&self) -> f64 {
-        self.pitch_m
-    }
-
-    /// How much nearer than a square's border its material may end, in metres.
-    pub(crate) fn edge_m(&self) -> f64 {
-        self.edge_m
-    }
-
-    /// Where the centre of mass's vertical axis meets the footprint, in metres from the surface's corner.
-    pub fn centre_of_mass_m(&self) -> Point2<f64> {
-        self.centre_of_mass_m
-    }
-
-    /// The surface's frame, at the corner and the item's lowest point, in the item's.
-    pub fn item_from_surface(&self) -> &Isometry3<f64> {
-        &self.item_from_surface
-    }
-
     /// The middles of the squares with material.
     pub(crate) fn middles_m(&self) -> impl Iterator<Item = Point2<f64>> + '_ {
         let known = self.heights_m.iter().enumerate();
         let known = known.filter(|(_, height_m)| !height_m.is_nan());
-        known.map(|(index, _)| self.middle_m(index / self.ny, index % self.ny))
+        known.map(|(index, _)| self.middle_m((index / self.ny) as f64, (index % self.ny) as f64))
     }
 
-    fn middle_m(&self, x: usize, y: usize) -> Point2<f64> {
-        Point2::new(x as f64 + 0.5, y as f64 + 0.5) * self.pitch_m
+    fn middle_m(&self, x: f64, y: f64) -> Point2<f64> {
+        Point2::new(x + 0.5, y + 0.5) * self.pitch_m
     }
 
     /// The squares that a disc touches: the middle's offset from the disc's, and the height, which is not a number
@@ -125,7 +107,7 @@ impl UpperSurface {
         &self,
         middle_m: Point2<f64>,
         radius_m: f64,
-    ) -> impl Iterator<Item = (nalgebra::Vector2<f64>, Option<f64>)> + '_ {
+    ) -> impl Iterator<Item = (Vector2<f64>, Option<f64>)> + '_ {
         let range = move |at: f64| {
             let first = ((at - radius_m) / self.pitch_m).floor() as i64;
             let last = ((at + radius_m) / self.pitch_m).floor() as i64;
@@ -134,12 +116,8 @@ impl UpperSurface {
         let squares = range(middle_m.x).flat_map(move |x| range(middle_m.y).map(move |y| (x, y)));
         let half_m = 0.5 * self.pitch_m;
         squares.filter_map(move |(x, y)| {
-            let square_m = Point2::new(x as f64 + 0.5, y as f64 + 0.5) * self.pitch_m;
-            let offset = square_m - middle_m;
-            let nearest = offset
-                .abs()
-                .add_scalar(-half_m)
-                .sup(&nalgebra::Vector2::zeros());
+            let offset = self.middle_m(x as f64, y as f64) - middle_m;
+            let nearest = offset.abs().add_scalar(-half_m).sup(&Vector2::zeros());
             (nearest.norm() < radius_m).then(|| {
                 let inside = usize::try_from(x).ok().zip(usize::try_from(y).ok());
                 let inside = inside.filter(|(x, y)| *x < self.nx && *y < self.ny);

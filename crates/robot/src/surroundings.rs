@@ -6,8 +6,8 @@ use ppnpack_packing::grid::ContainerSize;
 
 use crate::cell::CellSettings;
 use crate::columns::Columns;
-use crate::refusal::Obstacle;
-use crate::shapes::{AxisBox, Capsule, HalfSpace, UprightCylinder};
+use crate::refusal::{Body, Obstacle, Refusal};
+use crate::shapes::{AxisBox, Capsule, UprightCylinder};
 
 /// Distances beyond this are not told apart, in metres.
 pub(crate) const FAR_M: f64 = 0.25;
@@ -20,23 +20,20 @@ const FIRST_LINK_OVER_TABLE: usize = 2;
 pub(crate) struct Surroundings {
     walls: [AxisBox; 4],
     boxes: Vec<(Arc<str>, AxisBox)>,
-    table: HalfSpace,
+    table_height_m: f64,
 }
 
 /// A distance and what it was measured to.
-type Nearest = (f64, Option<Obstacle>);
+pub(crate) type Nearest = (f64, Option<Obstacle>);
 
 impl Surroundings {
     pub(crate) fn new(cell: &CellSettings, container: &ContainerSize) -> Self {
         let boxes = cell.boxes.iter();
+        let boxes = boxes.map(|named| (Arc::from(named.name.as_str()), named.shape()));
         Self {
             walls: cell.walls(container),
-            boxes: boxes
-                .map(|named| (Arc::from(named.name.as_str()), named.shape()))
-                .collect(),
-            table: HalfSpace {
-                highest_m: cell.table_height_m,
-            },
+            boxes: boxes.collect(),
+            table_height_m: cell.table_height_m,
         }
     }
 
@@ -50,10 +47,7 @@ impl Surroundings {
         let mut nearest = (FAR_M, None);
         let content_m = columns.distance_m(capsule, FAR_M);
         keep(&mut nearest, content_m, || Obstacle::Content);
-        let around = AxisBox {
-            lowest: capsule.from.inf(&capsule.to),
-            highest: capsule.from.sup(&capsule.to),
-        };
+        let around = capsule.axis_box();
         let mut measure = |solid: &AxisBox, obstacle: &dyn Fn() -> Obstacle| {
             if around.distance_to_box_m(solid) - capsule.radius_m < nearest.0 {
                 keep(&mut nearest, capsule.distance_m(solid), obstacle);
@@ -66,9 +60,8 @@ impl Surroundings {
             measure(solid, &|| Obstacle::Box(Arc::clone(name)));
         }
         if link >= FIRST_LINK_OVER_TABLE {
-            keep(&mut nearest, capsule.distance_m(&self.table), || {
-                Obstacle::Table
-            });
+            let above_m = capsule.distance_above_m(self.table_height_m);
+            keep(&mut nearest, above_m, || Obstacle::Table);
         }
         nearest
     }
@@ -80,17 +73,13 @@ impl Surroundings {
         cylinder: &UprightCylinder,
     ) -> Nearest {
         let mut nearest = self.nearest_box(|solid| solid.distance_to_cylinder_m(cylinder));
-        keep(
-            &mut nearest,
-            columns.distance_to_cylinder_m(cylinder, FAR_M),
-            || Obstacle::Content,
-        );
+        let content_m = columns.distance_to_cylinder_m(cylinder, FAR_M);
+        keep(&mut nearest, content_m, || Obstacle::Content);
         for wall in &self.walls {
-            keep(&mut nearest, wall.distance_to_cylinder_m(cylinder), || {
-                Obstacle::Wall
-            });
+            let wall_m = wall.distance_to_cylinder_m(cylinder);
+            keep(&mut nearest, wall_m, || Obstacle::Wall);
         }
-        let above_m = (cylinder.lowest_m - self.table.highest_m).max(0.0);
+        let above_m = (cylinder.lowest_m - self.table_height_m).max(0.0);
         keep(&mut nearest, above_m, || Obstacle::Table);
         nearest
     }
@@ -99,11 +88,20 @@ impl Surroundings {
     pub(crate) fn nearest_box(&self, distance_m: impl Fn(&AxisBox) -> f64) -> Nearest {
         let mut nearest = (FAR_M, None);
         for (name, solid) in &self.boxes {
-            keep(&mut nearest, distance_m(solid), || {
-                Obstacle::Box(Arc::clone(name))
-            });
+            let obstacle = || Obstacle::Box(Arc::clone(name));
+            keep(&mut nearest, distance_m(solid), obstacle);
         }
         nearest
+    }
+}
+
+/// Refuses a body that is nearer to something than it may be, which is less than [`FAR_M`].
+pub(crate) fn keep_apart(body: Body, nearest: Nearest, apart_m: f64) -> Result<(), Refusal> {
+    match nearest {
+        (distance_m, Some(obstacle)) if distance_m < apart_m => {
+            Err(Refusal::Collision { body, obstacle })
+        }
+        _ => Ok(()),
     }
 }
 

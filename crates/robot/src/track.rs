@@ -62,44 +62,30 @@ pub(crate) fn first_possible<Lips: AsRef<[Point3<f64>]>, Made>(
 /// Follows every inverse solution at the first lip position through all others.
 fn track(arm: &Arm, lips: &[Point3<f64>], least_bend_rad: f64) -> Tracked {
     let mut refusal = None;
-    let mut branches: Vec<Vec<JointAngles>> = Vec::new();
-    for (at, lip) in lips.iter().enumerate() {
-        let solutions = arm.inverse(lip, 0.0);
-        if solutions.is_empty() {
-            branches.clear();
-            further(&mut refusal, Refusal::OutOfReach { height_m: lip.z });
-        } else if at == 0 {
-            for joints in solutions {
-                match start(arm, &joints, least_bend_rad) {
-                    Ok(()) => branches.push(vec![joints]),
-                    Err(refused) => further(&mut refusal, refused),
-                }
-            }
-        } else {
-            branches.retain_mut(
-                |branch| match advance(arm, branch, &solutions, least_bend_rad) {
-                    Ok(joints) => {
-                        branch.push(joints);
-                        true
-                    }
-                    Err(refused) => {
-                        further(&mut refusal, refused);
-                        false
-                    }
-                },
-            );
-        }
-        if branches.is_empty() {
-            break;
-        }
-    }
-    branches.retain_mut(|branch| match turn_into_limits(arm, branch) {
+    let mut goes_on = |result: Result<(), Refusal>| match result {
         Ok(()) => true,
         Err(refused) => {
             further(&mut refusal, refused);
             false
         }
-    });
+    };
+    let mut branches: Vec<Vec<JointAngles>> = Vec::new();
+    for (at, lip) in lips.iter().enumerate() {
+        let mut solutions = arm.inverse(lip, 0.0);
+        if solutions.is_empty() {
+            branches.clear();
+            goes_on(Err(Refusal::OutOfReach { height_m: lip.z }));
+        } else if at == 0 {
+            solutions.retain(|joints| goes_on(start(arm, joints, least_bend_rad)));
+            branches = solutions.into_iter().map(|joints| vec![joints]).collect();
+        } else {
+            branches.retain_mut(|branch| goes_on(advance(arm, branch, &solutions, least_bend_rad)));
+        }
+        if branches.is_empty() {
+            break;
+        }
+    }
+    branches.retain_mut(|branch| goes_on(turn_into_limits(arm, branch)));
     let rank = |branch: &Vec<JointAngles>| {
         let first = branch.first()?;
         let [_, _, _, elbow, ..] = arm.container_from_links(first);
@@ -108,9 +94,8 @@ fn track(arm: &Arm, lips: &[Point3<f64>], least_bend_rad: f64) -> Tracked {
         Some(((-elbow.translation.z * 1e6).round(), forearm_turn.abs()))
     };
     branches.sort_by(|a, b| {
-        rank(a)
-            .partial_cmp(&rank(b))
-            .unwrap_or(std::cmp::Ordering::Equal)
+        let order = rank(a).partial_cmp(&rank(b));
+        order.unwrap_or(std::cmp::Ordering::Equal)
     });
     Tracked { branches, refusal }
 }
@@ -127,11 +112,8 @@ fn further(held: &mut Option<Refusal>, refused: Refusal) {
 
 fn start(arm: &Arm, joints: &JointAngles, least_bend_rad: f64) -> Result<(), Refusal> {
     bent(arm, joints, least_bend_rad)?;
-    let angles = Joint::ALL
-        .into_iter()
-        .zip(joints.as_array())
-        .zip(arm.limits());
-    for ((joint, angle), limits) in angles.take(JOINTS - 1) {
+    let angles = joints.as_array().iter().zip(arm.limits());
+    for (joint, (angle, limits)) in Joint::ALL.into_iter().zip(angles).take(JOINTS - 1) {
         if limits.turns_into((*angle, *angle), 0.0).is_none() {
             return Err(Refusal::JointLimit { joint });
         }
@@ -139,13 +121,13 @@ fn start(arm: &Arm, joints: &JointAngles, least_bend_rad: f64) -> Result<(), Ref
     Ok(())
 }
 
-/// The solution that continues a branch.
+/// Adds the solution that continues a branch.
 fn advance(
     arm: &Arm,
-    branch: &[JointAngles],
+    branch: &mut Vec<JointAngles>,
     solutions: &[JointAngles],
     least_bend_rad: f64,
-) -> Result<JointAngles, Refusal> {
+) -> Result<(), Refusal> {
     let none = Refusal::OutOfReach { height_m: f64::NAN };
     let last = branch.last().ok_or(none.clone())?;
     let steps = solutions.iter().map(|solution| {
@@ -162,7 +144,8 @@ fn advance(
     if least_bend_rad > 0.0 && bend_rad(&joints) * bend_rad(last) < 0.0 {
         return Err(Refusal::WristSingularity);
     }
-    Ok(joints)
+    branch.push(joints);
+    Ok(())
 }
 
 fn bent(arm: &Arm, joints: &JointAngles, least_bend_rad: f64) -> Result<(), Refusal> {

@@ -15,29 +15,25 @@ use ppnpack_packing::motion::LegKind;
 use ppnpack_packing::step::StepInput;
 use ppnpack_robot::arms;
 use ppnpack_robot::cell::CellSettings;
-use ppnpack_robot::cycle::{CycleSettings, PickPose, PlannedCycle};
+use ppnpack_robot::cycle::{CycleSettings, PlannedCycle};
 use ppnpack_robot::feasibility::ArmCheck;
 use ppnpack_robot::motion::{PlacePlanner, Placing};
-use ppnpack_robot::refusal::Refusal;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// Beside the container, on the table.
-fn pick_pose(random: &mut ChaCha8Rng) -> PickPose {
+fn pick_pose(random: &mut ChaCha8Rng) -> Isometry3<f64> {
     let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), random.random_range(-3.0..3.0));
     let at = Translation3::new(
         random.random_range(-0.1..0.3),
         random.random_range(-0.45..-0.25),
         0.0,
     );
-    PickPose {
-        container_from_item: Isometry3::from_parts(at, yaw),
-        mass_kg: Some(0.5),
-    }
+    Isometry3::from_parts(at, yaw)
 }
 
 /// Cycles of random cases that can be planned, with the planner that made them.
-fn cycles(name: &str, count: usize) -> (PlacePlanner, Vec<(Case, PickPose, PlannedCycle)>) {
+fn cycles(name: &str, count: usize) -> (PlacePlanner, Vec<(Case, Isometry3<f64>, PlannedCycle)>) {
     let arm = Arc::new(arms::arm(name).unwrap());
     let mut planner = PlacePlanner::new(Arc::clone(&arm), CellSettings::default()).unwrap();
     let mut check = ArmCheck::new(planner.clone());
@@ -166,7 +162,7 @@ fn the_cup_goes_straight_down_and_carries_at_one_height() {
                 .item
                 .container_from_item(&case.grid, &case.resting)
                 .unwrap();
-            let item_turn = placed.rotation * pose.container_from_item.rotation.inverse();
+            let item_turn = placed.rotation * pose.rotation.inverse();
             let turn = flange_yaw(3) * flange_yaw(0).inverse();
             assert!(turn.angle_to(&item_turn) < 1e-4, "{name}");
         }
@@ -174,26 +170,7 @@ fn the_cup_goes_straight_down_and_carries_at_one_height() {
 }
 
 #[test]
-fn what_is_too_heavy_is_refused() {
-    let (mut planner, found) = cycles("nachi-mz07l", 1);
-    let (case, pose, _) = &found[0];
-    let mut check = ArmCheck::new(planner.clone());
-    let pick = check
-        .pick(&case.candidate(), case.grid.resolution())
-        .unwrap();
-    let placing = Placing {
-        grid: &case.grid,
-        scene: &case.scene,
-        item: &case.item,
-        resting: &case.resting,
-        pick: &pick,
-    };
-    let heavy = PickPose {
-        mass_kg: Some(7.5),
-        ..*pose
-    };
-    let planned = planner.plan_cycle(&placing, &heavy, &CycleSettings::default());
-    assert_eq!(planned, Err(Refusal::TooHeavy { mass_kg: 7.5 }));
+fn impossible_settings_are_named() {
     let slow = CycleSettings {
         speed_share: 0.0,
         ..CycleSettings::default()

@@ -170,6 +170,14 @@ fn what_cannot_be_picked_is_left_out_with_the_reason_and_does_not_keep_others_wa
     assert!(matches!(narrow, Err(Refusal::Pick(_))));
     assert_eq!(heavy, Err(Refusal::TooHeavy { mass_kg: 7.5 }));
     assert!(light.is_ok());
+    let scene = Scene::from_heightmap(Heightmap::empty(&grid));
+    let input = StepInput::new(&grid, &scene, &items);
+    let resting = RestingPlacement {
+        placement: Placement { yaw: 0, x: 0, y: 0 },
+        resting_height: 0,
+    };
+    let cycle = check.cycle(&input, &items[1], &resting);
+    assert_eq!(cycle, Err(Refusal::TooHeavy { mass_kg: 7.5 }));
     let search = Search::new(&grid, &SearchSettings::default()).unwrap();
     let mut planner = Planner::new(
         Box::new(ProposeAll),
@@ -230,7 +238,7 @@ fn an_item_lies_with_its_pick_point_at_the_pick_place() {
         cycle.unwrap()
     };
     let cycle = cycle_of(None);
-    let from = cycle.from.container_from_item;
+    let from = cycle.container_from_item_at_pick;
     // The block's origin is 1 cm above its lowest point.
     assert!((from.translation.z - 0.03).abs() < 1e-9);
     let (_, _, yaw_rad) = from.rotation.euler_angles();
@@ -247,7 +255,7 @@ fn an_item_lies_with_its_pick_point_at_the_pick_place() {
     let waits_at = Isometry3::new(Vector3::new(0.12, -0.28, 0.0), Vector3::z() * -0.4);
     let cycle = cycle_of(Some(waits_at));
     assert!(
-        (cycle.from.container_from_item.inverse() * waits_at)
+        (cycle.container_from_item_at_pick.inverse() * waits_at)
             .rotation
             .angle()
             < 1e-9
@@ -258,8 +266,8 @@ fn an_item_lies_with_its_pick_point_at_the_pick_place() {
     // What is seen a little below the table lies on it.
     let sunk = Isometry3::new(Vector3::new(0.12, -0.28, -0.004), Vector3::z() * -0.4);
     let cycle = cycle_of(Some(sunk));
-    assert!(cycle.from.container_from_item.translation.z.abs() < 1e-9);
-    assert_eq!(cycle_of(None).from.container_from_item, from);
+    assert!(cycle.container_from_item_at_pick.translation.z.abs() < 1e-9);
+    assert_eq!(cycle_of(None).container_from_item_at_pick, from);
 }
 
 #[test]

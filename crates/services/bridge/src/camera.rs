@@ -1,6 +1,6 @@
 //! The sensor of a cell as a publisher of clouds.
 
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use ppnpack_service::ServiceError;
 use ppnpack_service::process::Process;
@@ -9,6 +9,7 @@ use ppnpack_wire::convert::cloud::{self, Capture};
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::{debug, v1};
 
+use crate::Settings;
 use crate::robot::{Robot, RobotError};
 
 /// Publishes what a robot's sensor sees.
@@ -16,6 +17,8 @@ pub(crate) struct Camera {
     cell: Cell,
     clouds: Publisher<v1::PointCloud>,
     debug_clouds: Option<Publisher<debug::PointCloud>>,
+    /// How long after a cloud the next one is due while nothing changes.
+    pub(crate) period: Duration,
     sequence: u64,
     /// Trouble is told once, until it ends.
     is_in_trouble: bool,
@@ -25,14 +28,16 @@ impl Camera {
     pub(crate) fn new(
         process: &Process,
         cell: &Cell,
-        has_debug_streams: bool,
+        settings: &Settings,
     ) -> Result<Self, ServiceError> {
-        let debug_clouds =
-            has_debug_streams.then(|| Publisher::new(process, cell, Stream::DebugCloud));
+        let debug_clouds = settings
+            .debug_streams
+            .then(|| Publisher::new(process, cell, Stream::DebugCloud));
         Ok(Self {
             cell: cell.clone(),
             clouds: Publisher::new(process, cell, Stream::Cloud)?,
             debug_clouds: debug_clouds.transpose()?,
+            period: settings.cloud_period(),
             sequence: 0,
             is_in_trouble: false,
         })

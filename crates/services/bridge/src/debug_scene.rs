@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Translation3;
+use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_service::ServiceError;
 use ppnpack_service::process::Process;
@@ -11,14 +12,14 @@ use ppnpack_wire::debug::{self, ItemBox, SceneUpdate};
 use ppnpack_wire::keys::{Cell, Stream};
 
 use crate::camera::now_ns;
-use crate::robot::{Body, Outline, Robot};
+use crate::robot::{Body, Robot};
 
 /// Publishes the bodies as boxes.
 pub(crate) struct DebugScene {
     scenes: Publisher<SceneUpdate>,
     cell: Cell,
     container: ContainerSize,
-    outlines: BTreeMap<String, Outline>,
+    outlines: BTreeMap<String, Bounds>,
 }
 
 impl DebugScene {
@@ -37,22 +38,20 @@ impl DebugScene {
 
     /// Publishes what lies in the container.
     pub(crate) fn tell(&self, bodies: &[Body]) -> Result<(), ServiceError> {
-        let boxes: Vec<ItemBox> = bodies
-            .iter()
-            .filter_map(|body| self.item_box(body))
-            .collect();
+        let boxes = bodies.iter().filter_map(|body| self.item_box(body));
+        let boxes: Vec<ItemBox> = boxes.collect();
         let scene = debug::scene(&self.cell, now_ns(), self.container, &boxes, None);
         self.scenes.put(&scene)
     }
 
     fn item_box(&self, body: &Body) -> Option<ItemBox> {
-        let Outline { min_m, max_m } = self.outlines.get(&body.object)?;
-        let middle = Translation3::from(nalgebra::center(min_m, max_m));
+        let outline = self.outlines.get(&body.object)?;
+        let middle = Translation3::from(nalgebra::center(&outline.lowest, &outline.highest));
         Some(ItemBox {
             id: body.item_id.clone(),
             label: body.object.clone(),
             container_from_middle: body.container_from_item * middle,
-            size_m: max_m - min_m,
+            size_m: outline.extents_m(),
             is_inside: body.is_inside,
         })
     }

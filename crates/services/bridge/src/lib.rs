@@ -37,6 +37,7 @@ use cell::CellWorks;
 use desk::Message;
 use journal::{CellJournal, Journal};
 use robot::Robot;
+use runner::Runner;
 pub use settings::Settings;
 use simulated::{SimulatedError, SimulatedRobot};
 use streams::Streams;
@@ -150,14 +151,12 @@ impl Bridge {
         robot: Box<dyn Robot>,
     ) -> Result<(), StartError> {
         let (address, mailbox) = actor::mailbox(settings.queue.max(1));
+        let camera = Camera::new(process, cell, settings)?;
         let works = CellWorks {
-            streams: Streams::new(process, cell, robot.as_ref(), settings.debug_streams)?,
-            camera: Camera::new(process, cell, settings.debug_streams)?,
+            streams: Streams::new(process, cell, robot.as_ref(), settings)?,
             name: cell.clone(),
-            robot,
+            runner: Runner::new(robot, address.clone(), camera, self.cut_off.clone()),
             journal,
-            cloud_period: settings.cloud_period(),
-            state_period: settings.state_period(),
             shutdown: process.shutdown().clone(),
             cut_off: self.cut_off.clone(),
         };
@@ -170,8 +169,7 @@ impl Bridge {
             ],
             _alive: alive::announce(process, Some(cell))?,
         });
-        let desk = address.clone();
-        let work = move || works.run(desk, &mailbox);
+        let work = move || works.run(&mailbox);
         let thread = process::thread(&format!("bridge-{cell}"), work)?;
         self.desks.push(DeskHandle { address, thread });
         Ok(())

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3};
+use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::motion::Cycle;
 use ppnpack_service::Shutdown;
@@ -115,15 +116,6 @@ pub struct CutOff;
 #[error("{0}")]
 pub struct RobotError(pub String);
 
-/// The box around an object in its own frame, in metres.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outline {
-    /// Its lowest corner.
-    pub min_m: Point3<f64>,
-    /// Its highest corner.
-    pub max_m: Point3<f64>,
-}
-
 /// The robot, container and sensor of one cell.
 ///
 /// Calls come from one thread at a time.
@@ -135,14 +127,15 @@ pub trait Robot: Send {
     /// The container's inner size.
     fn container(&self) -> ContainerSize;
 
-    /// The objects that can be placed, by name; `None` where that does not depend on the object.
-    fn objects(&self) -> Option<BTreeMap<String, Outline>>;
+    /// The objects that can be placed, by name, each with the box around it in its own frame; `None` where that does not
+    /// depend on the object.
+    fn objects(&self) -> Option<BTreeMap<String, Bounds>>;
 
     /// Told once, before anything else is asked: what the journal says lies in the container. Gives what does.
     fn resume(&mut self, bodies: Vec<Body>) -> Vec<Body>;
 
-    /// Places an item, by the placement's motion where it has one, and comes back when that has ended. Where `cut_off` is requested before anything in the cell
-    /// was touched, it gives up. What goes wrong is a finding.
+    /// Places an item, by the placement's motion where it has one, and comes back when that has ended. Where `cut_off` is
+    /// requested before anything in the cell was touched, it gives up. What goes wrong is a finding.
     ///
     /// # Errors
     /// [`CutOff`] where it gave up.

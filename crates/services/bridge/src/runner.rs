@@ -1,6 +1,6 @@
 //! The actor of a robot: does one job after another, and looks at the container between them.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use ppnpack_service::Shutdown;
 use ppnpack_service::actor::{self, Actor, Address, Mailbox};
@@ -24,10 +24,9 @@ pub(crate) enum Job {
 
 /// Works as a robot.
 pub(crate) struct Runner {
-    robot: Box<dyn Robot>,
+    pub(crate) robot: Box<dyn Robot>,
     desk: Address<Message>,
     camera: Camera,
-    cloud_period: Duration,
     cut_off: Shutdown,
     /// The state that is shown. Until a change is written down, nothing is shown of it.
     shown: Option<u64>,
@@ -41,11 +40,16 @@ impl Actor for Runner {
         self.shown = None;
         // After a change the next cloud is due at once.
         self.next_cloud = Instant::now();
-        match job {
-            Job::Show(state_number) => self.shown = Some(state_number),
+        let done = match job {
+            Job::Show(state_number) => {
+                self.shown = Some(state_number);
+                return;
+            }
             Job::Place(placement) => self.place(&placement),
-            Job::Renew => self.renew(),
-        }
+            Job::Renew => Message::Renewed(self.robot.renew(), self.robot.bodies()),
+        };
+        // A desk that is gone needs to be told nothing.
+        self.desk.send(done).ok();
     }
 
     fn tick(&mut self) {
@@ -53,7 +57,7 @@ impl Actor for Runner {
             && self.next_cloud <= Instant::now()
         {
             self.camera.show(self.robot.as_mut(), state_number);
-            self.next_cloud = Instant::now() + self.cloud_period;
+            self.next_cloud = Instant::now() + self.camera.period;
         }
     }
 
@@ -67,14 +71,12 @@ impl Runner {
         robot: Box<dyn Robot>,
         desk: Address<Message>,
         camera: Camera,
-        cloud_period: Duration,
         cut_off: Shutdown,
     ) -> Self {
         Self {
             robot,
             desk,
             camera,
-            cloud_period,
             cut_off,
             shown: None,
             next_cloud: Instant::now(),
@@ -87,22 +89,11 @@ impl Runner {
         actor::run(self, jobs);
     }
 
-    fn place(&mut self, placement: &Placement) {
-        let message = match self.robot.place(placement, &self.cut_off) {
+    fn place(&mut self, placement: &Placement) -> Message {
+        match self.robot.place(placement, &self.cut_off) {
             Ok(finding) => Message::Placed(finding, self.robot.bodies()),
             Err(CutOff) => Message::CutOff,
-        };
-        self.tell(message);
-    }
-
-    fn renew(&mut self) {
-        let result = self.robot.renew();
-        self.tell(Message::Renewed(result, self.robot.bodies()));
-    }
-
-    /// A desk that is gone needs to be told nothing.
-    fn tell(&self, message: Message) {
-        self.desk.send(message).ok();
+        }
     }
 }
 

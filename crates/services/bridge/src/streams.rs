@@ -1,11 +1,14 @@
 //! What a cell publishes of itself, but for the clouds.
 
+use std::time::{Duration, Instant};
+
 use ppnpack_service::ServiceError;
 use ppnpack_service::process::Process;
 use ppnpack_service::stream::Publisher;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1;
 
+use crate::Settings;
 use crate::debug_scene::DebugScene;
 use crate::ledger::{Ledger, Record};
 use crate::message;
@@ -17,6 +20,9 @@ pub(crate) struct Streams {
     outcomes: Publisher<v1::Outcome>,
     debug_scene: Option<DebugScene>,
     is_simulated: bool,
+    state_period: Duration,
+    /// When the state is published although it did not change.
+    pub(crate) next_state: Instant,
 }
 
 impl Streams {
@@ -24,14 +30,17 @@ impl Streams {
         process: &Process,
         cell: &Cell,
         robot: &dyn Robot,
-        has_debug_streams: bool,
+        settings: &Settings,
     ) -> Result<Self, ServiceError> {
+        let has_debug_streams = settings.debug_streams;
         let debug_scene = has_debug_streams.then(|| DebugScene::new(process, cell, robot));
         Ok(Self {
             states: Publisher::new(process, cell, Stream::State)?,
             outcomes: Publisher::new(process, cell, Stream::Outcome)?,
             debug_scene: debug_scene.transpose()?,
             is_simulated: robot.is_simulated(),
+            state_period: settings.state_period(),
+            next_state: Instant::now(),
         })
     }
 
@@ -47,6 +56,15 @@ impl Streams {
             executing_placement_id: executing,
             bodies: head.bodies.iter().map(message::write_body).collect(),
             is_simulated: self.is_simulated,
+        }
+    }
+
+    /// Publishes the state of the cell where it is due.
+    pub(crate) fn tell_due_state(&mut self, ledger: &Ledger) {
+        let now = Instant::now();
+        if self.next_state <= now {
+            self.tell_state(ledger);
+            self.next_state = now + self.state_period;
         }
     }
 

@@ -11,15 +11,17 @@ mod renew;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
+use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_service::Shutdown;
 use ppnpack_service::actor::{Actor, Address, PendingRequests};
 use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_wire::header;
 use ppnpack_wire::rpc::Request;
-use ppnpack_wire::{header, v1};
+use ppnpack_wire::v1::{self, Status};
 
 use crate::journal::{CellJournal, JournalError};
 use crate::ledger::{Change, Ledger, Record};
-use crate::robot::{Body, Finding, Outline, RobotError};
+use crate::robot::{Body, Finding, RobotError};
 use crate::runner::Job;
 use crate::streams::Streams;
 pub(crate) use opening::open;
@@ -57,22 +59,17 @@ struct Unwritten {
     failure: Option<String>,
 }
 
-/// What a desk works with.
+/// A desk at work.
 pub(crate) struct Desk {
-    pub(crate) ledger: Ledger,
-    pub(crate) journal: CellJournal,
-    pub(crate) objects: Option<BTreeMap<String, Outline>>,
-    pub(crate) robot: Address<Job>,
-    pub(crate) streams: Streams,
+    ledger: Ledger,
+    journal: CellJournal,
+    objects: Option<BTreeMap<String, Bounds>>,
+    robot: Address<Job>,
+    streams: Streams,
     /// The end of the whole process, asked for where the robot is gone.
-    pub(crate) shutdown: Shutdown,
+    shutdown: Shutdown,
     /// The end of this service, at once.
-    pub(crate) cut_off: Shutdown,
-    pub(crate) progress: Progress,
-}
-
-/// What a desk has in hand.
-pub(crate) struct Progress {
+    cut_off: Shutdown,
     is_robot_busy: bool,
     is_ending: bool,
     unwritten: Option<Unwritten>,
@@ -80,23 +77,6 @@ pub(crate) struct Progress {
     trouble: Option<(JournalError, Instant)>,
     outcomes: PendingRequests<Incoming<v1::OutcomeRequest>>,
     renewals: PendingRequests<Incoming<v1::RenewRequest>>,
-    state_period: Duration,
-    next_state: Instant,
-}
-
-impl Progress {
-    pub(crate) fn new(state_period: Duration) -> Self {
-        Self {
-            is_robot_busy: false,
-            is_ending: false,
-            unwritten: None,
-            trouble: None,
-            outcomes: PendingRequests::new(MOST_OUTCOMES),
-            renewals: PendingRequests::new(MOST_RENEWALS),
-            state_period,
-            next_state: Instant::now(),
-        }
-    }
 }
 
 impl Actor for Desk {
@@ -104,74 +84,110 @@ impl Actor for Desk {
 
     fn handle(&mut self, message: Message) {
         match message {
-            Message::Place(incoming) => self.work_on(incoming, Self::place),
+            Message::Place(incoming) => self.work_in_time(incoming, Self::place),
             Message::Outcome(incoming) => self.work_on(incoming, Self::outcome),
-            Message::Renew(incoming) => self.work_on(incoming, Self::renew),
+            Message::Renew(incoming) => self.work_in_time(incoming, Self::renew),
             Message::State(incoming) => self.work_on(incoming, Self::state),
             Message::Placed(finding, bodies) => {
-                self.progress.is_robot_busy = false;
+                self.is_robot_busy = false;
                 self.end(self.ledger.end_placement(finding, bodies), None);
             }
             Message::Renewed(Ok(()), bodies) => {
-                self.progress.is_robot_busy = false;
+                self.is_robot_busy = false;
                 self.end(self.ledger.end_renewal(bodies), None);
             }
             Message::Renewed(Err(error), bodies) => {
-                self.progress.is_robot_busy = false;
+                self.is_robot_busy = false;
                 self.end(self.ledger.abandon_renewal(bodies), Some(error.to_string()));
             }
-            Message::CutOff => self.progress.is_robot_busy = false,
+            Message::CutOff => self.is_robot_busy = false,
             Message::RobotIsGone => {
                 tracing::error!(
                     "the robot's thread ended by a panic: the process ends, to begin anew"
                 );
-                self.progress.is_robot_busy = false;
+                self.is_robot_busy = false;
                 self.shutdown.request();
             }
-            Message::End => self.progress.is_ending = true,
+            Message::End => self.is_ending = true,
         }
     }
 
     fn tick(&mut self) {
-        let now = Instant::now();
-        let trouble = self.progress.trouble.as_ref();
-        if trouble.is_some_and(|(_, again)| *again <= now) {
-            match self.progress.unwritten.take() {
+        let trouble = self.trouble.as_ref();
+        if trouble.is_some_and(|(_, again)| *again <= Instant::now()) {
+            match self.unwritten.take() {
                 Some(unwritten) => self.end(unwritten.change, unwritten.failure),
                 // Tells whether the journal can be written again; the health check says so.
                 None => drop(self.commit(self.ledger.no_change())),
             }
         }
-        for incoming in self.progress.outcomes.take_expired() {
+        for incoming in self.outcomes.take_expired() {
             self.refuse_outcome(incoming);
         }
         let why = |_: &Incoming<_>| "the container is still being renewed".to_owned();
-        self.progress.renewals.refuse_expired(why);
-        if self.progress.next_state <= now {
-            self.streams.tell_state(&self.ledger);
-            self.progress.next_state = now + self.progress.state_period;
-        }
+        self.renewals.refuse_expired(why);
+        self.streams.tell_due_state(&self.ledger);
     }
 
     fn next_tick(&self) -> Option<Instant> {
-        let progress = &self.progress;
         let expiries = [
-            progress.outcomes.next_expiry(),
-            progress.renewals.next_expiry(),
-            progress.trouble.as_ref().map(|(_, again)| *again),
+            self.outcomes.next_expiry(),
+            self.renewals.next_expiry(),
+            self.trouble.as_ref().map(|(_, again)| *again),
         ];
         let first = expiries.into_iter().flatten();
-        Some(first.fold(progress.next_state, Instant::min))
+        Some(first.fold(self.streams.next_state, Instant::min))
     }
 
     /// When the end is asked for and nothing is under way.
     fn has_ended(&self) -> bool {
-        let has_written = self.progress.unwritten.is_none() || self.cut_off.is_requested();
-        self.progress.is_ending && !self.progress.is_robot_busy && has_written
+        let has_written = self.unwritten.is_none() || self.cut_off.is_requested();
+        self.is_ending && !self.is_robot_busy && has_written
     }
 }
 
 impl Desk {
+    pub(crate) fn new(
+        ledger: Ledger,
+        journal: CellJournal,
+        objects: Option<BTreeMap<String, Bounds>>,
+        robot: Address<Job>,
+        streams: Streams,
+        shutdown: Shutdown,
+        cut_off: Shutdown,
+    ) -> Self {
+        Self {
+            ledger,
+            journal,
+            objects,
+            robot,
+            streams,
+            shutdown,
+            cut_off,
+            is_robot_busy: false,
+            is_ending: false,
+            unwritten: None,
+            trouble: None,
+            outcomes: PendingRequests::new(MOST_OUTCOMES),
+            renewals: PendingRequests::new(MOST_RENEWALS),
+        }
+    }
+
+    /// Works on a request in time; refuses it where its caller has stopped to wait.
+    fn work_in_time<R: Request>(
+        &mut self,
+        incoming: Incoming<R>,
+        work: impl FnOnce(&mut Self, Incoming<R>),
+    ) {
+        self.work_on(incoming, |desk, incoming| {
+            if incoming.has_expired() {
+                let message = "the time limit passed before it was looked at";
+                return incoming.refuse(Status::TimedOut, message);
+            }
+            work(desk, incoming);
+        });
+    }
+
     /// Works on a request, as a part of its trace.
     fn work_on<R: Request>(
         &mut self,
@@ -196,13 +212,13 @@ impl Desk {
         let began = Instant::now();
         match self.journal.write(&self.ledger, &change) {
             Ok(()) => {
-                self.progress.trouble = None;
+                self.trouble = None;
                 self.ledger.apply(change);
                 Ok(header::stage("journal", began.elapsed()))
             }
             Err(error) => {
                 let again = Instant::now() + RETRY_AFTER;
-                self.progress.trouble = Some((error.clone(), again));
+                self.trouble = Some((error.clone(), again));
                 Err(error)
             }
         }
@@ -216,10 +232,10 @@ impl Desk {
         };
         let ended = change.written.clone();
         if self.commit(change).is_err() {
-            self.progress.unwritten = Some(unwritten);
+            self.unwritten = Some(unwritten);
             return;
         }
-        self.progress.unwritten = None;
+        self.unwritten = None;
         match ended {
             Some((_, Record::Placement { placement, outcome })) => {
                 self.tell_outcome(&placement, outcome.as_ref());

@@ -24,7 +24,7 @@ impl Desk {
                 let execution = message::execution(placement, Some(outcome));
                 incoming.reply(reply(execution), Done::default());
             }
-            Some((_, None)) => self.progress.outcomes.keep_or_refuse(incoming),
+            Some((_, None)) => self.outcomes.keep_or_refuse(incoming),
         }
     }
 
@@ -34,7 +34,7 @@ impl Desk {
         let id = &placement.placement_id;
         let is_asked_for =
             |incoming: &Incoming<v1::OutcomeRequest>| incoming.message().placement_id == *id;
-        for incoming in self.progress.outcomes.take(is_asked_for) {
+        for incoming in self.outcomes.take(is_asked_for) {
             incoming.reply(reply(execution.clone()), Done::default());
         }
         if let Some(outcome) = &execution.outcome {

@@ -12,13 +12,6 @@ use crate::runner::Job;
 
 impl Desk {
     pub(super) fn place(&mut self, incoming: Incoming<v1::PlaceRequest>) {
-        if incoming.has_expired() {
-            incoming.refuse(
-                Status::TimedOut,
-                "the time limit passed before it was looked at",
-            );
-            return;
-        }
         let placement = match message::read_placement(incoming.message()) {
             Ok(placement) => placement,
             Err(error) => return incoming.refuse(Status::Invalid, error.to_string()),
@@ -62,7 +55,7 @@ impl Desk {
             Err(error) => return incoming.refuse(Status::Unavailable, error.to_string()),
         };
         let execution = message::execution(&placement, None);
-        self.progress.is_robot_busy = true;
+        self.is_robot_busy = true;
         self.send(Job::Place(placement));
         let done = Done {
             stages: vec![stage],
@@ -74,7 +67,7 @@ impl Desk {
 
     /// Refuses what cannot begin because something else has not ended.
     pub(super) fn refuse_busy<R: Request>(&self, incoming: Incoming<R>) {
-        if let (Some(_), Some((error, _))) = (&self.progress.unwritten, &self.progress.trouble) {
+        if let (Some(_), Some((error, _))) = (&self.unwritten, &self.trouble) {
             let message = format!("what was done is not written down yet: {error}");
             return incoming.refuse(Status::Unavailable, message);
         }

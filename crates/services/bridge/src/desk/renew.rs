@@ -9,27 +9,20 @@ use crate::runner::Job;
 
 impl Desk {
     pub(super) fn renew(&mut self, incoming: Incoming<v1::RenewRequest>) {
-        if incoming.has_expired() {
-            incoming.refuse(
-                Status::TimedOut,
-                "the time limit passed before it was looked at",
-            );
-            return;
-        }
         let request_id = incoming.header().request_id.clone();
         match self.ledger.judge_renewal(&request_id) {
             RenewalVerdict::Done(state_number) => {
                 incoming.reply(reply(state_number), Done::default());
             }
-            RenewalVerdict::UnderWay => self.progress.renewals.keep_or_refuse(incoming),
+            RenewalVerdict::UnderWay => self.renewals.keep_or_refuse(incoming),
             RenewalVerdict::Busy => self.refuse_busy(incoming),
             RenewalVerdict::New => {
                 let change = self.ledger.begin_renewal(request_id);
                 if let Err(error) = self.commit(change) {
                     return incoming.refuse(Status::Unavailable, error.to_string());
                 }
-                self.progress.renewals.keep_or_refuse(incoming);
-                self.progress.is_robot_busy = true;
+                self.renewals.keep_or_refuse(incoming);
+                self.is_robot_busy = true;
                 self.send(Job::Renew);
             }
         }
@@ -37,14 +30,14 @@ impl Desk {
 
     /// Answers those who wait for the renewal, which has happened.
     pub(super) fn tell_renewed(&mut self, state_number: Option<u64>) {
-        for incoming in self.progress.renewals.take(|_| true) {
+        for incoming in self.renewals.take(|_| true) {
             incoming.reply(reply(state_number.unwrap_or_default()), Done::default());
         }
     }
 
     /// Answers those who wait for the renewal, which has failed.
     pub(super) fn tell_not_renewed(&mut self, failure: &str) {
-        for incoming in self.progress.renewals.take(|_| true) {
+        for incoming in self.renewals.take(|_| true) {
             incoming.refuse(Status::Failed, failure);
         }
     }

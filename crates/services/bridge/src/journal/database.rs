@@ -85,11 +85,11 @@ fn is_damage(error: &redb::Error) -> bool {
 /// The ledger of a cell, if it has one.
 pub(super) fn load(database: &Database, cell: &str) -> Result<Option<Ledger>, Fault> {
     let transaction = database.begin_read()?;
-    let Some(head) = load_head(&transaction, cell)? else {
+    let Some(head) = load_one::<Head>(&transaction, HEADS, cell)? else {
         return Ok(None);
     };
     let mut records = load_records(&transaction, cell)?;
-    if let Some((number, cycle)) = load_cycle(&transaction, cell)?
+    if let Some((number, cycle)) = load_one::<(u64, Cycle)>(&transaction, CYCLES, cell)?
         && let Some(Record::Placement {
             placement,
             outcome: None,
@@ -100,23 +100,18 @@ pub(super) fn load(database: &Database, cell: &str) -> Result<Option<Ledger>, Fa
     Ok(Some(Ledger::of(head, records)))
 }
 
-/// The last motion, with the number of its placement.
-fn load_cycle(transaction: &ReadTransaction, cell: &str) -> Result<Option<(u64, Cycle)>, Fault> {
-    let cycles = match transaction.open_table(CYCLES) {
+/// What a table has for a cell.
+fn load_one<T: DeserializeOwned>(
+    transaction: &ReadTransaction,
+    table: TableDefinition<'_, &'static str, &'static [u8]>,
+    cell: &str,
+) -> Result<Option<T>, Fault> {
+    let table = match transaction.open_table(table) {
         Err(TableError::TableDoesNotExist(_)) => return Ok(None),
-        cycles => cycles?,
+        table => table?,
     };
-    let cycle = cycles.get(cell)?;
-    cycle.map(|cycle| decode(cycle.value())).transpose()
-}
-
-fn load_head(transaction: &ReadTransaction, cell: &str) -> Result<Option<Head>, Fault> {
-    let heads = match transaction.open_table(HEADS) {
-        Err(TableError::TableDoesNotExist(_)) => return Ok(None),
-        heads => heads?,
-    };
-    let head = heads.get(cell)?;
-    head.map(|head| decode(head.value())).transpose()
+    let found = table.get(cell)?;
+    found.map(|found| decode(found.value())).transpose()
 }
 
 fn load_records(transaction: &ReadTransaction, cell: &str) -> Result<BTreeMap<u64, Record>, Fault> {
@@ -139,16 +134,26 @@ pub(super) fn write(
 ) -> Result<(), Fault> {
     let mut transaction = database.begin_write()?;
     transaction.set_two_phase_commit(true);
-    write_head(&transaction, cell, &change.head)?;
+    write_one(&transaction, HEADS, cell, &change.head)?;
     write_records(&transaction, cell, whole, change)?;
-    write_cycle(&transaction, cell, change)?;
+    if let Some((number, Record::Placement { placement, .. })) = &change.written
+        && let Some(cycle) = &placement.cycle
+    {
+        write_one(&transaction, CYCLES, cell, &(number, &**cycle))?;
+    }
     transaction.commit()?;
     Ok(())
 }
 
-fn write_head(transaction: &WriteTransaction, cell: &str, head: &Head) -> Result<(), Fault> {
-    let mut heads = transaction.open_table(HEADS)?;
-    heads.insert(cell, encode(head)?.as_slice())?;
+/// Writes what a table has for a cell.
+fn write_one(
+    transaction: &WriteTransaction,
+    table: TableDefinition<'_, &'static str, &'static [u8]>,
+    cell: &str,
+    value: &impl Serialize,
+) -> Result<(), Fault> {
+    let mut table = transaction.open_table(table)?;
+    table.insert(cell, encode(value)?.as_slice())?;
     Ok(())
 }
 
@@ -173,17 +178,6 @@ fn write_records(
         Some((number, record)) => insert(&mut records, cell, *number, record),
         None => Ok(()),
     }
-}
-
-fn write_cycle(transaction: &WriteTransaction, cell: &str, change: &Change) -> Result<(), Fault> {
-    let Some((number, Record::Placement { placement, .. })) = &change.written else {
-        return Ok(());
-    };
-    if let Some(cycle) = &placement.cycle {
-        let mut cycles = transaction.open_table(CYCLES)?;
-        cycles.insert(cell, encode(&(number, &**cycle))?.as_slice())?;
-    }
-    Ok(())
 }
 
 fn insert(

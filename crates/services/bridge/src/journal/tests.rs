@@ -90,18 +90,29 @@ fn begin(journal: &Arc<Journal>, name: &str) -> (CellJournal, Ledger) {
     (journal, ledger)
 }
 
-fn step(journal: &mut CellJournal, ledger: &mut Ledger, change: Change) {
+fn step(journal: &mut CellJournal, ledger: &mut Ledger, change: impl FnOnce(&Ledger) -> Change) {
+    let change = change(ledger);
     journal.write(ledger, &change).unwrap();
     ledger.apply(change);
 }
 
+fn accept(journal: &mut CellJournal, ledger: &mut Ledger, id: &str) {
+    let asked = placement(id, ledger.head().state_number);
+    step(journal, ledger, |ledger| ledger.accept(asked));
+}
+
+fn begin_renewal(journal: &mut CellJournal, ledger: &mut Ledger) {
+    step(journal, ledger, |ledger| {
+        ledger.begin_renewal("r1".to_owned())
+    });
+}
+
 /// A placement from beginning to end.
 fn place(journal: &mut CellJournal, ledger: &mut Ledger, id: &str) {
-    let asked = placement(id, ledger.head().state_number);
-    let accepted = ledger.accept(asked);
-    step(journal, ledger, accepted);
-    let ended = ledger.end_placement(placed(), vec![body(id)]);
-    step(journal, ledger, ended);
+    accept(journal, ledger, id);
+    step(journal, ledger, |ledger| {
+        ledger.end_placement(placed(), vec![body(id)])
+    });
 }
 
 #[test]
@@ -112,12 +123,11 @@ fn a_ledger_is_read_as_it_was_written() {
     let (mut b, mut ledger_b) = begin(&first, "b");
     place(&mut a, &mut ledger_a, "a1");
     place(&mut b, &mut ledger_b, "b1");
-    let begun = ledger_a.begin_renewal("r1".to_owned());
-    step(&mut a, &mut ledger_a, begun);
-    let ended = ledger_a.end_renewal(Vec::new());
-    step(&mut a, &mut ledger_a, ended);
-    let accepted = ledger_b.accept(placement("b2", ledger_b.head().state_number));
-    step(&mut b, &mut ledger_b, accepted);
+    begin_renewal(&mut a, &mut ledger_a);
+    step(&mut a, &mut ledger_a, |ledger| {
+        ledger.end_renewal(Vec::new())
+    });
+    accept(&mut b, &mut ledger_b, "b2");
     assert!(health.is_ready());
     drop((a, b, first));
 
@@ -132,10 +142,10 @@ fn what_is_forgotten_is_gone_from_the_disk() {
     let disk = Disk::default();
     let (first, _) = journal(&disk);
     let (mut own, mut ledger) = begin(&first, "a");
-    let begun = ledger.begin_renewal("r1".to_owned());
-    step(&mut own, &mut ledger, begun);
-    let abandoned = ledger.abandon_renewal(Vec::new());
-    step(&mut own, &mut ledger, abandoned);
+    begin_renewal(&mut own, &mut ledger);
+    step(&mut own, &mut ledger, |ledger| {
+        ledger.abandon_renewal(Vec::new())
+    });
     drop((own, first));
     let (second, _) = journal(&disk);
     let (_, again) = begin(&second, "a");

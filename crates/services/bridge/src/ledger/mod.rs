@@ -61,6 +61,16 @@ pub(crate) struct Change {
     pub(crate) forgotten: Vec<u64>,
 }
 
+impl Change {
+    fn of(head: Head) -> Self {
+        Self {
+            head,
+            written: None,
+            forgotten: Vec::new(),
+        }
+    }
+}
+
 /// The records of a cell and its content, as the journal has them.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Ledger {
@@ -199,14 +209,10 @@ impl Ledger {
 
     /// What is under way has ended with this finding, and the container holds these bodies.
     pub(crate) fn end_placement(&self, finding: Finding, bodies: Vec<Body>) -> Change {
-        let mut head = self.head.clone();
-        if finding.ending != Ending::NotPlaced {
-            head.state_number += 1;
-        }
-        head.bodies = bodies;
+        let head = self.head_with(bodies, finding.ending != Ending::NotPlaced);
         let state_number = head.state_number;
-        self.end(head, |record| match record {
-            Record::Placement { placement, outcome } => {
+        self.end(head, |record| {
+            if let Record::Placement { placement, outcome } = record {
                 *outcome = Some(Outcome {
                     finding,
                     state_number,
@@ -214,53 +220,36 @@ impl Ledger {
                 // It is long, and nobody asks for it any more.
                 placement.cycle = None;
             }
-            Record::Renewal { .. } => {}
         })
     }
 
     /// The renewal under way has happened.
     pub(crate) fn end_renewal(&self, bodies: Vec<Body>) -> Change {
-        let mut head = self.head.clone();
-        head.state_number += 1;
-        head.bodies = bodies;
+        let head = self.head_with(bodies, true);
         let after = head.state_number;
-        self.end(head, |record| match record {
-            Record::Renewal { state_number, .. } => *state_number = Some(after),
-            Record::Placement { .. } => {}
+        self.end(head, |record| {
+            if let Record::Renewal { state_number, .. } = record {
+                *state_number = Some(after);
+            }
         })
     }
 
     /// The renewal under way has failed, or nobody knows: it can be asked for again.
     pub(crate) fn abandon_renewal(&self, bodies: Vec<Body>) -> Change {
-        let mut head = self.head.clone();
-        head.state_number += 1;
-        head.bodies = bodies;
         Change {
-            head,
-            written: None,
             forgotten: self.under_way.into_iter().collect(),
+            ..self.find_bodies(bodies)
         }
     }
 
     /// The container turned out to hold other bodies than was thought.
     pub(crate) fn find_bodies(&self, bodies: Vec<Body>) -> Change {
-        let mut head = self.head.clone();
-        head.state_number += 1;
-        head.bodies = bodies;
-        Change {
-            head,
-            written: None,
-            forgotten: Vec::new(),
-        }
+        Change::of(self.head_with(bodies, true))
     }
 
     /// Nothing: to try whether it can be written down.
     pub(crate) fn no_change(&self) -> Change {
-        Change {
-            head: self.head.clone(),
-            written: None,
-            forgotten: Vec::new(),
-        }
+        Change::of(self.head.clone())
     }
 
     /// What was under way when the bridge was cut off; `None` where nothing was.
@@ -268,20 +257,18 @@ impl Ledger {
     /// A simulated cell is what was written down, so that it did not happen there. What another cell did is not known.
     pub(crate) fn recover(&self, is_simulated: bool) -> Option<Change> {
         let bodies = self.head.bodies.clone();
-        match self.under_way()? {
-            Record::Placement { .. } if is_simulated => {
+        Some(match (self.under_way()?, is_simulated) {
+            (Record::Placement { .. }, true) => {
                 let failure = "the bridge was restarted before it was carried out";
-                let finding = Finding::failed(Ending::NotPlaced, failure);
-                Some(self.end_placement(finding, bodies))
+                self.end_placement(Finding::failed(Ending::NotPlaced, failure), bodies)
             }
-            Record::Placement { .. } => {
+            (Record::Placement { .. }, false) => {
                 let failure = "the bridge was restarted while it was carried out";
-                let finding = Finding::failed(Ending::Unknown, failure);
-                Some(self.end_placement(finding, bodies))
+                self.end_placement(Finding::failed(Ending::Unknown, failure), bodies)
             }
-            Record::Renewal { .. } if is_simulated => Some(self.abandon_renewal(bodies)),
-            Record::Renewal { .. } => Some(self.abandon_renewal(Vec::new())),
-        }
+            (Record::Renewal { .. }, true) => self.abandon_renewal(bodies),
+            (Record::Renewal { .. }, false) => self.abandon_renewal(Vec::new()),
+        })
     }
 
     /// Takes a step that was written down.
@@ -300,9 +287,17 @@ impl Ledger {
         let number = head.next;
         head.next += 1;
         Change {
-            head,
             written: Some((number, record)),
-            forgotten: Vec::new(),
+            ..Change::of(head)
+        }
+    }
+
+    /// The head when the container holds these bodies, as a new state where that is a change.
+    fn head_with(&self, bodies: Vec<Body>, is_changed: bool) -> Head {
+        Head {
+            state_number: self.head.state_number + u64::from(is_changed),
+            next: self.head.next,
+            bodies,
         }
     }
 

@@ -43,12 +43,10 @@ fn a_placement_is_executed_once() {
     let state = ledger.head().state_number;
     let asked = placement("a", state);
     assert_eq!(ledger.judge(&asked), PlacementVerdict::New);
-    let accepted = ledger.accept(asked.clone());
-    ledger.apply(accepted);
+    ledger.apply(ledger.accept(asked.clone()));
     assert_eq!(ledger.judge(&asked), PlacementVerdict::Known(None));
     assert_eq!(ledger.judge(&placement("b", state)), PlacementVerdict::Busy);
-    let ended = ledger.end_placement(placed(), vec![body("item-a")]);
-    ledger.apply(ended);
+    ledger.apply(ledger.end_placement(placed(), vec![body("item-a")]));
     let outcome = Outcome {
         finding: placed(),
         state_number: state + 1,
@@ -79,10 +77,8 @@ fn what_was_not_placed_leaves_the_state_as_it_is() {
         ("b", Ending::Lost, state + 1),
         ("c", Ending::Unknown, state + 2),
     ] {
-        let accepted = ledger.accept(placement(id, ledger.head().state_number));
-        ledger.apply(accepted);
-        let ended = ledger.end_placement(Finding::failed(ending, "it failed"), Vec::new());
-        ledger.apply(ended);
+        ledger.apply(ledger.accept(placement(id, ledger.head().state_number)));
+        ledger.apply(ledger.end_placement(Finding::failed(ending, "it failed"), Vec::new()));
         assert_eq!(ledger.head().state_number, after);
     }
 }
@@ -92,13 +88,11 @@ fn a_renewal_happens_once() {
     let mut ledger = Ledger::new();
     let state = ledger.head().state_number;
     assert_eq!(ledger.judge_renewal("r"), RenewalVerdict::New);
-    let begun = ledger.begin_renewal("r".to_owned());
-    ledger.apply(begun);
+    ledger.apply(ledger.begin_renewal("r".to_owned()));
     assert_eq!(ledger.judge_renewal("r"), RenewalVerdict::UnderWay);
     assert_eq!(ledger.judge_renewal("s"), RenewalVerdict::Busy);
     assert_eq!(ledger.judge(&placement("a", state)), PlacementVerdict::Busy);
-    let ended = ledger.end_renewal(Vec::new());
-    ledger.apply(ended);
+    ledger.apply(ledger.end_renewal(Vec::new()));
     assert_eq!(ledger.judge_renewal("r"), RenewalVerdict::Done(state + 1));
     assert_eq!(ledger.judge_renewal("s"), RenewalVerdict::New);
 }
@@ -108,15 +102,13 @@ fn what_was_under_way_is_settled_after_a_restart() {
     let mut ledger = Ledger::new();
     let state = ledger.head().state_number;
     assert_eq!(ledger.recover(true), None);
-    let accepted = ledger.accept(placement("a", state));
-    ledger.apply(accepted);
+    ledger.apply(ledger.accept(placement("a", state)));
     for (is_simulated, ending, after) in [
         (true, Ending::NotPlaced, state),
         (false, Ending::Unknown, state + 1),
     ] {
         let mut ledger = ledger.clone();
-        let recovered = ledger.recover(is_simulated).unwrap();
-        ledger.apply(recovered);
+        ledger.apply(ledger.recover(is_simulated).unwrap());
         let (_, outcome) = ledger.placement("a").unwrap();
         let outcome = outcome.unwrap();
         assert_eq!(
@@ -127,10 +119,8 @@ fn what_was_under_way_is_settled_after_a_restart() {
     }
 
     let mut ledger = Ledger::new();
-    let begun = ledger.begin_renewal("r".to_owned());
-    ledger.apply(begun);
-    let recovered = ledger.recover(false).unwrap();
-    ledger.apply(recovered);
+    ledger.apply(ledger.begin_renewal("r".to_owned()));
+    ledger.apply(ledger.recover(false).unwrap());
     assert_eq!(ledger.judge_renewal("r"), RenewalVerdict::New);
 }
 
@@ -139,10 +129,9 @@ fn what_is_forgotten_is_stale() {
     let mut ledger = Ledger::new();
     let first = placement("first", ledger.head().state_number);
     let fail = |ledger: &mut Ledger, placement: Placement| {
-        let accepted = ledger.accept(placement);
-        ledger.apply(accepted);
-        let ended = ledger.end_placement(Finding::failed(Ending::NotPlaced, "missed"), Vec::new());
-        ledger.apply(ended);
+        ledger.apply(ledger.accept(placement));
+        ledger
+            .apply(ledger.end_placement(Finding::failed(Ending::NotPlaced, "missed"), Vec::new()));
     };
     fail(&mut ledger, first.clone());
     for number in 0..MAX_RECORDS {
@@ -231,8 +220,7 @@ impl World {
         if self.ledger.judge(&asked) == PlacementVerdict::New {
             assert_eq!(asked.state_number, self.ledger.head().state_number);
             self.begun[index] += 1;
-            let accepted = self.ledger.accept(asked);
-            self.apply(accepted);
+            self.apply(self.ledger.accept(asked));
         }
     }
 
@@ -262,20 +250,17 @@ impl World {
             Event::End(ending) => match self.ledger.under_way() {
                 Some(Record::Placement { .. }) => {
                     let finding = Finding::failed(ending, "");
-                    let ended = self.ledger.end_placement(finding, Vec::new());
-                    self.apply(ended);
+                    self.apply(self.ledger.end_placement(finding, Vec::new()));
                 }
                 Some(Record::Renewal { .. }) => {
-                    let ended = self.ledger.end_renewal(Vec::new());
-                    self.apply(ended);
+                    self.apply(self.ledger.end_renewal(Vec::new()));
                 }
                 None => {}
             },
             Event::Renew(id) => {
                 let id = id.to_string();
                 if self.ledger.judge_renewal(&id) == RenewalVerdict::New {
-                    let begun = self.ledger.begin_renewal(id);
-                    self.apply(begun);
+                    self.apply(self.ledger.begin_renewal(id));
                 }
             }
             Event::Restart(is_simulated) => {

@@ -7,21 +7,21 @@ mod view;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Point3};
 use ppnpack_camera::CameraError;
 use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_catalogue::object::Model;
 use ppnpack_packing::grid::{ContainerSize, GridError};
 use ppnpack_packing::motion::{Cycle, LegKind};
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::error::PhysicsError;
-use ppnpack_physics::outcome::{BodyId, PlacedReport};
+use ppnpack_physics::outcome::PlacedReport;
 use ppnpack_service::Shutdown;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::robot::{
-    Body, CutOff, Ending, Finding, Outline, Placement, Robot, RobotError, View as RobotView,
+    Body, CutOff, Ending, Finding, Placement, Robot, RobotError, View as RobotView,
 };
 use motion::Motion;
 pub use motion::{JointState, JointWatch};
@@ -57,8 +57,8 @@ pub struct SimulatedRobot {
     cell: SimulatedCell,
     view: View,
     models: BTreeMap<String, Arc<Model>>,
-    /// The items of the bodies, in their order.
-    items: Vec<(BodyId, String)>,
+    /// The items by the numbers of their bodies.
+    items: Vec<String>,
     faults: ChaCha8Rng,
     motion: Motion,
 }
@@ -128,16 +128,9 @@ impl SimulatedRobot {
         }
     }
 
-    fn is_known(&self, body: &Body) -> bool {
-        let is_known = self.models.contains_key(&body.object);
-        if !is_known {
-            tracing::error!(
-                item = body.item_id,
-                object = body.object,
-                "the catalogue no longer has the object: the item is taken out of the container"
-            );
-        }
-        is_known
+    fn empty(&mut self) {
+        self.cell.reset();
+        self.items.clear();
     }
 
     fn release(&mut self, placement: &Placement) -> Finding {
@@ -147,7 +140,7 @@ impl SimulatedRobot {
         };
         match self.cell.place(model, &placement.container_from_item) {
             Ok(report) => {
-                self.items.push((report.id, placement.item_id.clone()));
+                self.items.push(placement.item_id.clone());
                 finding(&report)
             }
             // On an error nothing has changed.
@@ -185,34 +178,31 @@ impl Robot for SimulatedRobot {
         self.settings.physics.container
     }
 
-    fn objects(&self) -> Option<BTreeMap<String, Outline>> {
+    fn objects(&self) -> Option<BTreeMap<String, Bounds>> {
         let models = self.models.iter();
-        Some(
-            models
-                .map(|(name, model)| (name.clone(), outline(model)))
-                .collect(),
-        )
+        // A catalogue has no object without a surface.
+        let outlines =
+            models.filter_map(|(name, model)| Some((name.clone(), model.mesh.bounds()?)));
+        Some(outlines.collect())
     }
 
-    fn resume(&mut self, mut bodies: Vec<Body>) -> Vec<Body> {
-        bodies.retain(|body| self.is_known(body));
-        let poses: Vec<(Arc<Model>, Isometry3<f64>)> = bodies
-            .iter()
-            .filter_map(|body| {
-                let model = self.models.get(&body.object)?;
-                Some((Arc::clone(model), body.container_from_item))
-            })
-            .collect();
-        match self.cell.lay_down(&poses) {
-            Ok(ids) => {
-                let items = bodies.into_iter().map(|body| body.item_id);
-                self.items = ids.into_iter().zip(items).collect();
-            }
-            Err(error) => {
-                tracing::error!(%error, "the container cannot be filled as it was: it begins empty");
-                self.cell.reset();
-                self.items.clear();
-            }
+    fn resume(&mut self, bodies: Vec<Body>) -> Vec<Body> {
+        let known = bodies.into_iter().filter_map(|body| {
+            let Some(model) = self.models.get(&body.object) else {
+                tracing::error!(
+                    item = body.item_id,
+                    object = body.object,
+                    "the catalogue no longer has the object: the item is taken out of the container"
+                );
+                return None;
+            };
+            Some(((Arc::clone(model), body.container_from_item), body.item_id))
+        });
+        let (poses, items): (Vec<_>, Vec<_>) = known.unzip();
+        self.items = items;
+        if let Err(error) = self.cell.lay_down(&poses) {
+            tracing::error!(%error, "the container cannot be filled as it was: it begins empty");
+            self.empty();
         }
         self.bodies()
     }
@@ -234,17 +224,15 @@ impl Robot for SimulatedRobot {
     }
 
     fn renew(&mut self) -> Result<(), RobotError> {
-        self.cell.reset();
-        self.items.clear();
+        self.empty();
         Ok(())
     }
 
     fn bodies(&self) -> Vec<Body> {
         let contents = self.cell.contents().into_iter();
         let bodies = contents.filter_map(|body| {
-            let (_, item_id) = self.items.iter().find(|(id, _)| *id == body.id)?;
             Some(Body {
-                item_id: item_id.clone(),
+                item_id: self.items.get(body.id.index())?.clone(),
                 object: body.model.name.clone(),
                 container_from_item: body.container_from_item,
                 is_inside: body.inside,
@@ -258,17 +246,4 @@ impl Robot for SimulatedRobot {
             .of(&mut self.cell)
             .map_err(|error| RobotError(error.to_string()))
     }
-}
-
-/// The box around a model.
-fn outline(model: &Model) -> Outline {
-    let vertices = model.mesh.vertices.iter();
-    let (min_m, max_m) = vertices.fold(
-        (
-            Point3::from([f64::INFINITY; 3]),
-            Point3::from([f64::NEG_INFINITY; 3]),
-        ),
-        |(min, max), vertex| (min.inf(vertex), max.sup(vertex)),
-    );
-    Outline { min_m, max_m }
 }

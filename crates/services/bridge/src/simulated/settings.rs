@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use ppnpack_camera::NoiseModel;
 use ppnpack_physics::settings::CellSettings;
+use ppnpack_service::configuration::in_range;
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
 
@@ -133,18 +134,10 @@ impl SimulatedSettings {
         self.physics
             .validate()
             .map_err(|error| format!("physics: {error}"))?;
-        let numbers = [
-            ("place_duration_s", self.place_duration_s, 3600.0),
-            ("motion_speed", self.motion_speed, 1000.0),
-            ("faults.missed_picks", self.faults.missed_picks, 1.0),
-            ("faults.drops", self.faults.drops, 1.0),
-        ];
-        if let Some((name, value, most)) = numbers
-            .into_iter()
-            .find(|(_, value, most)| !(0.0..=*most).contains(value))
-        {
-            return Err(format!("{name} is {value} where 0 to {most} is possible"));
-        }
+        in_range("place_duration_s", self.place_duration_s, 0.0..=3600.0)?;
+        in_range("motion_speed", self.motion_speed, 0.0..=1000.0)?;
+        in_range("faults.missed_picks", self.faults.missed_picks, 0.0..=1.0)?;
+        in_range("faults.drops", self.faults.drops, 0.0..=1.0)?;
         if self.faults.missed_picks + self.faults.drops > 1.0 {
             return Err("faults: the shares add up to more than 1".to_owned());
         }

@@ -9,9 +9,7 @@ use std::time::{Duration, Instant};
 
 use nalgebra::Isometry3;
 use nalgebra::Point3;
-use ppnpack_bridge::robot::{
-    Body, CutOff, Ending, Finding, Outline, Placement, Robot, RobotError, View,
-};
+use ppnpack_bridge::robot::{Body, CutOff, Ending, Finding, Placement, Robot, RobotError, View};
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
 use ppnpack_catalogue::mesh::Bounds;
@@ -202,7 +200,7 @@ impl Robot for ScriptedRobot {
         ContainerSize::REFERENCE
     }
 
-    fn objects(&self) -> Option<BTreeMap<String, Outline>> {
+    fn objects(&self) -> Option<BTreeMap<String, Bounds>> {
         None
     }
 
