@@ -253,7 +253,7 @@ impl Method {
                 Ok(Box::new(OrExhaustive::new(proposer)))
             }
             Err(MethodError::Network(error)) => {
-                Ok(Box::new(OrExhaustive::instead(format!("{error:#}"))))
+                Ok(Box::new(OrExhaustive::instead(with_causes(&*error))))
             }
             other => other,
         }
@@ -276,6 +276,12 @@ impl Method {
         let shapes = items.iter().map(|item| item.shape());
         Ok(narrowed.with_items(shapes.zip(coarse)))
     }
+}
+
+/// An error and all that led to it.
+fn with_causes(error: &dyn std::error::Error) -> String {
+    let causes = std::iter::successors(error.source(), |cause| cause.source());
+    causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
 }
 
 impl Stability {

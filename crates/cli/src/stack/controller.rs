@@ -151,9 +151,8 @@ impl Controller {
             ..v1::OutcomeRequest::default()
         };
         let reply = self.ask("bridge", request, PLACE_LIMIT)?;
-        let ended = ended(reply.execution);
         let early = "the bridge answered before the placement had ended";
-        ended.context(early).or_run()
+        ended(reply.execution).context(early).or_run()
     }
 
     /// The state of the cell.

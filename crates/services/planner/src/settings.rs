@@ -107,10 +107,8 @@ impl CellSettings {
         self.grid.build().map_err(|error| error.to_string())?;
         self.station().map_err(|error| format!("arm: {error}"))?;
         let method = &self.method;
-        method
-            .weights
-            .validate()
-            .map_err(|error| error.to_string())?;
+        let weights = method.weights.validate();
+        weights.map_err(|error| error.to_string())?;
         in_range("buffer", method.buffer, 1..=1_000)?;
         if let ProposalSource::Network { model: Some(_), .. } = method.proposals {
             return Err("proposals: unknown field `model`: a ppn service has its own".to_owned());

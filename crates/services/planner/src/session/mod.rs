@@ -119,10 +119,9 @@ impl Session {
             ItemState::Packed { cycle_s, .. } => cycle_s,
             _ => None,
         });
-        let (count, sum_s) = cycles_s.fold((0_u32, 0.0), |(count, sum_s), cycle_s| {
-            (count + 1, sum_s + cycle_s)
-        });
-        (count > 0).then(|| sum_s / f64::from(count))
+        let cycles_s: Vec<f64> = cycles_s.collect();
+        let sum_s: f64 = cycles_s.iter().sum();
+        (!cycles_s.is_empty()).then(|| sum_s / cycles_s.len() as f64)
     }
 
     /// The first `count` waiting items, each with its place in the order of arrivals.
