@@ -187,14 +187,11 @@ impl Method {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads as usize);
             search = search.with_pool(Arc::new(pool.build()?));
         }
-        let checks = self.stability.checks().into_iter().chain(checks).collect();
-        let (order, seed) = (self.order, self.seed);
+        let evaluator = Box::new(search);
+        let mut all = self.stability.checks();
+        all.extend(checks);
         Ok(Planner::new(
-            proposer,
-            Box::new(search),
-            checks,
-            order,
-            seed,
+            proposer, evaluator, all, self.order, self.seed,
         ))
     }
 

@@ -146,13 +146,10 @@ impl Worker {
             return;
         };
         match work(self, &incoming) {
-            Ok((reply, stages)) => incoming.reply(
-                reply,
-                Done {
-                    stages,
-                    model: None,
-                },
-            ),
+            Ok((reply, stages)) => {
+                let model = None;
+                incoming.reply(reply, Done { stages, model });
+            }
             Err(Refusal::Invalid(message)) => incoming.refuse(Status::Invalid, message),
             Err(Refusal::Failed(message)) => incoming.refuse(Status::Failed, message),
             Err(Refusal::Missing(missing)) => {

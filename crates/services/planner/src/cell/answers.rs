@@ -67,14 +67,11 @@ impl CellPlanner {
         let span = incoming.span().clone();
         match span.in_scope(|| work(self, &incoming)) {
             Ok(reply) => {
-                let stages = vec![header::stage("work", started.elapsed())];
-                incoming.reply(
-                    reply,
-                    Done {
-                        stages,
-                        ..Done::default()
-                    },
-                );
+                let done = Done {
+                    stages: vec![header::stage("work", started.elapsed())],
+                    model: None,
+                };
+                incoming.reply(reply, done);
             }
             Err(refusal) => incoming.refuse(refusal.status, refusal.message),
         }
@@ -298,14 +295,11 @@ fn read_regions(regions: &[v1::Region]) -> Result<Vec<BlockedRegion>, Refusal> {
     let regions: Vec<BlockedRegion> = regions.iter().map(message::read_region).collect();
     let is_possible = |region: &BlockedRegion| {
         let sides = [
-            region.x_min_m,
-            region.y_min_m,
-            region.x_max_m,
-            region.y_max_m,
+            (region.x_min_m, region.x_max_m),
+            (region.y_min_m, region.y_max_m),
         ];
-        sides.iter().all(|side| side.is_finite())
-            && region.x_min_m <= region.x_max_m
-            && region.y_min_m <= region.y_max_m
+        let mut sides = sides.iter();
+        sides.all(|(least, most)| least.is_finite() && most.is_finite() && least <= most)
     };
     match regions.iter().all(is_possible) {
         true => Ok(regions),

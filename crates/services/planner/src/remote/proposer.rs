@@ -44,13 +44,8 @@ impl RemoteProposer {
     /// The instance that serves this cell: the same as long as the same ones are alive.
     fn instance(&self) -> Result<Instance, StageError> {
         let alive = self.peers.alive.instances();
-        let sum = self
-            .peers
-            .cell
-            .as_str()
-            .bytes()
-            .map(usize::from)
-            .sum::<usize>();
+        let cell = self.peers.cell.as_str();
+        let sum: usize = cell.bytes().map(usize::from).sum();
         let chosen = alive.get(sum % alive.len().max(1)).cloned();
         let chosen = chosen.ok_or("no ppn service is alive")?;
         match &self.failed {
