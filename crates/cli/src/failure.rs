@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use ppnpack_files::WriteError;
+use ppnpack_packing::method::MethodError;
 
 /// A failed command: one line for the user, and an exit code.
 #[derive(Debug)]
@@ -55,6 +56,16 @@ impl From<anyhow::Error> for Failure {
 impl From<WriteError> for Failure {
     fn from(error: WriteError) -> Self {
         Self::Run(error.into())
+    }
+}
+
+impl From<MethodError> for Failure {
+    /// That a network does not run here is no fault of the command line.
+    fn from(error: MethodError) -> Self {
+        match error {
+            MethodError::Network(_) => Self::Run(error.into()),
+            _ => Self::Input(error.into()),
+        }
     }
 }
 

@@ -3,16 +3,18 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::Item;
+use ppnpack_packing::method::{Method, OpenNetwork, ProposalSource};
 use ppnpack_packing::plan::{Candidate, Planner};
 use ppnpack_packing::step::StepInput;
+use ppnpack_robot::station::ArmStation;
 use serde::Serialize;
 
 use crate::failure::{Failure, OrRun, Outcome};
-use crate::options::{Method, Network, ProposalSource};
 
 /// Items of the sample packing.
 const SAMPLE_ITEMS: usize = 40;
@@ -28,26 +30,41 @@ pub(crate) struct Cost {
     pub(crate) decision_s: Option<f64>,
 }
 
-/// Measures what each source costs on steps of a sample packing of `items`, the fastest first.
+/// Gives a method the fastest of some sources of proposals, where there are several; tells what each was measured to
+/// cost, the fastest first.
 ///
-/// The sample is packed as planned, without physics. Each source plans the same steps twice, and the second time
+/// A sample of `items` is packed as planned, without physics. Each source plans the same steps twice, and the second time
 /// counts, when its memory is allocated and its item features are known.
-pub(crate) fn measure(
-    method: &Method,
+pub(crate) fn choose(
+    method: &mut Method,
     sources: &[ProposalSource],
     grid: &Grid,
     items: &[Arc<Item>],
+    station: Option<&ArmStation>,
     threads: u32,
-    network: Option<Network<'_>>,
+    network: Option<&dyn OpenNetwork>,
 ) -> Outcome<Vec<Cost>> {
-    let steps = sample(method, grid, items, threads)?;
-    let mut costs = Vec::with_capacity(sources.len());
-    for source in sources {
+    if sources.len() < 2 {
+        return Ok(Vec::new());
+    }
+    let planner = |source: &ProposalSource| -> Outcome<Planner> {
         let of_source = Method {
             proposals: source.clone(),
             ..method.clone()
         };
-        let decision_s = match of_source.planner(grid, threads, network) {
+        let proposer = of_source.proposer(grid, network)?;
+        let check = station.map(|station| Box::new(station.check()) as BoxedCheck);
+        Ok(of_source.build_with(grid, proposer, check, threads)?)
+    };
+    let steps = sample(
+        &mut planner(&ProposalSource::Bounded)?,
+        method.buffer,
+        grid,
+        items,
+    )?;
+    let mut costs = Vec::with_capacity(sources.len());
+    for source in sources {
+        let decision_s = match planner(source) {
             Ok(mut planner) => {
                 replay(&mut planner, grid, &steps)?;
                 Some(replay(&mut planner, grid, &steps)?.as_secs_f64() / steps.len().max(1) as f64)
@@ -68,32 +85,22 @@ pub(crate) fn measure(
     }
     let seconds = |cost: &Cost| cost.decision_s.unwrap_or(f64::INFINITY);
     costs.sort_by(|a, b| seconds(a).total_cmp(&seconds(b)));
+    if let Some(fastest) = costs.first() {
+        method.proposals = fastest.proposals.clone();
+    }
     Ok(costs)
 }
 
 fn sample(
-    method: &Method,
+    planner: &mut Planner,
+    buffer: usize,
     grid: &Grid,
     items: &[Arc<Item>],
-    threads: u32,
 ) -> Outcome<Vec<Sampled>> {
-    let exhaustive = Method {
-        proposals: ProposalSource::Bounded,
-        ..method.clone()
-    };
-    let mut planner = exhaustive.planner(grid, threads, None)?;
     let items = Candidate::sequence(items.iter().take(SAMPLE_ITEMS).cloned());
     let mut recorder = Recorder::default();
-    let mut cell = IdealCell::new(grid);
-    play(
-        grid,
-        &mut planner,
-        &mut cell,
-        items,
-        Play::with_buffer(method.buffer),
-        &mut recorder,
-    )
-    .or_run()?;
+    let (mut cell, how) = (IdealCell::new(grid), Play::with_buffer(buffer));
+    play(grid, planner, &mut cell, items, how, &mut recorder).or_run()?;
     let every = recorder.0.len().div_ceil(SAMPLE_STEPS).max(1);
     Ok(recorder.0.into_iter().step_by(every).collect())
 }

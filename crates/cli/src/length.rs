@@ -1,11 +1,13 @@
 //! Lengths on the command line: a number with a unit, metres where none is given.
 
+use ppnpack_packing::grid::ContainerSize;
+
 /// Parses a positive length such as `1cm`, `2.5mm`, `0.01m` or `0.01`; gives metres.
 ///
 /// # Errors
 /// What is wrong with it, in words.
 pub fn parse_length(text: &str) -> Result<f64, String> {
-    let metres = with_unit(text)?;
+    let metres = parse_coordinate(text)?;
     if metres > 0.0 {
         Ok(metres)
     } else {
@@ -18,7 +20,7 @@ pub fn parse_length(text: &str) -> Result<f64, String> {
 /// # Errors
 /// What is wrong with it, in words.
 pub fn parse_distance(text: &str) -> Result<f64, String> {
-    let metres = with_unit(text)?;
+    let metres = parse_coordinate(text)?;
     if metres >= 0.0 {
         Ok(metres)
     } else {
@@ -26,25 +28,28 @@ pub fn parse_distance(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Parses a length of either sign; gives metres.
-pub(crate) fn parse_coordinate(text: &str) -> Result<f64, String> {
-    with_unit(text)
-}
-
-/// Parses the three inner lengths of a container, such as `32x32x30cm`; gives metres.
-pub(crate) fn parse_size(text: &str) -> Result<[f64; 3], String> {
+/// Parses the three inner lengths of a container, such as `32x32x30cm`.
+pub(crate) fn parse_size(text: &str) -> Result<ContainerSize, String> {
     let digits = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
     let unit = text.get(digits.len()..).unwrap_or("");
     let sides: Vec<f64> = digits
         .split(['x', 'X'])
         .map(|side| parse_length(&format!("{side}{unit}")))
         .collect::<Result<_, _>>()?;
-    sides
+    let [x_m, y_m, z_m] = sides
         .try_into()
-        .map_err(|_| format!("'{text}' must be three lengths with one unit, such as 32x32x30cm"))
+        .map_err(|_| format!("'{text}' must be three lengths with one unit, such as 32x32x30cm"))?;
+    Ok(ContainerSize { x_m, y_m, z_m })
 }
 
-fn with_unit(text: &str) -> Result<f64, String> {
+/// Three lengths for people.
+pub(crate) fn centimetres(lengths_m: [f64; 3]) -> String {
+    let [x, y, z] = lengths_m.map(|length_m| 100.0 * length_m);
+    format!("{x:.1} x {y:.1} x {z:.1} cm")
+}
+
+/// Parses a length of either sign; gives metres.
+pub(crate) fn parse_coordinate(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let number = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
     let metres = match text.get(number.len()..).unwrap_or("") {
@@ -80,8 +85,9 @@ mod tests {
         assert_eq!(parse_length("1cm"), Ok(0.01));
         assert_eq!(parse_length("0.2cm"), Ok(0.002));
         assert_eq!(parse_length("0.3"), Ok(0.3));
-        assert_eq!(parse_size("32x32x30cm"), Ok([0.32, 0.32, 0.30]));
-        assert_eq!(parse_size("0.3x0.3x0.16"), Ok([0.3, 0.3, 0.16]));
+        assert_eq!(parse_size("32x32x30cm"), Ok(ContainerSize::REFERENCE));
+        let unitless = parse_size("0.3x0.3x0.16").unwrap();
+        assert_eq!([unitless.x_m, unitless.y_m, unitless.z_m], [0.3, 0.3, 0.16]);
     }
 
     #[test]

@@ -5,13 +5,34 @@ use std::io::Write;
 use anyhow::Context;
 use comfy_table::Table;
 use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
-pub use ppnpack_files::{StagedFolder, write_whole};
 
 /// A table for the terminal.
 pub(crate) fn table() -> Table {
     let mut table = Table::new();
     table.load_style(UTF8_HORIZONTAL_ONLY);
     table
+}
+
+/// Names and values as a table.
+pub(crate) fn rows<Name: Into<String>>(rows: impl IntoIterator<Item = (Name, String)>) -> String {
+    let mut table = table();
+    for (name, value) in rows {
+        table.add_row([name.into(), value]);
+    }
+    table.to_string()
+}
+
+/// Prints a value as JSON where that is asked for, and as text for people otherwise.
+pub(crate) fn print(
+    value: &impl serde::Serialize,
+    as_json: bool,
+    text: impl FnOnce() -> String,
+) -> anyhow::Result<()> {
+    if as_json {
+        print_json(value)
+    } else {
+        print_line(&text())
+    }
 }
 
 /// Prints a value as JSON on standard output.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use clap::Args;
 use ndarray::Array2;
 use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_catalogue::object::CatalogueObject;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::step::Candidate;
 use ppnpack_robot::station::ArmStation;
@@ -64,20 +65,17 @@ impl SequenceOptions {
         }
         if !self.items.is_empty() {
             let objects = self.items.iter().map(|item| find(catalogue, item));
-            let objects = objects.collect::<Result<_, _>>()?;
             return Ok(Sequence {
                 from: "--items".to_owned(),
-                objects,
+                objects: objects.collect::<Result<_, _>>()?,
             });
         }
         let count = self.random.unwrap_or(80);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let objects = (0..count)
-            .map(|_| random.random_range(0..catalogue.len()))
-            .collect();
+        let objects = (0..count).map(|_| random.random_range(0..catalogue.len()));
         Ok(Sequence {
             from: format!("{count} at random, seed {seed}"),
-            objects,
+            objects: objects.collect(),
         })
     }
 }
@@ -113,21 +111,21 @@ impl Sequence {
 
     /// The items in the order of their arrival, with all that the catalogue knows of them.
     pub fn candidates(&self, catalogue: &Catalogue) -> Vec<Candidate> {
-        let objects = self.objects.iter();
-        let objects = objects.filter_map(|index| catalogue.get(*index));
+        let objects = self.of(catalogue).enumerate();
         objects
-            .enumerate()
             .map(|(arrival, object)| object.candidate(arrival))
             .collect()
     }
 
     /// The items themselves.
     pub fn items(&self, catalogue: &Catalogue) -> Vec<Arc<Item>> {
-        let objects = self
-            .objects
-            .iter()
-            .filter_map(|index| catalogue.get(*index));
+        let objects = self.of(catalogue);
         objects.map(|object| object.item.clone()).collect()
+    }
+
+    fn of<'a>(&'a self, catalogue: &'a Catalogue) -> impl Iterator<Item = &'a CatalogueObject> {
+        let objects = self.objects.iter();
+        objects.filter_map(move |index| catalogue.get(*index))
     }
 }
 
@@ -184,13 +182,10 @@ impl SequenceFile {
             )));
         }
         let row = self.rows.row(index);
-        let objects = row
-            .iter()
-            .filter_map(|object| usize::try_from(*object).ok());
-        let from = format!("sequence {index} of {}", self.path.display());
+        let objects = row.iter().copied().map(usize::try_from);
         Ok(Sequence {
-            from,
-            objects: objects.collect(),
+            from: format!("sequence {index} of {}", self.path.display()),
+            objects: objects.filter_map(Result::ok).collect(),
         })
     }
 }

@@ -8,14 +8,14 @@ use ppnpack_chart::{Interval, PlotPoint};
 use ppnpack_cli::failure::{Failure, OrRun, Outcome};
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{
-    CatalogueOptions, Conditions, Method, Network, PhysicsOptions, ProposalSource, Simulated,
-    StabilityOption,
+    CatalogueOptions, Conditions, Network, PhysicsOptions, Simulated, parse_stability,
 };
 use ppnpack_cli::sequence::{Sequence, SequenceFile};
 use ppnpack_cli::simulation::simulate;
 use ppnpack_model::weights::Model;
 use ppnpack_packing::episode::Play;
 use ppnpack_packing::grid::Grid;
+use ppnpack_packing::method::{Method, OpenNetwork, ProposalSource, Stability};
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::plan::Timings;
 use serde::{Deserialize, Serialize};
@@ -43,8 +43,8 @@ pub(crate) struct ComparisonOptions {
     buffer: u32,
 
     /// The stability test that placements must pass
-    #[arg(long, value_enum, default_value = "published")]
-    stability: StabilityOption,
+    #[arg(long, value_parser = parse_stability(), default_value = "published")]
+    stability: Stability,
 
     /// The seed of everything that is random
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
@@ -71,7 +71,7 @@ pub(crate) struct Setting {
     pub(crate) grid: Grid,
     pub(crate) simulated: Simulated,
     pub(crate) buffer: usize,
-    pub(crate) stability: StabilityOption,
+    pub(crate) stability: Stability,
     pub(crate) seed: u64,
 }
 
@@ -253,14 +253,14 @@ impl<'a> Comparison<'a> {
             order: contender.order,
             proposals: contender.proposals.clone(),
             stability: setting.stability,
-            arm: None,
             weights: Weights::default(),
             buffer: setting.buffer,
             seed: setting.seed.wrapping_add(case as u64),
         };
         let mut simulated = setting.simulated.clone();
         simulated.cell.seed = method.seed;
-        let mut planner = method.planner(&setting.grid, 1, network)?;
+        let network = network.as_ref().map(|network| network as &dyn OpenNetwork);
+        let mut planner = method.build(&setting.grid, network)?;
         let (episode, _) = simulate(
             &self.catalogue,
             &setting.grid,

@@ -12,15 +12,14 @@ use ppnpack_dataset::{
 };
 use ppnpack_packing::episode::Play;
 use ppnpack_packing::item::Item;
+use ppnpack_packing::method::{Method, ProposalSource, Stability};
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
-use ppnpack_packing::search::SearchSettings;
 use serde::Serialize;
 
 use crate::workers;
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::options::{
-    CatalogueOptions, Conditions, GridOptions, Method, PhysicsOptions, ProposalSource, Simulated,
-    StabilityOption,
+    CatalogueOptions, Conditions, GridOptions, PhysicsOptions, Simulated, parse_stability,
 };
 use ppnpack_cli::output::{print_json, print_line};
 use ppnpack_cli::sequence::{Sequence, SequenceFile};
@@ -63,8 +62,8 @@ pub struct DatasetArguments {
     buffer: u32,
 
     /// The stability test that placements must pass
-    #[arg(long, value_enum, default_value = "published")]
-    stability: StabilityOption,
+    #[arg(long, value_parser = parse_stability(), default_value = "published")]
+    stability: Stability,
 
     /// The seed of everything that is random
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
@@ -153,7 +152,7 @@ fn settings(
 }
 
 /// The name of a stability test, as results record it.
-fn name(stability: StabilityOption) -> Outcome<String> {
+fn name(stability: Stability) -> Outcome<String> {
     let value = serde_json::to_value(stability).or_run()?;
     Ok(value.as_str().unwrap_or_default().to_owned())
 }
@@ -222,7 +221,7 @@ struct Player<'a> {
     catalogue: &'a Catalogue,
     settings: &'a Settings,
     simulated: &'a Simulated,
-    stability: StabilityOption,
+    stability: Stability,
 }
 
 impl Player<'_> {
@@ -235,7 +234,6 @@ impl Player<'_> {
             order: expert.order,
             proposals: ProposalSource::All,
             stability: self.stability,
-            arm: None,
             weights: expert.weights,
             buffer: expert.buffer as usize,
             seed: drawn.seed,
@@ -246,16 +244,11 @@ impl Player<'_> {
             from: format!("sequence {sequence} of seed {}", self.settings.seed),
             objects: objects(&drawn),
         };
-        let search = SearchSettings {
-            heuristic: expert.heuristic,
-            order: expert.order,
-            weights: expert.weights,
-            seed: drawn.seed,
-        };
+        let search = method.search_settings();
         let checks = self.stability.checks();
         let labeller = Expert::new(grid, &search, checks, self.settings.has_values).or_input()?;
         let mut recorder = Recorder::new(labeller, sequence, drawn.objects);
-        let mut planner = method.planner(grid, 1, None)?;
+        let mut planner = method.build(grid, None)?;
         simulate(
             self.catalogue,
             grid,

@@ -6,7 +6,8 @@ use ppnpack_chart::ChartError;
 use serde::Serialize;
 
 use ppnpack_cli::failure::{OrRun, Outcome};
-use ppnpack_cli::output::{print_json, print_line, write_whole};
+use ppnpack_cli::output::{print_json, print_line};
+use ppnpack_files::write_whole;
 
 /// Everything from this line on is written by hand.
 const NOTES: &str = "<!-- Notes: what follows is kept when the experiment is run again. -->";

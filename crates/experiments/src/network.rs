@@ -4,15 +4,16 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
+use ppnpack_model::settings::Device;
 use ppnpack_model::weights::Model;
-use ppnpack_packing::coarse::Coarsening;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::Item;
-use ppnpack_packing::search::SearchSettings;
+use ppnpack_packing::method::{OpenNetwork, ProposalSource};
+use ppnpack_packing::proposals::Percent;
 
-use ppnpack_cli::failure::{Failure, Outcome};
+use ppnpack_cli::failure::{OrInput, Outcome};
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::{DeviceOption, Network, PROPOSAL_YAWS, ProposalSource, read_model};
+use ppnpack_cli::options::{Network, PROPOSAL_YAWS, parse_device, read_model};
 
 /// Which network proposes.
 #[derive(Debug, Clone, Args)]
@@ -23,8 +24,8 @@ pub(crate) struct NetworkOptions {
     model: Option<PathBuf>,
 
     /// Where the network runs
-    #[arg(long, value_enum, default_value = "cpu")]
-    device: DeviceOption,
+    #[arg(long, value_parser = parse_device(), default_value = "cpu")]
+    device: Device,
 
     /// The share of placements that the network proposes, in percent [default: the paper's: 5, and 20 in its robot cell]
     #[arg(long = "k", value_name = "PERCENT", allow_hyphen_values = true)]
@@ -55,21 +56,15 @@ impl NetworkOptions {
     ) -> Outcome<Result<Model, String>> {
         let model = read_model(self.model.as_deref())?;
         let network = self.of(backend, &model, &[]);
-        let not_coarser = Coarsening { cells: 1, yaws: 1 };
-        match network.open(
-            grid,
-            &SearchSettings::default(),
-            not_coarser,
-            self.percent(),
-        ) {
-            Ok(_) => Ok(Ok(model)),
-            Err(Failure::Run(error)) => {
-                let reason = format!("{error:#}");
+        let share = Percent::new(self.percent()).or_input()?;
+        Ok(match network.open(grid, share, &[]) {
+            Ok(_) => Ok(model),
+            Err(error) => {
+                let reason = format!("{:#}", anyhow::Error::from_boxed(error));
                 tracing::warn!(reason, "comparing without the network");
-                Ok(Err(reason))
+                Err(reason)
             }
-            Err(error) => Err(error),
-        }
+        })
     }
 
     pub(crate) fn of<'a>(
@@ -81,13 +76,14 @@ impl NetworkOptions {
         Network {
             backend,
             model,
-            device: self.device.into(),
+            device: self.device,
             items,
         }
     }
 
     /// The network as a source of proposals.
     pub(crate) fn source(&self, grid: &Grid, model: &Model) -> ProposalSource {
-        ProposalSource::network(grid, self.percent(), PROPOSAL_YAWS, model)
+        let weights = &model.card().weights_blake3;
+        ProposalSource::network(grid, self.percent(), None, PROPOSAL_YAWS, weights)
     }
 }

@@ -6,9 +6,11 @@ use clap::{Args, ValueEnum};
 use ppnpack_chart::{PointSeries, Scatter};
 use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::{PROPOSAL_YAWS, ProposalSource, at_least_one};
-use ppnpack_cli::output::{print_json, print_line, write_whole};
+use ppnpack_cli::options::{PROPOSAL_YAWS, at_least_one};
+use ppnpack_cli::output::{print_json, print_line};
+use ppnpack_files::write_whole;
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
+use ppnpack_packing::method::ProposalSource;
 use ppnpack_packing::objective::{Heuristic, Order};
 use serde::Serialize;
 
@@ -189,10 +191,14 @@ fn contenders(arguments: &ParetoArguments, comparison: &Comparison<'_>) -> Vec<C
     let model = comparison.model.as_ref().ok();
     let percents = || arguments.percents.iter().copied();
     let yaws = arguments.proposal_yaws;
-    let network = |percent| Some(ProposalSource::network(grid, percent, yaws, model?));
+    let network = |percent| {
+        let weights = &model?.card().weights_blake3;
+        let source = ProposalSource::network(grid, percent, None, yaws, weights);
+        Some(source)
+    };
     let mut sources = vec![ProposalSource::All, ProposalSource::Bounded];
     sources.extend(percents().filter_map(network));
-    sources.extend(percents().map(|percent| ProposalSource::coarse(grid, percent, yaws)));
+    sources.extend(percents().map(|percent| ProposalSource::coarse(grid, percent, None, yaws)));
     sources.extend(percents().map(|percent| ProposalSource::Random { percent }));
     let contenders = sources.into_iter().map(|proposals| Contender {
         name: proposals.to_string(),

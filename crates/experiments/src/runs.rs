@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use ppnpack_cli::failure::{OrRun, Outcome};
-use ppnpack_cli::output::write_whole;
+use ppnpack_files::write_whole;
 
 /// A folder of finished runs that all depended on the same settings and were made by the same program.
 #[derive(Debug)]

@@ -16,8 +16,8 @@ use crate::train::train;
 use crate::workers;
 use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::DeviceOption;
-use ppnpack_cli::output::write_whole;
+use ppnpack_cli::options::parse_device;
+use ppnpack_files::write_whole;
 
 /// Trains the network and its ablations in the same way, and compares their accuracy on the test split.
 #[derive(Debug, Args)]
@@ -39,8 +39,8 @@ pub(crate) struct Table3Arguments {
     seed: u64,
 
     /// Where to train
-    #[arg(long, value_enum, default_value = "cpu")]
-    device: DeviceOption,
+    #[arg(long, value_parser = parse_device(), default_value = "cpu")]
+    device: Device,
 
     /// Threads on the processor [default: one per core]
     #[arg(long, value_name = "COUNT")]
@@ -151,7 +151,7 @@ fn request(arguments: &Table3Arguments, variant: &Variant) -> TrainingRequest {
             sequences: arguments.sequences,
             ..TrainingSettings::default()
         },
-        device: Device::from(arguments.device),
+        device: arguments.device,
         threads: arguments.threads.unwrap_or_else(workers::default_count),
         resume: true,
     }

@@ -7,13 +7,14 @@ use ppnpack_chart::{Curve, Lines};
 use ppnpack_model::architecture::{Architecture, Fusion, Normalisation};
 use ppnpack_model::card::{Accuracy, ModelCard};
 use ppnpack_model::report::{EpochReport, TrainingEvent};
-use ppnpack_model::settings::{Loss, TrainingRequest, TrainingSettings};
+use ppnpack_model::settings::{Device, Loss, TrainingRequest, TrainingSettings};
 
 use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::{DeviceOption, positive};
-use ppnpack_cli::output::{print_json, print_line, write_whole};
+use ppnpack_cli::options::{parse_device, positive};
+use ppnpack_cli::output::{print_json, print_line};
 use ppnpack_cli::progress;
+use ppnpack_files::write_whole;
 
 use crate::workers;
 
@@ -112,8 +113,8 @@ struct TrainingOptions {
     seed: u64,
 
     /// Where to train
-    #[arg(long, value_enum, default_value = "cpu")]
-    device: DeviceOption,
+    #[arg(long, value_parser = parse_device(), default_value = "cpu")]
+    device: Device,
 
     /// Threads on the processor [default: one per core]
     #[arg(long, value_name = "COUNT")]
@@ -182,7 +183,7 @@ impl TrainArguments {
                 seed: training.seed,
                 sequences: training.sequences,
             },
-            device: training.device.into(),
+            device: training.device,
             threads: training.threads.unwrap_or_else(workers::default_count),
             resume: self.resume,
         })

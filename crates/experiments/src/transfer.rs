@@ -12,7 +12,7 @@ use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::Item;
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::method::{Method, ProposalSource, Stability};
 use ppnpack_packing::plan::{Candidate, Planner};
 use ppnpack_packing::step::StepInput;
 use serde::{Deserialize, Serialize};
@@ -25,9 +25,9 @@ use crate::statistics::Mean;
 use crate::workers;
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::{CatalogueOptions, Method, Network, ProposalSource, StabilityOption};
-use ppnpack_cli::output::write_whole;
+use ppnpack_cli::options::{CatalogueOptions, Network};
 use ppnpack_cli::sequence::SequenceFile;
+use ppnpack_files::write_whole;
 
 /// Measures on several containers, cells and yaws how often the optimum is among the network's proposals, without
 /// training it anew.
@@ -193,18 +193,15 @@ fn measure(
 /// and compares the value with that of the exhaustive search.
 fn search(grid: &Grid, items: Vec<Arc<Item>>, network: Network<'_>, seed: u64) -> Outcome<Found> {
     let method = |proposals| Method {
-        heuristic: Heuristic::Sdfm,
-        order: Order::Balance,
         proposals,
-        stability: StabilityOption::Published,
-        arm: None,
-        weights: Weights::default(),
+        stability: Stability::Published,
         buffer: BUFFER,
         seed,
+        ..Method::default()
     };
     let all = method(ProposalSource::All);
     let mut recorder = Recorder::default();
-    let mut planner = all.planner(grid, 1, None)?;
+    let mut planner = all.build(grid, None)?;
     let mut cell = IdealCell::new(grid);
     let items = Candidate::sequence(items);
     let how = Play::with_buffer(BUFFER);
@@ -214,9 +211,9 @@ fn search(grid: &Grid, items: Vec<Arc<Item>>, network: Network<'_>, seed: u64) -
         let proposals = ProposalSource::Network {
             percent,
             coarsening: Coarsening { cells: 1, yaws: 1 },
-            model: String::new(),
+            model: None,
         };
-        pruned.push(method(proposals).planner(grid, 1, Some(network))?);
+        pruned.push(method(proposals).build(grid, Some(&network))?);
     }
     let mut found = Found {
         candidates: 0,

@@ -51,6 +51,7 @@ pub mod heightmap;
 pub mod item;
 mod kernel;
 mod layout;
+pub mod method;
 pub mod metrics;
 pub mod model;
 pub mod motion;

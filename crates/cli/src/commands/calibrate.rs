@@ -1,17 +1,18 @@
 //! `ppnpack calibrate`: where the container is before a sensor, from a cloud of it empty.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
+use ppnpack_files::write_whole;
 use ppnpack_packing::grid::ContainerSize;
-use ppnpack_perception::calibration::{Calibration, CalibrationSettings, calibrate};
+use ppnpack_perception::calibration::{CalibrationSettings, Residuals, calibrate};
 use ppnpack_perception::extrinsics::Extrinsics;
 use serde::Serialize;
 
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::length::{parse_length, parse_size};
 use crate::options::calibration_file;
-use crate::output::{self, print_json, print_line, write_whole};
+use crate::output;
 
 /// Finds the container in a cloud of it empty, seen from above: its pose before the sensor and its inner size.
 ///
@@ -25,7 +26,7 @@ pub(crate) struct CalibrateArguments {
 
     /// The container's inner size where it is known: the cloud is checked against it, and gives only the pose
     #[arg(long, value_name = "XxYxZ", allow_hyphen_values = true, value_parser = parse_size)]
-    container: Option<[f64; 3]>,
+    container: Option<ContainerSize>,
 
     /// How far the measured size may be from the known one
     #[arg(long, value_name = "LENGTH", default_value = "5mm", value_parser = parse_length, allow_hyphen_values = true)]
@@ -60,24 +61,15 @@ pub(crate) struct CalibrateArguments {
 #[derive(Debug, Serialize)]
 struct Summary<'a> {
     container_from_sensor: Extrinsics,
-    #[serde(flatten)]
-    calibration: Found<'a>,
-    out: &'a std::path::Path,
-}
-
-/// The rest of a calibration.
-#[derive(Debug, Serialize)]
-struct Found<'a> {
     container: ContainerSize,
     measured_container: ContainerSize,
-    residuals: &'a ppnpack_perception::calibration::Residuals,
+    residuals: &'a Residuals,
+    out: &'a Path,
 }
 
 pub(crate) fn run(arguments: &CalibrateArguments) -> Outcome {
     let settings = CalibrationSettings {
-        size: arguments
-            .container
-            .map(|[x_m, y_m, z_m]| ContainerSize { x_m, y_m, z_m }),
+        size: arguments.container,
         size_tolerance_m: arguments.size_tolerance,
         quarter_turns: arguments.quarter_turns,
         largest_rms_m: arguments.largest_rms,
@@ -94,22 +86,17 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Outcome {
     }
     let file = calibration_file(&arguments.cloud, &calibration);
     write_whole(&arguments.out, file.as_bytes())?;
-    if arguments.json {
-        return Ok(print_json(&Summary {
-            container_from_sensor: Extrinsics::from(&calibration.container_from_sensor),
-            calibration: Found {
-                container: calibration.size,
-                measured_container: calibration.measured_size,
-                residuals: &calibration.residuals,
-            },
-            out: &arguments.out,
-        })?);
-    }
-    print_line(&table(&calibration))?;
-    Ok(print_line(&format!(
-        "Calibration: {}",
-        arguments.out.display()
-    ))?)
+    let summary = Summary {
+        container_from_sensor: Extrinsics::from(&calibration.container_from_sensor),
+        container: calibration.size,
+        measured_container: calibration.measured_size,
+        residuals: &calibration.residuals,
+        out: &arguments.out,
+    };
+    Ok(output::print(&summary, arguments.json, || {
+        let out = arguments.out.display();
+        format!("{}\nCalibration: {out}", table(&summary))
+    })?)
 }
 
 /// The size as exactly as it is measured. A hair less than a multiple of the cell would cost a row of cells.
@@ -122,15 +109,15 @@ fn in_whole_millimetres(size: ContainerSize) -> ContainerSize {
     }
 }
 
-fn table(calibration: &Calibration) -> String {
+fn table(summary: &Summary<'_>) -> String {
     let millimetres = |metres: f64| format!("{:.2} mm", 1e3 * metres);
     let degrees = |radians: f64| format!("{:.3} degrees", radians.to_degrees());
     let Extrinsics {
         position_m: [x, y, z],
         orientation_xyzw: [qx, qy, qz, qw],
-    } = Extrinsics::from(&calibration.container_from_sensor);
-    let measured = &calibration.measured_size;
-    let residuals = &calibration.residuals;
+    } = summary.container_from_sensor;
+    let measured = summary.measured_container;
+    let residuals = summary.residuals;
     let rows = [
         ("Sensor's position", format!("{x:.4}, {y:.4}, {z:.4} m")),
         (
@@ -166,9 +153,5 @@ fn table(calibration: &Calibration) -> String {
             degrees(residuals.parallelism_rad),
         ),
     ];
-    let mut table = output::table();
-    for (name, value) in rows {
-        table.add_row([name.to_owned(), value]);
-    }
-    table.to_string()
+    output::rows(rows)
 }

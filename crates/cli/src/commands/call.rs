@@ -3,7 +3,7 @@
 use std::sync::mpsc::sync_channel;
 use std::time::{Duration, Instant};
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use clap::Args;
 use ppnpack_wire::keys::{Cell, Key, Method, Service};
 use prost::Message;
@@ -21,11 +21,11 @@ use crate::stack::connect::ConnectOptions;
 #[derive(Debug, Args)]
 pub(crate) struct CallArguments {
     /// perception, ppn, heuristic, bridge or planner
-    #[arg(value_parser = parse_service)]
+    #[arg(value_parser = |text: &str| one_of(Service::ALL, text))]
     service: Service,
 
     /// The method, such as plan
-    #[arg(value_parser = parse_method)]
+    #[arg(value_parser = |text: &str| one_of(Method::ALL, text))]
     method: Method,
 
     /// The request's fields
@@ -38,14 +38,6 @@ pub(crate) struct CallArguments {
 
     #[command(flatten)]
     connection: ConnectOptions,
-}
-
-fn parse_service(text: &str) -> Result<Service, String> {
-    one_of(Service::ALL, text)
-}
-
-fn parse_method(text: &str) -> Result<Method, String> {
-    one_of(Method::ALL, text)
 }
 
 fn one_of<T: Copy + std::fmt::Display>(all: &[T], text: &str) -> Result<T, String> {
@@ -75,11 +67,10 @@ pub(crate) fn run(arguments: &CallArguments) -> Outcome {
     print_json(&value)?;
     match value.pointer("/header/status").and_then(Value::as_str) {
         Some("STATUS_OK") => Ok(()),
-        status => Err(Failure::Run(anyhow::anyhow!(
-            "the {} answered {}",
-            arguments.service,
-            status.unwrap_or("without a status")
-        ))),
+        status => {
+            let status = status.unwrap_or("without a status");
+            Err(anyhow!("the {} answered {status}", arguments.service).into())
+        }
     }
 }
 
@@ -127,9 +118,8 @@ fn ask(session: &zenoh::Session, key: &Key, payload: &[u8], deadline: Instant) -
     loop {
         let left = deadline.saturating_duration_since(Instant::now());
         if left.is_zero() {
-            return Err(Failure::Run(anyhow::anyhow!(
-                "nobody answers {key}: `ppnpack status` shows who is alive"
-            )));
+            let silent = anyhow!("nobody answers {key}: `ppnpack status` shows who is alive");
+            return Err(silent.into());
         }
         let (sender, replies) = sync_channel(1);
         session
@@ -141,7 +131,7 @@ fn ask(session: &zenoh::Session, key: &Key, payload: &[u8], deadline: Instant) -
                 drop(sender.try_send(reply));
             })
             .wait()
-            .map_err(|error| Failure::Run(anyhow::anyhow!("{key}: {error}")))?;
+            .map_err(|error| anyhow!("{key}: {error}"))?;
         if let Ok(Ok(sample)) = replies.recv().map(zenoh::query::Reply::into_result) {
             return Ok(sample.payload().to_bytes().into_owned());
         }

@@ -3,16 +3,17 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_catalogue::object::Model;
+use ppnpack_catalogue::object::{CatalogueObject, Model};
 use ppnpack_catalogue::report::{ObjectReport, inspect};
+use ppnpack_files::write_whole;
 use ppnpack_packing::grid::Resolution;
 use ppnpack_picture::{Colour, Tile, TriangleMesh, contact_sheet};
 use serde::Serialize;
 
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
+use crate::length::centimetres;
 use crate::options::CatalogueOptions;
-use crate::output::{self, print_json, print_line, write_whole};
+use crate::output::{self, print_line};
 
 /// Look at the objects of a folder or of the built-in set.
 #[derive(Debug, Args)]
@@ -73,7 +74,8 @@ struct ListedObject {
 }
 
 impl ListedObject {
-    fn new(index: usize, model: &Model) -> Self {
+    fn new((index, object): (usize, &CatalogueObject)) -> Self {
+        let model = &object.model;
         Self {
             index,
             name: model.name.clone(),
@@ -88,28 +90,21 @@ impl ListedObject {
 }
 
 fn extents_m(model: &Model) -> [f64; 3] {
-    model
-        .mesh
-        .bounds()
-        .map_or([0.0; 3], |bounds| bounds.extents_m().into())
-}
-
-fn centimetres([x, y, z]: [f64; 3]) -> String {
-    format!("{:.1} x {:.1} x {:.1} cm", x * 100.0, y * 100.0, z * 100.0)
+    let bounds = model.mesh.bounds();
+    bounds.map_or([0.0; 3], |bounds| bounds.extents_m().into())
 }
 
 fn list(listing: &Listing) -> Outcome {
     let catalogue = listing.options.load(&Resolution::reference())?;
     let objects = catalogue.objects.iter().enumerate();
-    let objects: Vec<ListedObject> = objects
-        .map(|(index, object)| ListedObject::new(index, &object.model))
-        .collect();
-    if listing.json {
-        return Ok(print_json(&objects)?);
-    }
+    let objects: Vec<ListedObject> = objects.map(ListedObject::new).collect();
+    Ok(output::print(&objects, listing.json, || table(&objects))?)
+}
+
+fn table(objects: &[ListedObject]) -> String {
     let mut table = output::table();
     table.set_header(["Index", "Name", "Size", "Volume", "Mass", "Pieces", "Poses"]);
-    for object in &objects {
+    for object in objects {
         table.add_row([
             object.index.to_string(),
             object.name.clone(),
@@ -120,33 +115,24 @@ fn list(listing: &Listing) -> Outcome {
             object.resting_poses.to_string(),
         ]);
     }
-    Ok(print_line(&table.to_string())?)
+    table.to_string()
 }
 
 fn check(listing: &Listing) -> Outcome {
     let (source, settings) = (listing.options.source(), listing.options.settings());
     let reports = inspect(&source, &settings).or_input()?;
-    let bad = reports
-        .iter()
-        .filter(|report| report.outcome.is_err())
-        .count();
-    if listing.json {
-        print_json(&reports.iter().map(CheckedObject::new).collect::<Vec<_>>())?;
-    } else {
-        for report in &reports {
-            print_line(&line(report))?;
-        }
-        print_line(&format!(
-            "{} of {} objects can be packed",
-            reports.len() - bad,
-            reports.len()
-        ))?;
-    }
+    let all = reports.len();
+    let bad = reports.iter().filter(|report| report.outcome.is_err());
+    let bad = bad.count();
+    let checked: Vec<CheckedObject> = reports.iter().map(CheckedObject::new).collect();
+    output::print(&checked, listing.json, || {
+        let lines: String = reports.iter().map(|report| line(report) + "\n").collect();
+        format!("{lines}{} of {all} objects can be packed", all - bad)
+    })?;
     match bad {
         0 => Ok(()),
         bad => Err(Failure::input(format_args!(
-            "{bad} of {} objects cannot be packed",
-            reports.len()
+            "{bad} of {all} objects cannot be packed"
         ))),
     }
 }
@@ -161,14 +147,13 @@ struct CheckedObject {
 
 impl CheckedObject {
     fn new(report: &ObjectReport) -> Self {
-        let repairs = report.outcome.as_ref().map(|object| &object.repairs);
+        let object = report.outcome.as_ref().ok();
+        let repairs = object.iter().flat_map(|object| &object.repairs);
         Self {
             path: report.path.display().to_string(),
             ok: report.outcome.is_ok(),
             error: report.outcome.as_ref().err().map(ToString::to_string),
-            repairs: repairs.map_or(vec![], |repairs| {
-                repairs.iter().map(ToString::to_string).collect()
-            }),
+            repairs: repairs.map(ToString::to_string).collect(),
         }
     }
 }
@@ -178,12 +163,8 @@ fn line(report: &ObjectReport) -> String {
     match &report.outcome {
         Err(error) => format!("BAD  {path} {error}"),
         Ok(object) => {
-            let repairs: Vec<String> = object.repairs.iter().map(ToString::to_string).collect();
-            let repaired = if repairs.is_empty() {
-                String::new()
-            } else {
-                format!("; {}", repairs.join("; "))
-            };
+            let repairs = object.repairs.iter();
+            let repaired: String = repairs.map(|repair| format!("; {repair}")).collect();
             format!(
                 "ok   {path}: {} triangles, {:.0} cm³{repaired}",
                 object.model.mesh.triangles.len(),
@@ -195,34 +176,23 @@ fn line(report: &ObjectReport) -> String {
 
 fn show(options: &CatalogueOptions, out: &std::path::Path, tile_px: u32) -> Outcome {
     let catalogue = options.load(&Resolution::reference())?;
-    let details: Vec<String> = catalogue
-        .objects
-        .iter()
-        .map(|object| detail(&object.model))
-        .collect();
-    let tiles: Vec<Tile<'_>> = catalogue
-        .objects
-        .iter()
-        .zip(&details)
-        .enumerate()
-        .map(|(index, (object, detail))| Tile {
-            mesh: TriangleMesh {
-                vertices: &object.model.mesh.vertices,
-                triangles: &object.model.mesh.triangles,
-            },
-            colour: Colour::of_item(index),
-            name: &object.model.name,
-            detail,
-        })
-        .collect();
-    let title = title(options, &catalogue);
+    let models = || catalogue.objects.iter().map(|object| &object.model);
+    let details: Vec<String> = models().map(|model| detail(model)).collect();
+    let tiles = models().zip(&details).enumerate();
+    let tiles = tiles.map(|(index, (model, detail))| Tile {
+        mesh: TriangleMesh {
+            vertices: &model.mesh.vertices,
+            triangles: &model.mesh.triangles,
+        },
+        colour: Colour::of_item(index),
+        name: &model.name,
+        detail,
+    });
+    let tiles: Vec<Tile<'_>> = tiles.collect();
+    let title = format!("{}: {} objects", options.catalogue, catalogue.len());
     let sheet = contact_sheet(&title, &tiles, tile_px).or_input()?;
     write_whole(out, &sheet.to_png().or_run()?)?;
     Ok(print_line(&format!("Picture sheet: {}", out.display()))?)
-}
-
-fn title(options: &CatalogueOptions, catalogue: &Catalogue) -> String {
-    format!("{}: {} objects", options.catalogue, catalogue.len())
 }
 
 fn detail(model: &Model) -> String {

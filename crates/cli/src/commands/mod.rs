@@ -4,6 +4,7 @@ pub(crate) mod calibrate;
 pub(crate) mod call;
 pub(crate) mod catalogue;
 pub(crate) mod evaluate;
+mod job;
 pub(crate) mod pack;
 pub(crate) mod perceive;
 pub(crate) mod recognise;

@@ -1,27 +1,25 @@
 //! `ppnpack pack`: packs one sequence in the simulated cell and reports on it.
 
-use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
 use indicatif::ProgressBar;
+use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::episode::{Observer, Play, Step};
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::proposals::{OrExhaustive, Proposer};
+use ppnpack_packing::method::OpenNetwork;
 use ppnpack_packing::step::StepInput;
 use ppnpack_physics::outcome::BodyState;
 use ppnpack_physics::packing_cell::Placed;
 
-use crate::failure::{Failure, Outcome};
+use super::job::{ALTERNATIVES, ResultOptions};
+use crate::failure::Outcome;
 use crate::fastest;
 use crate::network::Backend;
-use crate::options::{
-    CatalogueOptions, Conditions, GridOptions, Method, MethodOptions, Network, PhysicsOptions,
-    ProposalSource,
-};
-use crate::output::{print_json, print_line};
+use crate::options::{CatalogueOptions, Conditions, GridOptions, MethodOptions, PhysicsOptions};
 use crate::progress;
-use crate::report::{self, ArmAsked, ArmWork, Content, EndingSummary, Packing, Settings, Settled};
+use crate::report::{
+    ArmAsked, ArmWork, Content, EndingSummary, MethodWithArm, Packing, Settings, Settled,
+};
 use crate::sequence::SequenceOptions;
 use crate::simulation::simulate;
 
@@ -43,62 +41,51 @@ pub(crate) struct PackArguments {
     #[command(flatten)]
     physics: PhysicsOptions,
 
-    /// Where the results are written
-    #[arg(long, value_name = "DIR", default_value = "out/pack")]
-    out: PathBuf,
-
-    /// Print the summary as JSON instead of a table
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    results: ResultOptions,
 }
-
-/// Valid placements kept beside each choice, for the report.
-const ALTERNATIVES: usize = 3;
 
 pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
     if arguments.method.arm.listed()? {
         return Ok(());
     }
     let grid = arguments.grid.grid()?;
+    let threads = arguments.method.threads;
     let proposals = &arguments.method.proposals;
     if proposals.uses_network() {
         backend.prepare();
     }
     let model = proposals.read_model()?;
     let sources = proposals.sources(&grid, model.as_ref())?;
-    let first = sources.first().cloned().unwrap_or(ProposalSource::Bounded);
-    let mut method = arguments.method.method(first)?;
+    let mut method = arguments.method.method(&sources)?;
+    let (arm, station) = arguments.method.arm.station()?.unzip();
     let simulated = arguments
         .physics
         .simulated(&grid, method.seed, Conditions::Robot)?;
-    let threads = arguments.method.threads;
     let catalogue = arguments.catalogue.load(grid.resolution())?;
     let mut sequence = arguments.sequence.sequence(&catalogue, method.seed)?;
-    let station = method.station()?;
-    let mut arm = station
+    let mut work = station
         .as_ref()
-        .map(|station| ArmWork::new(station, sequence.set_aside(&catalogue, station)));
+        .map(|station| ArmWork::new(station, &mut sequence, &catalogue));
     let items = sequence.items(&catalogue);
-    let network = model.as_ref().map(|model| Network {
-        backend,
-        model,
-        device: proposals.device(),
-        items: &items,
-    });
-    let mut costs = Vec::new();
-    if sources.len() > 1 {
-        costs = fastest::measure(&method, &sources, &grid, &items, threads, network)?;
-        if let Some(fastest) = costs.first() {
-            method.proposals = fastest.proposals.clone();
-        }
-    }
-    let proposer = proposer(&method, &grid, network)?;
-    let mut planner = method.planner_with(proposer, &grid, threads, station.as_ref())?;
+    let network = proposals.network(backend, model.as_ref(), &items);
+    let network = network.as_ref().map(|network| network as &dyn OpenNetwork);
+    let station = station.as_ref();
+    let costs = fastest::choose(
+        &mut method,
+        &sources,
+        &grid,
+        &items,
+        station,
+        threads,
+        network,
+    )?;
+    let proposer = method.proposer_or_exhaustive(&grid, network)?;
+    let check = station.map(|station| Box::new(station.check()) as BoxedCheck);
+    let mut planner = method.build_with(&grid, proposer, check, threads)?;
 
     let started = Instant::now();
-    let mut watch = Watch {
-        bar: progress::bar("Packing", sequence.objects.len() as u64),
-    };
+    let mut watch = Watch(progress::bar("Packing", sequence.objects.len() as u64));
     let (episode, cell) = simulate(
         &catalogue,
         &grid,
@@ -107,14 +94,13 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         &mut planner,
         Play {
             buffer: method.buffer,
-            alternatives: ALTERNATIVES,
+            alternatives: ALTERNATIVES.into(),
         },
         &mut watch,
     )?;
-    watch.bar.finish_and_clear();
-    if let Some(arm) = &mut arm {
-        arm.cycles_s = episode.steps.iter().map(Step::cycle_s).collect();
-        arm.asked = Some(ArmAsked::of(&episode));
+    watch.0.finish_and_clear();
+    if let Some(work) = &mut work {
+        work.asked = Some(ArmAsked::of(&episode));
     }
     let packing = Packing {
         settings: Settings {
@@ -123,7 +109,7 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
             objects: catalogue.len(),
             sequence,
             grid,
-            method,
+            method: MethodWithArm { method, arm },
             costs,
             threads,
             simulated,
@@ -135,22 +121,9 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         settled: cell.placed().iter().map(settled).collect(),
         contents: cell.contents().into_iter().map(content).collect(),
         took: started.elapsed(),
-        arm,
+        arm: work,
     };
-    finish(&packing, &arguments.out, arguments.json)
-}
-
-/// Writes the report and prints the summary.
-pub(crate) fn finish(packing: &Packing, out: &Path, json: bool) -> Outcome {
-    let summary = packing.summary();
-    report::write(packing, &summary, out)?;
-    if json {
-        print_json(&summary)?;
-    } else {
-        print_line(&report::table::summary(packing, &summary))?;
-        print_line(&format!("Report: {}", out.join("report.html").display()))?;
-    }
-    Ok(())
+    arguments.results.publish(&packing)
 }
 
 fn settled(placed: &Placed) -> Settled {
@@ -171,29 +144,11 @@ fn content((arrival, body): (usize, BodyState)) -> (usize, Content) {
     (arrival, content)
 }
 
-/// The method's proposals. A network that cannot run, now or later, gives way to the exhaustive search.
-fn proposer(
-    method: &Method,
-    grid: &Grid,
-    network: Option<Network<'_>>,
-) -> Outcome<Box<dyn Proposer>> {
-    let is_network = method.proposals.is_network();
-    match method.proposer(grid, network) {
-        Ok(proposer) if is_network => Ok(Box::new(OrExhaustive::new(proposer))),
-        Err(Failure::Run(error)) if is_network => {
-            Ok(Box::new(OrExhaustive::instead(format!("{error:#}"))))
-        }
-        other => other,
-    }
-}
-
 /// Shows how far the packing is.
-struct Watch {
-    bar: ProgressBar,
-}
+struct Watch(ProgressBar);
 
 impl Observer for Watch {
     fn on_step(&mut self, _step: &Step, _input: &StepInput<'_>) {
-        self.bar.inc(1);
+        self.0.inc(1);
     }
 }

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use anyhow::anyhow;
 use clap::Args;
-use nalgebra::{Isometry3, Point3};
+use nalgebra::Point3;
 use ppnpack_packing::grid::Resolution;
 use ppnpack_perception::extrinsics::Extrinsics;
 use ppnpack_recognition::library::{Library, LibrarySettings};
@@ -20,7 +20,7 @@ use serde::Serialize;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::length::parse_distance;
 use crate::options::{CatalogueOptions, SensorOption, parse_region, parse_sensor};
-use crate::output::{self, print_json, print_line};
+use crate::output;
 
 /// How far beyond the cloud its own region reaches, in metres.
 const MARGIN_M: f64 = 0.001;
@@ -68,7 +68,7 @@ struct Found {
 }
 
 /// An item.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 struct Item {
     /// None where it is unknown.
     object: Option<String>,
@@ -123,11 +123,7 @@ pub(crate) fn run(arguments: &RecogniseArguments) -> Outcome {
         points: points.len(),
         segmentation_s,
     };
-    if arguments.json {
-        Ok(print_json(&found)?)
-    } else {
-        Ok(print_line(&found.table())?)
-    }
+    Ok(output::print(&found, arguments.json, || found.table())?)
 }
 
 impl RecogniseArguments {
@@ -162,22 +158,16 @@ impl Item {
         let began = Instant::now();
         let recognition = recogniser.recognise(cluster);
         let took_s = began.elapsed().as_secs_f64();
-        let pose = |pose: &Isometry3<f64>| Extrinsics::from(pose);
         let fitness = |best: &Candidate| best.agreement.fitness;
         let item = Self {
-            object: None,
-            unknown: None,
-            pose: None,
             size_m: cluster.extents_m().into(),
             points: cluster.points_m.len(),
-            fitness: None,
-            runner_up: None,
-            margin: None,
             took_s,
+            ..Self::default()
         };
         match recognition {
             Recognition::Known(known) => Self {
-                pose: Some(pose(&known.best.world_from_item)),
+                pose: Some(Extrinsics::from(&known.best.world_from_item)),
                 fitness: Some(fitness(&known.best)),
                 runner_up: known.runner_up.map(|other| other.name),
                 margin: Some(known.margin),
@@ -188,7 +178,7 @@ impl Item {
                 let made = unknown_item("unknown", cluster, &Resolution::reference()).ok();
                 Self {
                     unknown: Some(reason(unknown.reason)),
-                    pose: made.map(|made| pose(&made.world_from_item)),
+                    pose: made.map(|made| Extrinsics::from(&made.world_from_item)),
                     fitness: unknown.candidates.first().map(fitness),
                     ..item
                 }

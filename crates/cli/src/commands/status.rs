@@ -1,14 +1,15 @@
 //! `ppnpack status`: which services are alive, and whether they are ready.
 
+use anyhow::anyhow;
 use clap::Args;
 use ppnpack_service::alive;
 use ppnpack_service::rpc::Client;
-use ppnpack_wire::keys::{Cell, Instance, Service};
+use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
 use serde::Serialize;
 
-use crate::failure::{Failure, OrRun, Outcome};
-use crate::output::{self, print_json, print_line};
+use crate::failure::{OrRun, Outcome};
+use crate::output;
 use crate::stack::connect::ConnectOptions;
 
 /// Shows which services are alive, and whether they are ready. Ends with 1 where one is not ready or none is alive.
@@ -23,7 +24,7 @@ pub(crate) struct StatusArguments {
 }
 
 /// One service.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 struct Line {
     service: String,
     instance: String,
@@ -44,63 +45,44 @@ pub(crate) fn run(arguments: &StatusArguments) -> Outcome {
     let deadline = arguments.connection.deadline()?;
     let mut lines = Vec::new();
     for found in alive::find(&session, deadline).or_run()? {
-        let asked = client.health(found.service, &found.instance, deadline);
-        lines.push(match asked {
-            Ok(health) => line(found.service, &found.instance, &found.cells, health),
-            Err(error) => silent(
-                found.service,
-                &found.instance,
-                &found.cells,
-                error.to_string(),
-            ),
+        let line = Line {
+            service: found.service.to_string(),
+            instance: found.instance.to_string(),
+            cells: found.cells.iter().map(Cell::to_string).collect(),
+            ..Line::default()
+        };
+        let health = client.health(found.service, &found.instance, deadline);
+        lines.push(match health {
+            Ok(health) => line.with(health),
+            Err(error) => Line {
+                failing: vec![error.to_string()],
+                ..line
+            },
         });
     }
-    if arguments.json {
-        print_json(&lines)?;
-    } else {
-        print_line(&table(&lines))?;
-    }
+    output::print(&lines, arguments.json, || table(&lines))?;
     match lines.iter().find(|line| !line.ready) {
-        Some(line) => Err(Failure::Run(anyhow::anyhow!(
-            "{} {} is not ready",
-            line.service,
-            line.instance
-        ))),
-        None if lines.is_empty() => Err(Failure::Run(anyhow::anyhow!("no service is alive"))),
+        Some(line) => Err(anyhow!("{} {} is not ready", line.service, line.instance).into()),
+        None if lines.is_empty() => Err(anyhow!("no service is alive").into()),
         None => Ok(()),
     }
 }
 
-fn line(service: Service, instance: &Instance, cells: &[Cell], health: v1::HealthReply) -> Line {
-    let failing = health.checks.into_iter().filter(|check| !check.is_passing);
-    let versions = health
-        .header
-        .and_then(|header| header.versions)
-        .unwrap_or_default();
-    Line {
-        ready: health.is_ready,
-        failing: failing
-            .map(|check| format!("{}: {}", check.name, check.message))
-            .collect(),
-        version: versions.software,
-        configuration: versions.configuration,
-        model: versions.model,
-        uptime_s: health.uptime_ns as f64 / 1e9,
-        ..silent(service, instance, cells, String::new())
-    }
-}
-
-fn silent(service: Service, instance: &Instance, cells: &[Cell], reason: String) -> Line {
-    Line {
-        service: service.to_string(),
-        instance: instance.to_string(),
-        cells: cells.iter().map(Cell::to_string).collect(),
-        ready: false,
-        failing: vec![reason],
-        version: String::new(),
-        configuration: String::new(),
-        model: String::new(),
-        uptime_s: 0.0,
+impl Line {
+    fn with(self, health: v1::HealthReply) -> Self {
+        let failing = health.checks.into_iter().filter(|check| !check.is_passing);
+        let failing = failing.map(|check| format!("{}: {}", check.name, check.message));
+        let versions = health.header.and_then(|header| header.versions);
+        let versions = versions.unwrap_or_default();
+        Self {
+            ready: health.is_ready,
+            failing: failing.collect(),
+            version: versions.software,
+            configuration: versions.configuration,
+            model: versions.model,
+            uptime_s: health.uptime_ns as f64 / 1e9,
+            ..self
+        }
     }
 }
 

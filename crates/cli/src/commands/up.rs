@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_packing::method::OpenNetwork;
 use ppnpack_perception_service::TraySettings;
 use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_recognition::library::{Library, LibrarySettings};
@@ -13,27 +14,24 @@ use ppnpack_recognition::recognise::RecognitionSettings;
 use ppnpack_recognition::segmentation::{Region, SegmentationSettings};
 use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::Cell;
+use ppnpack_wire::v1;
 
-use super::pack;
+use super::job::{ALTERNATIVES, ResultOptions};
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::fastest;
 use crate::network::Backend;
 use crate::options::{
-    CatalogueOptions, Conditions, GridOptions, MethodOptions, Network, PhysicsOptions,
-    ProposalSource, parse_region,
+    CatalogueOptions, Conditions, GridOptions, MethodOptions, PhysicsOptions, parse_region,
 };
 use crate::output::print_line;
 use crate::progress;
-use crate::report::{ArmWork, Packing, Settings};
+use crate::report::{ArmWork, MethodWithArm, Packing, Settings};
 use crate::sequence::SequenceOptions;
-use crate::stack::controller::{Arrival, Controller};
+use crate::stack::controller::Controller;
 use crate::stack::{self, Stack, connect};
 
 /// Where others connect to if nothing else is said: Zenoh's own port.
 const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
-
-/// Valid placements kept beside each choice, for the report.
-const ALTERNATIVES: u32 = 3;
 
 /// Runs perception, ppn, heuristic, bridge (simulated cells) and planner in one process, with a Zenoh router that cell
 /// controllers connect to.
@@ -83,13 +81,8 @@ struct JobOptions {
     #[command(flatten)]
     sequence: SequenceOptions,
 
-    /// Where the results are written
-    #[arg(long, value_name = "DIR", default_value = "out/pack")]
-    out: PathBuf,
-
-    /// Print the summary as JSON instead of a table
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    results: ResultOptions,
 
     /// Pack through the stack at this Zenoh endpoint instead, into an empty container that it is asked to bring.
     /// Catalogue, grid and method must be what that stack is configured with; of these, only the grid is checked
@@ -123,8 +116,8 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
             "--proposals auto is measured here; say what the stack at --connect is configured with",
         ));
     }
-    let first = sources.first().cloned().unwrap_or(ProposalSource::Bounded);
-    let mut method = arguments.method.method(first)?;
+    let mut method = arguments.method.method(&sources)?;
+    let (arm, station) = arguments.method.arm.station()?.unzip();
     let simulated = arguments
         .physics
         .simulated(&grid, method.seed, Conditions::Robot)?;
@@ -134,48 +127,43 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
         ));
     }
     let catalogue = Arc::new(arguments.catalogue.load(grid.resolution())?);
-    let items: Vec<_> = catalogue
-        .objects
-        .iter()
-        .map(|object| object.item.clone())
-        .collect();
-    let network = model.as_ref().map(|model| Network {
-        backend,
-        model,
-        device: proposals.device(),
-        items: &items,
-    });
-    let mut costs = Vec::new();
-    if sources.len() > 1 {
-        costs = fastest::measure(&method, &sources, &grid, &items, 1, network)?;
-        if let Some(fastest) = costs.first() {
-            method.proposals = fastest.proposals.clone();
-        }
-    }
+    let items = catalogue.items();
+    let network = proposals.network(backend, model.as_ref(), &items);
+    let costs = fastest::choose(
+        &mut method,
+        &sources,
+        &grid,
+        &items,
+        station.as_ref(),
+        1,
+        network.as_ref().map(|network| network as &dyn OpenNetwork),
+    )?;
     let settings = |sequence| Settings {
         catalogue: arguments.catalogue.catalogue.clone(),
         catalogue_hash: catalogue.content_hash(),
         objects: catalogue.len(),
         sequence,
         grid: grid.clone(),
-        method: method.clone(),
+        method: MethodWithArm {
+            method: method.clone(),
+            arm: arm.clone(),
+        },
         costs,
         threads: 1,
         simulated: simulated.clone(),
     };
     let job = |controller: &Controller| -> Outcome<Packing> {
         let mut sequence = arguments.job.sequence.sequence(&catalogue, method.seed)?;
-        let station = method.station()?;
         let arm = station
             .as_ref()
-            .map(|station| ArmWork::new(station, sequence.set_aside(&catalogue, station)));
+            .map(|station| ArmWork::new(station, &mut sequence, &catalogue));
         job(controller, &catalogue, settings(sequence), arm)
     };
     if let Some(session) = arguments.job.session()? {
         let controller = Controller::new(Client::new(&session), Cell::new("cell-1").or_input()?);
         controller.renew()?;
         let packing = job(&controller)?;
-        return pack::finish(&packing, &arguments.job.out, arguments.job.json);
+        return arguments.job.results.publish(&packing);
     }
     let is_network = method.proposals.is_network();
     let cells = (1..=arguments.cells).map(|number| Cell::new(&format!("cell-{number}")));
@@ -183,6 +171,7 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
         cells: cells.collect::<Result<_, _>>().or_input()?,
         grid: &grid,
         method: &method,
+        arm: arm.as_ref(),
         simulated: &simulated,
         sensing: &arguments.sensing(&catalogue)?,
         catalogue: Arc::clone(&catalogue),
@@ -200,32 +189,28 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
     let controller = Controller::new(stack.client(), cell);
     let packing = job(&controller)?;
     stack.finish()?;
-    pack::finish(&packing, &arguments.job.out, arguments.job.json)
+    arguments.job.results.publish(&packing)
 }
 
 impl UpArguments {
     /// Cells that are seen exactly, with what can be recognised where that is wanted.
     fn sensing(&self, catalogue: &Catalogue) -> Outcome<stack::Sensing> {
-        // A packing of its own is done as soon as can be; a cell that others watch moves in time.
-        let motion_speed = if self.job.pack { 0.0 } else { 1.0 };
-        let Some(region) = self.tray else {
-            return Ok(stack::Sensing {
-                motion_speed,
-                ..stack::Sensing::default()
-            });
+        let mut sensing = stack::Sensing {
+            // A packing of its own is done as soon as can be; a cell that others watch moves in time.
+            motion_speed: if self.job.pack { 0.0 } else { 1.0 },
+            ..stack::Sensing::default()
         };
-        let library = Library::new(&catalogue.models(), LibrarySettings::default()).or_input()?;
-        let segmentation = SegmentationSettings::of(region);
-        segmentation.validate().or_input()?;
-        Ok(stack::Sensing {
-            tray: Some(TraySettings {
+        if let Some(region) = self.tray {
+            let library = Library::new(&catalogue.models(), LibrarySettings::default());
+            let segmentation = SegmentationSettings::of(region);
+            segmentation.validate().or_input()?;
+            sensing.library = Some(Arc::new(library.or_input()?));
+            sensing.tray = Some(TraySettings {
                 segmentation,
                 recognition: RecognitionSettings::default(),
-            }),
-            library: Some(Arc::new(library)),
-            motion_speed,
-            ..stack::Sensing::default()
-        })
+            });
+        }
+        Ok(sensing)
     }
 
     fn listen(&self) -> Vec<String> {
@@ -266,16 +251,20 @@ fn job(
 ) -> Outcome<Packing> {
     let objects = settings.sequence.objects.iter().enumerate();
     let arrivals = objects.filter_map(|(arrival, index)| {
-        Some(Arrival {
+        let object = catalogue.get(*index)?.item.name().to_string();
+        Some(v1::Announcement {
             item_id: stack::report::item_id(arrival),
-            object: catalogue.get(*index)?.item.name().to_string(),
+            shape: Some(v1::announcement::Shape::Object(object)),
+            ..v1::Announcement::default()
         })
     });
-    let arrivals: Vec<Arrival> = arrivals.collect();
+    let arrivals: Vec<v1::Announcement> = arrivals.collect();
     let bar = progress::bar("Packing", arrivals.len() as u64);
     let started = Instant::now();
     let session_id = format!("pack-{:032x}", rand::random::<u128>());
-    let packed = controller.pack(&session_id, &arrivals, ALTERNATIVES, &mut |_| bar.inc(1))?;
+    let packed = controller.pack(&session_id, &arrivals, ALTERNATIVES.into(), &mut |_| {
+        bar.inc(1);
+    })?;
     bar.finish_and_clear();
     stack::report::packing(settings, catalogue, &packed, arm, started.elapsed()).or_run()
 }

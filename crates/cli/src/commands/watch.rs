@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -35,13 +35,7 @@ pub(crate) struct WatchArguments {
     once: bool,
 }
 
-/// What is known of the cells.
-#[derive(Default)]
-struct Seen {
-    cells: Mutex<BTreeMap<Cell, CellView>>,
-    changed: Condvar,
-}
-
+/// What is known of a cell.
 #[derive(Default)]
 struct CellView {
     session: Option<v1::Session>,
@@ -50,72 +44,67 @@ struct CellView {
     heightmap: Option<v1::Heightmap>,
 }
 
-impl Seen {
-    fn note(&self, cell: Cell, change: impl FnOnce(&mut CellView)) {
-        // A view is whole after each change.
-        let mut cells = self.cells.lock().unwrap_or_else(PoisonError::into_inner);
-        change(cells.entry(cell).or_default());
-        self.changed.notify_all();
-    }
-}
+/// What a message changes in what is known of its cell.
+type News = (Cell, Box<dyn FnOnce(&mut CellView) + Send>);
 
 pub(crate) fn run(arguments: &WatchArguments) -> Outcome {
     let session = arguments.connection.open()?;
     let deadline = arguments.connection.deadline()?;
-    let seen = Arc::new(Seen::default());
-    let subscriptions = (
-        follow(&session, &seen, Stream::Session, |view| &mut view.session)?,
-        follow(&session, &seen, Stream::State, |view| &mut view.state)?,
-        follow(&session, &seen, Stream::Plan, |view| &mut view.decision)?,
-        follow(&session, &seen, Stream::Heightmap, |view| {
+    let (tell, news) = mpsc::channel();
+    let _subscriptions = (
+        follow(&session, &tell, Stream::Session, |view| &mut view.session)?,
+        follow(&session, &tell, Stream::State, |view| &mut view.state)?,
+        follow(&session, &tell, Stream::Plan, |view| &mut view.decision)?,
+        follow(&session, &tell, Stream::Heightmap, |view| {
             &mut view.heightmap
         })?,
     );
+    let mut cells = BTreeMap::new();
     if arguments.once {
-        std::thread::sleep(deadline.saturating_duration_since(Instant::now()));
-        draw(&seen)?;
-    } else {
-        loop {
-            draw(&seen)?;
-            let cells = seen.cells.lock().unwrap_or_else(PoisonError::into_inner);
-            drop(seen.changed.wait_timeout(cells, Duration::from_secs(1)));
-            std::thread::sleep(FRAME);
-        }
+        while take(&news, deadline, &mut cells) {}
+        return draw(&cells);
     }
-    drop(subscriptions);
-    Ok(())
+    loop {
+        draw(&cells)?;
+        take(&news, Instant::now() + Duration::from_secs(1), &mut cells);
+        let next = Instant::now() + FRAME;
+        while take(&news, next, &mut cells) {}
+    }
 }
 
-/// Keeps the newest message of a stream of every cell in its place.
+/// Takes in one message, where one comes until then.
+fn take(news: &Receiver<News>, until: Instant, cells: &mut BTreeMap<Cell, CellView>) -> bool {
+    let left = until.saturating_duration_since(Instant::now());
+    let Ok((cell, change)) = news.recv_timeout(left) else {
+        return false;
+    };
+    change(cells.entry(cell).or_default());
+    true
+}
+
+/// Tells the messages of a stream of every cell; the newest stays in its place.
 fn follow<M: Message + Name + Default + 'static>(
     session: &zenoh::Session,
-    seen: &Arc<Seen>,
+    tell: &Sender<News>,
     stream: Stream,
     place: fn(&mut CellView) -> &mut Option<M>,
 ) -> Outcome<Subscription> {
-    let seen = Arc::clone(seen);
-    stream::subscribe_in(
-        session,
-        None,
-        stream,
-        MAX_MESSAGE_BYTES,
-        move |cell, message| {
-            seen.note(cell, |view| *place(view) = Some(message));
-        },
-    )
-    .or_run()
+    let tell = tell.clone();
+    let take = move |cell, message: M| {
+        // Nobody watches any more where this fails.
+        let change = move |view: &mut CellView| *place(view) = Some(message);
+        tell.send((cell, Box::new(change))).ok();
+    };
+    stream::subscribe_in(session, None, stream, MAX_MESSAGE_BYTES, take).or_run()
 }
 
-fn draw(seen: &Seen) -> Outcome {
-    let mut text = String::new();
-    {
-        let cells = seen.cells.lock().unwrap_or_else(PoisonError::into_inner);
-        if cells.is_empty() {
-            text.push_str("Nothing heard yet.\n");
-        }
-        for (cell, view) in &*cells {
-            text.push_str(&picture(cell, view));
-        }
+fn draw(cells: &BTreeMap<Cell, CellView>) -> Outcome {
+    let mut text: String = cells
+        .iter()
+        .map(|(cell, view)| picture(cell, view))
+        .collect();
+    if cells.is_empty() {
+        text.push_str("Nothing heard yet.\n");
     }
     let mut out = std::io::stdout().lock();
     if out.is_terminal() {

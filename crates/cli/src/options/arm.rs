@@ -58,8 +58,8 @@ impl ArmOptions {
         Ok(true)
     }
 
-    /// The arm and its cell, checked; `None` where there is no arm.
-    pub(crate) fn settings(&self) -> Outcome<Option<StationSettings>> {
+    /// The arm and its cell, as set and at work; `None` where there is no arm.
+    pub(crate) fn station(&self) -> Outcome<Option<(StationSettings, ArmStation)>> {
         let Some(arm) = &self.arm else {
             return Ok(None);
         };
@@ -80,8 +80,8 @@ impl ArmOptions {
             settings.pick.position_m = place.position_m;
             settings.pick.yaw_deg = place.yaw_deg;
         }
-        ArmStation::new(&settings).or_input()?;
-        Ok(Some(settings))
+        let station = ArmStation::new(&settings).or_input()?;
+        Ok(Some((settings, station)))
     }
 }
 

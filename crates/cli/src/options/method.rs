@@ -1,22 +1,13 @@
 //! Options for how placements are found and judged.
 
-use std::sync::Arc;
-
-use clap::{Args, ValueEnum};
-use ppnpack_packing::check::BoxedCheck;
-use ppnpack_packing::grid::Grid;
+use clap::Args;
+use clap::builder::TypedValueParser;
+use ppnpack_packing::method::{Method, ProposalSource, Stability};
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
-use ppnpack_packing::plan::Planner;
-use ppnpack_packing::proposals::Proposer;
-use ppnpack_packing::search::{Search, SearchSettings};
-use ppnpack_packing::stability::{
-    PhysicalStability, PhysicalStabilitySettings, PublishedStability,
-};
-use ppnpack_robot::station::{ArmStation, StationSettings};
-use serde::{Deserialize, Serialize};
 
 use super::arm::ArmOptions;
-use super::proposals::{Network, ProposalOptions, ProposalSource};
+use super::choice::{Choice, one_of};
+use super::proposals::ProposalOptions;
 use crate::failure::{Failure, OrInput, Outcome};
 
 /// How placements are found and judged.
@@ -24,19 +15,19 @@ use crate::failure::{Failure, OrInput, Outcome};
 #[command(next_help_heading = "Method")]
 pub(crate) struct MethodOptions {
     /// What placements are judged by
-    #[arg(long, value_enum, default_value = "sdfm")]
-    pub(crate) heuristic: HeuristicOption,
+    #[arg(long, value_parser = one_of(&HEURISTICS), default_value = "sdfm")]
+    pub(crate) heuristic: Heuristic,
 
     /// How the items of the buffer compete for a step
-    #[arg(long, value_enum, default_value = "balance")]
-    pub(crate) order: OrderOption,
+    #[arg(long, value_parser = one_of(&ORDERS), default_value = "balance")]
+    pub(crate) order: Order,
 
     #[command(flatten)]
     pub(crate) proposals: ProposalOptions,
 
     /// The stability test: `physical` for real cells, `published` for comparisons with the paper
-    #[arg(long, value_enum, default_value = "physical")]
-    pub(crate) stability: StabilityOption,
+    #[arg(long, value_parser = parse_stability(), default_value = "physical")]
+    pub(crate) stability: Stability,
 
     #[command(flatten)]
     pub(crate) arm: ArmOptions,
@@ -58,201 +49,62 @@ pub(crate) struct MethodOptions {
     pub(crate) threads: u32,
 }
 
-/// See [`Heuristic`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum HeuristicOption {
-    /// Low, close to content, compact (SDF minimisation)
-    Sdfm,
-    /// Deepest bottom-left
-    Dbl,
-    /// Heightmap minimisation
-    Hm,
-    /// Maximum touching area
-    Mta,
-    /// The first valid placement
-    FirstFit,
-    /// A valid placement at random
-    Random,
-}
+const HEURISTICS: [Choice<Heuristic>; 6] = [
+    (
+        "sdfm",
+        Heuristic::Sdfm,
+        "Low, close to content, compact (SDF minimisation)",
+    ),
+    ("dbl", Heuristic::Dbl, "Deepest bottom-left"),
+    ("hm", Heuristic::Hm, "Heightmap minimisation"),
+    ("mta", Heuristic::Mta, "Maximum touching area"),
+    (
+        "first-fit",
+        Heuristic::FirstFit,
+        "The first valid placement",
+    ),
+    ("random", Heuristic::Random, "A valid placement at random"),
+];
 
-impl From<HeuristicOption> for Heuristic {
-    fn from(option: HeuristicOption) -> Self {
-        match option {
-            HeuristicOption::Sdfm => Self::Sdfm,
-            HeuristicOption::Dbl => Self::Dbl,
-            HeuristicOption::Hm => Self::Hm,
-            HeuristicOption::Mta => Self::Mta,
-            HeuristicOption::FirstFit => Self::FirstFit,
-            HeuristicOption::Random => Self::Random,
-        }
-    }
-}
+const ORDERS: [Choice<Order>; 4] = [
+    ("balance", Order::Balance, "All together, large items early"),
+    (
+        "bbox",
+        Order::BboxVolume,
+        "By decreasing volume of the bounding box",
+    ),
+    ("arrival", Order::Arrival, "As they arrived"),
+    ("shuffled", Order::Shuffled, "In random order"),
+];
 
-/// See [`Order`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum OrderOption {
-    /// All together, large items early
-    Balance,
-    /// By decreasing volume of the bounding box
-    Bbox,
-    /// As they arrived
-    Arrival,
-    /// In random order
-    Shuffled,
-}
+const STABILITIES: [Choice<Stability>; 3] = [
+    (
+        "physical",
+        Stability::Physical,
+        "On the real surfaces, in metres",
+    ),
+    ("published", Stability::Published, "The paper's"),
+    ("none", Stability::None, "None: only the fit is checked"),
+];
 
-impl From<OrderOption> for Order {
-    fn from(option: OrderOption) -> Self {
-        match option {
-            OrderOption::Balance => Self::Balance,
-            OrderOption::Bbox => Self::BboxVolume,
-            OrderOption::Arrival => Self::Arrival,
-            OrderOption::Shuffled => Self::Shuffled,
-        }
-    }
-}
-
-/// Which stability test placements must pass.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum StabilityOption {
-    /// On the real surfaces, in metres
-    Physical,
-    /// The paper's
-    Published,
-    /// None: only the fit is checked
-    None,
-}
-
-impl StabilityOption {
-    /// The checks that it stands for.
-    pub fn checks(self) -> Vec<BoxedCheck> {
-        match self {
-            Self::Physical => {
-                vec![Box::new(PhysicalStability::new(
-                    PhysicalStabilitySettings::default(),
-                ))]
-            }
-            Self::Published => vec![Box::new(PublishedStability::default())],
-            Self::None => vec![],
-        }
-    }
-}
-
-/// A packing method, as results record it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Method {
-    /// What placements are judged by.
-    pub heuristic: Heuristic,
-    /// How the items of the buffer compete.
-    pub order: Order,
-    /// Which placements are evaluated.
-    pub proposals: ProposalSource,
-    /// The stability test that they must pass.
-    pub stability: StabilityOption,
-    /// The arm that has to make the placements, if any.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub arm: Option<StationSettings>,
-    /// The objective's weights.
-    pub weights: Weights,
-    /// How many items there are to choose among.
-    pub buffer: usize,
-    /// Seeds everything that is random.
-    pub seed: u64,
+/// Parses the name of a stability test.
+pub fn parse_stability() -> impl TypedValueParser<Value = Stability> {
+    one_of(&STABILITIES)
 }
 
 impl MethodOptions {
-    /// The method with these proposals.
-    pub(crate) fn method(&self, proposals: ProposalSource) -> Outcome<Method> {
+    /// The method with the first of these sources of proposals.
+    pub(crate) fn method(&self, sources: &[ProposalSource]) -> Outcome<Method> {
+        let first = sources.first().cloned();
         Ok(Method {
-            heuristic: self.heuristic.into(),
-            order: self.order.into(),
-            proposals,
+            heuristic: self.heuristic,
+            order: self.order,
+            proposals: first.unwrap_or(ProposalSource::Bounded),
             stability: self.stability,
-            arm: self.arm.settings()?,
             weights: weights(&self.weights)?,
             buffer: self.buffer as usize,
             seed: self.seed,
         })
-    }
-}
-
-impl Method {
-    /// The planner that follows this method on `threads` threads; `network` is the one that it names, if any.
-    ///
-    /// # Errors
-    /// What of the method cannot be used on this grid or on this machine.
-    pub fn planner(
-        &self,
-        grid: &Grid,
-        threads: u32,
-        network: Option<Network<'_>>,
-    ) -> Outcome<Planner> {
-        let proposer = self.proposer(grid, network)?;
-        let station = self.station()?;
-        self.planner_with(proposer, grid, threads, station.as_ref())
-    }
-
-    /// The arm at work, where there is one.
-    pub(crate) fn station(&self) -> Outcome<Option<ArmStation>> {
-        self.arm
-            .as_ref()
-            .map(ArmStation::new)
-            .transpose()
-            .or_input()
-    }
-
-    /// Where this method's proposals come from.
-    ///
-    /// # Errors
-    /// Why that cannot be used on this grid or on this machine.
-    pub fn proposer(
-        &self,
-        grid: &Grid,
-        network: Option<Network<'_>>,
-    ) -> Outcome<Box<dyn Proposer>> {
-        self.proposals.open(grid, &self.search_settings(), network)
-    }
-
-    fn search_settings(&self) -> SearchSettings {
-        SearchSettings {
-            heuristic: self.heuristic,
-            order: self.order,
-            weights: self.weights,
-            seed: self.seed,
-        }
-    }
-
-    /// The planner that follows this method on other proposals, with its arm.
-    ///
-    /// # Errors
-    /// What of the method cannot be used on this grid.
-    pub fn planner_with(
-        &self,
-        proposer: Box<dyn Proposer>,
-        grid: &Grid,
-        threads: u32,
-        station: Option<&ArmStation>,
-    ) -> Outcome<Planner> {
-        let mut search = Search::new(grid, &self.search_settings()).or_input()?;
-        if self.proposals != ProposalSource::All {
-            search = search.bounded();
-        }
-        if threads > 1 {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads as usize)
-                .build();
-            search = search.with_pool(Arc::new(pool.or_input()?));
-        }
-        let mut checks = self.stability.checks();
-        checks.extend(station.map(|station| Box::new(station.check()) as BoxedCheck));
-        Ok(Planner::new(
-            proposer,
-            Box::new(search),
-            checks,
-            self.order,
-            self.seed,
-        ))
     }
 }
 

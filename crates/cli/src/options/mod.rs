@@ -1,6 +1,7 @@
 //! Options that several commands share, and what they stand for.
 
 mod arm;
+mod choice;
 mod mapper;
 mod method;
 mod physics;
@@ -10,7 +11,7 @@ mod sensor;
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use ppnpack_catalogue::build::Pose;
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
@@ -20,13 +21,12 @@ use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings, Resolution};
 use crate::failure::{OrInput, Outcome};
 use crate::length::{parse_length, parse_size};
 use crate::progress;
+use choice::{Choice, one_of};
 pub(crate) use mapper::MapperOptions;
 pub(crate) use method::MethodOptions;
-pub use method::{Method, StabilityOption};
+pub use method::parse_stability;
 pub use physics::{Conditions, PhysicsOptions, Simulated};
-pub use proposals::{
-    DeviceOption, Network, PROPOSAL_YAWS, ProposalSource, at_least_one, read_model,
-};
+pub use proposals::{Network, PROPOSAL_YAWS, at_least_one, parse_device, read_model};
 pub(crate) use region::parse_region;
 pub(crate) use sensor::{Sensor, SensorOption, calibration_file, parse_sensor};
 
@@ -47,22 +47,22 @@ pub struct CatalogueOptions {
     pub(crate) density: f64,
 
     /// The pose in which objects are packed
-    #[arg(long, value_enum, default_value = "as-given")]
-    pub(crate) pose: PoseOption,
+    #[arg(long, value_parser = one_of(&POSES), default_value = "as-given")]
+    pub(crate) pose: Pose,
 
     /// Where processed meshes are kept between runs (default: the user's cache folder)
     #[arg(long, value_name = "DIR")]
     pub(crate) cache: Option<PathBuf>,
 }
 
-/// See [`Pose`].
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(crate) enum PoseOption {
-    /// As the mesh has it, z up
-    AsGiven,
-    /// The most probable resting pose
-    MostProbable,
-}
+const POSES: [Choice<Pose>; 2] = [
+    ("as-given", Pose::AsGiven, "As the mesh has it, z up"),
+    (
+        "most-probable",
+        Pose::MostProbable,
+        "The most probable resting pose",
+    ),
+];
 
 impl CatalogueOptions {
     pub(crate) fn source(&self) -> Source {
@@ -73,10 +73,7 @@ impl CatalogueOptions {
         Settings {
             unit: self.unit,
             density_kg_m3: self.density,
-            pose: match self.pose {
-                PoseOption::AsGiven => Pose::AsGiven,
-                PoseOption::MostProbable => Pose::MostProbable,
-            },
+            pose: self.pose,
             cache: self.cache.clone().map_or(CacheDir::User, CacheDir::At),
         }
     }
@@ -110,7 +107,7 @@ pub fn load(source: &Source, settings: &Settings, resolution: &Resolution) -> Ou
 pub struct GridOptions {
     /// The container's inner size
     #[arg(long, value_name = "XxYxZ", allow_hyphen_values = true, default_value = "32x32x30cm", value_parser = parse_size)]
-    pub(crate) container: Sides,
+    pub(crate) container: ContainerSize,
 
     /// The edge of a grid cell
     #[arg(long, value_name = "LENGTH", default_value = "1cm", value_parser = parse_length, allow_hyphen_values = true)]
@@ -125,26 +122,19 @@ pub struct GridOptions {
     pub(crate) yaws: usize,
 }
 
-/// The three inner lengths of a container, in metres.
-type Sides = [f64; 3];
-
 impl GridOptions {
     /// The grid.
     ///
     /// # Errors
     /// Why there is no such grid.
     pub fn grid(&self) -> Outcome<Grid> {
-        self.settings().build().or_input()
-    }
-
-    fn settings(&self) -> GridSettings {
-        let [x_m, y_m, z_m] = self.container;
-        GridSettings {
-            container: ContainerSize { x_m, y_m, z_m },
+        let settings = GridSettings {
+            container: self.container,
             cell_m: self.cell,
             height_unit_m: self.height_unit,
             yaws: self.yaws,
-        }
+        };
+        settings.build().or_input()
     }
 }
 

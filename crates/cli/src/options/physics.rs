@@ -8,6 +8,7 @@ use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_physics::settings::CellSettings;
 use serde::{Deserialize, Serialize};
 
+use super::choice::{Choice, one_of};
 use super::positive;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::length::parse_distance;
@@ -30,8 +31,8 @@ pub struct PhysicsOptions {
     pub settle: Option<f64>,
 
     /// How the container is seen [default: that of the conditions]
-    #[arg(long, value_enum)]
-    pub(crate) scan: Option<ScanOption>,
+    #[arg(long, value_parser = one_of(&SCANS))]
+    pub(crate) scan: Option<Sampling>,
 
     /// A JSON file with any settings of the simulated cell, over those of the conditions
     #[arg(long, value_name = "FILE")]
@@ -48,23 +49,18 @@ pub enum Conditions {
     Reference,
 }
 
-/// See [`Sampling`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ScanOption {
-    /// The greatest height in each cell
-    Exact,
-    /// The height at the middle of each cell, as a camera with one pixel per cell gives it
-    Camera,
-}
-
-impl From<ScanOption> for Sampling {
-    fn from(option: ScanOption) -> Self {
-        match option {
-            ScanOption::Exact => Self::Greatest,
-            ScanOption::Camera => Self::Middle,
-        }
-    }
-}
+const SCANS: [Choice<Sampling>; 2] = [
+    (
+        "exact",
+        Sampling::Greatest,
+        "The greatest height in each cell",
+    ),
+    (
+        "camera",
+        Sampling::Middle,
+        "The height at the middle of each cell, as a camera with one pixel per cell gives it",
+    ),
+];
 
 /// What a simulated cell is made with.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -75,39 +71,27 @@ pub struct Simulated {
     pub cell: CellSettings,
 }
 
-impl Simulated {
-    fn under(conditions: Conditions) -> Self {
-        match conditions {
-            Conditions::Robot => Self {
-                scan: Sampling::Greatest,
-                cell: CellSettings::robot(),
-            },
-            Conditions::Reference => Self {
-                scan: Sampling::Middle,
-                cell: CellSettings::default(),
-            },
-        }
-    }
-}
-
 impl PhysicsOptions {
     /// The simulated cell for a grid, under these conditions unless others are asked for.
     ///
     /// # Errors
     /// Which setting is wrong.
     pub fn simulated(&self, grid: &Grid, seed: u64, default: Conditions) -> Outcome<Simulated> {
-        let mut simulated = Simulated::under(self.conditions.unwrap_or(default));
-        if let Some(path) = &self.physics {
-            simulated.cell = with_file(&simulated.cell, path)?;
-        }
-        let cell = &mut simulated.cell;
+        let (scan, base) = match self.conditions.unwrap_or(default) {
+            Conditions::Robot => (Sampling::Greatest, CellSettings::robot()),
+            Conditions::Reference => (Sampling::Middle, CellSettings::default()),
+        };
+        let mut cell = match &self.physics {
+            Some(path) => with_file(&base, path)?,
+            None => base,
+        };
         cell.container = grid.container();
         cell.seed = seed;
         cell.release.height_m = self.release_height.unwrap_or(cell.release.height_m);
         cell.settle_time_s = self.settle.unwrap_or(cell.settle_time_s);
         cell.validate().or_input()?;
-        simulated.scan = self.scan.map_or(simulated.scan, Sampling::from);
-        Ok(simulated)
+        let scan = self.scan.unwrap_or(scan);
+        Ok(Simulated { scan, cell })
     }
 }
 

@@ -1,24 +1,22 @@
-//! Options for where proposals come from, and the proposers they stand for.
+//! Options for where proposals come from, and the network that may make them.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use clap::builder::TypedValueParser;
 use clap::{Args, ValueEnum};
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::Model;
-use ppnpack_packing::coarse::{CoarseGrid, CoarseToFine, Coarsening};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::Item;
-use ppnpack_packing::proposals::{Percent, ProposeAll, ProposeRandom, Proposer};
-use ppnpack_packing::search::SearchSettings;
-use serde::{Deserialize, Serialize};
+use ppnpack_packing::method::{OpenNetwork, ProposalSource};
+use ppnpack_packing::proposals::{Percent, Proposer};
+use ppnpack_packing::step::StageError;
 
-use crate::failure::{Failure, OrInput, OrRun, Outcome};
+use super::choice::{Choice, one_of};
+use crate::failure::{OrInput, Outcome};
 use crate::length::parse_length;
 use crate::network::{Backend, Proposing};
-
-/// The cell that proposals are made with on finer grids: the paper's, which the network is trained on.
-const PROPOSAL_CELL_M: f64 = 0.01;
 
 /// The yaws that proposals are made for on grids with more.
 pub const PROPOSAL_YAWS: usize = 4;
@@ -54,8 +52,8 @@ pub(crate) struct ProposalOptions {
     model: Option<PathBuf>,
 
     /// Where the network runs
-    #[arg(long, value_enum, default_value = "cpu")]
-    device: DeviceOption,
+    #[arg(long, value_parser = parse_device(), default_value = "cpu")]
+    device: Device,
 }
 
 /// Where proposals come from.
@@ -76,131 +74,18 @@ enum ProposalsOption {
     Auto,
 }
 
-/// See [`Device`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum DeviceOption {
-    /// The processor
-    Cpu,
-    /// The first CUDA device; PPNPACK_TORCH names the folder of a full torch installation
-    Cuda,
-}
+const DEVICES: [Choice<Device>; 2] = [
+    ("cpu", Device::Cpu, "The processor"),
+    (
+        "cuda",
+        Device::Cuda,
+        "The first CUDA device; PPNPACK_TORCH names the folder of a full torch installation",
+    ),
+];
 
-impl From<DeviceOption> for Device {
-    fn from(option: DeviceOption) -> Self {
-        match option {
-            DeviceOption::Cpu => Self::Cpu,
-            DeviceOption::Cuda => Self::Cuda,
-        }
-    }
-}
-
-/// The source of proposals, as results record it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", tag = "from")]
-pub enum ProposalSource {
-    /// Every placement.
-    All,
-    /// Every placement that a bound does not rule out.
-    Bounded,
-    /// A random share.
-    Random {
-        /// `K`.
-        percent: f64,
-    },
-    /// The share that the heuristic ranks best on a coarser grid.
-    Coarse {
-        /// `K`.
-        percent: f64,
-        /// How coarse.
-        coarsening: Coarsening,
-    },
-    /// The share that a network scores best.
-    Network {
-        /// `K`.
-        percent: f64,
-        /// How much coarser than the grid it scores.
-        coarsening: Coarsening,
-        /// The hash of its weights.
-        model: String,
-    },
-}
-
-impl ProposalSource {
-    /// A coarse search of this share for so many yaws at most, with the default cell for a grid.
-    pub fn coarse(grid: &Grid, percent: f64, yaws: usize) -> Self {
-        Self::Coarse {
-            percent,
-            coarsening: coarse_search(grid, None, yaws),
-        }
-    }
-
-    /// A network's share for so many yaws at most, with the default cell for a grid.
-    pub fn network(grid: &Grid, percent: f64, yaws: usize, model: &Model) -> Self {
-        Self::Network {
-            percent,
-            coarsening: Coarsening::towards(grid, PROPOSAL_CELL_M, yaws),
-            model: model.card().weights_blake3.clone(),
-        }
-    }
-
-    /// Whether a network proposes.
-    pub fn is_network(&self) -> bool {
-        matches!(self, Self::Network { .. })
-    }
-
-    /// The proposer of this source; `settings` are those of the search that decides, `network` the one that is named.
-    ///
-    /// # Errors
-    /// Why it cannot be used on this grid or on this machine.
-    pub fn open(
-        &self,
-        grid: &Grid,
-        settings: &SearchSettings,
-        network: Option<Network<'_>>,
-    ) -> Outcome<Box<dyn Proposer>> {
-        match (self, network) {
-            (Self::All | Self::Bounded, _) => Ok(Box::new(ProposeAll)),
-            (Self::Random { percent }, _) => {
-                let share = Percent::new(*percent).or_input()?;
-                Ok(Box::new(ProposeRandom::new(share, settings.seed)))
-            }
-            (
-                Self::Coarse {
-                    percent,
-                    coarsening,
-                },
-                _,
-            ) => {
-                let share = Percent::new(*percent).or_input()?;
-                let grids = CoarseGrid::new(grid, *coarsening).or_input()?;
-                let coarse = CoarseToFine::searching(grids, settings, share).or_input()?;
-                Ok(Box::new(coarse))
-            }
-            (
-                Self::Network {
-                    percent,
-                    coarsening,
-                    ..
-                },
-                Some(network),
-            ) => network.open(grid, settings, *coarsening, *percent),
-            (Self::Network { .. }, None) => Err(Failure::input(
-                "the method needs a network, but none is given",
-            )),
-        }
-    }
-}
-
-impl std::fmt::Display for ProposalSource {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::All => formatter.write_str("all"),
-            Self::Bounded => formatter.write_str("bounded"),
-            Self::Random { percent } => write!(formatter, "random, K = {percent} %"),
-            Self::Coarse { percent, .. } => write!(formatter, "coarse, K = {percent} %"),
-            Self::Network { percent, .. } => write!(formatter, "network, K = {percent} %"),
-        }
-    }
+/// Parses the name of a device that networks run on.
+pub fn parse_device() -> impl TypedValueParser<Value = Device> {
+    one_of(&DEVICES)
 }
 
 /// Parses a number of yaws.
@@ -212,13 +97,6 @@ pub fn at_least_one(text: &str) -> Result<usize, String> {
         Ok(count) if count > 0 => Ok(count),
         _ => Err("must be a whole number of at least 1".to_owned()),
     }
-}
-
-/// The coarsening of a coarse search: at least two cells in one, or it would be the exhaustive search twice.
-fn coarse_search(grid: &Grid, cell_m: Option<f64>, yaws: usize) -> Coarsening {
-    let twice_m = 2.0 * grid.resolution().cell_m();
-    let cell_m = cell_m.unwrap_or(PROPOSAL_CELL_M.max(twice_m));
-    Coarsening::towards(grid, cell_m, yaws)
 }
 
 /// A model, and what can run it.
@@ -234,42 +112,24 @@ pub struct Network<'a> {
     pub items: &'a [Arc<Item>],
 }
 
-impl Network<'_> {
-    /// A proposer of the best-scored `percent`, which scores placements on a coarser grid where there is one; there,
-    /// the heuristic of `settings` chooses among a wider share for all candidates together.
-    ///
-    /// # Errors
-    /// Why it cannot run here.
-    pub fn open(
+impl OpenNetwork for Network<'_> {
+    fn open(
         &self,
         grid: &Grid,
-        settings: &SearchSettings,
-        coarsening: Coarsening,
-        percent: f64,
-    ) -> Outcome<Box<dyn Proposer>> {
-        let share = Percent::new(percent).or_input()?;
-        let open = |grid: &Grid, share, items: &[Arc<Item>]| {
-            let how = Proposing {
-                grid,
-                share,
-                device: self.device,
-                items,
-            };
-            self.backend.open(self.model, &how).or_run()
+        share: Percent,
+        items: &[Arc<Item>],
+    ) -> Result<Box<dyn Proposer>, StageError> {
+        let how = Proposing {
+            grid,
+            share,
+            device: self.device,
+            items,
         };
-        if coarsening.is_none() {
-            return open(grid, share, self.items);
-        }
-        let grids = CoarseGrid::new(grid, coarsening).or_input()?;
-        let coarse = self
-            .items
-            .iter()
-            .map(|item| Ok(Arc::new(grids.item(item).or_input()?)));
-        let coarse = coarse.collect::<Outcome<Vec<_>>>()?;
-        let wide = open(grids.coarse(), CoarseToFine::wider(share), &coarse)?;
-        let narrowed = CoarseToFine::narrowing(grids, settings, share, wide).or_input()?;
-        let shapes = self.items.iter().map(|item| item.shape());
-        Ok(Box::new(narrowed.with_items(shapes.zip(coarse))))
+        Ok(self.backend.open(self.model, &how)?)
+    }
+
+    fn items(&self) -> &[Arc<Item>] {
+        self.items
     }
 }
 
@@ -296,8 +156,19 @@ impl ProposalOptions {
         }
     }
 
-    pub(crate) fn device(&self) -> Device {
-        self.device.into()
+    /// What opens the network of the model, where there is one.
+    pub(crate) fn network<'a>(
+        &self,
+        backend: &'a dyn Backend,
+        model: Option<&'a Model>,
+        items: &'a [Arc<Item>],
+    ) -> Option<Network<'a>> {
+        Some(Network {
+            backend,
+            model: model?,
+            device: self.device,
+            items,
+        })
     }
 
     /// The sources among which the fastest is wanted; one, but for `auto`.
@@ -307,15 +178,11 @@ impl ProposalOptions {
         model: Option<&Model>,
     ) -> Outcome<Vec<ProposalSource>> {
         let percent = Percent::new(self.percent).or_input()?.percent();
-        let coarse = ProposalSource::Coarse {
-            percent,
-            coarsening: coarse_search(grid, self.proposal_cell, self.proposal_yaws),
-        };
-        let cell_m = self.proposal_cell.unwrap_or(PROPOSAL_CELL_M);
-        let network = model.map(|model| ProposalSource::Network {
-            percent,
-            coarsening: Coarsening::towards(grid, cell_m, self.proposal_yaws),
-            model: model.card().weights_blake3.clone(),
+        let (cell_m, yaws) = (self.proposal_cell, self.proposal_yaws);
+        let coarse = ProposalSource::coarse(grid, percent, cell_m, yaws);
+        let network = model.map(|model| {
+            let weights = &model.card().weights_blake3;
+            ProposalSource::network(grid, percent, cell_m, yaws, weights)
         });
         Ok(match self.from {
             ProposalsOption::All => vec![ProposalSource::All],
@@ -323,10 +190,10 @@ impl ProposalOptions {
             ProposalsOption::Random => vec![ProposalSource::Random { percent }],
             ProposalsOption::Coarse => vec![coarse],
             ProposalsOption::Network => network.into_iter().collect(),
-            ProposalsOption::Auto => [ProposalSource::Bounded, coarse]
-                .into_iter()
-                .chain(network)
-                .collect(),
+            ProposalsOption::Auto => {
+                let others = [ProposalSource::Bounded, coarse];
+                others.into_iter().chain(network).collect()
+            }
         })
     }
 }

@@ -1,12 +1,11 @@
 //! Where a sensor is: given by hand or by a calibration file.
 
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use nalgebra::Isometry3;
 use ppnpack_packing::grid::ContainerSize;
-use ppnpack_perception::calibration::Calibration;
+use ppnpack_perception::calibration::{Calibration, Residuals};
 use ppnpack_perception::extrinsics::Extrinsics;
 use serde::Deserialize;
 
@@ -41,13 +40,9 @@ pub(crate) fn parse_sensor(text: &str) -> Result<SensorOption, String> {
     if !text.contains(',') {
         return Ok(SensorOption::File(text.into()));
     }
-    let numbers: Result<Vec<f64>, _> = text
-        .split(',')
-        .map(|number| number.trim().parse())
-        .collect();
-    let numbers = numbers
-        .ok()
-        .and_then(|numbers| <[f64; 7]>::try_from(numbers).ok());
+    let numbers = text.split(',').map(|number| number.trim().parse().ok());
+    let numbers: Option<Vec<f64>> = numbers.collect();
+    let numbers = numbers.and_then(|numbers| <[f64; 7]>::try_from(numbers).ok());
     let [x, y, z, qx, qy, qz, qw] = numbers.ok_or_else(|| {
         format!(
             "'{text}' is no pose: seven numbers X,Y,Z,QX,QY,QZ,QW are needed, or a calibration file"
@@ -57,10 +52,8 @@ pub(crate) fn parse_sensor(text: &str) -> Result<SensorOption, String> {
         position_m: [x, y, z],
         orientation_xyzw: [qx, qy, qz, qw],
     };
-    extrinsics
-        .pose()
-        .map(SensorOption::Pose)
-        .map_err(|error| error.to_string())
+    let pose = extrinsics.pose().map_err(|error| error.to_string())?;
+    Ok(SensorOption::Pose(pose))
 }
 
 impl SensorOption {
@@ -108,35 +101,31 @@ pub(crate) fn calibration_file(source: &Path, calibration: &Calibration) -> Stri
         orientation_xyzw: [qx, qy, qz, qw],
     } = Extrinsics::from(&calibration.container_from_sensor);
     let ContainerSize { x_m, y_m, z_m } = calibration.size;
-    let residuals = &calibration.residuals;
-    let mut text = String::new();
-    // Writing to a string does not fail.
-    let mut line = |line: std::fmt::Arguments<'_>| text.write_fmt(format_args!("{line}\n")).ok();
+    let Residuals {
+        floor_rms_m,
+        rim_rms_m,
+        walls_rms_m,
+        walls_seen,
+        bow_m,
+        squareness_rad,
+        parallelism_rad,
+    } = calibration.residuals;
     let source = source.display().to_string().replace(char::is_control, " ");
-    line(format_args!(
-        "# Calibrated on {source}. Metres; the quaternion's real part is last."
-    ));
-    line(format_args!(
-        "container = {{ x_m = {x_m:?}, y_m = {y_m:?}, z_m = {z_m:?} }}"
-    ));
-    line(format_args!(
-        "container_from_sensor = {{ position_m = [{x:?}, {y:?}, {z:?}], orientation_xyzw = [{qx:?}, {qy:?}, {qz:?}, {qw:?}] }}"
-    ));
-    line(format_args!("\n[residuals]"));
-    line(format_args!("floor_rms_m = {:.6}", residuals.floor_rms_m));
-    line(format_args!("rim_rms_m = {:.6}", residuals.rim_rms_m));
-    line(format_args!("walls_rms_m = {:.6}", residuals.walls_rms_m));
-    line(format_args!("bow_m = {:.6}", residuals.bow_m));
-    line(format_args!(
-        "squareness_rad = {:.6}",
-        residuals.squareness_rad
-    ));
-    line(format_args!(
-        "parallelism_rad = {:.6}",
-        residuals.parallelism_rad
-    ));
-    line(format_args!("walls_seen = {}", residuals.walls_seen));
-    text
+    format!(
+        "# Calibrated on {source}. Metres; the quaternion's real part is last.
+container = {{ x_m = {x_m:?}, y_m = {y_m:?}, z_m = {z_m:?} }}
+container_from_sensor = {{ position_m = [{x:?}, {y:?}, {z:?}], orientation_xyzw = [{qx:?}, {qy:?}, {qz:?}, {qw:?}] }}
+
+[residuals]
+floor_rms_m = {floor_rms_m:.6}
+rim_rms_m = {rim_rms_m:.6}
+walls_rms_m = {walls_rms_m:.6}
+bow_m = {bow_m:.6}
+squareness_rad = {squareness_rad:.6}
+parallelism_rad = {parallelism_rad:.6}
+walls_seen = {walls_seen}
+"
+    )
 }
 
 #[cfg(test)]

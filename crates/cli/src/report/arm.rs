@@ -3,13 +3,15 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use ppnpack_packing::episode::Episode;
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_packing::episode::{Episode, Step};
 use ppnpack_packing::refusal::Cause;
 use ppnpack_robot::parameters::ArmParameters;
 use ppnpack_robot::station::ArmStation;
 use serde::Serialize;
 
-use super::summary::{Spread, Unplaceable};
+use super::summary::{Spread, Unplaceable, counted};
+use crate::sequence::Sequence;
 
 /// The arm's part in a packing.
 #[derive(Debug, Clone)]
@@ -17,14 +19,12 @@ pub(crate) struct ArmWork {
     pub(crate) parameters: ArmParameters,
     /// Items of the sequence that it cannot hold or lift: they were not there to be packed.
     pub(crate) set_aside: Vec<Unplaceable>,
-    /// Per step: the planned time of the cycle, in seconds.
-    pub(crate) cycles_s: Vec<Option<f64>>,
     /// What its check was asked; none where it ran in a service.
     pub(crate) asked: Option<ArmAsked>,
 }
 
 /// What an arm's check was asked.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub(crate) struct ArmAsked {
     /// For how many placements.
     checks: u64,
@@ -37,18 +37,15 @@ impl ArmAsked {
     pub(crate) fn of(episode: &Episode) -> Self {
         let steps = episode.steps.iter();
         let accepted: usize = steps.map(|step| 1 + step.alternatives.len()).sum();
-        let of_arm = episode
+        let refused = episode
             .refusals
             .iter()
             .filter(|(refusal, _)| refusal.cause == Cause::Arm);
-        let refused: BTreeMap<String, u64> = of_arm
-            .map(|(refusal, count)| {
-                (
-                    refusal.detail.as_deref().unwrap_or_default().to_owned(),
-                    count,
-                )
-            })
-            .collect();
+        let refused = refused.map(|(refusal, count)| {
+            let detail = refusal.detail.as_deref().unwrap_or_default();
+            (detail.to_owned(), count)
+        });
+        let refused: BTreeMap<String, u64> = refused.collect();
         Self {
             checks: accepted as u64 + refused.values().sum::<u64>(),
             refused,
@@ -61,12 +58,8 @@ impl ArmAsked {
 pub(crate) struct ArmSummary {
     /// The planned time from one pick to the next, in seconds.
     pub(crate) cycle_s: Spread,
-    /// For how many placements the arm's check was asked.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) checks: Option<u64>,
-    /// How many of them it refused, by reason.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) refused: Option<BTreeMap<String, u64>>,
+    #[serde(flatten)]
+    asked: Option<ArmAsked>,
     /// Items of the sequence that the arm cannot hold or lift: they were not there to be packed.
     pub(crate) set_aside: Vec<Unplaceable>,
     /// The arm, where it stands, and its gripper.
@@ -74,27 +67,25 @@ pub(crate) struct ArmSummary {
 }
 
 impl ArmWork {
-    /// An arm that has not packed anything yet.
-    pub(crate) fn new(station: &ArmStation, set_aside: Vec<Unplaceable>) -> Self {
+    /// An arm that has not packed anything yet; what it cannot hold or lift is taken out of its sequence.
+    pub(crate) fn new(
+        station: &ArmStation,
+        sequence: &mut Sequence,
+        catalogue: &Catalogue,
+    ) -> Self {
         Self {
             parameters: station.parameters().clone(),
-            set_aside,
-            cycles_s: Vec::new(),
+            set_aside: sequence.set_aside(catalogue, station),
             asked: None,
         }
     }
 
-    /// The planned time of a step's cycle, in seconds.
-    pub(crate) fn cycle_s(&self, step: usize) -> Option<f64> {
-        self.cycles_s.get(step).copied().flatten()
-    }
-
-    pub(crate) fn summary(&self) -> ArmSummary {
-        let cycles = self.cycles_s.iter().flatten();
+    /// Its part in these steps.
+    pub(crate) fn summary(&self, steps: &[Step]) -> ArmSummary {
+        let cycles_s = steps.iter().filter_map(Step::cycle_s);
         ArmSummary {
-            cycle_s: Spread::of(cycles.map(|cycle_s| Duration::from_secs_f64(*cycle_s))),
-            checks: self.asked.as_ref().map(|asked| asked.checks),
-            refused: self.asked.as_ref().map(|asked| asked.refused.clone()),
+            cycle_s: Spread::of(cycles_s.map(Duration::from_secs_f64)),
+            asked: self.asked.clone(),
             set_aside: self.set_aside.clone(),
             parameters: self.parameters.clone(),
         }
@@ -104,38 +95,33 @@ impl ArmWork {
 impl ArmSummary {
     /// Named figures for people.
     pub(super) fn figures(&self) -> Vec<(&'static str, String)> {
-        let cycle_s = &self.cycle_s;
+        let Spread { mean, median, max } = self.cycle_s;
+        let cycle = format!("{mean:.2} s mean, {median:.2} s median, {max:.2} s at most");
         let mut figures = vec![
             ("Arm", self.parameters.name.clone()),
-            (
-                "Cycle per item",
-                format!(
-                    "{:.2} s mean, {:.2} s median, {:.2} s at most",
-                    cycle_s.mean, cycle_s.median, cycle_s.max
-                ),
-            ),
+            ("Cycle per item", cycle),
         ];
-        if let (Some(checks), Some(refused)) = (self.checks, &self.refused) {
+        if let Some(ArmAsked { checks, refused }) = &self.asked {
             let count: u64 = refused.values().sum();
-            figures.push((
-                "Arm checks",
-                format!("{checks} placements, {count} refused"),
-            ));
+            let text = format!("{checks} placements, {count} refused");
+            figures.push(("Arm checks", text));
         }
         figures
     }
 
+    /// How many placements the arm refused, by reason.
+    pub(super) fn refused(&self) -> impl Iterator<Item = (&String, &u64)> {
+        self.asked.iter().flat_map(|asked| &asked.refused)
+    }
+
     /// What the arm refused or could not pick, counted by reason, for people.
     pub(super) fn refusals(&self) -> Vec<(&'static str, String)> {
-        let mut set_aside: BTreeMap<&str, usize> = BTreeMap::new();
-        for item in &self.set_aside {
-            *set_aside.entry(item.reason.as_str()).or_default() += 1;
-        }
-        let refused = self.refused.iter().flatten();
-        let refused = refused
+        let set_aside = counted(self.set_aside.iter().map(|item| item.reason.as_str()));
+        let refused = self
+            .refused()
             .map(|(why, count)| ("refused by the arm", format!("{count} placements: {why}")));
         let set_aside = set_aside
-            .iter()
+            .into_iter()
             .map(|(why, count)| ("set aside", format!("{count} items: {why}")));
         refused.chain(set_aside).collect()
     }

@@ -39,21 +39,16 @@ struct Line<'a> {
 pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let resolution = packing.settings.grid.resolution();
-    for (index, (step, settled)) in packing.steps.iter().zip(&packing.settled).enumerate() {
+    for (step, settled) in packing.steps.iter().zip(&packing.settled) {
         let arrival = step.candidate.arrival;
-        let body = packing.contents.iter().find(|(other, _)| *other == arrival);
-        let pose = body.map(|(_, body)| body.container_from_item);
+        let body = packing.lies(arrival);
+        let pose = body.map(|body| body.container_from_item);
         let resting = step.choice.resting;
-        let yaw = resolution
-            .yaws()
-            .radians()
-            .get(resting.placement.yaw)
-            .copied();
         let line = Line {
             step: step.step,
             arrival,
             item: step.candidate.item.name(),
-            yaw_rad: yaw.unwrap_or(f64::NAN),
+            yaw_rad: packing.yaw_rad(step).unwrap_or(f64::NAN),
             cell_x: resting.placement.x,
             cell_y: resting.placement.y,
             resting_height_m: f64::from(resting.resting_height) * resolution.height_unit_m(),
@@ -65,7 +60,7 @@ pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
             slide_m: settled.slide_m,
             tilt_rad: settled.tilt_rad,
             toppled: settled.toppled,
-            inside_at_the_end: body.is_some_and(|(_, body)| body.inside),
+            inside_at_the_end: body.is_some_and(|body| body.inside),
             end_x_m: pose.map(|pose| pose.translation.x),
             end_y_m: pose.map(|pose| pose.translation.y),
             end_z_m: pose.map(|pose| pose.translation.z),
@@ -73,7 +68,7 @@ pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
             end_qx: pose.map(|pose| pose.rotation.i),
             end_qy: pose.map(|pose| pose.rotation.j),
             end_qz: pose.map(|pose| pose.rotation.k),
-            cycle_s: packing.arm.as_ref().map(|arm| arm.cycle_s(index)),
+            cycle_s: packing.arm.as_ref().map(|_| step.cycle_s()),
         };
         writer
             .serialize(line)

@@ -2,12 +2,14 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use ppnpack_packing::grid::ContainerSize;
 
 use super::arm::ArmSummary;
 use super::pictures::Pictures;
 use super::summary::{EndingSummary, Unplaceable};
-use super::table::{duration, figures};
+use super::table::{duration, figures, percent};
 use super::{Packing, Summary};
+use crate::length::centimetres;
 
 const STYLE: &str = "
 :root { color-scheme: light; --ink: #1f2933; --soft: #616e7c; --line: #e4e7eb; }
@@ -28,33 +30,23 @@ tr.bad td { background: #fff4e5; } pre { background: #f5f7fa; padding: 1rem; bor
 /// The whole page.
 pub(super) fn page(packing: &Packing, summary: &Summary, pictures: &Pictures) -> String {
     let settings = &packing.settings;
-    let container = settings.grid.container();
+    let ContainerSize { x_m, y_m, z_m } = settings.grid.container();
     let mut body = String::new();
     let metrics = &summary.metrics;
+    let packed = format!("{} / {}", metrics.packed.items, summary.items_in_sequence);
     let mut tiles = vec![
-        (
-            "items packed",
-            format!("{} / {}", metrics.packed.items, summary.items_in_sequence),
-        ),
-        (
-            "compactness (voxels)",
-            format!("{:.1} %", metrics.compactness * 100.0),
-        ),
-        (
-            "container filled",
-            format!("{:.1} %", metrics.utilisation * 100.0),
-        ),
+        ("items packed", packed),
+        ("compactness (voxels)", percent(metrics.compactness)),
+        ("container filled", percent(metrics.utilisation)),
         ("decision per item", duration(summary.decision_s.mean)),
     ];
     if let Some(arm) = &summary.arm {
         tiles.push(("cycle per item", format!("{:.2} s", arm.cycle_s.mean)));
     }
     let subtitle = format!(
-        "{} into a container of {:.1} x {:.1} x {:.1} cm, on {} x {} cells",
+        "{} into a container of {}, on {} x {} cells",
         settings.sequence.from,
-        container.x_m * 100.0,
-        container.y_m * 100.0,
-        container.z_m * 100.0,
+        centimetres([x_m, y_m, z_m]),
         settings.grid.nx(),
         settings.grid.ny(),
     );
@@ -83,11 +75,8 @@ pub(super) fn page(packing: &Packing, summary: &Summary, pictures: &Pictures) ->
         ));
     }
     body.push_str("</table>");
-    image(
-        &mut body,
-        &pictures.heightmap_png,
-        "The heightmap at the end",
-    );
+    let heightmap = &pictures.heightmap_png;
+    image(&mut body, heightmap, "The heightmap at the end");
     body.push_str("</div>");
     if let EndingSummary::NothingFits { items } = &summary.ending {
         unplaceable(&mut body, "What could not be placed", items);
@@ -115,16 +104,15 @@ fn image(body: &mut String, png: &[u8], what: &str) {
 
 /// What the arm refused: placements by reason, and items that it cannot pick.
 fn arm_refusals(body: &mut String, arm: &ArmSummary) {
-    let refused = arm.refused.iter().flatten();
-    let rows: Vec<String> = refused
-        .map(|(why, count)| format!("<tr><td class=n>{count}<td>{}</tr>", escape(why)))
-        .collect();
+    let rows = arm.refused().map(|(why, count)| {
+        let why = escape(why);
+        format!("<tr><td class=n>{count}<td>{why}</tr>")
+    });
+    let rows: String = rows.collect();
     if !rows.is_empty() {
-        body.push_str(
-            "<h2>Placements that the arm refused</h2><table><tr><th class=n>Placements<th>Why</tr>",
-        );
-        body.push_str(&rows.concat());
-        body.push_str("</table>");
+        body.push_str(&format!(
+            "<h2>Placements that the arm refused</h2><table><tr><th class=n>Placements<th>Why</tr>{rows}</table>"
+        ));
     }
     if !arm.set_aside.is_empty() {
         unplaceable(body, "Set aside: the arm cannot pick it up", &arm.set_aside);
@@ -149,8 +137,8 @@ fn unplaceable(body: &mut String, title: &str, items: &[Unplaceable]) {
 fn steps(body: &mut String, packing: &Packing) {
     let resolution = packing.settings.grid.resolution();
     let (cell_m, unit_m) = (resolution.cell_m(), resolution.height_unit_m());
-    let of_arm = packing.arm.as_ref();
-    let cycle_head = of_arm.map_or("", |_| "<th class=n>Cycle (s)");
+    let cycle_head = packing.arm.as_ref();
+    let cycle_head = cycle_head.map_or("", |_| "<th class=n>Cycle (s)");
     body.push_str(&format!(
         "<h2>Steps</h2><p class=sub>Highlighted: toppled, or not inside the container at the end. \
          Alternatives are the values of the next best valid placements.</p>\
@@ -158,46 +146,31 @@ fn steps(body: &mut String, packing: &Packing) {
          <th class=n>x (cm)<th class=n>y (cm)<th class=n>z (cm)<th class=n>Value<th>Alternatives\
          <th class=n>Propose<th class=n>Evaluate<th class=n>Check<th class=n>Slide (mm)<th class=n>Tilt (°){cycle_head}</tr>",
     ));
-    for (index, (step, settled)) in packing.steps.iter().zip(&packing.settled).enumerate() {
+    for (step, settled) in packing.steps.iter().zip(&packing.settled) {
         let arrival = step.candidate.arrival;
-        let inside = packing
-            .contents
-            .iter()
-            .any(|(other, body)| *other == arrival && body.inside);
+        let inside = packing.lies(arrival).is_some_and(|body| body.inside);
         let at = step.choice.resting;
-        let yaw = resolution
-            .yaws()
-            .radians()
-            .get(at.placement.yaw)
-            .copied()
-            .unwrap_or_default();
-        let alternatives: Vec<String> = step
-            .alternatives
-            .iter()
-            .map(|other| format!("{:.2}", other.value))
-            .collect();
-        let cycle = of_arm.map(|arm| match arm.cycle_s(index) {
+        let alternatives = step.alternatives.iter();
+        let alternatives = alternatives.map(|other| format!("{:.2}", other.value));
+        let cycle = match step.cycle_s() {
+            _ if packing.arm.is_none() => String::new(),
             Some(cycle_s) => format!("<td class=n>{cycle_s:.2}"),
             None => "<td>".to_owned(),
-        });
-        let cycle = cycle.unwrap_or_default();
-        let class = if settled.toppled || !inside {
-            " class=bad"
-        } else {
-            ""
         };
+        let is_bad = settled.toppled || !inside;
+        let class = if is_bad { " class=bad" } else { "" };
         body.push_str(&format!(
             "<tr{class}><td class=n>{}<td class=n>{arrival}<td>{}<td class=n>{:.0}<td class=n>{:.1}\
              <td class=n>{:.1}<td class=n>{:.1}<td class=n>{:.2}<td>{}<td class=n>{}<td class=n>{}\
              <td class=n>{}<td class=n>{:.1}<td class=n>{:.0}{cycle}</tr>",
             step.step + 1,
             escape(step.candidate.item.name()),
-            yaw.to_degrees(),
+            packing.yaw_rad(step).unwrap_or_default().to_degrees(),
             at.placement.x as f64 * cell_m * 100.0,
             at.placement.y as f64 * cell_m * 100.0,
             f64::from(at.resting_height) * unit_m * 100.0,
             step.choice.value,
-            alternatives.join(", "),
+            alternatives.collect::<Vec<_>>().join(", "),
             duration(step.timings.propose.as_secs_f64()),
             duration(step.timings.evaluate.as_secs_f64()),
             duration(step.timings.check.as_secs_f64()),

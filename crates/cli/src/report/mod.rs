@@ -14,15 +14,17 @@ use std::time::Duration;
 use anyhow::Context;
 use nalgebra::Isometry3;
 use ppnpack_catalogue::object::Model;
+use ppnpack_files::StagedFolder;
 use ppnpack_packing::episode::Step;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::method::Method;
 use ppnpack_packing::metrics::Metrics;
+use ppnpack_robot::station::StationSettings;
 use serde::Serialize;
 
 use crate::fastest::Cost;
-use crate::options::{Method, Simulated};
-use crate::output::StagedFolder;
+use crate::options::Simulated;
 use crate::sequence::Sequence;
 pub(crate) use arm::{ArmAsked, ArmWork};
 pub(crate) use summary::{EndingSummary, Summary, Unplaceable};
@@ -35,12 +37,21 @@ pub(crate) struct Settings {
     pub(crate) objects: usize,
     pub(crate) sequence: Sequence,
     pub(crate) grid: Grid,
-    pub(crate) method: Method,
+    pub(crate) method: MethodWithArm,
     /// What each source of proposals was measured to cost, where the fastest was asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) costs: Vec<Cost>,
     pub(crate) threads: u32,
     pub(crate) simulated: Simulated,
+}
+
+/// A method, and the arm that has to make the placements, if any.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct MethodWithArm {
+    #[serde(flatten)]
+    pub(crate) method: Method,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) arm: Option<StationSettings>,
 }
 
 /// A packed sequence.
@@ -82,6 +93,21 @@ pub struct Content {
     pub inside: bool,
 }
 
+impl Packing {
+    /// How the item of an arrival lies at the end, where it lies in or on the container.
+    fn lies(&self, arrival: usize) -> Option<&Content> {
+        let mut contents = self.contents.iter();
+        let found = contents.find(|(other, _)| *other == arrival);
+        found.map(|(_, content)| content)
+    }
+
+    /// The yaw of a step's placement.
+    fn yaw_rad(&self, step: &Step) -> Option<f64> {
+        let yaws = self.settings.grid.resolution().yaws().radians();
+        yaws.get(step.choice.resting.placement.yaw).copied()
+    }
+}
+
 /// Writes all files of the report, or none.
 pub(crate) fn write(packing: &Packing, summary: &Summary, folder: &Path) -> anyhow::Result<()> {
     let pictures = pictures::draw(packing)?;
@@ -89,10 +115,8 @@ pub(crate) fn write(packing: &Packing, summary: &Summary, folder: &Path) -> anyh
     files.add("packed.png", &pictures.packed_png)?;
     files.add("heightmap.png", &pictures.heightmap_png)?;
     files.add("placements.csv", &csv::placements(packing)?)?;
-    files.add(
-        "report.html",
-        html::page(packing, summary, &pictures).as_bytes(),
-    )?;
+    let page = html::page(packing, summary, &pictures);
+    files.add("report.html", page.as_bytes())?;
     let json = serde_json::to_vec_pretty(summary).context("the summary cannot be encoded")?;
     files.add("summary.json", &json)?;
     Ok(files.publish()?)

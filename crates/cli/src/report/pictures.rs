@@ -16,27 +16,16 @@ pub(super) struct Pictures {
 }
 
 pub(super) fn draw(packing: &Packing) -> anyhow::Result<Pictures> {
+    let grid = &packing.settings.grid;
+    let packed = drawing::packed(grid, packing.contents.iter(), Size::new(1600, 1200)?);
+    let title = "Heightmap of the packed container";
+    let heights = drawing::heights(title, grid, packing.scene.heightmap(), None);
     Ok(Pictures {
-        packed_png: packed(packing).context("packed.png cannot be drawn")?,
-        heightmap_png: heights(packing).context("heightmap.png cannot be drawn")?,
+        packed_png: packed.context("packed.png cannot be drawn")?,
+        heightmap_png: heights.context("heightmap.png cannot be drawn")?,
         utilisation_svg: utilisation(packing)?,
         decisions_svg: decisions(packing)?,
     })
-}
-
-fn heights(packing: &Packing) -> anyhow::Result<Vec<u8>> {
-    let title = "Heightmap of the packed container";
-    drawing::heights(
-        title,
-        &packing.settings.grid,
-        packing.scene.heightmap(),
-        None,
-    )
-}
-
-fn packed(packing: &Packing) -> anyhow::Result<Vec<u8>> {
-    let contents = packing.contents.iter();
-    drawing::packed(&packing.settings.grid, contents, Size::new(1600, 1200)?)
 }
 
 /// How the container fills: the share of its volume by the items' meshes after each step.
@@ -51,32 +40,32 @@ fn utilisation(packing: &Packing) -> anyhow::Result<String> {
         }
         points.push([(step.step + 1) as f64, 100.0 * filled_m3 / whole_m3]);
     }
-    let chart = Lines {
-        title: "Container filled".to_owned(),
-        x_label: "Items placed".to_owned(),
-        y_label: "Filled by meshes (%)".to_owned(),
-        curves: vec![Curve {
-            name: String::new(),
-            points,
-        }],
-    };
-    Ok(chart.to_svg([720, 380])?)
+    chart(
+        "Container filled",
+        ["Items placed", "Filled by meshes (%)"],
+        points,
+    )
 }
 
 fn decisions(packing: &Packing) -> anyhow::Result<String> {
     let steps = packing.steps.iter();
-    let points = steps
-        .map(|step| {
-            [
-                (step.step + 1) as f64,
-                step.timings.total().as_secs_f64() * 1e3,
-            ]
-        })
-        .collect();
+    let points = steps.map(|step| {
+        let total_ms = step.timings.total().as_secs_f64() * 1e3;
+        [(step.step + 1) as f64, total_ms]
+    });
+    chart("Decision time", ["Item", "Time (ms)"], points.collect())
+}
+
+/// One line over the items.
+fn chart(
+    title: &str,
+    [x_label, y_label]: [&str; 2],
+    points: Vec<[f64; 2]>,
+) -> anyhow::Result<String> {
     let chart = Lines {
-        title: "Decision time".to_owned(),
-        x_label: "Item".to_owned(),
-        y_label: "Time (ms)".to_owned(),
+        title: title.to_owned(),
+        x_label: x_label.to_owned(),
+        y_label: y_label.to_owned(),
         curves: vec![Curve {
             name: String::new(),
             points,

@@ -8,7 +8,7 @@ use ppnpack_packing::metrics::Metrics;
 use ppnpack_packing::plan::Timings;
 use serde::Serialize;
 
-use super::arm::{ArmSummary, ArmWork};
+use super::arm::ArmSummary;
 use super::{Packing, Settings};
 
 /// What `summary.json` holds.
@@ -131,25 +131,27 @@ impl Packing {
             },
             degraded: self.degraded(),
             took_s: self.took.as_secs_f64(),
-            arm: self.arm.as_ref().map(ArmWork::summary),
+            arm: self.arm.as_ref().map(|arm| arm.summary(steps)),
             ending: self.ending.clone(),
             settings: self.settings.clone(),
         }
     }
 
     fn degraded(&self) -> Vec<Degraded> {
-        let mut counts: BTreeMap<String, usize> = BTreeMap::new();
-        for reason in self
-            .steps
-            .iter()
-            .filter(|step| !step.degraded.is_empty())
-            .map(|step| step.degraded.join("; "))
-        {
-            *counts.entry(reason).or_default() += 1;
-        }
-        let counts = counts
-            .into_iter()
-            .map(|(reason, steps)| Degraded { reason, steps });
-        counts.collect()
+        let steps = self.steps.iter().filter(|step| !step.degraded.is_empty());
+        let counts = counted(steps.map(|step| step.degraded.join("; ")));
+        let counts = counts.into_iter();
+        counts
+            .map(|(reason, steps)| Degraded { reason, steps })
+            .collect()
     }
+}
+
+/// How often each comes, in their order.
+pub(super) fn counted<T: Ord>(all: impl Iterator<Item = T>) -> BTreeMap<T, usize> {
+    let mut counts = BTreeMap::new();
+    for one in all {
+        *counts.entry(one).or_default() += 1;
+    }
+    counts
 }

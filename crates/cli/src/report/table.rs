@@ -1,7 +1,7 @@
 //! Tables for the terminal.
 
 use super::arm::ArmSummary;
-use super::summary::EndingSummary;
+use super::summary::{EndingSummary, Spread};
 use super::{Packing, Summary};
 use crate::fastest::Cost;
 use crate::output;
@@ -15,63 +15,55 @@ pub(crate) fn duration(seconds: f64) -> String {
     }
 }
 
+/// A share for people.
+pub(super) fn percent(share: f64) -> String {
+    format!("{:.1} %", share * 100.0)
+}
+
 /// The summary of a packing.
 pub(crate) fn summary(packing: &Packing, summary: &Summary) -> String {
-    let mut table = output::table();
-    let mut row = |name: &str, value: String| {
-        table.add_row([name.to_owned(), value]);
-    };
-    for (name, value) in figures(packing, summary) {
-        row(name, value);
-    }
-    for (name, value) in summary.arm.iter().flat_map(ArmSummary::refusals) {
-        row(name, value);
-    }
-    for degraded in &summary.degraded {
+    let mut rows = figures(packing, summary);
+    rows.extend(summary.arm.iter().flat_map(ArmSummary::refusals));
+    rows.extend(summary.degraded.iter().map(|degraded| {
         let text = format!("{} steps: {}", degraded.steps, degraded.reason);
-        row("searched exhaustively", text);
-    }
+        ("searched exhaustively", text)
+    }));
     if let EndingSummary::NothingFits { items } = &summary.ending {
-        for item in items {
-            row(
-                "could not be placed",
-                format!("{}: {}", item.item, item.reason),
-            );
-        }
+        rows.extend(items.iter().map(|item| {
+            let text = format!("{}: {}", item.item, item.reason);
+            ("could not be placed", text)
+        }));
     }
-    table.to_string()
+    output::rows(rows)
 }
 
 /// The figures of a packing, named, for people.
 pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str, String)> {
     let metrics = &summary.metrics;
     let cm3 = |volume_m3: f64| format!("{:.0} cm³", volume_m3 * 1e6);
-    let percent = |share: f64| format!("{:.1} %", share * 100.0);
     let sequence = &packing.settings.sequence;
     let fallen = match summary.items_fallen_out {
         0 => String::new(),
         count => format!(", {count} more fell out"),
     };
+    let packed = format!(
+        "{} of {} items{fallen}",
+        metrics.packed.items,
+        sequence.objects.len()
+    );
+    let Spread { mean, median, max } = summary.decision_s;
+    let [mean, median, max] = [mean, median, max].map(duration);
     let ending = match &summary.ending {
         EndingSummary::AllPacked => "everything is packed".to_owned(),
         EndingSummary::NothingFits { items } => {
-            format!(
-                "none of the {} items in the buffer has a valid placement",
-                items.len()
-            )
+            let count = items.len();
+            format!("none of the {count} items in the buffer has a valid placement")
         }
     };
     let mut figures = vec![
         ("Sequence", sequence.from.clone()),
         ("Proposals", proposals(packing)),
-        (
-            "Packed",
-            format!(
-                "{} of {} items{fallen}",
-                metrics.packed.items,
-                sequence.objects.len()
-            ),
-        ),
+        ("Packed", packed),
         ("Volume of the meshes", cm3(metrics.packed.meshes_m3)),
         ("Volume of the voxels", cm3(metrics.packed.voxels_m3)),
         ("Compactness (voxels)", percent(metrics.compactness)),
@@ -80,12 +72,7 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
         ("Height", format!("{:.1} cm", summary.height_m * 100.0)),
         (
             "Decision per item",
-            format!(
-                "{} mean, {} median, {} at most",
-                duration(summary.decision_s.mean),
-                duration(summary.decision_s.median),
-                duration(summary.decision_s.max)
-            ),
+            format!("{mean} mean, {median} median, {max} at most"),
         ),
         ("Whole run", duration(summary.took_s)),
         ("Ended because", ending),
@@ -101,7 +88,7 @@ fn proposals(packing: &Packing) -> String {
         Some(seconds) => format!("{} {}", cost.proposals, duration(seconds)),
         None => format!("{} cannot be used here", cost.proposals),
     };
-    let chosen = &settings.method.proposals;
+    let chosen = &settings.method.method.proposals;
     if settings.costs.is_empty() {
         return chosen.to_string();
     }

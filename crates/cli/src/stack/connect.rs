@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use anyhow::anyhow;
 use clap::Args;
 use ppnpack_service::configuration::{Endpoints, ZenohSettings};
 
-use crate::failure::{Failure, OrInput, Outcome};
+use crate::failure::{OrInput, Outcome};
 
 /// A session with the stack at an endpoint; `file` is a Zenoh configuration to begin with.
 pub(crate) fn open(endpoint: &str, file: Option<&Path>) -> Outcome<zenoh::Session> {
@@ -17,11 +18,9 @@ pub(crate) fn open(endpoint: &str, file: Option<&Path>) -> Outcome<zenoh::Sessio
         ..ZenohSettings::default()
     };
     let config = settings.to_zenoh().or_input()?;
-    zenoh::open(config).wait().map_err(|error| {
-        Failure::Run(anyhow::anyhow!(
-            "{endpoint} cannot be reached: {error}; `ppnpack up` starts a stack there"
-        ))
-    })
+    Ok(zenoh::open(config).wait().map_err(|error| {
+        anyhow!("{endpoint} cannot be reached: {error}; `ppnpack up` starts a stack there")
+    })?)
 }
 
 /// A running stack.

@@ -22,15 +22,6 @@ pub struct Controller {
     cell: Cell,
 }
 
-/// An item to be packed.
-#[derive(Debug, Clone)]
-pub struct Arrival {
-    /// Its id in the session.
-    pub item_id: String,
-    /// What it is, by the catalogue's name.
-    pub object: String,
-}
-
 /// A decision and what became of it.
 #[derive(Debug, Clone)]
 pub(crate) struct Done {
@@ -69,7 +60,7 @@ impl Controller {
     pub(crate) fn pack(
         &self,
         session_id: &str,
-        items: &[Arrival],
+        items: &[v1::Announcement],
         alternatives: u32,
         on_step: &mut dyn FnMut(&Done),
     ) -> Outcome<Packed> {
@@ -83,7 +74,9 @@ impl Controller {
             let reply = self.ask("planner", request, REQUEST_LIMIT)?;
             match (reply.result(), reply.decision) {
                 (PlanResult::Decided, Some(decision)) => {
-                    let step = self.carry_out(decision)?;
+                    let outcome = self.place(v1::PlaceRequest::from(&decision))?;
+                    self.report(&decision.decision_id, outcome.clone())?;
+                    let step = Done { decision, outcome };
                     on_step(&step);
                     done.push(step);
                 }
@@ -108,7 +101,7 @@ impl Controller {
     ///
     /// # Errors
     /// What the planner or the bridge said, or that it does not serve.
-    pub fn begin(&self, session_id: &str, items: &[Arrival]) -> Outcome {
+    pub fn begin(&self, session_id: &str, items: &[v1::Announcement]) -> Outcome {
         let request = v1::BeginRequest {
             session_id: session_id.to_owned(),
             least_state_number: self.state()?.state_number,
@@ -116,24 +109,13 @@ impl Controller {
         };
         self.ask("planner", request, REQUEST_LIMIT)?;
         for items in items.chunks(1000) {
-            let announcement = |item: &Arrival| v1::Announcement {
-                item_id: item.item_id.clone(),
-                shape: Some(v1::announcement::Shape::Object(item.object.clone())),
-                ..v1::Announcement::default()
-            };
             let request = v1::AnnounceRequest {
-                items: items.iter().map(announcement).collect(),
+                items: items.to_vec(),
                 ..v1::AnnounceRequest::default()
             };
             self.ask("planner", request, REQUEST_LIMIT)?;
         }
         Ok(())
-    }
-
-    fn carry_out(&self, decision: v1::Decision) -> Outcome<Done> {
-        let outcome = self.place(v1::PlaceRequest::from(&decision))?;
-        self.report(&decision.decision_id, outcome.clone())?;
-        Ok(Done { decision, outcome })
     }
 
     /// Has an item placed, and waits for the end of that.
@@ -169,10 +151,8 @@ impl Controller {
             ..v1::OutcomeRequest::default()
         };
         let reply = self.ask("bridge", request, PLACE_LIMIT)?;
-        let outcome = ended(reply.execution);
-        outcome
-            .context("the bridge answered before the placement had ended")
-            .or_run()
+        let early = "the bridge answered before the placement had ended";
+        ended(reply.execution).context(early).or_run()
     }
 
     /// The state of the cell.
@@ -194,10 +174,8 @@ impl Controller {
             ..v1::HeightmapRequest::default()
         };
         let reply = self.ask("perception", request, REQUEST_LIMIT)?;
-        reply
-            .heightmap
-            .context("perception told no heightmap")
-            .or_run()
+        let told = reply.heightmap.context("perception told no heightmap");
+        told.or_run()
     }
 
     /// Asks a service of the cell.
@@ -221,9 +199,6 @@ impl Controller {
 }
 
 fn ended(execution: Option<v1::Execution>) -> Option<v1::Outcome> {
-    let execution = execution?;
-    match execution.phase() {
-        ExecutionPhase::Ended => execution.outcome,
-        _ => None,
-    }
+    let ended = execution.filter(|execution| execution.phase() == ExecutionPhase::Ended);
+    ended?.outcome
 }

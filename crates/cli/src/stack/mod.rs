@@ -5,25 +5,28 @@ pub mod controller;
 pub mod report;
 
 use std::collections::BTreeMap;
+use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, anyhow};
 use ppnpack_bridge::simulated::{CameraSettings, FaultSettings, Scan, SimulatedSettings};
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::{Grid, GridSettings};
+use ppnpack_packing::method::Method;
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_perception_service::TraySettings;
-use ppnpack_planner::{CellSettings, ProposalSettings, Stability};
+use ppnpack_planner::CellSettings;
 use ppnpack_recognition::library::Library;
+use ppnpack_robot::station::StationSettings;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::Client;
 use ppnpack_service::{Process, Running, Shutdown};
 use ppnpack_wire::keys::{Cell, Service};
 
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
-use crate::options::{Method, Network, ProposalSource, Simulated, StabilityOption};
+use crate::options::{Network, Simulated};
 
 /// How long services may take to finish what is in flight.
 const GRACE: Duration = Duration::from_secs(10);
@@ -36,6 +39,8 @@ pub struct Plan<'a> {
     pub grid: &'a Grid,
     /// How they plan.
     pub method: &'a Method,
+    /// The arm that has to make the placements, if any.
+    pub arm: Option<&'a StationSettings>,
     /// The simulated cells that the bridge works.
     pub simulated: &'a Simulated,
     /// How its cells are seen and handled.
@@ -100,35 +105,21 @@ impl Stack {
                 .or_input()?;
         }
         stack.add(Service::Heuristic, |process| {
-            let settings = ppnpack_heuristic::Settings::default();
-            Ok(Box::new(ppnpack_heuristic::start(process, &settings)?))
+            ppnpack_heuristic::start(process, &ppnpack_heuristic::Settings::default())
         })?;
         if let Some(network) = &plan.network {
             stack.add_network(network);
         }
         stack.add(Service::Perception, |process| {
-            let settings = perception_settings(plan);
             let library = plan.sensing.library.as_ref();
-            Ok(Box::new(ppnpack_perception_service::start(
-                process, &settings, library,
-            )?))
+            ppnpack_perception_service::start(process, &perception_settings(plan), library)
         })?;
         stack.add(Service::Bridge, |process| {
-            let settings = bridge_settings(plan);
-            Ok(Box::new(ppnpack_bridge::start(
-                process,
-                &settings,
-                &plan.catalogue,
-            )?))
+            ppnpack_bridge::start(process, &bridge_settings(plan), &plan.catalogue)
         })?;
         stack.add(Service::Planner, |process| {
-            let settings = planner_settings(plan)?;
             let catalogues = [Arc::clone(&plan.catalogue)];
-            Ok(Box::new(ppnpack_planner::start(
-                process,
-                &settings,
-                &catalogues,
-            )?))
+            ppnpack_planner::start(process, &planner_settings(plan), &catalogues)
         })?;
         Ok(stack)
     }
@@ -165,47 +156,33 @@ impl Stack {
             }
             drop(process);
         }
-        if left.is_empty() {
-            Ok(())
-        } else {
-            Err(Failure::Run(anyhow!(
-                "not finished in time: {}",
-                left.join("; ")
-            )))
+        match left.join("; ") {
+            left if left.is_empty() => Ok(()),
+            left => Err(Failure::Run(anyhow!("not finished in time: {left}"))),
         }
     }
 
-    fn add(
+    fn add<R: Running + 'static, E: Error + Send + Sync + 'static>(
         &mut self,
         service: Service,
-        start: impl FnOnce(&Process) -> Result<Box<dyn Running>>,
+        start: impl FnOnce(&Process) -> Result<R, E>,
     ) -> Outcome {
         let process = embedded::process(&self.hub, service, &format!("{service}-1")).or_run()?;
         let running = start(&process)
             .with_context(|| format!("the {service} service does not start"))
             .or_run()?;
-        self.services.push((service, process, running));
+        self.services.push((service, process, Box::new(running)));
         Ok(())
     }
 
     fn add_network(&mut self, network: &Network<'_>) {
-        let Network {
-            backend,
-            model,
-            device,
-            ..
-        } = network;
-        let added = backend
-            .network(model, *device)
-            .map_err(Failure::Run)
-            .and_then(|network| {
-                self.add(Service::Ppn, |process| {
-                    let settings = ppnpack_ppn_service::Settings::default();
-                    Ok(Box::new(ppnpack_ppn_service::start(
-                        process, &settings, network,
-                    )?))
-                })
-            });
+        let opened = network.backend.network(network.model, network.device);
+        let added = opened.map_err(Failure::Run).and_then(|network| {
+            self.add(Service::Ppn, |process| {
+                let settings = ppnpack_ppn_service::Settings::default();
+                ppnpack_ppn_service::start(process, &settings, network)
+            })
+        });
         if let Err(failure) = added {
             tracing::warn!(reason = %failure, "the stack runs without a network");
         }
@@ -222,18 +199,15 @@ fn file(plan: &Plan<'_>, name: &str) -> Option<PathBuf> {
 }
 
 fn perception_settings(plan: &Plan<'_>) -> ppnpack_perception_service::Settings {
+    let sensing = plan.sensing;
     ppnpack_perception_service::Settings {
         cells: of_cells(plan, || GridSettings::from(plan.grid)),
-        mapper: plan.sensing.mapper.clone(),
-        catalogue: plan
-            .sensing
-            .library
+        mapper: sensing.mapper.clone(),
+        catalogue: sensing.library.as_ref().map(|_| plan.source.to_owned()),
+        trays: sensing
+            .tray
             .as_ref()
-            .map(|_| plan.source.to_owned()),
-        trays: match &plan.sensing.tray {
-            Some(tray) => of_cells(plan, || tray.clone()),
-            None => BTreeMap::new(),
-        },
+            .map_or_else(BTreeMap::new, |tray| of_cells(plan, || tray.clone())),
         ..ppnpack_perception_service::Settings::default()
     }
 }
@@ -256,51 +230,18 @@ fn bridge_settings(plan: &Plan<'_>) -> ppnpack_bridge::Settings {
     }
 }
 
-fn planner_settings(plan: &Plan<'_>) -> Result<ppnpack_planner::Settings> {
-    let method = plan.method;
+fn planner_settings(plan: &Plan<'_>) -> ppnpack_planner::Settings {
     let cell = || CellSettings {
         grid: GridSettings::from(plan.grid),
-        buffer: method.buffer,
-        heuristic: method.heuristic,
-        order: method.order,
-        weights: method.weights,
-        stability: match method.stability {
-            StabilityOption::Physical => Stability::Physical,
-            StabilityOption::Published => Stability::Published,
-            StabilityOption::None => Stability::None,
-        },
-        arm: method.arm.clone(),
-        seed: method.seed,
-        proposals: proposals(&method.proposals),
+        method: plan.method.clone(),
+        arm: plan.arm.cloned(),
         inspect: plan.sensing.inspect,
         ..CellSettings::default()
     };
-    Ok(ppnpack_planner::Settings {
+    ppnpack_planner::Settings {
         cells: of_cells(plan, cell),
         store: file(plan, "sessions.redb"),
         catalogue: plan.source.to_owned(),
         ..ppnpack_planner::Settings::default()
-    })
-}
-
-fn proposals(source: &ProposalSource) -> ProposalSettings {
-    match source {
-        ProposalSource::All | ProposalSource::Bounded => ProposalSettings::All,
-        ProposalSource::Random { percent } => ProposalSettings::Random { percent: *percent },
-        ProposalSource::Coarse {
-            percent,
-            coarsening,
-        } => ProposalSettings::Coarse {
-            percent: *percent,
-            coarsening: *coarsening,
-        },
-        ProposalSource::Network {
-            percent,
-            coarsening,
-            ..
-        } => ProposalSettings::Network {
-            percent: *percent,
-            coarsening: *coarsening,
-        },
     }
 }

@@ -29,9 +29,6 @@ pub fn arrival_of(item_id: &str) -> Option<usize> {
 }
 
 /// The packing that a controller saw.
-///
-/// # Errors
-/// Where a message lacks something.
 pub(crate) fn packing(
     settings: Settings,
     catalogue: &Catalogue,
@@ -43,6 +40,7 @@ pub(crate) fn packing(
     let topple_rad = settings.simulated.cell.outcome.topple_rad;
     let steps = packed.done.iter().map(|done| step(done, catalogue));
     let steps: Vec<Step> = steps.collect::<Result<_>>()?;
+    let settled = packed.done.iter().map(|done| settled(done, topple_rad));
     let contents = contents(&packed.state, catalogue)?;
     let scene = scene(&packed.heightmap, &grid)?;
     let is_inside = |arrival| {
@@ -50,21 +48,16 @@ pub(crate) fn packing(
         contents.any(|(other, content)| *other == arrival && content.inside)
     };
     let volume = packed_volume(&grid, &steps, is_inside);
-    let cycles_s = steps.iter().map(Step::cycle_s).collect();
     Ok(Packing {
         metrics: Metrics::new(&grid, scene.heightmap(), volume),
         ending: ending(&packed.reasons, catalogue, &settings.sequence),
         settings,
         steps,
-        settled: packed
-            .done
-            .iter()
-            .map(|done| settled(done, topple_rad))
-            .collect(),
+        settled: settled.collect(),
         scene,
         contents,
         took,
-        arm: arm.map(|arm| ArmWork { cycles_s, ..arm }),
+        arm,
     })
 }
 
@@ -72,14 +65,11 @@ fn step(done: &Done, catalogue: &Catalogue) -> Result<Step> {
     let decision = &done.decision;
     let placement = decision.placement.as_ref();
     let placement = placement.context("a decision has no placement")?;
-    let candidate = decision
-        .buffer
-        .iter()
-        .position(|item| *item == decision.item_id);
-    let alternatives = decision
-        .alternatives
-        .iter()
-        .map(convert::placement::read_ranked);
+    let mut buffer = decision.buffer.iter();
+    let candidate = buffer.position(|item| *item == decision.item_id);
+    let alternatives = decision.alternatives.iter();
+    let alternatives = alternatives.map(convert::placement::read_ranked);
+    let cycle = decision.cycle.as_deref().map(convert::cycle::read);
     Ok(Step {
         step: decision.step,
         candidate: candidate_of(&decision.item_id, &decision.object, catalogue)?,
@@ -89,11 +79,7 @@ fn step(done: &Done, catalogue: &Catalogue) -> Result<Step> {
             value: decision.value,
         },
         evidence: Evidence {
-            cycle: decision
-                .cycle
-                .as_deref()
-                .map(|cycle| convert::cycle::read(cycle).map(Arc::new))
-                .transpose()?,
+            cycle: cycle.transpose()?.map(Arc::new),
         },
         alternatives: alternatives.collect::<Result<_, _>>()?,
         timings: Timings {
@@ -166,17 +152,12 @@ fn ending(reasons: &[v1::ItemReason], catalogue: &Catalogue, sequence: &Sequence
     if reasons.is_empty() {
         return EndingSummary::AllPacked;
     }
-    let object = |arrival: usize| {
-        let index = sequence.objects.get(arrival)?;
-        catalogue
-            .get(*index)
-            .map(|object| object.item.name().to_string())
-    };
     let items = reasons.iter().filter_map(|reason| {
         let arrival = arrival_of(&reason.item_id)?;
+        let object = catalogue.get(*sequence.objects.get(arrival)?)?;
         Some(Unplaceable {
             arrival,
-            item: object(arrival)?,
+            item: object.item.name().to_string(),
             reason: reason.text.clone(),
         })
     });

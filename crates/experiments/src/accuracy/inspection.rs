@@ -24,7 +24,7 @@ use ppnpack_catalogue::object::Model;
 use ppnpack_catalogue::raster::{Raster, rasterise};
 use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
 use ppnpack_cli::options::at_least_one;
-use ppnpack_cli::output::write_whole;
+use ppnpack_files::write_whole;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::heightmap::Surface;
 use ppnpack_recognition::inspection::{ContainerCloud, Inspection, InspectionSettings, inspect};

@@ -21,7 +21,7 @@ use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
 use ppnpack_catalogue::catalogue::Source;
 use ppnpack_catalogue::object::Model;
 use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
-use ppnpack_cli::output::write_whole;
+use ppnpack_files::write_whole;
 use ppnpack_recognition::evaluation::PoseError;
 use ppnpack_recognition::library::{Library, LibraryObject, LibrarySettings};
 use ppnpack_recognition::recognise::{Candidate, Recogniser, Recognition, RecognitionSettings};

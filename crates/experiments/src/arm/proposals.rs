@@ -7,13 +7,12 @@ use std::time::Instant;
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_cli::failure::{OrRun, Outcome};
-use ppnpack_cli::options::{
-    CatalogueOptions, Method, PROPOSAL_YAWS, ProposalSource, StabilityOption,
-};
+use ppnpack_cli::options::{CatalogueOptions, PROPOSAL_YAWS};
 use ppnpack_cli::sequence::SequenceFile;
+use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::method::{Method, ProposalSource};
 use ppnpack_packing::refusal::Cause;
 use ppnpack_packing::step::{Candidate, StepInput};
 use ppnpack_robot::station::{ArmStation, StationSettings};
@@ -42,7 +41,7 @@ pub(crate) struct ProposalsArguments {
 }
 
 fn sources(grid: &Grid) -> [ProposalSource; 5] {
-    let coarse = |percent| ProposalSource::coarse(grid, percent, PROPOSAL_YAWS);
+    let coarse = |percent| ProposalSource::coarse(grid, percent, None, PROPOSAL_YAWS);
     [
         ProposalSource::All,
         ProposalSource::Bounded,
@@ -130,7 +129,8 @@ fn measure(catalogue: &Catalogue, grid: &Grid, file: &SequenceFile, count: usize
                 }
                 let method = method(&source);
                 let proposer = method.proposer(grid, None)?;
-                let mut planner = method.planner_with(proposer, grid, 1, of_step)?;
+                let check = of_step.map(|station| Box::new(station.check()) as BoxedCheck);
+                let mut planner = method.build_with(grid, proposer, check, 1)?;
                 let mut cell = IdealCell::new(grid);
                 let mut notes = Notes(&mut found);
                 let how = Play::with_buffer(BUFFER);
@@ -145,14 +145,9 @@ fn measure(catalogue: &Catalogue, grid: &Grid, file: &SequenceFile, count: usize
 
 fn method(proposals: &ProposalSource) -> Method {
     Method {
-        heuristic: Heuristic::Sdfm,
-        order: Order::Balance,
         proposals: proposals.clone(),
-        stability: StabilityOption::Physical,
-        arm: None,
-        weights: Weights::default(),
         buffer: BUFFER,
-        seed: 0,
+        ..Method::default()
     }
 }
 

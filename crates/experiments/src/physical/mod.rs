@@ -17,7 +17,7 @@ use clap::Args;
 use ppnpack_bridge::simulated::Scan;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::method::{Method, ProposalSource};
 use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_recognition::library::Library;
 use ppnpack_robot::station::ArmStation;
@@ -30,7 +30,7 @@ use crate::network::NetworkOptions;
 use crate::runs::Runs;
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::{Method, Network, ProposalSource, Simulated, StabilityOption, positive};
+use ppnpack_cli::options::{Network, Simulated, positive};
 use ppnpack_cli::progress;
 use ppnpack_cli::stack::controller::Controller;
 use ppnpack_cli::stack::{Plan, Sensing, Stack};
@@ -251,20 +251,17 @@ impl World<'_> {
     fn start(&self, contender: &Contender) -> Outcome<Stack> {
         let settings = self.settings;
         let method = Method {
-            heuristic: Heuristic::Sdfm,
-            order: Order::Balance,
             proposals: contender.proposals.clone(),
-            stability: StabilityOption::Physical,
-            arm: settings.arm.clone(),
-            weights: Weights::default(),
             buffer: settings.buffer,
             seed: settings.seed,
+            ..Method::default()
         };
         let is_network = contender.proposals.is_network();
         Stack::start(&Plan {
             cells: vec![cell()?],
             grid: self.grid,
             method: &method,
+            arm: settings.arm.as_ref(),
             simulated: &Simulated {
                 scan: Sampling::Greatest,
                 cell: settings.simulated.clone(),

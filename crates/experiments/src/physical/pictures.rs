@@ -13,8 +13,8 @@ use super::run::Done;
 use super::tray::{HEIGHT_M, REGION};
 use ppnpack_cli::drawing;
 use ppnpack_cli::failure::{OrRun, Outcome};
-use ppnpack_cli::output::write_whole;
 use ppnpack_cli::stack::report::contents;
+use ppnpack_files::write_whole;
 
 /// The edge of a cell of the tray's picture, in metres.
 const TRAY_CELL_M: f64 = 0.004;

@@ -11,7 +11,7 @@ use super::{PhysicalArguments, Settings};
 use crate::document;
 use crate::statistics::percent;
 use ppnpack_cli::failure::{OrRun, Outcome};
-use ppnpack_cli::output::write_whole;
+use ppnpack_files::write_whole;
 
 /// A row of a table: what it tells, and of a contender.
 type Row<'a> = (&'a str, fn(&Line) -> String);

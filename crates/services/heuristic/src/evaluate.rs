@@ -6,12 +6,12 @@ use ppnpack_packing::proposals::{Proposals, YawRange};
 use ppnpack_packing::search::Search;
 use ppnpack_packing::step::{Candidate, Evaluated, StepInput};
 use ppnpack_packing::valid::ValidSearch;
-use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::error::WireError;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{convert, header, v1};
 
-use crate::worker::{Given, Ranking, Refusal, Worker};
+use crate::worker::{Answer, Given, Ranking, Refusal, Worker};
 
 /// The most placements that one request may ask for.
 const MAX_LIMIT: u32 = 65_536;
@@ -22,34 +22,28 @@ const MAX_CANDIDATES: usize = 1_000;
 pub(crate) fn evaluate(
     worker: &mut Worker,
     incoming: &Incoming<v1::EvaluateRequest>,
-) -> Result<(v1::EvaluateReply, Done), Refusal> {
+) -> Result<Answer<v1::EvaluateReply>, Refusal> {
     let started = Instant::now();
     let request = incoming.message();
     let limit = read_limit(request.limit)?;
     let (grid, scene) = convert::scene::read_required("scene", request.scene.as_ref())?;
     let ids = read_ids(&request.candidates)?;
     let items = worker.items(&request.items, &ids, &grid)?;
-    let candidates: Vec<Candidate> = request
-        .candidates
-        .iter()
-        .zip(items)
-        .map(|(candidate, item)| {
-            let arrival = usize::try_from(candidate.arrival).unwrap_or(usize::MAX);
-            Candidate::new(arrival, item)
-        })
-        .collect();
+    let candidates = request.candidates.iter().zip(items);
+    let candidates = candidates.map(|(candidate, item)| {
+        let arrival = usize::try_from(candidate.arrival).unwrap_or(usize::MAX);
+        Candidate::new(arrival, item)
+    });
+    let candidates: Vec<Candidate> = candidates.collect();
     let (group, proposals) = read_parts(&request.parts, &candidates)?;
     let settings = convert::objective::read_required("objective", request.objective.as_ref())?;
+    let after = request.after.as_ref().map(convert::placement::read_ranked);
     let asked = Asked {
         group: &group,
         proposals: &proposals,
         limit,
         content: read_content(request)?,
-        after: request
-            .after
-            .as_ref()
-            .map(convert::placement::read_ranked)
-            .transpose()?,
+        after: after.transpose()?,
     };
     let ranking = worker.ranking(incoming.cell(), &grid, &settings, &request.checks)?;
     let input = StepInput {
@@ -58,31 +52,20 @@ pub(crate) fn evaluate(
     };
     let read = Instant::now();
     let (placements, is_complete) = asked.of(ranking, &input)?;
-    let tallies = group
-        .iter()
-        .map(|candidate| ranking.search.tally(*candidate));
+    let placements = placements.iter().map(convert::placement::write_ranked);
+    let tallies = group.iter().map(|held| ranking.search.tally(*held));
+    let counts = tallies.map(|tally| convert::placement::write_tally(&tally));
     let reply = v1::EvaluateReply {
-        placements: placements
-            .iter()
-            .map(convert::placement::write_ranked)
-            .collect(),
+        placements: placements.collect(),
         is_complete,
-        counts: tallies
-            .map(|tally| convert::placement::write_tally(&tally))
-            .collect(),
+        counts: counts.collect(),
         ..v1::EvaluateReply::default()
     };
     let stages = vec![
         header::stage("read", read - started),
         header::stage("evaluate", read.elapsed()),
     ];
-    Ok((
-        reply,
-        Done {
-            stages,
-            ..Done::default()
-        },
-    ))
+    Ok((reply, stages))
 }
 
 /// What a request wants of a ranking.
@@ -219,13 +202,9 @@ fn read_parts(
             None => proposals.push_all_at(yaws),
             Some(placements) => {
                 let placements = convert::placement::read_all("parts.proposals", placements)?;
-                if placements
-                    .iter()
-                    .any(|placement| !yaws.contains(placement.yaw))
-                {
-                    return Err(Refusal::Invalid(
-                        "parts.proposals: a placement at a yaw that is not searched".to_owned(),
-                    ));
+                if placements.iter().any(|at| !yaws.contains(at.yaw)) {
+                    let other = "parts.proposals: a placement at a yaw that is not searched";
+                    return Err(Refusal::Invalid(other.to_owned()));
                 }
                 proposals.push(placements);
             }

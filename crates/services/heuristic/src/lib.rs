@@ -99,12 +99,8 @@ fn deliver<R: ppnpack_wire::rpc::Request>(
     incoming: Incoming<R>,
     wrap: impl FnOnce(Incoming<R>) -> Message,
 ) {
-    let sum = incoming
-        .cell()
-        .as_str()
-        .bytes()
-        .map(usize::from)
-        .sum::<usize>();
+    let cell = incoming.cell().as_str();
+    let sum: usize = cell.bytes().map(usize::from).sum();
     if let Some(route) = routes.get(sum % routes.len().max(1)) {
         route.deliver(incoming, wrap);
     }

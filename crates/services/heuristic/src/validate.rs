@@ -6,12 +6,12 @@ use ppnpack_packing::check::{BoxedCheck, Fits, Verdict};
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_packing::resting::RestingHeights;
 use ppnpack_packing::step::{Candidate, StepInput};
-use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::v1::Check;
 use ppnpack_wire::{convert, header, v1};
 
-use crate::worker::{Refusal, Worker};
+use crate::worker::{Answer, Refusal, Worker};
 
 /// The most placements of one request.
 const MAX_PLACEMENTS: usize = 65_536;
@@ -19,7 +19,7 @@ const MAX_PLACEMENTS: usize = 65_536;
 pub(crate) fn validate(
     worker: &mut Worker,
     incoming: &Incoming<v1::ValidateRequest>,
-) -> Result<(v1::ValidateReply, Done), Refusal> {
+) -> Result<Answer<v1::ValidateReply>, Refusal> {
     let started = Instant::now();
     let request = incoming.message();
     let (grid, scene) = convert::scene::read_required("scene", request.scene.as_ref())?;
@@ -33,10 +33,8 @@ pub(crate) fn validate(
             placements.len()
         )));
     }
-    let candidates: Vec<Candidate> = items
-        .into_iter()
-        .map(|item| Candidate::new(0, item))
-        .collect();
+    let candidates = items.into_iter().map(|item| Candidate::new(0, item));
+    let candidates: Vec<Candidate> = candidates.collect();
     let Some(candidate) = candidates.first() else {
         return Err(Refusal::Invalid("the item is missing".to_owned()));
     };
@@ -75,13 +73,7 @@ pub(crate) fn validate(
         ..v1::ValidateReply::default()
     };
     let stages = vec![header::stage("validate", started.elapsed())];
-    Ok((
-        reply,
-        Done {
-            stages,
-            ..Done::default()
-        },
-    ))
+    Ok((reply, stages))
 }
 
 /// The first check that refuses a placement; unspecified where all accept it.

@@ -10,13 +10,14 @@ use ppnpack_packing::step::Evaluated;
 use ppnpack_packing::valid::{SearchError, ValidSearch};
 use ppnpack_service::actor::Actor;
 use ppnpack_service::alive::Alive;
-use ppnpack_service::rpc::Incoming;
+use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_wire::convert;
 use ppnpack_wire::error::WireError;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::item_store::{ItemStore, MissingItems};
 use ppnpack_wire::keys::Cell;
+use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, Status};
-use ppnpack_wire::{convert, rpc};
 
 use crate::settings::Settings;
 use crate::{StartError, evaluate, validate};
@@ -51,6 +52,9 @@ impl From<WireError> for Refusal {
         Self::Invalid(error.to_string())
     }
 }
+
+/// A reply, and how long the stages of the work on it took.
+pub(crate) type Answer<Reply> = (Reply, Vec<v1::StageTiming>);
 
 /// Answers requests one after another.
 pub(crate) struct Worker {
@@ -89,8 +93,20 @@ impl Actor for Worker {
 
     fn handle(&mut self, message: Message) {
         match message {
-            Message::Evaluate(incoming) => self.answer(incoming, evaluate::evaluate),
-            Message::Validate(incoming) => self.answer(incoming, validate::validate),
+            Message::Evaluate(incoming) => {
+                let lacking = |missing_items| v1::EvaluateReply {
+                    missing_items,
+                    ..v1::EvaluateReply::default()
+                };
+                self.answer(incoming, evaluate::evaluate, lacking);
+            }
+            Message::Validate(incoming) => {
+                let lacking = |missing_items| v1::ValidateReply {
+                    missing_items,
+                    ..v1::ValidateReply::default()
+                };
+                self.answer(incoming, validate::validate, lacking);
+            }
         }
     }
 }
@@ -119,29 +135,27 @@ impl Worker {
         })
     }
 
-    fn answer<R>(
+    /// `lacking` is the reply that names items which the service does not have.
+    fn answer<R: Request>(
         &mut self,
         incoming: Incoming<R>,
-        work: impl FnOnce(
-            &mut Self,
-            &Incoming<R>,
-        ) -> Result<(R::Reply, ppnpack_service::rpc::Done), Refusal>,
-    ) where
-        R: rpc::Request,
-        R::Reply: ReportsMissing,
-    {
+        work: impl FnOnce(&mut Self, &Incoming<R>) -> Result<Answer<R::Reply>, Refusal>,
+        lacking: impl FnOnce(Vec<Vec<u8>>) -> R::Reply,
+    ) {
         let Some(incoming) = incoming.still_wanted(&self.planners) else {
             return;
         };
         match work(self, &incoming) {
-            Ok((reply, done)) => incoming.reply(reply, done),
+            Ok((reply, stages)) => {
+                let model = None;
+                incoming.reply(reply, Done { stages, model });
+            }
             Err(Refusal::Invalid(message)) => incoming.refuse(Status::Invalid, message),
             Err(Refusal::Failed(message)) => incoming.refuse(Status::Failed, message),
             Err(Refusal::Missing(missing)) => {
                 let message = missing.to_string();
                 let ids = missing.0.into_iter().map(ItemId::to_bytes).collect();
-                let reply = R::Reply::with_missing(ids);
-                incoming.refuse_with(reply, Status::MissingItems, message);
+                incoming.refuse_with(lacking(ids), Status::MissingItems, message);
             }
         }
     }
@@ -213,28 +227,5 @@ impl Worker {
                 given: None,
             },
         })
-    }
-}
-
-/// Replies that name items which the service does not have.
-pub(crate) trait ReportsMissing {
-    fn with_missing(ids: Vec<Vec<u8>>) -> Self;
-}
-
-impl ReportsMissing for v1::EvaluateReply {
-    fn with_missing(missing_items: Vec<Vec<u8>>) -> Self {
-        Self {
-            missing_items,
-            ..Self::default()
-        }
-    }
-}
-
-impl ReportsMissing for v1::ValidateReply {
-    fn with_missing(missing_items: Vec<Vec<u8>>) -> Self {
-        Self {
-            missing_items,
-            ..Self::default()
-        }
     }
 }

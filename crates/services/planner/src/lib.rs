@@ -32,7 +32,7 @@ use cell::{CellPlanner, Message, Shared};
 pub use error::StartError;
 use objects::Objects;
 use planning::Helpers;
-pub use settings::{CellSettings, ProposalSettings, Settings, Stability, Where};
+pub use settings::{CellSettings, Settings, Where};
 use store::Store;
 pub use store::StoreError;
 
@@ -57,16 +57,17 @@ pub fn start(
     let store_health = process.health().check("session_store");
     let cells_health = process.health().check("cells");
     let shared = Shared {
-        store: Arc::new(Store::open(settings.store.as_deref())?),
-        store_health: store_health.clone(),
-        objects: Arc::new(Objects::new(catalogues)),
+        store: Store::open(settings.store.as_deref())?,
+        store_health,
+        objects: Objects::new(catalogues),
         helpers: Helpers {
             client: Client::new(process.session()).of_planner(process.instance()),
             ppn: Arc::new(Alive::watch(process.session(), Service::Ppn)?),
             heuristic: Arc::new(Alive::watch(process.session(), Service::Heuristic)?),
         },
     };
-    store_health.pass();
+    shared.store_health.pass();
+    let shared = Arc::new(shared);
     let mut service = PlannerService {
         alive: Vec::new(),
         listeners: Vec::new(),

@@ -3,21 +3,22 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::coarse::{CoarseGrid, CoarseToFine};
 use ppnpack_packing::evaluator::Evaluator;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::item::Item;
+use ppnpack_packing::method::OpenNetwork;
 use ppnpack_packing::plan::{Plan, PlanError, Planner};
-use ppnpack_packing::proposals::{OrExhaustive, Percent, ProposeAll, ProposeRandom, Proposer};
+use ppnpack_packing::proposals::{Percent, Proposer};
 use ppnpack_packing::rules;
 use ppnpack_packing::search::Search;
-use ppnpack_packing::step::{Candidate, StepInput};
+use ppnpack_packing::step::{Candidate, StageError, StepInput};
 use ppnpack_service::alive::Alive;
 use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::Cell;
 
-use crate::remote::{Judgement, RemoteProposer, SharedEvaluator};
-use crate::settings::{CellSettings, ProposalSettings, Where};
+use crate::remote::{Peers, RemoteProposer, SharedEvaluator};
+use crate::settings::{CellSettings, Where};
 
 /// The services that take part in planning.
 #[derive(Clone)]
@@ -44,12 +45,16 @@ impl Planning {
         helpers: &Helpers,
     ) -> Result<Self, String> {
         let grid = settings.grid.build().map_err(|error| error.to_string())?;
-        let remote = Remote {
-            cell,
-            settings,
-            helpers,
+        let method = &settings.method;
+        let peers = |alive: &Arc<Alive>, limit_s: f64| Peers {
+            cell: cell.clone(),
+            client: helpers.client.clone(),
+            alive: Arc::clone(alive),
+            limit: Duration::from_secs_f64(limit_s),
         };
-        let proposer = remote.proposer(&grid)?;
+        let network = PpnServices(peers(&helpers.ppn, settings.propose_limit_s));
+        let proposer = method.proposer_or_exhaustive(&grid, Some(&network));
+        let proposer = proposer.map_err(|error| error.to_string())?;
         let mut checks = rules::checks();
         if let Some(station) = settings.station().map_err(|error| error.to_string())? {
             // The planner asks the arm itself, last, going through the placements by increasing value: it is asked for
@@ -57,16 +62,20 @@ impl Planning {
             // meshes.
             checks.push(Box::new(station.check()));
         }
+        let shared = || {
+            let peers = peers(&helpers.heuristic, settings.evaluate_limit_s);
+            SharedEvaluator::new(peers, &grid, method).map_err(|error| error.to_string())
+        };
         let evaluator: Box<dyn Evaluator> = match settings.evaluate {
-            Where::Fastest => Box::new(remote.evaluator(&grid)?.sooner_way()),
-            Where::Services => Box::new(remote.evaluator(&grid)?),
+            Where::Fastest => Box::new(shared()?.sooner_way()),
+            Where::Services => Box::new(shared()?),
             Where::InProcess => {
-                checks.extend(settings.stability.checks());
-                let search = Search::new(&grid, &settings.search());
+                checks.extend(method.stability.checks());
+                let search = Search::new(&grid, &method.search_settings());
                 Box::new(search.map_err(|error| error.to_string())?.bounded())
             }
         };
-        let planner = Planner::new(proposer, evaluator, checks, settings.order, settings.seed);
+        let planner = Planner::new(proposer, evaluator, checks, method.order, method.seed);
         Ok(Self { grid, planner })
     }
 
@@ -98,76 +107,16 @@ pub(crate) struct Step<'a> {
     pub(crate) deadline: Instant,
 }
 
-/// Makes the stages of one cell.
-struct Remote<'a> {
-    cell: &'a Cell,
-    settings: &'a CellSettings,
-    helpers: &'a Helpers,
-}
+/// The ppn services, any of which has the network.
+struct PpnServices(Peers);
 
-impl Remote<'_> {
-    fn proposer(&self, grid: &Grid) -> Result<Box<dyn Proposer>, String> {
-        let share = |percent: f64| Percent::new(percent).map_err(|error| error.to_string());
-        Ok(match &self.settings.proposals {
-            ProposalSettings::All => Box::new(ProposeAll),
-            ProposalSettings::Random { percent } => {
-                Box::new(ProposeRandom::new(share(*percent)?, self.settings.seed))
-            }
-            ProposalSettings::Coarse {
-                percent,
-                coarsening,
-            } => {
-                let grids =
-                    CoarseGrid::new(grid, *coarsening).map_err(|error| error.to_string())?;
-                let search = self.settings.search();
-                let coarse = CoarseToFine::searching(grids, &search, share(*percent)?);
-                Box::new(coarse.map_err(|error| error.to_string())?)
-            }
-            ProposalSettings::Network {
-                percent,
-                coarsening,
-            } => {
-                let share = share(*percent)?;
-                let proposer: Box<dyn Proposer> = if coarsening.is_none() {
-                    Box::new(self.network(share))
-                } else {
-                    let grids =
-                        CoarseGrid::new(grid, *coarsening).map_err(|error| error.to_string())?;
-                    let wide = Box::new(self.network(CoarseToFine::wider(share)));
-                    let search = self.settings.search();
-                    let narrowed = CoarseToFine::narrowing(grids, &search, share, wide);
-                    Box::new(narrowed.map_err(|error| error.to_string())?)
-                };
-                Box::new(OrExhaustive::new(proposer))
-            }
-        })
-    }
-
-    fn network(&self, share: Percent) -> RemoteProposer {
-        RemoteProposer::new(
-            self.cell.clone(),
-            self.helpers.client.clone(),
-            Arc::clone(&self.helpers.ppn),
-            share,
-            Duration::from_secs_f64(self.settings.propose_limit_s),
-        )
-    }
-
-    fn evaluator(&self, grid: &Grid) -> Result<SharedEvaluator, String> {
-        let stability = self.settings.stability;
-        let judgement = Judgement {
-            settings: self.settings.search(),
-            checks: Box::new(move || stability.checks()),
-            checks_on_wire: stability.to_messages(),
-        };
-        let evaluator = SharedEvaluator::new(
-            self.cell.clone(),
-            self.helpers.client.clone(),
-            Arc::clone(&self.helpers.heuristic),
-            Duration::from_secs_f64(self.settings.evaluate_limit_s),
-            grid,
-            judgement,
-        );
-        evaluator.map_err(|error| error.to_string())
+impl OpenNetwork for PpnServices {
+    fn open(
+        &self,
+        _grid: &Grid,
+        share: Percent,
+        _items: &[Arc<Item>],
+    ) -> Result<Box<dyn Proposer>, StageError> {
+        Ok(Box::new(RemoteProposer::new(self.0.clone(), share)))
     }
 }

@@ -3,20 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use ppnpack_packing::check::BoxedCheck;
-use ppnpack_packing::coarse::Coarsening;
 use ppnpack_packing::grid::GridSettings;
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
-use ppnpack_packing::search::SearchSettings;
-use ppnpack_packing::stability::{
-    PhysicalStability, PhysicalStabilitySettings, PublishedStability,
-};
+use ppnpack_packing::method::{Method, ProposalSource};
 use ppnpack_robot::error::ParameterError;
 use ppnpack_robot::station::{ArmStation, StationSettings};
 use ppnpack_service::ServiceSettings;
 use ppnpack_service::configuration::in_range;
 use ppnpack_wire::keys::Cell;
-use ppnpack_wire::v1;
 use serde::{Deserialize, Serialize};
 
 /// Settings of the planner service.
@@ -40,24 +33,13 @@ pub struct CellSettings {
     /// The container and its grid; the keys stand among the others.
     #[serde(flatten)]
     pub grid: GridSettings,
-    /// How many of the waiting items may be chosen from.
-    pub buffer: usize,
-    /// What placements are judged by.
-    pub heuristic: Heuristic,
-    /// How the items of the buffer compete.
-    pub order: Order,
-    /// The weights of the objective.
-    pub weights: Weights,
-    /// The stability test.
-    pub stability: Stability,
+    /// How it is packed; the keys stand among the others. `all` and `bounded` proposals are the same here.
+    #[serde(flatten)]
+    pub method: Method,
     /// The arm that has to be able to make the placements; where there is none, that is not checked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arm: Option<StationSettings>,
-    /// The seed of everything that is random.
-    pub seed: u64,
-    /// Which placements are evaluated.
-    pub proposals: ProposalSettings,
-    /// Where they are evaluated.
+    /// Where placements are evaluated.
     pub evaluate: Where,
     /// The longest that the network may take for a step, in seconds, before the search goes on without it.
     pub propose_limit_s: f64,
@@ -74,18 +56,6 @@ pub struct CellSettings {
     pub place_limit_s: f64,
 }
 
-/// Which stability test placements must pass.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Stability {
-    /// On the real surfaces, in metres.
-    Physical,
-    /// The paper's.
-    Published,
-    /// None: only the fit is checked.
-    None,
-}
-
 /// Where placements are evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -97,33 +67,6 @@ pub enum Where {
     Services,
     /// In the planner itself.
     InProcess,
-}
-
-/// Which placements are evaluated.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", tag = "from", deny_unknown_fields)]
-pub enum ProposalSettings {
-    /// Every placement.
-    All,
-    /// A random share, in percent.
-    Random {
-        /// `K`.
-        percent: f64,
-    },
-    /// The share that the heuristic ranks best on a coarser grid.
-    Coarse {
-        /// `K`.
-        percent: f64,
-        /// How much coarser.
-        coarsening: Coarsening,
-    },
-    /// The share that the network of a ppn service scores best.
-    Network {
-        /// `K`.
-        percent: f64,
-        /// How much coarser the grid is that it scores on; 1 and 1 for the same.
-        coarsening: Coarsening,
-    },
 }
 
 impl Default for Settings {
@@ -141,14 +84,8 @@ impl Default for CellSettings {
     fn default() -> Self {
         Self {
             grid: GridSettings::default(),
-            buffer: 5,
-            heuristic: Heuristic::Sdfm,
-            order: Order::Balance,
-            weights: Weights::default(),
-            stability: Stability::Physical,
+            method: Method::default(),
             arm: None,
-            seed: 0,
-            proposals: ProposalSettings::All,
             evaluate: Where::Fastest,
             propose_limit_s: 0.5,
             evaluate_limit_s: 1.0,
@@ -161,15 +98,6 @@ impl Default for CellSettings {
 }
 
 impl CellSettings {
-    pub(crate) fn search(&self) -> SearchSettings {
-        SearchSettings {
-            heuristic: self.heuristic,
-            order: self.order,
-            weights: self.weights,
-            seed: self.seed,
-        }
-    }
-
     /// The arm, where there is one.
     pub(crate) fn station(&self) -> Result<Option<ArmStation>, ParameterError> {
         self.arm.as_ref().map(ArmStation::new).transpose()
@@ -178,8 +106,13 @@ impl CellSettings {
     fn validate(&self) -> Result<(), String> {
         self.grid.build().map_err(|error| error.to_string())?;
         self.station().map_err(|error| format!("arm: {error}"))?;
-        self.weights.validate().map_err(|error| error.to_string())?;
-        in_range("buffer", self.buffer, 1..=1_000)?;
+        let method = &self.method;
+        let weights = method.weights.validate();
+        weights.map_err(|error| error.to_string())?;
+        in_range("buffer", method.buffer, 1..=1_000)?;
+        if let ProposalSource::Network { model: Some(_), .. } = method.proposals {
+            return Err("proposals: unknown field `model`: a ppn service has its own".to_owned());
+        }
         let spans_s = [
             ("propose_limit_s", self.propose_limit_s),
             ("evaluate_limit_s", self.evaluate_limit_s),
@@ -189,27 +122,6 @@ impl CellSettings {
         ];
         let mut spans_s = spans_s.into_iter();
         spans_s.try_for_each(|(name, span_s)| in_range(name, span_s, 0.001..=3600.0))
-    }
-}
-
-impl Stability {
-    pub(crate) fn checks(self) -> Vec<BoxedCheck> {
-        match self {
-            Self::Physical => {
-                let settings = PhysicalStabilitySettings::default();
-                vec![Box::new(PhysicalStability::new(settings))]
-            }
-            Self::Published => vec![Box::new(PublishedStability::default())],
-            Self::None => Vec::new(),
-        }
-    }
-
-    pub(crate) fn to_messages(self) -> Vec<i32> {
-        match self {
-            Self::Physical => vec![v1::Check::PhysicalStability.into()],
-            Self::Published => vec![v1::Check::PublishedStability.into()],
-            Self::None => Vec::new(),
-        }
     }
 }
 
@@ -226,15 +138,29 @@ impl ServiceSettings for Settings {
 
 #[cfg(test)]
 mod tests {
+    use ppnpack_packing::objective::Weights;
+
     use super::*;
 
     #[test]
-    fn the_keys_of_the_grid_stand_among_the_others() {
-        let cell: CellSettings = toml::from_str("cell_m = 0.02\nbuffer = 3\nyaws = 2").unwrap();
+    fn the_keys_of_grid_and_method_stand_among_the_others() {
+        let text = "cell_m = 0.02\nbuffer = 3\nyaws = 2\ninspect = true\nweights = { distance = 2 }\n\
+                    proposals = { from = \"random\", percent = 5 }";
+        let cell: CellSettings = toml::from_str(text).unwrap();
         assert_eq!(
-            (cell.grid.cell_m, cell.grid.yaws, cell.buffer),
-            (0.02, 2, 3)
+            (cell.grid.cell_m, cell.grid.yaws, cell.inspect),
+            (0.02, 2, true)
         );
+        let expected = Method {
+            buffer: 3,
+            weights: Weights {
+                distance: 2.0,
+                ..Weights::default()
+            },
+            proposals: ProposalSource::Random { percent: 5.0 },
+            ..Method::default()
+        };
+        assert_eq!(cell.method, expected);
         assert_eq!(
             cell.grid.height_unit_m,
             GridSettings::default().height_unit_m
@@ -242,8 +168,14 @@ mod tests {
         let written = toml::to_string(&cell).unwrap();
         let table: toml::Table = toml::from_str(&written).unwrap();
         assert!(table.contains_key("cell_m") && !table.contains_key("grid"));
+        assert!(table.contains_key("stability") && !table.contains_key("method"));
         assert_eq!(toml::from_str::<CellSettings>(&written).unwrap(), cell);
-        for unknown in ["cel_m = 0.02", "grid = 1", "cell_m = 0.02\nbufer = 3"] {
+        for unknown in [
+            "cel_m = 0.02",
+            "grid = 1",
+            "cell_m = 0.02\nbufer = 3",
+            "proposals = { from = \"random\", percent = 5, coarsening = { cells = 1, yaws = 1 } }",
+        ] {
             let error = toml::from_str::<CellSettings>(unknown).unwrap_err();
             assert!(error.to_string().contains("unknown field"), "{error}");
         }

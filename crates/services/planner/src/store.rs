@@ -70,16 +70,7 @@ impl Store {
 
     /// The session of a cell; that of a cell before its first one where there is none.
     pub(crate) fn session(&self, cell: &Cell) -> Result<Session, StoreError> {
-        let bytes = self.with(|database| {
-            let transaction = database.begin_read()?;
-            let table = match transaction.open_table(SESSIONS) {
-                Err(redb::TableError::TableDoesNotExist(_)) => return Ok(None),
-                table => table?,
-            };
-            let found = table.get(cell.as_str())?;
-            Ok(found.map(|value| value.value().to_vec()))
-        })?;
-        let Some(bytes) = bytes else {
+        let Some(bytes) = self.read(SESSIONS, cell.as_str())? else {
             return Ok(Session::default());
         };
         let content = |reason: String| StoreError::Content {
@@ -93,15 +84,8 @@ impl Store {
 
     /// The heightmaps of an item of a cell's session that was announced with them.
     pub(crate) fn shape(&self, cell: &Cell, id: ItemId) -> Result<Option<v1::Item>, StoreError> {
-        let bytes = self.with(|database| {
-            let transaction = database.begin_read()?;
-            let table = match transaction.open_table(SHAPES) {
-                Err(redb::TableError::TableDoesNotExist(_)) => return Ok(None),
-                table => table?,
-            };
-            let found = table.get((cell.as_str(), id.to_bytes().as_slice()))?;
-            Ok(found.map(|value| value.value().to_vec()))
-        })?;
+        let id = id.to_bytes();
+        let bytes = self.read(SHAPES, (cell.as_str(), id.as_slice()))?;
         Ok(bytes.and_then(|bytes| ppnpack_wire::decode(&bytes, MAX_MESSAGE_BYTES).ok()))
     }
 
@@ -127,6 +111,22 @@ impl Store {
         self.write(cell, session, |table| {
             table.retain(|(of, _), _| of != cell.as_str())?;
             Ok(())
+        })
+    }
+
+    /// The value of a key; `None` where nothing was written to its table yet.
+    fn read<K: redb::Key + 'static>(
+        &self,
+        table: TableDefinition<'static, K, &'static [u8]>,
+        key: K::SelfType<'_>,
+    ) -> Result<Option<Vec<u8>>, StoreError> {
+        self.with(|database| {
+            let table = match database.begin_read()?.open_table(table) {
+                Err(redb::TableError::TableDoesNotExist(_)) => return Ok(None),
+                table => table?,
+            };
+            let found = table.get(key)?;
+            Ok(found.map(|value| value.value().to_vec()))
         })
     }
 

@@ -7,10 +7,11 @@ use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
 use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_catalogue::mesh::{Bounds, Mesh};
 use ppnpack_clouds::{Cloud, to_pcd};
+use ppnpack_files::StagedFolder;
 use ppnpack_packing::grid::{ContainerSize, Resolution};
 
 use crate::failure::{OrInput, OrRun, Outcome};
-use crate::output::{StagedFolder, print_line};
+use crate::output::print_line;
 
 /// The thickness of walls and bottom, in metres.
 const WALL_M: f64 = 0.008;

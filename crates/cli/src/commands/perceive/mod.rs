@@ -8,15 +8,16 @@ use std::time::Instant;
 
 use clap::Args;
 use ppnpack_clouds::Cloud;
+use ppnpack_files::StagedFolder;
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution};
 use ppnpack_perception::mapper::{Mapped, Mapper};
 use ppnpack_perception::settings::MapperSettings;
 use serde::Serialize;
 
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
-use crate::length::{parse_length, parse_size};
+use crate::length::{centimetres, parse_length, parse_size};
 use crate::options::{MapperOptions, Sensor, SensorOption, parse_sensor};
-use crate::output::{self, StagedFolder, print_json, print_line};
+use crate::output;
 
 /// Sensors may disagree on the container's size by this, in metres.
 const SIZE_TOLERANCE_M: f64 = 0.005;
@@ -42,7 +43,7 @@ pub(crate) struct PerceiveArguments {
 
     /// The container's inner size (default: that of the calibration, else 32x32x30cm)
     #[arg(long, value_name = "XxYxZ", allow_hyphen_values = true, value_parser = parse_size)]
-    container: Option<Sides>,
+    container: Option<ContainerSize>,
 
     /// The edge of a grid cell
     #[arg(long, value_name = "LENGTH", default_value = "1cm", value_parser = parse_length, allow_hyphen_values = true)]
@@ -63,9 +64,6 @@ pub(crate) struct PerceiveArguments {
     #[arg(long)]
     json: bool,
 }
-
-/// The three inner lengths of a container, in metres.
-type Sides = [f64; 3];
 
 /// What was seen, for programs and people.
 #[derive(Debug, Serialize)]
@@ -124,27 +122,17 @@ pub(crate) fn run(arguments: &PerceiveArguments) -> Outcome {
     }
     let mapped = mapper.finish().or_run()?;
     let took_s = began.elapsed().as_secs_f64();
-    let paths = arguments.clouds.iter();
+    let clouds = arguments.clouds.iter().zip(&clouds);
     let summary = Summary {
-        clouds: paths
-            .zip(&clouds)
-            .map(|(path, cloud)| CloudSummary::new(path, cloud))
-            .collect(),
-        mapper: settings,
+        clouds: clouds.map(CloudSummary::new).collect(),
         took_s,
-        ..Summary::new(&grid, &mapped)
+        ..Summary::new(&grid, settings, &mapped)
     };
     write(&grid, &mapped, &summary, &arguments.out)?;
-    if arguments.json {
-        print_json(&summary)?;
-    } else {
-        print_line(&summary.table())?;
-        print_line(&format!(
-            "Picture: {}",
-            arguments.out.join("heightmap.png").display()
-        ))?;
-    }
-    Ok(())
+    let picture = arguments.out.join("heightmap.png");
+    Ok(output::print(&summary, arguments.json, || {
+        format!("{}\nPicture: {}", summary.table(), picture.display())
+    })?)
 }
 
 impl PerceiveArguments {
@@ -170,8 +158,8 @@ impl PerceiveArguments {
     }
 
     fn container(&self, sensors: &[Sensor]) -> Outcome<ContainerSize> {
-        if let Some([x_m, y_m, z_m]) = self.container {
-            return Ok(ContainerSize { x_m, y_m, z_m });
+        if let Some(given) = self.container {
+            return Ok(given);
         }
         let mut calibrated = sensors.iter().filter_map(|sensor| sensor.container);
         let Some(first) = calibrated.next() else {
@@ -192,9 +180,9 @@ impl PerceiveArguments {
 }
 
 impl CloudSummary {
-    fn new(path: &Path, cloud: &Cloud) -> Self {
+    fn new((path, cloud): (&PathBuf, &Cloud)) -> Self {
         Self {
-            path: path.to_owned(),
+            path: path.clone(),
             points: cloud.points_m().len(),
             width: cloud.width(),
             height: cloud.height(),
@@ -203,8 +191,9 @@ impl CloudSummary {
 }
 
 impl Summary {
-    fn new(grid: &Grid, mapped: &Mapped) -> Self {
+    fn new(grid: &Grid, mapper: MapperSettings, mapped: &Mapped) -> Self {
         let unit_m = grid.resolution().height_unit_m();
+        let surface = mapped.scene.surface();
         let heights = mapped.scene.heightmap().heights().iter();
         // What is unknown is one unit above the rim; content may be higher still.
         let known = heights.filter(|height| **height != grid.rim() + 1);
@@ -213,16 +202,13 @@ impl Summary {
             container: grid.container(),
             cell_m: grid.resolution().cell_m(),
             height_unit_m: unit_m,
-            mapper: MapperSettings::default(),
+            mapper,
             points_measured: mapped.tally.measured,
             points_inside: mapped.tally.inside,
             points_alone: mapped.tally.alone,
             cells: grid.nx() * grid.ny(),
             unknown_cells: mapped.unknown_cells,
-            samples: mapped
-                .scene
-                .surface()
-                .map_or(0, |surface| surface.heights_m().len()),
+            samples: surface.map_or(0, |surface| surface.heights_m().len()),
             unseen_samples: mapped.unseen_samples,
             doubts: mapped.doubts.iter().map(ToString::to_string).collect(),
             greatest_height_m: known.max().map(|height| f64::from(*height) * unit_m),
@@ -231,72 +217,39 @@ impl Summary {
     }
 
     fn table(&self) -> String {
-        let mut table = output::table();
-        for cloud in &self.clouds {
-            let shape = if cloud.height > 1 {
-                format!(
-                    "{} points, {} x {}",
-                    cloud.points, cloud.width, cloud.height
-                )
-            } else {
-                format!("{} points", cloud.points)
-            };
-            table.add_row([cloud.path.display().to_string(), shape]);
-        }
+        let clouds = self.clouds.iter().map(|cloud| {
+            let mut shape = format!("{} points", cloud.points);
+            if cloud.height > 1 {
+                shape += &format!(", {} x {}", cloud.width, cloud.height);
+            }
+            (cloud.path.display().to_string(), shape)
+        });
         let ContainerSize { x_m, y_m, z_m } = self.container;
-        let share = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
+        let share = |part: usize, whole: usize| {
+            let percent = 100.0 * part as f64 / whole.max(1) as f64;
+            format!("{part} of {whole} ({percent:.1} %)")
+        };
+        let points = format!(
+            "{} of {} measured",
+            self.points_inside, self.points_measured
+        );
+        let height = match self.greatest_height_m {
+            Some(height_m) => format!("{:.1} cm", 100.0 * height_m),
+            None => "nothing is known".to_owned(),
+        };
         let rows = [
-            (
-                "Container",
-                format!(
-                    "{:.1} x {:.1} x {:.1} cm",
-                    100.0 * x_m,
-                    100.0 * y_m,
-                    100.0 * z_m
-                ),
-            ),
-            (
-                "Points inside",
-                format!(
-                    "{} of {} measured",
-                    self.points_inside, self.points_measured
-                ),
-            ),
+            ("Container", centimetres([x_m, y_m, z_m])),
+            ("Points inside", points),
             ("Points left out, alone", self.points_alone.to_string()),
-            (
-                "Samples unseen",
-                format!(
-                    "{} of {} ({:.1} %)",
-                    self.unseen_samples,
-                    self.samples,
-                    share(self.unseen_samples, self.samples)
-                ),
-            ),
-            (
-                "Cells unknown",
-                format!(
-                    "{} of {} ({:.1} %)",
-                    self.unknown_cells,
-                    self.cells,
-                    share(self.unknown_cells, self.cells)
-                ),
-            ),
-            (
-                "Greatest height",
-                self.greatest_height_m
-                    .map_or("nothing is known".to_owned(), |height_m| {
-                        format!("{:.1} cm", 100.0 * height_m)
-                    }),
-            ),
+            ("Samples unseen", share(self.unseen_samples, self.samples)),
+            ("Cells unknown", share(self.unknown_cells, self.cells)),
+            ("Greatest height", height),
             ("Time", crate::report::table::duration(self.took_s)),
         ];
-        for (name, value) in rows {
-            table.add_row([name.to_owned(), value]);
-        }
-        for doubt in &self.doubts {
-            table.add_row(["Doubtful", doubt]);
-        }
-        table.to_string()
+        let rows = rows.map(|(name, value)| (name.to_owned(), value));
+        let doubts = self.doubts.iter();
+        let doubts = doubts.map(|doubt| ("Doubtful".to_owned(), doubt.clone()));
+        output::rows(clouds.chain(rows).chain(doubts))
     }
 }
 

@@ -31,11 +31,6 @@ pub(super) fn surface(grid: &Grid, mapped: &Mapped) -> anyhow::Result<Vec<u8>> {
         heights_m: &heights_m,
         scale_top_m: Some(rim_m),
     };
-    draw("Surface (grey: unknown)", &field)
-}
-
-fn draw(title: &str, field: &HeightField<'_>) -> anyhow::Result<Vec<u8>> {
-    let image =
-        ppnpack_picture::heightmap(title, field).context("the heightmap cannot be drawn")?;
-    Ok(image.to_png()?)
+    let image = ppnpack_picture::heightmap("Surface (grey: unknown)", &field);
+    Ok(image.context("the heightmap cannot be drawn")?.to_png()?)
 }

@@ -13,8 +13,9 @@ use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
 
 use super::decide::Decided;
-use super::{CellPlanner, Message, Refusal};
-use crate::session::{Announced, Session, message};
+use super::refusal::Refusal;
+use super::{CellPlanner, Message};
+use crate::session::{ItemState, Session, SessionItem, message};
 
 /// Regions that one session keeps free at most.
 const MAX_REGIONS: usize = 256;
@@ -66,14 +67,11 @@ impl CellPlanner {
         let span = incoming.span().clone();
         match span.in_scope(|| work(self, &incoming)) {
             Ok(reply) => {
-                let stages = vec![header::stage("work", started.elapsed())];
-                incoming.reply(
-                    reply,
-                    Done {
-                        stages,
-                        ..Done::default()
-                    },
-                );
+                let done = Done {
+                    stages: vec![header::stage("work", started.elapsed())],
+                    model: None,
+                };
+                incoming.reply(reply, done);
             }
             Err(refusal) => incoming.refuse(refusal.status, refusal.message),
         }
@@ -90,7 +88,7 @@ impl CellPlanner {
                 request.is_automatic,
                 request.least_state_number,
             );
-            let saved = self.store.begin(&self.cell, &session);
+            let saved = self.shared.store.begin(&self.cell, &session);
             self.saved(saved)?;
             self.session = session;
             self.to_inspect = None;
@@ -110,13 +108,10 @@ impl CellPlanner {
     ) -> Result<v1::AnnounceReply, Refusal> {
         let request = incoming.message();
         if !(1..=MAX_ANNOUNCED).contains(&request.items.len()) {
-            return Err(Refusal::new(
-                Status::Invalid,
-                format_args!(
-                    "items: {} where 1 to {MAX_ANNOUNCED} are possible",
-                    request.items.len()
-                ),
-            ));
+            return Err(Refusal::invalid(format_args!(
+                "items: {} where 1 to {MAX_ANNOUNCED} are possible",
+                request.items.len()
+            )));
         }
         let mut shapes = Vec::new();
         let mut items = Vec::new();
@@ -139,53 +134,42 @@ impl CellPlanner {
         item: &v1::Announcement,
         shapes: &mut Vec<v1::Item>,
         items: &mut Vec<(ItemId, Arc<Item>)>,
-    ) -> Result<Announced, Refusal> {
+    ) -> Result<SessionItem, Refusal> {
         let item_id = header::id("items.item_id", &item.item_id)?.to_owned();
         let rules = message::read_rules(item.rules.as_ref());
         let lying = message::read_lying(item.heightmap_from_item.as_ref(), item.waits_at.as_ref())?;
-        let lean_rad = lying
-            .heightmap_frame()
-            .map_or(0.0, |frame| lean_rad(&frame));
+        let frame = lying.heightmap_frame();
+        let lean_rad = frame.map_or(0.0, |frame| lean_rad(&frame));
         if lean_rad > GREATEST_LEAN_RAD {
             let lean_deg = lean_rad.to_degrees();
-            return Err(Refusal::new(
-                Status::Invalid,
-                format_args!(
-                    "item {item_id}: where it waits its heightmaps lean by {lean_deg:.0} degrees: \
+            return Err(Refusal::invalid(format_args!(
+                "item {item_id}: where it waits its heightmaps lean by {lean_deg:.0} degrees: \
                      announce it with heightmaps of how it lies"
-                ),
-            ));
+            )));
         }
         let (object, shape) = match &item.shape {
             Some(v1::announcement::Shape::Object(_)) if lying.heightmap_from_item.is_some() => {
-                return Err(Refusal::new(
-                    Status::Invalid,
-                    format_args!(
-                        "item {item_id}: an object lies as the catalogue has it: with heightmap_from_item, announce it with \
+                return Err(Refusal::invalid(format_args!(
+                    "item {item_id}: an object lies as the catalogue has it: with heightmap_from_item, announce it with \
                          heightmaps of how it lies"
-                    ),
-                ));
+                )));
             }
             Some(v1::announcement::Shape::Object(name)) => {
-                let object = self.objects.named(&self.settings, name).ok_or_else(|| {
-                    Refusal::new(
-                        Status::NotFound,
-                        format_args!("item {item_id}: the catalogue has no object '{name}'"),
-                    )
-                })?;
-                (name.clone(), object.shape)
+                let unknown = || {
+                    let text = format!("item {item_id}: the catalogue has no object '{name}'");
+                    Refusal::new(Status::NotFound, text)
+                };
+                let object = self.shared.objects.named(&self.settings, name);
+                (name.clone(), object.ok_or_else(unknown)?.shape)
             }
             Some(v1::announcement::Shape::Item(message)) => {
                 let item = Arc::new(convert::item::read(message)?);
                 if item.views().len() != self.settings.grid.yaws {
-                    return Err(Refusal::new(
-                        Status::Invalid,
-                        format_args!(
-                            "item {item_id} has {} views, but the cell {} yaws",
-                            item.views().len(),
-                            self.settings.grid.yaws
-                        ),
-                    ));
+                    return Err(Refusal::invalid(format_args!(
+                        "item {item_id} has {} views, but the cell {} yaws",
+                        item.views().len(),
+                        self.settings.grid.yaws
+                    )));
                 }
                 let shape = ItemId::of(message);
                 items.push((shape, item));
@@ -193,18 +177,19 @@ impl CellPlanner {
                 (message.name.clone(), shape)
             }
             None => {
-                return Err(Refusal::new(
-                    Status::Invalid,
-                    format_args!("item {item_id}: give the name of an object, or its heightmaps"),
-                ));
+                return Err(Refusal::invalid(format_args!(
+                    "item {item_id}: give the name of an object, or its heightmaps"
+                )));
             }
         };
-        Ok(Announced {
+        Ok(SessionItem {
             item_id,
             object,
             shape,
             rules,
             lying,
+            state: ItemState::Waiting,
+            inspection: None,
         })
     }
 
@@ -226,29 +211,20 @@ impl CellPlanner {
     ) -> Result<v1::PlanReply, Refusal> {
         let alternatives = incoming.message().alternatives;
         if alternatives > MAX_ALTERNATIVES {
-            return Err(Refusal::new(
-                Status::Invalid,
-                format_args!(
-                    "alternatives: {alternatives} where at most {MAX_ALTERNATIVES} are possible"
-                ),
-            ));
+            return Err(Refusal::invalid(format_args!(
+                "alternatives: {alternatives} where at most {MAX_ALTERNATIVES} are possible"
+            )));
         }
         let request_id = &incoming.header().request_id;
+        let decided = match self.session.answered(request_id)? {
+            Some(decision) => Decided::Decision(Box::new(decision.clone())),
+            None if self.session.is_automatic() && !self.session.has_ended() => {
+                let on = "the automatic mode is on: switch it off to plan by request";
+                return Err(Refusal::new(Status::Conflict, on));
+            }
+            None => self.decide(request_id, alternatives as usize, incoming.deadline())?,
+        };
         let reply = v1::PlanReply::default();
-        if let Some(decision) = self.session.answered(request_id)? {
-            return Ok(v1::PlanReply {
-                result: v1::PlanResult::Decided.into(),
-                decision: Some(decision.clone()),
-                ..reply
-            });
-        }
-        if self.session.is_automatic() && !self.session.has_ended() {
-            return Err(Refusal::new(
-                Status::Conflict,
-                "the automatic mode is on: switch it off to plan by request",
-            ));
-        }
-        let decided = self.decide(request_id, alternatives as usize, incoming.deadline())?;
         Ok(match decided {
             Decided::Decision(decision) => v1::PlanReply {
                 result: v1::PlanResult::Decided.into(),
@@ -272,12 +248,8 @@ impl CellPlanner {
         incoming: &Incoming<v1::ReportRequest>,
     ) -> Result<v1::ReportReply, Refusal> {
         let request = incoming.message();
-        let outcome = request.outcome.as_ref().ok_or_else(|| {
-            Refusal::new(
-                Status::Invalid,
-                "outcome is missing: say how the decision ended",
-            )
-        })?;
+        let missing = || Refusal::invalid("outcome is missing: say how the decision ended");
+        let outcome = request.outcome.as_ref().ok_or_else(missing)?;
         self.enter_outcome(&request.decision_id, outcome)?;
         Ok(v1::ReportReply {
             session: Some(self.message()),
@@ -315,30 +287,23 @@ impl CellPlanner {
 
 fn read_regions(regions: &[v1::Region]) -> Result<Vec<BlockedRegion>, Refusal> {
     if regions.len() > MAX_REGIONS {
-        return Err(Refusal::new(
-            Status::Invalid,
-            format_args!(
-                "keep_out: {} regions where at most {MAX_REGIONS} are possible",
-                regions.len()
-            ),
-        ));
+        return Err(Refusal::invalid(format_args!(
+            "keep_out: {} regions where at most {MAX_REGIONS} are possible",
+            regions.len()
+        )));
     }
     let regions: Vec<BlockedRegion> = regions.iter().map(message::read_region).collect();
     let is_possible = |region: &BlockedRegion| {
         let sides = [
-            region.x_min_m,
-            region.y_min_m,
-            region.x_max_m,
-            region.y_max_m,
+            (region.x_min_m, region.x_max_m),
+            (region.y_min_m, region.y_max_m),
         ];
-        sides.iter().all(|side| side.is_finite())
-            && region.x_min_m <= region.x_max_m
-            && region.y_min_m <= region.y_max_m
+        let mut sides = sides.iter();
+        sides.all(|(least, most)| least.is_finite() && most.is_finite() && least <= most)
     };
     match regions.iter().all(is_possible) {
         true => Ok(regions),
-        false => Err(Refusal::new(
-            Status::Invalid,
+        false => Err(Refusal::invalid(
             "keep_out: a region needs finite sides, the least before the greatest",
         )),
     }

@@ -6,10 +6,12 @@
 use std::time::{Duration, Instant};
 
 use ppnpack_service::rpc::CallError;
+use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
 
+use super::CellPlanner;
 use super::decide::Decided;
-use super::{CellPlanner, Refusal};
+use super::refusal::Refusal;
 use crate::session::{End, Session};
 
 /// How long planning one step may take, with the wait for a heightmap.
@@ -80,11 +82,8 @@ impl CellPlanner {
         if self.is_inspecting() {
             return;
         }
-        if self
-            .automatic
-            .resume_at
-            .is_some_and(|at| Instant::now() < at)
-        {
+        let resume_at = self.automatic.resume_at;
+        if resume_at.is_some_and(|at| Instant::now() < at) {
             return;
         }
         self.automatic.resume_at = None;
@@ -143,12 +142,16 @@ impl CellPlanner {
         }
     }
 
-    fn place(&mut self, decision: &v1::Decision) -> Result<(), Refusal> {
-        let request = v1::PlaceRequest::from(decision);
-        let asked = self
+    fn ask_bridge<R: Request>(&self, request: R, limit: Duration) -> Result<R::Reply, CallError> {
+        let deadline = Instant::now() + limit;
+        self.shared
+            .helpers
             .client
-            .call(&self.cell, request, Instant::now() + BRIDGE_LIMIT);
-        match asked {
+            .call(&self.cell, request, deadline)
+    }
+
+    fn place(&mut self, decision: &v1::Decision) -> Result<(), Refusal> {
+        match self.ask_bridge(v1::PlaceRequest::from(decision), BRIDGE_LIMIT) {
             Ok(reply) => {
                 if let Some(placing) = &mut self.automatic.placing {
                     placing.is_accepted = true;
@@ -160,21 +163,15 @@ impl CellPlanner {
             Err(error) if is_final(&error) => self.finish(End::Failed(format!(
                 "the bridge refuses the placement: {error}"
             ))),
-            Err(error) => Err(Refusal::new(
-                Status::Unavailable,
-                format_args!("bridge: {error}"),
-            )),
+            Err(error) => Err(silent(&error)),
         }
     }
 
     /// The bridge never took the placement, as the container is in another state: it is planned again on that one.
     fn replan(&mut self, decision: &v1::Decision) -> Result<(), Refusal> {
-        let request = v1::CellStateRequest::default();
-        let asked = self
-            .client
-            .call(&self.cell, request, Instant::now() + BRIDGE_LIMIT);
+        let asked = self.ask_bridge(v1::CellStateRequest::default(), BRIDGE_LIMIT);
         let state = asked
-            .map_err(|error| Refusal::new(Status::Unavailable, format_args!("bridge: {error}")))?
+            .map_err(|error| silent(&error))?
             .state
             .unwrap_or_default();
         let outcome = v1::Outcome {
@@ -201,10 +198,7 @@ impl CellPlanner {
             placement_id: decision.decision_id.clone(),
             ..v1::OutcomeRequest::default()
         };
-        match self
-            .client
-            .call(&self.cell, request, now + BRIDGE_LIMIT / 10)
-        {
+        match self.ask_bridge(request, BRIDGE_LIMIT / 10) {
             Ok(reply) => self.look_at(decision, reply.execution.as_ref()),
             // A bridge that lost the placement never carried it out under this id: it may be sent again.
             Err(error) if error.status() == Some(Status::NotFound) => {
@@ -214,10 +208,7 @@ impl CellPlanner {
             // The robot still moves; whichever of the two clocks said so first.
             Err(CallError::TimedOut) => Ok(()),
             Err(error) if error.status() == Some(Status::TimedOut) => Ok(()),
-            Err(error) => Err(Refusal::new(
-                Status::Unavailable,
-                format_args!("bridge: {error}"),
-            )),
+            Err(error) => Err(silent(&error)),
         }
     }
 
@@ -258,26 +249,26 @@ impl CellPlanner {
         self.automatic.placing = None;
         self.automatic.resume_at = None;
         if outcome.kind() != OutcomeKind::NotPlaced {
-            self.automatic.refused = (String::new(), 0);
+            self.automatic.refused = Default::default();
             return Ok(());
         }
-        let refused = &mut self.automatic.refused;
-        refused.1 = if refused.0 == item_id {
-            refused.1 + 1
-        } else {
-            1
-        };
-        item_id.clone_into(&mut refused.0);
-        if refused.1 < MAX_ATTEMPTS {
+        let (refused, before) = std::mem::take(&mut self.automatic.refused);
+        let attempts = if refused == item_id { before + 1 } else { 1 };
+        if attempts < MAX_ATTEMPTS {
+            self.automatic.refused = (item_id.to_owned(), attempts);
             return Ok(());
         }
         let failure = format!(
             "item {item_id} was not placed in {MAX_ATTEMPTS} attempts, the last time because: {}",
             outcome.failure
         );
-        self.automatic.refused = (String::new(), 0);
         self.finish(End::Failed(failure))
     }
+}
+
+/// The bridge did not answer.
+fn silent(error: &CallError) -> Refusal {
+    Refusal::unavailable(format_args!("bridge: {error}"))
 }
 
 /// Whether asking again cannot help.

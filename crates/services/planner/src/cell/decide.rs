@@ -10,8 +10,9 @@ use ppnpack_packing::valid::Tally;
 use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
 
+use super::CellPlanner;
 use super::footprint::footprint;
-use super::{CellPlanner, Refusal};
+use super::refusal::Refusal;
 use crate::planning::Step;
 use crate::scenes::Seen;
 use crate::session::{ItemState, SessionItem};
@@ -23,6 +24,31 @@ pub(crate) enum Decided {
     NothingWaits,
 }
 
+/// What a step is planned on.
+struct Prepared {
+    /// Each with its place in the order of arrivals.
+    items: Vec<(usize, SessionItem)>,
+    candidates: Vec<Candidate>,
+    seen: Seen,
+    /// What was seen, with everything blocked that must stay free.
+    scene: Scene,
+    /// Of the step.
+    number: u64,
+    deadline: Instant,
+}
+
+impl Prepared {
+    fn step(&self, alternatives: usize) -> Step<'_> {
+        Step {
+            scene: &self.scene,
+            candidates: &self.candidates,
+            number: self.number,
+            alternatives,
+            deadline: self.deadline,
+        }
+    }
+}
+
 impl CellPlanner {
     /// Plans the next step and enters the decision; it is on disk when this returns.
     pub(crate) fn decide(
@@ -32,28 +58,16 @@ impl CellPlanner {
         deadline: Instant,
     ) -> Result<Decided, Refusal> {
         let started = Instant::now();
-        let buffer: Vec<(usize, SessionItem)> = self
-            .session
-            .buffer(self.settings.buffer)
-            .map(|(arrival, item)| (arrival, item.clone()))
-            .collect();
-        if buffer.is_empty() {
+        let buffer = self.session.buffer(self.settings.method.buffer);
+        let items: Vec<_> = buffer.map(|(at, item)| (at, item.clone())).collect();
+        if items.is_empty() {
             return Ok(Decided::NothingWaits);
         }
-        let candidates = self.candidates(&buffer)?;
-        let seen = self.seen(deadline)?;
-        let scene = self.blocked(&seen.scene)?;
+        let prepared = self.prepare(items, deadline)?;
         let waited = started.elapsed();
-        let step = Step {
-            scene: &scene,
-            candidates: &candidates,
-            number: self.session.step(),
-            alternatives,
-            deadline,
-        };
-        let planned = self.plan(&step)?;
+        let planned = self.plan(&prepared.step(alternatives))?;
         let Some(choice) = planned.choice() else {
-            let reasons = self.reasons(&seen.scene, &buffer, &step, planned.candidates());
+            let reasons = self.reasons(&prepared, planned.candidates());
             return Ok(Decided::NothingFits(reasons));
         };
         if Instant::now() >= deadline {
@@ -61,8 +75,7 @@ impl CellPlanner {
             let late = "the time limit passed while planning";
             return Err(Refusal::new(Status::TimedOut, late));
         }
-        let mut decision =
-            self.decision(request_id, &seen, &buffer, &candidates, &choice, &planned)?;
+        let mut decision = self.decision(request_id, &prepared, &choice, &planned)?;
         decision.stages.insert(0, header::stage("prepare", waited));
         let saving = Instant::now();
         let entered = decision.clone();
@@ -70,7 +83,7 @@ impl CellPlanner {
         decision
             .stages
             .push(header::stage("save", saving.elapsed()));
-        self.will_inspect(&decision, &seen.scene);
+        self.will_inspect(&decision, &prepared.seen.scene);
         self.news.decisions.push(decision.clone());
         Ok(Decided::Decision(Box::new(decision)))
     }
@@ -82,34 +95,28 @@ impl CellPlanner {
         deadline: Instant,
     ) -> Result<v1::ExplainReply, Refusal> {
         let (arrival, item) = self.session.waiting(item_id)?;
-        let buffer = vec![(arrival, item.clone())];
-        let candidates = self.candidates(&buffer)?;
-        let seen = self.seen(deadline)?;
-        let scene = self.blocked(&seen.scene)?;
-        let step = Step {
-            scene: &scene,
-            candidates: &candidates,
-            number: self.session.step(),
-            alternatives: 0,
-            deadline,
-        };
-        let planned = self.plan(&step)?;
-        let reasons = match planned.choice() {
+        let items = vec![(arrival, item.clone())];
+        let prepared = self.prepare(items, deadline)?;
+        let planned = self.plan(&prepared.step(0))?;
+        let choice = planned.choice();
+        let reasons = match &choice {
             Some(_) => Vec::new(),
-            None => self.reasons(&seen.scene, &buffer, &step, planned.candidates()),
+            None => self.reasons(&prepared, planned.candidates()),
         };
         Ok(v1::ExplainReply {
-            best: planned
-                .choice()
-                .as_ref()
-                .map(convert::placement::write_ranked),
+            best: choice.as_ref().map(convert::placement::write_ranked),
             reason: reasons.into_iter().next(),
             counts: planned.candidates().first().map(write_report),
             ..v1::ExplainReply::default()
         })
     }
 
-    fn candidates(&mut self, buffer: &[(usize, SessionItem)]) -> Result<Vec<Candidate>, Refusal> {
+    /// Gets what a step is planned on; waits for a heightmap until the deadline.
+    fn prepare(
+        &mut self,
+        items: Vec<(usize, SessionItem)>,
+        deadline: Instant,
+    ) -> Result<Prepared, Refusal> {
         let candidate = |(arrival, item): &(usize, SessionItem)| {
             let shape = self.shape(item)?;
             Ok(Candidate {
@@ -120,14 +127,19 @@ impl CellPlanner {
                 rules: item.rules,
             })
         };
-        buffer.iter().map(candidate).collect()
-    }
-
-    fn seen(&mut self, deadline: Instant) -> Result<Seen, Refusal> {
+        let candidates: Result<_, Refusal> = items.iter().map(candidate).collect();
+        let candidates = candidates?;
         let least = self.session.least_state_number();
-        self.scenes
-            .current(least, deadline)
-            .map_err(|reason| Refusal::new(Status::Unavailable, reason))
+        let seen = self.scenes.current(least, deadline);
+        let seen = seen.map_err(Refusal::unavailable)?;
+        Ok(Prepared {
+            items,
+            candidates,
+            scene: self.blocked(&seen.scene)?,
+            seen,
+            number: self.session.step(),
+            deadline,
+        })
     }
 
     /// The scene with everything blocked that must stay free.
@@ -173,15 +185,14 @@ impl CellPlanner {
     fn decision(
         &self,
         request_id: &str,
-        seen: &Seen,
-        buffer: &[(usize, SessionItem)],
-        candidates: &[Candidate],
+        prepared: &Prepared,
         choice: &Evaluated,
         planned: &Plan,
     ) -> Result<v1::Decision, Refusal> {
         let lost = || Refusal::new(Status::Failed, "the plan chose an item that is not there");
-        let (_, item) = buffer.get(choice.candidate).ok_or_else(lost)?;
-        let held = candidates.get(choice.candidate).ok_or_else(lost)?;
+        let Prepared { items, seen, .. } = prepared;
+        let (_, item) = items.get(choice.candidate).ok_or_else(lost)?;
+        let held = prepared.candidates.get(choice.candidate).ok_or_else(lost)?;
         let pose = held
             .item
             .container_from_item(self.planning.grid(), &choice.resting);
@@ -207,10 +218,7 @@ impl CellPlanner {
                 .alternatives()
                 .map(convert::placement::write_ranked)
                 .collect(),
-            buffer: buffer
-                .iter()
-                .map(|(_, item)| item.item_id.clone())
-                .collect(),
+            buffer: items.iter().map(|(_, item)| item.item_id.clone()).collect(),
             heightmap: Some(seen.id),
             state_number: seen.state_number,
             degraded: planned.degraded().to_vec(),
@@ -222,28 +230,17 @@ impl CellPlanner {
 
     /// Why the items of the buffer have no valid placement. What only the blocked regions keep out is told apart, by
     /// planning on the scene without them.
-    fn reasons(
-        &mut self,
-        scene: &Scene,
-        buffer: &[(usize, SessionItem)],
-        step: &Step<'_>,
-        reports: &[CandidateReport],
-    ) -> Vec<v1::ItemReason> {
-        let mut reasons = Vec::with_capacity(buffer.len());
-        let candidates = step.candidates.iter().zip(reports);
-        for ((_, item), (candidate, report)) in buffer.iter().zip(candidates) {
-            let alone = Step {
-                scene,
+    fn reasons(&mut self, prepared: &Prepared, reports: &[CandidateReport]) -> Vec<v1::ItemReason> {
+        let mut reasons = Vec::with_capacity(prepared.items.len());
+        let candidates = prepared.candidates.iter().zip(reports);
+        for ((_, item), (candidate, report)) in prepared.items.iter().zip(candidates) {
+            let is_blocked = self.fits_without_regions(&Step {
+                scene: &prepared.seen.scene,
                 candidates: std::slice::from_ref(candidate),
-                alternatives: 0,
-                ..*step
-            };
-            let is_blocked = self.fits_without_regions(&alone);
-            reasons.push(write_reason(
-                &item.item_id,
-                report.reason.as_ref(),
-                is_blocked,
-            ));
+                ..prepared.step(0)
+            });
+            let reason = report.reason.as_ref();
+            reasons.push(write_reason(&item.item_id, reason, is_blocked));
         }
         reasons
     }

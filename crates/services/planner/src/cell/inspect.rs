@@ -11,7 +11,8 @@ use ppnpack_service::rpc::{CallError, Incoming};
 use ppnpack_wire::convert;
 use ppnpack_wire::v1::{self, InspectionKind, OutcomeKind, Status};
 
-use super::{CellPlanner, Message, Refusal};
+use super::refusal::Refusal;
+use super::{CellPlanner, Message};
 use crate::session::End;
 
 /// How long one attempt waits for a heightmap that shows the placement.
@@ -202,7 +203,11 @@ impl CellPlanner {
             Err(_) if Instant::now() < until => return Ok(()),
             Err(reason) => return Err(NotInspected::Yet(reason)),
         }
-        let (client, cell, own) = (self.client.clone(), self.cell.clone(), self.own.clone());
+        let (client, cell, own) = (
+            self.shared.helpers.client.clone(),
+            self.cell.clone(),
+            self.own.clone(),
+        );
         let (decision_id, request) = (it.decision_id.clone(), it.request.clone());
         let ask = move || {
             let answer = client.call(&cell, request, Instant::now() + ANSWER_LIMIT);

@@ -5,6 +5,7 @@ mod automatic;
 mod decide;
 mod footprint;
 mod inspect;
+mod refusal;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -15,11 +16,11 @@ use ppnpack_packing::model::Model;
 use ppnpack_service::actor::{Actor, PendingRequests, WeakAddress};
 use ppnpack_service::health::HealthLatch;
 use ppnpack_service::process::Process;
-use ppnpack_service::rpc::{CallError, Client, Incoming};
+use ppnpack_service::rpc::{CallError, Incoming};
 use ppnpack_service::stream::Publisher;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::{Cell, Stream};
-use ppnpack_wire::v1::{self, Status};
+use ppnpack_wire::v1;
 
 use crate::error::StartError;
 use crate::objects::Objects;
@@ -30,6 +31,7 @@ use crate::settings::CellSettings;
 use crate::store::{Store, StoreError};
 use automatic::Automatic;
 use inspect::ToInspect;
+use refusal::Refusal;
 
 /// How long the actor sleeps at most, so that a lost message of the bridge is made up for.
 const TICK: Duration = Duration::from_millis(250);
@@ -53,52 +55,11 @@ pub(crate) enum Message {
     Inspected(String, Box<Result<v1::InspectReply, CallError>>),
 }
 
-/// Why a request is not carried out.
-#[derive(Debug)]
-pub(crate) struct Refusal {
-    pub(crate) status: Status,
-    pub(crate) message: String,
-}
-
-impl Refusal {
-    pub(crate) fn new(status: Status, message: impl std::fmt::Display) -> Self {
-        Self {
-            status,
-            message: message.to_string(),
-        }
-    }
-}
-
-impl From<SessionError> for Refusal {
-    fn from(error: SessionError) -> Self {
-        let status = match error {
-            SessionError::UnknownItem(_) | SessionError::UnknownDecision(_) => Status::NotFound,
-            SessionError::NoKind | SessionError::Full => Status::Invalid,
-            _ => Status::Conflict,
-        };
-        Self::new(status, error)
-    }
-}
-
-impl From<StoreError> for Refusal {
-    fn from(error: StoreError) -> Self {
-        Self::new(Status::Unavailable, error)
-    }
-}
-
-impl From<ppnpack_wire::WireError> for Refusal {
-    fn from(error: ppnpack_wire::WireError) -> Self {
-        Self::new(Status::Invalid, error)
-    }
-}
-
 /// A cell and its session.
 pub(crate) struct CellPlanner {
     cell: Cell,
     settings: CellSettings,
-    store: Arc<Store>,
-    store_health: HealthLatch,
-    objects: Arc<Objects>,
+    shared: Arc<Shared>,
     /// The items of the session that have heightmaps of their own.
     shapes: HashMap<ItemId, Arc<Item>>,
     /// Of these, the solids of those that the catalogue has, as they lie.
@@ -106,7 +67,6 @@ pub(crate) struct CellPlanner {
     session: Session,
     planning: Planning,
     scenes: Scenes,
-    client: Client,
     decisions: Publisher<v1::Decision>,
     sessions: Publisher<v1::Session>,
     news: News,
@@ -160,7 +120,7 @@ impl CellPlanner {
         process: &Process,
         cell: &Cell,
         settings: &CellSettings,
-        shared: &Shared,
+        shared: &Arc<Shared>,
         own: WeakAddress<Message>,
     ) -> Result<Self, StartError> {
         let planning = Planning::new(cell, settings, &shared.helpers).map_err(StartError::Cell)?;
@@ -173,15 +133,12 @@ impl CellPlanner {
         Ok(Self {
             cell: cell.clone(),
             settings: settings.clone(),
-            store: Arc::clone(&shared.store),
-            store_health: shared.store_health.clone(),
-            objects: Arc::clone(&shared.objects),
+            shared: Arc::clone(shared),
             shapes: HashMap::new(),
             posed_models: HashMap::new(),
             session,
             planning,
             scenes,
-            client: shared.helpers.client.clone(),
             decisions: Publisher::new(process, cell, Stream::Plan)?,
             sessions: Publisher::new(process, cell, Stream::Session)?,
             news: News {
@@ -214,7 +171,7 @@ impl CellPlanner {
         if next == self.session {
             return Ok(());
         }
-        let saved = self.store.save(&self.cell, &next, shapes);
+        let saved = self.shared.store.save(&self.cell, &next, shapes);
         self.saved(saved)?;
         self.session = next;
         self.news.is_session_new = true;
@@ -225,19 +182,19 @@ impl CellPlanner {
     fn saved(&self, saved: Result<(), StoreError>) -> Result<(), Refusal> {
         match saved {
             Ok(()) => {
-                self.store_health.pass();
+                self.shared.store_health.pass();
                 Ok(())
             }
             Err(error) => {
                 tracing::error!(cell = %self.cell, %error, "nothing is acknowledged");
-                self.store_health.fail(error.to_string());
+                self.shared.store_health.fail(error.to_string());
                 Err(error.into())
             }
         }
     }
 
     fn message(&self) -> v1::Session {
-        self.session.to_message(self.settings.buffer)
+        self.session.to_message(self.settings.method.buffer)
     }
 
     fn publish_news(&mut self) {
@@ -258,7 +215,7 @@ impl CellPlanner {
     /// The heightmaps of an item of the session, and its solid where the catalogue has it.
     fn shape(&mut self, item: &SessionItem) -> Result<Shape, Refusal> {
         let (object, shape) = (item.object.as_str(), item.shape);
-        if let Some(known) = self.objects.of_shape(&self.settings, object, shape) {
+        if let Some(known) = self.shared.objects.of_shape(&self.settings, object, shape) {
             return Ok(Shape {
                 item: Arc::clone(&known.item),
                 model: Some(Arc::clone(&known.model)),
@@ -276,7 +233,7 @@ impl CellPlanner {
             return Some(Arc::clone(known));
         }
         let frame = item.lying.heightmap_from_item.as_ref()?;
-        let known = self.objects.named(&self.settings, &item.object)?;
+        let known = self.shared.objects.named(&self.settings, &item.object)?;
         let model = Arc::new(known.model.turned(&frame.rotation));
         self.posed_models.insert(item.shape, Arc::clone(&model));
         Some(model)
@@ -287,11 +244,10 @@ impl CellPlanner {
         if let Some(item) = self.shapes.get(&shape) {
             return Ok(Arc::clone(item));
         }
-        let message = self.store.shape(&self.cell, shape)?.ok_or_else(|| {
-            Refusal::new(
-                Status::Unavailable,
-                format_args!("the heightmaps of {object} are not known any more: withdraw the item and announce it anew"),
-            )
+        let message = self.shared.store.shape(&self.cell, shape)?.ok_or_else(|| {
+            Refusal::unavailable(format_args!(
+                "the heightmaps of {object} are not known any more: withdraw the item and announce it anew"
+            ))
         })?;
         let item = Arc::new(ppnpack_wire::convert::item::read(&message)?);
         self.shapes.insert(shape, Arc::clone(&item));
@@ -308,8 +264,8 @@ struct Shape {
 
 /// What the cells of one planner share.
 pub(crate) struct Shared {
-    pub(crate) store: Arc<Store>,
+    pub(crate) store: Store,
     pub(crate) store_health: HealthLatch,
-    pub(crate) objects: Arc<Objects>,
+    pub(crate) objects: Objects,
     pub(crate) helpers: Helpers,
 }

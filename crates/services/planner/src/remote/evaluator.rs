@@ -1,27 +1,26 @@
 //! Evaluation by the heuristic services that are alive, all together; what they do not answer is searched here, and,
 //! where that is wanted, what is found sooner here.
 
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::evaluator::Evaluator;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::Item;
+use ppnpack_packing::method::{Method, Stability};
 use ppnpack_packing::objective::WeightError;
 use ppnpack_packing::proposals::{Proposals, possible_count_at, possible_count_below_rim};
 use ppnpack_packing::refusal::Refusals;
 use ppnpack_packing::step::{Evaluated, PlacementCounts, Shortfall, StageError, StepInput};
 use ppnpack_packing::valid::Tally;
-use ppnpack_service::alive::Alive;
-use ppnpack_service::rpc::{CallError, Client, PendingCall};
+use ppnpack_service::rpc::{CallError, PendingCall};
 use ppnpack_wire::error::WireError;
-use ppnpack_wire::item_id::ItemId;
-use ppnpack_wire::keys::{Cell, Instance};
+use ppnpack_wire::keys::Instance;
 use ppnpack_wire::{convert, v1};
 
 use super::items::ItemMessages;
-use super::local::{Judgement, LocalSearches, MAX_SEARCHES};
+use super::local::{LocalSearches, MAX_SEARCHES};
 use super::pace::Pace;
+use super::peers::Peers;
 use super::source::{Searcher, Source, take_best};
 use super::split::{Part, parts, split};
 
@@ -39,11 +38,7 @@ const MAX_REPLICAS: usize = 16;
 
 /// Evaluates with others.
 pub(crate) struct SharedEvaluator {
-    cell: Cell,
-    client: Client,
-    alive: Arc<Alive>,
-    limit: Duration,
-    judgement: Judgement,
+    peers: Peers,
     local: LocalSearches,
     pace: Pace,
     /// Whether the sooner way is taken; the services' otherwise.
@@ -59,11 +54,16 @@ pub(crate) struct SharedEvaluator {
     shortfall: Shortfall,
 }
 
-/// A request to a service for more of a source's placements.
-struct Begun {
+/// More of a source's placements, as its service is asked for them.
+struct Asked {
+    /// Of the source.
+    number: usize,
     instance: Instance,
-    call: Result<PendingCall<v1::EvaluateRequest>, CallError>,
+    share: Vec<Part>,
+    after: Option<Evaluated>,
 }
+
+type Call = Result<PendingCall<v1::EvaluateRequest>, CallError>;
 
 /// What a service answered.
 struct Found {
@@ -75,21 +75,10 @@ struct Found {
 impl SharedEvaluator {
     /// # Errors
     /// [`WeightError`] where a weight is negative or not finite.
-    pub(crate) fn new(
-        cell: Cell,
-        client: Client,
-        alive: Arc<Alive>,
-        limit: Duration,
-        grid: &Grid,
-        judgement: Judgement,
-    ) -> Result<Self, WeightError> {
+    pub(crate) fn new(peers: Peers, grid: &Grid, method: &Method) -> Result<Self, WeightError> {
         Ok(Self {
-            cell,
-            client,
-            alive,
-            limit,
-            local: LocalSearches::new(grid, &judgement)?,
-            judgement,
+            peers,
+            local: LocalSearches::new(grid, method)?,
             pace: Pace::default(),
             is_sooner_taken: false,
             items: ItemMessages::default(),
@@ -110,7 +99,7 @@ impl SharedEvaluator {
 
     /// Has everything searched: by services, or here.
     fn begin(&mut self, input: &StepInput<'_>, parts: &[Part]) -> Result<(), StageError> {
-        let mut alive = self.alive.instances();
+        let mut alive = self.peers.alive.instances();
         alive.truncate(MAX_REPLICAS);
         if alive.is_empty() {
             let why = "no heuristic service is alive: searched in the planner";
@@ -138,39 +127,47 @@ impl SharedEvaluator {
 
     /// Has every source that is dry go on.
     fn fetch(&mut self, input: &StepInput<'_>) -> Result<(), StageError> {
-        let deadline = self.request_deadline(input);
-        let mut begun = Vec::new();
+        let deadline = self.peers.deadline(input);
+        let mut begun: Vec<(Asked, Call)> = Vec::new();
         for number in 0..self.sources.len() {
             let source = self.sources.get(number).filter(|source| source.is_dry());
-            match source.map(|source| &source.searcher) {
-                Some(Searcher::Service(..)) => begun.extend(self.ask(number, input, deadline)),
-                Some(Searcher::Here(_)) => self.go_on_here(number, input)?,
-                None => {}
-            }
-        }
-        for (number, begun) in begun {
-            let instance = begun.instance.clone();
-            let Some(source) = self.sources.get(number) else {
+            let Some(source) = source else {
                 continue;
             };
-            let (share, last) = (source.share.clone(), source.last().copied());
-            let answer = self.finish(begun, input, &share, last.as_ref(), deadline);
-            let Some(source) = self.sources.get_mut(number) else {
+            let Searcher::Service(instance, _) = &source.searcher else {
+                self.go_on_here(number, input)?;
+                continue;
+            };
+            let asked = Asked {
+                number,
+                instance: instance.clone(),
+                share: source.share.clone(),
+                after: source.last().copied(),
+            };
+            let request = self.request(&asked, input);
+            let Peers { cell, client, .. } = &self.peers;
+            let call = client.begin_instance(cell, &asked.instance, request, deadline);
+            begun.push((asked, call));
+        }
+        for (asked, call) in begun {
+            let answer = self.finish(&asked, call, input, deadline);
+            let Some(source) = self.sources.get_mut(asked.number) else {
                 continue;
             };
             match answer {
                 Ok(found) => {
                     source.extend(found.placements, found.is_complete);
-                    source.searcher = Searcher::Service(instance, found.tallies);
+                    source.searcher = Searcher::Service(asked.instance, found.tallies);
                 }
                 Err(reason) => {
                     self.shortfall.degrade(format!(
-                        "heuristic service {instance} did not answer ({reason}): its part was searched in the planner"
+                        "heuristic service {} did not answer ({reason}): its part was searched in the planner",
+                        asked.instance
                     ));
                     // The place stays empty, so that the others keep their numbers.
                     *source = Source::new(Vec::new(), Searcher::Here(usize::MAX));
                     source.end();
-                    self.search_here(input, &share, last)?;
+                    self.search_here(input, &asked.share, asked.after)?;
                 }
             }
         }
@@ -178,48 +175,11 @@ impl SharedEvaluator {
         Ok(())
     }
 
-    fn request_deadline(&self, input: &StepInput<'_>) -> Instant {
-        let now = Instant::now();
-        // Half of what is left is kept for what follows.
-        let left = input
-            .deadline
-            .map(|deadline| deadline.saturating_duration_since(now) / 2);
-        now + left.map_or(self.limit, |left| left.min(self.limit))
-    }
-
-    /// Asks a source's service for more.
-    fn ask(
-        &mut self,
-        number: usize,
-        input: &StepInput<'_>,
-        deadline: Instant,
-    ) -> Option<(usize, Begun)> {
-        let source = self.sources.get(number)?;
-        let Searcher::Service(instance, _) = &source.searcher else {
-            return None;
-        };
-        let (instance, share, last) = (
-            instance.clone(),
-            source.share.clone(),
-            source.last().copied(),
-        );
-        let request = self.request(&instance, input, &share, last.as_ref());
-        let call = self
-            .client
-            .begin_instance(&self.cell, &instance, request, deadline);
-        Some((number, Begun { instance, call }))
-    }
-
-    fn request(
-        &mut self,
-        instance: &Instance,
-        input: &StepInput<'_>,
-        share: &[Part],
-        after: Option<&Evaluated>,
-    ) -> v1::EvaluateRequest {
+    fn request(&mut self, asked: &Asked, input: &StepInput<'_>) -> v1::EvaluateRequest {
         let items = || input.candidates.iter().map(|held| &*held.item);
         let ids = self.items.ids(items());
         let candidates = ids.iter().zip(input.candidates);
+        let method = self.local.method();
         v1::EvaluateRequest {
             scene: Some(convert::scene::write(input.grid, input.scene)),
             candidates: candidates
@@ -228,40 +188,38 @@ impl SharedEvaluator {
                     arrival: held.arrival as u64,
                 })
                 .collect(),
-            items: self.items.unsent(instance, items()),
-            parts: share.iter().map(write_part).collect(),
-            objective: Some(convert::objective::write(&self.judgement.settings)),
-            checks: self.judgement.checks_on_wire.clone(),
+            items: self.items.unsent(&asked.instance, items()),
+            parts: asked.share.iter().map(write_part).collect(),
+            objective: Some(convert::objective::write(&method.search_settings())),
+            checks: checks(method.stability),
             limit: u32::try_from(self.page).unwrap_or(u32::MAX),
             step: input.step,
             ranking_id: self.ranking_id.clone(),
-            after: after.map(convert::placement::write_ranked),
+            after: asked.after.as_ref().map(convert::placement::write_ranked),
             ..v1::EvaluateRequest::default()
         }
     }
 
     fn finish(
         &mut self,
-        begun: Begun,
+        asked: &Asked,
+        call: Call,
         input: &StepInput<'_>,
-        share: &[Part],
-        after: Option<&Evaluated>,
         deadline: Instant,
     ) -> Result<Found, String> {
-        let instance = &begun.instance;
-        let answer = match begun.call.and_then(PendingCall::wait) {
+        let instance = &asked.instance;
+        let answer = match call.and_then(PendingCall::wait) {
             Err(error) if error.status() == Some(v1::Status::MissingItems) => {
                 self.items.forget(instance);
-                let request = self.request(instance, input, share, after);
-                self.client
-                    .call_instance(&self.cell, instance, request, deadline)
+                let request = self.request(asked, input);
+                let Peers { cell, client, .. } = &self.peers;
+                client.call_instance(cell, instance, request, deadline)
             }
             answer => answer,
         };
         let reply = answer.map_err(|error| error.to_string())?;
-        let ids: Vec<ItemId> = self
-            .items
-            .ids(input.candidates.iter().map(|held| &*held.item));
+        let items = input.candidates.iter().map(|held| &*held.item);
+        let ids = self.items.ids(items);
         self.items.has(instance, &ids);
         read_reply(&reply).map_err(|error| error.to_string())
     }
@@ -313,7 +271,7 @@ impl SharedEvaluator {
         after: Option<&Evaluated>,
     ) -> Result<(), StageError> {
         let search = self.searching_here();
-        self.local.rank(search, &self.judgement, input, &share)?;
+        self.local.rank(search, input, &share)?;
         let number = self.sources.len();
         self.sources
             .push(Source::new(share, Searcher::Here(search)));
@@ -436,6 +394,15 @@ fn placements(parts: &[Part], input: &StepInput<'_>) -> u64 {
         }),
     };
     parts.iter().map(of_part).sum()
+}
+
+/// The checks of a stability test, as requests name them.
+fn checks(stability: Stability) -> Vec<i32> {
+    match stability {
+        Stability::Physical => vec![v1::Check::PhysicalStability.into()],
+        Stability::Published => vec![v1::Check::PublishedStability.into()],
+        Stability::None => Vec::new(),
+    }
 }
 
 fn write_part(part: &Part) -> v1::SearchPart {

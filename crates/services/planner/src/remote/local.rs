@@ -1,10 +1,10 @@
 //! Searches in this process.
 
-use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::grid::Grid;
+use ppnpack_packing::method::Method;
 use ppnpack_packing::objective::WeightError;
 use ppnpack_packing::proposals::Proposals;
-use ppnpack_packing::search::{Search, SearchSettings};
+use ppnpack_packing::search::Search;
 use ppnpack_packing::step::{Evaluated, StageError, StepInput};
 use ppnpack_packing::valid::{Tally, ValidSearch};
 
@@ -13,42 +13,39 @@ use super::split::Part;
 /// Searches of this process at most. Each keeps memory of its own.
 pub(crate) const MAX_SEARCHES: usize = 16;
 
-/// What placements are judged by.
-pub(crate) struct Judgement {
-    pub(crate) settings: SearchSettings,
-    /// Makes the checks that placements must pass.
-    pub(crate) checks: Box<dyn Fn() -> Vec<BoxedCheck> + Send>,
-    /// The same checks on the wire.
-    pub(crate) checks_on_wire: Vec<i32>,
-}
-
 /// Searches that go on beside each other, each by its number; made when they are first needed and kept with their
 /// memory.
 pub(crate) struct LocalSearches {
     grid: Grid,
+    method: Method,
     searches: Vec<ValidSearch<Search>>,
 }
 
 impl LocalSearches {
     /// # Errors
     /// [`WeightError`] where a weight is negative or not finite.
-    pub(crate) fn new(grid: &Grid, judgement: &Judgement) -> Result<Self, WeightError> {
+    pub(crate) fn new(grid: &Grid, method: &Method) -> Result<Self, WeightError> {
         Ok(Self {
             grid: grid.clone(),
-            searches: vec![search(grid, judgement)?],
+            method: method.clone(),
+            searches: vec![search(grid, method)?],
         })
+    }
+
+    /// The method that they follow.
+    pub(crate) fn method(&self) -> &Method {
+        &self.method
     }
 
     /// Starts a search of some parts, each of another candidate.
     pub(crate) fn rank(
         &mut self,
         number: usize,
-        judgement: &Judgement,
         input: &StepInput<'_>,
         parts: &[Part],
     ) -> Result<(), StageError> {
         while self.searches.len() <= number {
-            self.searches.push(search(&self.grid, judgement)?);
+            self.searches.push(search(&self.grid, &self.method)?);
         }
         let mut proposals = Proposals::default();
         for candidate in 0..input.candidates.len() {
@@ -61,10 +58,10 @@ impl LocalSearches {
             }
         }
         let group: Vec<usize> = parts.iter().map(|part| part.candidate).collect();
-        match self.searches.get_mut(number) {
-            Some(search) => Ok(search.rank(input, &group, &proposals)?),
-            None => Ok(()),
+        if let Some(search) = self.searches.get_mut(number) {
+            search.rank(input, &group, &proposals)?;
         }
+        Ok(())
     }
 
     /// The next valid placement of a search; `None` after the last.
@@ -92,7 +89,7 @@ impl LocalSearches {
     }
 }
 
-fn search(grid: &Grid, judgement: &Judgement) -> Result<ValidSearch<Search>, WeightError> {
-    let search = Search::new(grid, &judgement.settings)?.bounded();
-    Ok(ValidSearch::new(search, (judgement.checks)()))
+fn search(grid: &Grid, method: &Method) -> Result<ValidSearch<Search>, WeightError> {
+    let search = Search::new(grid, &method.search_settings())?.bounded();
+    Ok(ValidSearch::new(search, method.stability.checks()))
 }

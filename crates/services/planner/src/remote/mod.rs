@@ -4,10 +4,11 @@ mod evaluator;
 mod items;
 mod local;
 mod pace;
+mod peers;
 mod proposer;
 mod source;
 mod split;
 
 pub(crate) use evaluator::SharedEvaluator;
-pub(crate) use local::Judgement;
+pub(crate) use peers::Peers;
 pub(crate) use proposer::RemoteProposer;

@@ -1,29 +1,25 @@
 //! Proposals of the network, from a ppn service.
 
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::item::Item;
 use ppnpack_packing::proposals::{Percent, Proposals, Proposer};
 use ppnpack_packing::step::{StageError, StepInput};
-use ppnpack_service::alive::Alive;
-use ppnpack_service::rpc::{CallError, Client};
+use ppnpack_service::rpc::CallError;
 use ppnpack_wire::item_id::ItemId;
-use ppnpack_wire::keys::{Cell, Instance};
+use ppnpack_wire::keys::Instance;
 use ppnpack_wire::{convert, v1};
 
 use super::items::ItemMessages;
+use super::peers::Peers;
 
 /// After a failure the service is not asked again for this long: a service that hangs costs the time limit each time.
 const PAUSE: Duration = Duration::from_secs(1);
 
 /// Asks a ppn service for the placements with the best scores.
 pub(crate) struct RemoteProposer {
-    cell: Cell,
-    client: Client,
-    alive: Arc<Alive>,
+    peers: Peers,
     share: Percent,
-    limit: Duration,
     items: ItemMessages,
     failed: Option<Failed>,
 }
@@ -36,19 +32,10 @@ struct Failed {
 }
 
 impl RemoteProposer {
-    pub(crate) fn new(
-        cell: Cell,
-        client: Client,
-        alive: Arc<Alive>,
-        share: Percent,
-        limit: Duration,
-    ) -> Self {
+    pub(crate) fn new(peers: Peers, share: Percent) -> Self {
         Self {
-            cell,
-            client,
-            alive,
+            peers,
             share,
-            limit,
             items: ItemMessages::default(),
             failed: None,
         }
@@ -56,8 +43,9 @@ impl RemoteProposer {
 
     /// The instance that serves this cell: the same as long as the same ones are alive.
     fn instance(&self) -> Result<Instance, StageError> {
-        let alive = self.alive.instances();
-        let sum = self.cell.as_str().bytes().map(usize::from).sum::<usize>();
+        let alive = self.peers.alive.instances();
+        let cell = self.peers.cell.as_str();
+        let sum: usize = cell.bytes().map(usize::from).sum();
         let chosen = alive.get(sum % alive.len().max(1)).cloned();
         let chosen = chosen.ok_or("no ppn service is alive")?;
         match &self.failed {
@@ -85,15 +73,12 @@ impl RemoteProposer {
             percent: self.share.percent(),
             ..v1::ProposeRequest::default()
         };
-        let asked = self
-            .client
-            .call_instance(&self.cell, instance, request.clone(), deadline);
-        let asked = match asked {
+        let Peers { cell, client, .. } = &self.peers;
+        let asked = match client.call_instance(cell, instance, request.clone(), deadline) {
             Err(error) if error.status() == Some(v1::Status::MissingItems) => {
                 self.items.forget(instance);
                 request.items = self.items.unsent(instance, items());
-                self.client
-                    .call_instance(&self.cell, instance, request, deadline)
+                client.call_instance(cell, instance, request, deadline)
             }
             asked => asked,
         };
@@ -112,11 +97,7 @@ impl Proposer for RemoteProposer {
     ) -> Result<(), StageError> {
         let instance = self.instance()?;
         let now = Instant::now();
-        // Half of what is left is kept for the search that follows.
-        let left = input
-            .deadline
-            .map(|deadline| deadline.saturating_duration_since(now) / 2);
-        let deadline = now + left.map_or(self.limit, |left| left.min(self.limit));
+        let deadline = self.peers.deadline(input);
         let items: Vec<&Item> = input.candidates.iter().map(|held| &*held.item).collect();
         let ids = self.items.ids(items.into_iter());
         let asked = self.ask(&instance, input, &ids, deadline);

@@ -6,16 +6,6 @@ use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{convert, v1};
 
-/// An item as it is announced.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Announced {
-    pub(crate) item_id: String,
-    pub(crate) object: String,
-    pub(crate) shape: ItemId,
-    pub(crate) rules: Rules,
-    pub(crate) lying: Lying,
-}
-
 /// An item of a session.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct SessionItem {
@@ -48,18 +38,6 @@ pub(crate) enum ItemState {
 }
 
 impl SessionItem {
-    pub(crate) fn new(announced: Announced) -> Self {
-        Self {
-            item_id: announced.item_id,
-            object: announced.object,
-            shape: announced.shape,
-            rules: announced.rules,
-            lying: announced.lying,
-            state: ItemState::Waiting,
-            inspection: None,
-        }
-    }
-
     /// Enters how it was found: where it is, or that it is gone. Says whether it was packed.
     pub(crate) fn inspected(&mut self, inspection: v1::Inspection) -> bool {
         let found = inspection.container_from_item.as_ref();
@@ -78,10 +56,9 @@ impl SessionItem {
         true
     }
 
-    pub(crate) fn is_same(&self, announced: &Announced) -> bool {
-        self.shape == announced.shape
-            && self.rules == announced.rules
-            && self.lying == announced.lying
+    /// Whether it was announced as the other is.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        self.shape == other.shape && self.rules == other.rules && self.lying == other.lying
     }
 }
 

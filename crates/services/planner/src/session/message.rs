@@ -124,9 +124,17 @@ fn write_item(item: &SessionItem) -> v1::SessionItem {
         is_upright: item.rules.is_upright,
     });
     let frame = |pose: &Option<Isometry3<f64>>| pose.as_ref().map(convert::pose::write);
-    let message = v1::SessionItem {
+    let state = match &item.state {
+        ItemState::Waiting => v1::ItemState::Waiting,
+        ItemState::Decided => v1::ItemState::Decided,
+        ItemState::Packed { .. } => v1::ItemState::Packed,
+        ItemState::Gone => v1::ItemState::Gone,
+        ItemState::Withdrawn => v1::ItemState::Withdrawn,
+    };
+    let mut message = v1::SessionItem {
         item_id: item.item_id.clone(),
         object: item.object.clone(),
+        state: state.into(),
         rules,
         shape: item.shape.to_bytes(),
         heightmap_from_item: frame(&item.lying.heightmap_from_item),
@@ -134,28 +142,19 @@ fn write_item(item: &SessionItem) -> v1::SessionItem {
         inspection: item.inspection.clone(),
         ..v1::SessionItem::default()
     };
-    let in_state = |state: v1::ItemState| v1::SessionItem {
-        state: state.into(),
-        ..message.clone()
-    };
-    match &item.state {
-        ItemState::Waiting => in_state(v1::ItemState::Waiting),
-        ItemState::Decided => in_state(v1::ItemState::Decided),
-        ItemState::Gone => in_state(v1::ItemState::Gone),
-        ItemState::Withdrawn => in_state(v1::ItemState::Withdrawn),
-        ItemState::Packed {
-            placement,
-            planned,
-            container_from_item,
-            cycle_s,
-        } => v1::SessionItem {
-            cycle_s: cycle_s.unwrap_or_default(),
-            placement: Some(convert::placement::write_resting(placement)),
-            planned: Some(convert::pose::write(planned)),
-            container_from_item: Some(convert::pose::write(container_from_item)),
-            ..in_state(v1::ItemState::Packed)
-        },
+    if let ItemState::Packed {
+        placement,
+        planned,
+        container_from_item,
+        cycle_s,
+    } = &item.state
+    {
+        message.cycle_s = cycle_s.unwrap_or_default();
+        message.placement = Some(convert::placement::write_resting(placement));
+        message.planned = Some(convert::pose::write(planned));
+        message.container_from_item = Some(convert::pose::write(container_from_item));
     }
+    message
 }
 
 fn read_item(message: &v1::SessionItem) -> Result<SessionItem, WireError> {

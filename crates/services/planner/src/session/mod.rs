@@ -9,7 +9,7 @@ pub(crate) mod message;
 use ppnpack_packing::blocked::BlockedRegion;
 use ppnpack_wire::v1;
 
-pub(crate) use item::{Announced, ItemState, Lying, Rules, SessionItem};
+pub(crate) use item::{ItemState, Lying, Rules, SessionItem};
 
 /// The most items of a session.
 const MAX_ITEMS: usize = 1_000;
@@ -119,10 +119,9 @@ impl Session {
             ItemState::Packed { cycle_s, .. } => cycle_s,
             _ => None,
         });
-        let (count, sum_s) = cycles_s.fold((0_u32, 0.0), |(count, sum_s), cycle_s| {
-            (count + 1, sum_s + cycle_s)
-        });
-        (count > 0).then(|| sum_s / f64::from(count))
+        let cycles_s: Vec<f64> = cycles_s.collect();
+        let sum_s: f64 = cycles_s.iter().sum();
+        (!cycles_s.is_empty()).then(|| sum_s / cycles_s.len() as f64)
     }
 
     /// The first `count` waiting items, each with its place in the order of arrivals.
@@ -154,19 +153,16 @@ impl Session {
         Ok(())
     }
 
-    /// Adds items in their order; those that were announced before are left as they are.
-    pub(crate) fn announce(&mut self, announced: Vec<Announced>) -> Result<(), SessionError> {
+    /// Adds waiting items in their order; those that were announced before are left as they are.
+    pub(crate) fn announce(&mut self, waiting: Vec<SessionItem>) -> Result<(), SessionError> {
         self.must_be_under_way()?;
-        for item in announced {
-            match self
-                .items
-                .iter()
-                .find(|known| known.item_id == item.item_id)
-            {
+        for item in waiting {
+            let mut items = self.items.iter();
+            match items.find(|known| known.item_id == item.item_id) {
                 Some(known) if known.is_same(&item) => {}
                 Some(_) => return Err(SessionError::OtherItem(item.item_id)),
                 None if self.items.len() >= MAX_ITEMS => return Err(SessionError::Full),
-                None => self.items.push(SessionItem::new(item)),
+                None => self.items.push(item),
             }
         }
         self.end = None;
@@ -194,11 +190,8 @@ impl Session {
                 Err(SessionError::Pending(pending.decision_id.clone()))
             };
         }
-        let settled = self
-            .settled
-            .iter()
-            .find(|settled| settled.request_id == request_id);
-        match settled {
+        let mut settled = self.settled.iter();
+        match settled.find(|settled| settled.request_id == request_id) {
             Some(settled) if !request_id.is_empty() => {
                 Err(SessionError::Answered(settled.decision_id.clone()))
             }
@@ -228,11 +221,8 @@ impl Session {
         if kind == v1::OutcomeKind::Unspecified {
             return Err(SessionError::NoKind);
         }
-        let settled = self
-            .settled
-            .iter()
-            .find(|settled| settled.decision_id == decision_id);
-        if let Some(settled) = settled {
+        let mut settled = self.settled.iter();
+        if let Some(settled) = settled.find(|settled| settled.decision_id == decision_id) {
             return if settled.kind() == kind {
                 Ok(())
             } else {

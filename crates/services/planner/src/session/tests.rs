@@ -4,13 +4,15 @@ use ppnpack_wire::item_id::ItemId;
 
 use super::*;
 
-fn announced(item_id: &str) -> Announced {
-    Announced {
+fn announced(item_id: &str) -> SessionItem {
+    SessionItem {
         lying: Lying::default(),
         item_id: item_id.to_owned(),
         object: "mug".to_owned(),
         shape: ItemId::of(&v1::Item::default()),
         rules: Rules::default(),
+        state: ItemState::Waiting,
+        inspection: None,
     }
 }
 
@@ -28,9 +30,7 @@ fn decision(decision_id: &str, item_id: &str) -> v1::Decision {
         request_id: format!("request-of-{decision_id}"),
         item_id: item_id.to_owned(),
         placement: Some(v1::RestingPlacement::default()),
-        container_from_item: Some(ppnpack_wire::convert::pose::write(
-            &nalgebra::Isometry3::identity(),
-        )),
+        container_from_item: Some(convert::pose::write(&Isometry3::identity())),
         ..v1::Decision::default()
     }
 }
@@ -41,6 +41,10 @@ fn outcome(kind: v1::OutcomeKind) -> v1::Outcome {
         state_number: 7,
         ..v1::Outcome::default()
     }
+}
+
+fn report(session: &mut Session, decision_id: &str, kind: v1::OutcomeKind) {
+    session.report(decision_id, &outcome(kind)).unwrap();
 }
 
 fn waiting(session: &Session) -> Vec<&str> {
@@ -67,7 +71,7 @@ fn items_wait_in_their_order_and_announcing_them_again_changes_nothing() {
         .announce(vec![announced("b"), announced("c")])
         .unwrap();
     assert_eq!(waiting(&session), ["a", "b", "c"]);
-    let other = Announced {
+    let other = SessionItem {
         rules: Rules {
             is_fragile: true,
             ..Rules::default()
@@ -99,9 +103,7 @@ fn a_decision_awaits_its_outcome_before_the_next_one() {
         Some("d1")
     );
 
-    session
-        .report("d1", &outcome(v1::OutcomeKind::Placed))
-        .unwrap();
+    report(&mut session, "d1", v1::OutcomeKind::Placed);
     assert!(session.pending().is_none());
     assert_eq!(session.least_state_number(), 7);
     assert!(matches!(session.items()[1].state, ItemState::Packed { .. }));
@@ -115,14 +117,10 @@ fn a_decision_awaits_its_outcome_before_the_next_one() {
 fn an_item_that_was_not_placed_waits_again_and_a_lost_one_is_gone() {
     let mut session = session_of(&["a"]);
     session.decide(decision("d1", "a")).unwrap();
-    session
-        .report("d1", &outcome(v1::OutcomeKind::NotPlaced))
-        .unwrap();
+    report(&mut session, "d1", v1::OutcomeKind::NotPlaced);
     assert_eq!(waiting(&session), ["a"]);
     session.decide(decision("d2", "a")).unwrap();
-    session
-        .report("d2", &outcome(v1::OutcomeKind::Lost))
-        .unwrap();
+    report(&mut session, "d2", v1::OutcomeKind::Lost);
     assert_eq!(session.items()[0].state, ItemState::Gone);
 }
 
@@ -136,13 +134,9 @@ fn an_outcome_can_be_reported_twice_but_not_changed() {
         Err(SessionError::NoKind)
     );
     assert_eq!(session, before);
-    session
-        .report("d1", &outcome(v1::OutcomeKind::Placed))
-        .unwrap();
+    report(&mut session, "d1", v1::OutcomeKind::Placed);
     let reported = session.clone();
-    session
-        .report("d1", &outcome(v1::OutcomeKind::Placed))
-        .unwrap();
+    report(&mut session, "d1", v1::OutcomeKind::Placed);
     assert_eq!(session, reported);
     assert_eq!(
         session.report("d1", &outcome(v1::OutcomeKind::Lost)),
@@ -173,9 +167,7 @@ fn the_last_decisions_are_remembered_and_no_more() {
     for step in 0..SETTLED_KEPT + 5 {
         let id = format!("d{step}");
         session.decide(decision(&id, "a")).unwrap();
-        session
-            .report(&id, &outcome(v1::OutcomeKind::NotPlaced))
-            .unwrap();
+        report(&mut session, &id, v1::OutcomeKind::NotPlaced);
     }
     assert_eq!(session.settled.len(), SETTLED_KEPT);
     assert_eq!(session.step(), SETTLED_KEPT as u64 + 5);
@@ -185,9 +177,7 @@ fn the_last_decisions_are_remembered_and_no_more() {
 fn a_session_is_read_as_it_was_written() {
     let mut session = session_of(&["a", "b", "c", "d"]);
     session.decide(decision("d1", "a")).unwrap();
-    session
-        .report("d1", &outcome(v1::OutcomeKind::Placed))
-        .unwrap();
+    report(&mut session, "d1", v1::OutcomeKind::Placed);
     session.withdraw("d").unwrap();
     session.decide(decision("d2", "b")).unwrap();
     session.end(End::Failed("arm stuck".to_owned()));
@@ -208,7 +198,7 @@ fn the_mean_cycle_time_is_that_of_the_packed_items() {
             ..v1::ArmCycle::default()
         }));
         session.decide(decision).unwrap();
-        session.report(id, &outcome(kind)).unwrap();
+        report(&mut session, id, kind);
     }
     let message = session.to_message(5);
     assert_eq!(message.mean_cycle_s, 2.5);
@@ -221,9 +211,7 @@ fn the_mean_cycle_time_is_that_of_the_packed_items() {
 fn a_session_without_an_arm_is_encoded_as_before_there_were_arms() {
     let mut session = session_of(&["a", "b"]);
     session.decide(decision("d1", "a")).unwrap();
-    session
-        .report("d1", &outcome(v1::OutcomeKind::Placed))
-        .unwrap();
+    report(&mut session, "d1", v1::OutcomeKind::Placed);
     session.decide(decision("d2", "b")).unwrap();
     // Fields that hold their default are not written: what is new takes no bytes.
     let message = session.to_message(5);
@@ -237,8 +225,7 @@ fn an_inspection_corrects_where_a_packed_item_is_or_that_it_is_gone() {
     let mut session = session_of(&["a", "b", "c"]);
     for (id, item) in [("d1", "a"), ("d2", "b")] {
         session.decide(decision(id, item)).unwrap();
-        let placed = outcome(v1::OutcomeKind::Placed);
-        session.report(id, &placed).unwrap();
+        report(&mut session, id, v1::OutcomeKind::Placed);
     }
     let found = Isometry3::translation(0.1, 0.2, 0.03);
     let moved = v1::Inspection {
@@ -289,7 +276,7 @@ fn an_item_lies_as_announced_after_a_restart_and_another_way_is_another_item() {
             .angle()
             < 1e-9
     );
-    let item = Announced {
+    let item = SessionItem {
         lying,
         ..announced("b")
     };

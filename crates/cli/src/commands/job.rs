@@ -1,0 +1,37 @@
+//! What `pack` and `up --pack` have in common: how much is kept of a packing, and where it goes.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::failure::Outcome;
+use crate::output;
+use crate::report::{self, Packing};
+
+/// Valid placements kept beside each choice, for the report.
+pub(super) const ALTERNATIVES: u8 = 3;
+
+/// Where the results of a packed sequence go.
+#[derive(Debug, Args)]
+pub(super) struct ResultOptions {
+    /// Where the results are written
+    #[arg(long, value_name = "DIR", default_value = "out/pack")]
+    out: PathBuf,
+
+    /// Print the summary as JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+impl ResultOptions {
+    /// Writes the report and prints the summary.
+    pub(super) fn publish(&self, packing: &Packing) -> Outcome {
+        let summary = packing.summary();
+        report::write(packing, &summary, &self.out)?;
+        let page = self.out.join("report.html");
+        Ok(output::print(&summary, self.json, || {
+            let table = report::table::summary(packing, &summary);
+            format!("{table}\nReport: {}", page.display())
+        })?)
+    }
+}

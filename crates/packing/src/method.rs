@@ -1,0 +1,343 @@
+//! How a container is packed, as it stands in configurations and results.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use crate::check::BoxedCheck;
+use crate::coarse::{CoarseGrid, CoarseGridError, CoarseToFine, Coarsening};
+use crate::grid::Grid;
+use crate::item::{Item, ItemError};
+use crate::objective::{Heuristic, Order, WeightError, Weights};
+use crate::plan::Planner;
+use crate::proposals::{OrExhaustive, Percent, PercentError, ProposeAll, ProposeRandom, Proposer};
+use crate::search::{Search, SearchSettings};
+use crate::stability::{PhysicalStability, PhysicalStabilitySettings, PublishedStability};
+use crate::step::StageError;
+
+/// The cell that proposals are made with on finer grids: the paper's, which the network is trained on.
+const PROPOSAL_CELL_M: f64 = 0.01;
+
+/// A packing method: which placements are evaluated, what they are judged by, and what they must pass. The default looks
+/// at every placement.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Method {
+    /// What placements are judged by.
+    pub heuristic: Heuristic,
+    /// How the items of the buffer compete.
+    pub order: Order,
+    /// Which placements are evaluated.
+    pub proposals: ProposalSource,
+    /// The stability test that they must pass.
+    pub stability: Stability,
+    /// The weights of the objective.
+    pub weights: Weights,
+    /// How many of the waiting items may be chosen from.
+    pub buffer: usize,
+    /// The seed of everything that is random.
+    pub seed: u64,
+}
+
+/// Which stability test placements must pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stability {
+    /// On the real surfaces, in metres.
+    Physical,
+    /// The paper's.
+    Published,
+    /// None: only the fit is checked.
+    None,
+}
+
+/// Which placements are evaluated.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "from", deny_unknown_fields)]
+pub enum ProposalSource {
+    /// Every placement.
+    All,
+    /// Every placement that a bound does not rule out.
+    Bounded,
+    /// A random share, in percent.
+    Random {
+        /// `K`.
+        percent: f64,
+    },
+    /// The share that the heuristic ranks best on a coarser grid.
+    Coarse {
+        /// `K`.
+        percent: f64,
+        /// How much coarser.
+        coarsening: Coarsening,
+    },
+    /// The share that a network scores best.
+    Network {
+        /// `K`.
+        percent: f64,
+        /// How much coarser the grid is that it scores on; 1 and 1 for the same.
+        coarsening: Coarsening,
+        /// The hash of its weights, where that is known.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        model: Option<String>,
+    },
+}
+
+/// Opens the network that a method names.
+pub trait OpenNetwork {
+    /// A proposer of the best-scored `share` of each item's placements on a grid; `items` on that grid are known ahead of
+    /// time.
+    ///
+    /// # Errors
+    /// What keeps the network from running.
+    fn open(
+        &self,
+        grid: &Grid,
+        share: Percent,
+        items: &[Arc<Item>],
+    ) -> Result<Box<dyn Proposer>, StageError>;
+
+    /// The items that are known ahead of time.
+    fn items(&self) -> &[Arc<Item>] {
+        &[]
+    }
+}
+
+/// Why a method cannot be followed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MethodError {
+    /// `K` is no share.
+    #[error(transparent)]
+    Share(#[from] PercentError),
+    /// There is no such coarse grid.
+    #[error(transparent)]
+    Coarse(#[from] CoarseGridError),
+    /// An item has no place on the coarse grid.
+    #[error(transparent)]
+    Item(#[from] ItemError),
+    /// A weight is not possible.
+    #[error(transparent)]
+    Weight(#[from] WeightError),
+    /// A network is to propose.
+    #[error("the method needs a network, but none is given")]
+    NoNetwork,
+    /// The network does not run here.
+    #[error(transparent)]
+    Network(StageError),
+    /// The threads cannot be had.
+    #[error(transparent)]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+}
+
+impl Default for Method {
+    fn default() -> Self {
+        Self {
+            heuristic: Heuristic::Sdfm,
+            order: Order::Balance,
+            proposals: ProposalSource::All,
+            stability: Stability::Physical,
+            weights: Weights::default(),
+            buffer: 5,
+            seed: 0,
+        }
+    }
+}
+
+impl Method {
+    /// What its search is made for.
+    pub fn search_settings(&self) -> SearchSettings {
+        SearchSettings {
+            heuristic: self.heuristic,
+            order: self.order,
+            weights: self.weights,
+            seed: self.seed,
+        }
+    }
+
+    /// The planner that follows the method on one thread; `network` opens the network that the method may name.
+    ///
+    /// # Errors
+    /// [`MethodError`] where it cannot be followed on this grid, or the network does not run.
+    pub fn build(
+        &self,
+        grid: &Grid,
+        network: Option<&dyn OpenNetwork>,
+    ) -> Result<Planner, MethodError> {
+        self.build_with(grid, self.proposer(grid, network)?, [], 1)
+    }
+
+    /// The planner that follows the method on `threads` threads, by what `proposer` proposes; placements must pass
+    /// `checks` too.
+    ///
+    /// # Errors
+    /// [`MethodError`] where a weight is not possible, or there are no threads.
+    pub fn build_with(
+        &self,
+        grid: &Grid,
+        proposer: Box<dyn Proposer>,
+        checks: impl IntoIterator<Item = BoxedCheck>,
+        threads: u32,
+    ) -> Result<Planner, MethodError> {
+        let mut search = Search::new(grid, &self.search_settings())?;
+        if self.proposals != ProposalSource::All {
+            search = search.bounded();
+        }
+        if threads > 1 {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads as usize);
+            search = search.with_pool(Arc::new(pool.build()?));
+        }
+        let evaluator = Box::new(search);
+        let mut all = self.stability.checks();
+        all.extend(checks);
+        Ok(Planner::new(
+            proposer, evaluator, all, self.order, self.seed,
+        ))
+    }
+
+    /// What proposes the placements; `network` opens the network that the method may name.
+    ///
+    /// # Errors
+    /// [`MethodError`] where it cannot be used on this grid, or the network does not run.
+    pub fn proposer(
+        &self,
+        grid: &Grid,
+        network: Option<&dyn OpenNetwork>,
+    ) -> Result<Box<dyn Proposer>, MethodError> {
+        Ok(match &self.proposals {
+            ProposalSource::All | ProposalSource::Bounded => Box::new(ProposeAll),
+            ProposalSource::Random { percent } => {
+                Box::new(ProposeRandom::new(Percent::new(*percent)?, self.seed))
+            }
+            ProposalSource::Coarse {
+                percent,
+                coarsening,
+            } => {
+                let grids = CoarseGrid::new(grid, *coarsening)?;
+                let share = Percent::new(*percent)?;
+                let settings = self.search_settings();
+                Box::new(CoarseToFine::searching(grids, &settings, share)?)
+            }
+            ProposalSource::Network {
+                percent,
+                coarsening,
+                ..
+            } => {
+                let network = network.ok_or(MethodError::NoNetwork)?;
+                let share = Percent::new(*percent)?;
+                if coarsening.is_none() {
+                    let opened = network.open(grid, share, network.items());
+                    opened.map_err(MethodError::Network)?
+                } else {
+                    let grids = CoarseGrid::new(grid, *coarsening)?;
+                    Box::new(self.narrowing(grids, share, network)?)
+                }
+            }
+        })
+    }
+
+    /// As [`Method::proposer`]; but a network that does not run, now or later, gives way to the exhaustive search.
+    ///
+    /// # Errors
+    /// [`MethodError`] where the method cannot be followed on this grid.
+    pub fn proposer_or_exhaustive(
+        &self,
+        grid: &Grid,
+        network: Option<&dyn OpenNetwork>,
+    ) -> Result<Box<dyn Proposer>, MethodError> {
+        match self.proposer(grid, network) {
+            Ok(proposer) if self.proposals.is_network() => {
+                Ok(Box::new(OrExhaustive::new(proposer)))
+            }
+            Err(MethodError::Network(error)) => {
+                Ok(Box::new(OrExhaustive::instead(with_causes(&*error))))
+            }
+            other => other,
+        }
+    }
+
+    /// A network on a coarser grid; there, the heuristic chooses among a wider share for all candidates together.
+    fn narrowing(
+        &self,
+        grids: CoarseGrid,
+        share: Percent,
+        network: &dyn OpenNetwork,
+    ) -> Result<CoarseToFine, MethodError> {
+        let items = network.items();
+        let coarse = items.iter().map(|item| grids.item(item).map(Arc::new));
+        let coarse = coarse.collect::<Result<Vec<_>, _>>()?;
+        let wide = network
+            .open(grids.coarse(), CoarseToFine::wider(share), &coarse)
+            .map_err(MethodError::Network)?;
+        let narrowed = CoarseToFine::narrowing(grids, &self.search_settings(), share, wide)?;
+        let shapes = items.iter().map(|item| item.shape());
+        Ok(narrowed.with_items(shapes.zip(coarse)))
+    }
+}
+
+/// An error and all that led to it.
+fn with_causes(error: &dyn std::error::Error) -> String {
+    let causes = std::iter::successors(error.source(), |cause| cause.source());
+    causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))
+}
+
+impl Stability {
+    /// The checks that it stands for.
+    pub fn checks(self) -> Vec<BoxedCheck> {
+        match self {
+            Self::Physical => {
+                let settings = PhysicalStabilitySettings::default();
+                vec![Box::new(PhysicalStability::new(settings))]
+            }
+            Self::Published => vec![Box::new(PublishedStability::default())],
+            Self::None => Vec::new(),
+        }
+    }
+}
+
+impl ProposalSource {
+    /// A coarse search on cells of `cell_m` at best, with `yaws` yaws at most. Where no cell is given it is the paper's,
+    /// and at least two of the grid's, or it would be the exhaustive search twice.
+    pub fn coarse(grid: &Grid, percent: f64, cell_m: Option<f64>, yaws: usize) -> Self {
+        let twice_m = 2.0 * grid.resolution().cell_m();
+        let cell_m = cell_m.unwrap_or(PROPOSAL_CELL_M.max(twice_m));
+        Self::Coarse {
+            percent,
+            coarsening: Coarsening::towards(grid, cell_m, yaws),
+        }
+    }
+
+    /// The network of these weights on cells of `cell_m` at best, the paper's where none is given, with `yaws` yaws at
+    /// most.
+    pub fn network(
+        grid: &Grid,
+        percent: f64,
+        cell_m: Option<f64>,
+        yaws: usize,
+        model: &str,
+    ) -> Self {
+        let cell_m = cell_m.unwrap_or(PROPOSAL_CELL_M);
+        Self::Network {
+            percent,
+            coarsening: Coarsening::towards(grid, cell_m, yaws),
+            model: Some(model.to_owned()),
+        }
+    }
+
+    /// Whether a network proposes.
+    pub fn is_network(&self) -> bool {
+        matches!(self, Self::Network { .. })
+    }
+}
+
+impl std::fmt::Display for ProposalSource {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::All => formatter.write_str("all"),
+            Self::Bounded => formatter.write_str("bounded"),
+            Self::Random { percent } => write!(formatter, "random, K = {percent} %"),
+            Self::Coarse { percent, .. } => write!(formatter, "coarse, K = {percent} %"),
+            Self::Network { percent, .. } => write!(formatter, "network, K = {percent} %"),
+        }
+    }
+}

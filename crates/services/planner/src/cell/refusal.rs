@@ -1,0 +1,56 @@
+//! Why a request is not carried out.
+
+use ppnpack_wire::WireError;
+use ppnpack_wire::v1::Status;
+
+use crate::session::SessionError;
+use crate::store::StoreError;
+
+/// Why a request is not carried out.
+#[derive(Debug)]
+pub(crate) struct Refusal {
+    pub(crate) status: Status,
+    pub(crate) message: String,
+}
+
+impl Refusal {
+    pub(crate) fn new(status: Status, message: impl std::fmt::Display) -> Self {
+        Self {
+            status,
+            message: message.to_string(),
+        }
+    }
+
+    /// The request asks for what is not possible.
+    pub(crate) fn invalid(message: impl std::fmt::Display) -> Self {
+        Self::new(Status::Invalid, message)
+    }
+
+    /// What is needed is not there now.
+    pub(crate) fn unavailable(message: impl std::fmt::Display) -> Self {
+        Self::new(Status::Unavailable, message)
+    }
+}
+
+impl From<SessionError> for Refusal {
+    fn from(error: SessionError) -> Self {
+        let status = match error {
+            SessionError::UnknownItem(_) | SessionError::UnknownDecision(_) => Status::NotFound,
+            SessionError::NoKind | SessionError::Full => Status::Invalid,
+            _ => Status::Conflict,
+        };
+        Self::new(status, error)
+    }
+}
+
+impl From<StoreError> for Refusal {
+    fn from(error: StoreError) -> Self {
+        Self::unavailable(error)
+    }
+}
+
+impl From<WireError> for Refusal {
+    fn from(error: WireError) -> Self {
+        Self::invalid(error)
+    }
+}

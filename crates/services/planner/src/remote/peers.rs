@@ -1,0 +1,30 @@
+//! The services of one kind that may be asked in a step.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use ppnpack_packing::step::StepInput;
+use ppnpack_service::alive::Alive;
+use ppnpack_service::rpc::Client;
+use ppnpack_wire::keys::Cell;
+
+/// The services of one kind that are alive, and how they are asked for a cell.
+#[derive(Clone)]
+pub(crate) struct Peers {
+    pub(crate) cell: Cell,
+    pub(crate) client: Client,
+    pub(crate) alive: Arc<Alive>,
+    /// The longest that they may take for a step.
+    pub(crate) limit: Duration,
+}
+
+impl Peers {
+    /// When they have to have answered: half of what is left of the step is kept for what follows.
+    pub(super) fn deadline(&self, input: &StepInput<'_>) -> Instant {
+        let now = Instant::now();
+        let left = input
+            .deadline
+            .map(|deadline| deadline.saturating_duration_since(now) / 2);
+        now + left.map_or(self.limit, |left| left.min(self.limit))
+    }
+}
