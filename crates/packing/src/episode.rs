@@ -3,7 +3,7 @@
 use crate::buffer::Buffer;
 use crate::check::Evidence;
 use crate::grid::Grid;
-use crate::heightmap::Scene;
+use crate::heightmap::{Heightmap, Scene};
 use crate::metrics::{Metrics, PackedVolume};
 use crate::placement::RestingPlacement;
 use crate::plan::{
@@ -106,16 +106,11 @@ pub struct Episode {
 impl Episode {
     /// The mean decision time per packed item, in seconds; 0 where nothing was packed.
     pub fn mean_decision_s(&self) -> f64 {
-        let total: f64 = self
-            .steps
-            .iter()
-            .map(|step| step.timings.total().as_secs_f64())
-            .sum();
         if self.steps.is_empty() {
-            0.0
-        } else {
-            total / self.steps.len() as f64
+            return 0.0;
         }
+        let decisions = self.steps.iter().map(|step| step.timings.total());
+        decisions.map(|time| time.as_secs_f64()).sum::<f64>() / self.steps.len() as f64
     }
 }
 
@@ -238,10 +233,10 @@ pub fn packed_volume(
     let resolution = grid.resolution();
     let voxel_m3 = resolution.cell_m() * resolution.cell_m() * resolution.height_unit_m();
     let mut packed = PackedVolume::default();
-    for step in steps
+    let inside = steps
         .iter()
-        .filter(|step| is_inside(step.candidate.arrival))
-    {
+        .filter(|step| is_inside(step.candidate.arrival));
+    for step in inside {
         let item = &step.candidate.item;
         let view = item.views().get(step.choice.resting.placement.yaw);
         packed.items += 1;
@@ -262,10 +257,9 @@ pub struct IdealCell {
 impl IdealCell {
     /// An empty cell.
     pub fn new(grid: &Grid) -> Self {
-        let scene = Scene::from_heightmap(crate::heightmap::Heightmap::empty(grid));
         Self {
             grid: grid.clone(),
-            scene,
+            scene: Scene::from_heightmap(Heightmap::empty(grid)),
             placed: Vec::new(),
         }
     }
@@ -286,13 +280,7 @@ impl PackingCell for IdealCell {
             return Ok(());
         };
         let mut heightmap = self.scene.heightmap().clone();
-        for (index, (top, bottom)) in view.top().iter().zip(view.bottom()).enumerate() {
-            let (x, y) = (index / view.ny(), index % view.ny());
-            if *bottom != crate::item::ABSENT {
-                let height = resting.resting_height + top;
-                heightmap.raise(resting.placement.x + x, resting.placement.y + y, height);
-            }
-        }
+        heightmap.place(view, resting);
         debug_assert!(heightmap.max() <= self.grid.rim());
         self.scene = Scene::from_heightmap(heightmap);
         self.placed.push(item.arrival);

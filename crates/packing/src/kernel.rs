@@ -171,7 +171,7 @@ pub(crate) fn distance_sum(
 ) -> u64 {
     let layout = view.layout();
     let stride = levels[0].stride;
-    let mut total = layout.voxel_count;
+    let mut total = view.voxel_count();
     let mut sums = [0; ROW_LANES];
     let mut pending = 0;
     for (block, columns) in layout.blocks.iter().zip(&layout.columns) {

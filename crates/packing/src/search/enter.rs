@@ -69,13 +69,10 @@ impl Enter<'_> {
     #[inline(always)]
     fn blocks(self, all: Node, view: &ItemView) -> (u64, u64) {
         let prepared = self.ranking.prepared;
-        let exponent = prepared
-            .windows
-            .as_ref()
-            .map_or(0, |windows| windows.largest());
+        let windows = prepared.windows.as_ref();
+        let exponent = windows.map_or(0, |windows| windows.largest());
         let side = 1 << exponent;
-        let (nx, ny) = prepared.resting.container().size();
-        let (placed_x, placed_y) = placements((nx, ny), view);
+        let (placed_x, placed_y) = view.corners(prepared.resting.container().size());
         let mut added = 0;
         for x in (0..placed_x).step_by(side) {
             for y in (0..placed_y).step_by(side * TOGETHER) {
@@ -90,13 +87,6 @@ impl Enter<'_> {
         let fitting = if exponent == 0 { added } else { 0 };
         ((placed_x * placed_y) as u64, fitting)
     }
-}
-
-/// How many placements a view has along x and y.
-#[inline(always)]
-fn placements((nx, ny): (usize, usize), view: &ItemView) -> (usize, usize) {
-    let along = |cells: usize, footprint: usize| (cells + 1).saturating_sub(footprint);
-    (along(nx, view.nx()), along(ny, view.ny()))
 }
 
 /// Adds blocks of one size and view, those of them that hold a placement below the rim; returns how many.
@@ -120,7 +110,7 @@ pub(super) fn add(
     let (Some(map), Some(offsets)) = (map, prepared.offsets.get(of.view as usize)) else {
         return 0;
     };
-    let (placed_x, placed_y) = placements(container.size(), view);
+    let (placed_x, placed_y) = view.corners(container.size());
     let bases = corners.map(|(x, y)| {
         // One that is beyond the last placement is computed for nothing at the node's own corner.
         if x < placed_x && y < placed_y {

@@ -6,8 +6,7 @@ use crate::grid::Grid;
 use crate::objective::{Order, WeightError};
 use crate::placement::Placement;
 use crate::proposals::{Percent, Proposals, ProposeAll, Proposer, all_count};
-use crate::step::StepInput;
-use crate::step::{Candidate, StageError};
+use crate::step::{Candidate, StageResult, StepInput};
 
 /// Proposes the placements of each candidate that a heuristic ranks best, best first: a share of all its placements.
 ///
@@ -63,11 +62,7 @@ impl ProposeBest {
 }
 
 impl Proposer for ProposeBest {
-    fn propose(
-        &mut self,
-        input: &StepInput<'_>,
-        proposals: &mut Proposals,
-    ) -> Result<(), StageError> {
+    fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult {
         proposals.clear();
         self.among.propose(input, &mut self.ranked)?;
         if let Some(reason) = self.ranked.degraded() {
@@ -94,12 +89,7 @@ impl Proposer for ProposeBest {
 
 impl ProposeBest {
     /// Keeps the best placements of a group of candidates.
-    fn keep_best(
-        &mut self,
-        input: &StepInput<'_>,
-        group: &[usize],
-        wanted: u64,
-    ) -> Result<(), StageError> {
+    fn keep_best(&mut self, input: &StepInput<'_>, group: &[usize], wanted: u64) -> StageResult {
         self.search.rank(input, group, &self.ranked)?;
         for _ in 0..wanted {
             let Some(next) = self.search.next_best(input)? else {

@@ -4,7 +4,7 @@ use crate::distance::DistanceLevels;
 use crate::grid::Units;
 use crate::item::ItemView;
 use crate::kernel::{PaddedMap, columns_after, contact, distance_sum};
-use crate::objective::{Heuristic, Objective, ViewTerms};
+use crate::objective::{Heuristic, Objective};
 use crate::placement::{Placement, RestingPlacement};
 use crate::random;
 
@@ -24,12 +24,13 @@ pub(crate) fn base(container: &PaddedMap, x: usize, y: usize) -> usize {
 }
 
 impl Valuation<'_> {
-    /// `F(b, p)` of an item's view at a resting placement; `seed` is the item's own, for [`Heuristic::Random`].
+    /// `F(b, p)` of an item's view at a resting placement, given the view's [`Objective::constant`]; `seed` is the
+    /// item's own, for [`Heuristic::Random`].
     #[inline(always)]
     pub(crate) fn value(
         &self,
         view: &ItemView,
-        terms: &ViewTerms,
+        constant: f64,
         at: RestingPlacement,
         seed: u64,
     ) -> f64 {
@@ -41,7 +42,6 @@ impl Valuation<'_> {
         let Placement { x, y, .. } = at.placement;
         let height: Units = at.resting_height;
         let base = base(container, x, y);
-        let constant = terms.constant;
         match objective.heuristic {
             Heuristic::Sdfm => {
                 let Some(distance) = distance else {

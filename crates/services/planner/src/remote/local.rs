@@ -26,7 +26,7 @@ pub(crate) struct Judgement {
 /// memory.
 pub(crate) struct LocalSearches {
     grid: Grid,
-    searches: Vec<ValidSearch<Search>>,
+    searches: Vec<ValidSearch>,
 }
 
 impl LocalSearches {
@@ -92,7 +92,7 @@ impl LocalSearches {
     }
 }
 
-fn search(grid: &Grid, judgement: &Judgement) -> Result<ValidSearch<Search>, WeightError> {
+fn search(grid: &Grid, judgement: &Judgement) -> Result<ValidSearch, WeightError> {
     let search = Search::new(grid, &judgement.settings)?.bounded();
-    Ok(ValidSearch::new(search, (judgement.checks)()))
+    Ok(ValidSearch::new(Box::new(search), (judgement.checks)()))
 }
