@@ -59,16 +59,14 @@ impl Evidence {
     }
 }
 
-/// One condition of `IsValid`. Checks compose: a placement is valid where all of them accept it.
+/// One condition of `IsValid`. Checks compose: a placement is valid where all of them accept it. Errors are what kept
+/// a check from giving an answer.
 pub trait ValidityCheck: Send {
     /// How long one call takes.
     fn cost(&self) -> Cost;
 
     /// Why it refuses every placement of the candidate, whatever the container holds, where it does. Such a candidate
     /// is left out of the step before anything is proposed for it. Asked once for each candidate as a step begins.
-    ///
-    /// # Errors
-    /// What kept the check from giving an answer.
     fn rules_out(
         &mut self,
         _input: &StepInput<'_>,
@@ -78,9 +76,6 @@ pub trait ValidityCheck: Send {
     }
 
     /// Whether the candidate may be placed there.
-    ///
-    /// # Errors
-    /// What kept the check from giving an answer.
     fn judge(
         &mut self,
         input: &StepInput<'_>,

@@ -7,22 +7,17 @@ use crate::heightmap::{Heightmap, Scene};
 use crate::metrics::{Metrics, PackedVolume};
 use crate::placement::RestingPlacement;
 use crate::plan::{
-    Candidate, Evaluated, Plan, PlanError, Planner, Reason, StageError, StepInput, Timings,
+    Candidate, Evaluated, PlanError, Planner, Reason, StageError, StepInput, Timings,
 };
 use crate::refusal::Refusals;
 
-/// The cell that an episode is played in: simulated, real, or only imagined.
+/// The cell that an episode is played in: simulated, real, or only imagined. Errors are what kept it from doing what
+/// it was asked for.
 pub trait PackingCell {
     /// What the container holds now.
-    ///
-    /// # Errors
-    /// What kept the scene from being seen.
     fn scan(&mut self) -> Result<Scene, StageError>;
 
     /// Places an item and waits until the placement is done. The evidence of the choice says how, where that is known.
-    ///
-    /// # Errors
-    /// What kept the placement from being carried out.
     fn place(
         &mut self,
         item: &Candidate,
@@ -182,7 +177,10 @@ pub fn play(
             Some((choice, candidate.clone()))
         });
         let Some((choice, candidate)) = chosen else {
-            break Ending::NothingFits(reasons(buffer.candidates(), plan));
+            let reports = input.candidates.iter().zip(plan.candidates());
+            let reasons =
+                reports.filter_map(|(held, report)| Some((held.clone(), report.reason.clone()?)));
+            break Ending::NothingFits(reasons.collect());
         };
         let done = Step {
             step,
@@ -215,13 +213,6 @@ pub fn play(
 fn scan(cell: &mut dyn PackingCell, step: u64) -> Result<Scene, EpisodeError> {
     cell.scan()
         .map_err(|source| EpisodeError::Cell { step, source })
-}
-
-fn reasons(candidates: &[Candidate], plan: &Plan) -> Vec<(Candidate, Reason)> {
-    let reports = candidates.iter().zip(plan.candidates());
-    reports
-        .filter_map(|(held, report)| Some((held.clone(), report.reason.clone()?)))
-        .collect()
 }
 
 /// The volume of the items that are inside the container, of those that were placed.

@@ -6,12 +6,10 @@ use crate::step::{Evaluated, PlacementCounts, Shortfall, StageResult, StepInput}
 
 /// Ranks placements by an objective. Placements that do not fit below the rim are left out.
 ///
-/// A ranking goes on where it stopped: asking for one placement more never begins again.
+/// A ranking goes on where it stopped: asking for one placement more never begins again. Errors are what kept the
+/// evaluator from answering.
 pub trait Evaluator: Send {
     /// Starts ranking the proposals of some candidates; `group` holds indices into the input's candidates.
-    ///
-    /// # Errors
-    /// What kept the evaluator from answering.
     fn rank(
         &mut self,
         input: &StepInput<'_>,
@@ -21,9 +19,6 @@ pub trait Evaluator: Send {
 
     /// The next placement by increasing value; equal values by candidate, yaw, x, y. `None` after the last, or where
     /// the time is over, which the [shortfall](Self::shortfall) says.
-    ///
-    /// # Errors
-    /// What kept the evaluator from answering.
     fn next_best(&mut self, input: &StepInput<'_>) -> StageResult<Option<Evaluated>>;
 
     /// The counts of a candidate of the last ranked group.

@@ -2,7 +2,7 @@
 
 mod settings;
 
-use std::f64::consts::{FRAC_PI_4, PI, TAU};
+use std::f64::consts::{FRAC_PI_4, PI};
 
 use serde::{Deserialize, Serialize};
 
@@ -82,22 +82,10 @@ impl Yaws {
     /// # Errors
     /// [`GridError::Yaws`] where `count` is 0 or over 360.
     pub fn half_turn(count: usize) -> Result<Self, GridError> {
-        Self::spaced(count, PI)
-    }
-
-    /// `count` yaws evenly spaced over a full turn.
-    ///
-    /// # Errors
-    /// [`GridError::Yaws`] where `count` is 0 or over 360.
-    pub fn full_turn(count: usize) -> Result<Self, GridError> {
-        Self::spaced(count, TAU)
-    }
-
-    fn spaced(count: usize, range_rad: f64) -> Result<Self, GridError> {
         if count > MAX_YAWS {
             return Err(GridError::Yaws);
         }
-        let angle = |yaw: usize| range_rad * yaw as f64 / count as f64;
+        let angle = |yaw: usize| PI * yaw as f64 / count as f64;
         Self::from_radians((0..count).map(angle).collect())
     }
 

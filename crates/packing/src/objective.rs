@@ -117,10 +117,8 @@ impl Weights {
             ("surface_volume", self.surface_volume),
             ("touching_area", self.touching_area),
         ];
-        match named
-            .into_iter()
-            .find(|(_, value)| !value.is_finite() || *value < 0.0)
-        {
+        let is_wrong = |value: f64| !value.is_finite() || value < 0.0;
+        match named.into_iter().find(|(_, value)| is_wrong(*value)) {
             Some((name, value)) => Err(WeightError { name, value }),
             None => Ok(()),
         }

@@ -15,6 +15,7 @@ const SPARE_SHAPES: usize = 4;
 /// The resting height of every placement of one view; row-major, rows padded to whole blocks.
 #[derive(Debug, Clone)]
 pub struct RestingMap {
+    /// Placements along x and y.
     nx: usize,
     ny: usize,
     stride: usize,
@@ -42,14 +43,9 @@ impl RestingMap {
         self.heights.resize(self.nx * self.stride, 0);
     }
 
-    /// Placements along x; 0 where the view is larger than the container.
-    pub fn nx(&self) -> usize {
-        self.nx
-    }
-
-    /// Placements along y; 0 where the view is larger than the container.
-    pub fn ny(&self) -> usize {
-        self.ny
+    /// How many placements there are; 0 where the view is larger than the container.
+    pub(crate) fn count(&self) -> u64 {
+        (self.nx * self.ny) as u64
     }
 
     /// Per x: the resting heights along y, in units.
@@ -304,7 +300,7 @@ mod tests {
         resting.update(&heightmap, std::iter::once(&item));
         let maps: Vec<_> = resting.of(&item).collect();
         assert_eq!(maps.len(), yaws);
-        assert_eq!((maps[0].nx(), maps[0].ny()), (31, 32));
+        assert_eq!((maps[0].nx, maps[0].ny), (31, 32));
         let rows: Vec<_> = maps[0].rows().collect();
         assert_eq!((rows[7][9], rows[6][9], rows[8][9]), (10, 7, 0));
     }

@@ -161,6 +161,8 @@ fn nearest(angle_rad: f64, angles_rad: &[f64]) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::FRAC_PI_4;
+
     use super::*;
     use crate::grid::{ContainerSize, Yaws};
 
@@ -206,7 +208,8 @@ mod tests {
         );
         assert_eq!(grids.fine_yaws[0], [0, 1, 2]);
         assert_eq!(grids.fine_yaws[3], [11, 12, 13, 14, 15]);
-        let full = grid(0.01, Yaws::full_turn(8).unwrap());
+        let turns = (0..8).map(|yaw| f64::from(yaw) * FRAC_PI_4).collect();
+        let full = grid(0.01, Yaws::from_radians(turns).unwrap());
         let grids = CoarseGrid::new(&full, Coarsening { cells: 1, yaws: 4 }).unwrap();
         assert_eq!(grids.fine_yaws[0], [0, 1, 2, 6, 7]);
     }

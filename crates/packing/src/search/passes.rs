@@ -15,7 +15,7 @@ pub(super) enum Placements<'a> {
 impl Placements<'_> {
     pub(super) fn count(self) -> u64 {
         match self {
-            Self::All(map) => (map.nx() * map.ny()) as u64,
+            Self::All(map) => map.count(),
             Self::Proposed(proposed) => proposed.len() as u64,
         }
     }

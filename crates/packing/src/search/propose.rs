@@ -59,6 +59,20 @@ impl ProposeBest {
         self.among = proposer;
         self
     }
+
+    /// Keeps the best placements of a group of candidates.
+    fn keep_best(&mut self, input: &StepInput<'_>, group: &[usize], wanted: u64) -> StageResult {
+        self.search.rank(input, group, &self.ranked)?;
+        for _ in 0..wanted {
+            let Some(next) = self.search.next_best(input)? else {
+                break;
+            };
+            if let Some(best) = self.best.get_mut(next.candidate) {
+                best.push(next.resting.placement);
+            }
+        }
+        Ok(())
+    }
 }
 
 impl Proposer for ProposeBest {
@@ -82,22 +96,6 @@ impl Proposer for ProposeBest {
         }
         for best in &self.best {
             proposals.push(best.iter().copied());
-        }
-        Ok(())
-    }
-}
-
-impl ProposeBest {
-    /// Keeps the best placements of a group of candidates.
-    fn keep_best(&mut self, input: &StepInput<'_>, group: &[usize], wanted: u64) -> StageResult {
-        self.search.rank(input, group, &self.ranked)?;
-        for _ in 0..wanted {
-            let Some(next) = self.search.next_best(input)? else {
-                break;
-            };
-            if let Some(best) = self.best.get_mut(next.candidate) {
-                best.push(next.resting.placement);
-            }
         }
         Ok(())
     }
