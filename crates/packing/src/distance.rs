@@ -20,7 +20,7 @@ pub const DISTANCE_TRUNCATION: usize = DISTANCE_LEVELS + 1;
 pub(crate) struct DistanceLevels {
     /// Cells that a level is dilated by, and units that it is lifted by.
     reach: [(usize, Units); DISTANCE_LEVELS],
-    levels: [PaddedMap; DISTANCE_LEVELS],
+    pub(crate) levels: [PaddedMap; DISTANCE_LEVELS],
     dilation: Dilation,
 }
 
@@ -39,10 +39,6 @@ impl DistanceLevels {
             levels: std::array::from_fn(|_| PaddedMap::new(grid.nx(), grid.ny())),
             dilation: Dilation::new(grid.nx(), grid.ny()),
         }
-    }
-
-    pub(crate) fn levels(&self) -> &[PaddedMap; DISTANCE_LEVELS] {
-        &self.levels
     }
 
     /// Recomputes all levels for a heightmap of the grid's size.

@@ -125,8 +125,8 @@ pub struct ItemView {
     height: Units,
     voxel_count: u64,
     centroid_cells: Point2<f64>,
-    columns: Columns,
-    layout: ViewLayout,
+    pub(crate) columns: Columns,
+    pub(crate) layout: ViewLayout,
 }
 
 /// Sums over the footprint cells with material.
@@ -260,14 +260,6 @@ impl ItemView {
     /// Whether it stays at or below the rim where it rests at this height, in units.
     pub(crate) fn fits_at(&self, grid: &Grid, resting_height: Units) -> bool {
         i32::from(resting_height) + i32::from(self.height) <= i32::from(grid.rim())
-    }
-
-    pub(crate) fn columns(&self) -> Columns {
-        self.columns
-    }
-
-    pub(crate) fn layout(&self) -> &ViewLayout {
-        &self.layout
     }
 
     /// `V`: how many voxels the item fills.

@@ -198,7 +198,7 @@ impl Objective {
             }
             Heuristic::Dbl => self.dbl(height, at.0, at.1, constant),
             Heuristic::Hm => {
-                let Columns { cells, top_sum } = view.columns();
+                let Columns { cells, top_sum } = view.columns;
                 let columns = cells as i64 * i64::from(height) + top_sum;
                 self.hm(columns, at.0, at.1, constant)
             }

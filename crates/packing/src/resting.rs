@@ -79,7 +79,8 @@ struct ShapeMaps {
 pub struct RestingHeights {
     grid: Grid,
     arch: Arch,
-    container: PaddedMap,
+    /// The content that the heights are of.
+    pub(crate) container: PaddedMap,
     version: u64,
     change: Option<Change>,
     uses: u64,
@@ -100,10 +101,6 @@ impl RestingHeights {
             capacity: SPARE_SHAPES,
             shapes: Vec::new(),
         }
-    }
-
-    pub(crate) fn container(&self) -> &PaddedMap {
-        &self.container
     }
 
     /// Takes over the container's content, of the grid's size, and the items of the buffer, whose maps are kept like
@@ -273,7 +270,7 @@ impl WithSimd for Fill<'_> {
             let row = x * map.stride;
             for block in blocks.clone() {
                 let start = block * LANES;
-                let base = x * container.stride() + start;
+                let base = container.index(x, start);
                 let heights = resting_heights(container, base, view);
                 if let Some(out) = map.heights.get_mut(row + start..row + start + LANES) {
                     out.copy_from_slice(&heights);

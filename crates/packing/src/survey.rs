@@ -7,7 +7,7 @@ use crate::item::ItemView;
 use crate::kernel::{BlockOffsets, PaddedMap, resting_height};
 use crate::objective::{Heuristic, Objective, WeightError, Weights};
 use crate::placement::{Placement, RestingPlacement};
-use crate::search::value::{Valuation, base};
+use crate::search::value::Valuation;
 use crate::stability::PublishedStability;
 
 /// A placement with what the engine says of it.
@@ -59,7 +59,7 @@ pub fn survey(
     let mut surveyed = Vec::new();
     for x in 0..placed_x {
         for y in 0..placed_y {
-            let base = base(&container, x, y);
+            let base = container.index(x, y);
             let resting_height = resting_height(&container, base, view, &blocks);
             let resting = RestingPlacement {
                 placement: Placement { yaw: 0, x, y },

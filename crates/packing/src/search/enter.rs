@@ -5,7 +5,6 @@ use pulp::{Simd, WithSimd};
 use super::open::{Extent, Node, OpenList};
 use super::passes::Placements;
 use super::prepared::{Ranking, ViewState};
-use super::value::base;
 use crate::item::ItemView;
 use crate::kernel::{TOGETHER, resting_heights_at};
 
@@ -70,9 +69,9 @@ impl Enter<'_> {
     fn blocks(self, all: Node, view: &ItemView) -> (u64, u64) {
         let prepared = self.ranking.prepared;
         let windows = prepared.windows.as_ref();
-        let exponent = windows.map_or(0, |windows| windows.largest());
+        let exponent = windows.map_or(0, |windows| windows.largest);
         let side = 1 << exponent;
-        let (placed_x, placed_y) = view.corners(prepared.resting.container().size());
+        let (placed_x, placed_y) = view.corners(prepared.resting.container.size());
         let mut added = 0;
         for x in (0..placed_x).step_by(side) {
             for y in (0..placed_y).step_by(side * TOGETHER) {
@@ -101,7 +100,7 @@ pub(super) fn add(
     let Some((state, _, view)) = ranking.view(of.view as usize) else {
         return 0;
     };
-    let container = prepared.resting.container();
+    let container = &prepared.resting.container;
     let map = match (of.extent, &prepared.windows) {
         (Extent::Block { exponent: 0 }, _) => Some(container),
         (Extent::Block { exponent }, Some(windows)) => windows.lowest(exponent),
@@ -114,9 +113,9 @@ pub(super) fn add(
     let bases = corners.map(|(x, y)| {
         // One that is beyond the last placement is computed for nothing at the node's own corner.
         if x < placed_x && y < placed_y {
-            base(map, x, y)
+            map.index(x, y)
         } else {
-            base(map, usize::from(of.x), usize::from(of.y))
+            map.index(usize::from(of.x), usize::from(of.y))
         }
     });
     let heights = resting_heights_at(map, bases, view, offsets);

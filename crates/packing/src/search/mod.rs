@@ -200,9 +200,10 @@ impl Search {
             offsets,
             ..
         } = &mut self.prepared;
-        if let (Some(proposed), Some(offsets)) = (proposed.get_mut(index), offsets.get(index)) {
+        if let (Some(proposed), Some(offsets)) = (proposed.views.get_mut(index), offsets.get(index))
+        {
             self.arch.dispatch(Lower {
-                container: resting.container(),
+                container: &resting.container,
                 view,
                 proposed,
                 offsets,

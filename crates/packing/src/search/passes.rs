@@ -16,7 +16,7 @@ impl Placements<'_> {
     pub(super) fn count(self) -> u64 {
         match self {
             Self::All(map) => map.count(),
-            Self::Proposed(proposed) => proposed.len() as u64,
+            Self::Proposed(proposed) => proposed.corners.len() as u64,
         }
     }
 

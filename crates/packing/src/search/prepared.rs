@@ -61,7 +61,7 @@ impl Prepared {
     pub(super) fn valuation(&self) -> Valuation<'_> {
         Valuation {
             objective: &self.objective,
-            container: self.resting.container(),
+            container: &self.resting.container,
             distance: self.distance.as_ref(),
         }
     }
@@ -72,7 +72,7 @@ impl Prepared {
             self.offsets.resize_with(index + 1, BlockOffsets::default);
         }
         if let Some(offsets) = self.offsets.get_mut(index) {
-            offsets.update(self.resting.container(), view);
+            offsets.update(&self.resting.container, view);
         }
     }
 }
@@ -98,7 +98,7 @@ impl WithSimd for UpdateScene<'_> {
             distance.update(self.heightmap);
         }
         if let Some(windows) = windows {
-            windows.update(resting.container(), distance.as_ref());
+            windows.update(&resting.container, distance.as_ref());
         }
     }
 }
@@ -141,7 +141,10 @@ impl<'a> Ranking<'a> {
                 let maps = self.prepared.resting.views(held.item.shape());
                 maps.get(state.yaw).map(Placements::All)
             }
-            Entrance::Proposed => self.prepared.proposed.get(index).map(Placements::Proposed),
+            Entrance::Proposed => {
+                let proposed = self.prepared.proposed.views.get(index);
+                proposed.map(Placements::Proposed)
+            }
         }
     }
 
