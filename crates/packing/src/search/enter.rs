@@ -69,7 +69,7 @@ impl Enter<'_> {
     fn blocks(self, all: Node, view: &ItemView) -> (u64, u64) {
         let prepared = self.ranking.prepared;
         let windows = prepared.windows.as_ref();
-        let exponent = windows.map_or(0, |windows| windows.largest);
+        let exponent = windows.map_or(0, |windows| windows.largest_exponent);
         let side = 1 << exponent;
         let (placed_x, placed_y) = view.corners(prepared.resting.container.size());
         let mut added = 0;

@@ -18,8 +18,8 @@ const LARGEST_SHARE: usize = 8;
 /// The windowed maps of a container.
 #[derive(Debug)]
 pub(super) struct Windows {
-    /// The largest blocks have `2^largest` placements a side.
-    pub(super) largest: u8,
+    /// The largest blocks have `2^largest_exponent` placements a side.
+    pub(super) largest_exponent: u8,
     /// The container's least heights in windows of `2^(entry + 1)` cells a side.
     lowest: Vec<PaddedMap>,
     /// The distance levels' greatest heights in the same windows; none where the objective knows no distance.
@@ -39,7 +39,7 @@ impl Windows {
             Heuristic::Mta | Heuristic::FirstFit | Heuristic::Random => return None,
         };
         Some(Self {
-            largest: exponents as u8,
+            largest_exponent: exponents as u8,
             lowest: (0..exponents).map(|_| map()).collect(),
             distance: (0..of_distance)
                 .map(|_| std::array::from_fn(|_| map()))
