@@ -45,7 +45,7 @@ fn search(data: &[u8]) -> Option<()> {
         convert::objective::read_required("objective", request.objective.as_ref()).ok()?;
     let checks = convert::check::read_all(&request.checks).ok()?;
     let search = Search::new(&grid, &settings).ok()?.bounded();
-    let mut search = ValidSearch::new(search, checks);
+    let mut search = ValidSearch::new(Box::new(search), checks);
     let input = StepInput {
         step: request.step,
         ..StepInput::new(&grid, &scene, &candidates)

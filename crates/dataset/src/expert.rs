@@ -13,7 +13,7 @@ use crate::values::Values;
 
 /// Labels candidates by an exhaustive search with validity checks.
 pub struct Expert {
-    search: ValidSearch<Search>,
+    search: ValidSearch,
     proposals: Proposals,
     with_values: bool,
 }
@@ -29,8 +29,9 @@ impl Expert {
         checks: Vec<BoxedCheck>,
         with_values: bool,
     ) -> Result<Self, WeightError> {
+        let search = Box::new(Search::new(grid, settings)?);
         Ok(Self {
-            search: ValidSearch::new(Search::new(grid, settings)?, checks),
+            search: ValidSearch::new(search, checks),
             proposals: Proposals::default(),
             with_values,
         })

@@ -51,37 +51,20 @@ mod tests {
     fn every_cell_that_a_region_meets_is_as_high_as_the_rim() {
         let grid = Grid::reference();
         let scene = Scene::from_heightmap(Heightmap::empty(&grid));
-        let region = BlockedRegion {
-            x_min_m: 0.015,
-            y_min_m: -1.0,
-            x_max_m: 0.03,
-            y_max_m: 0.001,
+        let high = |(x_min_m, x_max_m), (y_min_m, y_max_m)| {
+            let region = BlockedRegion {
+                x_min_m,
+                y_min_m,
+                x_max_m,
+                y_max_m,
+            };
+            let blocked = block(&scene, &grid, &[region]);
+            let cells = (0..32).flat_map(|x| (0..32).map(move |y| (x, y)));
+            let is_high = |(x, y): &_| blocked.heightmap().get(*x, *y) == Some(grid.rim());
+            cells.filter(is_high).collect::<Vec<(usize, usize)>>()
         };
-        let blocked = block(&scene, &grid, &[region]);
-        let high: Vec<(usize, usize)> = (0..32)
-            .flat_map(|x| (0..32).map(move |y| (x, y)))
-            .filter(|(x, y)| blocked.heightmap().get(*x, *y) == Some(grid.rim()))
-            .collect();
-        assert_eq!(high, [(1, 0), (2, 0)]);
-    }
-
-    #[test]
-    fn a_region_beyond_the_container_blocks_what_is_within() {
-        let grid = Grid::reference();
-        let scene = Scene::from_heightmap(Heightmap::empty(&grid));
-        let everywhere = BlockedRegion {
-            x_min_m: f64::NEG_INFINITY,
-            y_min_m: f64::NEG_INFINITY,
-            x_max_m: f64::INFINITY,
-            y_max_m: f64::INFINITY,
-        };
-        let blocked = block(&scene, &grid, &[everywhere]);
-        assert!(
-            blocked
-                .heightmap()
-                .heights()
-                .iter()
-                .all(|height| *height == grid.rim())
-        );
+        assert_eq!(high((0.015, 0.03), (-1.0, 0.001)), [(1, 0), (2, 0)]);
+        let everywhere = (f64::NEG_INFINITY, f64::INFINITY);
+        assert_eq!(high(everywhere, everywhere).len(), 32 * 32);
     }
 }

@@ -30,19 +30,14 @@ impl Buffer {
 
     /// Takes a candidate out by its index and lets the next item arrive; `None` where there is no such candidate.
     pub fn take(&mut self, candidate: usize) -> Option<Candidate> {
-        if candidate >= self.candidates.len() {
-            return None;
-        }
-        let taken = self.candidates.remove(candidate);
+        let is_held = candidate < self.candidates.len();
+        let taken = is_held.then(|| self.candidates.remove(candidate));
         self.refill();
-        Some(taken)
+        taken
     }
 
     fn refill(&mut self) {
-        while self.candidates.len() < self.capacity
-            && let Some(candidate) = self.arrivals.next()
-        {
-            self.candidates.push(candidate);
-        }
+        let free = self.capacity - self.candidates.len();
+        self.candidates.extend(self.arrivals.by_ref().take(free));
     }
 }

@@ -73,18 +73,15 @@ pub struct Lying {
 impl Lying {
     /// Where the item's own frame is, given where that of its heightmaps is.
     pub fn own_frame(&self, container_from_heightmap: &Isometry3<f64>) -> Isometry3<f64> {
-        match &self.heightmap_from_item {
-            Some(heightmap_from_item) => container_from_heightmap * heightmap_from_item,
-            None => *container_from_heightmap,
-        }
+        let own = |from_item: Isometry3<f64>| container_from_heightmap * from_item;
+        self.heightmap_from_item
+            .map_or(*container_from_heightmap, own)
     }
 
     /// Where the frame of its heightmaps is as it waits, where that is known.
     pub fn heightmap_frame(&self) -> Option<Isometry3<f64>> {
         let waits_at = self.waits_at?;
-        Some(match &self.heightmap_from_item {
-            Some(heightmap_from_item) => waits_at * heightmap_from_item.inverse(),
-            None => waits_at,
-        })
+        let of_heightmaps = |from_item: Isometry3<f64>| waits_at * from_item.inverse();
+        Some(self.heightmap_from_item.map_or(waits_at, of_heightmaps))
     }
 }

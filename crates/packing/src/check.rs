@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::motion::Cycle;
 use crate::placement::RestingPlacement;
 use crate::refusal::{Cause, Refusal};
-use crate::step::{Candidate, StageError, StepInput};
+use crate::step::{Candidate, StageResult, StepInput};
 
 /// How long a check takes, so that the cheap ones go first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -59,46 +59,48 @@ impl Evidence {
     }
 }
 
-/// One condition of `IsValid`. Checks compose: a placement is valid where all of them accept it.
+/// One condition of `IsValid`. Checks compose: a placement is valid where all of them accept it. Errors are what kept
+/// a check from giving an answer.
 pub trait ValidityCheck: Send {
     /// How long one call takes.
     fn cost(&self) -> Cost;
 
     /// Why it refuses every placement of the candidate, whatever the container holds, where it does. Such a candidate
     /// is left out of the step before anything is proposed for it. Asked once for each candidate as a step begins.
-    ///
-    /// # Errors
-    /// What kept the check from giving an answer.
     fn rules_out(
         &mut self,
         _input: &StepInput<'_>,
         _candidate: &Candidate,
-    ) -> Result<Option<Refusal>, StageError> {
+    ) -> StageResult<Option<Refusal>> {
         Ok(None)
     }
 
     /// Whether the candidate may be placed there.
-    ///
-    /// # Errors
-    /// What kept the check from giving an answer.
     fn judge(
         &mut self,
         input: &StepInput<'_>,
         candidate: &Candidate,
         resting: &RestingPlacement,
-    ) -> Result<Verdict, StageError>;
+    ) -> StageResult<Verdict>;
 }
 
 /// A check of any kind.
 pub type BoxedCheck = Box<dyn ValidityCheck>;
 
-/// Accepts placements whose upper surface stays at or below the rim.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Fits;
+/// A check that asks one question, to which there always is an answer.
+pub(crate) trait Condition: Send {
+    /// How long one answer takes.
+    const COST: Cost;
+    /// What a refused placement does not meet.
+    const CAUSE: Cause;
 
-impl ValidityCheck for Fits {
+    /// Whether the candidate may be placed there.
+    fn is_met(&mut self, input: &StepInput<'_>, held: &Candidate, at: &RestingPlacement) -> bool;
+}
+
+impl<C: Condition> ValidityCheck for C {
     fn cost(&self) -> Cost {
-        Cost::Lookup
+        C::COST
     }
 
     fn judge(
@@ -106,12 +108,24 @@ impl ValidityCheck for Fits {
         input: &StepInput<'_>,
         candidate: &Candidate,
         resting: &RestingPlacement,
-    ) -> Result<Verdict, StageError> {
-        let view = candidate.item.views().get(resting.placement.yaw);
-        let fits = view.is_some_and(|view| {
-            let top = i32::from(resting.resting_height) + i32::from(view.height());
-            top <= i32::from(input.grid.rim())
-        });
-        Ok(Verdict::of(fits, Cause::AboveRim))
+    ) -> StageResult<Verdict> {
+        Ok(Verdict::of(
+            self.is_met(input, candidate, resting),
+            C::CAUSE,
+        ))
+    }
+}
+
+/// Accepts placements whose upper surface stays at or below the rim.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Fits;
+
+impl Condition for Fits {
+    const COST: Cost = Cost::Lookup;
+    const CAUSE: Cause = Cause::AboveRim;
+
+    fn is_met(&mut self, input: &StepInput<'_>, held: &Candidate, at: &RestingPlacement) -> bool {
+        let view = held.item.views().get(at.placement.yaw);
+        view.is_some_and(|view| view.fits_at(input.grid, at.resting_height))
     }
 }

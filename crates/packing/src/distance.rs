@@ -11,16 +11,6 @@ pub const DISTANCE_STEP_M: f64 = 0.01;
 /// `D` is truncated to this many steps.
 pub const DISTANCE_TRUNCATION: usize = DISTANCE_LEVELS + 1;
 
-/// Cells and units within `step` steps of a distance: what a level dilates by and lifts by.
-pub(crate) fn level_reach(grid: &Grid, step: usize) -> (usize, Units) {
-    let resolution = grid.resolution();
-    let reach_m = DISTANCE_STEP_M * step as f64;
-    (
-        resolution.cells_within(reach_m),
-        resolution.units_below(reach_m),
-    )
-}
-
 /// The heights from which on a voxel is further than 1, 2, ... steps from content, walls and floor.
 ///
 /// The scene below the heightmap is full, so the voxels within `d` steps of content are those below
@@ -28,23 +18,27 @@ pub(crate) fn level_reach(grid: &Grid, step: usize) -> (usize, Units) {
 /// `1 + #{d : z >= H_d}`, truncated to [`DISTANCE_TRUNCATION`].
 #[derive(Debug, Clone)]
 pub(crate) struct DistanceLevels {
+    /// Cells that a level is dilated by, and units that it is lifted by.
     reach: [(usize, Units); DISTANCE_LEVELS],
-    levels: [PaddedMap; DISTANCE_LEVELS],
+    pub(crate) levels: [PaddedMap; DISTANCE_LEVELS],
     dilation: Dilation,
 }
 
 impl DistanceLevels {
     pub(crate) fn new(grid: &Grid) -> Self {
-        let map = || PaddedMap::new(grid.nx(), grid.ny());
+        let reach = |level| {
+            let reach_m = DISTANCE_STEP_M * (level + 1) as f64;
+            let resolution = grid.resolution();
+            (
+                resolution.cells_within(reach_m),
+                resolution.units_below(reach_m),
+            )
+        };
         Self {
-            reach: std::array::from_fn(|level| level_reach(grid, level + 1)),
-            levels: std::array::from_fn(|_| map()),
+            reach: std::array::from_fn(reach),
+            levels: std::array::from_fn(|_| PaddedMap::new(grid.nx(), grid.ny())),
             dilation: Dilation::new(grid.nx(), grid.ny()),
         }
-    }
-
-    pub(crate) fn levels(&self) -> &[PaddedMap; DISTANCE_LEVELS] {
-        &self.levels
     }
 
     /// Recomputes all levels for a heightmap of the grid's size.
@@ -105,10 +99,8 @@ impl Dilation {
             let mut rest = heights.as_mut_slice();
             while rest.len() > step * *ny {
                 let (first, others) = rest.split_at_mut(*ny);
-                raise(
-                    first,
-                    others.get((step - 1) * *ny..step * *ny).unwrap_or(&[]),
-                );
+                let further = others.get((step - 1) * *ny..step * *ny);
+                raise(first, further.unwrap_or(&[]));
                 rest = others;
             }
         }

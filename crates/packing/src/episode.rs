@@ -3,26 +3,21 @@
 use crate::buffer::Buffer;
 use crate::check::Evidence;
 use crate::grid::Grid;
-use crate::heightmap::Scene;
+use crate::heightmap::{Heightmap, Scene};
 use crate::metrics::{Metrics, PackedVolume};
 use crate::placement::RestingPlacement;
 use crate::plan::{
-    Candidate, Evaluated, Plan, PlanError, Planner, Reason, StageError, StepInput, Timings,
+    Candidate, Evaluated, PlanError, Planner, Reason, StageError, StepInput, Timings,
 };
 use crate::refusal::Refusals;
 
-/// The cell that an episode is played in: simulated, real, or only imagined.
+/// The cell that an episode is played in: simulated, real, or only imagined. Errors are what kept it from doing what
+/// it was asked for.
 pub trait PackingCell {
     /// What the container holds now.
-    ///
-    /// # Errors
-    /// What kept the scene from being seen.
     fn scan(&mut self) -> Result<Scene, StageError>;
 
     /// Places an item and waits until the placement is done. The evidence of the choice says how, where that is known.
-    ///
-    /// # Errors
-    /// What kept the placement from being carried out.
     fn place(
         &mut self,
         item: &Candidate,
@@ -106,16 +101,11 @@ pub struct Episode {
 impl Episode {
     /// The mean decision time per packed item, in seconds; 0 where nothing was packed.
     pub fn mean_decision_s(&self) -> f64 {
-        let total: f64 = self
-            .steps
-            .iter()
-            .map(|step| step.timings.total().as_secs_f64())
-            .sum();
         if self.steps.is_empty() {
-            0.0
-        } else {
-            total / self.steps.len() as f64
+            return 0.0;
         }
+        let decisions = self.steps.iter().map(|step| step.timings.total());
+        decisions.map(|time| time.as_secs_f64()).sum::<f64>() / self.steps.len() as f64
     }
 }
 
@@ -187,7 +177,10 @@ pub fn play(
             Some((choice, candidate.clone()))
         });
         let Some((choice, candidate)) = chosen else {
-            break Ending::NothingFits(reasons(buffer.candidates(), plan));
+            let reports = input.candidates.iter().zip(plan.candidates());
+            let reasons =
+                reports.filter_map(|(held, report)| Some((held.clone(), report.reason.clone()?)));
+            break Ending::NothingFits(reasons.collect());
         };
         let done = Step {
             step,
@@ -222,13 +215,6 @@ fn scan(cell: &mut dyn PackingCell, step: u64) -> Result<Scene, EpisodeError> {
         .map_err(|source| EpisodeError::Cell { step, source })
 }
 
-fn reasons(candidates: &[Candidate], plan: &Plan) -> Vec<(Candidate, Reason)> {
-    let reports = candidates.iter().zip(plan.candidates());
-    reports
-        .filter_map(|(held, report)| Some((held.clone(), report.reason.clone()?)))
-        .collect()
-}
-
 /// The volume of the items that are inside the container, of those that were placed.
 pub fn packed_volume(
     grid: &Grid,
@@ -238,10 +224,10 @@ pub fn packed_volume(
     let resolution = grid.resolution();
     let voxel_m3 = resolution.cell_m() * resolution.cell_m() * resolution.height_unit_m();
     let mut packed = PackedVolume::default();
-    for step in steps
+    let inside = steps
         .iter()
-        .filter(|step| is_inside(step.candidate.arrival))
-    {
+        .filter(|step| is_inside(step.candidate.arrival));
+    for step in inside {
         let item = &step.candidate.item;
         let view = item.views().get(step.choice.resting.placement.yaw);
         packed.items += 1;
@@ -262,10 +248,9 @@ pub struct IdealCell {
 impl IdealCell {
     /// An empty cell.
     pub fn new(grid: &Grid) -> Self {
-        let scene = Scene::from_heightmap(crate::heightmap::Heightmap::empty(grid));
         Self {
             grid: grid.clone(),
-            scene,
+            scene: Scene::from_heightmap(Heightmap::empty(grid)),
             placed: Vec::new(),
         }
     }
@@ -286,13 +271,7 @@ impl PackingCell for IdealCell {
             return Ok(());
         };
         let mut heightmap = self.scene.heightmap().clone();
-        for (index, (top, bottom)) in view.top().iter().zip(view.bottom()).enumerate() {
-            let (x, y) = (index / view.ny(), index % view.ny());
-            if *bottom != crate::item::ABSENT {
-                let height = resting.resting_height + top;
-                heightmap.raise(resting.placement.x + x, resting.placement.y + y, height);
-            }
-        }
+        heightmap.place(view, resting);
         debug_assert!(heightmap.max() <= self.grid.rim());
         self.scene = Scene::from_heightmap(heightmap);
         self.placed.push(item.arrival);

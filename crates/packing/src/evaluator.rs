@@ -2,29 +2,24 @@
 
 use crate::proposals::Proposals;
 use crate::refusal::Refusals;
-use crate::step::{Evaluated, PlacementCounts, Shortfall, StageError, StepInput};
+use crate::step::{Evaluated, PlacementCounts, Shortfall, StageResult, StepInput};
 
 /// Ranks placements by an objective. Placements that do not fit below the rim are left out.
 ///
-/// A ranking goes on where it stopped: asking for one placement more never begins again.
+/// A ranking goes on where it stopped: asking for one placement more never begins again. Errors are what kept the
+/// evaluator from answering.
 pub trait Evaluator: Send {
     /// Starts ranking the proposals of some candidates; `group` holds indices into the input's candidates.
-    ///
-    /// # Errors
-    /// What kept the evaluator from answering.
     fn rank(
         &mut self,
         input: &StepInput<'_>,
         group: &[usize],
         proposals: &Proposals,
-    ) -> Result<(), StageError>;
+    ) -> StageResult;
 
     /// The next placement by increasing value; equal values by candidate, yaw, x, y. `None` after the last, or where
     /// the time is over, which the [shortfall](Self::shortfall) says.
-    ///
-    /// # Errors
-    /// What kept the evaluator from answering.
-    fn next_best(&mut self, input: &StepInput<'_>) -> Result<Option<Evaluated>, StageError>;
+    fn next_best(&mut self, input: &StepInput<'_>) -> StageResult<Option<Evaluated>>;
 
     /// The counts of a candidate of the last ranked group.
     fn counts(&self, candidate: usize) -> PlacementCounts;
@@ -36,32 +31,5 @@ pub trait Evaluator: Send {
     /// What was done otherwise than was asked for since the last call of [`rank`](Self::rank).
     fn shortfall(&self) -> Option<&Shortfall> {
         None
-    }
-}
-
-impl Evaluator for Box<dyn Evaluator> {
-    fn rank(
-        &mut self,
-        input: &StepInput<'_>,
-        group: &[usize],
-        proposals: &Proposals,
-    ) -> Result<(), StageError> {
-        (**self).rank(input, group, proposals)
-    }
-
-    fn next_best(&mut self, input: &StepInput<'_>) -> Result<Option<Evaluated>, StageError> {
-        (**self).next_best(input)
-    }
-
-    fn counts(&self, candidate: usize) -> PlacementCounts {
-        (**self).counts(candidate)
-    }
-
-    fn add_refusals(&self, candidate: usize, refusals: &mut Refusals) {
-        (**self).add_refusals(candidate, refusals);
-    }
-
-    fn shortfall(&self) -> Option<&Shortfall> {
-        (**self).shortfall()
     }
 }

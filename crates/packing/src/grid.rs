@@ -2,6 +2,8 @@
 
 mod settings;
 
+use std::f64::consts::{FRAC_PI_4, PI};
+
 use serde::{Deserialize, Serialize};
 
 pub use settings::GridSettings;
@@ -80,22 +82,10 @@ impl Yaws {
     /// # Errors
     /// [`GridError::Yaws`] where `count` is 0 or over 360.
     pub fn half_turn(count: usize) -> Result<Self, GridError> {
-        Self::spaced(count, std::f64::consts::PI)
-    }
-
-    /// `count` yaws evenly spaced over a full turn.
-    ///
-    /// # Errors
-    /// [`GridError::Yaws`] where `count` is 0 or over 360.
-    pub fn full_turn(count: usize) -> Result<Self, GridError> {
-        Self::spaced(count, std::f64::consts::TAU)
-    }
-
-    fn spaced(count: usize, range_rad: f64) -> Result<Self, GridError> {
         if count > MAX_YAWS {
             return Err(GridError::Yaws);
         }
-        let angle = |yaw: usize| range_rad * yaw as f64 / count as f64;
+        let angle = |yaw: usize| PI * yaw as f64 / count as f64;
         Self::from_radians((0..count).map(angle).collect())
     }
 
@@ -154,9 +144,7 @@ impl Resolution {
 
     /// The paper's: cells of 1 cm, heights in units of 0.2 cm, 4 yaws over half a turn.
     pub fn reference() -> Self {
-        let yaws = (0..4)
-            .map(|yaw| f64::from(yaw) * std::f64::consts::FRAC_PI_4)
-            .collect();
+        let yaws = (0..4).map(|yaw| f64::from(yaw) * FRAC_PI_4).collect();
         Self {
             cell_m: 0.01,
             height_unit_m: 0.002,
@@ -181,9 +169,8 @@ impl Resolution {
 
     /// How many samples of a fine surface lie along a cell's edge; their pitch is at most 2.5 mm.
     pub fn samples_per_cell(&self) -> usize {
-        (self.cell_m / SURFACE_PITCH_M - DIVISION_SLACK)
-            .ceil()
-            .max(1.0) as usize
+        let samples = (self.cell_m / SURFACE_PITCH_M - DIVISION_SLACK).ceil();
+        samples.max(1.0) as usize
     }
 
     /// The distance between two samples of a fine surface, in metres.
@@ -193,21 +180,17 @@ impl Resolution {
 
     /// The smallest number of units that reaches `height_m`.
     pub fn units_above(&self, height_m: f64) -> Units {
-        let units = (height_m / self.height_unit_m - DIVISION_SLACK).ceil();
-        units.clamp(0.0, f64::from(MAX_UNITS)) as Units
+        whole_units((height_m / self.height_unit_m - DIVISION_SLACK).ceil())
     }
 
     /// The greatest number of units that does not exceed `height_m`.
     pub fn units_below(&self, height_m: f64) -> Units {
-        let units = (height_m / self.height_unit_m + DIVISION_SLACK).floor();
-        units.clamp(0.0, f64::from(MAX_UNITS)) as Units
+        whole_units((height_m / self.height_unit_m + DIVISION_SLACK).floor())
     }
 
     /// The number of units nearest to `height_m`.
     pub fn units_nearest(&self, height_m: f64) -> Units {
-        (height_m / self.height_unit_m)
-            .round()
-            .clamp(0.0, f64::from(MAX_UNITS)) as Units
+        whole_units((height_m / self.height_unit_m).round())
     }
 
     /// `length_m` in whole cells, rounded down.
@@ -258,8 +241,8 @@ impl Grid {
         positive("the container's x side", container.x_m)?;
         positive("the container's y side", container.y_m)?;
         positive("the container's height", container.z_m)?;
+        let cell_m = resolution.cell_m;
         let cells = |side: &'static str, length_m: f64| {
-            let cell_m = resolution.cell_m;
             let cells = (length_m / cell_m + DIVISION_SLACK).floor();
             if cells < 1.0 || cells > MAX_CELLS as f64 {
                 return Err(GridError::Cells {
@@ -288,9 +271,8 @@ impl Grid {
 
     /// The paper's: 32 x 32 cells of 1 cm, 150 units of 0.2 cm, 4 yaws.
     pub fn reference() -> Self {
-        let container = ContainerSize::REFERENCE;
         Self {
-            container,
+            container: ContainerSize::REFERENCE,
             resolution: Resolution::reference(),
             nx: 32,
             ny: 32,
@@ -327,6 +309,11 @@ impl Grid {
     pub fn voxel_count(&self) -> f64 {
         self.nx as f64 * self.ny as f64 * f64::from(self.rim)
     }
+}
+
+/// A whole number as units, brought into their range.
+fn whole_units(units: f64) -> Units {
+    units.clamp(0.0, f64::from(MAX_UNITS)) as Units
 }
 
 fn positive(what: &'static str, value: f64) -> Result<(), GridError> {
@@ -367,28 +354,20 @@ mod tests {
 
     #[test]
     fn impossible_grids_are_refused() {
-        let size = |x_m, z_m| ContainerSize { x_m, y_m: 0.3, z_m };
-        let grid = |container| Grid::new(container, Resolution::reference());
-        assert!(matches!(
-            grid(size(-0.3, 0.3)),
-            Err(GridError::NotPositive { .. })
-        ));
-        assert!(matches!(
-            grid(size(f64::NAN, 0.3)),
-            Err(GridError::NotPositive { .. })
-        ));
-        assert!(matches!(
-            grid(size(0.001, 0.3)),
-            Err(GridError::Cells { side: "x", .. })
-        ));
-        assert!(matches!(
-            grid(size(100.0, 0.3)),
-            Err(GridError::Cells { side: "x", .. })
-        ));
-        assert!(matches!(
-            grid(size(0.3, 100.0)),
-            Err(GridError::HeightUnits { .. })
-        ));
+        let refusal = |x_m, z_m| {
+            let size = ContainerSize { x_m, y_m: 0.3, z_m };
+            Grid::new(size, Resolution::reference()).unwrap_err()
+        };
+        for x_m in [-0.3, f64::NAN] {
+            assert!(matches!(refusal(x_m, 0.3), GridError::NotPositive { .. }));
+        }
+        for x_m in [0.001, 100.0] {
+            assert!(matches!(
+                refusal(x_m, 0.3),
+                GridError::Cells { side: "x", .. }
+            ));
+        }
+        assert!(matches!(refusal(0.3, 100.0), GridError::HeightUnits { .. }));
         assert!(Yaws::half_turn(0).is_err());
         assert!(Yaws::half_turn(usize::MAX).is_err());
         for radians in [vec![], vec![0.0, f64::NAN], vec![0.0; MAX_YAWS + 1]] {

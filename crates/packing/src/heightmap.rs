@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::grid::{Grid, MAX_UNITS, Units};
+use crate::item::ItemView;
+use crate::placement::{Placement, RestingPlacement};
 
 /// Why a heightmap or a surface could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -67,21 +69,7 @@ impl Heightmap {
     /// # Errors
     /// [`HeightmapError`] where the count differs or a height is negative or above [`MAX_UNITS`].
     pub fn from_units(nx: usize, ny: usize, heights: Vec<Units>) -> Result<Self, HeightmapError> {
-        if heights.len() != nx * ny {
-            return Err(HeightmapError::Size {
-                nx,
-                ny,
-                found: heights.len(),
-            });
-        }
-        if let Some((index, height)) = first_outside(&heights, 0..=MAX_UNITS) {
-            return Err(HeightmapError::Height {
-                x: index / ny,
-                y: index % ny,
-                height: f64::from(height),
-                limit: f64::from(MAX_UNITS),
-            });
-        }
+        check_heights(nx, ny, &heights, MAX_UNITS, f64::from(MAX_UNITS))?;
         Ok(Self { nx, ny, heights })
     }
 
@@ -122,6 +110,14 @@ impl Heightmap {
             && let Some(cell) = self.heights.get_mut(x * self.ny + y)
         {
             *cell = (*cell).max(height.min(MAX_UNITS));
+        }
+    }
+
+    /// Raises the cells that an item's view covers to its upper surface where it rests.
+    pub(crate) fn place(&mut self, view: &ItemView, at: &RestingPlacement) {
+        let Placement { x, y, .. } = at.placement;
+        for (cell_x, cell_y, _, top) in view.cells() {
+            self.raise(x + cell_x, y + cell_y, at.resting_height + top);
         }
     }
 
@@ -167,21 +163,7 @@ impl Surface {
         pitch_m: f64,
         heights_m: Vec<f32>,
     ) -> Result<Self, HeightmapError> {
-        if heights_m.len() != nx * ny {
-            return Err(HeightmapError::Size {
-                nx,
-                ny,
-                found: heights_m.len(),
-            });
-        }
-        if let Some((index, height)) = first_outside(&heights_m, 0.0..=f32::MAX) {
-            return Err(HeightmapError::Height {
-                x: index / ny,
-                y: index % ny,
-                height: f64::from(height),
-                limit: f64::INFINITY,
-            });
-        }
+        check_heights(nx, ny, &heights_m, f32::MAX, f64::INFINITY)?;
         Ok(Self {
             nx,
             ny,
@@ -228,20 +210,34 @@ impl Surface {
     }
 }
 
-/// The first value outside a range, with its index. As a rule there is none, which a loop without an early exit finds
-/// out many times faster.
-fn first_outside<T: Copy + PartialOrd>(
-    values: &[T],
-    range: std::ops::RangeInclusive<T>,
-) -> Option<(usize, T)> {
-    let are_inside = values
-        .iter()
-        .fold(true, |inside, value| inside & range.contains(value));
-    if are_inside {
-        return None;
+/// Checks that there is a height for each cell, and none below 0 or above the greatest; `limit` names that in an error.
+fn check_heights<T: Copy + PartialOrd + Default + Into<f64>>(
+    nx: usize,
+    ny: usize,
+    heights: &[T],
+    greatest: T,
+    limit: f64,
+) -> Result<(), HeightmapError> {
+    let found = heights.len();
+    if found != nx * ny {
+        return Err(HeightmapError::Size { nx, ny, found });
     }
-    let mut values = values.iter().copied().enumerate();
-    values.find(|(_, value)| !range.contains(value))
+    let range = T::default()..=greatest;
+    // As a rule all are possible, which a loop without an early exit finds out many times faster.
+    let inside = |inside, height| inside & range.contains(height);
+    if heights.iter().fold(true, inside) {
+        return Ok(());
+    }
+    let mut heights = heights.iter().enumerate();
+    match heights.find(|(_, height)| !range.contains(height)) {
+        None => Ok(()),
+        Some((index, height)) => Err(HeightmapError::Height {
+            x: index / ny,
+            y: index % ny,
+            height: (*height).into(),
+            limit,
+        }),
+    }
 }
 
 fn sampled(
@@ -330,12 +326,8 @@ impl Scene {
     pub fn from_surface_at_middles(grid: &Grid, surface: Surface) -> Result<Self, HeightmapError> {
         let samples = surface.samples_per_cell(grid)?;
         let mut heightmap = Heightmap::empty(grid);
-        let rows = surface
-            .heights_m
-            .chunks_exact(surface.ny)
-            .skip(samples / 2)
-            .step_by(samples);
-        for (x, row) in rows.enumerate() {
+        let rows = surface.heights_m.chunks_exact(surface.ny);
+        for (x, row) in rows.skip(samples / 2).step_by(samples).enumerate() {
             for (y, height_m) in row.iter().skip(samples / 2).step_by(samples).enumerate() {
                 heightmap.raise(x, y, grid.resolution().units_nearest(f64::from(*height_m)));
             }
@@ -368,15 +360,7 @@ mod tests {
         surface.raise(4 * 3 + 2, 4 * 5 + 3, 0.0101);
         let scene = Scene::from_surface(&grid, surface).unwrap();
         assert_eq!(scene.heightmap().get(3, 5), Some(6));
-        assert_eq!(
-            scene
-                .heightmap()
-                .heights()
-                .iter()
-                .map(|height| i32::from(*height))
-                .sum::<i32>(),
-            6
-        );
+        assert_eq!(scene.heightmap().heights().iter().sum::<Units>(), 6);
     }
 
     #[test]

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector2, Vector3};
 
 pub use crate::grid::ABSENT;
 use crate::grid::{Grid, MAX_UNITS, Units};
 use crate::layout::ViewLayout;
-use crate::placement::RestingPlacement;
+use crate::placement::{Placement, RestingPlacement};
 
 /// Why an item could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -103,6 +103,21 @@ pub struct ViewSurfaces {
     pub centre_of_mass_m: Option<Point2<f64>>,
 }
 
+impl ViewSurfaces {
+    /// The surfaces of `nx` x `ny` cells of which no more is known: the origin is taken to be the footprint's corner.
+    pub fn of_cells(nx: usize, ny: usize, top: Vec<Units>, bottom: Vec<Units>) -> Self {
+        Self {
+            nx,
+            ny,
+            top,
+            bottom,
+            underside: None,
+            origin_from_corner_m: Vector3::zeros(),
+            centre_of_mass_m: None,
+        }
+    }
+}
+
 /// An item at one yaw: its heightmap pair and what follows from it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ItemView {
@@ -110,8 +125,8 @@ pub struct ItemView {
     height: Units,
     voxel_count: u64,
     centroid_cells: Point2<f64>,
-    columns: Columns,
-    layout: ViewLayout,
+    pub(crate) columns: Columns,
+    pub(crate) layout: ViewLayout,
 }
 
 /// Sums over the footprint cells with material.
@@ -142,17 +157,12 @@ impl ItemView {
         sized("upper surface", nx, ny, surfaces.top.len())?;
         sized("lower surface", nx, ny, surfaces.bottom.len())?;
         if let Some(underside) = &surfaces.underside {
-            let samples = underside.samples_per_cell;
-            sized(
-                "underside",
-                nx * samples,
-                ny * samples,
-                underside.heights_m.len(),
-            )?;
+            let (samples, found) = (underside.samples_per_cell, underside.heights_m.len());
+            sized("underside", nx * samples, ny * samples, found)?;
         }
         let (mut height, mut lowest, mut voxel_count) = (0, Units::MAX, 0_u64);
         let mut sums = Columns::default();
-        let mut moment = nalgebra::Vector2::zeros();
+        let mut moment = Vector2::zeros();
         let columns = surfaces.top.iter_mut().zip(&surfaces.bottom).enumerate();
         for (index, (top, bottom)) in columns {
             let (x, y) = (index / ny, index % ny);
@@ -161,13 +171,12 @@ impl ItemView {
                 continue;
             }
             if *bottom < 0 || *top <= *bottom || *top > MAX_UNITS {
-                let (top, bottom) = (*top, *bottom);
                 return Err(ItemError::Surfaces {
                     item: item.to_owned(),
                     x,
                     y,
-                    top,
-                    bottom,
+                    top: *top,
+                    bottom: *bottom,
                 });
             }
             height = height.max(*top);
@@ -176,7 +185,7 @@ impl ItemView {
             voxel_count += column;
             sums.cells += 1;
             sums.top_sum += i64::from(*top);
-            moment += nalgebra::Vector2::new(x as f64 + 0.5, y as f64 + 0.5) * column as f64;
+            moment += Vector2::new(x as f64 + 0.5, y as f64 + 0.5) * column as f64;
         }
         if lowest != 0 {
             return Err(ItemError::Empty {
@@ -230,12 +239,27 @@ impl ItemView {
         self.height
     }
 
-    pub(crate) fn columns(&self) -> Columns {
-        self.columns
+    /// The footprint's cells with material: their indices along x and y, and the lower and upper surface, in units.
+    pub(crate) fn cells(&self) -> impl Iterator<Item = (usize, usize, Units, Units)> {
+        let surfaces = self.bottom().iter().zip(self.top()).enumerate();
+        surfaces
+            .filter(|(_, (bottom, _))| **bottom != ABSENT)
+            .map(|(index, (bottom, top))| (index / self.ny(), index % self.ny(), *bottom, *top))
     }
 
-    pub(crate) fn layout(&self) -> &ViewLayout {
-        &self.layout
+    /// How many placements along x and y lie within a container of so many cells.
+    #[inline(always)]
+    pub(crate) fn corners(&self, (nx, ny): (usize, usize)) -> (usize, usize) {
+        if self.nx() > nx || self.ny() > ny {
+            (0, 0)
+        } else {
+            (nx + 1 - self.nx(), ny + 1 - self.ny())
+        }
+    }
+
+    /// Whether it stays at or below the rim where it rests at this height, in units.
+    pub(crate) fn fits_at(&self, grid: &Grid, resting_height: Units) -> bool {
+        i32::from(resting_height) + i32::from(self.height) <= i32::from(grid.rim())
     }
 
     /// `V`: how many voxels the item fills.
@@ -328,12 +352,13 @@ impl Item {
     /// # Errors
     /// [`YawsMismatch`] where it has not.
     pub fn check_yaws(&self, grid: &Grid) -> Result<(), YawsMismatch> {
-        let (found, expected) = (self.views().len(), grid.resolution().yaws().count());
+        let (found, expected) = (self.views.len(), grid.resolution().yaws().count());
         if found == expected {
             return Ok(());
         }
+        let item = self.name.to_string();
         Err(YawsMismatch {
-            item: self.name().to_string(),
+            item,
             found,
             expected,
         })
@@ -344,7 +369,7 @@ impl Item {
         self.mesh_volume_m3
     }
 
-    /// Voxels of the greatest bounding box over the yaws: what the BBox order sorts by at the first yaw.
+    /// Voxels of the bounding box at the first yaw, by which [`Order::BboxVolume`](crate::objective::Order) sorts.
     pub fn box_voxel_count(&self) -> u64 {
         self.views.first().map_or(0, ItemView::box_voxel_count)
     }
@@ -355,19 +380,16 @@ impl Item {
     pub fn container_from_item(
         &self,
         grid: &Grid,
-        placement: &RestingPlacement,
+        resting: &RestingPlacement,
     ) -> Option<Isometry3<f64>> {
-        let view = self.views.get(placement.placement.yaw)?;
-        let yaw_rad = grid
-            .resolution()
-            .yaws()
-            .radians()
-            .get(placement.placement.yaw)?;
-        let cell_m = grid.resolution().cell_m();
+        let Placement { yaw, x, y } = resting.placement;
+        let resolution = grid.resolution();
+        let view = self.views.get(yaw)?;
+        let yaw_rad = resolution.yaws().radians().get(yaw)?;
         let corner = Vector3::new(
-            placement.placement.x as f64 * cell_m,
-            placement.placement.y as f64 * cell_m,
-            f64::from(placement.resting_height) * grid.resolution().height_unit_m(),
+            x as f64 * resolution.cell_m(),
+            y as f64 * resolution.cell_m(),
+            f64::from(resting.resting_height) * resolution.height_unit_m(),
         );
         let translation = Translation3::from(corner + view.origin_from_corner_m());
         let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), *yaw_rad);
@@ -379,21 +401,10 @@ impl Item {
 mod tests {
     use super::*;
 
-    fn surfaces(nx: usize, ny: usize, top: Vec<Units>, bottom: Vec<Units>) -> ViewSurfaces {
-        ViewSurfaces {
-            nx,
-            ny,
-            top,
-            bottom,
-            underside: None,
-            origin_from_corner_m: Vector3::zeros(),
-            centre_of_mass_m: None,
-        }
-    }
-
     #[test]
     fn a_view_counts_its_voxels_and_their_mean() {
-        let item = Item::new("ell", vec![surfaces(1, 2, vec![4, 2], vec![0, 1])], 0.0).unwrap();
+        let surfaces = ViewSurfaces::of_cells(1, 2, vec![4, 2], vec![0, 1]);
+        let item = Item::new("ell", vec![surfaces], 0.0).unwrap();
         let view = &item.views()[0];
         assert_eq!(
             (view.voxel_count(), view.box_voxel_count(), view.height()),
@@ -404,26 +415,19 @@ mod tests {
 
     #[test]
     fn impossible_items_are_refused() {
-        let make = |view| Item::new("bad", vec![view], 0.0);
-        assert!(matches!(
-            make(surfaces(1, 2, vec![1], vec![0, 0])),
-            Err(ItemError::Size { .. })
-        ));
-        assert!(matches!(
-            make(surfaces(1, 1, vec![1], vec![1])),
-            Err(ItemError::Surfaces { .. })
-        ));
-        assert!(matches!(
-            make(surfaces(1, 1, vec![2], vec![1])),
-            Err(ItemError::Empty { .. })
-        ));
-        assert!(matches!(
-            make(surfaces(1, 1, vec![0], vec![-1])),
-            Err(ItemError::Empty { .. })
-        ));
-        assert!(matches!(
-            Item::new("none", vec![], 0.0),
-            Err(ItemError::NoView { .. })
-        ));
+        let refusal = |ny, top: &[Units], bottom: &[Units]| {
+            let view = ViewSurfaces::of_cells(1, ny, top.to_vec(), bottom.to_vec());
+            Item::new("bad", vec![view], 0.0).unwrap_err()
+        };
+        let size = refusal(2, &[1], &[0, 0]);
+        assert!(matches!(size, ItemError::Size { .. }));
+        let surfaces = refusal(1, &[1], &[1]);
+        assert!(matches!(surfaces, ItemError::Surfaces { .. }));
+        for (top, bottom) in [(2, 1), (0, ABSENT)] {
+            let empty = refusal(1, &[top], &[bottom]);
+            assert!(matches!(empty, ItemError::Empty { .. }));
+        }
+        let no_view = Item::new("none", vec![], 0.0).unwrap_err();
+        assert!(matches!(no_view, ItemError::NoView { .. }));
     }
 }

@@ -43,8 +43,10 @@ impl PaddedMap {
         }
     }
 
-    pub(crate) fn stride(&self) -> usize {
-        self.stride
+    /// The index of a cell.
+    #[inline(always)]
+    pub(crate) fn index(&self, x: usize, y: usize) -> usize {
+        x * self.stride + y
     }
 
     pub(crate) fn row(&self, x: usize) -> &[Units] {
@@ -69,7 +71,7 @@ pub(crate) fn resting_heights(
     view: &ItemView,
 ) -> [Units; LANES] {
     let mut heights = [0; LANES];
-    for cell in &view.layout().cells {
+    for cell in &view.layout.cells {
         let start = base + usize::from(cell.x) * container.stride + usize::from(cell.y);
         let below: &[Units; LANES] = lanes(&container.cells, start);
         for lane in 0..LANES {
@@ -91,7 +93,7 @@ pub(crate) struct BlockOffsets {
 impl BlockOffsets {
     pub(crate) fn update(&mut self, container: &PaddedMap, view: &ItemView) {
         let stride = container.stride as u32;
-        let blocks = view.layout().blocks.iter();
+        let blocks = view.layout.blocks.iter();
         self.offsets.clear();
         self.offsets
             .extend(blocks.map(|block| u32::from(block.x) * stride + u32::from(block.y)));
@@ -119,7 +121,7 @@ pub(crate) fn resting_heights_at(
     let mut heights_of_second = [0; ROW_LANES];
     let mut heights_of_third = [0; ROW_LANES];
     let mut heights_of_fourth = [0; ROW_LANES];
-    for (offset, bottom) in blocks.offsets.iter().zip(&view.layout().bottoms) {
+    for (offset, bottom) in blocks.offsets.iter().zip(&view.layout.bottoms) {
         let offset = *offset as usize;
         raise(&mut heights, lanes(first, offset), bottom);
         raise(&mut heights_of_second, lanes(second, offset), bottom);
@@ -169,9 +171,9 @@ pub(crate) fn distance_sum(
     view: &ItemView,
     height: Units,
 ) -> u64 {
-    let layout = view.layout();
+    let layout = &view.layout;
     let stride = levels[0].stride;
-    let mut total = layout.voxel_count;
+    let mut total = view.voxel_count();
     let mut sums = [0; ROW_LANES];
     let mut pending = 0;
     for (block, columns) in layout.blocks.iter().zip(&layout.columns) {

@@ -52,7 +52,6 @@ pub(crate) struct ViewLayout {
     pub(crate) columns: Vec<BlockColumns>,
     /// Blocks whose clamped sums are sure to fit an `i16` lane together.
     pub(crate) blocks_per_flush: usize,
-    pub(crate) voxel_count: u64,
 }
 
 impl ViewLayout {
@@ -63,7 +62,6 @@ impl ViewLayout {
             bottoms: Vec::new(),
             columns: Vec::new(),
             blocks_per_flush: 1,
-            voxel_count: 0,
         };
         let mut thickest = 1;
         for (index, (top, bottom)) in top.iter().zip(bottom).enumerate() {
@@ -71,8 +69,7 @@ impl ViewLayout {
                 continue;
             }
             let (x, y) = ((index / ny) as u16, (index % ny) as u16);
-            let bottom = *bottom;
-            let thickness = top - bottom;
+            let (top, bottom, thickness) = (*top, *bottom, top - bottom);
             layout.cells.push(Cell { x, y, bottom });
             let reaches = |block: &Block| block.x == x && y < block.y + ROW_LANES as u16;
             if !layout.blocks.last().is_some_and(reaches) {
@@ -90,10 +87,9 @@ impl ViewLayout {
             ) {
                 let lane = usize::from(y - block.y);
                 bottoms[lane] = bottom;
-                columns.top[lane] = *top;
+                columns.top[lane] = top;
                 columns.thickness[lane] = thickness;
             }
-            layout.voxel_count += thickness as u64;
             thickest = thickest.max(thickness);
         }
         let per_block = DISTANCE_LEVELS * thickest as usize;

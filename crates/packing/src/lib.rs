@@ -10,22 +10,14 @@
 //! What the engine says of every placement of a block in an empty container:
 //!
 //! ```
-//! use nalgebra::Vector3;
 //! use ppnpack_packing::grid::Grid;
 //! use ppnpack_packing::heightmap::Heightmap;
 //! use ppnpack_packing::item::{Item, ViewSurfaces};
 //! use ppnpack_packing::objective::{Heuristic, Weights};
 //! use ppnpack_packing::survey::survey;
 //!
-//! let surfaces = ViewSurfaces {
-//!     nx: 6,
-//!     ny: 4,
-//!     top: vec![25; 24], // in units of 2 mm
-//!     bottom: vec![0; 24],
-//!     underside: None,
-//!     origin_from_corner_m: Vector3::zeros(),
-//!     centre_of_mass_m: None,
-//! };
+//! // Heights are in units of 2 mm.
+//! let surfaces = ViewSurfaces::of_cells(6, 4, vec![25; 24], vec![0; 24]);
 //! let block = Item::new("block", vec![surfaces], 0.0)?;
 //! let grid = Grid::reference();
 //! let empty = Heightmap::empty(&grid);
@@ -64,7 +56,6 @@ mod random;
 pub mod rectangle;
 pub mod refusal;
 pub mod resting;
-mod resting_maps;
 pub mod rules;
 pub mod search;
 pub mod stability;

@@ -16,7 +16,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::grid::{Grid, Units};
-use crate::item::ItemView;
+use crate::item::{Columns, ItemView};
 use crate::kernel::Contact;
 
 /// Heights enter the published objectives in units of 0.2 cm.
@@ -117,10 +117,8 @@ impl Weights {
             ("surface_volume", self.surface_volume),
             ("touching_area", self.touching_area),
         ];
-        match named
-            .into_iter()
-            .find(|(_, value)| !value.is_finite() || *value < 0.0)
-        {
+        let is_wrong = |value: f64| !value.is_finite() || value < 0.0;
+        match named.into_iter().find(|(_, value)| is_wrong(*value)) {
             Some((name, value)) => Err(WeightError { name, value }),
             None => Ok(()),
         }
@@ -183,10 +181,11 @@ impl Objective {
 
     /// A bound that no placement of a block is below: one that starts at the cell `at`, whose placements rest at
     /// `height` at least and have at least this sum of distances. Of the single placement there it is its SDFM or DBL.
+    /// `constant` is [`Self::constant`] of the view.
     pub(crate) fn block_bound(
         &self,
         view: &ItemView,
-        terms: &ViewTerms,
+        constant: f64,
         at: (usize, usize),
         height: Units,
         distance_sum: u64,
@@ -195,14 +194,21 @@ impl Objective {
         match self.heuristic {
             Heuristic::Sdfm => {
                 let mean_distance = distance_sum as f64 / view.voxel_count() as f64;
-                self.sdfm(height, mean_distance, terms.constant)
+                self.sdfm(height, mean_distance, constant)
             }
-            Heuristic::Dbl => self.dbl(height, at.0, at.1, terms.constant),
+            Heuristic::Dbl => self.dbl(height, at.0, at.1, constant),
             Heuristic::Hm => {
-                let columns = terms.cells as i64 * i64::from(height) + terms.top_sum;
-                self.hm(columns, at.0, at.1, terms.constant)
+                let Columns { cells, top_sum } = view.columns;
+                let columns = cells as i64 * i64::from(height) + top_sum;
+                self.hm(columns, at.0, at.1, constant)
             }
-            Heuristic::Mta => terms.constant - self.largest_contact(view),
+            Heuristic::Mta => {
+                let largest = Contact {
+                    floor_faces: (view.nx() * view.ny()) as u64,
+                    side_faces: 4 * view.voxel_count(),
+                };
+                self.mta(largest, constant)
+            }
             Heuristic::FirstFit | Heuristic::Random => 0.0,
         }
     }
@@ -224,41 +230,8 @@ impl Objective {
 
     /// `constant - a`.
     pub(crate) fn mta(&self, contact: Contact, constant: f64) -> f64 {
-        constant - self.contact_area(contact)
-    }
-
-    fn contact_area(&self, contact: Contact) -> f64 {
-        self.per_floor_face * contact.floor_faces as f64
-            + self.per_side_face * contact.side_faces as f64
-    }
-
-    fn largest_contact(&self, view: &ItemView) -> f64 {
-        let cells = (view.nx() * view.ny()) as u64;
-        let contact = Contact {
-            floor_faces: cells,
-            side_faces: 4 * view.voxel_count(),
-        };
-        self.contact_area(contact)
-    }
-}
-
-/// What an objective needs of a view, computed once per step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ViewTerms {
-    pub(crate) constant: f64,
-    /// Footprint cells with material.
-    pub(crate) cells: u64,
-    /// Sum of the upper surface over them.
-    pub(crate) top_sum: i64,
-}
-
-impl ViewTerms {
-    pub(crate) fn new(objective: &Objective, view: &ItemView) -> Self {
-        let columns = view.columns();
-        Self {
-            constant: objective.constant(view),
-            cells: columns.cells,
-            top_sum: columns.top_sum,
-        }
+        let area = self.per_floor_face * contact.floor_faces as f64
+            + self.per_side_face * contact.side_faces as f64;
+        constant - area
     }
 }

@@ -7,230 +7,201 @@ use nalgebra::Point2;
 use crate::distance::{DISTANCE_STEP_M, DISTANCE_TRUNCATION};
 use crate::grid::{Grid, Units};
 use crate::heightmap::Heightmap;
-use crate::item::{ABSENT, ItemView};
+use crate::item::ItemView;
 use crate::objective::{Heuristic, Weights};
-use crate::placement::Placement;
+use crate::placement::{Placement, RestingPlacement};
 
 /// Slack when a distance is rounded up to a whole step.
 const ROUNDING_SLACK: f64 = 1e-6;
 
-/// An item's footprint cells in the container: cell indices, lower and upper surface, in units.
-fn columns(
-    view: &ItemView,
-    at: Placement,
-    height: Units,
-) -> impl Iterator<Item = (usize, usize, i32, i32)> {
-    let height = i32::from(height);
-    let cells = view.top().iter().zip(view.bottom()).enumerate();
-    cells
-        .filter(|(_, (_, bottom))| **bottom != ABSENT)
-        .map(move |(index, (top, bottom))| {
-            let (x, y) = (at.x + index / view.ny(), at.y + index % view.ny());
-            (x, y, height + i32::from(*bottom), height + i32::from(*top))
+/// Says what is true of an item's view placed over the content of a container.
+#[derive(Debug, Clone, Copy)]
+pub struct Oracle<'a> {
+    /// The container's grid.
+    pub grid: &'a Grid,
+    /// The container's content.
+    pub heightmap: &'a Heightmap,
+    /// The item at one yaw.
+    pub view: &'a ItemView,
+}
+
+impl Oracle<'_> {
+    /// The item's columns in the container: cell indices, lower and upper surface, in units.
+    fn columns(&self, at: &RestingPlacement) -> impl Iterator<Item = (usize, usize, i32, i32)> {
+        let Placement { x, y, .. } = at.placement;
+        let height = i32::from(at.resting_height);
+        self.view.cells().map(move |(cell_x, cell_y, bottom, top)| {
+            let (lowest, highest) = (height + i32::from(bottom), height + i32::from(top));
+            (x + cell_x, y + cell_y, lowest, highest)
         })
-}
-
-/// The content's height at a cell that may lie outside, where the wall is.
-fn content(heightmap: &Heightmap, x: i64, y: i64) -> i32 {
-    let inside = usize::try_from(x).ok().zip(usize::try_from(y).ok());
-    inside
-        .and_then(|(x, y)| heightmap.get(x, y))
-        .map_or(i32::MAX, i32::from)
-}
-
-/// Resting height: the lowest from which the item can be lifted straight up without touching content.
-///
-/// `None` where the footprint leaves the container.
-pub fn resting_height(heightmap: &Heightmap, view: &ItemView, at: Placement) -> Option<Units> {
-    if at.x + view.nx() > heightmap.nx() || at.y + view.ny() > heightmap.ny() {
-        return None;
     }
-    (0..=heightmap.max()).find(|height| {
-        columns(view, at, *height)
-            .all(|(x, y, lowest, _)| lowest >= content(heightmap, x as i64, y as i64))
-    })
-}
 
-/// `D` of the voxel above cell `(x, y)` whose lower face is at `z` units: the Chebyshev distance to the nearest voxel
-/// of content, wall or floor, in steps, rounded up and truncated.
-pub fn distance(grid: &Grid, heightmap: &Heightmap, x: usize, y: usize, z: i32) -> u32 {
-    let (cell_m, unit_m) = (
-        grid.resolution().cell_m(),
-        grid.resolution().height_unit_m(),
-    );
-    let reach = (DISTANCE_STEP_M * DISTANCE_TRUNCATION as f64 / cell_m).ceil() as i64 + 1;
-    let mut nearest = DISTANCE_TRUNCATION as u32;
-    for dx in -reach..=reach {
-        for dy in -reach..=reach {
-            let height = content(heightmap, x as i64 + dx, y as i64 + dy);
-            // The nearest voxel of that column: beside this one, or the content's uppermost, one below its height.
-            let below = if z < height { 0 } else { z - height + 1 };
-            let across_m = dx.abs().max(dy.abs()) as f64 * cell_m;
-            let steps = across_m.max(f64::from(below) * unit_m) / DISTANCE_STEP_M;
-            nearest = nearest.min((steps - ROUNDING_SLACK).ceil().max(1.0) as u32);
-        }
+    /// The content's height at a cell that may lie outside, where the wall is.
+    fn content(&self, x: i64, y: i64) -> i32 {
+        let inside = usize::try_from(x).ok().zip(usize::try_from(y).ok());
+        let height = inside.and_then(|(x, y)| self.heightmap.get(x, y));
+        height.map_or(i32::MAX, i32::from)
     }
-    nearest
-}
 
-/// The mean of `D` over the item's voxels.
-pub fn mean_distance(
-    grid: &Grid,
-    heightmap: &Heightmap,
-    view: &ItemView,
-    at: Placement,
-    height: Units,
-) -> f64 {
-    let sum: u64 = columns(view, at, height)
-        .flat_map(|(x, y, lowest, highest)| {
-            (lowest..highest).map(move |z| u64::from(distance(grid, heightmap, x, y, z)))
-        })
-        .sum();
-    sum as f64 / view.voxel_count() as f64
-}
-
-/// The same column by column, for items too tall to be counted voxel by voxel: below the floor's and the content's
-/// reach voxel by voxel, above it all voxels are equally far from the walls alone.
-pub fn mean_distance_by_column(
-    grid: &Grid,
-    heightmap: &Heightmap,
-    view: &ItemView,
-    at: Placement,
-    height: Units,
-) -> f64 {
-    let reach = grid
-        .resolution()
-        .units_above(DISTANCE_STEP_M * DISTANCE_TRUNCATION as f64);
-    let far = i32::from(heightmap.max()) + i32::from(reach) + 1;
-    let sum: u64 = columns(view, at, height)
-        .map(|(x, y, lowest, highest)| {
-            let near: u64 = (lowest..highest.min(far))
-                .map(|z| u64::from(distance(grid, heightmap, x, y, z)))
-                .sum();
-            let above = (highest - lowest.max(far)).max(0) as u64;
-            near + above * u64::from(distance(grid, heightmap, x, y, far))
-        })
-        .sum();
-    sum as f64 / view.voxel_count() as f64
-}
-
-/// The value of an objective as defined, with the balance term where `balanced`.
-///
-/// First-fit and random have no value of their own; they give 0.
-pub fn value(
-    grid: &Grid,
-    heightmap: &Heightmap,
-    view: &ItemView,
-    (at, height): (Placement, Units),
-    (heuristic, weights, balanced): (Heuristic, &Weights, bool),
-) -> f64 {
-    let unit = grid.resolution().height_unit_m() / 0.002;
-    let cell_cm = grid.resolution().cell_m() * 100.0;
-    let resting = weights.resting_height * f64::from(height) * unit;
-    let corner = weights.corner * (at.x + at.y) as f64 * cell_cm;
-    let voxels = view.voxel_count() as f64;
-    let share = |of: f64| 1.0 - (voxels / of).cbrt();
-    let balance = if balanced {
-        weights.balance * share(grid.voxel_count())
-    } else {
-        0.0
-    };
-    match heuristic {
-        Heuristic::Sdfm => {
-            let distance = weights.distance * mean_distance(grid, heightmap, view, at, height);
-            let compact = weights.box_share * share(view.box_voxel_count() as f64);
-            resting + distance + compact + balance
+    /// Resting height: the lowest from which the item can be lifted straight up without touching content.
+    ///
+    /// `None` where the footprint leaves the container.
+    pub fn resting_height(&self, placement: Placement) -> Option<Units> {
+        let Self {
+            heightmap, view, ..
+        } = self;
+        let (end_x, end_y) = (placement.x + view.nx(), placement.y + view.ny());
+        if end_x > heightmap.nx() || end_y > heightmap.ny() {
+            return None;
         }
-        Heuristic::Dbl => resting + corner + balance,
-        Heuristic::Hm => {
-            let mut after = heightmap.clone();
-            for (x, y, _, highest) in columns(view, at, height) {
-                after.raise(x, y, highest as Units);
-            }
-            let rectangle: f64 = (at.x..at.x + view.nx())
-                .flat_map(|x| (at.y..at.y + view.ny()).map(move |y| (x, y)))
-                .filter_map(|(x, y)| after.get(x, y))
-                .map(f64::from)
-                .sum();
-            weights.surface_volume * rectangle * unit * cell_cm * cell_cm + corner + balance
-        }
-        Heuristic::Mta => {
-            let area = touching_area_cm2(grid, heightmap, view, at, height);
-            balance - weights.touching_area * area
-        }
-        Heuristic::FirstFit | Heuristic::Random => 0.0,
-    }
-}
-
-/// The area of the item's faces that touch content, walls or floor, in square centimetres, voxel by voxel.
-fn touching_area_cm2(
-    grid: &Grid,
-    heightmap: &Heightmap,
-    view: &ItemView,
-    at: Placement,
-    height: Units,
-) -> f64 {
-    let cell_cm = grid.resolution().cell_m() * 100.0;
-    let unit_cm = grid.resolution().height_unit_m() * 100.0;
-    let mut area = 0.0;
-    for (x, y, lowest, highest) in columns(view, at, height) {
-        for z in lowest..highest {
-            let (x, y) = (x as i64, y as i64);
-            let below_is_full = z == 0 || z - 1 < content(heightmap, x, y);
-            area += if below_is_full {
-                cell_cm * cell_cm
-            } else {
-                0.0
+        (0..=heightmap.max()).find(|height| {
+            let at = RestingPlacement {
+                placement,
+                resting_height: *height,
             };
-            for (x, y) in [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)] {
-                area += if z < content(heightmap, x, y) {
-                    cell_cm * unit_cm
-                } else {
-                    0.0
-                };
-            }
-        }
-    }
-    area
-}
-
-/// How far the item's centre lies inside the hull of the published test's contacts, in cells: the least distance to
-/// a line through two contacts that has all contacts on one side. Minus infinity where the hull has no area.
-pub fn published_depth_cells(
-    grid: &Grid,
-    heightmap: &Heightmap,
-    view: &ItemView,
-    at: Placement,
-    height: Units,
-) -> f64 {
-    let contact = i32::from(grid.resolution().units_below(0.01));
-    let resting = i32::from(height);
-    let contacts: Vec<Point2<f64>> = columns(view, at, 0)
-        .filter(|(x, y, bottom, top)| {
-            let below = content(heightmap, *x as i64, *y as i64);
-            if resting <= contact {
-                *bottom < contact
-            } else {
-                *bottom < contact.min(*top) && below > resting - contact - 1 + bottom
-            }
+            let mut columns = self.columns(&at);
+            columns.all(|(x, y, lowest, _)| lowest >= self.content(x as i64, y as i64))
         })
-        .map(|(x, y, ..)| Point2::new((x - at.x) as f64 + 0.5, (y - at.y) as f64 + 0.5))
-        .collect();
-    let centre = view.centroid_cells();
-    let mut depth = f64::INFINITY;
-    let mut has_area = false;
-    for a in &contacts {
-        for b in &contacts {
-            let along = b - a;
-            let side = |point: &Point2<f64>| along.perp(&(point - a));
-            if along.norm() == 0.0 {
-                continue;
-            }
-            has_area |= contacts.iter().any(|point| side(point) != 0.0);
-            if contacts.iter().all(|point| side(point) >= 0.0) {
-                depth = depth.min(side(&centre) / along.norm());
+    }
+
+    /// `D` of the voxel above cell `(x, y)` whose lower face is at `z` units: the Chebyshev distance to the nearest
+    /// voxel of content, wall or floor, in steps, rounded up and truncated.
+    fn distance(&self, x: usize, y: usize, z: i32) -> u64 {
+        let resolution = self.grid.resolution();
+        let (cell_m, unit_m) = (resolution.cell_m(), resolution.height_unit_m());
+        let reach = (DISTANCE_STEP_M * DISTANCE_TRUNCATION as f64 / cell_m).ceil() as i64 + 1;
+        let mut nearest = DISTANCE_TRUNCATION as u64;
+        for dx in -reach..=reach {
+            for dy in -reach..=reach {
+                let height = self.content(x as i64 + dx, y as i64 + dy);
+                // The nearest voxel of that column: beside this one, or the content's uppermost, one below its height.
+                let below = if z < height { 0 } else { z - height + 1 };
+                let across_m = dx.abs().max(dy.abs()) as f64 * cell_m;
+                let steps = across_m.max(f64::from(below) * unit_m) / DISTANCE_STEP_M;
+                nearest = nearest.min((steps - ROUNDING_SLACK).ceil().max(1.0) as u64);
             }
         }
+        nearest
     }
-    if has_area { depth } else { f64::NEG_INFINITY }
+
+    /// The mean of `D` over the item's voxels. Voxels beyond the reach of floor and content are all equally far from
+    /// the walls alone, so tall items are counted by column there.
+    pub fn mean_distance(&self, at: &RestingPlacement) -> f64 {
+        let reach_m = DISTANCE_STEP_M * DISTANCE_TRUNCATION as f64;
+        let reach = self.grid.resolution().units_above(reach_m);
+        let far = i32::from(self.heightmap.max()) + i32::from(reach) + 1;
+        let columns = self.columns(at).map(|(x, y, lowest, highest)| {
+            let near = (lowest..highest.min(far)).map(|z| self.distance(x, y, z));
+            let above = (highest - lowest.max(far)).max(0) as u64;
+            near.sum::<u64>() + above * self.distance(x, y, far)
+        });
+        columns.sum::<u64>() as f64 / self.view.voxel_count() as f64
+    }
+
+    /// The value of an objective as defined, with the balance term where `balanced`.
+    ///
+    /// First-fit and random have no value of their own; they give 0.
+    pub fn value(
+        &self,
+        at: &RestingPlacement,
+        heuristic: Heuristic,
+        weights: &Weights,
+        balanced: bool,
+    ) -> f64 {
+        let Self {
+            grid,
+            heightmap,
+            view,
+        } = *self;
+        let Placement { x, y, .. } = at.placement;
+        let unit = grid.resolution().height_unit_m() / 0.002;
+        let cell_cm = grid.resolution().cell_m() * 100.0;
+        let resting = weights.resting_height * f64::from(at.resting_height) * unit;
+        let corner = weights.corner * (x + y) as f64 * cell_cm;
+        let voxels = view.voxel_count() as f64;
+        let share = |of: f64| 1.0 - (voxels / of).cbrt();
+        let balance = if balanced {
+            weights.balance * share(grid.voxel_count())
+        } else {
+            0.0
+        };
+        match heuristic {
+            Heuristic::Sdfm => {
+                let distance = weights.distance * self.mean_distance(at);
+                let compact = weights.box_share * share(view.box_voxel_count() as f64);
+                resting + distance + compact + balance
+            }
+            Heuristic::Dbl => resting + corner + balance,
+            Heuristic::Hm => {
+                let mut after = heightmap.clone();
+                after.place(view, at);
+                let rectangle: f64 = (x..x + view.nx())
+                    .flat_map(|x| (y..y + view.ny()).map(move |y| (x, y)))
+                    .filter_map(|(x, y)| after.get(x, y))
+                    .map(f64::from)
+                    .sum();
+                weights.surface_volume * rectangle * unit * cell_cm * cell_cm + corner + balance
+            }
+            Heuristic::Mta => balance - weights.touching_area * self.touching_area_cm2(at),
+            Heuristic::FirstFit | Heuristic::Random => 0.0,
+        }
+    }
+
+    /// The area of the item's faces that touch content, walls or floor, in square centimetres, voxel by voxel.
+    fn touching_area_cm2(&self, at: &RestingPlacement) -> f64 {
+        let cell_cm = self.grid.resolution().cell_m() * 100.0;
+        let unit_cm = self.grid.resolution().height_unit_m() * 100.0;
+        let mut area = 0.0;
+        for (x, y, lowest, highest) in self.columns(at) {
+            let (x, y) = (x as i64, y as i64);
+            for z in lowest..highest {
+                if z == 0 || z - 1 < self.content(x, y) {
+                    area += cell_cm * cell_cm;
+                }
+                for (x, y) in [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)] {
+                    if z < self.content(x, y) {
+                        area += cell_cm * unit_cm;
+                    }
+                }
+            }
+        }
+        area
+    }
+
+    /// How far the item's centre lies inside the hull of the published test's contacts, in cells: the least distance to
+    /// a line through two contacts that has all contacts on one side. Minus infinity where the hull has no area.
+    pub fn published_depth_cells(&self, at: &RestingPlacement) -> f64 {
+        let contact = i32::from(self.grid.resolution().units_below(0.01));
+        let resting = i32::from(at.resting_height);
+        let Placement { x, y, .. } = at.placement;
+        let cells = self.view.cells().filter(|(cell_x, cell_y, bottom, top)| {
+            let (bottom, top) = (i32::from(*bottom), i32::from(*top));
+            let below = self.content((x + cell_x) as i64, (y + cell_y) as i64);
+            if resting <= contact {
+                bottom < contact
+            } else {
+                bottom < contact.min(top) && below > resting - contact - 1 + bottom
+            }
+        });
+        let middle =
+            |(x, y, ..): (usize, usize, Units, Units)| Point2::new(x as f64 + 0.5, y as f64 + 0.5);
+        let contacts: Vec<Point2<f64>> = cells.map(middle).collect();
+        let centre = self.view.centroid_cells();
+        let mut depth = f64::INFINITY;
+        let mut has_area = false;
+        for a in &contacts {
+            for b in &contacts {
+                let along = b - a;
+                let side = |point: &Point2<f64>| along.perp(&(point - a));
+                if along.norm() == 0.0 {
+                    continue;
+                }
+                has_area |= contacts.iter().any(|point| side(point) != 0.0);
+                if contacts.iter().all(|point| side(point) >= 0.0) {
+                    depth = depth.min(side(&centre) / along.norm());
+                }
+            }
+        }
+        if has_area { depth } else { f64::NEG_INFINITY }
+    }
 }

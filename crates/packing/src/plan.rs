@@ -1,20 +1,21 @@
 //! Algorithm 1: planning one step over whoever proposes, evaluates and checks.
 
-use std::time::{Duration, Instant};
+use std::cmp::Reverse;
+use std::time::Instant;
 
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
 use crate::check::{BoxedCheck, Evidence};
 pub use crate::evaluator::Evaluator;
 use crate::item::YawsMismatch;
 use crate::objective::Order;
 use crate::proposals::{Proposals, Proposer};
+use crate::random;
 use crate::refusal::{Refusal, Refusals};
 use crate::step::Shortfall;
-pub use crate::step::{Candidate, Evaluated, PlacementCounts, StageError, StepInput};
+pub use crate::step::{Candidate, Evaluated, PlacementCounts, StageError, StepInput, Timings};
 use crate::valid::{SearchError, ValidPlacement, ValidSearch};
 
 /// Why a step could not be planned. That nothing fits is no error: see [`Plan::choice`].
@@ -44,34 +45,21 @@ pub enum PlanError {
 }
 
 /// Why no placement of an item was valid.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Reason {
     /// Its footprint is larger than the container at every yaw, or it is taller than the container.
+    #[error("too large for the container")]
     TooLarge,
     /// None of its possible placements was proposed.
+    #[error("no placement proposed")]
     NotProposed,
     /// Wherever it was proposed it would stick out above the rim.
+    #[error("would stick out above the rim everywhere")]
     NoFit,
     /// Where it fits it was refused: the most frequent refusal.
+    #[error("{} wherever it fits{}", .0.cause, .0.explanation())]
     Rejected(Refusal),
-}
-
-impl std::fmt::Display for Reason {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::TooLarge => formatter.write_str("too large for the container"),
-            Self::NotProposed => formatter.write_str("no placement proposed"),
-            Self::NoFit => formatter.write_str("would stick out above the rim everywhere"),
-            Self::Rejected(Refusal { cause, detail }) => {
-                write!(formatter, "{cause} wherever it fits")?;
-                match detail {
-                    Some(detail) => write!(formatter, ": {detail}"),
-                    None => Ok(()),
-                }
-            }
-        }
-    }
 }
 
 /// What became of a candidate in a step.
@@ -86,37 +74,11 @@ pub struct CandidateReport {
 }
 
 impl CandidateReport {
-    /// A candidate that was left out of the step, as all of its placements are refused.
-    fn ruled_out(refusal: &Refusal) -> Self {
-        Self {
-            reason: Some(Reason::Rejected(refusal.clone())),
-            ..Self::default()
-        }
-    }
-
     /// Forgets all, keeping the memory.
     fn clear(&mut self) {
         self.counts = PlacementCounts::default();
         self.refusals.clear();
         self.reason = None;
-    }
-}
-
-/// Time spent in the stages of a step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Timings {
-    /// Proposing.
-    pub propose: Duration,
-    /// Ranking by the objective.
-    pub evaluate: Duration,
-    /// Validity checks.
-    pub check: Duration,
-}
-
-impl Timings {
-    /// All stages together.
-    pub fn total(&self) -> Duration {
-        self.propose + self.evaluate + self.check
     }
 }
 
@@ -187,7 +149,7 @@ impl Plan {
 /// proposal of any candidate is valid, all placements are searched before the buffer is given up.
 pub struct Planner {
     proposer: Box<dyn Proposer>,
-    search: ValidSearch<Box<dyn Evaluator>>,
+    search: ValidSearch,
     order: Order,
     seed: u64,
     proposals: Proposals,
@@ -264,7 +226,10 @@ impl Planner {
         let mut reports = std::mem::take(&mut self.plan.candidates).into_iter();
         let report = |refusal: &Option<Refusal>| match refusal {
             None => reports.next().unwrap_or_default(),
-            Some(refusal) => CandidateReport::ruled_out(refusal),
+            Some(refusal) => CandidateReport {
+                reason: Some(Reason::Rejected(refusal.clone())),
+                ..CandidateReport::default()
+            },
         };
         self.plan.candidates = self.ruled_out.iter().map(report).collect();
         Ok(())
@@ -293,13 +258,16 @@ impl Planner {
         Ok(())
     }
 
-    /// Searches the candidates in their order until one has a valid placement.
+    /// Searches the candidates, all together or in their order, until one has a valid placement.
     fn search_all(&mut self, input: &StepInput<'_>) -> Result<(), PlanError> {
-        if self.order == Order::Balance {
-            return self.search_group(input, 0..self.sequence.len());
-        }
-        for position in 0..self.sequence.len() {
-            self.search_group(input, position..position + 1)?;
+        let count = self.sequence.len();
+        let together = if self.order == Order::Balance {
+            count
+        } else {
+            1
+        };
+        for start in (0..count).step_by(together.max(1)) {
+            self.search_group(input, start..start + together)?;
             if self.plan.choice().is_some() || self.plan.is_cut() {
                 break;
             }
@@ -314,16 +282,13 @@ impl Planner {
         match self.order {
             Order::Balance | Order::Arrival => {}
             Order::BboxVolume => self.sequence.sort_unstable_by_key(|candidate| {
-                let volume = input
-                    .candidates
-                    .get(*candidate)
-                    .map_or(0, |held| held.item.box_voxel_count());
-                (std::cmp::Reverse(volume), *candidate)
+                let held = input.candidates.get(*candidate);
+                let volume = held.map_or(0, |held| held.item.box_voxel_count());
+                (Reverse(volume), *candidate)
             }),
             Order::Shuffled => {
-                let mut random =
-                    ChaCha8Rng::seed_from_u64(crate::random::mix(self.seed, input.step));
-                self.sequence.shuffle(&mut random);
+                let seed = random::mix(self.seed, input.step);
+                self.sequence.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
             }
         }
     }
@@ -339,10 +304,9 @@ impl Planner {
         search.rank(input, group, &self.proposals)?;
         let mut is_exhausted = false;
         while plan.ranked.len() < input.wanted() && !is_exhausted {
-            match search.next_valid(input)? {
-                Some(valid) => plan.ranked.push(valid),
-                None => is_exhausted = true,
-            }
+            let next = search.next_valid(input)?;
+            is_exhausted = next.is_none();
+            plan.ranked.extend(next);
         }
         plan.timings.evaluate += search.timings().evaluate;
         plan.timings.check += search.timings().check;
@@ -380,15 +344,14 @@ fn validate(input: &StepInput<'_>) -> Result<(), PlanError> {
     Ok(())
 }
 
-fn reason(report: &CandidateReport) -> Reason {
-    let counts = &report.counts;
-    if counts.possible == 0 {
-        return Reason::TooLarge;
-    }
-    if counts.proposed == 0 {
-        return Reason::NotProposed;
-    }
-    match report.refusals.most() {
+fn reason(
+    CandidateReport {
+        counts, refusals, ..
+    }: &CandidateReport,
+) -> Reason {
+    match refusals.most() {
+        _ if counts.possible == 0 => Reason::TooLarge,
+        _ if counts.proposed == 0 => Reason::NotProposed,
         Some(most) if counts.fitting > 0 => Reason::Rejected(most.clone()),
         _ => Reason::NoFit,
     }

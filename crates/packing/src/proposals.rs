@@ -1,22 +1,24 @@
 //! Proposals: the placements of each candidate that a step evaluates.
 
+use std::ops::Range;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::item::Item;
 use crate::placement::Placement;
-use crate::step::{StageError, StepInput};
+use crate::step::{StageResult, StepInput};
 use crate::{grid::Grid, random};
 
-/// The placements proposed for one candidate.
+/// The placements proposed for one candidate; `P` are those that are named.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum CandidateProposals<'a> {
+pub enum CandidateProposals<P> {
     /// Every possible one.
     All,
     /// Every possible one at some yaws.
     AllAt(YawRange),
     /// These. One that leaves the container is never valid.
-    Some(&'a [Placement]),
+    Some(P),
 }
 
 /// Consecutive yaws of a resolution: those from `first` to below `end`.
@@ -43,19 +45,12 @@ impl YawRange {
     }
 }
 
-/// What is proposed for one candidate, with its placements kept elsewhere.
-#[derive(Debug, Clone)]
-enum Entry {
-    All,
-    AllAt(YawRange),
-    Some(std::ops::Range<usize>),
-}
-
 /// The proposals of a step, per candidate; a candidate that nothing was said of has none.
 #[derive(Debug, Clone, Default)]
 pub struct Proposals {
+    /// Of all candidates, one after another.
     placements: Vec<Placement>,
-    entries: Vec<Entry>,
+    entries: Vec<CandidateProposals<Range<usize>>>,
     /// Why these are not the proposals that were wanted.
     degraded: Option<String>,
 }
@@ -80,44 +75,42 @@ impl Proposals {
 
     /// Adds the next candidate, with every possible placement.
     pub fn push_all(&mut self) {
-        self.entries.push(Entry::All);
+        self.entries.push(CandidateProposals::All);
     }
 
     /// Adds the next candidate, with every possible placement at these yaws.
     pub fn push_all_at(&mut self, yaws: YawRange) {
-        self.entries.push(Entry::AllAt(yaws));
+        self.entries.push(CandidateProposals::AllAt(yaws));
     }
 
     /// Adds the next candidate, with these placements.
     pub fn push(&mut self, placements: impl IntoIterator<Item = Placement>) {
         let start = self.placements.len();
         self.placements.extend(placements);
-        let end = self.placements.len();
-        self.entries.push(Entry::Some(start..end));
+        let range = start..self.placements.len();
+        self.entries.push(CandidateProposals::Some(range));
     }
 
     /// Whether some placement of some candidate is not proposed, as far as is known without counting.
     pub(crate) fn is_pruned(&self) -> bool {
-        let is_all = |entry: &Entry| matches!(entry, Entry::All);
-        !self.entries.iter().all(is_all)
+        self.entries.iter().any(|of| *of != CandidateProposals::All)
     }
 
     /// Proposes everything for all candidates.
     pub(crate) fn widen(&mut self) {
         self.placements.clear();
-        self.entries.fill(Entry::All);
+        self.entries.fill(CandidateProposals::All);
     }
 
     /// What is proposed for a candidate.
-    pub fn of(&self, candidate: usize) -> CandidateProposals<'_> {
-        match self.entries.get(candidate) {
-            Some(Entry::All) => CandidateProposals::All,
-            Some(Entry::AllAt(yaws)) => CandidateProposals::AllAt(*yaws),
-            Some(Entry::Some(range)) => {
-                CandidateProposals::Some(self.placements.get(range.clone()).unwrap_or(&[]))
-            }
-            None => CandidateProposals::Some(&[]),
-        }
+    pub fn of(&self, candidate: usize) -> CandidateProposals<&[Placement]> {
+        let range = match self.entries.get(candidate) {
+            Some(CandidateProposals::All) => return CandidateProposals::All,
+            Some(CandidateProposals::AllAt(yaws)) => return CandidateProposals::AllAt(*yaws),
+            Some(CandidateProposals::Some(range)) => range.clone(),
+            None => 0..0,
+        };
+        CandidateProposals::Some(self.placements.get(range).unwrap_or(&[]))
     }
 }
 
@@ -127,11 +120,7 @@ pub trait Proposer: Send {
     ///
     /// # Errors
     /// What kept the proposer from answering.
-    fn propose(
-        &mut self,
-        input: &StepInput<'_>,
-        proposals: &mut Proposals,
-    ) -> Result<(), StageError>;
+    fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult;
 }
 
 /// Proposes every placement: the exhaustive search.
@@ -139,11 +128,7 @@ pub trait Proposer: Send {
 pub struct ProposeAll;
 
 impl Proposer for ProposeAll {
-    fn propose(
-        &mut self,
-        input: &StepInput<'_>,
-        proposals: &mut Proposals,
-    ) -> Result<(), StageError> {
+    fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult {
         proposals.clear();
         input.candidates.iter().for_each(|_| proposals.push_all());
         Ok(())
@@ -186,16 +171,12 @@ impl OrExhaustive {
 }
 
 impl Proposer for OrExhaustive {
-    fn propose(
-        &mut self,
-        input: &StepInput<'_>,
-        proposals: &mut Proposals,
-    ) -> Result<(), StageError> {
+    fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult {
         let reason = match &mut self.proposer {
-            Ok(proposer) => proposer
-                .propose(input, proposals)
-                .err()
-                .map(|error| error.to_string()),
+            Ok(proposer) => {
+                let error = proposer.propose(input, proposals).err();
+                error.map(|error| error.to_string())
+            }
             Err(reason) => Some(reason.clone()),
         };
         if let Some(reason) = &reason {
@@ -225,11 +206,10 @@ impl Percent {
     /// # Errors
     /// [`PercentError`] where it is not above 0 and at most 100.
     pub fn new(percent: f64) -> Result<Self, PercentError> {
-        if percent > 0.0 && percent <= 100.0 {
-            Ok(Self(percent))
-        } else {
-            Err(PercentError(percent))
-        }
+        let is_share = percent > 0.0 && percent <= 100.0;
+        is_share
+            .then_some(Self(percent))
+            .ok_or(PercentError(percent))
     }
 
     /// The share, in percent.
@@ -264,30 +244,22 @@ impl ProposeRandom {
 }
 
 impl Proposer for ProposeRandom {
-    fn propose(
-        &mut self,
-        input: &StepInput<'_>,
-        proposals: &mut Proposals,
-    ) -> Result<(), StageError> {
+    fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult {
         proposals.clear();
         for candidate in input.candidates {
             let stream = random::mix(random::mix(self.seed, input.step), candidate.arrival as u64);
             let mut random = ChaCha8Rng::seed_from_u64(stream);
-            let possible = possible_count(input.grid, &candidate.item);
-            let mut wanted = self
-                .share
-                .of(all_count(input.grid, &candidate.item))
-                .min(possible);
+            let (grid, item) = (input.grid, &candidate.item);
+            let possible = possible_count(grid, item);
+            let mut wanted = self.share.of(all_count(grid, item)).min(possible);
             // Selection sampling (Knuth, algorithm S): one pass, each subset equally likely, in order.
             let mut left = possible;
-            proposals.push(
-                possible_placements(input.grid, &candidate.item).filter(|_| {
-                    let chosen = random.random_range(0..left.max(1)) < wanted;
-                    left = left.saturating_sub(1);
-                    wanted -= u64::from(chosen);
-                    chosen
-                }),
-            );
+            proposals.push(possible_placements(grid, item).filter(|_| {
+                let chosen = random.random_range(0..left.max(1)) < wanted;
+                left = left.saturating_sub(1);
+                wanted -= u64::from(chosen);
+                chosen
+            }));
         }
         Ok(())
     }
@@ -306,16 +278,15 @@ pub fn possible_count(grid: &Grid, item: &Item) -> u64 {
 /// How many placements of an item at some yaws lie within the container.
 pub fn possible_count_at(grid: &Grid, item: &Item, yaws: YawRange) -> u64 {
     let views = item.views().iter().take(yaws.end).skip(yaws.first);
-    views
-        .map(|view| offsets(grid.nx(), view.nx()) as u64 * offsets(grid.ny(), view.ny()) as u64)
-        .sum()
+    let corners = views.map(|view| view.corners((grid.nx(), grid.ny())));
+    corners.map(|(nx, ny)| (nx * ny) as u64).sum()
 }
 
-/// How many placements of an item lie within the container, over all yaws; 0 for one that is taller than it.
-pub fn possible_count_below_rim(grid: &Grid, item: &Item) -> u64 {
+/// The same; 0 for an item that is taller than the container at every yaw.
+pub fn possible_count_below_rim(grid: &Grid, item: &Item, yaws: YawRange) -> u64 {
     let mut views = item.views().iter();
     if views.any(|view| view.height() <= grid.rim()) {
-        possible_count(grid, item)
+        possible_count_at(grid, item, yaws)
     } else {
         0
     }
@@ -323,19 +294,12 @@ pub fn possible_count_below_rim(grid: &Grid, item: &Item) -> u64 {
 
 /// The placements of an item that lie within the container, by yaw, x, y.
 pub fn possible_placements(grid: &Grid, item: &Item) -> impl Iterator<Item = Placement> {
-    let (nx, ny) = (grid.nx(), grid.ny());
-    item.views()
-        .iter()
-        .enumerate()
-        .flat_map(move |(yaw, view)| {
-            let along_y = offsets(ny, view.ny());
-            (0..offsets(nx, view.nx()))
-                .flat_map(move |x| (0..along_y).map(move |y| Placement { yaw, x, y }))
-        })
-}
-
-fn offsets(cells: usize, footprint: usize) -> usize {
-    (cells + 1).saturating_sub(footprint)
+    let cells = (grid.nx(), grid.ny());
+    let views = item.views().iter().enumerate();
+    views.flat_map(move |(yaw, view)| {
+        let (nx, ny) = view.corners(cells);
+        (0..nx).flat_map(move |x| (0..ny).map(move |y| Placement { yaw, x, y }))
+    })
 }
 
 #[cfg(test)]
@@ -346,11 +310,7 @@ mod tests {
     struct Unsteady(u32);
 
     impl Proposer for Unsteady {
-        fn propose(
-            &mut self,
-            input: &StepInput<'_>,
-            proposals: &mut Proposals,
-        ) -> Result<(), StageError> {
+        fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult {
             self.0 += 1;
             proposals.clear();
             if self.0.is_multiple_of(2) {
@@ -366,15 +326,7 @@ mod tests {
         use crate::heightmap::{Heightmap, Scene};
         use crate::item::ViewSurfaces;
         let grid = Grid::reference();
-        let view = ViewSurfaces {
-            nx: 1,
-            ny: 1,
-            top: vec![1],
-            bottom: vec![0],
-            underside: None,
-            origin_from_corner_m: nalgebra::Vector3::zeros(),
-            centre_of_mass_m: None,
-        };
+        let view = ViewSurfaces::of_cells(1, 1, vec![1], vec![0]);
         let item = Item::new("cube", vec![view; 4], 0.0).unwrap();
         let scene = Scene::from_heightmap(Heightmap::empty(&grid));
         let candidates = [crate::step::Candidate::new(0, std::sync::Arc::new(item))];

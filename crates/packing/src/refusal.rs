@@ -1,37 +1,29 @@
 //! Why a placement is not valid.
 
-use std::fmt;
 use std::sync::Arc;
 
 /// What a placement does not meet.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum Cause {
     /// The item's upper surface would stay above the rim.
+    #[error("above the rim")]
     AboveRim,
     /// The item must stand on the floor, and would not.
+    #[error("not on the floor")]
     NotOnFloor,
     /// The item would not stand, by the surfaces in metres.
+    #[error("unstable")]
     Unstable,
     /// The item would not stand, by the paper's test on cells.
+    #[error("unstable by the published test")]
     UnstableByPublishedTest,
     /// The item must stay upright, and could fall over.
+    #[error("could fall over")]
     CouldFallOver,
     /// The arm cannot make the placement.
+    #[error("not possible for the arm")]
     Arm,
-}
-
-impl fmt::Display for Cause {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::AboveRim => "above the rim",
-            Self::NotOnFloor => "not on the floor",
-            Self::Unstable => "unstable",
-            Self::UnstableByPublishedTest => "unstable by the published test",
-            Self::CouldFallOver => "could fall over",
-            Self::Arm => "not possible for the arm",
-        })
-    }
 }
 
 /// Why a check refused a placement. Equal ones are counted together, so the detail has no figures of single placements.
@@ -50,6 +42,12 @@ impl Refusal {
             cause,
             detail: Some(detail.into()),
         }
+    }
+
+    /// The detail as it follows a cause in a sentence; empty where there is none.
+    pub(crate) fn explanation(&self) -> String {
+        let detail = self.detail.as_ref();
+        detail.map_or_else(String::new, |detail| format!(": {detail}"))
     }
 }
 

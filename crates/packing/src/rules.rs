@@ -1,10 +1,10 @@
 //! The rules of items as checks of placements.
 
-use crate::check::{BoxedCheck, Cost, ValidityCheck, Verdict};
+use crate::check::{BoxedCheck, Condition, Cost};
 use crate::placement::RestingPlacement;
 use crate::refusal::Cause;
 use crate::stability::{PhysicalStability, PhysicalStabilitySettings};
-use crate::step::{Candidate, StageError, StepInput};
+use crate::step::{Candidate, StepInput};
 
 /// How far inside its support the centre of mass of an upright item must lie, in metres.
 const UPRIGHT_MARGIN_M: f64 = 0.01;
@@ -18,20 +18,12 @@ pub fn checks() -> Vec<BoxedCheck> {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct OnFloor;
 
-impl ValidityCheck for OnFloor {
-    fn cost(&self) -> Cost {
-        Cost::Lookup
-    }
+impl Condition for OnFloor {
+    const COST: Cost = Cost::Lookup;
+    const CAUSE: Cause = Cause::NotOnFloor;
 
-    fn judge(
-        &mut self,
-        _input: &StepInput<'_>,
-        candidate: &Candidate,
-        resting: &RestingPlacement,
-    ) -> Result<Verdict, StageError> {
-        let is_free = !candidate.rules.is_bottom_only;
-        let is_met = is_free || resting.resting_height == 0;
-        Ok(Verdict::of(is_met, Cause::NotOnFloor))
+    fn is_met(&mut self, _: &StepInput<'_>, held: &Candidate, at: &RestingPlacement) -> bool {
+        !held.rules.is_bottom_only || at.resting_height == 0
     }
 }
 
@@ -48,19 +40,11 @@ impl Default for Upright {
     }
 }
 
-impl ValidityCheck for Upright {
-    fn cost(&self) -> Cost {
-        Cost::Footprint
-    }
+impl Condition for Upright {
+    const COST: Cost = Cost::Footprint;
+    const CAUSE: Cause = Cause::CouldFallOver;
 
-    fn judge(
-        &mut self,
-        input: &StepInput<'_>,
-        candidate: &Candidate,
-        resting: &RestingPlacement,
-    ) -> Result<Verdict, StageError> {
-        let is_met =
-            !candidate.rules.is_upright || self.0.judge(input, candidate, resting)?.is_accepted();
-        Ok(Verdict::of(is_met, Cause::CouldFallOver))
+    fn is_met(&mut self, input: &StepInput<'_>, held: &Candidate, at: &RestingPlacement) -> bool {
+        !held.rules.is_upright || self.0.is_met(input, held, at)
     }
 }

@@ -1,6 +1,6 @@
 //! What the parts of Algorithm 1 exchange in a step.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +11,9 @@ use crate::placement::RestingPlacement;
 
 /// An error of a proposer, an evaluator or a check, local or remote.
 pub type StageError = Box<dyn std::error::Error + Send + Sync>;
+
+/// What a proposer, an evaluator or a check answers.
+pub type StageResult<T = ()> = Result<T, StageError>;
 
 /// What one step is planned on, and what is asked of it.
 ///
@@ -119,5 +122,23 @@ impl Shortfall {
     pub fn clear(&mut self) {
         self.degraded.clear();
         self.is_cut = false;
+    }
+}
+
+/// Time spent in the stages of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Timings {
+    /// Proposing.
+    pub propose: Duration,
+    /// Ranking by the objective.
+    pub evaluate: Duration,
+    /// Validity checks.
+    pub check: Duration,
+}
+
+impl Timings {
+    /// All stages together.
+    pub fn total(&self) -> Duration {
+        self.propose + self.evaluate + self.check
     }
 }

@@ -5,9 +5,9 @@ use crate::grid::{Grid, Units};
 use crate::heightmap::Heightmap;
 use crate::item::ItemView;
 use crate::kernel::{BlockOffsets, PaddedMap, resting_height};
-use crate::objective::{Heuristic, Objective, ViewTerms, WeightError, Weights};
+use crate::objective::{Heuristic, Objective, WeightError, Weights};
 use crate::placement::{Placement, RestingPlacement};
-use crate::search::value::{Valuation, base};
+use crate::search::value::Valuation;
 use crate::stability::PublishedStability;
 
 /// A placement with what the engine says of it.
@@ -40,7 +40,7 @@ pub fn survey(
 ) -> Result<Vec<Surveyed>, WeightError> {
     weights.validate()?;
     let objective = Objective::new(grid, heuristic, weights, true);
-    let terms = ViewTerms::new(&objective, view);
+    let constant = objective.constant(view);
     let mut container = PaddedMap::new(grid.nx(), grid.ny());
     for x in 0..grid.nx() {
         container.row_mut(x).copy_from_slice(heightmap.row(x));
@@ -55,27 +55,23 @@ pub fn survey(
     };
     let mut blocks = BlockOffsets::default();
     blocks.update(&container, view);
-    let along = |cells: usize, footprint: usize| (cells + 1).saturating_sub(footprint);
+    let (placed_x, placed_y) = view.corners((grid.nx(), grid.ny()));
     let mut surveyed = Vec::new();
-    for x in 0..along(grid.nx(), view.nx()) {
-        for y in 0..along(grid.ny(), view.ny()) {
-            let base = base(&container, x, y);
-            let height = resting_height(&container, base, view, &blocks);
-            let fits = i32::from(height) + i32::from(view.height()) <= i32::from(grid.rim());
-            let placement = Placement { yaw: 0, x, y };
+    for x in 0..placed_x {
+        for y in 0..placed_y {
+            let base = container.index(x, y);
+            let resting_height = resting_height(&container, base, view, &blocks);
             let resting = RestingPlacement {
-                placement,
-                resting_height: height,
+                placement: Placement { yaw: 0, x, y },
+                resting_height,
             };
-            let value = valuation.value(view, &terms, resting, 0);
-            let is_stable = stability.is_stable(grid, heightmap, view, &resting);
             surveyed.push(Surveyed {
                 x,
                 y,
-                resting_height: height,
-                fits,
-                is_stable,
-                value,
+                resting_height,
+                fits: view.fits_at(grid, resting_height),
+                is_stable: stability.is_stable(grid, heightmap, view, &resting),
+                value: valuation.value(view, constant, resting, 0),
             });
         }
     }

@@ -1,12 +1,14 @@
 //! The last stage of Algorithm 1: of the placements by increasing value, those that every check accepts.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use crate::check::{BoxedCheck, Evidence, Verdict};
 use crate::evaluator::Evaluator;
 use crate::proposals::Proposals;
 use crate::refusal::{Refusal, Refusals};
-use crate::step::{Candidate, Evaluated, PlacementCounts, Shortfall, StageError, StepInput};
+use crate::step::{
+    Candidate, Evaluated, PlacementCounts, Shortfall, StageError, StepInput, Timings,
+};
 
 /// What kept a search for valid placements from going on.
 #[derive(Debug, thiserror::Error)]
@@ -40,39 +42,30 @@ pub struct Tally {
     pub refusals: Refusals,
 }
 
-/// Time spent in a search.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct SearchTimings {
-    /// Ranking by the objective.
-    pub evaluate: Duration,
-    /// Validity checks.
-    pub check: Duration,
-}
-
 /// Valid placements by increasing value: an evaluator, and the checks that its placements have to pass. All checks of
 /// the program are asked here, those of the planner, of the services and of the dataset's expert.
 ///
 /// Like the evaluator's ranking, the search goes on where it stopped.
-pub struct ValidSearch<E> {
-    evaluator: E,
+pub struct ValidSearch {
+    evaluator: Box<dyn Evaluator>,
     /// The cheap ones first.
     checks: Vec<BoxedCheck>,
     /// By candidate of the input.
     refusals: Vec<Refusals>,
     shortfall: Shortfall,
-    timings: SearchTimings,
+    timings: Timings,
 }
 
-impl<E: Evaluator> ValidSearch<E> {
+impl ValidSearch {
     /// A search that asks these checks, the cheap ones first.
-    pub fn new(evaluator: E, mut checks: Vec<BoxedCheck>) -> Self {
+    pub fn new(evaluator: Box<dyn Evaluator>, mut checks: Vec<BoxedCheck>) -> Self {
         checks.sort_by_key(|check| check.cost());
         Self {
             evaluator,
             checks,
             refusals: Vec::new(),
             shortfall: Shortfall::default(),
-            timings: SearchTimings::default(),
+            timings: Timings::default(),
         }
     }
 
@@ -92,9 +85,9 @@ impl<E: Evaluator> ValidSearch<E> {
         self.shortfall.clear();
         let started = Instant::now();
         let ranked = self.evaluator.rank(input, group, proposals);
-        self.timings = SearchTimings {
+        self.timings = Timings {
             evaluate: started.elapsed(),
-            check: Duration::ZERO,
+            ..Timings::default()
         };
         ranked.map_err(SearchError::Evaluate)
     }
@@ -174,10 +167,8 @@ impl<E: Evaluator> ValidSearch<E> {
             return Ok(Verdict::Accepted(evidence));
         };
         for check in &mut self.checks {
-            let verdict = check
-                .judge(input, candidate, &placement.resting)
-                .map_err(SearchError::Check)?;
-            match verdict {
+            let verdict = check.judge(input, candidate, &placement.resting);
+            match verdict.map_err(SearchError::Check)? {
                 Verdict::Accepted(found) => evidence.add(found),
                 refused @ Verdict::Refused(_) => return Ok(refused),
             }
@@ -195,11 +186,9 @@ impl<E: Evaluator> ValidSearch<E> {
         candidate: &Candidate,
     ) -> Result<Option<Refusal>, SearchError> {
         for check in &mut self.checks {
-            let refusal = check
-                .rules_out(input, candidate)
-                .map_err(SearchError::Check)?;
-            if refusal.is_some() {
-                return Ok(refusal);
+            let refusal = check.rules_out(input, candidate);
+            if let Some(refusal) = refusal.map_err(SearchError::Check)? {
+                return Ok(Some(refusal));
             }
         }
         Ok(None)
@@ -232,20 +221,19 @@ impl<E: Evaluator> ValidSearch<E> {
 
     /// Whether the time was over before every placement was looked at.
     pub fn is_cut(&self) -> bool {
-        let of_evaluator = self.evaluator.shortfall();
-        self.shortfall.is_cut || of_evaluator.is_some_and(|shortfall| shortfall.is_cut)
+        self.shortfalls().any(|shortfall| shortfall.is_cut)
     }
 
     /// What was done otherwise than was asked for: by the evaluator, and by this search.
     pub fn shortfalls(&self) -> impl Iterator<Item = &Shortfall> {
-        let of_evaluator = self.evaluator.shortfall();
-        of_evaluator
+        self.evaluator
+            .shortfall()
             .into_iter()
-            .chain(std::iter::once(&self.shortfall))
+            .chain([&self.shortfall])
     }
 
-    /// Time spent since the search started.
-    pub fn timings(&self) -> SearchTimings {
+    /// Time spent since the search started; none of it on proposing.
+    pub fn timings(&self) -> Timings {
         self.timings
     }
 }

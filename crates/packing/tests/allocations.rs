@@ -18,15 +18,8 @@ use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::{PhysicalStability, PublishedStability};
 
 fn item(nx: usize, ny: usize, height: i16) -> Arc<Item> {
-    let surfaces = ViewSurfaces {
-        nx,
-        ny,
-        top: vec![height; nx * ny],
-        bottom: vec![0; nx * ny],
-        underside: None,
-        origin_from_corner_m: nalgebra::Vector3::zeros(),
-        centre_of_mass_m: None,
-    };
+    let [top, bottom] = [height, 0].map(|height| vec![height; nx * ny]);
+    let surfaces = ViewSurfaces::of_cells(nx, ny, top, bottom);
     Arc::new(Item::new("box", vec![surfaces; 4], 0.0).unwrap())
 }
 

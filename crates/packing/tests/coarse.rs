@@ -150,7 +150,7 @@ proptest! {
             let wanted = share.of(all_count(&grid, &candidate.item)) as usize;
             let expected: Vec<Placement> =
                 ranking.map(|found| found.resting.placement).take(wanted).collect();
-            prop_assert_eq!(proposals.of(index), CandidateProposals::Some(&expected));
+            prop_assert_eq!(proposals.of(index), CandidateProposals::Some(&expected[..]));
         }
     }
 
@@ -192,7 +192,7 @@ proptest! {
             }
         }
         for (index, expected) in expected.iter().enumerate() {
-            prop_assert_eq!(proposals.of(index), CandidateProposals::Some(expected));
+            prop_assert_eq!(proposals.of(index), CandidateProposals::Some(&expected[..]));
         }
     }
 

@@ -7,13 +7,12 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
 use ndarray::Array2;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::objective::Heuristic;
-use ppnpack_packing::oracle;
+use ppnpack_packing::oracle::Oracle;
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_packing::plan::{Candidate, Evaluated, Evaluator, StepInput};
 use ppnpack_packing::proposals::Proposals;
@@ -27,15 +26,8 @@ use cases::{Case, DISTANCE_STEP, cases};
 
 fn item(case: &Case) -> Arc<Item> {
     let (nx, ny) = case.top.dim();
-    let surfaces = ViewSurfaces {
-        nx,
-        ny,
-        top: case.top.iter().copied().collect(),
-        bottom: case.bottom.iter().copied().collect(),
-        underside: None,
-        origin_from_corner_m: Vector3::zeros(),
-        centre_of_mass_m: None,
-    };
+    let [top, bottom] = [&case.top, &case.bottom].map(|map| map.iter().copied().collect());
+    let surfaces = ViewSurfaces::of_cells(nx, ny, top, bottom);
     let item = Item::new("golden", vec![surfaces], 0.0).unwrap();
     assert_eq!(item.views()[0].height(), case.height);
     Arc::new(item)
@@ -124,6 +116,11 @@ fn stability_and_distances_are_those_of_the_golden_cases() {
     for case in &cases() {
         let (item, heightmap) = (item(case), heightmap(case));
         let view = &item.views()[0];
+        let oracle = Oracle {
+            grid: &grid,
+            heightmap: &heightmap,
+            view,
+        };
         let mut stability = PublishedStability::default();
         let fitting = || case.drop.indexed_iter().filter(|(_, height)| **height >= 0);
         for ((x, y), height) in fitting() {
@@ -148,17 +145,18 @@ fn stability_and_distances_are_those_of_the_golden_cases() {
                 continue;
             }
             let placement = Placement { yaw: 0, x, y };
-            let found = 2.5 * oracle::mean_distance(&grid, &heightmap, view, placement, *height);
+            let resting = RestingPlacement {
+                placement,
+                resting_height: *height,
+            };
+            let found = 2.5 * oracle.mean_distance(&resting);
             let error = (found - f64::from(*expected)).abs();
             assert!(
                 error <= 1e-3,
                 "{} at {x}, {y}: {found} instead of {expected}",
                 case.name
             );
-            assert_eq!(
-                oracle::resting_height(&heightmap, view, placement),
-                Some(*height)
-            );
+            assert_eq!(oracle.resting_height(placement), Some(*height));
         }
     }
 }

@@ -6,13 +6,24 @@
 )]
 
 use ppnpack_packing::objective::{Heuristic, Weights};
-use ppnpack_packing::oracle;
+use ppnpack_packing::oracle::Oracle;
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_packing::stability::PublishedStability;
-use ppnpack_packing::survey::survey;
+use ppnpack_packing::survey::{Surveyed, survey};
 use proptest::prelude::*;
 
 mod support;
+
+fn resting(found: &Surveyed) -> RestingPlacement {
+    RestingPlacement {
+        placement: Placement {
+            yaw: 0,
+            x: found.x,
+            y: found.y,
+        },
+        resting_height: found.resting_height,
+    }
+}
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(512))]
@@ -21,15 +32,14 @@ proptest! {
     fn resting_heights_and_values_equal_the_oracle((grid, heightmap, items) in support::scenes(1)) {
         let weights = Weights::default();
         for view in items[0].views() {
+            let oracle = Oracle { grid: &grid, heightmap: &heightmap, view };
             for heuristic in [Heuristic::Sdfm, Heuristic::Dbl, Heuristic::Hm, Heuristic::Mta] {
                 let surveyed = survey(&grid, &heightmap, view, heuristic, &weights).unwrap();
                 for found in surveyed.iter().step_by(3) {
-                    let at = Placement { yaw: 0, x: found.x, y: found.y };
-                    let height = found.resting_height;
-                    prop_assert_eq!(oracle::resting_height(&heightmap, view, at), Some(height));
-                    let expected = oracle::value(
-                        &grid, &heightmap, view, (at, height), (heuristic, &weights, true),
-                    );
+                    let at = resting(found);
+                    let height = oracle.resting_height(at.placement);
+                    prop_assert_eq!(height, Some(found.resting_height));
+                    let expected = oracle.value(&at, heuristic, &weights, true);
                     let error = (found.value - expected).abs() / expected.abs().max(1.0);
                     prop_assert!(
                         error < 1e-9,
@@ -45,14 +55,11 @@ proptest! {
         for view in items[0].views() {
             let surveyed =
                 survey(&grid, &heightmap, view, Heuristic::Dbl, &Weights::default()).unwrap();
-            for found in surveyed {
-                let placement = Placement { yaw: 0, x: found.x, y: found.y };
-                let resting = RestingPlacement { placement, resting_height: found.resting_height };
-                let depth = PublishedStability::default()
-                    .depth_cells(&grid, &heightmap, view, &resting);
-                let expected = oracle::published_depth_cells(
-                    &grid, &heightmap, view, placement, found.resting_height,
-                );
+            let oracle = Oracle { grid: &grid, heightmap: &heightmap, view };
+            for found in &surveyed {
+                let at = resting(found);
+                let depth = PublishedStability::default().depth_cells(&grid, &heightmap, view, &at);
+                let expected = oracle.published_depth_cells(&at);
                 // Outside the hull the two measure different distances, but both are negative.
                 let agree = if expected < -1e-9 { depth < 0.0 } else { (depth - expected).abs() < 1e-9 };
                 prop_assert!(agree, "depth {} instead of {}", depth, expected);
@@ -74,15 +81,8 @@ fn the_largest_heights_do_not_overflow() {
         };
         let resolution = Resolution::new(0.01, 0.001, Yaws::half_turn(1).unwrap()).unwrap();
         let grid = Grid::new(container, resolution).unwrap();
-        let surfaces = ViewSurfaces {
-            nx: 3,
-            ny: 20,
-            top: vec![MAX_UNITS - seed; 60],
-            bottom: vec![0; 60],
-            underside: None,
-            origin_from_corner_m: nalgebra::Vector3::zeros(),
-            centre_of_mass_m: None,
-        };
+        let top = vec![MAX_UNITS - seed; 60];
+        let surfaces = ViewSurfaces::of_cells(3, 20, top, vec![0; 60]);
         let item = Item::new("tower", vec![surfaces], 0.0).unwrap();
         let mut heightmap = Heightmap::empty(&grid);
         heightmap.raise(1, 1, seed);
@@ -95,15 +95,14 @@ fn the_largest_heights_do_not_overflow() {
             &Weights::default(),
         )
         .unwrap();
+        let oracle = Oracle {
+            grid: &grid,
+            heightmap: &heightmap,
+            view,
+        };
         for found in found.iter().step_by(97) {
-            let at = Placement {
-                yaw: 0,
-                x: found.x,
-                y: found.y,
-            };
-            let height = found.resting_height;
-            let expected = oracle::mean_distance_by_column(&grid, &heightmap, view, at, height);
-            let constant = found.value - f64::from(height) * 0.5 - 2.5 * expected;
+            let expected = oracle.mean_distance(&resting(found));
+            let constant = found.value - f64::from(found.resting_height) * 0.5 - 2.5 * expected;
             let voxels = view.voxel_count() as f64;
             let share = 1.0 - (voxels / grid.voxel_count()).cbrt();
             assert!((constant - 80.0 * share).abs() < 1e-6, "{constant}");

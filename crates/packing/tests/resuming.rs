@@ -9,7 +9,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use nalgebra::Vector3;
 use ppnpack_packing::check::{Cost, ValidityCheck, Verdict};
 use ppnpack_packing::evaluator::Evaluator;
 use ppnpack_packing::grid::Grid;
@@ -80,15 +79,7 @@ impl ValidityCheck for Reluctant {
 }
 
 fn block() -> Arc<Item> {
-    let view = ViewSurfaces {
-        nx: 5,
-        ny: 5,
-        top: vec![20; 25],
-        bottom: vec![0; 25],
-        underside: None,
-        origin_from_corner_m: Vector3::zeros(),
-        centre_of_mass_m: None,
-    };
+    let view = ViewSurfaces::of_cells(5, 5, vec![20; 25], vec![0; 25]);
     Arc::new(Item::new("block", vec![view; 4], 0.0).unwrap())
 }
 

@@ -10,10 +10,10 @@ use std::sync::Arc;
 use ppnpack_packing::check::{BoxedCheck, Fits};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Heightmap, Scene};
-use ppnpack_packing::item::Item;
+use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
-use ppnpack_packing::oracle;
-use ppnpack_packing::placement::Placement;
+use ppnpack_packing::oracle::Oracle;
+use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_packing::plan::{
     Candidate, Evaluated, Evaluator, PlacementCounts, Planner, Reason, StepInput,
 };
@@ -79,21 +79,28 @@ fn parts(yaws: usize, mut cuts: Vec<usize>) -> Vec<YawRange> {
 
 /// Every fitting placement with its value, sorted.
 fn sorted(input: &StepInput<'_>, heuristic: Heuristic) -> Vec<(f64, usize, Placement)> {
-    let heightmap = input.scene.heightmap();
+    let (grid, heightmap) = (input.grid, input.scene.heightmap());
     let mut found = Vec::new();
     for (index, candidate) in input.candidates.iter().enumerate() {
         for (yaw, view) in candidate.item.views().iter().enumerate() {
-            for x in 0..input.grid.nx() {
-                for y in 0..input.grid.ny() {
-                    let at = Placement { yaw, x, y };
-                    let Some(height) = oracle::resting_height(heightmap, view, at) else {
+            let oracle = Oracle {
+                grid,
+                heightmap,
+                view,
+            };
+            for x in 0..grid.nx() {
+                for y in 0..grid.ny() {
+                    let placement = Placement { yaw, x, y };
+                    let Some(resting_height) = oracle.resting_height(placement) else {
                         continue;
                     };
-                    if height + view.height() <= input.grid.rim() {
-                        let objective = (heuristic, &Weights::default(), true);
-                        let value =
-                            oracle::value(input.grid, heightmap, view, (at, height), objective);
-                        found.push((value, index, at));
+                    if resting_height + view.height() <= grid.rim() {
+                        let at = RestingPlacement {
+                            placement,
+                            resting_height,
+                        };
+                        let value = oracle.value(&at, heuristic, &Weights::default(), true);
+                        found.push((value, index, placement));
                     }
                 }
             }
@@ -352,15 +359,7 @@ proptest! {
 fn random_placements_are_spread_over_all_valid_ones() {
     let grid = Grid::reference();
     let scene = Scene::from_heightmap(Heightmap::empty(&grid));
-    let surfaces = ppnpack_packing::item::ViewSurfaces {
-        nx: 2,
-        ny: 2,
-        top: vec![3; 4],
-        bottom: vec![0; 4],
-        underside: None,
-        origin_from_corner_m: nalgebra::Vector3::zeros(),
-        centre_of_mass_m: None,
-    };
+    let surfaces = ViewSurfaces::of_cells(2, 2, vec![3; 4], vec![0; 4]);
     let item = Arc::new(Item::new("block", vec![surfaces; 4], 0.0).unwrap());
     let held = candidates(&[item]);
     let mut search = Search::new(&grid, &settings(Heuristic::Random, Order::Shuffled)).unwrap();

@@ -2,7 +2,7 @@
 
 use ppnpack_packing::grid::{Grid, Units};
 use ppnpack_packing::item::{ABSENT, Item, ItemView};
-use ppnpack_packing::resting::ViewRestingHeights;
+use ppnpack_packing::resting::RestingMap;
 
 use crate::network::{CONTAINER_CHANNELS, RESTING_CHANNELS, VIEW_CHANNELS};
 use crate::symmetry::{Cells, Symmetry};
@@ -150,7 +150,7 @@ impl Layout {
     pub(crate) fn write_resting(
         &self,
         view: &ItemView,
-        heights: ViewRestingHeights<'_>,
+        heights: &RestingMap,
         limit: Units,
         lowest: Units,
         out: &mut [f32],
@@ -199,7 +199,7 @@ pub(crate) fn limit(grid: &Grid, view: &ItemView) -> Units {
 pub(crate) fn lowest<'a>(
     grid: &Grid,
     item: &Item,
-    maps: impl Iterator<Item = ViewRestingHeights<'a>>,
+    maps: impl Iterator<Item = &'a RestingMap>,
 ) -> Units {
     let fitting = maps.zip(item.views()).flat_map(|(map, view)| {
         let limit = limit(grid, view);

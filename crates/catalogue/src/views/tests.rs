@@ -100,7 +100,8 @@ proptest! {
         angles in prop::array::uniform3(-3.0..3.0_f64),
         placement in (0_usize..5, 0_usize..20, 0_usize..20, 0_i16..60),
     ) {
-        let yaws = Yaws::full_turn(5).unwrap();
+        let turns = (0..5).map(|yaw| std::f64::consts::TAU * f64::from(yaw) / 5.0);
+        let yaws = Yaws::from_radians(turns.collect()).unwrap();
         let resolution = Resolution::new(0.007, 0.0013, yaws).unwrap();
         let container = ContainerSize { x_m: 0.5, y_m: 0.5, z_m: 0.5 };
         let grid = Grid::new(container, resolution.clone()).unwrap();

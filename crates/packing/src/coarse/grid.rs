@@ -18,15 +18,11 @@ pub struct Coarsening {
 impl Coarsening {
     /// The coarsening that brings a grid nearest to cells of `cell_m` and, at most, `yaws` yaws.
     pub fn towards(grid: &Grid, cell_m: f64, yaws: usize) -> Self {
-        let cells = (cell_m / grid.resolution().cell_m()).round().max(1.0);
+        let resolution = grid.resolution();
+        let cells = (cell_m / resolution.cell_m()).round().max(1.0);
         Self {
             cells: cells as usize,
-            yaws: grid
-                .resolution()
-                .yaws()
-                .count()
-                .div_ceil(yaws.max(1))
-                .max(1),
+            yaws: resolution.yaws().count().div_ceil(yaws.max(1)),
         }
     }
 
@@ -61,10 +57,10 @@ pub enum CoarseGridError {
 pub struct CoarseGrid {
     fine: Grid,
     coarse: Grid,
-    cells: usize,
+    /// How the one is made from the other.
+    pub(super) coarsening: Coarsening,
     /// Per coarse yaw: the fine yaws nearest to it.
     fine_yaws: Vec<Vec<usize>>,
-    yaw_step: usize,
 }
 
 impl CoarseGrid {
@@ -93,30 +89,14 @@ impl CoarseGrid {
         Ok(Self {
             fine: fine.clone(),
             coarse,
-            cells,
+            coarsening,
             fine_yaws,
-            yaw_step: yaws,
         })
     }
 
     /// The coarse grid.
     pub fn coarse(&self) -> &Grid {
         &self.coarse
-    }
-
-    /// The fine grid.
-    pub fn fine(&self) -> &Grid {
-        &self.fine
-    }
-
-    /// Fine cells along a side of a coarse one.
-    pub(super) fn cells(&self) -> usize {
-        self.cells
-    }
-
-    /// Every how many-th yaw is one of the coarse grid.
-    pub(super) fn yaw_step(&self) -> usize {
-        self.yaw_step
     }
 
     /// The fine placements that a coarse one stands for, by yaw, x, y; `fine` and `coarse` are the views of an item
@@ -153,9 +133,10 @@ impl CoarseGrid {
         let coarse_corners = (container.1 + 1).saturating_sub(footprint.1);
         // In half cells, so that centres are whole numbers: the fine corner x belongs to the coarse corner X with
         // X - 1/2 <= (x + nx / 2) / cells - NX / 2 < X + 1/2, and those beyond the first and last to these.
+        let cells = self.coarsening.cells;
         let first = |corner: usize| {
-            let twice = (2 * corner + footprint.1) * self.cells;
-            twice.saturating_sub(self.cells + footprint.0).div_ceil(2)
+            let twice = (2 * corner + footprint.1) * cells;
+            twice.saturating_sub(cells + footprint.0).div_ceil(2)
         };
         let start = if corner == 0 { 0 } else { first(corner) };
         let end = if corner + 1 >= coarse_corners {
@@ -173,17 +154,15 @@ fn nearest(angle_rad: f64, angles_rad: &[f64]) -> usize {
         let turn = (angle_rad - other).rem_euclid(std::f64::consts::TAU);
         turn.min(std::f64::consts::TAU - turn)
     };
-    let by_distance =
-        |a: &(usize, &f64), b: &(usize, &f64)| distance(*a.1).total_cmp(&distance(*b.1));
-    angles_rad
-        .iter()
-        .enumerate()
-        .min_by(by_distance)
-        .map_or(0, |(index, _)| index)
+    let distances = angles_rad.iter().map(|other| distance(*other)).enumerate();
+    let nearest = distances.min_by(|(_, a), (_, b)| a.total_cmp(b));
+    nearest.map_or(0, |(index, _)| index)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::FRAC_PI_4;
+
     use super::*;
     use crate::grid::{ContainerSize, Yaws};
 
@@ -207,22 +186,13 @@ mod tests {
                 if coarse_footprint > grids.coarse().nx() {
                     continue;
                 }
-                let corners = grids.coarse().nx() + 1 - coarse_footprint;
-                let mut next = 0;
-                for corner in 0..corners {
-                    let container = (fine.nx(), grids.coarse().nx());
-                    let span = grids.span(container, (footprint, coarse_footprint), corner);
-                    assert_eq!(
-                        span.start, next,
-                        "{cells} {fine_cells} {footprint} {corner}"
-                    );
-                    next = span.end;
-                }
-                assert_eq!(
-                    next,
-                    fine.nx() + 1 - footprint,
-                    "{cells} {fine_cells} {footprint}"
-                );
+                let container = (fine.nx(), grids.coarse().nx());
+                let corners = 0..container.1 + 1 - coarse_footprint;
+                let spans = corners.flat_map(|corner| {
+                    grids.span(container, (footprint, coarse_footprint), corner)
+                });
+                let all = 0..fine.nx() + 1 - footprint;
+                assert!(spans.eq(all), "{cells} {fine_cells} {footprint}");
             }
         }
     }
@@ -238,7 +208,8 @@ mod tests {
         );
         assert_eq!(grids.fine_yaws[0], [0, 1, 2]);
         assert_eq!(grids.fine_yaws[3], [11, 12, 13, 14, 15]);
-        let full = grid(0.01, Yaws::full_turn(8).unwrap());
+        let turns = (0..8).map(|yaw| f64::from(yaw) * FRAC_PI_4).collect();
+        let full = grid(0.01, Yaws::from_radians(turns).unwrap());
         let grids = CoarseGrid::new(&full, Coarsening { cells: 1, yaws: 4 }).unwrap();
         assert_eq!(grids.fine_yaws[0], [0, 1, 2, 6, 7]);
     }
@@ -257,9 +228,7 @@ mod tests {
         let fine = Grid::reference();
         let coarsened = |cells, yaws| CoarseGrid::new(&fine, Coarsening { cells, yaws });
         assert_eq!(coarsened(0, 1).unwrap_err(), CoarseGridError::Zero);
-        assert!(matches!(
-            coarsened(33, 1),
-            Err(CoarseGridError::Grid { cells: 33, .. })
-        ));
+        let error = coarsened(33, 1).unwrap_err();
+        assert!(matches!(error, CoarseGridError::Grid { cells: 33, .. }));
     }
 }

@@ -4,7 +4,7 @@
 
 use std::ops::Range;
 
-use super::CoarseGrid;
+use super::{CoarseGrid, Coarsening};
 use crate::grid::Units;
 use crate::heightmap::Heightmap;
 use crate::item::{ABSENT, Item, ItemError, ItemView, ViewSurfaces};
@@ -34,8 +34,8 @@ impl CoarseGrid {
 
     /// The fine cells of a coarse one along a side of so many.
     fn fine_cells(&self, cell: usize, coarse: usize, fine: usize) -> Range<usize> {
-        let first = cell * self.cells();
-        let end = first + self.cells();
+        let first = cell * self.coarsening.cells;
+        let end = first + self.coarsening.cells;
         first..if cell + 1 == coarse { fine } else { end }
     }
 
@@ -46,8 +46,9 @@ impl CoarseGrid {
     /// # Errors
     /// [`ItemError`] where the item has no view at a yaw of the coarse grid.
     pub fn item(&self, item: &Item) -> Result<Item, ItemError> {
-        let views = item.views().iter().step_by(self.yaw_step());
-        let views = views.map(|view| pool_view(view, self.cells())).collect();
+        let Coarsening { cells, yaws } = self.coarsening;
+        let views = item.views().iter().step_by(yaws);
+        let views = views.map(|view| pool_view(view, cells)).collect();
         Item::new(item.name(), views, item.mesh_volume_m3())
     }
 }
@@ -69,13 +70,10 @@ fn pool_view(view: &ItemView, cells: usize) -> ViewSurfaces {
         covered: 0,
     };
     let mut columns = vec![nothing; nx * ny];
-    for (index, (upper, lower)) in view.top().iter().zip(view.bottom()).enumerate() {
-        let (x, y) = (index / view.ny() / cells, index % view.ny() / cells);
-        if let Some(column) = columns.get_mut(x * ny + y)
-            && *lower != ABSENT
-        {
-            column.top = column.top.max(*upper);
-            column.bottom = column.bottom.min(*lower);
+    for (x, y, lower, upper) in view.cells() {
+        if let Some(column) = columns.get_mut(x / cells * ny + y / cells) {
+            column.top = column.top.max(upper);
+            column.bottom = column.bottom.min(lower);
             column.covered += 1;
         }
     }
@@ -87,34 +85,22 @@ fn pool_view(view: &ItemView, cells: usize) -> ViewSurfaces {
     };
     let kept = |column: &&Column| column.covered >= least;
     // Heights count from the lowest point that is left.
-    let lowest = columns
-        .iter()
-        .filter(kept)
-        .map(|column| column.bottom)
-        .min();
-    let lowest = lowest.unwrap_or(0);
+    let bottoms = columns.iter().filter(kept).map(|column| column.bottom);
+    let lowest = bottoms.min().unwrap_or(0);
     let surfaces = columns.iter().map(|column| match kept(&column) {
         true => (column.top - lowest, column.bottom - lowest),
         false => (0, ABSENT),
     });
     let (top, bottom) = surfaces.unzip();
     ViewSurfaces {
-        nx,
-        ny,
-        top,
-        bottom,
-        underside: None,
         origin_from_corner_m: view.origin_from_corner_m(),
-        centre_of_mass_m: None,
+        ..ViewSurfaces::of_cells(nx, ny, top, bottom)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector3;
-
     use super::*;
-    use crate::coarse::Coarsening;
     use crate::grid::Grid;
 
     fn grids(cells: usize) -> CoarseGrid {
@@ -122,15 +108,7 @@ mod tests {
     }
 
     fn item(nx: usize, ny: usize, top: Vec<Units>, bottom: Vec<Units>) -> Item {
-        let view = ViewSurfaces {
-            nx,
-            ny,
-            top,
-            bottom,
-            underside: None,
-            origin_from_corner_m: Vector3::zeros(),
-            centre_of_mass_m: None,
-        };
+        let view = ViewSurfaces::of_cells(nx, ny, top, bottom);
         Item::new("item", vec![view; 4], 0.0).unwrap()
     }
 
@@ -145,10 +123,8 @@ mod tests {
         for (x, y) in [(6, 6), (6, 7), (7, 6), (7, 7)] {
             heightmap.raise(x, y, 9);
         }
-        for (x, y) in (27..32)
-            .flat_map(|x| (27..32).map(move |y| (x, y)))
-            .take(13)
-        {
+        let last = (27..32).flat_map(|x| (27..32).map(move |y| (x, y)));
+        for (x, y) in last.take(13) {
             heightmap.raise(x, y, 4);
         }
         let pooled = grids(3).pool(&heightmap);

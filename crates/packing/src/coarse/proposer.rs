@@ -7,10 +7,11 @@ use super::CoarseGrid;
 use crate::heightmap::Scene;
 use crate::item::{Item, ItemError, ShapeId};
 use crate::objective::WeightError;
-use crate::plan::Candidate;
-use crate::proposals::{CandidateProposals, Percent, Proposals, Proposer, possible_count};
+use crate::proposals::{
+    CandidateProposals, Percent, Proposals, ProposeAll, Proposer, possible_count,
+};
 use crate::search::{ProposeBest, SearchSettings};
-use crate::step::{StageError, StepInput};
+use crate::step::{Candidate, StageResult, StepInput};
 
 /// How many times more a candidate may be proposed than is kept on average, so that one may get what others do not.
 const WIDER: f64 = 4.0;
@@ -57,8 +58,7 @@ impl CoarseToFine {
         settings: &SearchSettings,
         share: Percent,
     ) -> Result<Self, WeightError> {
-        let best = ProposeBest::new(grids.coarse(), settings, share)?.shared_by_candidates();
-        Ok(Self::new(grids, Box::new(best)))
+        Self::narrowing(grids, settings, share, Box::new(ProposeAll))
     }
 
     /// Among what `wide` proposes for each candidate on the coarse grid, `share` of the coarse placements of all
@@ -105,7 +105,7 @@ impl CoarseToFine {
         }
         let coarse = Arc::new(self.grids.item(item)?);
         let kept = CoarseItem {
-            item: coarse.clone(),
+            item: Arc::clone(&coarse),
             last_used: self.uses,
         };
         self.items.insert(item.shape(), kept);
@@ -114,11 +114,7 @@ impl CoarseToFine {
 }
 
 impl Proposer for CoarseToFine {
-    fn propose(
-        &mut self,
-        input: &StepInput<'_>,
-        proposals: &mut Proposals,
-    ) -> Result<(), StageError> {
+    fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult {
         self.uses += 1;
         let candidates = input.candidates.iter().map(|candidate| {
             Ok(Candidate {

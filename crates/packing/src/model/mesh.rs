@@ -25,17 +25,11 @@ impl Bounds {
     /// The box around points; `None` where there is none.
     pub fn of(points: &[Point3<f64>]) -> Option<Self> {
         let first = *points.first()?;
-        let around = |bounds: Self, point: &Point3<f64>| Self {
-            lowest: bounds.lowest.inf(point),
-            highest: bounds.highest.sup(point),
+        let around = |(lowest, highest): (Point3<f64>, Point3<f64>), point: &Point3<f64>| {
+            (lowest.inf(point), highest.sup(point))
         };
-        Some(points.iter().fold(
-            Self {
-                lowest: first,
-                highest: first,
-            },
-            around,
-        ))
+        let (lowest, highest) = points.iter().fold((first, first), around);
+        Some(Self { lowest, highest })
     }
 
     /// The box's edges, in metres.

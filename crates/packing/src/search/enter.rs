@@ -5,7 +5,6 @@ use pulp::{Simd, WithSimd};
 use super::open::{Extent, Node, OpenList};
 use super::passes::Placements;
 use super::prepared::{Ranking, ViewState};
-use super::value::base;
 use crate::item::ItemView;
 use crate::kernel::{TOGETHER, resting_heights_at};
 
@@ -69,13 +68,10 @@ impl Enter<'_> {
     #[inline(always)]
     fn blocks(self, all: Node, view: &ItemView) -> (u64, u64) {
         let prepared = self.ranking.prepared;
-        let exponent = prepared
-            .windows
-            .as_ref()
-            .map_or(0, |windows| windows.largest());
+        let windows = prepared.windows.as_ref();
+        let exponent = windows.map_or(0, |windows| windows.largest_exponent);
         let side = 1 << exponent;
-        let (nx, ny) = prepared.resting.container().size();
-        let (placed_x, placed_y) = placements((nx, ny), view);
+        let (placed_x, placed_y) = view.corners(prepared.resting.container.size());
         let mut added = 0;
         for x in (0..placed_x).step_by(side) {
             for y in (0..placed_y).step_by(side * TOGETHER) {
@@ -92,13 +88,6 @@ impl Enter<'_> {
     }
 }
 
-/// How many placements a view has along x and y.
-#[inline(always)]
-fn placements((nx, ny): (usize, usize), view: &ItemView) -> (usize, usize) {
-    let along = |cells: usize, footprint: usize| (cells + 1).saturating_sub(footprint);
-    (along(nx, view.nx()), along(ny, view.ny()))
-}
-
 /// Adds blocks of one size and view, those of them that hold a placement below the rim; returns how many.
 #[inline(always)]
 pub(super) fn add(
@@ -111,7 +100,7 @@ pub(super) fn add(
     let Some((state, _, view)) = ranking.view(of.view as usize) else {
         return 0;
     };
-    let container = prepared.resting.container();
+    let container = &prepared.resting.container;
     let map = match (of.extent, &prepared.windows) {
         (Extent::Block { exponent: 0 }, _) => Some(container),
         (Extent::Block { exponent }, Some(windows)) => windows.lowest(exponent),
@@ -120,13 +109,13 @@ pub(super) fn add(
     let (Some(map), Some(offsets)) = (map, prepared.offsets.get(of.view as usize)) else {
         return 0;
     };
-    let (placed_x, placed_y) = placements(container.size(), view);
+    let (placed_x, placed_y) = view.corners(container.size());
     let bases = corners.map(|(x, y)| {
         // One that is beyond the last placement is computed for nothing at the node's own corner.
         if x < placed_x && y < placed_y {
-            base(map, x, y)
+            map.index(x, y)
         } else {
-            base(map, usize::from(of.x), usize::from(of.y))
+            map.index(usize::from(of.x), usize::from(of.y))
         }
     });
     let heights = resting_heights_at(map, bases, view, offsets);

@@ -8,7 +8,6 @@ use rayon::prelude::*;
 use super::enter::add;
 use super::open::{Extent, Node, OpenList};
 use super::prepared::{Ranking, resting};
-use super::value::base;
 use crate::kernel::distance_sum;
 use crate::step::{Evaluated, PlacementCounts};
 
@@ -70,7 +69,7 @@ impl Expand<'_> {
         if !block.is_measured
             && let Some(levels) = windows.and_then(|windows| windows.distance(exponent))
         {
-            let base = base(prepared.resting.container(), x, y);
+            let base = prepared.resting.container.index(x, y);
             let measured = Node {
                 distance_sum: distance_sum(levels, base, view, block.height),
                 is_measured: true,

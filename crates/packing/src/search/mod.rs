@@ -26,12 +26,11 @@ use pulp::Arch;
 use crate::distance::DistanceLevels;
 use crate::evaluator::Evaluator;
 use crate::grid::Grid;
-use crate::heightmap::Heightmap;
 use crate::item::ItemView;
-use crate::objective::{Heuristic, Objective, Order, ViewTerms, WeightError, Weights};
-use crate::proposals::{CandidateProposals, Proposals, YawRange, possible_count_at};
-use crate::resting_maps::RestingMaps;
-use crate::step::{Evaluated, PlacementCounts, StageError, StepInput};
+use crate::objective::{Heuristic, Objective, Order, WeightError, Weights};
+use crate::proposals::{CandidateProposals, Proposals, YawRange, possible_count_below_rim};
+use crate::resting::RestingHeights;
+use crate::step::{Evaluated, PlacementCounts, StageResult, StepInput};
 use enter::Enter;
 use expand::Expand;
 use open::{Node, OpenList};
@@ -47,7 +46,6 @@ pub struct Search {
     arch: Arch,
     pool: Option<Arc<rayon::ThreadPool>>,
     prepared: Prepared,
-    scene_is_stale: bool,
     counts: Vec<PlacementCounts>,
     open: OpenList,
     fresh: Vec<Node>,
@@ -94,14 +92,13 @@ impl Search {
             prepared: Prepared {
                 objective: Objective::new(grid, settings.heuristic, &settings.weights, balanced),
                 seed: settings.seed,
-                resting: RestingMaps::new(grid),
+                resting: RestingHeights::new(grid),
                 distance: needs_distance.then(|| DistanceLevels::new(grid)),
                 proposed: Proposed::new(grid),
                 windows: None,
                 views: Vec::new(),
                 offsets: Vec::new(),
             },
-            scene_is_stale: true,
             counts: Vec::new(),
             open: OpenList::new(),
             fresh: Vec::new(),
@@ -127,15 +124,15 @@ impl Search {
     }
 
     /// Makes everything that depends on the container alone current.
-    fn update_scene(&mut self, heightmap: &Heightmap) {
-        let prepared = &mut self.prepared;
-        if prepared.resting.update(heightmap) || self.scene_is_stale {
+    fn update_scene(&mut self, input: &StepInput<'_>) {
+        let (prepared, heightmap) = (&mut self.prepared, input.scene.heightmap());
+        let buffer = input.candidates.iter().map(|held| &*held.item);
+        if prepared.resting.update(heightmap, buffer) {
             self.arch.dispatch(UpdateScene {
                 prepared,
                 heightmap,
             });
         }
-        self.scene_is_stale = false;
     }
 
     /// Enters the proposed placements of a candidate that stay below the rim.
@@ -162,17 +159,17 @@ impl Search {
                 Entrance::All
             }
         };
-        let mut counts = PlacementCounts::default();
-        let views = item.views();
-        if views.iter().any(|view| view.height() <= self.grid.rim()) {
-            counts.possible = possible_count_at(&self.grid, item, yaws);
-        }
-        for (yaw, view) in views.iter().enumerate().take(yaws.end).skip(yaws.first) {
+        let mut counts = PlacementCounts {
+            possible: possible_count_below_rim(&self.grid, item, yaws),
+            ..PlacementCounts::default()
+        };
+        let views = item.views().iter().enumerate();
+        for (yaw, view) in views.take(yaws.end).skip(yaws.first) {
             let index = self.prepared.views.len();
             self.prepared.views.push(ViewState {
                 candidate,
                 yaw,
-                terms: ViewTerms::new(&self.prepared.objective, view),
+                constant: self.prepared.objective.constant(view),
                 limit: self.grid.rim() - view.height().min(self.grid.rim() + 1),
                 entrance,
             });
@@ -203,9 +200,10 @@ impl Search {
             offsets,
             ..
         } = &mut self.prepared;
-        if let (Some(proposed), Some(offsets)) = (proposed.get_mut(index), offsets.get(index)) {
+        if let (Some(proposed), Some(offsets)) = (proposed.views.get_mut(index), offsets.get(index))
+        {
             self.arch.dispatch(Lower {
-                container: resting.container(),
+                container: &resting.container,
                 view,
                 proposed,
                 offsets,
@@ -220,15 +218,13 @@ impl Evaluator for Search {
         input: &StepInput<'_>,
         group: &[usize],
         proposals: &Proposals,
-    ) -> Result<(), StageError> {
-        self.update_scene(input.scene.heightmap());
+    ) -> StageResult {
+        self.update_scene(input);
         self.prepared.views.clear();
         self.open.clear();
         self.counts.clear();
         self.counts
             .resize(input.candidates.len(), PlacementCounts::default());
-        let buffer = input.candidates.iter().map(|held| &*held.item);
-        self.prepared.resting.keep(buffer);
         // In the order of the candidates, as equal values come in the order of the views.
         for candidate in (0..input.candidates.len()).filter(|held| group.contains(held)) {
             self.enter(input, candidate, proposals);
@@ -236,7 +232,7 @@ impl Evaluator for Search {
         Ok(())
     }
 
-    fn next_best(&mut self, input: &StepInput<'_>) -> Result<Option<Evaluated>, StageError> {
+    fn next_best(&mut self, input: &StepInput<'_>) -> StageResult<Option<Evaluated>> {
         Ok(self.arch.dispatch(Expand {
             ranking: Ranking::new(&self.prepared, input),
             open: &mut self.open,

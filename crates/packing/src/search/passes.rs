@@ -3,7 +3,7 @@
 use super::open::{Extent, NO_HEIGHT, Node};
 use super::proposed::ProposedView;
 use crate::grid::Units;
-use crate::resting_maps::RestingMap;
+use crate::resting::RestingMap;
 
 /// The placements of a view that enter as levels.
 #[derive(Clone, Copy)]
@@ -15,8 +15,8 @@ pub(super) enum Placements<'a> {
 impl Placements<'_> {
     pub(super) fn count(self) -> u64 {
         match self {
-            Self::All(map) => (map.nx * map.ny) as u64,
-            Self::Proposed(proposed) => proposed.len() as u64,
+            Self::All(map) => map.count(),
+            Self::Proposed(proposed) => proposed.corners.len() as u64,
         }
     }
 
@@ -43,7 +43,6 @@ impl Placements<'_> {
 fn summarise(map: &RestingMap, limit: Units) -> (u64, Units) {
     let (mut fitting, mut lowest) = (0, NO_HEIGHT);
     for row in map.rows() {
-        let row = row.get(..map.ny).unwrap_or(&[]);
         let mut row_fitting = 0_u16;
         for height in row {
             row_fitting += u16::from(*height <= limit);
@@ -58,7 +57,6 @@ fn summarise(map: &RestingMap, limit: Units) -> (u64, Units) {
 fn collect(map: &RestingMap, level: Node, placements: &mut Vec<Node>) -> Units {
     let mut next = NO_HEIGHT;
     for (x, row) in map.rows().enumerate() {
-        let row = row.get(..map.ny).unwrap_or(&[]);
         let mut found = false;
         for other in row {
             found |= *other == level.height;

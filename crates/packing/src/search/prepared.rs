@@ -12,10 +12,10 @@ use crate::grid::Units;
 use crate::heightmap::Heightmap;
 use crate::item::ItemView;
 use crate::kernel::BlockOffsets;
-use crate::objective::{Objective, ViewTerms};
+use crate::objective::Objective;
 use crate::placement::{Placement, RestingPlacement};
 use crate::random;
-use crate::resting_maps::RestingMaps;
+use crate::resting::RestingHeights;
 use crate::step::{Candidate, StepInput};
 
 /// What a ranking is made on: maps of the container, and the views that take part.
@@ -23,7 +23,7 @@ use crate::step::{Candidate, StepInput};
 pub(super) struct Prepared {
     pub(super) objective: Objective,
     pub(super) seed: u64,
-    pub(super) resting: RestingMaps,
+    pub(super) resting: RestingHeights,
     pub(super) proposed: Proposed,
     pub(super) distance: Option<DistanceLevels>,
     /// Where placements are not all looked at.
@@ -38,7 +38,8 @@ pub(super) struct Prepared {
 pub(super) struct ViewState {
     pub(super) candidate: usize,
     pub(super) yaw: usize,
-    pub(super) terms: ViewTerms,
+    /// The terms of the objective that are the same for all of its placements.
+    pub(super) constant: f64,
     /// The greatest resting height that fits below the rim.
     pub(super) limit: Units,
     pub(super) entrance: Entrance,
@@ -60,7 +61,7 @@ impl Prepared {
     pub(super) fn valuation(&self) -> Valuation<'_> {
         Valuation {
             objective: &self.objective,
-            container: self.resting.container(),
+            container: &self.resting.container,
             distance: self.distance.as_ref(),
         }
     }
@@ -71,7 +72,7 @@ impl Prepared {
             self.offsets.resize_with(index + 1, BlockOffsets::default);
         }
         if let Some(offsets) = self.offsets.get_mut(index) {
-            offsets.update(self.resting.container(), view);
+            offsets.update(&self.resting.container, view);
         }
     }
 }
@@ -97,7 +98,7 @@ impl WithSimd for UpdateScene<'_> {
             distance.update(self.heightmap);
         }
         if let Some(windows) = windows {
-            windows.update(resting.container(), distance.as_ref());
+            windows.update(&resting.container, distance.as_ref());
         }
     }
 }
@@ -140,7 +141,10 @@ impl<'a> Ranking<'a> {
                 let maps = self.prepared.resting.views(held.item.shape());
                 maps.get(state.yaw).map(Placements::All)
             }
-            Entrance::Proposed => self.prepared.proposed.get(index).map(Placements::Proposed),
+            Entrance::Proposed => {
+                let proposed = self.prepared.proposed.views.get(index);
+                proposed.map(Placements::Proposed)
+            }
         }
     }
 
@@ -149,7 +153,7 @@ impl<'a> Ranking<'a> {
     pub(super) fn bounded(&self, node: Node, state: &ViewState, view: &ItemView) -> Node {
         let objective = &self.prepared.objective;
         let at = (usize::from(node.x), usize::from(node.y));
-        let bound = objective.block_bound(view, &state.terms, at, node.height, node.distance_sum);
+        let bound = objective.block_bound(view, state.constant, at, node.height, node.distance_sum);
         Node { bound, ..node }
     }
 
@@ -160,7 +164,7 @@ impl<'a> Ranking<'a> {
         let value = if let Some((state, held, view)) = self.view(node.view as usize) {
             let seed = random::mix(self.seed, held.arrival as u64);
             let valuation = self.prepared.valuation();
-            valuation.value(view, &state.terms, resting(&node, state), seed)
+            valuation.value(view, state.constant, resting(&node, state), seed)
         } else {
             f64::INFINITY
         };

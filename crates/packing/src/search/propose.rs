@@ -6,8 +6,7 @@ use crate::grid::Grid;
 use crate::objective::{Order, WeightError};
 use crate::placement::Placement;
 use crate::proposals::{Percent, Proposals, ProposeAll, Proposer, all_count};
-use crate::step::StepInput;
-use crate::step::{Candidate, StageError};
+use crate::step::{Candidate, StageResult, StepInput};
 
 /// Proposes the placements of each candidate that a heuristic ranks best, best first: a share of all its placements.
 ///
@@ -60,14 +59,24 @@ impl ProposeBest {
         self.among = proposer;
         self
     }
+
+    /// Keeps the best placements of a group of candidates.
+    fn keep_best(&mut self, input: &StepInput<'_>, group: &[usize], wanted: u64) -> StageResult {
+        self.search.rank(input, group, &self.ranked)?;
+        for _ in 0..wanted {
+            let Some(next) = self.search.next_best(input)? else {
+                break;
+            };
+            if let Some(best) = self.best.get_mut(next.candidate) {
+                best.push(next.resting.placement);
+            }
+        }
+        Ok(())
+    }
 }
 
 impl Proposer for ProposeBest {
-    fn propose(
-        &mut self,
-        input: &StepInput<'_>,
-        proposals: &mut Proposals,
-    ) -> Result<(), StageError> {
+    fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult {
         proposals.clear();
         self.among.propose(input, &mut self.ranked)?;
         if let Some(reason) = self.ranked.degraded() {
@@ -87,27 +96,6 @@ impl Proposer for ProposeBest {
         }
         for best in &self.best {
             proposals.push(best.iter().copied());
-        }
-        Ok(())
-    }
-}
-
-impl ProposeBest {
-    /// Keeps the best placements of a group of candidates.
-    fn keep_best(
-        &mut self,
-        input: &StepInput<'_>,
-        group: &[usize],
-        wanted: u64,
-    ) -> Result<(), StageError> {
-        self.search.rank(input, group, &self.ranked)?;
-        for _ in 0..wanted {
-            let Some(next) = self.search.next_best(input)? else {
-                break;
-            };
-            if let Some(best) = self.best.get_mut(next.candidate) {
-                best.push(next.resting.placement);
-            }
         }
         Ok(())
     }

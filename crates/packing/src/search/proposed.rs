@@ -3,7 +3,6 @@
 use pulp::{Simd, WithSimd};
 
 use super::open::{Extent, NO_HEIGHT, Node};
-use super::value::base;
 use crate::grid::{Grid, Units};
 use crate::item::{Item, ItemView};
 use crate::kernel::{BlockOffsets, PaddedMap, TOGETHER, resting_heights_at};
@@ -12,7 +11,7 @@ use crate::placement::Placement;
 /// The proposed placements of one view, in the order of the proposals, each once.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ProposedView {
-    corners: Vec<(u16, u16)>,
+    pub(super) corners: Vec<(u16, u16)>,
     heights: Vec<Units>,
 }
 
@@ -22,7 +21,7 @@ pub(super) struct Proposed {
     nx: usize,
     ny: usize,
     /// By index of the ranking's view.
-    views: Vec<ProposedView>,
+    pub(super) views: Vec<ProposedView>,
     /// Per cell of the container: the last view that had a placement there, which tells repeated proposals.
     seen: Vec<u64>,
     stamp: u64,
@@ -37,14 +36,6 @@ impl Proposed {
             seen: vec![0; grid.nx() * grid.ny()],
             stamp: 0,
         }
-    }
-
-    pub(super) fn get(&self, index: usize) -> Option<&ProposedView> {
-        self.views.get(index)
-    }
-
-    pub(super) fn get_mut(&mut self, index: usize) -> Option<&mut ProposedView> {
-        self.views.get_mut(index)
     }
 
     /// Takes the placements of an item whose first view has this index, without those that leave the container and
@@ -82,10 +73,6 @@ impl Proposed {
 }
 
 impl ProposedView {
-    pub(super) fn len(&self) -> usize {
-        self.corners.len()
-    }
-
     /// Counts the placements that rest at `limit` or lower; gives the least resting height of any.
     pub(super) fn summarise(&self, limit: Units) -> (u64, Units) {
         let fitting = self.heights.iter().filter(|height| **height <= limit);
@@ -140,7 +127,7 @@ impl WithSimd for Lower<'_> {
             let last = together.last().copied().unwrap_or((0, 0));
             let filled = together.iter().copied().chain(std::iter::repeat(last));
             for (place, (x, y)) in bases.iter_mut().zip(filled) {
-                *place = base(container, usize::from(x), usize::from(y));
+                *place = container.index(usize::from(x), usize::from(y));
             }
             let found = resting_heights_at(container, bases, view, offsets);
             heights.extend(found.iter().take(together.len()));

@@ -4,7 +4,7 @@ use crate::distance::DistanceLevels;
 use crate::grid::Units;
 use crate::item::ItemView;
 use crate::kernel::{PaddedMap, columns_after, contact, distance_sum};
-use crate::objective::{Heuristic, Objective, ViewTerms};
+use crate::objective::{Heuristic, Objective};
 use crate::placement::{Placement, RestingPlacement};
 use crate::random;
 
@@ -17,19 +17,14 @@ pub(crate) struct Valuation<'a> {
     pub(crate) distance: Option<&'a DistanceLevels>,
 }
 
-/// The index of a footprint's first cell in a padded map.
-#[inline(always)]
-pub(crate) fn base(container: &PaddedMap, x: usize, y: usize) -> usize {
-    x * container.stride() + y
-}
-
 impl Valuation<'_> {
-    /// `F(b, p)` of an item's view at a resting placement; `seed` is the item's own, for [`Heuristic::Random`].
+    /// `F(b, p)` of an item's view at a resting placement, given the view's [`Objective::constant`]; `seed` is the
+    /// item's own, for [`Heuristic::Random`].
     #[inline(always)]
     pub(crate) fn value(
         &self,
         view: &ItemView,
-        terms: &ViewTerms,
+        constant: f64,
         at: RestingPlacement,
         seed: u64,
     ) -> f64 {
@@ -40,14 +35,13 @@ impl Valuation<'_> {
         } = *self;
         let Placement { x, y, .. } = at.placement;
         let height: Units = at.resting_height;
-        let base = base(container, x, y);
-        let constant = terms.constant;
+        let base = container.index(x, y);
         match objective.heuristic {
             Heuristic::Sdfm => {
                 let Some(distance) = distance else {
                     return f64::INFINITY;
                 };
-                let sum = distance_sum(distance.levels(), base, view, height);
+                let sum = distance_sum(&distance.levels, base, view, height);
                 objective.sdfm(height, sum as f64 / view.voxel_count() as f64, constant)
             }
             Heuristic::Dbl => objective.dbl(height, x, y, constant),

@@ -18,8 +18,8 @@ const LARGEST_SHARE: usize = 8;
 /// The windowed maps of a container.
 #[derive(Debug)]
 pub(super) struct Windows {
-    /// The largest blocks have `2^exponents` placements a side.
-    exponents: u8,
+    /// The largest blocks have `2^largest_exponent` placements a side.
+    pub(super) largest_exponent: u8,
     /// The container's least heights in windows of `2^(entry + 1)` cells a side.
     lowest: Vec<PaddedMap>,
     /// The distance levels' greatest heights in the same windows; none where the objective knows no distance.
@@ -39,18 +39,13 @@ impl Windows {
             Heuristic::Mta | Heuristic::FirstFit | Heuristic::Random => return None,
         };
         Some(Self {
-            exponents: exponents as u8,
+            largest_exponent: exponents as u8,
             lowest: (0..exponents).map(|_| map()).collect(),
             distance: (0..of_distance)
                 .map(|_| std::array::from_fn(|_| map()))
                 .collect(),
             row: vec![0; grid.ny()],
         })
-    }
-
-    /// `e` of the largest blocks.
-    pub(super) fn largest(&self) -> u8 {
-        self.exponents
     }
 
     /// The container's least heights in the windows of blocks of more than one placement.
@@ -74,7 +69,7 @@ impl Windows {
             finer = wider;
         }
         let Some(distance) = distance else { return };
-        let mut finer = distance.levels();
+        let mut finer = &distance.levels;
         for (exponent, wider) in self.distance.iter_mut().enumerate() {
             for (finer, wider) in finer.iter().zip(wider.iter_mut()) {
                 widen(finer, 1 << exponent, Units::max, wider, &mut self.row);

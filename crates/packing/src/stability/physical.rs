@@ -1,16 +1,15 @@
 //! The physical stability test.
 
-use nalgebra::Point2;
 use serde::{Deserialize, Serialize};
 
 use super::polygon::SupportPolygon;
-use crate::check::{Cost, ValidityCheck, Verdict};
+use crate::check::{Condition, Cost};
 use crate::grid::Grid;
 use crate::heightmap::Scene;
 use crate::item::{ABSENT, ItemView};
-use crate::placement::{Placement, RestingPlacement};
+use crate::placement::RestingPlacement;
 use crate::refusal::Cause;
-use crate::step::{Candidate, StageError, StepInput};
+use crate::step::{Candidate, StepInput};
 
 /// What the physical stability test asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -70,11 +69,7 @@ impl PhysicalStability {
         view: &ItemView,
         resting: &RestingPlacement,
     ) -> f64 {
-        let Placement {
-            x: corner_x,
-            y: corner_y,
-            ..
-        } = resting.placement;
+        let (corner_x, corner_y) = (resting.placement.x, resting.placement.y);
         let resolution = grid.resolution();
         let samples = resolution.samples_per_cell();
         let underside = view
@@ -92,11 +87,8 @@ impl PhysicalStability {
             let unit_m = resolution.height_unit_m() as f32;
             let ny = view.ny();
             self.find_contacts(view.nx(), resolution.cell_m(), |x| {
-                let below = scene
-                    .heightmap()
-                    .row(corner_x + x)
-                    .get(corner_y..)
-                    .unwrap_or(&[]);
+                let below = scene.heightmap().row(corner_x + x);
+                let below = below.get(corner_y..).unwrap_or(&[]);
                 let lower = view.bottom().get(x * ny..(x + 1) * ny).unwrap_or(&[]);
                 below.iter().zip(lower).map(move |(below, bottom)| {
                     let lower_m = if *bottom == ABSENT {
@@ -118,7 +110,7 @@ impl PhysicalStability {
     /// lie `pitch_m` apart. The underside is infinite where there is no material.
     fn find_contacts<Row>(&mut self, nx: usize, pitch_m: f64, row: impl Fn(usize) -> Row)
     where
-        Row: Iterator<Item = (f32, f32)> + ExactSizeIterator,
+        Row: DoubleEndedIterator<Item = (f32, f32)> + ExactSizeIterator,
     {
         let resting_m = (0..nx)
             .map(|x| row(x).fold(0.0_f32, |rest, (below, lower)| rest.max(below - lower)))
@@ -128,34 +120,18 @@ impl PhysicalStability {
         for x in 0..nx {
             // The floor is content too, at height 0, which the surface never lies below.
             let is_contact = |(below, lower): (f32, f32)| below - lower >= touching;
-            let first = row(x).position(is_contact);
-            let Some(first) = first else { continue };
-            let last = row(x)
-                .enumerate()
-                .filter(|(_, pair)| is_contact(*pair))
-                .last();
-            for y in [first, last.map_or(first, |(y, _)| y)] {
-                let sample = Point2::new(x as f64 + 0.5, y as f64 + 0.5);
-                self.polygon.add(sample * pitch_m);
-            }
+            let contacts = row(x).enumerate().filter(|(_, pair)| is_contact(*pair));
+            self.polygon.add_row(x, contacts.map(|(y, _)| y), pitch_m);
         }
     }
 }
 
-impl ValidityCheck for PhysicalStability {
-    fn cost(&self) -> Cost {
-        Cost::Footprint
-    }
+impl Condition for PhysicalStability {
+    const COST: Cost = Cost::Footprint;
+    const CAUSE: Cause = Cause::Unstable;
 
-    fn judge(
-        &mut self,
-        input: &StepInput<'_>,
-        candidate: &Candidate,
-        resting: &RestingPlacement,
-    ) -> Result<Verdict, StageError> {
-        let view = candidate.item.views().get(resting.placement.yaw);
-        let is_stable =
-            view.is_some_and(|view| self.is_stable(input.grid, input.scene, view, resting));
-        Ok(Verdict::of(is_stable, Cause::Unstable))
+    fn is_met(&mut self, input: &StepInput<'_>, held: &Candidate, at: &RestingPlacement) -> bool {
+        let view = held.item.views().get(at.placement.yaw);
+        view.is_some_and(|view| self.is_stable(input.grid, input.scene, view, at))
     }
 }

@@ -20,9 +20,17 @@ impl SupportPolygon {
         self.contacts.clear();
     }
 
-    /// Adds a contact. Contacts must come ordered by x; those of one x in any order.
-    pub(super) fn add(&mut self, contact: Point2<f64>) {
-        self.contacts.push(contact);
+    /// Adds contacts in the middles of cells: those with index `x` along x and these indices along y, which increase.
+    /// Only the outermost can be corners of the hull. The cells' edge gives the unit of length.
+    pub(super) fn add_row(
+        &mut self,
+        x: usize,
+        mut ys: impl DoubleEndedIterator<Item = usize>,
+        cell: f64,
+    ) {
+        let middle = |y: usize| Point2::new(x as f64 + 0.5, y as f64 + 0.5) * cell;
+        self.contacts.extend(ys.next().map(middle));
+        self.contacts.extend(ys.next_back().map(middle));
     }
 
     /// How far `point` lies inside the hull of the contacts: its distance to the nearest edge, negative outside.
@@ -75,22 +83,15 @@ mod tests {
 
     fn depth(contacts: &[(f64, f64)], point: (f64, f64)) -> f64 {
         let mut polygon = SupportPolygon::default();
-        contacts
-            .iter()
-            .for_each(|(x, y)| polygon.add(Point2::new(*x, *y)));
+        let contacts = contacts.iter().map(|(x, y)| Point2::new(*x, *y));
+        polygon.contacts.extend(contacts);
         polygon.depth(Point2::new(point.0, point.1))
     }
 
     #[test]
     fn depth_is_the_distance_to_the_nearest_edge() {
-        let square = [
-            (0.0, 0.0),
-            (0.0, 4.0),
-            (2.0, 2.0),
-            (4.0, 0.0),
-            (4.0, 4.0),
-            (4.0, 2.0),
-        ];
+        let sides = [(0.0, 0.0), (0.0, 4.0), (4.0, 0.0), (4.0, 4.0)];
+        let square = [&sides[..], &[(2.0, 2.0), (4.0, 2.0)]].concat();
         assert!((depth(&square, (1.0, 2.0)) - 1.0).abs() < 1e-12);
         assert!((depth(&square, (5.0, 2.0)) + 1.0).abs() < 1e-12);
         let triangle = [(0.0, 0.0), (4.0, 0.0), (0.0, 4.0)];
@@ -99,11 +100,8 @@ mod tests {
 
     #[test]
     fn points_and_lines_support_nothing() {
-        for contacts in [
-            &[][..],
-            &[(1.0, 1.0)],
-            &[(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)],
-        ] {
+        let line = [(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)];
+        for contacts in [&[], &line[1..2], &line] {
             assert_eq!(depth(contacts, (1.0, 1.0)), f64::NEG_INFINITY);
         }
     }

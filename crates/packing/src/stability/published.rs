@@ -1,15 +1,13 @@
 //! The published stability test.
 
-use nalgebra::Point2;
-
 use super::polygon::SupportPolygon;
-use crate::check::{Cost, ValidityCheck, Verdict};
+use crate::check::{Condition, Cost};
 use crate::grid::{Grid, Units};
 use crate::heightmap::Heightmap;
 use crate::item::{ABSENT, ItemView};
 use crate::placement::RestingPlacement;
 use crate::refusal::Cause;
-use crate::step::{Candidate, StageError, StepInput};
+use crate::step::{Candidate, StepInput};
 
 /// Contact is counted over this height: 5 units of 0.2 cm in the paper.
 const CONTACT_HEIGHT_M: f64 = 0.01;
@@ -65,39 +63,21 @@ impl PublishedStability {
             let below = heightmap.row(resting.placement.x + x);
             let below = below.get(resting.placement.y..).unwrap_or(&[]);
             let columns = tops.iter().zip(bottoms).zip(below).enumerate();
-            let mut contacts = columns
-                .filter(|(_, ((top, bottom), below))| {
-                    **bottom != ABSENT && is_contact(**top, **bottom, **below)
-                })
-                .map(|(y, _)| Point2::new(x as f64 + 0.5, y as f64 + 0.5));
-            // Only a row's outermost contacts can be corners of the hull.
-            if let Some(first) = contacts.next() {
-                self.polygon.add(first);
-                contacts
-                    .next_back()
-                    .into_iter()
-                    .for_each(|last| self.polygon.add(last));
-            }
+            let contacts = columns.filter(|(_, ((top, bottom), below))| {
+                **bottom != ABSENT && is_contact(**top, **bottom, **below)
+            });
+            self.polygon.add_row(x, contacts.map(|(y, _)| y), 1.0);
         }
         self.polygon.depth(view.centroid_cells())
     }
 }
 
-impl ValidityCheck for PublishedStability {
-    fn cost(&self) -> Cost {
-        Cost::Footprint
-    }
+impl Condition for PublishedStability {
+    const COST: Cost = Cost::Footprint;
+    const CAUSE: Cause = Cause::UnstableByPublishedTest;
 
-    fn judge(
-        &mut self,
-        input: &StepInput<'_>,
-        candidate: &Candidate,
-        resting: &RestingPlacement,
-    ) -> Result<Verdict, StageError> {
-        let view = candidate.item.views().get(resting.placement.yaw);
-        let heightmap = input.scene.heightmap();
-        let is_stable =
-            view.is_some_and(|view| self.is_stable(input.grid, heightmap, view, resting));
-        Ok(Verdict::of(is_stable, Cause::UnstableByPublishedTest))
+    fn is_met(&mut self, input: &StepInput<'_>, held: &Candidate, at: &RestingPlacement) -> bool {
+        let view = held.item.views().get(at.placement.yaw);
+        view.is_some_and(|view| self.is_stable(input.grid, input.scene.heightmap(), view, at))
     }
 }

@@ -3,7 +3,6 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
 use ppnpack_packing::heightmap::Heightmap;
 use ppnpack_packing::item::{ABSENT, Item, ViewSurfaces};
@@ -72,15 +71,7 @@ fn surfaces(nx: usize, ny: usize, cells: &[(i16, i16, u8)]) -> ViewSurfaces {
         bottom.push(if is_absent(index) { ABSENT } else { low });
         top.push(if is_absent(index) { 0 } else { low + thickness });
     }
-    ViewSurfaces {
-        nx,
-        ny,
-        top,
-        bottom,
-        underside: None,
-        origin_from_corner_m: Vector3::zeros(),
-        centre_of_mass_m: None,
-    }
+    ViewSurfaces::of_cells(nx, ny, top, bottom)
 }
 
 /// An item with this many yaws.

@@ -3,7 +3,6 @@
 use std::time::Instant;
 
 use ppnpack_packing::proposals::{Proposals, YawRange};
-use ppnpack_packing::search::Search;
 use ppnpack_packing::step::{Candidate, Evaluated, StepInput};
 use ppnpack_packing::valid::ValidSearch;
 use ppnpack_service::rpc::Incoming;
@@ -111,11 +110,7 @@ impl Asked<'_> {
     }
 
     /// Goes through a new ranking up to what was given before.
-    fn leave_out(
-        &self,
-        search: &mut ValidSearch<Search>,
-        input: &StepInput<'_>,
-    ) -> Result<(), Refusal> {
+    fn leave_out(&self, search: &mut ValidSearch, input: &StepInput<'_>) -> Result<(), Refusal> {
         let Some(after) = &self.after else {
             return Ok(());
         };

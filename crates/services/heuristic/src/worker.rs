@@ -75,7 +75,7 @@ struct KeptSearch {
 
 /// A search, and how far it was asked for.
 pub(crate) struct Ranking {
-    pub(crate) search: ValidSearch<Search>,
+    pub(crate) search: ValidSearch,
     /// The ranking that the search is in, where more of it may be asked for.
     pub(crate) given: Option<Given>,
 }
@@ -223,7 +223,7 @@ impl Worker {
             settings: settings.clone(),
             checks: checks.to_vec(),
             ranking: Ranking {
-                search: ValidSearch::new(search, boxed),
+                search: ValidSearch::new(Box::new(search), boxed),
                 given: None,
             },
         })

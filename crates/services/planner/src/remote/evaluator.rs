@@ -8,7 +8,9 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::method::{Method, Stability};
 use ppnpack_packing::objective::WeightError;
-use ppnpack_packing::proposals::{Proposals, possible_count_at, possible_count_below_rim};
+use ppnpack_packing::proposals::{
+    Proposals, YawRange, possible_count_at, possible_count_below_rim,
+};
 use ppnpack_packing::refusal::Refusals;
 use ppnpack_packing::step::{Evaluated, PlacementCounts, Shortfall, StageError, StepInput};
 use ppnpack_packing::valid::Tally;
@@ -329,7 +331,8 @@ impl Evaluator for SharedEvaluator {
         self.page = input.wanted().min(MAX_PAGE);
         let items = input.candidates.iter().map(|held| &*held.item);
         // Parts with proposals count the placements of all yaws each.
-        let possible = |item: &Item| possible_count_below_rim(input.grid, item);
+        let possible =
+            |item: &Item| possible_count_below_rim(input.grid, item, YawRange::all(item));
         self.possible = items.map(possible).collect();
         self.begin(input, &parts(group, input.candidates, proposals))
     }

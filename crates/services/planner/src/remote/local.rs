@@ -18,7 +18,7 @@ pub(crate) const MAX_SEARCHES: usize = 16;
 pub(crate) struct LocalSearches {
     grid: Grid,
     method: Method,
-    searches: Vec<ValidSearch<Search>>,
+    searches: Vec<ValidSearch>,
 }
 
 impl LocalSearches {
@@ -89,7 +89,7 @@ impl LocalSearches {
     }
 }
 
-fn search(grid: &Grid, method: &Method) -> Result<ValidSearch<Search>, WeightError> {
+fn search(grid: &Grid, method: &Method) -> Result<ValidSearch, WeightError> {
     let search = Search::new(grid, &method.search_settings())?.bounded();
-    Ok(ValidSearch::new(search, method.stability.checks()))
+    Ok(ValidSearch::new(Box::new(search), method.stability.checks()))
 }
