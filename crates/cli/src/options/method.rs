@@ -214,7 +214,8 @@ impl Method {
         self.proposals.open(grid, &self.search_settings(), network)
     }
 
-    fn search_settings(&self) -> SearchSettings {
+    /// What its search is made for.
+    pub fn search_settings(&self) -> SearchSettings {
         SearchSettings {
             heuristic: self.heuristic,
             order: self.order,

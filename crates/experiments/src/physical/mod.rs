@@ -17,7 +17,6 @@ use clap::Args;
 use ppnpack_bridge::simulated::Scan;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_recognition::library::Library;
 use ppnpack_robot::station::ArmStation;
@@ -26,16 +25,18 @@ use rand::seq::index;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::document;
+use crate::method::sdfm;
 use crate::network::NetworkOptions;
-use crate::runs::Runs;
-use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
+use crate::runs::{Runs, hash};
+use ppnpack_cli::failure::{Failure, OrInput, Outcome};
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{Method, Network, ProposalSource, Simulated, StabilityOption, positive};
 use ppnpack_cli::progress;
-use ppnpack_cli::stack::controller::Controller;
 use ppnpack_cli::stack::{Plan, Sensing, Stack};
 use record::RunRecord;
-use run::{Bench, Case};
+use results::Results;
+use run::Case;
 use setup::Settings;
 use sums::Line;
 
@@ -129,6 +130,8 @@ pub(super) struct PhysicalArguments {
 /// A way to plan.
 struct Contender {
     name: String,
+    /// What files are named by.
+    key: &'static str,
     proposals: ProposalSource,
 }
 
@@ -146,12 +149,14 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
     let items = catalogue.items();
     let mut contenders = vec![Contender {
         name: "exhaustive".to_owned(),
+        key: "exhaustive",
         proposals: ProposalSource::All,
     }];
     if let Ok(model) = &model {
         let percent = network.percent();
         contenders.push(Contender {
             name: format!("network, K = {percent} %"),
+            key: "network",
             proposals: network.source(&grid, model),
         });
     }
@@ -168,11 +173,17 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
     let mut lines = Vec::new();
     for contender in &contenders {
         let records = world.runs(arguments, contender, &runs)?;
-        lines.push(Line::new(&contender.name, records));
+        lines.push(Line::new(&contender.name, contender.key, records));
     }
-    let without_network = model.err();
-    let kept = (pool.unseen.len(), pool.others.len());
-    results::publish(arguments, &settings, kept, lines, without_network)
+    let results = Results {
+        machine: document::machine(),
+        settings: &settings,
+        unseen_held: pool.unseen.len(),
+        others_held: pool.others.len(),
+        without_network: model.err(),
+        lines,
+    };
+    results::publish(arguments, &results)
 }
 
 /// The objects that runs draw from, by index.
@@ -210,6 +221,12 @@ struct World<'a> {
 }
 
 impl World<'_> {
+    /// The index of an object that can be recognised.
+    fn known(&self, name: &str) -> Option<usize> {
+        let mut objects = self.library.objects.iter();
+        objects.position(|object| object.model.name == name)
+    }
+
     /// All runs of a contender: those on disk, and the others through a stack of its own.
     fn runs(
         &self,
@@ -217,28 +234,19 @@ impl World<'_> {
         contender: &Contender,
         runs: &Runs,
     ) -> Outcome<Vec<RunRecord>> {
-        let name = |number: u32| {
-            let proposals = serde_json::to_vec(&contender.proposals).or_run()?;
-            let key = blake3::hash(&proposals).to_hex();
-            Ok::<_, Failure>(format!("{}-{number}", key.get(..16).unwrap_or("key")))
-        };
+        let key = hash(&contender.proposals, 16)?;
         let mut stack = None;
         let mut records = Vec::new();
         let bar = progress::bar("Runs", u64::from(arguments.runs));
         for number in 0..arguments.runs {
-            let name = name(number)?;
-            let record = runs.finish(
-                &name,
-                |_| true,
-                || {
-                    let running = match &mut stack {
-                        Some(running) => running,
-                        none => none.insert(self.start(contender)?),
-                    };
-                    self.run_once(arguments, contender, number, running)
-                },
-            )?;
-            records.push(record);
+            let make = || {
+                let running = match &mut stack {
+                    Some(running) => running,
+                    none => none.insert(self.start(contender)?),
+                };
+                self.run_once(arguments, contender, number, running)
+            };
+            records.push(runs.finish(&format!("{key}-{number}"), |_| true, make)?);
             bar.inc(1);
         }
         bar.finish_and_clear();
@@ -250,15 +258,11 @@ impl World<'_> {
 
     fn start(&self, contender: &Contender) -> Outcome<Stack> {
         let settings = self.settings;
+        let proposals = contender.proposals.clone();
+        let stability = StabilityOption::Physical;
         let method = Method {
-            heuristic: Heuristic::Sdfm,
-            order: Order::Balance,
-            proposals: contender.proposals.clone(),
-            stability: StabilityOption::Physical,
             arm: settings.arm.clone(),
-            weights: Weights::default(),
-            buffer: settings.buffer,
-            seed: settings.seed,
+            ..sdfm(proposals, stability, settings.buffer, settings.seed)
         };
         let is_network = contender.proposals.is_network();
         Stack::start(&Plan {
@@ -294,27 +298,10 @@ impl World<'_> {
         number: u32,
         stack: &Stack,
     ) -> Outcome<RunRecord> {
-        let bench = Bench {
-            controller: Controller::new(stack.client(), cell()?),
-            session: stack.session(),
-            cell: cell()?,
-            catalogue: self.catalogue,
-            library: self.library,
-            buffer: self.settings.buffer,
-        };
-        let mut done = bench.run(&self.case(number))?;
-        content::measure(
-            &mut done,
-            self.catalogue,
-            &self.settings.simulated,
-            self.grid,
-        )?;
+        let mut done = run::run(self, stack, &self.case(number))?;
+        content::measure(&mut done, self)?;
         if number == 0 {
-            let folder = arguments.out.join(if contender.proposals.is_network() {
-                "network"
-            } else {
-                "exhaustive"
-            });
+            let folder = arguments.out.join(contender.key);
             pictures::draw(&done, self.catalogue, self.grid, &folder)?;
         }
         Ok(done.record)
@@ -327,10 +314,8 @@ impl World<'_> {
         random.set_stream(u64::from(number));
         let mut draw = |from: &[usize], count: u32| -> Vec<usize> {
             let drawn = index::sample(&mut random, from.len(), count as usize);
-            drawn
-                .iter()
-                .filter_map(|at| from.get(at).copied())
-                .collect()
+            let drawn = drawn.iter().filter_map(|at| from.get(at).copied());
+            drawn.collect()
         };
         let mut objects = draw(&self.pool.unseen, settings.unseen_count);
         objects.extend(draw(&self.pool.others, settings.known_count));
