@@ -35,17 +35,6 @@ pub(crate) fn publish(
     as_json: bool,
 ) -> Outcome {
     save(folder, name, results, markdown)?;
-    show(folder, name, results, markdown, as_json)
-}
-
-/// Prints one of the two.
-pub(crate) fn show(
-    folder: &Path,
-    name: &str,
-    results: &impl Serialize,
-    markdown: &str,
-    as_json: bool,
-) -> Outcome {
     if as_json {
         print_json(results)?;
     } else {

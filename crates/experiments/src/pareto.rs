@@ -135,16 +135,10 @@ pub(crate) fn run(arguments: &ParetoArguments, backend: &dyn Backend) -> Outcome
         results.without_network = comparison.without_network();
         results.grids.push(compare(arguments, *option, comparison)?);
         // What is done is shown, even if a later grid is interrupted.
-        publish(arguments, &results)?;
+        save(arguments, &results)?;
     }
-    let markdown = markdown(&results);
-    document::show(
-        &arguments.out,
-        "pareto",
-        &results,
-        &markdown,
-        arguments.json,
-    )
+    let (folder, markdown) = (&arguments.out, markdown(&results));
+    document::publish(folder, "pareto", &results, &markdown, arguments.json)
 }
 
 fn compare(
@@ -193,7 +187,7 @@ fn contenders(arguments: &ParetoArguments, comparison: &Comparison<'_>) -> Vec<C
     contenders.collect()
 }
 
-fn publish(arguments: &ParetoArguments, results: &Results) -> Outcome {
+fn save(arguments: &ParetoArguments, results: &Results) -> Outcome {
     let folder = &arguments.out;
     let draw = |name: &str, grids: &[OfGrid]| {
         document::figure(folder, name, scatter(grids).to_svg([900, 600]))

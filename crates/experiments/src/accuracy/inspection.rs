@@ -154,22 +154,18 @@ fn each_square(mesh: &Mesh, mut visit: impl FnMut(usize, f64, f64)) {
 /// The lowest of some random places, at random yaws.
 fn placed(content: &Content, model: &Model, random: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
     let pose = random.random_range(0..model.resting_poses.len().min(4));
-    let mut best: Option<Isometry3<f64>> = None;
-    let mut lowest_m = f64::INFINITY;
-    for _ in 0..20 {
+    let poses = (0..20).filter_map(|_| {
         let rotation = any_turn(random) * model.resting_poses[pose].rotation;
         let place = Point2::new(
             between(random, 0.01, CONTAINER.x_m - 0.01),
             between(random, 0.01, CONTAINER.y_m - 0.01),
         );
-        if let Some(pose) = content.lowered(model, &rotation, place) {
-            let top_m = model.mesh.transformed(&pose).bounds().unwrap().highest.z;
-            if top_m < lowest_m {
-                (lowest_m, best) = (top_m, Some(pose));
-            }
-        }
-    }
-    best
+        let pose = content.lowered(model, &rotation, place)?;
+        let top_m = model.mesh.transformed(&pose).bounds()?.highest.z;
+        Some((top_m, pose))
+    });
+    let lowest = poses.min_by(|one, other| one.0.total_cmp(&other.0));
+    lowest.map(|(_, pose)| pose)
 }
 
 /// A horizontal direction.

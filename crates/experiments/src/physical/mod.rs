@@ -31,7 +31,7 @@ use crate::network::NetworkOptions;
 use crate::runs::{Runs, hash};
 use ppnpack_cli::failure::{Failure, OrInput, Outcome};
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::{Method, Network, ProposalSource, Simulated, StabilityOption, positive};
+use ppnpack_cli::options::{Network, ProposalSource, Simulated, StabilityOption, positive};
 use ppnpack_cli::progress;
 use ppnpack_cli::stack::{Plan, Sensing, Stack};
 use record::RunRecord;
@@ -142,7 +142,7 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
     let library = setup::library(&catalogue, if settings.strangers { unseen } else { 0 })?;
     let station = settings.arm.as_ref().map(ArmStation::new).transpose();
     let held = held::objects(&catalogue, &grid, station.or_input()?.as_ref());
-    let pool = Pool::new(arguments, held, unseen)?;
+    let (unseen, others) = pools(arguments, held, unseen)?;
     let runs = Runs::new(&arguments.out.join("runs"), &settings)?;
     let network = arguments.network.with_default(PERCENT);
     let model = network.find(backend, &grid)?;
@@ -167,7 +167,8 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
         settings: &settings,
         catalogue: &catalogue,
         library: &library,
-        pool: &pool,
+        unseen,
+        others,
         network,
     };
     let mut lines = Vec::new();
@@ -178,36 +179,32 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
     let results = Results {
         machine: document::machine(),
         settings: &settings,
-        unseen_held: pool.unseen.len(),
-        others_held: pool.others.len(),
+        unseen_held: world.unseen.len(),
+        others_held: world.others.len(),
         without_network: model.err(),
         lines,
     };
     results::publish(arguments, &results)
 }
 
-/// The objects that runs draw from, by index.
-struct Pool {
-    unseen: Vec<usize>,
-    others: Vec<usize>,
-}
-
-impl Pool {
-    /// Those of `held`; the first `unseen` of the catalogue are unseen.
-    fn new(arguments: &PhysicalArguments, held: Vec<usize>, unseen: usize) -> Outcome<Self> {
-        let (unseen, others): (Vec<usize>, Vec<usize>) =
-            held.into_iter().partition(|index| *index < unseen);
-        let is_enough = unseen.len() >= arguments.unseen_count as usize
-            && others.len() >= arguments.known_count as usize;
-        if !is_enough {
-            return Err(Failure::input(format_args!(
-                "the arm can hold {} objects of --unseen and {} of --known: too few for a run",
-                unseen.len(),
-                others.len()
-            )));
-        }
-        Ok(Self { unseen, others })
+/// The objects of `held` that runs draw from: unseen ones, which are the first `unseen` of the catalogue, and others.
+fn pools(
+    arguments: &PhysicalArguments,
+    held: Vec<usize>,
+    unseen: usize,
+) -> Outcome<(Vec<usize>, Vec<usize>)> {
+    let (unseen, others): (Vec<usize>, Vec<usize>) =
+        held.into_iter().partition(|index| *index < unseen);
+    let is_enough = unseen.len() >= arguments.unseen_count as usize
+        && others.len() >= arguments.known_count as usize;
+    if !is_enough {
+        return Err(Failure::input(format_args!(
+            "the arm can hold {} objects of --unseen and {} of --known: too few for a run",
+            unseen.len(),
+            others.len()
+        )));
     }
+    Ok((unseen, others))
 }
 
 /// What runs are made in.
@@ -216,7 +213,9 @@ struct World<'a> {
     settings: &'a Settings,
     catalogue: &'a Catalogue,
     library: &'a Arc<Library>,
-    pool: &'a Pool,
+    /// The objects that runs draw from, by index.
+    unseen: Vec<usize>,
+    others: Vec<usize>,
     network: Option<Network<'a>>,
 }
 
@@ -240,11 +239,17 @@ impl World<'_> {
         let bar = progress::bar("Runs", u64::from(arguments.runs));
         for number in 0..arguments.runs {
             let make = || {
-                let running = match &mut stack {
+                let stack = match &mut stack {
                     Some(running) => running,
                     none => none.insert(self.start(contender)?),
                 };
-                self.run_once(arguments, contender, number, running)
+                let mut done = run::run(self, stack, &self.case(number))?;
+                content::measure(&mut done, self)?;
+                if number == 0 {
+                    let folder = arguments.out.join(contender.key);
+                    pictures::draw(&done, self.catalogue, self.grid, &folder)?;
+                }
+                Ok(done.record)
             };
             records.push(runs.finish(&format!("{key}-{number}"), |_| true, make)?);
             bar.inc(1);
@@ -259,12 +264,10 @@ impl World<'_> {
     fn start(&self, contender: &Contender) -> Outcome<Stack> {
         let settings = self.settings;
         let proposals = contender.proposals.clone();
-        let stability = StabilityOption::Physical;
-        let method = Method {
-            arm: settings.arm.clone(),
-            ..sdfm(proposals, stability, settings.buffer, settings.seed)
-        };
-        let is_network = contender.proposals.is_network();
+        let (stability, buffer) = (StabilityOption::Physical, settings.buffer);
+        let mut method = sdfm(proposals, stability, buffer, settings.seed);
+        method.arm = settings.arm.clone();
+        let is_network = method.proposals.is_network();
         Stack::start(&Plan {
             cells: vec![cell()?],
             grid: self.grid,
@@ -291,22 +294,6 @@ impl World<'_> {
         })
     }
 
-    fn run_once(
-        &self,
-        arguments: &PhysicalArguments,
-        contender: &Contender,
-        number: u32,
-        stack: &Stack,
-    ) -> Outcome<RunRecord> {
-        let mut done = run::run(self, stack, &self.case(number))?;
-        content::measure(&mut done, self)?;
-        if number == 0 {
-            let folder = arguments.out.join(contender.key);
-            pictures::draw(&done, self.catalogue, self.grid, &folder)?;
-        }
-        Ok(done.record)
-    }
-
     /// The objects of a run, the same for every contender.
     fn case(&self, number: u32) -> Case {
         let settings = self.settings;
@@ -317,8 +304,8 @@ impl World<'_> {
             let drawn = drawn.iter().filter_map(|at| from.get(at).copied());
             drawn.collect()
         };
-        let mut objects = draw(&self.pool.unseen, settings.unseen_count);
-        objects.extend(draw(&self.pool.others, settings.known_count));
+        let mut objects = draw(&self.unseen, settings.unseen_count);
+        objects.extend(draw(&self.others, settings.known_count));
         // The known object comes at any time.
         for last in (1..objects.len()).rev() {
             objects.swap(last, random.random_range(0..=last));
