@@ -120,13 +120,8 @@ fn settings(
     catalogue: &Catalogue,
     simulated: &Simulated,
 ) -> Outcome<Settings> {
-    let buffer = arguments.buffer as usize;
-    let method = sdfm(
-        ProposalSource::All,
-        arguments.stability,
-        buffer,
-        arguments.seed,
-    );
+    let (buffer, seed) = (arguments.buffer as usize, arguments.seed);
+    let method = sdfm(ProposalSource::All, arguments.stability, buffer, seed);
     Ok(Settings {
         format_version: FORMAT_VERSION,
         package_version: env!("CARGO_PKG_VERSION").to_owned(),

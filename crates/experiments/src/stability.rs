@@ -172,14 +172,8 @@ pub(crate) fn run(arguments: &StabilityArguments) -> Outcome {
         tallies: tallies(&trials),
         settings: &settings,
     };
-    let markdown = markdown(&results, trials.len());
-    document::publish(
-        &arguments.out,
-        "stability",
-        &results,
-        &markdown,
-        arguments.json,
-    )
+    let (folder, markdown) = (&arguments.out, markdown(&results, trials.len()));
+    document::publish(folder, "stability", &results, &markdown, arguments.json)
 }
 
 /// The trials along one packed sequence.
@@ -269,11 +263,8 @@ impl<'a> Trials<'a> {
             while let Some(next) = done(self.ranking.next_best(input))? {
                 ranked.push(next);
             }
-            for drawn in [Drawn::Anywhere, Drawn::Best] {
-                let among = match drawn {
-                    Drawn::Anywhere => ranked.len(),
-                    Drawn::Best => ranked.len().min(BEST_RANKS),
-                };
+            let (all, best) = (ranked.len(), ranked.len().min(BEST_RANKS));
+            for (drawn, among) in [(Drawn::Anywhere, all), (Drawn::Best, best)] {
                 for _ in 0..self.settings.placements.min(among) {
                     let rank = self.random.random_range(0..among);
                     if let Some(at) = ranked.get(rank).copied() {
@@ -299,14 +290,14 @@ impl<'a> Trials<'a> {
             view.ok_or_else(|| Failure::Run(anyhow::anyhow!("the placement has no view")))?;
         let report = done(self.cell.try_place(candidate, &at.resting))?;
         let depth_m = self.physical.depth_m(grid, scene, view, &at.resting);
+        let published = &mut self.published;
+        let is_stable = published.is_stable(grid, scene.heightmap(), view, &at.resting);
         Ok(Trial {
             item: candidate.item.name().to_string(),
             drawn,
             is_small: view.nx().min(view.ny()) <= SMALL_CELLS,
             release_m: self.release_m,
-            published: self
-                .published
-                .is_stable(grid, scene.heightmap(), view, &at.resting),
+            published: is_stable,
             physical: depth_m >= self.settings.physical.margin_m,
             depth_m: depth_m.is_finite().then_some(depth_m),
             slide_m: report.slide_m,

@@ -82,7 +82,7 @@ const CASES: [Case; 8] = [
 ];
 
 /// How often the optimum was found on one grid, for one sequence.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Found {
     candidates: usize,
     /// Per share, the candidates with an optimum among the proposals.
@@ -194,10 +194,7 @@ fn search(grid: &Grid, items: Vec<Arc<Item>>, network: Network<'_>, seed: u64) -
         };
         pruned.push(method(proposals).planner(grid, 1, Some(network))?);
     }
-    let mut found = Found {
-        candidates: 0,
-        found: [0; 5],
-    };
+    let mut found = Found::default();
     for (scene, candidates) in &recorder.0 {
         for candidate in candidates.chunks(1) {
             let input = StepInput::new(grid, scene, candidate);
