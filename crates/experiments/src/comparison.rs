@@ -115,13 +115,6 @@ impl Row {
     }
 }
 
-/// What a row of a table came to.
-pub(crate) struct Packed<'a> {
-    pub(crate) row: &'a Row,
-    pub(crate) method: String,
-    pub(crate) runs: Vec<Run>,
-}
-
 /// The results of a table.
 #[derive(Debug, Serialize)]
 pub(crate) struct Results<'a, L> {
@@ -237,25 +230,11 @@ impl<'a> Comparison<'a> {
         (0..cases).map(|case| sequences.get(case)).collect()
     }
 
-    /// Packs all sequences with the methods of a table, but for the network's where that cannot be used.
-    pub(crate) fn pack_rows<'r>(
-        &self,
-        rows: &'r [Row],
-        sequences: &[Sequence],
-        folder: &Path,
-    ) -> Outcome<Vec<Packed<'r>>> {
-        let methods = rows
-            .iter()
-            .filter_map(|row| Some((row, self.contender(row)?)));
-        let (rows, contenders): (Vec<_>, Vec<_>) = methods.unzip();
-        let packed = self.pack(&contenders, sequences, folder)?;
-        let methods = rows.into_iter().zip(contenders);
-        let lines = methods.zip(packed).map(|((row, contender), runs)| Packed {
-            row,
-            method: contender.name,
-            runs,
-        });
-        Ok(lines.collect())
+    /// The rows of a table and their methods, but for the network's where that cannot be used.
+    pub(crate) fn contenders<'r>(&self, rows: &'r [Row]) -> (Vec<&'r Row>, Vec<Contender>) {
+        let rows = rows.iter();
+        rows.filter_map(|row| Some((row, self.contender(row)?)))
+            .unzip()
     }
 
     /// The method of a row; none where the network cannot be used.

@@ -10,7 +10,7 @@ use ppnpack_cli::options::GridOptions;
 use ppnpack_packing::objective::{Heuristic, Order};
 use serde::Serialize;
 
-use crate::comparison::{Comparison, ComparisonOptions, Means, Packed, Results, Row, Run, point};
+use crate::comparison::{Comparison, ComparisonOptions, Means, Results, Row, Run, point};
 use crate::document;
 use crate::runs::RunsOption;
 use crate::statistics::Mean;
@@ -118,8 +118,11 @@ pub(crate) fn run(arguments: &Table1Arguments, backend: &dyn Backend) -> Outcome
     let comparison = Comparison::new(&arguments.comparison, backend, arguments.grid.grid()?)?;
     let sequences = comparison.sequences(&arguments.sequences, arguments.cases)?;
     let kept = arguments.runs.folder(&arguments.out);
-    let packed = comparison.pack_rows(&ROWS, &sequences, &kept)?;
-    let results = comparison.results(None, packed.into_iter().map(line).collect());
+    let (rows, contenders) = comparison.contenders(&ROWS);
+    let packed = comparison.pack(&contenders, &sequences, &kept)?;
+    let methods = rows.into_iter().zip(contenders).zip(&packed);
+    let lines = methods.map(|((row, contender), runs)| line(row, contender.name, runs));
+    let results = comparison.results(None, lines.collect());
     let folder = &arguments.out;
     let chart = scatter(&results);
     document::figure(folder, "table1", chart.to_svg([900, 600]))?;
@@ -127,14 +130,13 @@ pub(crate) fn run(arguments: &Table1Arguments, backend: &dyn Backend) -> Outcome
     document::publish(folder, "table1", &results, &markdown, arguments.json)
 }
 
-fn line(packed: Packed<'_>) -> Line {
-    let Packed { row, method, runs } = packed;
+fn line(row: &Row, method: String, runs: &[Run]) -> Line {
     let [decision_s, packed @ ..] = row.paper;
     Line {
         method,
-        means: Means::of(&runs),
+        means: Means::of(runs),
         paper: Published::new(Some(decision_s), packed),
-        yardstick: yardstick(row.name, &runs),
+        yardstick: yardstick(row.name, runs),
     }
 }
 

@@ -14,9 +14,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use crate::comparison::{
-    Comparison, ComparisonOptions, Means, Packed, Results, Row, ratio_percent,
-};
+use crate::comparison::{Comparison, ComparisonOptions, Means, Results, Row, ratio_percent};
 use crate::document;
 use crate::statistics::Mean;
 
@@ -77,10 +75,12 @@ struct Line {
 pub(crate) fn run(arguments: &Table4Arguments, backend: &dyn Backend) -> Outcome {
     let comparison = Comparison::new(&arguments.comparison, backend, arguments.grid.grid()?)?;
     let sequences = draw(arguments, &comparison.catalogue);
-    let packed = comparison.pack_rows(&ROWS, &sequences, &arguments.out.join("runs"))?;
-    let all = packed.last().map_or(&[][..], |packed| &packed.runs);
-    let lines = packed.iter().map(|Packed { row, method, runs }| Line {
-        method: method.clone(),
+    let (rows, contenders) = comparison.contenders(&ROWS);
+    let packed = comparison.pack(&contenders, &sequences, &arguments.out.join("runs"))?;
+    let all = packed.last().map_or(&[][..], |runs| runs);
+    let methods = rows.into_iter().zip(contenders).zip(&packed);
+    let lines = methods.map(|((row, contender), runs)| Line {
+        method: contender.name,
         means: Means::of(runs),
         compactness_ratio_percent: ratio_percent(runs, all, |run| run.compactness),
         mesh_volume_ratio_percent: ratio_percent(runs, all, |run| run.meshes_m3),
