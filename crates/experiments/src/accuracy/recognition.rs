@@ -323,18 +323,17 @@ fn report_known(trials: &[Trial]) {
         share(trials, |trial| !trial.is_known()),
         share(trials, Trial::is_right)
     );
-    println!(
-        "of those right: within 3 mm and 3 degrees {}",
-        share(&right, |trial| trial.is_placed())
+    let report = |what: &str, holds: &dyn Fn(&&Trial) -> bool| {
+        println!("of those right: {what} {}", share(&right, holds));
+    };
+    report("within 3 mm and 3 degrees", &|trial| trial.is_placed());
+    report(
+        "within, or another pose that looks the same from above",
+        &|trial| trial.is_placed() || trial.is_hidden_difference(),
     );
-    println!(
-        "of those right: within, or another pose that looks the same from above {}",
-        share(&right, |trial| trial.is_placed()
-            || trial.is_hidden_difference())
-    );
-    println!(
-        "of those right: within, or what is seen lies within 1 mm (root mean square) of where it is {}",
-        share(&right, |trial| trial.is_placed() || trial.looks_same)
+    report(
+        "within, or what is seen lies within 1 mm (root mean square) of where it is",
+        &|trial| trial.is_placed() || trial.looks_same,
     );
     report_by_object(&right);
     for (position_m, angle_deg) in [(0.003, 180.0), (1.0, 3.0), (0.005, 5.0), (0.005, 10.0)] {
