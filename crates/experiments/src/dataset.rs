@@ -100,17 +100,15 @@ pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
     let (items, sequences) = (catalogue.items(), arguments.sequences);
     let writer = DatasetWriter::open(&arguments.out, settings.clone(), items, sequences)
         .map_err(of_folder)?;
-    let player = Player {
-        catalogue: &catalogue,
-        settings: &settings,
-        simulated: &simulated,
-        stability: arguments.stability,
-    };
     let workers = arguments
         .workers
         .map_or_else(workers::default_count, |workers| workers as usize);
-    let play = |sequence: &u32| writer.add(&player.play(*sequence)?).or_run();
-    workers::map("Playing sequences", &writer.missing(), workers, play)?;
+    let add = |sequence: &u32| {
+        let stability = arguments.stability;
+        let played = play(*sequence, &catalogue, &settings, &simulated, stability)?;
+        writer.add(&played).or_run()
+    };
+    workers::map("Playing sequences", &writer.missing(), workers, add)?;
     let manifest = writer.finish().or_run()?;
     print(arguments, &manifest)
 }
@@ -199,44 +197,40 @@ fn objects(drawn: &Drawn) -> Vec<usize> {
     objects.map(|object| *object as usize).collect()
 }
 
-/// Plays sequences as the expert does.
-struct Player<'a> {
-    catalogue: &'a Catalogue,
-    settings: &'a Settings,
-    simulated: &'a Simulated,
+/// Plays a sequence as the expert does.
+fn play(
+    sequence: u32,
+    catalogue: &Catalogue,
+    settings: &Settings,
+    simulated: &Simulated,
     stability: StabilityOption,
-}
-
-impl Player<'_> {
-    fn play(&self, sequence: u32) -> Outcome<SequenceRecord> {
-        let drawn = drawn(self.settings, sequence);
-        let grid = &self.settings.grid;
-        let buffer = self.settings.expert.buffer as usize;
-        let method = sdfm(ProposalSource::All, self.stability, buffer, drawn.seed);
-        let mut simulated = self.simulated.clone();
-        simulated.cell.seed = drawn.seed;
-        let played = Sequence {
-            from: format!("sequence {sequence} of seed {}", self.settings.seed),
-            objects: objects(&drawn),
-        };
-        let search = method.search_settings();
-        let checks = self.stability.checks();
-        let labeller = Expert::new(grid, &search, checks, self.settings.has_values).or_input()?;
-        let mut recorder = Recorder::new(labeller, sequence, drawn.objects);
-        let mut planner = method.planner(grid, 1, None)?;
-        simulate(
-            self.catalogue,
-            grid,
-            &played,
-            &simulated,
-            &mut planner,
-            Play::with_buffer(method.buffer),
-            &mut recorder,
-        )?;
-        recorder
-            .finish()
-            .map_err(|error| Failure::Run(anyhow::anyhow!("sequence {sequence}: {error}")))
-    }
+) -> Outcome<SequenceRecord> {
+    let drawn = drawn(settings, sequence);
+    let grid = &settings.grid;
+    let buffer = settings.expert.buffer as usize;
+    let method = sdfm(ProposalSource::All, stability, buffer, drawn.seed);
+    let mut simulated = simulated.clone();
+    simulated.cell.seed = drawn.seed;
+    let played = Sequence {
+        from: format!("sequence {sequence} of seed {}", settings.seed),
+        objects: objects(&drawn),
+    };
+    let search = method.search_settings();
+    let labeller = Expert::new(grid, &search, stability.checks(), settings.has_values);
+    let mut recorder = Recorder::new(labeller.or_input()?, sequence, drawn.objects);
+    let mut planner = method.planner(grid, 1, None)?;
+    simulate(
+        catalogue,
+        grid,
+        &played,
+        &simulated,
+        &mut planner,
+        Play::with_buffer(buffer),
+        &mut recorder,
+    )?;
+    recorder
+        .finish()
+        .map_err(|error| Failure::Run(anyhow::anyhow!("sequence {sequence}: {error}")))
 }
 
 fn print(arguments: &DatasetArguments, manifest: &Manifest) -> Outcome {

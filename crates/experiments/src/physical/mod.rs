@@ -18,7 +18,7 @@ use ppnpack_bridge::simulated::Scan;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::Grid;
 use ppnpack_physics::packing_cell::Sampling;
-use ppnpack_recognition::library::Library;
+use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_robot::station::ArmStation;
 use ppnpack_wire::keys::Cell;
 use rand::seq::index;
@@ -139,7 +139,10 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
     let grid = setup::grid()?;
     let (catalogue, unseen) = setup::catalogue(arguments, grid.resolution())?;
     let settings = setup::settings(arguments, &grid, &catalogue, unseen)?;
-    let library = setup::library(&catalogue, if settings.strangers { unseen } else { 0 })?;
+    let strangers = if settings.strangers { unseen } else { 0 };
+    let models = catalogue.models();
+    let known = models.get(strangers..).unwrap_or_default();
+    let library = Library::new(known, LibrarySettings::default()).or_input()?;
     let station = settings.arm.as_ref().map(ArmStation::new).transpose();
     let held = held::objects(&catalogue, &grid, station.or_input()?.as_ref());
     let (unseen, others) = pools(arguments, held, unseen)?;
@@ -166,7 +169,7 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
         grid: &grid,
         settings: &settings,
         catalogue: &catalogue,
-        library: &library,
+        library: Arc::new(library),
         unseen,
         others,
         network,
@@ -212,7 +215,8 @@ struct World<'a> {
     grid: &'a Grid,
     settings: &'a Settings,
     catalogue: &'a Catalogue,
-    library: &'a Arc<Library>,
+    /// What can be recognised.
+    library: Arc<Library>,
     /// The objects that runs draw from, by index.
     unseen: Vec<usize>,
     others: Vec<usize>,
@@ -284,7 +288,7 @@ impl World<'_> {
                 motion_speed: 0.0,
                 inspect: true,
                 tray: Some(tray::settings()),
-                library: Some(Arc::clone(self.library)),
+                library: Some(Arc::clone(&self.library)),
             },
             catalogue: Arc::new(self.catalogue.clone()),
             source: "builtin",

@@ -248,7 +248,7 @@ impl Run<'_> {
         };
         let error = self.world.known(&object.model.name).and_then(|known| {
             let truth = &object.container_from_object;
-            let library = self.world.library;
+            let library = &self.world.library;
             library.pose_error(known, truth, estimated, waits_at)
         });
         SeenAs::Object {
@@ -368,7 +368,7 @@ impl Run<'_> {
                 matches!(&record.seen_as, SeenAs::Object { name, .. } if *name == record.object);
             let poses = found.zip(truth).filter(|_| is_right);
             let error = poses.and_then(|(found, truth)| {
-                let library = self.world.library;
+                let library = &self.world.library;
                 library.pose_error(known?, &truth, known?, &found)
             });
             record.found = Some(Found {
