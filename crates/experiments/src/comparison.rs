@@ -5,7 +5,7 @@ use std::path::Path;
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_chart::{Interval, PlotPoint};
-use ppnpack_cli::failure::{Failure, OrRun, Outcome};
+use ppnpack_cli::failure::{Failure, Outcome};
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{
     CatalogueOptions, Conditions, Network, PhysicsOptions, Simulated, parse_stability,
@@ -16,13 +16,14 @@ use ppnpack_model::weights::Model;
 use ppnpack_packing::episode::Play;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::method::{Method, OpenNetwork, ProposalSource, Stability};
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::objective::{Heuristic, Order};
 use ppnpack_packing::plan::Timings;
 use serde::{Deserialize, Serialize};
 
 use crate::document;
+use crate::method::sdfm;
 use crate::network::NetworkOptions;
-use crate::runs::Runs;
+use crate::runs::{Runs, hash};
 use crate::statistics::Mean;
 use crate::workers;
 
@@ -85,6 +86,60 @@ pub(crate) struct Comparison<'a> {
     pub(crate) model: Result<Model, String>,
 }
 
+/// A row of one of the paper's tables.
+pub(crate) struct Row {
+    pub(crate) name: &'static str,
+    pub(crate) heuristic: Heuristic,
+    pub(crate) order: Order,
+    /// Whether placements are proposed by the network; else all are searched.
+    pub(crate) is_network: bool,
+    /// What the paper reports: seconds, cm³, percent, items.
+    pub(crate) paper: [f64; 4],
+}
+
+impl Row {
+    /// An exhaustive search.
+    pub(crate) const fn all(
+        name: &'static str,
+        heuristic: Heuristic,
+        order: Order,
+        paper: [f64; 4],
+    ) -> Self {
+        Self {
+            name,
+            heuristic,
+            order,
+            is_network: false,
+            paper,
+        }
+    }
+}
+
+/// The results of a table.
+#[derive(Debug, Serialize)]
+pub(crate) struct Results<'a, L> {
+    machine: String,
+    pub(crate) workers: usize,
+    /// How many objects there are, where that is not the paper's number.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) objects: Option<usize>,
+    pub(crate) settings: &'a Setting,
+    /// Why the network's rows are missing, where they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    without_network: Option<String>,
+    pub(crate) lines: Vec<L>,
+}
+
+impl<L> Results<'_, L> {
+    /// That the network's rows are missing, where they are.
+    pub(crate) fn missing(&self) -> String {
+        let reason = self.without_network.as_ref();
+        reason.map_or_else(String::new, |reason| {
+            format!("\nPPN-Pack is missing: {reason}.\n")
+        })
+    }
+}
+
 /// A method that is compared.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Contender {
@@ -95,7 +150,7 @@ pub(crate) struct Contender {
 }
 
 /// One packed sequence.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct Run {
     pub(crate) objects: Vec<usize>,
     /// Mean decision time per packed item, in seconds.
@@ -175,30 +230,42 @@ impl<'a> Comparison<'a> {
         (0..cases).map(|case| sequences.get(case)).collect()
     }
 
-    /// A heuristic that searches exhaustively or, `with_network`, with the network's proposals; none where that cannot
-    /// be used.
-    pub(crate) fn contender(
-        &self,
-        name: &str,
-        heuristic: Heuristic,
-        order: Order,
-        with_network: bool,
-    ) -> Option<Contender> {
+    /// The rows of a table and their methods, but for the network's where that cannot be used.
+    pub(crate) fn contenders<'r>(&self, rows: &'r [Row]) -> (Vec<&'r Row>, Vec<Contender>) {
+        let rows = rows.iter();
+        rows.filter_map(|row| Some((row, self.contender(row)?)))
+            .unzip()
+    }
+
+    /// The method of a row; none where the network cannot be used.
+    fn contender(&self, row: &Row) -> Option<Contender> {
         let network = &self.options.network;
-        let (name, proposals) = match (with_network, &self.model) {
-            (false, _) => (name.to_owned(), ProposalSource::All),
+        let (name, proposals) = match (row.is_network, &self.model) {
+            (false, _) => (row.name.to_owned(), ProposalSource::All),
             (true, Ok(model)) => (
-                format!("{name} (K = {} %)", network.percent()),
+                format!("{} (K = {} %)", row.name, network.percent()),
                 network.source(&self.setting.grid, model),
             ),
             (true, Err(_)) => return None,
         };
         Some(Contender {
             name,
-            heuristic,
-            order,
+            heuristic: row.heuristic,
+            order: row.order,
             proposals,
         })
+    }
+
+    /// The results of a table with these lines.
+    pub(crate) fn results<L>(&self, objects: Option<usize>, lines: Vec<L>) -> Results<'_, L> {
+        Results {
+            machine: document::machine(),
+            workers: self.options.workers(),
+            objects,
+            settings: &self.setting,
+            without_network: self.without_network(),
+            lines,
+        }
     }
 
     /// Packs all sequences with all methods, those first that come first; gives the runs by method, then sequence. A
@@ -221,18 +288,13 @@ impl<'a> Comparison<'a> {
                 contenders.map(move |contender| (case, sequence, contender))
             })
             .collect();
-        let workers = self.options.workers();
-        let done = workers::map(
-            "Packing sequences",
-            &jobs,
-            workers,
-            |(case, sequence, contender)| {
-                let is_right = |run: &Run| run.objects == sequence.objects;
-                runs.finish(&name(contender, *case)?, is_right, || {
-                    self.pack_one(contender, sequence, *case, network)
-                })
-            },
-        )?;
+        let pack = |(case, sequence, contender): &(usize, &Sequence, &Contender)| {
+            let is_right = |run: &Run| run.objects == sequence.objects;
+            runs.finish(&name(contender, *case)?, is_right, || {
+                self.pack_one(contender, sequence, *case, network)
+            })
+        };
+        let done = workers::map("Packing sequences", &jobs, self.options.workers(), pack)?;
         let of_contender = |at| done.iter().skip(at).step_by(contenders.len()).cloned();
         Ok((0..contenders.len())
             .map(|at| of_contender(at).collect())
@@ -248,14 +310,12 @@ impl<'a> Comparison<'a> {
         network: Option<Network<'_>>,
     ) -> Outcome<Run> {
         let setting = &self.setting;
+        let seed = setting.seed.wrapping_add(case as u64);
+        let proposals = contender.proposals.clone();
         let method = Method {
             heuristic: contender.heuristic,
             order: contender.order,
-            proposals: contender.proposals.clone(),
-            stability: setting.stability,
-            weights: Weights::default(),
-            buffer: setting.buffer,
-            seed: setting.seed.wrapping_add(case as u64),
+            ..sdfm(proposals, setting.stability, setting.buffer, seed)
         };
         let mut simulated = setting.simulated.clone();
         simulated.cell.seed = method.seed;
@@ -369,8 +429,6 @@ pub(crate) fn point(label: &str, x: &Mean, y: &Mean) -> PlotPoint {
 
 /// The name of a run's file: readable, and another one for another method.
 fn name(contender: &Contender, case: usize) -> Outcome<String> {
-    let method = serde_json::to_vec(contender).or_run()?;
-    let hash = blake3::hash(&method).to_hex();
     let letters = contender.name.chars().map(|letter| {
         if letter.is_ascii_alphanumeric() {
             letter.to_ascii_lowercase()
@@ -379,10 +437,7 @@ fn name(contender: &Contender, case: usize) -> Outcome<String> {
         }
     });
     let letters: String = letters.collect();
-    Ok(format!(
-        "{letters}-{}-{case:05}",
-        hash.get(..8).unwrap_or("")
-    ))
+    Ok(format!("{letters}-{}-{case:05}", hash(contender, 8)?))
 }
 
 #[cfg(test)]
@@ -391,18 +446,8 @@ mod tests {
 
     fn run(meshes_m3: f64) -> Run {
         Run {
-            objects: vec![],
-            decision_s: 0.0,
-            propose_s: 0.0,
-            evaluate_s: 0.0,
-            check_s: 0.0,
-            items: 0,
-            placed: 0,
-            voxels_m3: 0.0,
             meshes_m3,
-            compactness: 0.0,
-            mesh_compactness: 0.0,
-            height_m: 0.0,
+            ..Run::default()
         }
     }
 

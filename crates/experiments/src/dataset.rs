@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
@@ -11,12 +10,11 @@ use ppnpack_dataset::{
     SequenceRecord, Settings, draw,
 };
 use ppnpack_packing::episode::Play;
-use ppnpack_packing::item::Item;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use serde::Serialize;
 
-use crate::workers;
+use crate::method::sdfm;
+use crate::{document, workers};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::options::{
     CatalogueOptions, Conditions, GridOptions, PhysicsOptions, Simulated, parse_stability,
@@ -99,28 +97,18 @@ pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
     let catalogue = arguments.catalogue.load(grid.resolution())?;
     let settings = settings(arguments, &catalogue, &simulated)?;
     refuse_known(arguments, &catalogue, &settings)?;
-    let items: Vec<Arc<Item>> = catalogue
-        .objects
-        .iter()
-        .map(|object| object.item.clone())
-        .collect();
-    let writer = DatasetWriter::open(&arguments.out, settings.clone(), items, arguments.sequences)
+    let (items, sequences) = (catalogue.items(), arguments.sequences);
+    let writer = DatasetWriter::open(&arguments.out, settings.clone(), items, sequences)
         .map_err(of_folder)?;
-    let player = Player {
-        catalogue: &catalogue,
-        settings: &settings,
-        simulated: &simulated,
-        stability: arguments.stability,
-    };
     let workers = arguments
         .workers
         .map_or_else(workers::default_count, |workers| workers as usize);
-    workers::map(
-        "Playing sequences",
-        &writer.missing(),
-        workers,
-        |sequence| writer.add(&player.play(*sequence)?).or_run(),
-    )?;
+    let add = |sequence: &u32| {
+        let stability = arguments.stability;
+        let played = play(*sequence, &catalogue, &settings, &simulated, stability)?;
+        writer.add(&played).or_run()
+    };
+    workers::map("Playing sequences", &writer.missing(), workers, add)?;
     let manifest = writer.finish().or_run()?;
     print(arguments, &manifest)
 }
@@ -130,6 +118,8 @@ fn settings(
     catalogue: &Catalogue,
     simulated: &Simulated,
 ) -> Outcome<Settings> {
+    let (buffer, seed) = (arguments.buffer as usize, arguments.seed);
+    let method = sdfm(ProposalSource::All, arguments.stability, buffer, seed);
     Ok(Settings {
         format_version: FORMAT_VERSION,
         package_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -137,10 +127,10 @@ fn settings(
         objects: u32::try_from(catalogue.len()).or_input()?,
         grid: arguments.grid.grid()?,
         expert: ExpertSettings {
-            heuristic: Heuristic::Sdfm,
-            order: Order::Balance,
-            weights: Weights::default(),
-            stability: name(arguments.stability)?,
+            heuristic: method.heuristic,
+            order: method.order,
+            weights: method.weights,
+            stability: document::name_of(&arguments.stability),
             buffer: arguments.buffer,
         },
         cell: serde_json::to_value(simulated).or_run()?,
@@ -149,12 +139,6 @@ fn settings(
         has_values: arguments.values,
         sequences_per_shard: SEQUENCES_PER_SHARD,
     })
-}
-
-/// The name of a stability test, as results record it.
-fn name(stability: Stability) -> Outcome<String> {
-    let value = serde_json::to_value(stability).or_run()?;
-    Ok(value.as_str().unwrap_or_default().to_owned())
 }
 
 /// Wrong use of the folder is an input's fault; that it cannot be written is not.
@@ -209,59 +193,50 @@ fn drawn(settings: &Settings, sequence: u32) -> Drawn {
 }
 
 fn objects(drawn: &Drawn) -> Vec<usize> {
-    drawn
-        .objects
-        .iter()
-        .map(|object| *object as usize)
-        .collect()
+    let objects = drawn.objects.iter();
+    objects.map(|object| *object as usize).collect()
 }
 
-/// Plays sequences as the expert does.
-struct Player<'a> {
-    catalogue: &'a Catalogue,
-    settings: &'a Settings,
-    simulated: &'a Simulated,
+/// Plays a sequence as the expert does.
+fn play(
+    sequence: u32,
+    catalogue: &Catalogue,
+    settings: &Settings,
+    simulated: &Simulated,
     stability: Stability,
-}
-
-impl Player<'_> {
-    fn play(&self, sequence: u32) -> Outcome<SequenceRecord> {
-        let drawn = drawn(self.settings, sequence);
-        let expert = &self.settings.expert;
-        let grid = &self.settings.grid;
-        let method = Method {
-            heuristic: expert.heuristic,
-            order: expert.order,
-            proposals: ProposalSource::All,
-            stability: self.stability,
-            weights: expert.weights,
-            buffer: expert.buffer as usize,
-            seed: drawn.seed,
-        };
-        let mut simulated = self.simulated.clone();
-        simulated.cell.seed = drawn.seed;
-        let played = Sequence {
-            from: format!("sequence {sequence} of seed {}", self.settings.seed),
-            objects: objects(&drawn),
-        };
-        let search = method.search_settings();
-        let checks = self.stability.checks();
-        let labeller = Expert::new(grid, &search, checks, self.settings.has_values).or_input()?;
-        let mut recorder = Recorder::new(labeller, sequence, drawn.objects);
-        let mut planner = method.build(grid, None)?;
-        simulate(
-            self.catalogue,
-            grid,
-            &played,
-            &simulated,
-            &mut planner,
-            Play::with_buffer(method.buffer),
-            &mut recorder,
-        )?;
-        recorder
-            .finish()
-            .map_err(|error| Failure::Run(anyhow::anyhow!("sequence {sequence}: {error}")))
-    }
+) -> Outcome<SequenceRecord> {
+    let drawn = drawn(settings, sequence);
+    let grid = &settings.grid;
+    let buffer = settings.expert.buffer as usize;
+    let expert = &settings.expert;
+    let method = Method {
+        heuristic: expert.heuristic,
+        order: expert.order,
+        weights: expert.weights,
+        ..sdfm(ProposalSource::All, stability, buffer, drawn.seed)
+    };
+    let mut simulated = simulated.clone();
+    simulated.cell.seed = drawn.seed;
+    let played = Sequence {
+        from: format!("sequence {sequence} of seed {}", settings.seed),
+        objects: objects(&drawn),
+    };
+    let search = method.search_settings();
+    let labeller = Expert::new(grid, &search, stability.checks(), settings.has_values);
+    let mut recorder = Recorder::new(labeller.or_input()?, sequence, drawn.objects);
+    let mut planner = method.build(grid, None)?;
+    simulate(
+        catalogue,
+        grid,
+        &played,
+        &simulated,
+        &mut planner,
+        Play::with_buffer(buffer),
+        &mut recorder,
+    )?;
+    recorder
+        .finish()
+        .map_err(|error| Failure::Run(anyhow::anyhow!("sequence {sequence}: {error}")))
 }
 
 fn print(arguments: &DatasetArguments, manifest: &Manifest) -> Outcome {

@@ -20,7 +20,14 @@ pub(crate) fn write(path: &Path, generated: &str) -> Outcome {
     Ok(write_whole(path, document.as_bytes())?)
 }
 
-/// Writes an experiment's results as `<name>.json` and its document as `<name>.md`, and prints one of the two.
+/// Writes an experiment's results as `<name>.json` and its document as `<name>.md`.
+pub(crate) fn save(folder: &Path, name: &str, results: &impl Serialize, markdown: &str) -> Outcome {
+    let json = serde_json::to_vec_pretty(results).or_run()?;
+    write_whole(&folder.join(format!("{name}.json")), &json)?;
+    write(&folder.join(format!("{name}.md")), markdown)
+}
+
+/// Writes both, and prints one of the two.
 pub(crate) fn publish(
     folder: &Path,
     name: &str,
@@ -28,14 +35,12 @@ pub(crate) fn publish(
     markdown: &str,
     as_json: bool,
 ) -> Outcome {
-    let json = serde_json::to_vec_pretty(results).or_run()?;
-    write_whole(&folder.join(format!("{name}.json")), &json)?;
-    let path = folder.join(format!("{name}.md"));
-    write(&path, markdown)?;
+    save(folder, name, results, markdown)?;
     if as_json {
         print_json(results)?;
     } else {
         print_line(markdown)?;
+        let path = folder.join(format!("{name}.md"));
         print_line(&format!("Written to {}", path.display()))?;
     }
     Ok(())

@@ -47,31 +47,18 @@ enum Experiment {
     Proposals(proposals::ProposalsArguments),
 }
 
-impl Experiment {
-    fn uses_network(&self) -> bool {
-        matches!(
-            self,
-            Self::Table1(_)
-                | Self::Table3(_)
-                | Self::Table4(_)
-                | Self::Transfer(_)
-                | Self::Pareto(_)
-                | Self::Physical(_)
-        )
-    }
-}
-
 pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Outcome {
-    if arguments.experiment.uses_network() {
+    let prepared = || {
         backend.prepare();
-    }
+        backend
+    };
     match &arguments.experiment {
-        Experiment::Table1(arguments) => table1::run(arguments, backend),
-        Experiment::Table3(arguments) => table3::run(arguments, backend),
-        Experiment::Table4(arguments) => table4::run(arguments, backend),
-        Experiment::Transfer(arguments) => transfer::run(arguments, backend),
-        Experiment::Pareto(arguments) => pareto::run(arguments, backend),
-        Experiment::Physical(arguments) => physical::run(arguments, backend),
+        Experiment::Table1(arguments) => table1::run(arguments, prepared()),
+        Experiment::Table3(arguments) => table3::run(arguments, prepared()),
+        Experiment::Table4(arguments) => table4::run(arguments, prepared()),
+        Experiment::Transfer(arguments) => transfer::run(arguments, prepared()),
+        Experiment::Pareto(arguments) => pareto::run(arguments, prepared()),
+        Experiment::Physical(arguments) => physical::run(arguments, prepared()),
         Experiment::Stability(arguments) => stability::run(arguments),
         Experiment::Heightmap(arguments) => heightmap::run(arguments),
         Experiment::Calibration(arguments) => calibration::run(arguments),

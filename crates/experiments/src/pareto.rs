@@ -4,21 +4,19 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use ppnpack_chart::{PointSeries, Scatter};
-use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
+use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{PROPOSAL_YAWS, at_least_one};
-use ppnpack_cli::output::{print_json, print_line};
-use ppnpack_files::write_whole;
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
+use ppnpack_packing::grid::{ContainerSize, Grid};
 use ppnpack_packing::method::ProposalSource;
 use ppnpack_packing::objective::{Heuristic, Order};
 use serde::Serialize;
 
 use crate::comparison::{
-    Comparison, ComparisonOptions, Contender, Means, Run, Setting, point, ratio_percent,
+    Comparison, ComparisonOptions, Contender, Means, Setting, point, ratio_percent,
 };
-use crate::document;
 use crate::statistics::Mean;
+use crate::{document, scene};
 
 /// Packs test sequences on several grids with every source of proposals at several shares K.
 #[derive(Debug, Args)]
@@ -77,32 +75,22 @@ pub(crate) enum GridOption {
 }
 
 impl GridOption {
-    fn shape(self) -> (f64, usize, &'static str) {
+    /// What files are named by, and what readers see.
+    pub(crate) fn names(self) -> (&'static str, &'static str) {
         match self {
-            Self::Coarse => (0.01, 4, "1 cm, 4 yaws"),
-            Self::Medium => (0.005, 8, "5 mm, 8 yaws"),
-            Self::Fine => (0.0025, 16, "2.5 mm, 16 yaws"),
+            Self::Coarse => ("coarse", "1 cm, 4 yaws"),
+            Self::Medium => ("medium", "5 mm, 8 yaws"),
+            Self::Fine => ("fine", "2.5 mm, 16 yaws"),
         }
-    }
-
-    fn key(self) -> &'static str {
-        match self {
-            Self::Coarse => "coarse",
-            Self::Medium => "medium",
-            Self::Fine => "fine",
-        }
-    }
-
-    pub(crate) fn name(self) -> &'static str {
-        let (_, _, name) = self.shape();
-        name
     }
 
     pub(crate) fn grid(self) -> Outcome<Grid> {
-        let (cell_m, yaws, _) = self.shape();
-        let yaws = Yaws::half_turn(yaws).or_input()?;
-        let resolution = Resolution::new(cell_m, 0.002, yaws).or_input()?;
-        Grid::new(ContainerSize::REFERENCE, resolution).or_input()
+        let (cell_m, yaws) = match self {
+            Self::Coarse => (0.01, 4),
+            Self::Medium => (0.005, 8),
+            Self::Fine => (0.0025, 16),
+        };
+        scene::grid(ContainerSize::REFERENCE, cell_m, yaws)
     }
 }
 
@@ -148,16 +136,10 @@ pub(crate) fn run(arguments: &ParetoArguments, backend: &dyn Backend) -> Outcome
         results.without_network = comparison.without_network();
         results.grids.push(compare(arguments, *option, comparison)?);
         // What is done is shown, even if a later grid is interrupted.
-        publish(arguments, &results)?;
+        save(arguments, &results)?;
     }
-    if arguments.json {
-        print_json(&results)?;
-    } else {
-        print_line(&markdown(&results))?;
-        let path = arguments.out.join("pareto.md");
-        print_line(&format!("Written to {}", path.display()))?;
-    }
-    Ok(())
+    let (folder, markdown) = (&arguments.out, markdown(&results));
+    document::publish(folder, "pareto", &results, &markdown, arguments.json)
 }
 
 fn compare(
@@ -169,17 +151,18 @@ fn compare(
     let contenders = contenders(arguments, &comparison);
     let packed = comparison.pack(&contenders, &sequences, &arguments.out.join("runs"))?;
     let all = packed.first().map_or(&[][..], |runs| runs);
+    let (key, name) = option.names();
     let lines = contenders.into_iter().zip(&packed);
     let lines = lines.map(|(contender, runs)| Line {
         method: contender.name,
         proposals: contender.proposals,
         means: Means::of(runs),
-        mesh_volume_ratio_percent: ratio_percent(runs, all, |run: &Run| run.meshes_m3),
-        decision_ratio_percent: ratio_percent(runs, all, |run: &Run| run.decision_s),
+        mesh_volume_ratio_percent: ratio_percent(runs, all, |run| run.meshes_m3),
+        decision_ratio_percent: ratio_percent(runs, all, |run| run.decision_s),
     });
     Ok(OfGrid {
-        name: option.name(),
-        key: option.key(),
+        name,
+        key,
         lines: lines.collect(),
         settings: comparison.setting,
     })
@@ -209,38 +192,28 @@ fn contenders(arguments: &ParetoArguments, comparison: &Comparison<'_>) -> Vec<C
     contenders.collect()
 }
 
-fn publish(arguments: &ParetoArguments, results: &Results) -> Outcome {
+fn save(arguments: &ParetoArguments, results: &Results) -> Outcome {
     let folder = &arguments.out;
-    let mut charts: Vec<(String, Scatter)> = results
-        .grids
-        .iter()
-        .map(|grid| (format!("pareto-{}", grid.key), scatter(&[grid])))
-        .collect();
-    charts.push((
-        "pareto".to_owned(),
-        scatter(&results.grids.iter().collect::<Vec<_>>()),
-    ));
-    for (name, chart) in charts {
-        document::figure(folder, &name, chart.to_svg([900, 600]))?;
+    let draw = |name: &str, grids: &[OfGrid]| {
+        document::figure(folder, name, scatter(grids).to_svg([900, 600]))
+    };
+    for grid in &results.grids {
+        draw(&format!("pareto-{}", grid.key), std::slice::from_ref(grid))?;
     }
-    let json = serde_json::to_vec_pretty(results).or_run()?;
-    write_whole(&folder.join("pareto.json"), &json)?;
-    document::write(&folder.join("pareto.md"), &markdown(results))
+    draw("pareto", &results.grids)?;
+    document::save(folder, "pareto", results, &markdown(results))
 }
 
-fn scatter(grids: &[&OfGrid]) -> Scatter {
+fn scatter(grids: &[OfGrid]) -> Scatter {
+    let point = |line: &Line| {
+        let decision_ms = line.means.decision_s.scaled(1e3);
+        let compactness = &line.means.mesh_compactness_percent;
+        point(&line.method, &decision_ms, compactness)
+    };
     let series = grids.iter().map(|grid| PointSeries {
         name: grid.name.to_owned(),
         reference: false,
-        points: grid
-            .lines
-            .iter()
-            .map(|line| {
-                let decision_ms = line.means.decision_s.scaled(1e3);
-                let compactness = &line.means.mesh_compactness_percent;
-                point(&line.method, &decision_ms, compactness)
-            })
-            .collect(),
+        points: grid.lines.iter().map(point).collect(),
     });
     Scatter {
         title: "Mesh-volume compactness against decision time".to_owned(),
@@ -256,23 +229,23 @@ fn markdown(results: &Results) -> String {
         settings, lines, ..
     }) = results.grids.first()
     {
-        text.push_str(&format!(
+        text += &format!(
             "{} sequences, the same for every method; SDFM, {}; shares are of the exhaustive search (`all`) on the same \
              grid, in this run.\n",
             lines.first().map_or(0, |line| line.means.cases),
             settings.in_words(results.workers),
-        ));
+        );
     }
     for grid in &results.grids {
-        text.push_str(&format!(
+        text += &format!(
             "\n## {}\n\n| proposals | decision per item (ms) | proposing | evaluating | checking | items packed | mesh volume \
              (cm³) | mesh compactness (%) | share of mesh volume (%) | share of decision time (%) |\n\
              |---|---|---|---|---|---|---|---|---|---|\n",
             grid.name
-        ));
+        );
         for line in &grid.lines {
             let Line { means, .. } = line;
-            text.push_str(&format!(
+            text += &format!(
                 "| {} | {} | {:.3} | {:.3} | {:.3} | {} | {} | {} | {} | {} |\n",
                 line.method,
                 means.decision_s.scaled(1e3).shown(3),
@@ -284,13 +257,12 @@ fn markdown(results: &Results) -> String {
                 means.mesh_compactness_percent.shown(1),
                 line.mesh_volume_ratio_percent.shown(1),
                 line.decision_ratio_percent.shown(1),
-            ));
+            );
         }
-        text.push_str(&format!("\n![{}](pareto-{}.svg)\n", grid.name, grid.key));
+        text += &format!("\n![{}](pareto-{}.svg)\n", grid.name, grid.key);
     }
     if let Some(reason) = &results.without_network {
-        text.push_str(&format!("\nThe network is missing: {reason}.\n"));
+        text += &format!("\nThe network is missing: {reason}.\n");
     }
-    text.push_str("\n## All grids\n\n![All grids](pareto.svg)\n");
-    text
+    text + "\n## All grids\n\n![All grids](pareto.svg)\n"
 }

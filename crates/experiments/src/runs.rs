@@ -2,11 +2,26 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::Args;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_files::write_whole;
+
+/// Where finished runs are kept.
+#[derive(Debug, Args)]
+pub(crate) struct RunsOption {
+    /// Where finished sequences are kept, so that a killed run goes on [default: runs in --out]
+    #[arg(long, value_name = "DIR")]
+    runs: Option<PathBuf>,
+}
+
+impl RunsOption {
+    pub(crate) fn folder(&self, out: &Path) -> PathBuf {
+        self.runs.clone().unwrap_or_else(|| out.join("runs"))
+    }
+}
 
 /// A folder of finished runs that all depended on the same settings and were made by the same program.
 #[derive(Debug)]
@@ -30,9 +45,8 @@ impl Runs {
             program: &program,
             settings,
         };
+        let folder = folder.join(hash(&key, 16)?);
         let key = serde_json::to_vec(&key).or_run()?;
-        let name = blake3::hash(&key).to_hex();
-        let folder = folder.join(name.get(..16).unwrap_or("settings"));
         write_whole(&folder.join("settings.json"), &key)?;
         Ok(Self { folder })
     }
@@ -61,6 +75,15 @@ impl Runs {
     fn path(&self, name: &str) -> PathBuf {
         self.folder.join(format!("{name}.json"))
     }
+}
+
+/// The first letters of the hash of a value, to name files by.
+pub(crate) fn hash(value: &impl Serialize, letters: usize) -> Outcome<String> {
+    let mut hash = blake3::hash(&serde_json::to_vec(value).or_run()?)
+        .to_hex()
+        .to_string();
+    hash.truncate(letters);
+    Ok(hash)
 }
 
 /// The hash of this program.

@@ -1,22 +1,38 @@
 //! What simulated scenes are made of: objects, how they lie, what a camera sees of them.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use ppnpack_camera::{Body, DepthCamera, NoiseModel, PointImage};
-use ppnpack_catalogue::catalogue::{Settings, Source};
+use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
 use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_catalogue::object::Model;
-use ppnpack_cli::failure::{OrRun, Outcome};
+use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
 use ppnpack_cli::options::load;
-use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings, Resolution};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// The models of a catalogue.
+/// The objects of a source, at the reference's resolution.
+pub(crate) fn objects(source: &Source) -> Outcome<Catalogue> {
+    load(source, &Settings::default(), &Resolution::reference())
+}
+
+/// The models of a source.
 pub(crate) fn models(source: &Source) -> Outcome<Vec<Arc<Model>>> {
-    let catalogue = load(source, &Settings::default(), &Resolution::reference())?;
-    Ok(catalogue.models())
+    Ok(objects(source)?.models())
+}
+
+/// The grid of a container, with so many yaws.
+pub(crate) fn grid(container: ContainerSize, cell_m: f64, yaws: usize) -> Outcome<Grid> {
+    let settings = GridSettings {
+        container,
+        cell_m,
+        yaws,
+        ..GridSettings::default()
+    };
+    settings.build().or_input()
 }
 
 /// A mesh that lies in the world.
@@ -42,6 +58,11 @@ pub(crate) fn seen(
 /// A turn about the vertical.
 pub(crate) fn turn(yaw_rad: f64) -> UnitQuaternion<f64> {
     UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad)
+}
+
+/// A turn about the vertical by any angle.
+pub(crate) fn any_turn(random: &mut ChaCha8Rng) -> UnitQuaternion<f64> {
+    turn(between(random, 0.0, TAU))
 }
 
 /// A random number of an interval.

@@ -1,7 +1,11 @@
 //! How often the optimum is among the best-scored placements, at the shares of the paper's Table III.
 
-use ppnpack_chart::{Curve, Lines};
+use std::path::Path;
 
+use ppnpack_chart::{Curve, Lines};
+use ppnpack_cli::failure::Outcome;
+
+use crate::document;
 use crate::statistics::Mean;
 
 /// The shares `K` of the paper's table, in percent.
@@ -12,12 +16,13 @@ pub(crate) fn head() -> String {
     SHARES.map(|share| format!(" K = {share} % |")).concat()
 }
 
-/// A curve for each row of a table: its name, and its means at the shares, in percent.
-pub(crate) fn chart<'a>(
+/// Draws a curve for each row of a table: its name, and its means at the shares, in percent.
+pub(crate) fn draw<'a>(
+    (folder, name): (&Path, &str),
     title: &str,
     of: &str,
-    rows: impl Iterator<Item = (&'a str, &'a [Mean])>,
-) -> Lines {
+    rows: impl Iterator<Item = (&'a str, &'a Vec<Mean>)>,
+) -> Outcome {
     let curves = rows.map(|(name, means)| Curve {
         name: name.to_owned(),
         points: SHARES
@@ -26,10 +31,11 @@ pub(crate) fn chart<'a>(
             .map(|(share, accuracy)| [*share, accuracy.mean])
             .collect(),
     });
-    Lines {
+    let chart = Lines {
         title: title.to_owned(),
         x_label: "K (%)".to_owned(),
         y_label: format!("{of} (%)"),
         curves: curves.collect(),
-    }
+    };
+    document::figure(folder, name, chart.to_svg([900, 560]))
 }

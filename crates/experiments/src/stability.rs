@@ -9,13 +9,14 @@ use ppnpack_packing::check::Evidence;
 use ppnpack_packing::episode::PackingCell;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::objective::Order;
 use ppnpack_packing::plan::{Candidate, Evaluated, Evaluator, Planner, StepInput};
 use ppnpack_packing::proposals::{Proposals, ProposeAll, Proposer};
 use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::{
     PhysicalStability, PhysicalStabilitySettings, PublishedStability,
 };
+use ppnpack_packing::step::StageError;
 use ppnpack_physics::packing_cell::{Sampling, SimulatedPackingCell};
 use ppnpack_physics::settings::CellSettings;
 use rand::{RngExt, SeedableRng};
@@ -23,7 +24,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::document;
-use crate::runs::Runs;
+use crate::runs::{Runs, RunsOption};
 use crate::statistics::percent;
 use crate::workers;
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
@@ -69,9 +70,8 @@ pub(crate) struct StabilityArguments {
     #[arg(long, value_name = "DIR", default_value = "out/stability")]
     out: PathBuf,
 
-    /// Where finished sequences are kept, so that a killed run goes on [default: runs in --out]
-    #[arg(long, value_name = "DIR")]
-    runs: Option<PathBuf>,
+    #[command(flatten)]
+    runs: RunsOption,
 
     /// Print the results as JSON instead of a table
     #[arg(long)]
@@ -156,28 +156,24 @@ pub(crate) fn run(arguments: &StabilityArguments) -> Outcome {
         placements: arguments.placements as usize,
         seed: arguments.seed,
     };
-    let kept = arguments
-        .runs
-        .clone()
-        .unwrap_or_else(|| arguments.out.join("runs"));
-    let runs = Runs::new(&kept, &settings)?;
+    let runs = Runs::new(&arguments.runs.folder(&arguments.out), &settings)?;
     let jobs: Vec<(u64, usize)> = (0..u64::from(arguments.sequences))
         .flat_map(|sequence| (0..RELEASE_HEIGHTS_M.len()).map(move |release| (sequence, release)))
         .collect();
     let cores = workers::default_count();
     let trials = workers::map("Trying placements", &jobs, cores, |job| {
-        runs.finish(
-            &name(*job),
-            |_| true,
-            || Trials::new(&catalogue, &settings, *job)?.play(),
-        )
+        let (sequence, release) = job;
+        let name = format!("sequence-{sequence:04}-release-{release}");
+        let play = || Trials::new(&catalogue, &settings, *job)?.play();
+        runs.finish(&name, |_| true, play)
     })?;
     let trials: Vec<Trial> = trials.into_iter().flatten().collect();
-    publish(arguments, &settings, &trials)
-}
-
-fn name((sequence, release): (u64, usize)) -> String {
-    format!("sequence-{sequence:04}-release-{release}")
+    let results = Results {
+        tallies: tallies(&trials),
+        settings: &settings,
+    };
+    let (folder, markdown) = (&arguments.out, markdown(&results, trials.len()));
+    document::publish(folder, "stability", &results, &markdown, arguments.json)
 }
 
 /// The trials along one packed sequence.
@@ -208,10 +204,8 @@ impl<'a> Trials<'a> {
         let objects = (0..SEQUENCE_LENGTH).map(|_| random.random_range(0..catalogue.len()));
         let items = objects.filter_map(|object| Some(catalogue.get(object)?.item.clone()));
         let search = SearchSettings {
-            heuristic: Heuristic::Sdfm,
-            order: Order::Balance,
-            weights: Weights::default(),
             seed: settings.seed,
+            ..SearchSettings::default()
         };
         let grid = &settings.grid;
         let physical = PhysicalStability::new(settings.physical);
@@ -239,11 +233,7 @@ impl<'a> Trials<'a> {
     fn play(mut self) -> Outcome<Vec<Trial>> {
         let grid = &self.settings.grid;
         for step in 0.. {
-            let scene = self
-                .cell
-                .scan()
-                .map_err(anyhow::Error::from_boxed)
-                .or_run()?;
+            let scene = done(self.cell.scan())?;
             let candidates = self.buffer.candidates().to_vec();
             let input = StepInput {
                 step,
@@ -258,10 +248,8 @@ impl<'a> Trials<'a> {
             let Some(taken) = self.buffer.take(choice.candidate) else {
                 break;
             };
-            self.cell
-                .place(&taken, &choice.resting, &Evidence::default())
-                .map_err(anyhow::Error::from_boxed)
-                .or_run()?;
+            let evidence = Evidence::default();
+            done(self.cell.place(&taken, &choice.resting, &evidence))?;
         }
         Ok(self.trials)
     }
@@ -269,28 +257,14 @@ impl<'a> Trials<'a> {
     fn try_placements(&mut self, input: &StepInput<'_>) -> Outcome {
         for (index, candidate) in input.candidates.iter().enumerate() {
             let mut proposals = Proposals::default();
-            ProposeAll
-                .propose(input, &mut proposals)
-                .map_err(anyhow::Error::from_boxed)
-                .or_run()?;
-            self.ranking
-                .rank(input, &[index], &proposals)
-                .map_err(anyhow::Error::from_boxed)
-                .or_run()?;
+            done(ProposeAll.propose(input, &mut proposals))?;
+            done(self.ranking.rank(input, &[index], &proposals))?;
             let mut ranked = Vec::new();
-            while let Some(next) = self
-                .ranking
-                .next_best(input)
-                .map_err(anyhow::Error::from_boxed)
-                .or_run()?
-            {
+            while let Some(next) = done(self.ranking.next_best(input))? {
                 ranked.push(next);
             }
-            for drawn in [Drawn::Anywhere, Drawn::Best] {
-                let among = match drawn {
-                    Drawn::Anywhere => ranked.len(),
-                    Drawn::Best => ranked.len().min(BEST_RANKS),
-                };
+            let (all, best) = (ranked.len(), ranked.len().min(BEST_RANKS));
+            for (drawn, among) in [(Drawn::Anywhere, all), (Drawn::Best, best)] {
                 for _ in 0..self.settings.placements.min(among) {
                     let rank = self.random.random_range(0..among);
                     if let Some(at) = ranked.get(rank).copied() {
@@ -314,20 +288,16 @@ impl<'a> Trials<'a> {
         let view = candidate.item.views().get(at.resting.placement.yaw);
         let view =
             view.ok_or_else(|| Failure::Run(anyhow::anyhow!("the placement has no view")))?;
-        let report = self
-            .cell
-            .try_place(candidate, &at.resting)
-            .map_err(anyhow::Error::from_boxed)
-            .or_run()?;
+        let report = done(self.cell.try_place(candidate, &at.resting))?;
         let depth_m = self.physical.depth_m(grid, scene, view, &at.resting);
+        let published = &mut self.published;
+        let is_stable = published.is_stable(grid, scene.heightmap(), view, &at.resting);
         Ok(Trial {
             item: candidate.item.name().to_string(),
             drawn,
             is_small: view.nx().min(view.ny()) <= SMALL_CELLS,
             release_m: self.release_m,
-            published: self
-                .published
-                .is_stable(grid, scene.heightmap(), view, &at.resting),
+            published: is_stable,
             physical: depth_m >= self.settings.physical.margin_m,
             depth_m: depth_m.is_finite().then_some(depth_m),
             slide_m: report.slide_m,
@@ -335,6 +305,11 @@ impl<'a> Trials<'a> {
             stood: report.inside && !report.toppled && report.slide_m <= SLIDE_M,
         })
     }
+}
+
+/// What a stage of planning or the cell gave.
+fn done<T>(result: Result<T, StageError>) -> Outcome<T> {
+    result.map_err(anyhow::Error::from_boxed).or_run()
 }
 
 /// Counts of one group of trials for one test.
@@ -351,19 +326,11 @@ struct Tally {
 
 fn tallies(trials: &[Trial]) -> Vec<Tally> {
     type Named = (&'static str, fn(&Trial) -> bool);
-    let groups: [Named; 4] = [
-        ("anywhere", |trial| {
-            trial.drawn == Drawn::Anywhere && !trial.is_small
-        }),
-        ("SDFM's best", |trial| {
-            trial.drawn == Drawn::Best && !trial.is_small
-        }),
-        ("small items, anywhere", |trial| {
-            trial.drawn == Drawn::Anywhere && trial.is_small
-        }),
-        ("small items, SDFM's best", |trial| {
-            trial.drawn == Drawn::Best && trial.is_small
-        }),
+    let groups = [
+        ("anywhere", Drawn::Anywhere, false),
+        ("SDFM's best", Drawn::Best, false),
+        ("small items, anywhere", Drawn::Anywhere, true),
+        ("small items, SDFM's best", Drawn::Best, true),
     ];
     let tests: [Named; 2] = [
         ("published", |trial| trial.published),
@@ -371,11 +338,11 @@ fn tallies(trials: &[Trial]) -> Vec<Tally> {
     ];
     let mut tallies = Vec::new();
     for release_m in RELEASE_HEIGHTS_M {
-        for (placements, is_in) in groups {
-            let group: Vec<&Trial> = trials
-                .iter()
-                .filter(|trial| trial.release_m == release_m && is_in(trial))
-                .collect();
+        for (placements, drawn, is_small) in groups {
+            let is_in = |trial: &&Trial| {
+                (trial.release_m, trial.drawn, trial.is_small) == (release_m, drawn, is_small)
+            };
+            let group: Vec<&Trial> = trials.iter().filter(is_in).collect();
             for (test, accepts) in tests {
                 let count = |matches: &dyn Fn(&Trial) -> bool| {
                     group.iter().filter(|trial| matches(trial)).count()
@@ -401,21 +368,6 @@ struct Results<'a> {
     tallies: Vec<Tally>,
 }
 
-fn publish(arguments: &StabilityArguments, settings: &Settings, trials: &[Trial]) -> Outcome {
-    let results = Results {
-        settings,
-        tallies: tallies(trials),
-    };
-    let markdown = markdown(&results, trials.len());
-    document::publish(
-        &arguments.out,
-        "stability",
-        &results,
-        &markdown,
-        arguments.json,
-    )
-}
-
 fn markdown(results: &Results<'_>, trials: usize) -> String {
     let PhysicalStabilitySettings {
         contact_tolerance_m,
@@ -436,7 +388,7 @@ fn markdown(results: &Results<'_>, trials: usize) -> String {
         margin_m * 1e3,
     );
     for tally in &results.tallies {
-        text.push_str(&format!(
+        text += &format!(
             "| {:.1} cm above | {} | {} | {} | {} | {} | {} |\n",
             tally.release_m * 100.0,
             tally.placements,
@@ -445,7 +397,7 @@ fn markdown(results: &Results<'_>, trials: usize) -> String {
             percent(tally.accepted, tally.trials),
             percent(tally.accepted_toppled_or_slid, tally.accepted),
             percent(tally.rejected_but_stood, tally.trials - tally.accepted)
-        ));
+        );
     }
     text
 }

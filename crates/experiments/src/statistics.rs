@@ -55,20 +55,38 @@ fn quantile_95(count: usize) -> f64 {
     StudentsT::new(0.0, 1.0, freedom).map_or(0.0, |distribution| distribution.inverse_cdf(0.975))
 }
 
+/// The percentage that a part is of the whole; not a number where there is no whole.
+pub(crate) fn percentage(part: usize, whole: usize) -> f64 {
+    100.0 * part as f64 / whole as f64
+}
+
 /// A count out of a total, as a share in percent.
 pub(crate) fn percent(count: usize, total: usize) -> String {
     if total == 0 {
         "–".to_owned()
     } else {
-        format!("{:.1} %", 100.0 * count as f64 / total as f64)
+        format!("{:.1} %", percentage(count, total))
     }
 }
 
-/// The value that a share of all stay below; not a number where there are none.
-pub(crate) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+/// The values that these shares of all stay below; not numbers where there are none.
+pub(crate) fn quantiles<const N: usize>(
+    values: impl Iterator<Item = f64>,
+    shares: [f64; N],
+) -> [f64; N] {
+    let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
-    let rank = ((values.len() as f64 * share) as usize).min(values.len().saturating_sub(1));
-    values.get(rank).copied().unwrap_or(f64::NAN)
+    let last = values.len().saturating_sub(1);
+    shares.map(|share| {
+        let rank = ((values.len() as f64 * share) as usize).min(last);
+        values.get(rank).copied().unwrap_or(f64::NAN)
+    })
+}
+
+/// The value at the rank nearest to a share of all but the first; none where there are no values.
+pub(crate) fn nearest_rank<T: Copy>(sorted: &[T], share: f64) -> Option<T> {
+    let rank = ((sorted.len() as f64 - 1.0) * share).round() as usize;
+    sorted.get(rank).copied()
 }
 
 #[cfg(test)]
@@ -100,8 +118,8 @@ mod tests {
 
     #[test]
     fn a_quantile_is_one_of_the_values() {
-        assert_eq!(quantile(vec![3.0, 1.0, 2.0], 0.5), 2.0);
-        assert_eq!(quantile(vec![3.0, 1.0, 2.0], 1.0), 3.0);
-        assert!(quantile(vec![], 0.5).is_nan());
+        let values = [3.0, 1.0, 2.0];
+        assert_eq!(quantiles(values.into_iter(), [0.5, 1.0]), [2.0, 3.0]);
+        assert!(quantiles(std::iter::empty(), [0.5])[0].is_nan());
     }
 }

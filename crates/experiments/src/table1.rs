@@ -10,8 +10,9 @@ use ppnpack_cli::options::GridOptions;
 use ppnpack_packing::objective::{Heuristic, Order};
 use serde::Serialize;
 
-use crate::comparison::{Comparison, ComparisonOptions, Contender, Means, Run, Setting, point};
+use crate::comparison::{Comparison, ComparisonOptions, Means, Results, Row, Run, point};
 use crate::document;
+use crate::runs::RunsOption;
 use crate::statistics::Mean;
 
 /// Packs the first test sequences with each packing heuristic and compares them.
@@ -35,9 +36,8 @@ pub(crate) struct Table1Arguments {
     #[arg(long, value_name = "DIR", default_value = "out/table1")]
     out: PathBuf,
 
-    /// Where finished sequences are kept, so that a killed run goes on [default: runs in --out]
-    #[arg(long, value_name = "DIR")]
-    runs: Option<PathBuf>,
+    #[command(flatten)]
+    runs: RunsOption,
 
     /// Print the results as JSON instead of a table
     #[arg(long)]
@@ -53,93 +53,44 @@ struct Published {
     items: f64,
 }
 
-/// A row of the table.
-struct Row {
-    name: &'static str,
-    heuristic: Heuristic,
-    order: Order,
-    /// Whether placements are proposed by the network.
-    is_network: bool,
-    /// Table I of the paper: 2,000 sequences.
-    paper: Published,
-    /// The published methods run independently on these meshes in another simulator, first 20 sequences.
-    yardstick: Option<Published>,
-}
-
-const fn published(
-    decision_s: Option<f64>,
-    voxels_cm3: f64,
-    compactness_percent: f64,
-    items: f64,
-) -> Published {
-    Published {
-        decision_s,
-        voxels_cm3,
-        compactness_percent,
-        items,
+impl Published {
+    fn new(decision_s: Option<f64>, [voxels_cm3, compactness_percent, items]: [f64; 3]) -> Self {
+        Self {
+            decision_s,
+            voxels_cm3,
+            compactness_percent,
+            items,
+        }
     }
 }
+
+/// Table I of the paper: 2,000 sequences.
+const ROWS: [Row; 7] = {
+    use Heuristic::{Dbl, Hm, Random, Sdfm};
+    use Order::{Balance, BboxVolume, Shuffled};
+    [
+        Row::all("Random", Random, Shuffled, [0.05, 10_905.0, 39.9, 27.54]),
+        Row::all("DBL (BBox)", Dbl, BboxVolume, [0.82, 15_073.0, 50.2, 37.17]),
+        Row::all("HM (BBox)", Hm, BboxVolume, [0.83, 15_496.0, 51.7, 38.60]),
+        Row::all("DBL (Balance)", Dbl, Balance, [1.90, 15_117.0, 50.3, 36.21]),
+        Row::all("HM (Balance)", Hm, Balance, [1.64, 14_094.0, 49.2, 38.43]),
+        Row {
+            is_network: true,
+            ..Row::all("PPN-Pack", Sdfm, Balance, [0.43, 16_525.0, 55.9, 39.88])
+        },
+        Row::all("SDFM", Sdfm, Balance, [1.86, 16_897.0, 56.8, 40.77]),
+    ]
+};
 
 /// Sequences that the yardstick was run on.
 const YARDSTICK_CASES: usize = 20;
 
-const ROWS: [Row; 7] = [
-    Row {
-        name: "Random",
-        heuristic: Heuristic::Random,
-        order: Order::Shuffled,
-        is_network: false,
-        paper: published(Some(0.05), 10_905.0, 39.9, 27.54),
-        yardstick: Some(published(None, 10_998.0, 38.8, 28.9)),
-    },
-    Row {
-        name: "DBL (BBox)",
-        heuristic: Heuristic::Dbl,
-        order: Order::BboxVolume,
-        is_network: false,
-        paper: published(Some(0.82), 15_073.0, 50.2, 37.17),
-        yardstick: Some(published(None, 14_425.0, 47.2, 38.2)),
-    },
-    Row {
-        name: "HM (BBox)",
-        heuristic: Heuristic::Hm,
-        order: Order::BboxVolume,
-        is_network: false,
-        paper: published(Some(0.83), 15_496.0, 51.7, 38.60),
-        yardstick: Some(published(None, 14_276.0, 47.7, 38.5)),
-    },
-    Row {
-        name: "DBL (Balance)",
-        heuristic: Heuristic::Dbl,
-        order: Order::Balance,
-        is_network: false,
-        paper: published(Some(1.90), 15_117.0, 50.3, 36.21),
-        yardstick: None,
-    },
-    Row {
-        name: "HM (Balance)",
-        heuristic: Heuristic::Hm,
-        order: Order::Balance,
-        is_network: false,
-        paper: published(Some(1.64), 14_094.0, 49.2, 38.43),
-        yardstick: None,
-    },
-    Row {
-        name: "PPN-Pack",
-        heuristic: Heuristic::Sdfm,
-        order: Order::Balance,
-        is_network: true,
-        paper: published(Some(0.43), 16_525.0, 55.9, 39.88),
-        yardstick: None,
-    },
-    Row {
-        name: "SDFM",
-        heuristic: Heuristic::Sdfm,
-        order: Order::Balance,
-        is_network: false,
-        paper: published(Some(1.86), 16_897.0, 56.8, 40.77),
-        yardstick: Some(published(None, 16_298.0, 55.0, 42.7)),
-    },
+/// The published methods run independently on these meshes in another simulator, first 20 sequences: cm³, percent, items.
+const YARDSTICKS: [(&str, [f64; 3]); 4] = [
+    ("Random", [10_998.0, 38.8, 28.9]),
+    ("DBL (BBox)", [14_425.0, 47.2, 38.2]),
+    ("HM (BBox)", [14_276.0, 47.7, 38.5]),
+    ("SDFM", [16_298.0, 55.0, 42.7]),
 ];
 
 /// A row of the results.
@@ -163,70 +114,45 @@ struct Yardstick {
     published: Published,
 }
 
-#[derive(Debug, Serialize)]
-struct Results<'a> {
-    machine: String,
-    workers: usize,
-    settings: &'a Setting,
-    /// Why the network's rows are missing, where they are.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    without_network: Option<String>,
-    lines: Vec<Line>,
-}
-
 pub(crate) fn run(arguments: &Table1Arguments, backend: &dyn Backend) -> Outcome {
-    let options = &arguments.comparison;
-    let comparison = Comparison::new(options, backend, arguments.grid.grid()?)?;
+    let comparison = Comparison::new(&arguments.comparison, backend, arguments.grid.grid()?)?;
     let sequences = comparison.sequences(&arguments.sequences, arguments.cases)?;
-    let contender =
-        |row: &Row| comparison.contender(row.name, row.heuristic, row.order, row.is_network);
-    let (rows, contenders): (Vec<&Row>, Vec<Contender>) = ROWS
-        .iter()
-        .filter_map(|row| Some((row, contender(row)?)))
-        .unzip();
-    let kept = arguments.runs.clone();
-    let kept = kept.unwrap_or_else(|| arguments.out.join("runs"));
+    let kept = arguments.runs.folder(&arguments.out);
+    let (rows, contenders) = comparison.contenders(&ROWS);
     let packed = comparison.pack(&contenders, &sequences, &kept)?;
-    let lines = rows.iter().zip(&contenders).zip(&packed);
-    let results = Results {
-        machine: document::machine(),
-        workers: options.workers(),
-        settings: &comparison.setting,
-        without_network: comparison.without_network(),
-        lines: lines
-            .map(|((row, contender), runs)| line(row, contender, runs))
-            .collect(),
-    };
-    publish(arguments, &results)
+    let methods = rows.into_iter().zip(contenders).zip(&packed);
+    let lines = methods.map(|((row, contender), runs)| line(row, contender.name, runs));
+    let results = comparison.results(None, lines.collect());
+    let folder = &arguments.out;
+    let chart = scatter(&results);
+    document::figure(folder, "table1", chart.to_svg([900, 600]))?;
+    let markdown = markdown(&results);
+    document::publish(folder, "table1", &results, &markdown, arguments.json)
 }
 
-fn line(row: &Row, contender: &Contender, runs: &[Run]) -> Line {
-    let first = runs.get(..YARDSTICK_CASES);
-    let mean = |value: fn(&Run) -> f64| Mean::of(first.unwrap_or(&[]).iter().map(value));
-    let yardstick = row.yardstick.filter(|_| first.is_some());
+fn line(row: &Row, method: String, runs: &[Run]) -> Line {
+    let [decision_s, packed @ ..] = row.paper;
     Line {
-        method: contender.name.clone(),
+        method,
         means: Means::of(runs),
-        paper: row.paper,
-        yardstick: yardstick.map(|published| Yardstick {
-            cases: YARDSTICK_CASES,
-            compactness_percent: mean(|run| run.compactness * 100.0),
-            items: mean(|run| run.items as f64),
-            voxels_cm3: mean(|run| run.voxels_m3 * 1e6),
-            published,
-        }),
+        paper: Published::new(Some(decision_s), packed),
+        yardstick: yardstick(row.name, runs),
     }
 }
 
-fn publish(arguments: &Table1Arguments, results: &Results<'_>) -> Outcome {
-    let folder = &arguments.out;
-    let chart = scatter(results);
-    document::figure(folder, "table1", chart.to_svg([900, 600]))?;
-    let markdown = markdown(results);
-    document::publish(folder, "table1", results, &markdown, arguments.json)
+fn yardstick(name: &str, runs: &[Run]) -> Option<Yardstick> {
+    let (_, published) = YARDSTICKS.iter().find(|(of, _)| *of == name)?;
+    let means = Means::of(runs.get(..YARDSTICK_CASES)?);
+    Some(Yardstick {
+        cases: YARDSTICK_CASES,
+        compactness_percent: means.compactness_percent,
+        items: means.items,
+        voxels_cm3: means.voxels_cm3,
+        published: Published::new(None, *published),
+    })
 }
 
-fn markdown(results: &Results<'_>) -> String {
+fn markdown(results: &Results<'_, Line>) -> String {
     let settings = results.settings;
     let container = settings.grid.container();
     let cases = results.lines.first().map_or(0, |line| line.means.cases);
@@ -244,7 +170,7 @@ fn markdown(results: &Results<'_>) -> String {
     );
     for line in &results.lines {
         let Line { paper, means, .. } = line;
-        text.push_str(&format!(
+        text += &format!(
             "| {} | {} ms [{} s] | {} [{:.1}] | {} [{:.0}] | {} [{:.1}] | {} | {} | {:.2} |\n",
             line.method,
             means.decision_s.scaled(1e3).shown(3),
@@ -258,39 +184,38 @@ fn markdown(results: &Results<'_>) -> String {
             means.meshes_cm3.shown(0),
             means.mesh_compactness_percent.shown(1),
             means.fallen_out.mean
-        ));
+        );
     }
-    if let Some(reason) = &results.without_network {
-        text.push_str(&format!("\nPPN-Pack is missing: {reason}.\n"));
-    }
-    text.push_str("\n![Compactness against decision time](table1.svg)\n");
-    let compared: Vec<_> = results
-        .lines
-        .iter()
+    text += &results.missing();
+    text += "\n![Compactness against decision time](table1.svg)\n";
+    let lines = results.lines.iter();
+    let mut compared = lines
         .filter_map(|line| Some((line, line.yardstick.as_ref()?)))
-        .collect();
-    if !compared.is_empty() {
-        text.push_str(&format!("\n## The first {YARDSTICK_CASES} sequences\n\nIn brackets an independent run of the published methods on \
+        .peekable();
+    if compared.peek().is_some() {
+        text += &format!(
+            "\n## The first {YARDSTICK_CASES} sequences\n\nIn brackets an independent run of the published methods on \
              the same meshes and sequences in PyBullet.\n\n\
-             | method | compactness (%) | items packed | voxel volume (cm³) |\n|---|---|---|---|\n"));
-        for (line, comparison) in compared {
-            let other = comparison.published;
-            text.push_str(&format!(
-                "| {} | {} [{:.1}] | {} [{:.1}] | {} [{:.0}] |\n",
-                line.method,
-                comparison.compactness_percent.shown(1),
-                other.compactness_percent,
-                comparison.items.shown(1),
-                other.items,
-                comparison.voxels_cm3.shown(0),
-                other.voxels_cm3
-            ));
-        }
+             | method | compactness (%) | items packed | voxel volume (cm³) |\n|---|---|---|---|\n"
+        );
+    }
+    for (line, comparison) in compared {
+        let other = comparison.published;
+        text += &format!(
+            "| {} | {} [{:.1}] | {} [{:.1}] | {} [{:.0}] |\n",
+            line.method,
+            comparison.compactness_percent.shown(1),
+            other.compactness_percent,
+            comparison.items.shown(1),
+            other.items,
+            comparison.voxels_cm3.shown(0),
+            other.voxels_cm3
+        );
     }
     text
 }
 
-fn scatter(results: &Results<'_>) -> Scatter {
+fn scatter(results: &Results<'_, Line>) -> Scatter {
     let ours = results.lines.iter().map(|line| {
         let decision_ms = line.means.decision_s.scaled(1e3);
         point(&line.method, &decision_ms, &line.means.compactness_percent)
@@ -301,21 +226,18 @@ fn scatter(results: &Results<'_>) -> Scatter {
         y: line.paper.compactness_percent,
         ..PlotPoint::default()
     });
+    let series = |name: &str, reference, points| PointSeries {
+        name: name.to_owned(),
+        reference,
+        points,
+    };
     Scatter {
         title: "Compactness against decision time".to_owned(),
         x_label: "Decision time per item (ms)".to_owned(),
         y_label: "Compactness (%)".to_owned(),
         series: vec![
-            PointSeries {
-                name: "ppnpack".to_owned(),
-                reference: false,
-                points: ours.collect(),
-            },
-            PointSeries {
-                name: "paper".to_owned(),
-                reference: true,
-                points: paper.collect(),
-            },
+            series("ppnpack", false, ours.collect()),
+            series("paper", true, paper.collect()),
         ],
     }
 }

@@ -3,21 +3,17 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use ppnpack_chart::Lines;
 use ppnpack_model::architecture::{Architecture, Fusion};
 use ppnpack_model::card::ModelCard;
-use ppnpack_model::settings::{Device, Loss, TrainingRequest, TrainingSettings};
+use ppnpack_model::settings::{Loss, TrainingRequest, TrainingSettings};
 use serde::Serialize;
 
 use crate::document;
 use crate::shares::{self, SHARES};
 use crate::statistics::Mean;
-use crate::train::train;
-use crate::workers;
-use ppnpack_cli::failure::{OrRun, Outcome};
+use crate::train::{RunOptions, train};
+use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::parse_device;
-use ppnpack_files::write_whole;
 
 /// Trains the network and its ablations in the same way, and compares their accuracy on the test split.
 #[derive(Debug, Args)]
@@ -30,21 +26,8 @@ pub(crate) struct Table3Arguments {
     #[arg(long, value_name = "COUNT", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     epochs: u32,
 
-    /// Use only so many sequences of the training split
-    #[arg(long, value_name = "COUNT")]
-    sequences: Option<usize>,
-
-    /// Seeds the initial weights and the order of the data
-    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
-    seed: u64,
-
-    /// Where to train
-    #[arg(long, value_parser = parse_device(), default_value = "cpu")]
-    device: Device,
-
-    /// Threads on the processor [default: one per core]
-    #[arg(long, value_name = "COUNT")]
-    threads: Option<usize>,
+    #[command(flatten)]
+    training: RunOptions,
 
     /// Where table3.md, table3.json, table3.svg and the trained networks are written; a killed run goes on there
     #[arg(long, value_name = "DIR", default_value = "out/table3")]
@@ -66,40 +49,41 @@ struct Variant {
     paper: Option<[f64; 5]>,
 }
 
-const VARIANTS: [Variant; 4] = [
-    Variant {
-        name: "full",
-        key: "full",
-        loss: Loss::Ranking,
-        fusion: Fusion::Correlation,
-        resting_heights: true,
-        paper: None,
-    },
-    Variant {
-        name: "heightmaps alone (the paper's inputs)",
-        key: "heightmaps",
-        loss: Loss::Ranking,
-        fusion: Fusion::Correlation,
-        resting_heights: false,
-        paper: Some([81.0, 94.9, 97.2, 98.0, 99.4]),
-    },
-    Variant {
-        name: "heightmaps alone, without ranking",
-        key: "no-ranking",
-        loss: Loss::Mse,
-        fusion: Fusion::Correlation,
-        resting_heights: false,
-        paper: Some([62.1, 72.9, 77.0, 79.2, 86.1]),
-    },
-    Variant {
-        name: "heightmaps alone, without ranking and correlation",
-        key: "no-ranking-no-correlation",
-        loss: Loss::Mse,
-        fusion: Fusion::Concatenation,
-        resting_heights: false,
-        paper: Some([57.9, 66.9, 70.2, 72.5, 80.8]),
-    },
-];
+const FULL: Variant = Variant {
+    name: "full",
+    key: "full",
+    loss: Loss::Ranking,
+    fusion: Fusion::Correlation,
+    resting_heights: true,
+    paper: None,
+};
+
+const HEIGHTMAPS: Variant = Variant {
+    name: "heightmaps alone (the paper's inputs)",
+    key: "heightmaps",
+    resting_heights: false,
+    paper: Some([81.0, 94.9, 97.2, 98.0, 99.4]),
+    ..FULL
+};
+
+const NO_RANKING: Variant = Variant {
+    name: "heightmaps alone, without ranking",
+    key: "no-ranking",
+    loss: Loss::Mse,
+    paper: Some([62.1, 72.9, 77.0, 79.2, 86.1]),
+    ..HEIGHTMAPS
+};
+
+const NO_CORRELATION: Variant = Variant {
+    name: "heightmaps alone, without ranking and correlation",
+    key: "no-ranking-no-correlation",
+    fusion: Fusion::Concatenation,
+    paper: Some([57.9, 66.9, 70.2, 72.5, 80.8]),
+    ..NO_RANKING
+};
+
+/// Each but the first lacks one thing more.
+const VARIANTS: [Variant; 4] = [FULL, HEIGHTMAPS, NO_RANKING, NO_CORRELATION];
 
 /// A row of the results.
 #[derive(Debug, Serialize)]
@@ -147,12 +131,12 @@ fn request(arguments: &Table3Arguments, variant: &Variant) -> TrainingRequest {
             },
             loss: variant.loss,
             epochs: arguments.epochs as usize,
-            seed: arguments.seed,
-            sequences: arguments.sequences,
+            seed: arguments.training.seed,
+            sequences: arguments.training.sequences,
             ..TrainingSettings::default()
         },
-        device: arguments.device,
-        threads: arguments.threads.unwrap_or_else(workers::default_count),
+        device: arguments.training.device,
+        threads: arguments.training.threads(),
         resume: true,
     }
 }
@@ -172,8 +156,13 @@ fn line(variant: &Variant, card: ModelCard) -> Line {
 
 fn publish(arguments: &Table3Arguments, results: &Results) -> Outcome {
     let folder = &arguments.out;
-    let svg = chart(results).to_svg([900, 560]).or_run()?;
-    write_whole(&folder.join("table3.svg"), svg.as_bytes())?;
+    let lines = results.lines.iter();
+    shares::draw(
+        (folder, "table3"),
+        "Optimum among the best-scored K %",
+        "Test candidates",
+        lines.map(|line| (line.network, &line.accuracy_percent)),
+    )?;
     let markdown = markdown(results);
     document::publish(folder, "table3", results, &markdown, arguments.json)
 }
@@ -185,7 +174,7 @@ fn markdown(results: &Results) -> String {
             || "the training split".to_owned(),
             |count| format!("{count} sequences of the training split"),
         );
-        text.push_str(&format!(
+        text += &format!(
             "Each network is trained alike: {sequences}, {} epochs of {} candidates, batches of {} steps, seed {}. \
              Accuracy on {} candidates of the test split (one in ten sequences); intervals are 95 % and take candidates \
              as independent, although those of a sequence are alike. In brackets the paper's Table III, whose network \
@@ -196,37 +185,21 @@ fn markdown(results: &Results) -> String {
             card.training.seed,
             card.data.test_candidates,
             results.machine,
-        ));
+        );
     }
-    text.push_str(&format!(
-        "| network |{} parameters | training |\n",
-        shares::head()
-    ));
-    text.push_str("|---|---|---|---|---|---|---|---|\n");
+    text += &format!("| network |{} parameters | training |\n", shares::head());
+    text += "|---|---|---|---|---|---|---|---|\n";
     for line in &results.lines {
-        text.push_str(&format!("| {} |", line.network));
+        text += &format!("| {} |", line.network);
         for (index, accuracy) in line.accuracy_percent.iter().enumerate() {
-            let paper = line
-                .paper_percent
-                .and_then(|paper| paper.get(index).copied());
-            let paper = paper.map_or(String::new(), |paper| format!(" [{paper:.1}]"));
-            text.push_str(&format!(" {}{paper} |", accuracy.shown(1)));
+            text += &format!(" {}", accuracy.shown(1));
+            if let Some(paper) = line.paper_percent.and_then(|it| it.get(index).copied()) {
+                text += &format!(" [{paper:.1}]");
+            }
+            text += " |";
         }
         let Line { card, .. } = line;
-        text.push_str(&format!(
-            " {} | {:.0} s |\n",
-            card.parameters, card.training_s
-        ));
+        text += &format!(" {} | {:.0} s |\n", card.parameters, card.training_s);
     }
-    text.push_str("\n![Accuracy against K](table3.svg)\n");
-    text
-}
-
-fn chart(results: &Results) -> Lines {
-    let rows = results.lines.iter();
-    shares::chart(
-        "Optimum among the best-scored K %",
-        "Test candidates",
-        rows.map(|line| (line.network, &line.accuracy_percent[..])),
-    )
+    text + "\n![Accuracy against K](table3.svg)\n"
 }

@@ -14,9 +14,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use crate::comparison::{
-    Comparison, ComparisonOptions, Contender, Means, Run, Setting, ratio_percent,
-};
+use crate::comparison::{Comparison, ComparisonOptions, Means, Results, Row, ratio_percent};
 use crate::document;
 use crate::statistics::Mean;
 
@@ -47,40 +45,19 @@ pub(crate) struct Table4Arguments {
     json: bool,
 }
 
-/// A row of the table.
-struct Row {
-    name: &'static str,
-    heuristic: Heuristic,
-    order: Order,
-    /// Whether placements are proposed by the network.
-    is_network: bool,
-    /// Results of the paper on its 28 unseen objects: seconds, cm³, percent, items; 400 cases.
-    paper: [f64; 4],
-}
-
-const ROWS: [Row; 3] = [
-    Row {
-        name: "Random",
-        heuristic: Heuristic::Random,
-        order: Order::Shuffled,
-        is_network: false,
-        paper: [0.37, 19_029.0, 39.5, 27.54],
-    },
-    Row {
-        name: "PPN-Pack",
-        heuristic: Heuristic::Sdfm,
-        order: Order::Balance,
-        is_network: true,
-        paper: [0.45, 22_993.0, 47.3, 33.69],
-    },
-    Row {
-        name: "Search all",
-        heuristic: Heuristic::Sdfm,
-        order: Order::Balance,
-        is_network: false,
-        paper: [1.58, 25_001.0, 49.8, 34.26],
-    },
-];
+/// Results of the paper on its 28 unseen objects: 400 cases.
+const ROWS: [Row; 3] = {
+    use Heuristic::{Random, Sdfm};
+    use Order::{Balance, Shuffled};
+    [
+        Row::all("Random", Random, Shuffled, [0.37, 19_029.0, 39.5, 27.54]),
+        Row {
+            is_network: true,
+            ..Row::all("PPN-Pack", Sdfm, Balance, [0.45, 22_993.0, 47.3, 33.69])
+        },
+        Row::all("Search all", Sdfm, Balance, [1.58, 25_001.0, 49.8, 34.26]),
+    ]
+};
 
 /// A row of the results.
 #[derive(Debug, Serialize)]
@@ -95,47 +72,25 @@ struct Line {
     paper: [f64; 4],
 }
 
-#[derive(Debug, Serialize)]
-struct Results<'a> {
-    machine: String,
-    workers: usize,
-    objects: usize,
-    settings: &'a Setting,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    without_network: Option<String>,
-    lines: Vec<Line>,
-}
-
 pub(crate) fn run(arguments: &Table4Arguments, backend: &dyn Backend) -> Outcome {
-    let options = &arguments.comparison;
-    let comparison = Comparison::new(options, backend, arguments.grid.grid()?)?;
+    let comparison = Comparison::new(&arguments.comparison, backend, arguments.grid.grid()?)?;
     let sequences = draw(arguments, &comparison.catalogue);
-    let contender =
-        |row: &Row| comparison.contender(row.name, row.heuristic, row.order, row.is_network);
-    let (rows, contenders): (Vec<&Row>, Vec<Contender>) = ROWS
-        .iter()
-        .filter_map(|row| Some((row, contender(row)?)))
-        .unzip();
+    let (rows, contenders) = comparison.contenders(&ROWS);
     let packed = comparison.pack(&contenders, &sequences, &arguments.out.join("runs"))?;
     let all = packed.last().map_or(&[][..], |runs| runs);
-    let lines = rows.iter().zip(&contenders).zip(&packed);
-    let results = Results {
-        machine: document::machine(),
-        workers: options.workers(),
-        objects: comparison.catalogue.len(),
-        without_network: comparison.without_network(),
-        lines: lines
-            .map(|((row, contender), runs)| Line {
-                method: contender.name.clone(),
-                means: Means::of(runs),
-                compactness_ratio_percent: ratio_percent(runs, all, |run: &Run| run.compactness),
-                mesh_volume_ratio_percent: ratio_percent(runs, all, |run: &Run| run.meshes_m3),
-                paper: row.paper,
-            })
-            .collect(),
-        settings: &comparison.setting,
-    };
-    publish(arguments, &results)
+    let methods = rows.into_iter().zip(contenders).zip(&packed);
+    let lines = methods.map(|((row, contender), runs)| Line {
+        method: contender.name,
+        means: Means::of(runs),
+        compactness_ratio_percent: ratio_percent(runs, all, |run| run.compactness),
+        mesh_volume_ratio_percent: ratio_percent(runs, all, |run| run.meshes_m3),
+        paper: row.paper,
+    });
+    let objects = comparison.catalogue.len();
+    publish(
+        arguments,
+        &comparison.results(Some(objects), lines.collect()),
+    )
 }
 
 /// Sequences that depend on the seed and their number alone.
@@ -153,35 +108,32 @@ fn draw(arguments: &Table4Arguments, catalogue: &Catalogue) -> Vec<Sequence> {
     sequences.collect()
 }
 
-fn publish(arguments: &Table4Arguments, results: &Results<'_>) -> Outcome {
+fn publish(arguments: &Table4Arguments, results: &Results<'_, Line>) -> Outcome {
     let folder = &arguments.out;
+    let bar = |line: &Line| Bar {
+        label: line.method.clone(),
+        value: line.means.compactness_percent.mean,
+    };
     let chart = Bars {
         title: "Compactness on unseen objects".to_owned(),
         value_label: "Compactness (%)".to_owned(),
-        bars: results
-            .lines
-            .iter()
-            .map(|line| Bar {
-                label: line.method.clone(),
-                value: line.means.compactness_percent.mean,
-            })
-            .collect(),
+        bars: results.lines.iter().map(bar).collect(),
     };
     document::figure(folder, "table4", chart.to_svg([700, 460]))?;
     let markdown = markdown(results);
     document::publish(folder, "table4", results, &markdown, arguments.json)
 }
 
-fn markdown(results: &Results<'_>) -> String {
+fn markdown(results: &Results<'_, Line>) -> String {
     let settings = results.settings;
     let cases = results.lines.first().map_or(0, |line| line.means.cases);
+    let objects = results.objects.unwrap_or_default();
     let mut text = format!(
         "# Table 4: objects that the network was not trained on\n\n\
-         {cases} random sequences of {} objects, seed {}; {}, {}; shares are of what the exhaustive search packs on the same sequences. The paper's figures (400 \
-         sequences of its 28 objects, its own meshes and machine) are in brackets.\n\n\
+         {cases} random sequences of {objects} objects, seed {}; {}, {}; shares are of what the exhaustive search packs on \
+         the same sequences. The paper's figures (400 sequences of its 28 objects, its own meshes and machine) are in brackets.\n\n\
          | method | decision per item | items packed | voxel volume (cm³) | compactness (%) | share of compactness (%) | \
          share of mesh volume (%) |\n|---|---|---|---|---|---|---|\n",
-        results.objects,
         settings.seed,
         settings.cells_in_words(),
         settings.in_words(results.workers),
@@ -189,7 +141,7 @@ fn markdown(results: &Results<'_>) -> String {
     for line in &results.lines {
         let Line { means, .. } = line;
         let [seconds, volume, compactness, items] = line.paper;
-        text.push_str(&format!(
+        text += &format!(
             "| {} | {} ms [{seconds} s] | {} [{items:.1}] | {} [{volume:.0}] | {} [{compactness:.1}] | {} | {} |\n",
             line.method,
             means.decision_s.scaled(1e3).shown(3),
@@ -198,11 +150,9 @@ fn markdown(results: &Results<'_>) -> String {
             means.compactness_percent.shown(1),
             line.compactness_ratio_percent.shown(1),
             line.mesh_volume_ratio_percent.shown(1),
-        ));
+        );
     }
-    if let Some(reason) = &results.without_network {
-        text.push_str(&format!("\nPPN-Pack is missing: {reason}.\n"));
-    }
-    text.push_str("\n![Compactness](table4.svg)\n");
+    text += &results.missing();
+    text += "\n![Compactness](table4.svg)\n";
     text
 }

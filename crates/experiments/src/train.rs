@@ -16,7 +16,7 @@ use ppnpack_cli::output::{print_json, print_line};
 use ppnpack_cli::progress;
 use ppnpack_files::write_whole;
 
-use crate::workers;
+use crate::{document, workers};
 
 /// Trains a network on a dataset; leaves weights, model card, curves and a checkpoint.
 #[derive(Debug, Args)]
@@ -104,21 +104,34 @@ struct TrainingOptions {
     #[arg(long)]
     no_augment: bool,
 
+    #[command(flatten)]
+    run: RunOptions,
+}
+
+/// What every training is told.
+#[derive(Debug, Args)]
+pub(crate) struct RunOptions {
     /// Use only so many sequences of the training split
     #[arg(long, value_name = "COUNT")]
-    sequences: Option<usize>,
+    pub(crate) sequences: Option<usize>,
 
     /// Seeds the initial weights and the order of the data
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
-    seed: u64,
+    pub(crate) seed: u64,
 
     /// Where to train
     #[arg(long, value_parser = parse_device(), default_value = "cpu")]
-    device: Device,
+    pub(crate) device: Device,
 
     /// Threads on the processor [default: one per core]
     #[arg(long, value_name = "COUNT")]
     threads: Option<usize>,
+}
+
+impl RunOptions {
+    pub(crate) fn threads(&self) -> usize {
+        self.threads.unwrap_or_else(workers::default_count)
+    }
 }
 
 /// See [`Fusion`].
@@ -180,11 +193,11 @@ impl TrainArguments {
                 weight_decay: training.weight_decay,
                 margin: training.margin,
                 augment: !training.no_augment,
-                seed: training.seed,
-                sequences: training.sequences,
+                seed: training.run.seed,
+                sequences: training.run.sequences,
             },
-            device: training.device,
-            threads: training.threads.unwrap_or_else(workers::default_count),
+            device: training.run.device,
+            threads: training.run.threads(),
             resume: self.resume,
         })
     }
@@ -292,11 +305,9 @@ fn draw(request: &TrainingRequest, epochs: &[EpochReport]) -> Outcome {
             })
             .collect(),
     };
-    for (name, lines) in [("loss.svg", loss), ("accuracy.svg", accuracy)] {
-        let svg = lines.to_svg([800, 500]).or_run()?;
-        write_whole(&request.folder.join(name), svg.as_bytes())?;
+    for (name, lines) in [("loss", loss), ("accuracy", accuracy)] {
+        document::figure(&request.folder, name, lines.to_svg([800, 500]))?;
     }
     let history = serde_json::to_vec_pretty(epochs).or_run()?;
-    write_whole(&request.folder.join("epochs.json"), &history)?;
-    Ok(())
+    Ok(write_whole(&request.folder.join("epochs.json"), &history)?)
 }

@@ -5,29 +5,27 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use ppnpack_chart::Lines;
 use ppnpack_model::weights::Model;
 use ppnpack_packing::coarse::Coarsening;
 use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
+use ppnpack_packing::grid::{ContainerSize, Grid};
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::Item;
-use ppnpack_packing::method::{Method, ProposalSource, Stability};
+use ppnpack_packing::method::{ProposalSource, Stability};
 use ppnpack_packing::plan::{Candidate, Planner};
 use ppnpack_packing::step::StepInput;
 use serde::{Deserialize, Serialize};
 
-use crate::document;
+use crate::method::sdfm;
 use crate::network::NetworkOptions;
 use crate::runs::Runs;
 use crate::shares::{self, SHARES};
-use crate::statistics::Mean;
-use crate::workers;
-use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
+use crate::statistics::{Mean, percentage};
+use crate::{document, scene, workers};
+use ppnpack_cli::failure::{Failure, OrRun, Outcome};
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{CatalogueOptions, Network};
 use ppnpack_cli::sequence::SequenceFile;
-use ppnpack_files::write_whole;
 
 /// Measures on several containers, cells and yaws how often the optimum is among the network's proposals, without
 /// training it anew.
@@ -85,7 +83,7 @@ const CASES: [Case; 8] = [
 ];
 
 /// How often the optimum was found on one grid, for one sequence.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Found {
     candidates: usize,
     /// Per share, the candidates with an optimum among the proposals.
@@ -143,43 +141,32 @@ fn measure(
     backend: &dyn Backend,
     model: &Model,
 ) -> Outcome<Line> {
-    let yaws = Yaws::half_turn(case.yaws).or_input()?;
-    let resolution = Resolution::new(case.cell_m, 0.002, yaws).or_input()?;
-    let grid = Grid::new(case.container, resolution).or_input()?;
+    let grid = scene::grid(case.container, case.cell_m, case.yaws)?;
     let catalogue = arguments.catalogue.load(grid.resolution())?;
     let file = SequenceFile::read(&arguments.sequences, &catalogue)?;
     let count = (arguments.cases as usize).min(file.count());
-    let sequences: Vec<_> = (0..count)
-        .map(|case| file.get(case))
-        .collect::<Outcome<_>>()?;
+    let sequences = (0..count).map(|case| file.get(case));
+    let sequences: Vec<_> = sequences.collect::<Outcome<_>>()?;
+    let objects = sequences.iter().map(|sequence| sequence.objects.clone());
     let settings = Settings {
         catalogue_hash: catalogue.content_hash(),
         model: &model.card().weights_blake3,
-        sequences: sequences
-            .iter()
-            .map(|sequence| sequence.objects.clone())
-            .collect(),
+        sequences: objects.collect(),
         grid: &grid,
     };
     let runs = Runs::new(&arguments.out.join("runs"), &settings)?;
     let items = catalogue.items();
     let network = arguments.network.of(backend, model, &items);
-    let jobs: Vec<usize> = (0..count).collect();
-    let found = workers::map(case.name, &jobs, workers::default_count(), |index| {
-        runs.finish(
-            &format!("{index:05}"),
-            |_| true,
-            || {
-                let sequence = sequences.get(*index);
-                let items = sequence.map(|sequence| sequence.items(&catalogue));
-                search(&grid, items.unwrap_or_default(), network, *index as u64)
-            },
-        )
+    let jobs: Vec<_> = (0_u64..).zip(&sequences).collect();
+    let found = workers::map(case.name, &jobs, workers::default_count(), |job| {
+        let (index, sequence) = job;
+        let search = || search(&grid, sequence.items(&catalogue), network, *index);
+        runs.finish(&format!("{index:05}"), |_| true, search)
     })?;
     let share = |at: usize| {
         Mean::of(found.iter().map(|run| {
             let hits = run.found.get(at).copied().unwrap_or(0);
-            100.0 * hits as f64 / run.candidates.max(1) as f64
+            percentage(hits, run.candidates.max(1))
         }))
     };
     Ok(Line {
@@ -192,16 +179,9 @@ fn measure(
 /// Packs a sequence exhaustively; at each step, plans every candidate of the buffer alone on the network's proposals
 /// and compares the value with that of the exhaustive search.
 fn search(grid: &Grid, items: Vec<Arc<Item>>, network: Network<'_>, seed: u64) -> Outcome<Found> {
-    let method = |proposals| Method {
-        proposals,
-        stability: Stability::Published,
-        buffer: BUFFER,
-        seed,
-        ..Method::default()
-    };
-    let all = method(ProposalSource::All);
+    let method = |proposals| sdfm(proposals, Stability::Published, BUFFER, seed);
     let mut recorder = Recorder::default();
-    let mut planner = all.build(grid, None)?;
+    let mut planner = method(ProposalSource::All).build(grid, None)?;
     let mut cell = IdealCell::new(grid);
     let items = Candidate::sequence(items);
     let how = Play::with_buffer(BUFFER);
@@ -215,10 +195,7 @@ fn search(grid: &Grid, items: Vec<Arc<Item>>, network: Network<'_>, seed: u64) -
         };
         pruned.push(method(proposals).build(grid, Some(&network))?);
     }
-    let mut found = Found {
-        candidates: 0,
-        found: [0; 5],
-    };
+    let mut found = Found::default();
     for (scene, candidates) in &recorder.0 {
         for candidate in candidates.chunks(1) {
             let input = StepInput::new(grid, scene, candidate);
@@ -258,19 +235,15 @@ impl Observer for Recorder {
 
 fn publish(arguments: &TransferArguments, results: &Results) -> Outcome {
     let folder = &arguments.out;
-    let svg = chart(results).to_svg([900, 560]).or_run()?;
-    write_whole(&folder.join("transfer.svg"), svg.as_bytes())?;
-    let markdown = markdown(results);
-    document::publish(folder, "transfer", results, &markdown, arguments.json)
-}
-
-fn chart(results: &Results) -> Lines {
-    let rows = results.lines.iter();
-    shares::chart(
+    let lines = results.lines.iter();
+    shares::draw(
+        (folder, "transfer"),
         "Optimum among the best-scored K %, away from the trained grid",
         "Candidates",
-        rows.map(|line| (line.grid, &line.accuracy_percent[..])),
-    )
+        lines.map(|line| (line.grid, &line.accuracy_percent)),
+    )?;
+    let markdown = markdown(results);
+    document::publish(folder, "transfer", results, &markdown, arguments.json)
 }
 
 fn markdown(results: &Results) -> String {
@@ -282,15 +255,14 @@ fn markdown(results: &Results) -> String {
         results.model.get(..12).unwrap_or(""),
         results.sequences,
     );
-    text.push_str(&shares::head());
-    text.push_str("\n|---|---|---|---|---|---|---|\n");
+    text += &shares::head();
+    text += "\n|---|---|---|---|---|---|---|\n";
     for line in &results.lines {
-        text.push_str(&format!("| {} | {} |", line.grid, line.candidates));
+        text += &format!("| {} | {} |", line.grid, line.candidates);
         for accuracy in &line.accuracy_percent {
-            text.push_str(&format!(" {} |", accuracy.shown(1)));
+            text += &format!(" {} |", accuracy.shown(1));
         }
-        text.push('\n');
+        text += "\n";
     }
-    text.push_str("\n![Accuracy against K](transfer.svg)\n");
-    text
+    text + "\n![Accuracy against K](transfer.svg)\n"
 }

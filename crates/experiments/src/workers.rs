@@ -1,7 +1,7 @@
 //! Independent jobs on several threads.
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, OnceLock, PoisonError};
 
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::progress;
@@ -21,24 +21,14 @@ pub(crate) fn map<J: Sync, R: Send + Sync>(
 ) -> Outcome<Vec<R>> {
     let bar = progress::bar(what, jobs.len() as u64);
     let next = AtomicUsize::new(0);
-    let failure = Mutex::new(None);
-    let done: Vec<OnceLock<R>> = jobs.iter().map(|_| OnceLock::new()).collect();
+    let done: Vec<OnceLock<Outcome<R>>> = jobs.iter().map(|_| OnceLock::new()).collect();
     std::thread::scope(|scope| {
         for _ in 0..workers.clamp(1, jobs.len().max(1)) {
             scope.spawn(|| {
                 let take = || next.fetch_add(1, Ordering::Relaxed);
                 while let Some((job, done)) = jobs.iter().zip(&done).nth(take()) {
-                    match work(job) {
-                        Ok(result) => {
-                            done.get_or_init(|| result);
-                        }
-                        Err(error) => {
-                            next.store(jobs.len(), Ordering::Relaxed);
-                            failure
-                                .lock()
-                                .unwrap_or_else(PoisonError::into_inner)
-                                .get_or_insert(error);
-                        }
+                    if done.get_or_init(|| work(job)).is_err() {
+                        next.store(jobs.len(), Ordering::Relaxed);
                     }
                     bar.inc(1);
                 }
@@ -46,10 +36,8 @@ pub(crate) fn map<J: Sync, R: Send + Sync>(
         }
     });
     bar.finish_and_clear();
-    match failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
-        Some(error) => Err(error),
-        None => Ok(done.into_iter().filter_map(OnceLock::into_inner).collect()),
-    }
+    let done = done.into_iter().filter_map(OnceLock::into_inner);
+    done.collect()
 }
 
 #[cfg(test)]

@@ -2,7 +2,6 @@
 //! refused.
 
 use std::collections::BTreeMap;
-use std::time::Instant;
 
 use clap::Args;
 use ppnpack_camera::{DepthEdges, NoiseModel};
@@ -13,7 +12,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::simulated::{Case, Errors};
-use crate::statistics::quantile;
+use super::timed;
+use crate::statistics::quantiles;
 
 /// Calibrates on simulated clouds of empty containers, with noise, dropouts, flying pixels and things in the way.
 #[derive(Debug, Args)]
@@ -85,9 +85,8 @@ fn measure(name: &str, arguments: &CalibrationArguments, is_size_known: bool, ch
             ..CalibrationSettings::default()
         };
         let cloud = case.cloud();
-        let began = Instant::now();
-        let found = calibrate(cloud, &settings);
-        took.push(1e3 * began.elapsed().as_secs_f64());
+        let (found, took_ms) = timed(|| calibrate(cloud, &settings));
+        took.push(took_ms);
         match found {
             Ok(found) => {
                 let error = case.errors(&found);
@@ -114,17 +113,15 @@ fn measure(name: &str, arguments: &CalibrationArguments, is_size_known: bool, ch
     }
     let accepted = errors.len();
     let small = errors.iter().filter(|error| error.are_small()).count();
-    let quantiles = |of: fn(&Errors) -> f64| {
-        [0.5, 0.95].map(|share| quantile(errors.iter().map(of).collect(), share))
-    };
-    let [position, position_95] = quantiles(|error| 1e3 * error.position_m);
-    let [angle, angle_95] = quantiles(|error| error.angle_rad.to_degrees());
-    let [size, size_95] = quantiles(|error| 1e3 * error.size_m);
+    let spread = |of: fn(&Errors) -> f64| quantiles(errors.iter().map(of), [0.5, 0.95]);
+    let [position, position_95] = spread(|error| 1e3 * error.position_m);
+    let [angle, angle_95] = spread(|error| error.angle_rad.to_degrees());
+    let [size, size_95] = spread(|error| 1e3 * error.size_m);
+    let [took_ms] = quantiles(took.into_iter(), [0.5]);
     println!(
         "| {name} | {accepted} of {cases} | {small} | {} | {position:.2}, {position_95:.2} mm | {angle:.3}, {angle_95:.3} deg | \
-         {size:.2}, {size_95:.2} mm | {:.0} ms |",
-        accepted - small,
-        quantile(took, 0.5)
+         {size:.2}, {size_95:.2} mm | {took_ms:.0} ms |",
+        accepted - small
     );
     println!("refused: {reasons:?}");
 }

@@ -1,33 +1,28 @@
 //! `ppnpack experiment heightmap`: how well heightmaps of a simulated depth camera agree with the truth, over packings of
 //! the built-in objects.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    reason = "a measurement that cannot run should say so at once"
-)]
-
-use std::time::Instant;
 
 use clap::Args;
 use nalgebra::{Isometry3, Point3};
-use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel, View};
-use ppnpack_catalogue::catalogue::{Catalogue, Settings};
-use ppnpack_catalogue::mesh::Mesh;
-use ppnpack_cli::failure::{OrInput, Outcome};
+use ppnpack_camera::{DepthCamera, Intrinsics, NoiseModel, View};
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_cli::length::parse_length;
-use ppnpack_cli::options::load;
-use ppnpack_packing::episode::{Play, play};
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
-use ppnpack_packing::objective::Order;
-use ppnpack_packing::plan::Planner;
-use ppnpack_packing::proposals::ProposeAll;
-use ppnpack_packing::search::{Search, SearchSettings};
-use ppnpack_packing::stability::PhysicalStability;
-use ppnpack_perception::mapper::{Mapped, Mapper};
+use ppnpack_cli::options::Simulated;
+use ppnpack_cli::sequence::Sequence;
+use ppnpack_cli::simulation::simulate;
+use ppnpack_packing::episode::Play;
+use ppnpack_packing::grid::{ContainerSize, Grid};
+use ppnpack_packing::method::{ProposalSource, Stability};
+use ppnpack_perception::mapper::Mapper;
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::packing_cell::{Sampling, SimulatedPackingCell};
 use ppnpack_physics::settings::CellSettings;
+
+use super::timed;
+use crate::method::sdfm;
+use crate::scene::{self, body};
+use crate::statistics::{percentage, quantiles};
 
 /// Above the container's floor.
 const CAMERA_HEIGHT_M: f64 = 0.9;
@@ -55,23 +50,15 @@ pub(crate) struct HeightmapArguments {
 }
 
 pub(crate) fn run(arguments: &HeightmapArguments) -> Outcome {
-    let HeightmapArguments { cell, episodes } = *arguments;
-    let yaws = Yaws::half_turn(4).or_input()?;
-    let planned = Grid::reference();
-    let resolution = Resolution::new(cell, 0.002, yaws).or_input()?;
-    let grid = Grid::new(ContainerSize::REFERENCE, resolution).or_input()?;
-    let catalogue = load(
-        &ppnpack_household::builtin(),
-        &Settings::default(),
-        planned.resolution(),
-    )?;
-    let scenes: Vec<Seen> = (0..episodes)
-        .flat_map(|episode| LENGTHS.map(|length| (episode, length)))
-        .map(|(episode, length)| {
-            let cell = packed(&planned, &catalogue, episode, length);
-            Seen::new(&cell, &grid, (episode * 100 + length) as u64)
-        })
-        .collect();
+    let grid = scene::grid(ContainerSize::REFERENCE, arguments.cell, 4)?;
+    let catalogue = scene::objects(&ppnpack_household::builtin())?;
+    let episodes =
+        (0..arguments.episodes).flat_map(|episode| LENGTHS.map(|length| (episode, length)));
+    let scenes = episodes.map(|(episode, length)| {
+        let cell = packed(&catalogue, episode, length)?;
+        Seen::new(cell.cell(), &grid, (episode * 100 + length) as u64)
+    });
+    let scenes: Vec<Seen> = scenes.collect::<Outcome<_>>()?;
     println!(
         "| largest unseen share | unknown cells | never seen | flat: within 2 mm | too low by over 3 mm, seen in part | seen whole | mean excess of other cells | time |"
     );
@@ -97,36 +84,30 @@ pub(crate) fn run(arguments: &HeightmapArguments) -> Outcome {
 }
 
 /// A container after some items of an episode.
-fn packed(
-    grid: &Grid,
-    catalogue: &Catalogue,
-    episode: usize,
-    length: usize,
-) -> SimulatedPackingCell {
+fn packed(catalogue: &Catalogue, episode: usize, length: usize) -> Outcome<SimulatedPackingCell> {
     let objects = (0..length).map(|arrival| (arrival * 37 + 11 + 5 * episode) % catalogue.len());
-    let sequence = objects
-        .enumerate()
-        .map(|(arrival, object)| catalogue.get(object).unwrap().candidate(arrival))
-        .collect();
-    let search = Search::new(grid, &SearchSettings::default())
-        .unwrap()
-        .bounded();
-    let checks: Vec<Box<_>> = vec![Box::new(PhysicalStability::new(Default::default())) as Box<_>];
-    let proposer = Box::new(ProposeAll);
-    let mut planner = Planner::new(proposer, Box::new(search), checks, Order::Balance, 0);
-    let mut cell =
-        SimulatedPackingCell::new(CellSettings::robot(), grid, catalogue, Sampling::Greatest)
-            .unwrap();
-    play(
-        grid,
+    let sequence = Sequence {
+        from: format!("episode {episode}"),
+        objects: objects.collect(),
+    };
+    let grid = Grid::reference();
+    let method = sdfm(ProposalSource::Bounded, Stability::Physical, 5, 0);
+    let simulated = Simulated {
+        scan: Sampling::Greatest,
+        cell: CellSettings::robot(),
+    };
+    let mut planner = method.build(&grid, None)?;
+    let how = Play::with_buffer(method.buffer);
+    let (_, cell) = simulate(
+        catalogue,
+        &grid,
+        &sequence,
+        &simulated,
         &mut planner,
-        &mut cell,
-        sequence,
-        Play::with_buffer(5),
+        how,
         &mut (),
-    )
-    .unwrap();
-    cell
+    )?;
+    Ok(cell)
 }
 
 /// A container as the camera sees it and as it is.
@@ -154,58 +135,45 @@ impl TrueCell {
 }
 
 impl Seen {
-    fn new(packed: &SimulatedPackingCell, grid: &Grid, seed: u64) -> Self {
-        let cell = packed.cell();
+    fn new(cell: &SimulatedCell, grid: &Grid, seed: u64) -> Outcome<Self> {
         let size = grid.container();
         let to_rim_m = CAMERA_HEIGHT_M - size.z_m;
-        let intrinsics = Intrinsics::framing(640, 480, [size.x_m, size.y_m], to_rim_m).unwrap();
+        let intrinsics = Intrinsics::framing(640, 480, [size.x_m, size.y_m], to_rim_m).or_run()?;
         let at = Point3::new(size.x_m / 2.0, size.y_m / 2.0, CAMERA_HEIGHT_M);
         let camera = DepthCamera::looking_down(intrinsics, at);
-        let image = render(cell, &camera);
-        let noisy = image.noisy_points(&NoiseModel::default(), seed).unwrap();
-        let points = noisy.points_m().iter().filter(|point| !point.z.is_nan());
-        Self {
-            points_m: points.copied().collect(),
+        let image = render(cell, &camera)?;
+        let noisy = image.noisy_points(&NoiseModel::default(), seed).or_run()?;
+        let mut points_m = noisy.points_m().to_vec();
+        points_m.retain(|point| !point.z.is_nan());
+        Ok(Self {
+            points_m,
             container_from_camera: camera.world_from_camera,
-            cells: truth(cell, grid, &camera),
-        }
+            cells: truth(cell, grid, &camera)?,
+        })
     }
 }
 
 /// What a camera sees of a cell.
-fn render(cell: &SimulatedCell, camera: &DepthCamera) -> View {
-    fn posed(mesh: &Mesh, world_from_body: Isometry3<f64>) -> Body<'_> {
-        Body {
-            vertices: &mesh.vertices,
-            triangles: &mesh.triangles,
-            world_from_body,
-        }
-    }
+fn render(cell: &SimulatedCell, camera: &DepthCamera) -> Outcome<View> {
     let (container, contents) = (cell.container_mesh(), cell.contents());
-    let items = contents
-        .iter()
-        .map(|item| posed(&item.model.mesh, item.container_from_item));
-    let container = std::iter::once(posed(&container, Isometry3::identity()));
-    let bodies: Vec<_> = container.chain(items).collect();
-    camera.see(&bodies).unwrap()
+    let mut bodies = vec![body(&container, Isometry3::identity())];
+    let items = contents.iter();
+    bodies.extend(items.map(|item| body(&item.model.mesh, item.container_from_item)));
+    camera.see(&bodies).or_run()
 }
 
 /// The truth, from far above, and what of it a camera sees: what it measures no nearer along the same ray.
-fn truth(cell: &SimulatedCell, grid: &Grid, camera: &DepthCamera) -> Vec<TrueCell> {
+fn truth(cell: &SimulatedCell, grid: &Grid, camera: &DepthCamera) -> Outcome<Vec<TrueCell>> {
     let cell_m = grid.resolution().cell_m();
     let across = (cell_m / TRUE_PITCH_M).round() as usize;
-    let far = Intrinsics::centred(
-        grid.nx() * across,
-        grid.ny() * across,
-        TRUE_HEIGHT_M / TRUE_PITCH_M,
-    )
-    .unwrap();
+    let (width, height) = (grid.nx() * across, grid.ny() * across);
+    let far = Intrinsics::centred(width, height, TRUE_HEIGHT_M / TRUE_PITCH_M).or_run()?;
     let [x_m, y_m] = [grid.nx(), grid.ny()].map(|count| count as f64 * cell_m / 2.0);
     let far = DepthCamera {
         far_m: 2.0 * TRUE_HEIGHT_M,
         ..DepthCamera::looking_down(far, Point3::new(x_m, y_m, TRUE_HEIGHT_M))
     };
-    let truth = render(cell, &far);
+    let truth = render(cell, &far)?;
     // Finer than the real one, so that edges are where they are.
     let coarse = camera.intrinsics;
     let fine = Intrinsics {
@@ -216,13 +184,11 @@ fn truth(cell: &SimulatedCell, grid: &Grid, camera: &DepthCamera) -> Vec<TrueCel
         cx: coarse.cx * 4.0 + 1.5,
         cy: coarse.cy * 4.0 + 1.5,
     };
-    let seen = render(
-        cell,
-        &DepthCamera {
-            intrinsics: fine,
-            ..camera.clone()
-        },
-    );
+    let finer = DepthCamera {
+        intrinsics: fine,
+        ..camera.clone()
+    };
+    let seen = render(cell, &finer)?;
     let camera_from_container = camera.world_from_camera.inverse();
     let nothing = TrueCell {
         lowest_m: f64::INFINITY,
@@ -241,64 +207,49 @@ fn truth(cell: &SimulatedCell, grid: &Grid, camera: &DepthCamera) -> Vec<TrueCel
         cell.highest_m = cell.highest_m.max(point.z);
         cell.seen += f64::from(u8::from(is_seen)) / (across * across) as f64;
     }
-    cells
+    Ok(cells)
 }
 
 fn report(grid: &Grid, settings: &MapperSettings, scenes: &[Seen]) {
     let mut mapper = Mapper::new(grid, settings.clone()).unwrap();
-    let (mut cells, mut unknown, mut hidden, mut hidden_known) = (0, 0, 0, 0);
-    let (mut flat, mut flat_good) = (0, 0);
-    let (mut low_part, mut low_whole) = (0, 0);
-    let mut excess = (0.0, 0);
-    let mut times = Vec::new();
+    let mut times_ms = Vec::new();
+    // The truth of each cell, and by how much it is exceeded where the cell is not marked as unknown.
+    let mut cells: Vec<(&TrueCell, Option<f64>)> = Vec::new();
     for scene in scenes {
-        let mut map = || -> Mapped {
-            let points = scene.points_m.iter().copied();
-            mapper.map(points, &scene.container_from_camera).unwrap()
-        };
-        let began = Instant::now();
-        let mapped = map();
-        times.push(began.elapsed());
-        for (truth, height) in scene.cells.iter().zip(mapped.scene.heightmap().heights()) {
-            cells += 1;
-            let is_unknown = *height > grid.rim();
-            unknown += usize::from(is_unknown);
-            hidden += usize::from(truth.seen == 0.0);
-            hidden_known += usize::from(truth.seen == 0.0 && !is_unknown);
-            if is_unknown {
-                continue;
-            }
+        let points = scene.points_m.iter().copied();
+        let (mapped, time_ms) = timed(|| mapper.map(points, &scene.container_from_camera).unwrap());
+        times_ms.push(time_ms);
+        let heights = mapped.scene.heightmap().heights().iter();
+        cells.extend(scene.cells.iter().zip(heights).map(|(truth, height)| {
             let excess_m = f64::from(*height) * 0.002 - truth.highest_m;
-            if truth.is_flat() {
-                flat += 1;
-                flat_good += usize::from(excess_m.abs() <= 0.002);
-            } else {
-                excess = (excess.0 + excess_m, excess.1 + 1);
-            }
-            if excess_m < -0.003 {
-                if truth.seen < 0.98 {
-                    low_part += 1;
-                } else {
-                    low_whole += 1;
-                }
-            }
-        }
+            (truth, (*height <= grid.rim()).then_some(excess_m))
+        }));
     }
-    times.sort();
-    let percent = |part: usize, whole: usize| 100.0 * part as f64 / whole as f64;
+    let count = |holds: &dyn Fn(&TrueCell, Option<f64>) -> bool| {
+        let held = cells
+            .iter()
+            .filter(|(truth, excess_m)| holds(truth, *excess_m));
+        held.count()
+    };
+    let is_low = |excess_m: Option<f64>| excess_m.is_some_and(|excess_m| excess_m < -0.003);
+    let flat = count(&|truth, excess_m| truth.is_flat() && excess_m.is_some());
+    let flat_good = count(&|truth, excess_m| {
+        truth.is_flat() && excess_m.is_some_and(|excess_m| excess_m.abs() <= 0.002)
+    });
+    let low_part = count(&|truth, excess_m| is_low(excess_m) && truth.seen < 0.98);
+    let others = cells.iter().filter(|(truth, _)| !truth.is_flat());
+    let excesses_m: Vec<f64> = others.filter_map(|(_, excess_m)| *excess_m).collect();
+    let [median_ms] = quantiles(times_ms.into_iter(), [0.5]);
     println!(
-        "| {} mm | {} | {:.2} % | {:.2} %, {} of them not marked | {:.2} % of {} | {} ({:.3} %) | {} | {:.2} mm | {:.2} ms |",
+        "| {} mm | {} | {:.2} % | {:.2} %, {} of them not marked | {:.2} % of {flat} | {low_part} ({:.3} %) | {} | {:.2} mm | {median_ms:.2} ms |",
         1e3 * settings.point_radius_m,
         settings.largest_unseen_share,
-        percent(unknown, cells),
-        percent(hidden, cells),
-        hidden_known,
-        percent(flat_good, flat),
-        flat,
-        low_part,
-        percent(low_part, cells),
-        low_whole,
-        1e3 * excess.0 / f64::from(excess.1),
-        1e3 * times[times.len() / 2].as_secs_f64(),
+        percentage(count(&|_, excess_m| excess_m.is_none()), cells.len()),
+        percentage(count(&|truth, _| truth.seen == 0.0), cells.len()),
+        count(&|truth, excess_m| truth.seen == 0.0 && excess_m.is_some()),
+        percentage(flat_good, flat),
+        percentage(low_part, cells.len()),
+        count(&|truth, excess_m| is_low(excess_m) && truth.seen >= 0.98),
+        1e3 * excesses_m.iter().sum::<f64>() / excesses_m.len() as f64,
     );
 }

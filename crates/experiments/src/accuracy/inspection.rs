@@ -3,20 +3,13 @@
 //! The objects of a folder lie in a container, dropped without physics: each straight down to where it touches. One more
 //! is planned, and then lies as planned, elsewhere, on another side, or not at all; or another object lies there. A depth
 //! camera some 0.9 m above the floor sees the container before and after.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    reason = "a measurement that cannot run should say so at once"
-)]
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant;
 
 use clap::Args;
-use nalgebra::{Isometry3, Point2, Point3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point2, Point3, Translation3, Unit, UnitQuaternion, Vector2, Vector3};
 use ppnpack_camera::{DepthCamera, Intrinsics, NoiseModel};
 use ppnpack_catalogue::catalogue::Source;
 use ppnpack_catalogue::mesh::Mesh;
@@ -24,17 +17,19 @@ use ppnpack_catalogue::object::Model;
 use ppnpack_catalogue::raster::{Raster, rasterise};
 use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
 use ppnpack_cli::options::at_least_one;
-use ppnpack_files::write_whole;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::heightmap::Surface;
-use ppnpack_recognition::inspection::{ContainerCloud, Inspection, InspectionSettings, inspect};
+use ppnpack_recognition::evaluation::PoseError;
+use ppnpack_recognition::inspection::{
+    ContainerCloud, Inspection, InspectionSettings, Lying, inspect,
+};
 use ppnpack_recognition::library::{Library, LibraryObject, LibrarySettings};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::simulated;
-use crate::scene::{between, body, models, turn};
-use crate::statistics::quantile;
+use super::{columns_of, simulated, timed, write_csv};
+use crate::scene::{any_turn, between, body, models, turn};
+use crate::statistics::{percentage, quantiles};
 
 const CONTAINER: ContainerSize = ContainerSize::REFERENCE;
 
@@ -93,21 +88,16 @@ struct Sensor {
     noise_m: f64,
 }
 
+/// An item and its pose in the container.
+type Placed = (Arc<Model>, Isometry3<f64>);
+
 /// What lies in the container, and how high it reaches per sample.
-#[derive(Clone)]
 struct Content {
-    items: Vec<(Arc<Model>, Isometry3<f64>)>,
+    items: Vec<Placed>,
     heights_m: Vec<f64>,
 }
 
 impl Content {
-    fn empty() -> Self {
-        Self {
-            items: Vec::new(),
-            heights_m: vec![0.0; SIDE * SIDE],
-        }
-    }
-
     /// The pose of a turned object lowered to where it touches, its box's middle over a place; `None` where it does
     /// not fit between the walls or below the rim.
     fn lowered(
@@ -164,23 +154,23 @@ fn each_square(mesh: &Mesh, mut visit: impl FnMut(usize, f64, f64)) {
 /// The lowest of some random places, at random yaws.
 fn placed(content: &Content, model: &Model, random: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
     let pose = random.random_range(0..model.resting_poses.len().min(4));
-    let mut best: Option<Isometry3<f64>> = None;
-    let mut lowest_m = f64::INFINITY;
-    for _ in 0..20 {
-        let rotation =
-            turn(between(random, 0.0, std::f64::consts::TAU)) * model.resting_poses[pose].rotation;
+    let poses = (0..20).filter_map(|_| {
+        let rotation = any_turn(random) * model.resting_poses[pose].rotation;
         let place = Point2::new(
             between(random, 0.01, CONTAINER.x_m - 0.01),
             between(random, 0.01, CONTAINER.y_m - 0.01),
         );
-        if let Some(pose) = content.lowered(model, &rotation, place) {
-            let top_m = model.mesh.transformed(&pose).bounds().unwrap().highest.z;
-            if top_m < lowest_m {
-                (lowest_m, best) = (top_m, Some(pose));
-            }
-        }
-    }
-    best
+        let pose = content.lowered(model, &rotation, place)?;
+        let top_m = model.mesh.transformed(&pose).bounds()?.highest.z;
+        Some((top_m, pose))
+    });
+    let lowest = poses.min_by(|one, other| one.0.total_cmp(&other.0));
+    lowest.map(|(_, pose)| pose)
+}
+
+/// A horizontal direction.
+fn any_direction(random: &mut ChaCha8Rng) -> Vector3<f64> {
+    any_turn(random) * Vector3::x()
 }
 
 fn middle(model: &Model, pose: &Isometry3<f64>) -> Point2<f64> {
@@ -203,37 +193,30 @@ fn outcome(
         let centre = planned * model.mass.centre_of_mass_m;
         let tilt =
             Isometry3::rotation_wrt_point(UnitQuaternion::from_axis_angle(&axis, angle), centre);
-        let direction = turn(between(random, 0.0, std::f64::consts::TAU)) * Vector3::x();
-        return Some(Translation3::from(direction * between(random, 0.0, 0.002)) * tilt * planned);
+        let shift = any_direction(random) * between(random, 0.0, 0.002);
+        return Some(Translation3::from(shift) * tilt * planned);
     }
     let start = middle(model, planned);
-    for _ in 0..60 {
-        let direction = turn(between(random, 0.0, std::f64::consts::TAU)) * Vector3::x();
-        let least_m = if case == 1 { 0.01 } else { 0.0 };
-        let shift = direction.xy() * between(random, least_m, 0.06);
-        let rotation = if case == 1 {
+    let is_moved = case == 1;
+    (0..60).find_map(|_| {
+        let least_m = if is_moved { 0.01 } else { 0.0 };
+        let shift = any_direction(random).xy() * between(random, least_m, 0.06);
+        let rotation = if is_moved {
             turn(between(random, -0.5, 0.5)) * planned.rotation
         } else {
             let poses = &model.resting_poses;
             let other = &poses[random.random_range(0..poses.len())];
-            turn(between(random, 0.0, std::f64::consts::TAU)) * other.rotation
+            any_turn(random) * other.rotation
         };
-        let Some(pose) = content.lowered(model, &rotation, start + shift) else {
-            continue;
-        };
-        let is_case = if case == 1 {
-            (pose * object.centre_m - planned * object.centre_m)
-                .xy()
-                .norm()
-                > 0.01
+        let pose = content.lowered(model, &rotation, start + shift)?;
+        let is_case = if is_moved {
+            let moved = pose * object.centre_m - planned * object.centre_m;
+            moved.xy().norm() > 0.01
         } else {
             is_toppled(object, planned, &pose)
         };
-        if is_case {
-            return Some(pose);
-        }
-    }
-    None
+        is_case.then_some(pose)
+    })
 }
 
 /// Whether the object is on another side, told apart by more than its near symmetry: no yaw brings it back.
@@ -257,23 +240,19 @@ fn container() -> Vec<Mesh> {
 }
 
 fn seen(
-    items: &[(Arc<Model>, Isometry3<f64>)],
+    items: &[Placed],
     eye_m: Point3<f64>,
     seed: u64,
     sensor: Sensor,
 ) -> Outcome<Vec<Point3<f64>>> {
     let container = container();
-    let bodies = container
-        .iter()
-        .map(|mesh| body(mesh, Isometry3::identity()));
+    let container = container.iter();
+    let container = container.map(|mesh| body(mesh, Isometry3::identity()));
     let items = items.iter().map(|(model, pose)| body(&model.mesh, *pose));
-    let bodies: Vec<_> = bodies.chain(items).collect();
-    let intrinsics = Intrinsics::centred(
-        sensor.width,
-        sensor.width * 3 / 4,
-        600.0 * sensor.width as f64 / 640.0,
-    )
-    .or_run()?;
+    let bodies: Vec<_> = container.chain(items).collect();
+    let width = sensor.width;
+    let focal = 600.0 * width as f64 / 640.0;
+    let intrinsics = Intrinsics::centred(width, width * 3 / 4, focal).or_run()?;
     let noise = NoiseModel {
         deviation_m: sensor.noise_m,
         ..NoiseModel::default()
@@ -312,21 +291,15 @@ fn surface(points_m: &[Point3<f64>]) -> Surface {
 }
 
 /// Some of the items shifted by up to 3 mm.
-fn shifted(
-    items: &[(Arc<Model>, Isometry3<f64>)],
-    random: &mut ChaCha8Rng,
-) -> Vec<(Arc<Model>, Isometry3<f64>)> {
-    let shift = |pose: &Isometry3<f64>, random: &mut ChaCha8Rng| {
-        if random.random::<f64>() > 0.3 {
-            return *pose;
+fn shifted(items: &[Placed], random: &mut ChaCha8Rng) -> Vec<Placed> {
+    let mut items = items.to_vec();
+    for (_, pose) in &mut items {
+        if random.random::<f64>() <= 0.3 {
+            let shift = any_direction(random) * between(random, 0.0, 0.003);
+            *pose = Translation3::from(shift) * *pose;
         }
-        let direction = turn(between(random, 0.0, std::f64::consts::TAU)) * Vector3::x();
-        Translation3::from(direction * between(random, 0.0, 0.003)) * pose
-    };
+    }
     items
-        .iter()
-        .map(|(model, pose)| (model.clone(), shift(pose, random)))
-        .collect()
 }
 
 /// Another object near the planned place, lowered to where it touches.
@@ -336,7 +309,7 @@ fn stranger(
     content: &Content,
     planned: &Isometry3<f64>,
     random: &mut ChaCha8Rng,
-) -> Option<(Arc<Model>, Isometry3<f64>)> {
+) -> Option<Placed> {
     let start = middle(&library.objects[index].model, planned);
     (0..60).find_map(|_| {
         let other = random.random_range(0..library.objects.len());
@@ -344,14 +317,9 @@ fn stranger(
             return None;
         }
         let model = &library.objects[other].model;
-        let rotation =
-            turn(between(random, 0.0, std::f64::consts::TAU)) * model.resting_poses[0].rotation;
-        let shift = Vector3::new(
-            between(random, -0.03, 0.03),
-            between(random, -0.03, 0.03),
-            0.0,
-        );
-        let pose = content.lowered(model, &rotation, start + shift.xy())?;
+        let rotation = any_turn(random) * model.resting_poses[0].rotation;
+        let shift = Vector2::from_fn(|_, _| between(random, -0.03, 0.03));
+        let pose = content.lowered(model, &rotation, start + shift)?;
         Some((model.clone(), pose))
     })
 }
@@ -360,8 +328,8 @@ struct Trial {
     name: String,
     case: usize,
     inspection: Inspection,
-    /// The error of the pose, in metres and radians, modulo symmetry.
-    error: Option<(f64, f64)>,
+    /// The error of the pose, modulo symmetry.
+    error: Option<PoseError>,
     time_ms: f64,
 }
 
@@ -377,28 +345,28 @@ impl Trial {
     }
 
     fn csv(&self) -> String {
-        let (case, told) = (CASES[self.case], TOLD[self.told()]);
-        let mut line = format!("{},{case},{told},{:.2}", self.name, self.time_ms);
-        let (metres, radians) = self.error.unwrap_or((f64::NAN, f64::NAN));
-        write!(line, ",{:.2},{:.2}", metres * 1e3, radians.to_degrees()).unwrap();
         let (reason, best) = match &self.inspection {
             Inspection::Unclear(unclear) => (format!("{:?}", unclear.reason), unclear.best),
             other => (String::new(), other.lying().copied()),
         };
-        if let Some(best) = best {
-            let agreement = best.agreement;
-            write!(
-                line,
-                ",{:.4},{:.4},{:.4}",
-                agreement.fitness, agreement.unexplained, agreement.contradicted
-            )
-            .unwrap();
-        } else {
-            line.push_str(",,,");
-        }
-        line.push(',');
-        line.push_str(&reason.replace(',', ";"));
-        line
+        let agreement = best.map_or_else(
+            || ",,".to_owned(),
+            |Lying { agreement, .. }| {
+                format!(
+                    "{:.4},{:.4},{:.4}",
+                    agreement.fitness, agreement.unexplained, agreement.contradicted
+                )
+            },
+        );
+        format!(
+            "{},{},{},{:.2},{},{agreement},{}",
+            self.name,
+            CASES[self.case],
+            TOLD[self.told()],
+            self.time_ms,
+            columns_of(self.error),
+            reason.replace(',', ";")
+        )
     }
 }
 
@@ -410,7 +378,10 @@ fn trial(
     sensor: Sensor,
 ) -> Outcome<Option<Trial>> {
     let object = &library.objects[index];
-    let mut content = Content::empty();
+    let mut content = Content {
+        items: Vec::new(),
+        heights_m: vec![0.0; SIDE * SIDE],
+    };
     for _ in 0..random.random_range(0..8) {
         let model = &library.objects[random.random_range(0..library.objects.len())].model;
         if let Some(pose) = placed(&content, model, random) {
@@ -451,12 +422,10 @@ fn trial(
         least_rise_m: 5.0 * sensor.noise_m,
         ..InspectionSettings::default()
     };
-    let start = Instant::now();
-    let inspection = inspect(object, &planned, &before, &after, CONTAINER, &settings);
-    let time_ms = start.elapsed().as_secs_f64() * 1e3;
+    let (inspection, time_ms) =
+        timed(|| inspect(object, &planned, &before, &after, CONTAINER, &settings));
     let error = truth.zip(inspection.lying()).and_then(|(truth, lying)| {
-        let error = library.pose_error(index, &truth, index, &lying.container_from_item)?;
-        Some((error.position_m, error.angle_rad))
+        library.pose_error(index, &truth, index, &lying.container_from_item)
     });
     Ok(Some(Trial {
         name: object.model.name.clone(),
@@ -476,9 +445,9 @@ fn report(trials: &[Trial]) {
     for (case, name) in CASES.iter().enumerate() {
         let of_case: Vec<&Trial> = trials.iter().filter(|trial| trial.case == case).collect();
         let told = |told: usize| of_case.iter().filter(|trial| trial.told() == told).count();
-        let count = of_case.len().max(1) as f64;
+        let share = |part: usize, whole: usize| format!("{:.1} %", percentage(part, whole.max(1)));
         let shares: Vec<String> = (0..TOLD.len())
-            .map(|index| format!("{:.1} %", 100.0 * told(index) as f64 / count))
+            .map(|index| share(told(index), of_case.len()))
             .collect();
         // Where another object lies, the item is missing, whether or not that is told.
         let (right, clear) = if case < 4 {
@@ -486,48 +455,38 @@ fn report(trials: &[Trial]) {
         } else {
             (told(3) + told(4), of_case.len())
         };
-        let errors: Vec<(f64, f64)> = of_case.iter().filter_map(|trial| trial.error).collect();
+        let errors: Vec<PoseError> = of_case.iter().filter_map(|trial| trial.error).collect();
         let within = |metres: f64, degrees: f64| {
-            let good = errors
-                .iter()
-                .filter(|(position, angle)| *position <= metres && angle.to_degrees() <= degrees)
-                .count();
-            format!(
-                "{:.1} % of {}",
-                100.0 * good as f64 / errors.len().max(1) as f64,
-                errors.len()
-            )
+            let is_good = |error: &&PoseError| error.is_within(metres, degrees.to_radians());
+            let good = errors.iter().filter(is_good).count();
+            format!("{} of {}", share(good, errors.len()), errors.len())
         };
-        let times: Vec<f64> = of_case.iter().map(|trial| trial.time_ms).collect();
+        let times_ms = of_case.iter().map(|trial| trial.time_ms);
+        let [median_ms, most_ms] = quantiles(times_ms, [0.5, 0.99]);
         println!(
-            "| {name} | {} | {} | {:.1} % | {} | {} | {:.1} | {:.1} |",
+            "| {name} | {} | {} | {} | {} | {} | {median_ms:.1} | {most_ms:.1} |",
             of_case.len(),
             shares.join(" | "),
-            100.0 * right as f64 / clear.max(1) as f64,
+            share(right, clear),
             within(0.005, 5.0),
             within(0.01, 10.0),
-            quantile(times.clone(), 0.5),
-            quantile(times, 0.99),
         );
     }
     let mut reasons: BTreeMap<(usize, String), usize> = BTreeMap::new();
     for trial in trials {
         if let Inspection::Unclear(unclear) = &trial.inspection {
-            *reasons
-                .entry((trial.case, unclear.reason.to_string()))
-                .or_default() += 1;
+            let reason = (trial.case, unclear.reason.to_string());
+            *reasons.entry(reason).or_default() += 1;
         }
     }
     for ((case, reason), count) in &reasons {
         println!("  {}: {count} x {reason}", CASES[*case]);
     }
-    let times: Vec<f64> = trials.iter().map(|trial| trial.time_ms).collect();
+    let times_ms = trials.iter().map(|trial| trial.time_ms);
+    let [median, most, greatest] = quantiles(times_ms, [0.5, 0.99, 1.0]);
     println!(
-        "all {}: median {:.1} ms, 99 % {:.1} ms, greatest {:.1} ms",
-        times.len(),
-        quantile(times.clone(), 0.5),
-        quantile(times.clone(), 0.99),
-        quantile(times, 1.0)
+        "all {}: median {median:.1} ms, 99 % {most:.1} ms, greatest {greatest:.1} ms",
+        trials.len()
     );
 }
 
@@ -557,10 +516,7 @@ pub(crate) fn run(arguments: &InspectionArguments) -> Outcome {
         models.len()
     );
     report(&trials);
-    if let Some(path) = &arguments.csv {
-        let head = "name,case,told,time_ms,position_mm,angle_deg,fitness,unexplained,contradicted,reason\n";
-        let lines: Vec<String> = trials.iter().map(Trial::csv).collect();
-        write_whole(path, format!("{head}{}\n", lines.join("\n")).as_bytes())?;
-    }
-    Ok(())
+    let head =
+        "name,case,told,time_ms,position_mm,angle_deg,fitness,unexplained,contradicted,reason";
+    write_csv(arguments.csv.as_ref(), head, trials.iter().map(Trial::csv))
 }

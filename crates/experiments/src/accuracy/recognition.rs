@@ -3,14 +3,8 @@
 //!
 //! Each object stands in each of its resting poses (of at least 2 %) at a random yaw and place, and a depth camera some
 //! 0.9 m above takes one noisy view.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    reason = "a measurement that cannot run should say so at once"
-)]
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -21,7 +15,6 @@ use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
 use ppnpack_catalogue::catalogue::Source;
 use ppnpack_catalogue::object::Model;
 use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
-use ppnpack_files::write_whole;
 use ppnpack_recognition::evaluation::PoseError;
 use ppnpack_recognition::library::{Library, LibraryObject, LibrarySettings};
 use ppnpack_recognition::recognise::{Candidate, Recogniser, Recognition, RecognitionSettings};
@@ -29,8 +22,9 @@ use ppnpack_recognition::segmentation::{Cluster, Region, SegmentationSettings, s
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::scene::{between, body, models, seen, turn};
-use crate::statistics::quantile;
+use super::{columns_of, timed, write_csv};
+use crate::scene::{any_turn, between, body, models, seen};
+use crate::statistics::{percentage, quantiles};
 
 const LEAST_PROBABILITY: f64 = 0.02;
 
@@ -71,6 +65,12 @@ pub(crate) struct RecognitionArguments {
     only: Option<String>,
 }
 
+impl RecognitionArguments {
+    fn shows(&self, name: &str) -> bool {
+        self.only.as_ref().is_none_or(|only| name.contains(only))
+    }
+}
+
 fn folder(path: &Path) -> Outcome<Vec<Arc<Model>>> {
     models(&Source::Folder(path.to_owned()))
 }
@@ -85,7 +85,7 @@ struct Trial {
     pose: usize,
     points: usize,
     recognition: Option<Recognition>,
-    is_right: bool,
+    /// The error of the best candidate, where it is the right object.
     error: Option<PoseError>,
     looks_same: bool,
     segment_ms: f64,
@@ -104,9 +104,17 @@ impl Trial {
         matches!(self.recognition, Some(Recognition::Known(_)))
     }
 
-    fn is_placed(&self) -> bool {
+    fn is_right(&self) -> bool {
+        self.error.is_some()
+    }
+
+    fn is_within(&self, position_m: f64, angle_deg: f64) -> bool {
         self.error
-            .is_some_and(|error| error.is_within(0.003, 3.0_f64.to_radians()))
+            .is_some_and(|error| error.is_within(position_m, angle_deg.to_radians()))
+    }
+
+    fn is_placed(&self) -> bool {
+        self.is_within(0.003, 3.0)
     }
 
     /// Whether the pose is quite another one that no camera above could tell from the true one.
@@ -114,45 +122,37 @@ impl Trial {
         self.looks_same && self.error.is_some_and(|error| error.angle_rad > 0.25)
     }
 
+    /// A line of the table.
     fn csv(&self) -> String {
-        let mut line = format!(
-            "{},{},{},{},{}",
+        let margin = match &self.recognition {
+            Some(Recognition::Known(known)) => known.margin,
+            _ => f64::NAN,
+        };
+        let best = self.best().map_or_else(
+            || ",,,,,".to_owned(),
+            |Candidate {
+                 name, agreement, ..
+             }| {
+                format!(
+                    "{name},{:.4},{:.4},{:.4},{:.5},{margin:.4}",
+                    agreement.fitness,
+                    agreement.unexplained,
+                    agreement.contradicted,
+                    agreement.residual_m,
+                )
+            },
+        );
+        format!(
+            "{},{},{},{},{},{best},{},{:.1},{:.1}",
             self.name,
             self.pose,
             self.points,
             u8::from(self.is_known()),
-            u8::from(self.is_right)
-        );
-        if let Some(best) = self.best() {
-            let agreement = best.agreement;
-            let margin = match &self.recognition {
-                Some(Recognition::Known(known)) => known.margin,
-                _ => f64::NAN,
-            };
-            write!(
-                line,
-                ",{},{:.4},{:.4},{:.4},{:.5},{:.4}",
-                best.name,
-                agreement.fitness,
-                agreement.unexplained,
-                agreement.contradicted,
-                agreement.residual_m,
-                margin
-            )
-            .unwrap();
-        } else {
-            line.push_str(",,,,,,");
-        }
-        let error = self.error.map_or((f64::NAN, f64::NAN), |error| {
-            (error.position_m * 1e3, error.angle_rad.to_degrees())
-        });
-        write!(
-            line,
-            ",{:.2},{:.2},{:.1},{:.1}",
-            error.0, error.1, self.segment_ms, self.recognise_ms
+            u8::from(self.is_right()),
+            columns_of(self.error),
+            self.segment_ms,
+            self.recognise_ms
         )
-        .unwrap();
-        line
     }
 }
 
@@ -164,15 +164,11 @@ struct Shot {
 }
 
 fn shoot(model: &Model, rotation: &UnitQuaternion<f64>, random: &mut ChaCha8Rng) -> Outcome<Shot> {
-    let mut between = |low: f64, high: f64| between(random, low, high);
-    let turned = turn(between(0.0, std::f64::consts::TAU)) * rotation;
-    let lowest_m = model
-        .mesh
-        .vertices
-        .iter()
-        .map(|vertex| (turned * vertex).z)
-        .fold(f64::INFINITY, f64::min);
+    let turned = any_turn(random) * rotation;
+    let heights_m = model.mesh.vertices.iter().map(|vertex| (turned * vertex).z);
+    let lowest_m = heights_m.fold(f64::INFINITY, f64::min);
     let centre = turned * model.mass.centre_of_mass_m;
+    let mut between = |low: f64, high: f64| between(random, low, high);
     let place = Vector3::new(
         between(-0.12, 0.12) - centre.x,
         between(-0.08, 0.08) - centre.y,
@@ -184,17 +180,10 @@ fn shoot(model: &Model, rotation: &UnitQuaternion<f64>, random: &mut ChaCha8Rng)
         between(-0.05, 0.05),
         between(0.8, 1.0),
     );
-    let seed = random.random();
-    let corner = |x, y| Point3::new(x, y, 0.0);
-    let tray = [
-        corner(-2.0, -2.0),
-        corner(2.0, -2.0),
-        corner(2.0, 2.0),
-        corner(-2.0, 2.0),
-    ];
+    let tray = [(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)];
     let bodies = [
         Body {
-            vertices: &tray,
+            vertices: &tray.map(|(x, y)| Point3::new(x, y, 0.0)),
             triangles: &[[0, 1, 2], [0, 2, 3]],
             world_from_body: Isometry3::identity(),
         },
@@ -202,21 +191,17 @@ fn shoot(model: &Model, rotation: &UnitQuaternion<f64>, random: &mut ChaCha8Rng)
     ];
     let intrinsics = Intrinsics::centred(640, 480, 600.0).or_run()?;
     let camera = DepthCamera::looking_at(intrinsics, eye, &Point3::new(0.0, 0.02, 0.0));
-    let image = seen(&camera, &bodies, &NoiseModel::default(), seed)?;
-    let region = Region {
+    let image = seen(&camera, &bodies, &NoiseModel::default(), random.random())?;
+    let settings = SegmentationSettings::of(Region {
         lowest_m: Point3::new(-0.4, -0.3, -0.05),
         highest_m: Point3::new(0.4, 0.3, 0.5),
-    };
-    let start = Instant::now();
-    let found = segment(
-        image.in_world_m(&camera.world_from_camera),
-        &eye,
-        &SegmentationSettings::of(region),
-    );
+    });
+    let points_m = image.in_world_m(&camera.world_from_camera);
+    let (found, segment_ms) = timed(|| segment(points_m, &eye, &settings));
     Ok(Shot {
         cluster: found.clusters.into_iter().next(),
         world_from_item,
-        segment_ms: start.elapsed().as_secs_f64() * 1e3,
+        segment_ms,
     })
 }
 
@@ -233,25 +218,16 @@ fn draw(
 ) -> UnitQuaternion<f64> {
     let direction = down(&object.poses[template].support_from_item.rotation);
     let within = library.settings.same_pose_rad;
-    let same: Vec<_> = object
-        .model
-        .resting_poses
-        .iter()
-        .filter(|pose| {
-            object
-                .symmetry
-                .joins(&direction, &down(&pose.rotation), within)
-        })
-        .collect();
+    let symmetry = &object.symmetry;
+    let mut same = object.model.resting_poses.clone();
+    same.retain(|pose| symmetry.joins(&direction, &down(&pose.rotation), within));
     let total: f64 = same.iter().map(|pose| pose.probability).sum();
     let mut left = random.random::<f64>() * total;
-    for pose in &same {
+    let drawn = same.iter().find(|pose| {
         left -= pose.probability;
-        if left <= 0.0 {
-            return pose.rotation;
-        }
-    }
-    same.first().unwrap().rotation
+        left <= 0.0
+    });
+    drawn.or(same.first()).unwrap().rotation
 }
 
 /// Views of the objects of `shown`; `known_as` gives their index in the recogniser's library, if they are in it.
@@ -263,11 +239,7 @@ fn trials(
 ) -> Outcome<Vec<Trial>> {
     let mut all = Vec::new();
     for (index, object) in shown.objects.iter().enumerate() {
-        if arguments
-            .only
-            .as_ref()
-            .is_some_and(|only| !object.model.name.contains(only))
-        {
+        if !arguments.shows(&object.model.name) {
             continue;
         }
         let mut random = ChaCha8Rng::seed_from_u64(arguments.seed);
@@ -279,60 +251,61 @@ fn trials(
             for _ in 0..arguments.views {
                 let rotation = draw(object, pose, shown, &mut random);
                 let shot = shoot(&object.model, &rotation, &mut random)?;
-                let start = Instant::now();
-                let recognition = shot
-                    .cluster
-                    .as_ref()
-                    .map(|cluster| recogniser.recognise(cluster));
-                let recognise_ms = start.elapsed().as_secs_f64() * 1e3;
-                let mut trial = Trial {
-                    name: object.model.name.clone(),
-                    pose,
-                    points: shot
-                        .cluster
-                        .as_ref()
-                        .map_or(0, |cluster| cluster.points_m.len()),
-                    recognition,
-                    is_right: false,
-                    error: None,
-                    looks_same: false,
-                    segment_ms: shot.segment_ms,
-                    recognise_ms,
-                };
-                if let (Some(known), Some(best)) = (known_as(index), trial.best().cloned()) {
-                    let library = recogniser.library();
-                    let (truth, estimate) = (&shot.world_from_item, &best.world_from_item);
-                    trial.error = library.pose_error(known, truth, best.object, estimate);
-                    trial.is_right = trial.error.is_some();
-                    trial.looks_same =
-                        library.looks_same_from_above(known, truth, best.object, estimate);
-                }
-                all.push(trial);
+                let known = known_as(index);
+                all.push(trial(recogniser, known, object, pose, &shot));
             }
         }
     }
     Ok(all)
 }
 
-fn percent(part: usize, whole: usize) -> String {
-    format!(
-        "{:.1} % ({part} of {whole})",
-        100.0 * part as f64 / whole.max(1) as f64
-    )
+/// What the recogniser says of a view of an object, which is its library's `known` if any.
+fn trial(
+    recogniser: &Recogniser,
+    known: Option<usize>,
+    object: &LibraryObject,
+    pose: usize,
+    shot: &Shot,
+) -> Trial {
+    let cluster = shot.cluster.as_ref();
+    let (recognition, recognise_ms) =
+        timed(|| cluster.map(|cluster| recogniser.recognise(cluster)));
+    let mut trial = Trial {
+        name: object.model.name.clone(),
+        pose,
+        points: cluster.map_or(0, |cluster| cluster.points_m.len()),
+        recognition,
+        error: None,
+        looks_same: false,
+        segment_ms: shot.segment_ms,
+        recognise_ms,
+    };
+    if let (Some(known), Some(best)) = (known, trial.best().cloned()) {
+        let library = recogniser.library();
+        let (truth, estimate) = (&shot.world_from_item, &best.world_from_item);
+        trial.error = library.pose_error(known, truth, best.object, estimate);
+        trial.looks_same = library.looks_same_from_above(known, truth, best.object, estimate);
+    }
+    trial
+}
+
+/// For how many of all something holds.
+fn share<T>(all: &[T], holds: impl Fn(&T) -> bool) -> String {
+    let part = all.iter().filter(|one| holds(one)).count();
+    let percent = percentage(part, all.len().max(1));
+    format!("{percent:.1} % ({part} of {})", all.len())
 }
 
 /// The same shares with every object counted once, however many poses it has: round ones have many.
 fn report_by_object(right: &[&Trial]) {
     let mut objects: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
     for trial in right {
-        let entry = objects.entry(&trial.name).or_default();
-        entry.0 += 1.0;
-        entry.1 += f64::from(u8::from(trial.is_placed()));
+        let (views, placed) = objects.entry(&trial.name).or_default();
+        *views += 1.0;
+        *placed += f64::from(u8::from(trial.is_placed()));
     }
-    let shares: Vec<f64> = objects
-        .values()
-        .map(|(views, placed)| placed / views)
-        .collect();
+    let shares = objects.values().map(|(views, placed)| placed / views);
+    let shares: Vec<f64> = shares.collect();
     println!(
         "mean over objects of the share within 3 mm and 3 degrees {:.1} %; all views of {} of {} objects",
         100.0 * shares.iter().sum::<f64>() / shares.len() as f64,
@@ -342,98 +315,71 @@ fn report_by_object(right: &[&Trial]) {
 }
 
 fn report_known(trials: &[Trial]) {
-    let count = trials.len();
-    let right: Vec<&Trial> = trials
-        .iter()
-        .filter(|trial| trial.is_right && trial.is_known())
-        .collect();
-    let placed = right.iter().filter(|trial| trial.is_placed()).count();
-    let hidden = right
-        .iter()
-        .filter(|trial| !trial.is_placed() && trial.is_hidden_difference())
-        .count();
-    let unknown = trials.iter().filter(|trial| !trial.is_known()).count();
-    let best_right = trials.iter().filter(|trial| trial.is_right).count();
+    let is_recognised = |trial: &Trial| trial.is_right() && trial.is_known();
+    let right: Vec<&Trial> = trials.iter().filter(|it| is_recognised(it)).collect();
     println!(
         "right {}; called unknown {}; best candidate right {}",
-        percent(right.len(), count),
-        percent(unknown, count),
-        percent(best_right, count)
+        share(trials, is_recognised),
+        share(trials, |trial| !trial.is_known()),
+        share(trials, Trial::is_right)
     );
-    println!(
-        "of those right: within 3 mm and 3 degrees {}",
-        percent(placed, right.len())
+    let report = |what: &str, holds: &dyn Fn(&&Trial) -> bool| {
+        println!("of those right: {what} {}", share(&right, holds));
+    };
+    report("within 3 mm and 3 degrees", &|trial| trial.is_placed());
+    report(
+        "within, or another pose that looks the same from above",
+        &|trial| trial.is_placed() || trial.is_hidden_difference(),
     );
-    println!(
-        "of those right: within, or another pose that looks the same from above {}",
-        percent(placed + hidden, right.len())
-    );
-    let alike = right
-        .iter()
-        .filter(|trial| trial.is_placed() || trial.looks_same)
-        .count();
-    println!(
-        "of those right: within, or what is seen lies within 1 mm (root mean square) of where it is {}",
-        percent(alike, right.len())
+    report(
+        "within, or what is seen lies within 1 mm (root mean square) of where it is",
+        &|trial| trial.is_placed() || trial.looks_same,
     );
     report_by_object(&right);
-    let within = |limit: (f64, f64)| {
-        right
-            .iter()
-            .filter(|trial| {
-                trial
-                    .error
-                    .unwrap()
-                    .is_within(limit.0, limit.1.to_radians())
-            })
-            .count()
-    };
-    for limit in [(0.003, 180.0), (1.0, 3.0), (0.005, 5.0), (0.005, 10.0)] {
+    for (position_m, angle_deg) in [(0.003, 180.0), (1.0, 3.0), (0.005, 5.0), (0.005, 10.0)] {
         println!(
-            "  within {} mm and {} degrees: {}",
-            limit.0 * 1e3,
-            limit.1,
-            percent(within(limit), right.len())
+            "  within {} mm and {angle_deg} degrees: {}",
+            position_m * 1e3,
+            share(&right, |trial| trial.is_within(position_m, angle_deg))
         );
     }
-    let mut wrong: BTreeMap<(String, String), usize> = BTreeMap::new();
-    for trial in trials
-        .iter()
-        .filter(|trial| !trial.is_right || !trial.is_known())
-    {
+    report_wrong(trials);
+    report_misplaced(&right);
+}
+
+/// What objects are taken for that are not recognised, the most frequent first.
+fn report_wrong(trials: &[Trial]) {
+    let mut wrong: BTreeMap<(&str, String), usize> = BTreeMap::new();
+    for trial in trials.iter().filter(|it| !it.is_right() || !it.is_known()) {
+        let best = trial.best().map_or("none", |best| &best.name);
         let taken = if trial.is_known() {
-            trial.best().unwrap().name.clone()
+            best.to_owned()
         } else {
-            format!(
-                "unknown (best {})",
-                trial.best().map_or("none", |best| &best.name)
-            )
+            format!("unknown (best {best})")
         };
-        *wrong.entry((trial.name.clone(), taken)).or_default() += 1;
+        *wrong.entry((&trial.name, taken)).or_default() += 1;
     }
     let mut wrong: Vec<_> = wrong.into_iter().collect();
     wrong.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
     for ((name, taken), count) in wrong.iter().take(40) {
         println!("  {count} x {name} taken for {taken}");
     }
+}
+
+fn report_misplaced(right: &[&Trial]) {
     let mut misplaced: BTreeMap<(&str, usize), Vec<String>> = BTreeMap::new();
-    for trial in &right {
-        let error = trial.error.unwrap();
-        if !trial.is_placed() {
-            misplaced
-                .entry((&trial.name, trial.pose))
-                .or_default()
-                .push(format!(
-                    "{:.1} mm {:.1} deg{}",
-                    error.position_m * 1e3,
-                    error.angle_rad.to_degrees(),
-                    if trial.is_hidden_difference() {
-                        " (looks the same)"
-                    } else {
-                        ""
-                    }
-                ));
-        }
+    for trial in right.iter().filter(|trial| !trial.is_placed()) {
+        let PoseError {
+            position_m,
+            angle_rad,
+        } = trial.error.unwrap();
+        let hidden = match trial.is_hidden_difference() {
+            true => " (looks the same)",
+            false => "",
+        };
+        let (mm, degrees) = (position_m * 1e3, angle_rad.to_degrees());
+        let errors = misplaced.entry((&trial.name, trial.pose)).or_default();
+        errors.push(format!("{mm:.1} mm {degrees:.1} deg{hidden}"));
     }
     println!("misplaced:");
     for ((name, pose), errors) in &misplaced {
@@ -442,86 +388,59 @@ fn report_known(trials: &[Trial]) {
 }
 
 fn report_strangers(trials: &[Trial]) {
-    let unknown = trials.iter().filter(|trial| !trial.is_known()).count();
-    println!("called unknown: views {}", percent(unknown, trials.len()));
-    let mut objects: BTreeMap<&str, (usize, usize, BTreeMap<&str, usize>)> = BTreeMap::new();
+    println!(
+        "called unknown: views {}",
+        share(trials, |trial| !trial.is_known())
+    );
+    // Views of each object, and how often it is taken for which.
+    let mut objects: BTreeMap<&str, (usize, BTreeMap<&str, usize>)> = BTreeMap::new();
     for trial in trials {
-        let entry = objects.entry(&trial.name).or_default();
-        entry.0 += 1;
-        if trial.is_known() {
-            entry.1 += 1;
-            *entry.2.entry(&trial.best().unwrap().name).or_default() += 1;
+        let (views, taken) = objects.entry(&trial.name).or_default();
+        *views += 1;
+        if let Some(Recognition::Known(known)) = &trial.recognition {
+            *taken.entry(&known.best.name).or_default() += 1;
         }
     }
-    let mostly = objects
-        .values()
-        .filter(|(views, mistaken, _)| 2 * mistaken < *views)
-        .count();
+    let objects: Vec<_> = objects
+        .iter()
+        .map(|(name, (views, taken))| (name, *views, taken.values().sum::<usize>(), taken))
+        .collect();
     println!(
         "objects called unknown in most views: {}",
-        percent(mostly, objects.len())
+        share(&objects, |(_, views, mistaken, _)| 2 * mistaken < *views)
     );
-    for (name, (views, mistaken, taken)) in
-        objects.iter().filter(|(_, (_, mistaken, _))| *mistaken > 0)
+    for (name, views, mistaken, taken) in objects.iter().filter(|(_, _, mistaken, _)| *mistaken > 0)
     {
         println!("  {name}: {mistaken} of {views} views taken for {taken:?}");
     }
 }
 
 fn report_times(trials: &[Trial]) {
-    for (what, times) in [
-        (
-            "segmentation",
-            trials
-                .iter()
-                .map(|trial| trial.segment_ms)
-                .collect::<Vec<_>>(),
-        ),
-        (
-            "recognition",
-            trials.iter().map(|trial| trial.recognise_ms).collect(),
-        ),
-    ] {
+    let report = |what: &str, time_ms: fn(&Trial) -> f64| {
+        let [median, most, greatest] = quantiles(trials.iter().map(time_ms), [0.5, 0.95, 1.0]);
         println!(
-            "{what}: median {:.1} ms, 95th percentile {:.1} ms, greatest {:.1} ms",
-            quantile(times.clone(), 0.5),
-            quantile(times.clone(), 0.95),
-            quantile(times, 1.0)
+            "{what}: median {median:.1} ms, 95th percentile {most:.1} ms, greatest {greatest:.1} ms"
         );
-    }
-}
-
-fn write_csv(path: &Path, trials: &[Trial]) -> Outcome {
-    let mut text = String::from(
-        "name,pose,points,known,right,best,fitness,unexplained,contradicted,residual_m,margin,position_mm,angle_deg,segment_ms,recognise_ms\n",
-    );
-    for trial in trials {
-        text.push_str(&trial.csv());
-        text.push('\n');
-    }
-    Ok(write_whole(path, text.as_bytes())?)
+    };
+    report("segmentation", |trial| trial.segment_ms);
+    report("recognition", |trial| trial.recognise_ms);
 }
 
 pub(crate) fn run(arguments: &RecognitionArguments) -> Outcome {
     let known = folder(&arguments.known)?;
     let start = Instant::now();
     let library = Arc::new(library(&known)?);
-    let templates: usize = library
-        .objects
-        .iter()
-        .map(|object| object.poses.len())
-        .sum();
+    let templates = library.objects.iter().map(|object| object.poses.len());
     println!(
-        "{} objects, {templates} resting poses, prepared in {:.2} s",
+        "{} objects, {} resting poses, prepared in {:.2} s",
         known.len(),
+        templates.sum::<usize>(),
         start.elapsed().as_secs_f64()
     );
     let name = |index: &usize| library.objects[*index].model.name.as_str();
     for group in library.twin_groups() {
-        println!(
-            "twins: {}",
-            group.iter().map(name).collect::<Vec<_>>().join(", ")
-        );
+        let names: Vec<_> = group.iter().map(name).collect();
+        println!("twins: {}", names.join(", "));
     }
     let recogniser = Recogniser::new(library.clone(), RecognitionSettings::default());
     let strangers = match &arguments.strangers {
@@ -529,45 +448,40 @@ pub(crate) fn run(arguments: &RecognitionArguments) -> Outcome {
         None if arguments.builtin => Some(models(&ppnpack_household::builtin())?),
         None => None,
     };
-    let is_known = strangers.is_none() && !arguments.left_out;
     let all = if let Some(strangers) = strangers {
         let shown = self::library(&strangers)?;
-        trials(&shown, &recogniser, |_| None, arguments)?
+        let all = trials(&shown, &recogniser, |_| None, arguments)?;
+        report_strangers(&all);
+        all
     } else if arguments.left_out {
-        left_out(&library, arguments)?
+        let all = left_out(&library, arguments)?;
+        report_strangers(&all);
+        all
     } else {
         describe(&library, arguments);
-        trials(&library, &recogniser, Some, arguments)?
-    };
-    if is_known {
+        let all = trials(&library, &recogniser, Some, arguments)?;
         report_known(&all);
-    } else {
-        report_strangers(&all);
-    }
+        all
+    };
     report_times(&all);
-    match &arguments.csv {
-        Some(path) => write_csv(path, &all),
-        None => Ok(()),
-    }
+    let head = "name,pose,points,known,right,best,fitness,unexplained,contradicted,residual_m,margin,position_mm,angle_deg,segment_ms,recognise_ms";
+    write_csv(arguments.csv.as_ref(), head, all.iter().map(Trial::csv))
 }
 
 /// Each object as a stranger, to a library without it and its twins.
 fn left_out(library: &Library, arguments: &RecognitionArguments) -> Outcome<Vec<Trial>> {
     let mut all = Vec::new();
-    for index in 0..library.objects.len() {
-        let mut rest = library.clone();
-        rest.objects = (0..library.objects.len())
-            .filter(|other| !library.are_alike(index, *other))
-            .map(|other| library.objects[other].clone())
-            .collect();
-        for object in &mut rest.objects {
-            object.twins.clear();
-        }
-        let shown = Library {
-            objects: vec![library.objects[index].clone()],
+    for (index, object) in library.objects.iter().enumerate() {
+        let of = |objects| Library {
+            objects,
             settings: library.settings,
         };
-        let recogniser = Recogniser::new(Arc::new(rest), RecognitionSettings::default());
+        let others = (0..).zip(&library.objects);
+        let others = others.filter(|(other, _)| !library.are_alike(index, *other));
+        let mut rest: Vec<LibraryObject> = others.map(|(_, other)| other.clone()).collect();
+        rest.iter_mut().for_each(|other| other.twins.clear());
+        let recogniser = Recogniser::new(Arc::new(of(rest)), RecognitionSettings::default());
+        let shown = of(vec![object.clone()]);
         all.extend(trials(&shown, &recogniser, |_| None, arguments)?);
     }
     Ok(all)
@@ -575,12 +489,12 @@ fn left_out(library: &Library, arguments: &RecognitionArguments) -> Outcome<Vec<
 
 /// The symmetries of the objects that are asked for.
 fn describe(library: &Library, arguments: &RecognitionArguments) {
-    let Some(only) = &arguments.only else {
+    if arguments.only.is_none() {
         return;
-    };
+    }
     for object in &library.objects {
         let name = &object.model.name;
-        if name.contains(only) {
+        if arguments.shows(name) {
             println!("{name} {:?} {}", object.symmetry, object.poses.len());
         }
     }

@@ -5,23 +5,17 @@ use std::time::Instant;
 
 use anyhow::Context;
 use nalgebra::Point3;
-use ppnpack_catalogue::catalogue::Settings;
 use ppnpack_cli::failure::{OrRun, Outcome};
-use ppnpack_cli::options::load;
-use ppnpack_packing::grid::Resolution;
 use ppnpack_robot::arms;
 use ppnpack_robot::pick::{PickSettings, find};
 use ppnpack_robot::surface::UpperSurface;
 
+use crate::scene::objects;
+
 const PITCH_M: f64 = 0.002;
 
 pub(crate) fn run() -> Outcome {
-    let resolution = Resolution::reference();
-    let catalogue = load(
-        &ppnpack_household::builtin(),
-        &Settings::default(),
-        &resolution,
-    )?;
+    let catalogue = objects(&ppnpack_household::builtin())?;
     let arm = arms::arm("nachi-mz07l").or_run()?;
     let (mut held, mut coarsely_held) = (0, 0);
     let mut refusals: BTreeMap<String, Vec<String>> = BTreeMap::new();
@@ -29,7 +23,7 @@ pub(crate) fn run() -> Outcome {
     for object in &catalogue.objects {
         let picks = PickSettings::default();
         let bare = || format!("{} has no surface", object.model.name);
-        let coarse = UpperSurface::of_item(&object.item, &resolution);
+        let coarse = UpperSurface::of_item(&object.item, &catalogue.resolution);
         let coarse = coarse.with_context(bare).or_run()?;
         coarsely_held += usize::from(find(&coarse, arm.gripper(), &picks).is_ok());
         let surface = UpperSurface::of_model(&object.model, PITCH_M);
@@ -37,12 +31,9 @@ pub(crate) fn run() -> Outcome {
         match find(&surface, arm.gripper(), &picks) {
             Ok(found) => {
                 held += 1;
-                let top_m = object
-                    .model
-                    .mesh
-                    .corners()
-                    .filter_map(|triangle| below(&found.in_item, triangle));
-                let top_m = top_m.fold(f64::NEG_INFINITY, f64::max);
+                let triangles = object.model.mesh.corners();
+                let heights_m = triangles.filter_map(|triangle| below(&found.in_item, triangle));
+                let top_m = heights_m.fold(f64::NEG_INFINITY, f64::max);
                 let apart_m = (found.in_item.z - top_m).abs();
                 assert!(
                     apart_m < 0.004,

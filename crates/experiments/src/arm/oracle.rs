@@ -18,6 +18,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::common::oracle::Oracle;
 use super::common::scenes::{Case, arms, case};
+use crate::statistics::{nearest_rank, percentage};
 use crate::workers;
 
 /// Compares the arm's check with brute force on random placements. For times of the check use one thread.
@@ -60,10 +61,14 @@ impl Report {
         self.unsafe_ones.extend(other.unsafe_ones);
         self.possible += other.possible;
         for (reason, (count, possible)) in other.refusals {
-            let counts = self.refusals.entry(reason).or_default();
-            counts.0 += count;
-            counts.1 += possible;
+            self.refuse(reason, count, possible);
         }
+    }
+
+    fn refuse(&mut self, reason: String, count: usize, possible: usize) {
+        let counts = self.refusals.entry(reason).or_default();
+        counts.0 += count;
+        counts.1 += possible;
     }
 }
 
@@ -96,9 +101,7 @@ fn try_some(arm: &Arc<Arm>, cell: &CellSettings, seed: u64, placements: usize) -
                 report.possible += was_possible;
                 let mut text = refusal.to_string();
                 text.retain(|letter| !letter.is_ascii_digit());
-                let counts = report.refusals.entry(text).or_default();
-                counts.0 += 1;
-                counts.1 += was_possible;
+                report.refuse(text, 1, was_possible);
             }
         }
     }
@@ -121,12 +124,6 @@ fn timed(
     attempts.into_iter().min_by_key(|(_, took)| *took)
 }
 
-fn quantile(times: &mut [Duration], share: f64) -> Duration {
-    times.sort_unstable();
-    let at = ((times.len() as f64 - 1.0) * share).round() as usize;
-    times.get(at).copied().unwrap_or_default()
-}
-
 pub(crate) fn run(arguments: &OracleArguments) -> Outcome {
     let threads = arguments.threads.unwrap_or_else(workers::default_count);
     let mut cell = CellSettings::default();
@@ -146,33 +143,23 @@ pub(crate) fn run(arguments: &OracleArguments) -> Outcome {
         let mut report = Report::default();
         parts.into_iter().for_each(|part| report.add(part));
         let tried = report.accepted.len() + report.refused.len();
-        println!(
-            "{name}: {tried} placements that can be held, {} accepted",
-            report.accepted.len()
-        );
-        println!(
-            "  unsafe ones accepted: {} {:?}",
-            report.unsafe_ones.len(),
-            report.unsafe_ones
-        );
+        let accepted = report.accepted.len();
+        println!("{name}: {tried} placements that can be held, {accepted} accepted");
+        let found = &report.unsafe_ones;
+        println!("  unsafe ones accepted: {} {found:?}", found.len());
         let lost: usize = report.refusals.values().map(|(_, possible)| possible).sum();
-        println!(
-            "  possible ones refused: {lost} of {} ({:.1} %)",
-            report.possible,
-            100.0 * lost as f64 / report.possible as f64
-        );
+        let possible = report.possible;
+        let percent = percentage(lost, possible);
+        println!("  possible ones refused: {lost} of {possible} ({percent:.1} %)");
         for (reason, (count, possible)) in report.refusals {
             println!("  {count:5} refused, {possible:4} of them possible: {reason}");
         }
-        for (what, times) in [
-            ("accepted", &mut report.accepted),
-            ("refused", &mut report.refused),
-        ] {
+        for (what, mut times) in [("accepted", report.accepted), ("refused", report.refused)] {
+            times.sort_unstable();
+            let [median, most, greatest] =
+                [0.5, 0.99, 1.0].map(|share| nearest_rank(&times, share).unwrap_or_default());
             println!(
-                "  time of one check, {what}: median {:?}, 99 % {:?}, greatest {:?}",
-                quantile(times, 0.5),
-                quantile(times, 0.99),
-                quantile(times, 1.0)
+                "  time of one check, {what}: median {median:?}, 99 % {most:?}, greatest {greatest:?}"
             );
         }
     }

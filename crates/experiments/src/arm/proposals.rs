@@ -12,11 +12,12 @@ use ppnpack_cli::sequence::SequenceFile;
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::method::{Method, ProposalSource};
+use ppnpack_packing::method::{ProposalSource, Stability};
 use ppnpack_packing::refusal::Cause;
 use ppnpack_packing::step::{Candidate, StepInput};
 use ppnpack_robot::station::{ArmStation, StationSettings};
 
+use crate::method::sdfm;
 use crate::pareto::GridOption;
 
 const BUFFER: usize = 5;
@@ -61,29 +62,24 @@ struct Found {
     asked: u64,
     refused: u64,
     most_asked: u64,
-    cycles_s: Vec<f64>,
+    cycle_s: f64,
 }
 
-/// Notes what the steps of a sequence came to.
-struct Notes<'a>(&'a mut Found);
-
-impl Observer for Notes<'_> {
+impl Observer for Found {
     fn on_step(&mut self, step: &Step, _input: &StepInput<'_>) {
-        let Self(found) = self;
-        let item = &step.candidate.item;
-        found.steps += 1;
-        found.decision_s += step.timings.total().as_secs_f64();
-        found.check_s += step.timings.check.as_secs_f64();
-        found.volume_m3 += item.mesh_volume_m3();
+        self.steps += 1;
+        self.decision_s += step.timings.total().as_secs_f64();
+        self.check_s += step.timings.check.as_secs_f64();
+        self.cycle_s += step.cycle_s().unwrap_or_default();
+        self.volume_m3 += step.candidate.item.mesh_volume_m3();
         let refusals = step.refusals.iter();
         let of_arm = refusals.filter(|(refusal, _)| refusal.cause == Cause::Arm);
         let refused: u64 = of_arm.map(|(_, count)| count).sum();
         // The arm is asked last: it accepted the choice.
         let asked = refused + 1;
-        found.asked += asked;
-        found.refused += refused;
-        found.most_asked = found.most_asked.max(asked);
-        found.cycles_s.extend(step.cycle_s());
+        self.asked += asked;
+        self.refused += refused;
+        self.most_asked = self.most_asked.max(asked);
     }
 }
 
@@ -93,7 +89,8 @@ pub(crate) fn run(arguments: &ProposalsArguments) -> Outcome {
         let catalogue = arguments.catalogue.load(grid.resolution())?;
         let file = SequenceFile::read(&arguments.sequences, &catalogue)?;
         let count = arguments.cases.min(file.count());
-        println!("\n{}, {count} sequences", option.name());
+        let (_, name) = option.names();
+        println!("\n{name}, {count} sequences");
         measure(&catalogue, &grid, &file, count)?;
     }
     Ok(())
@@ -127,14 +124,13 @@ fn measure(catalogue: &Catalogue, grid: &Grid, file: &SequenceFile, count: usize
                 for (arrival, item) in items.iter_mut().enumerate() {
                     item.arrival = arrival;
                 }
-                let method = method(&source);
+                let method = sdfm(source.clone(), Stability::Physical, BUFFER, 0);
                 let proposer = method.proposer(grid, None)?;
                 let check = of_step.map(|station| Box::new(station.check()) as BoxedCheck);
                 let mut planner = method.build_with(grid, proposer, check, 1)?;
                 let mut cell = IdealCell::new(grid);
-                let mut notes = Notes(&mut found);
                 let how = Play::with_buffer(BUFFER);
-                play(grid, &mut planner, &mut cell, items, how, &mut notes).or_run()?;
+                play(grid, &mut planner, &mut cell, items, how, &mut found).or_run()?;
             }
             print(&source, has_arm, &found, count);
             eprintln!("{:.1} s", started.elapsed().as_secs_f64());
@@ -143,17 +139,9 @@ fn measure(catalogue: &Catalogue, grid: &Grid, file: &SequenceFile, count: usize
     Ok(())
 }
 
-fn method(proposals: &ProposalSource) -> Method {
-    Method {
-        proposals: proposals.clone(),
-        buffer: BUFFER,
-        ..Method::default()
-    }
-}
-
 fn print(source: &ProposalSource, has_arm: bool, found: &Found, sequences: usize) {
     let steps = found.steps.max(1) as f64;
-    let mean_s = found.cycles_s.iter().sum::<f64>() / steps;
+    let mean_s = found.cycle_s / steps;
     let of_arm = match has_arm {
         true => format!(
             "{:.1} | {} | {:.0} % | {mean_s:.2}",

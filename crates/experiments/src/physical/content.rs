@@ -2,32 +2,25 @@
 
 use std::sync::Arc;
 
-use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_packing::grid::Grid;
 use ppnpack_physics::cell::SimulatedCell;
-use ppnpack_physics::settings::CellSettings;
 
+use super::World;
 use super::run::Done;
 use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_cli::stack::report::contents;
 
 /// Measures it: by the bodies themselves, not by what the camera sees of them.
-pub(super) fn measure(
-    done: &mut Done,
-    catalogue: &Catalogue,
-    simulated: &CellSettings,
-    grid: &Grid,
-) -> Outcome {
-    let contents = contents(&done.state, catalogue).or_run()?;
-    let mut cell = SimulatedCell::new(simulated.clone()).or_run()?;
+pub(super) fn measure(done: &mut Done, world: &World<'_>) -> Outcome {
+    let contents = contents(&done.state, world.catalogue).or_run()?;
+    let mut cell = SimulatedCell::new(world.settings.simulated.clone()).or_run()?;
     let bodies: Vec<_> = contents
         .iter()
         .map(|(_, body)| (Arc::clone(&body.model), body.container_from_item))
         .collect();
     cell.lay_down(&bodies).or_run()?;
-    let surface = cell.scan_surface(grid).or_run()?;
+    let surface = cell.scan_surface(world.grid).or_run()?;
     let highest_m = surface.heights_m().iter().copied().fold(0.0, f32::max);
-    let container = grid.container();
+    let container = world.grid.container();
     let below_m3 = container.x_m * container.y_m * f64::from(highest_m);
     let inside = contents.iter().filter(|(_, body)| body.inside);
     let record = &mut done.record;

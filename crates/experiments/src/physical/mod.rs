@@ -17,25 +17,27 @@ use clap::Args;
 use ppnpack_bridge::simulated::Scan;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::method::{Method, ProposalSource};
+use ppnpack_packing::method::{ProposalSource, Stability};
 use ppnpack_physics::packing_cell::Sampling;
-use ppnpack_recognition::library::Library;
+use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_robot::station::ArmStation;
 use ppnpack_wire::keys::Cell;
 use rand::seq::index;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::document;
+use crate::method::sdfm;
 use crate::network::NetworkOptions;
-use crate::runs::Runs;
-use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
+use crate::runs::{Runs, hash};
+use ppnpack_cli::failure::{Failure, OrInput, Outcome};
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{Network, Simulated, positive};
 use ppnpack_cli::progress;
-use ppnpack_cli::stack::controller::Controller;
 use ppnpack_cli::stack::{Plan, Sensing, Stack};
 use record::RunRecord;
-use run::{Bench, Case};
+use results::Results;
+use run::Case;
 use setup::Settings;
 use sums::Line;
 
@@ -129,6 +131,8 @@ pub(super) struct PhysicalArguments {
 /// A way to plan.
 struct Contender {
     name: String,
+    /// What files are named by.
+    key: &'static str,
     proposals: ProposalSource,
 }
 
@@ -136,22 +140,27 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
     let grid = setup::grid()?;
     let (catalogue, unseen) = setup::catalogue(arguments, grid.resolution())?;
     let settings = setup::settings(arguments, &grid, &catalogue, unseen)?;
-    let library = setup::library(&catalogue, if settings.strangers { unseen } else { 0 })?;
+    let strangers = if settings.strangers { unseen } else { 0 };
+    let models = catalogue.models();
+    let known = models.get(strangers..).unwrap_or_default();
+    let library = Library::new(known, LibrarySettings::default()).or_input()?;
     let station = settings.arm.as_ref().map(ArmStation::new).transpose();
     let held = held::objects(&catalogue, &grid, station.or_input()?.as_ref());
-    let pool = Pool::new(arguments, held, unseen)?;
+    let (unseen, others) = pools(arguments, held, unseen)?;
     let runs = Runs::new(&arguments.out.join("runs"), &settings)?;
     let network = arguments.network.with_default(PERCENT);
     let model = network.find(backend, &grid)?;
     let items = catalogue.items();
     let mut contenders = vec![Contender {
         name: "exhaustive".to_owned(),
+        key: "exhaustive",
         proposals: ProposalSource::All,
     }];
     if let Ok(model) = &model {
         let percent = network.percent();
         contenders.push(Contender {
             name: format!("network, K = {percent} %"),
+            key: "network",
             proposals: network.source(&grid, model),
         });
     }
@@ -161,42 +170,45 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
         grid: &grid,
         settings: &settings,
         catalogue: &catalogue,
-        library: &library,
-        pool: &pool,
+        library: Arc::new(library),
+        unseen,
+        others,
         network,
     };
     let mut lines = Vec::new();
     for contender in &contenders {
         let records = world.runs(arguments, contender, &runs)?;
-        lines.push(Line::new(&contender.name, records));
+        lines.push(Line::new(&contender.name, contender.key, records));
     }
-    let without_network = model.err();
-    let kept = (pool.unseen.len(), pool.others.len());
-    results::publish(arguments, &settings, kept, lines, without_network)
+    let results = Results {
+        machine: document::machine(),
+        settings: &settings,
+        unseen_held: world.unseen.len(),
+        others_held: world.others.len(),
+        without_network: model.err(),
+        lines,
+    };
+    results::publish(arguments, &results)
 }
 
-/// The objects that runs draw from, by index.
-struct Pool {
-    unseen: Vec<usize>,
-    others: Vec<usize>,
-}
-
-impl Pool {
-    /// Those of `held`; the first `unseen` of the catalogue are unseen.
-    fn new(arguments: &PhysicalArguments, held: Vec<usize>, unseen: usize) -> Outcome<Self> {
-        let (unseen, others): (Vec<usize>, Vec<usize>) =
-            held.into_iter().partition(|index| *index < unseen);
-        let is_enough = unseen.len() >= arguments.unseen_count as usize
-            && others.len() >= arguments.known_count as usize;
-        if !is_enough {
-            return Err(Failure::input(format_args!(
-                "the arm can hold {} objects of --unseen and {} of --known: too few for a run",
-                unseen.len(),
-                others.len()
-            )));
-        }
-        Ok(Self { unseen, others })
+/// The objects of `held` that runs draw from: unseen ones, which are the first `unseen` of the catalogue, and others.
+fn pools(
+    arguments: &PhysicalArguments,
+    held: Vec<usize>,
+    unseen: usize,
+) -> Outcome<(Vec<usize>, Vec<usize>)> {
+    let (unseen, others): (Vec<usize>, Vec<usize>) =
+        held.into_iter().partition(|index| *index < unseen);
+    let is_enough = unseen.len() >= arguments.unseen_count as usize
+        && others.len() >= arguments.known_count as usize;
+    if !is_enough {
+        return Err(Failure::input(format_args!(
+            "the arm can hold {} objects of --unseen and {} of --known: too few for a run",
+            unseen.len(),
+            others.len()
+        )));
     }
+    Ok((unseen, others))
 }
 
 /// What runs are made in.
@@ -204,12 +216,21 @@ struct World<'a> {
     grid: &'a Grid,
     settings: &'a Settings,
     catalogue: &'a Catalogue,
-    library: &'a Arc<Library>,
-    pool: &'a Pool,
+    /// What can be recognised.
+    library: Arc<Library>,
+    /// The objects that runs draw from, by index.
+    unseen: Vec<usize>,
+    others: Vec<usize>,
     network: Option<Network<'a>>,
 }
 
 impl World<'_> {
+    /// The index of an object that can be recognised.
+    fn known(&self, name: &str) -> Option<usize> {
+        let mut objects = self.library.objects.iter();
+        objects.position(|object| object.model.name == name)
+    }
+
     /// All runs of a contender: those on disk, and the others through a stack of its own.
     fn runs(
         &self,
@@ -217,28 +238,25 @@ impl World<'_> {
         contender: &Contender,
         runs: &Runs,
     ) -> Outcome<Vec<RunRecord>> {
-        let name = |number: u32| {
-            let proposals = serde_json::to_vec(&contender.proposals).or_run()?;
-            let key = blake3::hash(&proposals).to_hex();
-            Ok::<_, Failure>(format!("{}-{number}", key.get(..16).unwrap_or("key")))
-        };
+        let key = hash(&contender.proposals, 16)?;
         let mut stack = None;
         let mut records = Vec::new();
         let bar = progress::bar("Runs", u64::from(arguments.runs));
         for number in 0..arguments.runs {
-            let name = name(number)?;
-            let record = runs.finish(
-                &name,
-                |_| true,
-                || {
-                    let running = match &mut stack {
-                        Some(running) => running,
-                        none => none.insert(self.start(contender)?),
-                    };
-                    self.run_once(arguments, contender, number, running)
-                },
-            )?;
-            records.push(record);
+            let make = || {
+                let stack = match &mut stack {
+                    Some(running) => running,
+                    none => none.insert(self.start(contender)?),
+                };
+                let mut done = run::run(self, stack, &self.case(number))?;
+                content::measure(&mut done, self)?;
+                if number == 0 {
+                    let folder = arguments.out.join(contender.key);
+                    pictures::draw(&done, self.catalogue, self.grid, &folder)?;
+                }
+                Ok(done.record)
+            };
+            records.push(runs.finish(&format!("{key}-{number}"), |_| true, make)?);
             bar.inc(1);
         }
         bar.finish_and_clear();
@@ -250,13 +268,10 @@ impl World<'_> {
 
     fn start(&self, contender: &Contender) -> Outcome<Stack> {
         let settings = self.settings;
-        let method = Method {
-            proposals: contender.proposals.clone(),
-            buffer: settings.buffer,
-            seed: settings.seed,
-            ..Method::default()
-        };
-        let is_network = contender.proposals.is_network();
+        let proposals = contender.proposals.clone();
+        let (stability, buffer) = (Stability::Physical, settings.buffer);
+        let method = sdfm(proposals, stability, buffer, settings.seed);
+        let is_network = method.proposals.is_network();
         Stack::start(&Plan {
             cells: vec![cell()?],
             grid: self.grid,
@@ -274,7 +289,7 @@ impl World<'_> {
                 motion_speed: 0.0,
                 inspect: true,
                 tray: Some(tray::settings()),
-                library: Some(Arc::clone(self.library)),
+                library: Some(Arc::clone(&self.library)),
             },
             catalogue: Arc::new(self.catalogue.clone()),
             source: "builtin",
@@ -284,39 +299,6 @@ impl World<'_> {
         })
     }
 
-    fn run_once(
-        &self,
-        arguments: &PhysicalArguments,
-        contender: &Contender,
-        number: u32,
-        stack: &Stack,
-    ) -> Outcome<RunRecord> {
-        let bench = Bench {
-            controller: Controller::new(stack.client(), cell()?),
-            session: stack.session(),
-            cell: cell()?,
-            catalogue: self.catalogue,
-            library: self.library,
-            buffer: self.settings.buffer,
-        };
-        let mut done = bench.run(&self.case(number))?;
-        content::measure(
-            &mut done,
-            self.catalogue,
-            &self.settings.simulated,
-            self.grid,
-        )?;
-        if number == 0 {
-            let folder = arguments.out.join(if contender.proposals.is_network() {
-                "network"
-            } else {
-                "exhaustive"
-            });
-            pictures::draw(&done, self.catalogue, self.grid, &folder)?;
-        }
-        Ok(done.record)
-    }
-
     /// The objects of a run, the same for every contender.
     fn case(&self, number: u32) -> Case {
         let settings = self.settings;
@@ -324,13 +306,11 @@ impl World<'_> {
         random.set_stream(u64::from(number));
         let mut draw = |from: &[usize], count: u32| -> Vec<usize> {
             let drawn = index::sample(&mut random, from.len(), count as usize);
-            drawn
-                .iter()
-                .filter_map(|at| from.get(at).copied())
-                .collect()
+            let drawn = drawn.iter().filter_map(|at| from.get(at).copied());
+            drawn.collect()
         };
-        let mut objects = draw(&self.pool.unseen, settings.unseen_count);
-        objects.extend(draw(&self.pool.others, settings.known_count));
+        let mut objects = draw(&self.unseen, settings.unseen_count);
+        objects.extend(draw(&self.others, settings.known_count));
         // The known object comes at any time.
         for last in (1..objects.len()).rev() {
             objects.swap(last, random.random_range(0..=last));

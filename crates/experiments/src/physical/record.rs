@@ -113,15 +113,23 @@ pub(super) enum FoundKind {
 }
 
 impl FoundKind {
+    pub(super) const ALL: [Self; 5] = [
+        Self::AsPlanned,
+        Self::Moved,
+        Self::Toppled,
+        Self::Missing,
+        Self::Unclear,
+    ];
+
     pub(super) fn of(kind: InspectionKind) -> Option<Self> {
-        match kind {
-            InspectionKind::Unspecified => None,
-            InspectionKind::AsPlanned => Some(Self::AsPlanned),
-            InspectionKind::Moved => Some(Self::Moved),
-            InspectionKind::Toppled => Some(Self::Toppled),
-            InspectionKind::Missing => Some(Self::Missing),
-            InspectionKind::Unclear => Some(Self::Unclear),
-        }
+        Some(match kind {
+            InspectionKind::Unspecified => return None,
+            InspectionKind::AsPlanned => Self::AsPlanned,
+            InspectionKind::Moved => Self::Moved,
+            InspectionKind::Toppled => Self::Toppled,
+            InspectionKind::Missing => Self::Missing,
+            InspectionKind::Unclear => Self::Unclear,
+        })
     }
 }
 

@@ -6,21 +6,22 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use anyhow::Context;
 use nalgebra::{Isometry3, Point2};
-use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::object::Model;
-use ppnpack_recognition::library::Library;
 use ppnpack_service::rpc::CallError;
 use ppnpack_wire::convert::cloud::{self, Capture};
 use ppnpack_wire::convert::pose;
-use ppnpack_wire::keys::{Cell, Key, Stream};
+use ppnpack_wire::keys::{Key, Stream};
+use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, OutcomeKind, PlanResult, Status};
 use prost::Message;
 use zenoh::Wait;
 use zenoh::qos::CongestionControl;
 
+use super::World;
 use super::record::{DecisionRecord, End, Found, FoundKind, ItemRecord, RunRecord, SeenAs, Stage};
 use super::tray::{Lying, Tray};
 use ppnpack_cli::failure::{Failure, OrRun, Outcome};
+use ppnpack_cli::stack::Stack;
 use ppnpack_cli::stack::controller::{Controller, REQUEST_LIMIT};
 use ppnpack_cli::stack::report::{arrival_of, item_id};
 
@@ -36,19 +37,6 @@ const POLL: Duration = Duration::from_millis(2);
 
 /// Farther than this from an object's centre of mass, what is seen is not it, seen from above in metres.
 const SAME_M: f64 = 0.06;
-
-/// The cell that runs take place in.
-pub(super) struct Bench<'a> {
-    pub(super) controller: Controller,
-    pub(super) session: &'a zenoh::Session,
-    pub(super) cell: Cell,
-    /// All objects.
-    pub(super) catalogue: &'a Catalogue,
-    /// Those that can be recognised.
-    pub(super) library: &'a Library,
-    /// How many items are on the tray at once.
-    pub(super) buffer: usize,
-}
 
 /// What comes to the tray in a run.
 pub(super) struct Case {
@@ -71,7 +59,9 @@ pub(super) struct Done {
 
 /// A run under way.
 struct Run<'a> {
-    bench: &'a Bench<'a>,
+    world: &'a World<'a>,
+    stack: &'a Stack,
+    controller: Controller,
     tray: Tray,
     /// What has not come to the tray yet.
     queue: VecDeque<(usize, Arc<Model>)>,
@@ -82,75 +72,56 @@ struct Run<'a> {
     tray_cloud: v1::PointCloud,
 }
 
-/// What a plan led to.
-enum Planned {
-    Decision(Box<v1::Decision>),
-    Refused(Vec<v1::ItemReason>),
-    Doubtful(String),
-}
-
-impl Bench<'_> {
-    /// Makes a run, in an empty container.
-    pub(super) fn run(&self, case: &Case) -> Outcome<Done> {
-        self.controller.renew()?;
-        self.controller.begin(&case.session_id, &[])?;
-        let models = case.objects.iter().filter_map(|index| {
-            let object = self.catalogue.get(*index)?;
-            Some(Arc::clone(&object.model))
-        });
-        let queue: VecDeque<_> = models.enumerate().collect();
-        let items = queue.iter().map(|(_, model)| ItemRecord {
-            object: model.name.clone(),
-            is_known: self.known(&model.name).is_some(),
-            seen_as: SeenAs::Nothing,
-            attempts: 0,
-            end: End::Waiting,
-            found: None,
-        });
-        let run = Run {
-            bench: self,
-            tray: Tray::new(case.seed)?,
-            record: RunRecord {
-                items: items.collect(),
-                ..RunRecord::default()
-            },
-            queue,
-            seen: BTreeMap::new(),
-            // Sequences go on from run to run: the time makes them so.
-            tray_sequence: now_ns() as u64,
-            tray_cloud: v1::PointCloud::default(),
-        };
-        run.go()
-    }
-
-    /// The index of an object that can be recognised.
-    fn known(&self, name: &str) -> Option<usize> {
-        let mut objects = self.library.objects.iter();
-        objects.position(|object| object.model.name == name)
-    }
+/// Makes a run, in an empty container.
+pub(super) fn run(world: &World<'_>, stack: &Stack, case: &Case) -> Outcome<Done> {
+    let controller = Controller::new(stack.client(), super::cell()?);
+    controller.renew()?;
+    controller.begin(&case.session_id, &[])?;
+    let models = case.objects.iter().filter_map(|index| {
+        let object = world.catalogue.get(*index)?;
+        Some(Arc::clone(&object.model))
+    });
+    let queue: VecDeque<_> = models.enumerate().collect();
+    let items = queue.iter().map(|(_, model)| ItemRecord {
+        object: model.name.clone(),
+        is_known: world.known(&model.name).is_some(),
+        seen_as: SeenAs::Nothing,
+        attempts: 0,
+        end: End::Waiting,
+        found: None,
+    });
+    let run = Run {
+        world,
+        stack,
+        controller,
+        tray: Tray::new(case.seed)?,
+        record: RunRecord {
+            items: items.collect(),
+            ..RunRecord::default()
+        },
+        queue,
+        seen: BTreeMap::new(),
+        // Sequences go on from run to run: the time makes them so.
+        tray_sequence: now_ns() as u64,
+        tray_cloud: v1::PointCloud::default(),
+    };
+    run.go()
 }
 
 impl Run<'_> {
     fn go(mut self) -> Outcome<Done> {
         loop {
             self.fill()?;
-            if self.tray.lying.is_empty() {
-                if self.queue.is_empty() {
-                    break;
-                }
-                continue;
-            }
-            match self.plan()? {
-                Planned::Decision(decision) => self.carry_out(&decision)?,
-                Planned::Refused(reasons) => self.refuse(&reasons)?,
-                Planned::Doubtful(doubt) => {
-                    self.give_up(&doubt);
-                    break;
-                }
+            let goes_on = match self.tray.lying.is_empty() {
+                true => !self.queue.is_empty(),
+                false => self.step()?,
+            };
+            if !goes_on {
+                break;
             }
         }
-        let state = self.bench.controller.state()?;
-        let heightmap = self.bench.controller.heightmap(state.state_number)?;
+        let state = self.controller.state()?;
+        let heightmap = self.controller.heightmap(state.state_number)?;
         Ok(Done {
             record: self.record,
             state,
@@ -162,7 +133,7 @@ impl Run<'_> {
     /// Lets objects come to the tray as long as there is room, and announces what is seen of them.
     fn fill(&mut self) -> Outcome {
         let mut is_new = false;
-        while self.tray.lying.len() < self.bench.buffer {
+        while self.tray.lying.len() < self.world.settings.buffer {
             let Some((arrival, model)) = self.queue.front() else {
                 break;
             };
@@ -184,32 +155,25 @@ impl Run<'_> {
         let began = Instant::now();
         let reply = self.look()?;
         self.took(Stage::Recognise, began);
-        let new: Vec<Lying> = self
-            .tray
-            .lying
-            .iter()
-            .filter(|object| !self.seen.contains_key(&object.arrival))
-            .cloned()
-            .collect();
+        let mut new = self.tray.lying.clone();
+        new.retain(|object| !self.seen.contains_key(&object.arrival));
         for object in new {
-            let found = reply
-                .items
-                .iter()
+            let items = reply.items.iter();
+            let found = items
                 .filter_map(|item| Some((self.distance_m(item, &object)?, item)))
-                .min_by(|a, b| a.0.total_cmp(&b.0));
+                .min_by(|a, b| a.0.total_cmp(&b.0))
+                .filter(|(distance_m, _)| *distance_m <= SAME_M);
             match found {
-                Some((distance_m, item)) if distance_m <= SAME_M => {
-                    self.announce_one(&object, item)?;
-                }
-                _ => self.leave(object.arrival, refused("it was not seen on the tray")),
+                Some((_, item)) => self.announce_one(&object, item)?,
+                None => self.leave(object.arrival, refused("it was not seen on the tray")),
             }
         }
         Ok(())
     }
 
     fn announce_one(&mut self, object: &Lying, item: &v1::SeenItem) -> Outcome {
-        let waits_at = pose::read_required("waits_at", item.container_from_item.as_ref());
-        let (Ok(waits_at), Some(heightmaps)) = (waits_at, &item.item) else {
+        let waits_at = read_pose(item.container_from_item.as_ref());
+        let (Some(waits_at), Some(heightmaps)) = (waits_at, &item.item) else {
             self.leave(object.arrival, refused("it is too large for the grid"));
             return Ok(());
         };
@@ -228,9 +192,7 @@ impl Run<'_> {
             items: vec![announcement],
             ..v1::AnnounceRequest::default()
         };
-        self.bench
-            .controller
-            .ask("planner", request, REQUEST_LIMIT)?;
+        self.ask("planner", request)?;
         self.seen.insert(object.arrival, waits_at);
         Ok(())
     }
@@ -246,9 +208,9 @@ impl Run<'_> {
             container_from_sensor: self.tray.container_from_camera(),
         };
         let message = cloud::write(&capture, &points);
-        let key = Key::Stream(self.bench.cell.clone(), Stream::TrayCloud).to_string();
-        self.bench
-            .session
+        let key = Key::Stream(super::cell()?, Stream::TrayCloud).to_string();
+        let session = self.stack.session();
+        session
             .put(key, message.encode_to_vec())
             .congestion_control(CongestionControl::Block)
             .wait()
@@ -260,17 +222,19 @@ impl Run<'_> {
             least_sequence: self.tray_sequence,
             ..v1::ItemsRequest::default()
         };
-        self.bench
-            .controller
-            .ask("perception", request, REQUEST_LIMIT)
+        self.ask("perception", request)
+    }
+
+    fn ask<R: Request>(&self, service: &str, request: R) -> Outcome<R::Reply> {
+        self.controller.ask(service, request, REQUEST_LIMIT)
     }
 
     /// How far something seen is from an object, seen from above in metres.
     fn distance_m(&self, item: &v1::SeenItem, object: &Lying) -> Option<f64> {
-        let pose = pose::read_required("pose", item.container_from_item.as_ref()).ok()?;
-        let centre: Point2<f64> = match self.bench.known(&item.object) {
+        let pose = read_pose(item.container_from_item.as_ref())?;
+        let centre: Point2<f64> = match self.world.known(&item.object) {
             Some(index) => {
-                let known = self.bench.library.objects.get(index)?;
+                let known = self.world.library.objects.get(index)?;
                 (pose * known.model.mass.centre_of_mass_m).xy()
             }
             None => pose.translation.vector.xy().into(),
@@ -279,12 +243,12 @@ impl Run<'_> {
     }
 
     fn seen_as(&self, object: &Lying, item: &v1::SeenItem, waits_at: &Isometry3<f64>) -> SeenAs {
-        let Some(estimated) = self.bench.known(&item.object) else {
+        let Some(estimated) = self.world.known(&item.object) else {
             return SeenAs::Unknown;
         };
-        let error = self.bench.known(&object.model.name).and_then(|known| {
+        let error = self.world.known(&object.model.name).and_then(|known| {
             let truth = &object.container_from_object;
-            let library = self.bench.library;
+            let library = &self.world.library;
             library.pose_error(known, truth, estimated, waits_at)
         });
         SeenAs::Object {
@@ -294,27 +258,29 @@ impl Run<'_> {
         }
     }
 
-    fn plan(&mut self) -> Outcome<Planned> {
+    /// Plans, and does what the planner says; whether it trusts what it sees.
+    fn step(&mut self) -> Outcome<bool> {
         let began = Instant::now();
-        let answer = self
-            .bench
-            .controller
-            .call(v1::PlanRequest::default(), PLAN_LIMIT);
-        let reply = match answer {
+        let request = v1::PlanRequest::default();
+        let reply = match self.controller.call(request, PLAN_LIMIT) {
             Ok(reply) => reply,
             Err(CallError::Refused {
                 status: Status::Unavailable | Status::TimedOut,
                 message,
                 ..
-            }) => return Ok(Planned::Doubtful(message)),
+            }) => {
+                self.give_up(&message);
+                return Ok(false);
+            }
             Err(error) => return Err(error).context("the planner does not plan").or_run(),
         };
         self.took(Stage::Plan, began);
         match (reply.result(), reply.decision) {
-            (PlanResult::Decided, Some(decision)) => Ok(Planned::Decision(Box::new(decision))),
-            (PlanResult::NothingFits, _) => Ok(Planned::Refused(reply.reasons)),
-            (result, _) => Err(anyhow::anyhow!("the planner answered {result:?}").into()),
+            (PlanResult::Decided, Some(decision)) => self.carry_out(&decision)?,
+            (PlanResult::NothingFits, _) => self.refuse(&reply.reasons)?,
+            (result, _) => return Err(anyhow::anyhow!("the planner answered {result:?}").into()),
         }
+        Ok(true)
     }
 
     /// The arm moves the object as the decision says: with what was wrong about where it was seen.
@@ -327,41 +293,36 @@ impl Run<'_> {
         let target = pose::read_required("pose", decision.container_from_item.as_ref()).or_run()?;
         // An arm picks the item as its cycle says; without one, as it was seen.
         let cycle = decision.cycle.as_ref();
-        let picked = cycle.and_then(|cycle| {
-            pose::read_required("pose", cycle.container_from_item_at_pick.as_ref()).ok()
-        });
+        let picked = cycle.and_then(|it| read_pose(it.container_from_item_at_pick.as_ref()));
         let truly = target * picked.unwrap_or(seen).inverse() * object.container_from_object;
-        let before = self.bench.controller.state()?;
+        let before = self.controller.state()?;
         let request = v1::PlaceRequest {
             object: object.model.name.clone(),
             container_from_item: Some(pose::write(&truly)),
             ..v1::PlaceRequest::from(decision)
         };
         let began = Instant::now();
-        let outcome = self.bench.controller.place(request)?;
+        let outcome = self.controller.place(request)?;
         self.took(Stage::Simulate, began);
-        if let Some(record) = self.record.items.get_mut(arrival) {
+        let record = self.record.items.get_mut(arrival);
+        let attempts = record.map_or(0, |record| {
             record.attempts += 1;
-        }
-        let attempts = self.record.items.get(arrival).map_or(0, |it| it.attempts);
+            record.attempts
+        });
         // A real arm does not know where the item came to lie: that is for the inspection to find.
         let report = v1::Outcome {
             container_from_item: None,
             ..outcome.clone()
         };
-        self.bench
-            .controller
-            .report(&decision.decision_id, report)?;
+        self.controller.report(&decision.decision_id, report)?;
         let began = Instant::now();
-        self.bench.controller.heightmap(outcome.state_number)?;
+        self.controller.heightmap(outcome.state_number)?;
         self.took(Stage::See, began);
-        if outcome.kind() == OutcomeKind::Placed {
-            self.inspected(arrival, &outcome)?;
-            self.took(Stage::Inspect, began);
-        }
         match outcome.kind() {
             OutcomeKind::Placed => {
-                let after = self.bench.controller.state()?;
+                self.inspected(arrival, &outcome)?;
+                self.took(Stage::Inspect, began);
+                let after = self.controller.state()?;
                 let end = End::Placed {
                     is_inside: outcome.is_inside,
                     slide_m: outcome.slide_m,
@@ -376,7 +337,7 @@ impl Run<'_> {
                 self.withdraw(arrival, refused(&reason))?;
             }
             _ => {
-                let failure = outcome.failure.clone();
+                let failure = outcome.failure;
                 self.leave(arrival, End::Lost { failure });
             }
         }
@@ -387,11 +348,7 @@ impl Run<'_> {
     fn inspected(&mut self, arrival: usize, outcome: &v1::Outcome) -> Outcome {
         let until = Instant::now() + INSPECTION_LIMIT;
         let inspection = loop {
-            let request = v1::SessionRequest::default();
-            let reply = self
-                .bench
-                .controller
-                .ask("planner", request, REQUEST_LIMIT)?;
+            let reply = self.ask("planner", v1::SessionRequest::default())?;
             let items = reply.session.unwrap_or_default().items;
             let own = items.into_iter().find(|it| it.item_id == item_id(arrival));
             match own.and_then(|own| own.inspection) {
@@ -403,20 +360,17 @@ impl Run<'_> {
         let Some(kind) = FoundKind::of(inspection.kind()) else {
             return Ok(());
         };
-        let read = |pose| pose::read_required("pose", pose).ok();
-        let found = read(inspection.container_from_item.as_ref());
-        let truth = read(outcome.container_from_item.as_ref());
+        let found = read_pose(inspection.container_from_item.as_ref());
+        let truth = read_pose(outcome.container_from_item.as_ref());
         if let Some(record) = self.record.items.get_mut(arrival) {
-            let known = self.bench.known(&record.object);
+            let known = self.world.known(&record.object);
             let is_right =
                 matches!(&record.seen_as, SeenAs::Object { name, .. } if *name == record.object);
-            let error = found
-                .zip(truth)
-                .filter(|_| is_right)
-                .and_then(|(found, truth)| {
-                    let library = self.bench.library;
-                    library.pose_error(known?, &truth, known?, &found)
-                });
+            let poses = found.zip(truth).filter(|_| is_right);
+            let error = poses.and_then(|(found, truth)| {
+                let library = &self.world.library;
+                library.pose_error(known?, &truth, known?, &found)
+            });
             record.found = Some(Found {
                 kind,
                 position_off_m: error.map(|error| error.position_m),
@@ -442,9 +396,7 @@ impl Run<'_> {
             item_id: item_id(arrival),
             ..v1::WithdrawRequest::default()
         };
-        self.bench
-            .controller
-            .ask("planner", request, REQUEST_LIMIT)?;
+        self.ask("planner", request)?;
         self.leave(arrival, end);
         Ok(())
     }
@@ -478,6 +430,10 @@ impl Run<'_> {
     }
 }
 
+fn read_pose(message: Option<&v1::Pose>) -> Option<Isometry3<f64>> {
+    pose::read_required("pose", message).ok()
+}
+
 fn refused(reason: &str) -> End {
     End::Refused {
         reason: reason.to_owned(),
@@ -502,7 +458,7 @@ fn decision_record(decision: &v1::Decision) -> DecisionRecord {
 /// How far an item that lay there before was moved at most, in metres.
 fn disturbance_m(before: &v1::CellState, after: &v1::CellState) -> f64 {
     let place = |body: &v1::Body| {
-        let pose = pose::read_required("pose", body.container_from_item.as_ref()).ok()?;
+        let pose = read_pose(body.container_from_item.as_ref())?;
         Some(pose.translation.vector)
     };
     let moved_m = before.bodies.iter().filter_map(|body| {

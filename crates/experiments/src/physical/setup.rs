@@ -1,7 +1,5 @@
 //! What runs are made with: the container, the objects, the cell.
 
-use std::sync::Arc;
-
 use ppnpack_bridge::simulated::{CameraSettings, FaultSettings, NoiseSettings};
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{self, Catalogue, Source};
@@ -9,7 +7,6 @@ use ppnpack_packing::grid::{ContainerSize, Grid, Resolution};
 use ppnpack_perception::doubts::DoubtSettings;
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_physics::settings::CellSettings;
-use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_robot::arms;
 use ppnpack_robot::station::StationSettings;
 use serde::{Deserialize, Serialize};
@@ -73,15 +70,6 @@ pub(super) fn catalogue(
         all.objects.push(object);
     }
     Ok((all, unseen))
-}
-
-/// What can be recognised: all objects but the first `strangers`.
-pub(super) fn library(catalogue: &Catalogue, strangers: usize) -> Outcome<Arc<Library>> {
-    let models = catalogue.models();
-    let known = models.get(strangers..).unwrap_or_default();
-    Library::new(known, LibrarySettings::default())
-        .map(Arc::new)
-        .or_input()
 }
 
 pub(super) fn settings(

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::record::{End, FoundKind, ItemRecord, RunRecord, SeenAs, Stage};
-use crate::statistics::Mean;
+use crate::statistics::{Mean, nearest_rank};
 
 /// How far a pose may be off, in metres and radians.
 const GOOD_POSE: (f64, f64) = (0.003, 0.053);
@@ -17,6 +17,9 @@ const GOOD_FOUND: (f64, f64) = (0.005, 0.088);
 #[derive(Debug, Serialize)]
 pub(super) struct Line {
     pub(super) method: String,
+    /// What files are named by.
+    #[serde(skip)]
+    pub(super) key: &'static str,
     pub(super) runs: usize,
     pub(super) items: Items,
     pub(super) seen: Seen,
@@ -96,14 +99,9 @@ impl FoundItems {
 
     pub(super) fn shown(&self) -> String {
         let count = |kind| self.kinds.get(&kind).copied().unwrap_or_default();
-        let kinds = [
-            FoundKind::AsPlanned,
-            FoundKind::Moved,
-            FoundKind::Toppled,
-            FoundKind::Missing,
-            FoundKind::Unclear,
-        ];
-        kinds.map(|kind| count(kind).to_string()).join(", ")
+        FoundKind::ALL
+            .map(|kind| count(kind).to_string())
+            .join(", ")
     }
 }
 
@@ -119,15 +117,10 @@ impl Spread {
     fn of(values: impl Iterator<Item = f64>) -> Self {
         let mut values: Vec<f64> = values.collect();
         values.sort_by(f64::total_cmp);
-        let count = values.len();
-        let at = |share: f64| {
-            let index = ((count as f64 - 1.0) * share).round().max(0.0) as usize;
-            values.get(index).copied().unwrap_or_default()
-        };
         Self {
-            median: at(0.5),
-            most: at(0.95),
-            count,
+            median: nearest_rank(&values, 0.5).unwrap_or_default(),
+            most: nearest_rank(&values, 0.95).unwrap_or_default(),
+            count: values.len(),
         }
     }
 
@@ -141,7 +134,7 @@ impl Spread {
 }
 
 impl Line {
-    pub(super) fn new(method: &str, records: Vec<RunRecord>) -> Self {
+    pub(super) fn new(method: &str, key: &'static str, records: Vec<RunRecord>) -> Self {
         let items = || records.iter().flat_map(|run| &run.items);
         let decisions = || records.iter().flat_map(|run| &run.decisions);
         let stage = |stage: Stage| {
@@ -152,9 +145,11 @@ impl Line {
             End::Placed { disturbance_m, .. } => Some(disturbance_m * 1e3),
             _ => None,
         });
+        let cycles_s = decisions().map(|decision| decision.cycle_s);
         let overlaps = records.iter().map(|run| run.deepest_overlap_m * 1e3);
         Self {
             method: method.to_owned(),
+            key,
             runs: records.len(),
             items: Items::of(items()),
             seen: Seen::of(items()),
@@ -165,11 +160,7 @@ impl Line {
             decision_mean_ms: Mean::of(decisions().map(|decision| decision.total_s() * 1e3)),
             degraded_decisions: decisions().filter(|it| !it.degraded.is_empty()).count(),
             decisions: decisions().count(),
-            cycle_s: Spread::of(
-                decisions()
-                    .map(|decision| decision.cycle_s)
-                    .filter(|cycle_s| *cycle_s > 0.0),
-            ),
+            cycle_s: Spread::of(cycles_s.filter(|cycle_s| *cycle_s > 0.0)),
             stages_ms: Stage::ALL.map(|name| (name, stage(name))).into(),
             deepest_overlap_mm: overlaps.fold(0.0, f64::max),
             greatest_disturbance_mm: disturbances.fold(0.0, f64::max),
@@ -296,7 +287,7 @@ mod tests {
             ],
             ..RunRecord::default()
         };
-        let line = Line::new("exhaustive", vec![record]);
+        let line = Line::new("exhaustive", "exhaustive", vec![record]);
         let items = &line.items;
         assert_eq!(
             (items.all, items.placed, items.outside, items.toppled),

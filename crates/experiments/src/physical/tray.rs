@@ -1,6 +1,5 @@
 //! The simulated tray: objects as they come to lie there, and a depth camera above.
 
-use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion};
@@ -15,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 
 use ppnpack_cli::failure::{OrRun, Outcome};
 
-use crate::scene::{between, body, seen, turn};
+use crate::scene::{any_turn, between, body, seen};
 
 /// What the camera sees of the tray, in the container frame: beside the container, within the arm's reach.
 pub(super) const REGION: Region = Region {
@@ -75,15 +74,11 @@ pub(super) struct Tray {
 
 impl Tray {
     pub(super) fn new(seed: u64) -> Outcome<Self> {
-        let plate = Bounds {
-            lowest: Point3::new(-0.7, -1.0, HEIGHT_M - 0.02),
-            highest: Point3::new(0.7, -0.025, HEIGHT_M),
-        };
         let intrinsics = Intrinsics::centred(640, 480, 600.0).or_run()?;
         Ok(Self {
             lying: Vec::new(),
             random: ChaCha8Rng::seed_from_u64(seed),
-            plate: plate.mesh(),
+            plate: Mesh::cuboid([-0.7, -1.0, HEIGHT_M - 0.02], [0.7, -0.025, HEIGHT_M]),
             camera: DepthCamera::looking_down(intrinsics, EYE_M),
         })
     }
@@ -117,8 +112,7 @@ impl Tray {
         });
         let resting = resting.or(model.resting_poses.first());
         let resting = resting.map_or_else(UnitQuaternion::identity, |pose| pose.rotation);
-        let yaw_rad = self.random.random::<f64>() * TAU;
-        let rotation = turn(yaw_rad) * resting;
+        let rotation = any_turn(&mut self.random) * resting;
         let turned = model.mesh.transformed(&nalgebra::convert(rotation));
         let bounds = turned.bounds().unwrap_or(Bounds {
             lowest: Point3::origin(),
@@ -153,11 +147,8 @@ impl Tray {
     /// What the camera sees, in its own frame, in metres.
     pub(super) fn view(&mut self) -> Outcome<Vec<Point3<f32>>> {
         let mut bodies = vec![body(&self.plate, Isometry3::identity())];
-        bodies.extend(
-            self.lying
-                .iter()
-                .map(|object| body(&object.model.mesh, object.container_from_object)),
-        );
+        let lying = self.lying.iter();
+        bodies.extend(lying.map(|it| body(&it.model.mesh, it.container_from_object)));
         let seed = self.random.random();
         let points = seen(&self.camera, &bodies, &NoiseModel::default(), seed)?;
         Ok(points.points_m().to_vec())
@@ -171,11 +162,8 @@ mod tests {
     use super::*;
 
     fn brick() -> Arc<Model> {
-        let bounds = Bounds {
-            lowest: Point3::new(-0.05, -0.03, -0.02),
-            highest: Point3::new(0.05, 0.03, 0.02),
-        };
-        let (model, _) = model("brick", bounds.mesh(), &ModelSettings::default()).unwrap();
+        let mesh = Mesh::cuboid([-0.05, -0.03, -0.02], [0.05, 0.03, 0.02]);
+        let (model, _) = model("brick", mesh, &ModelSettings::default()).unwrap();
         Arc::new(model)
     }
 
@@ -184,12 +172,9 @@ mod tests {
         let mut tray = Tray::new(3).unwrap();
         assert!(tray.lay(0, &brick()) && tray.lay(1, &brick()));
         for object in &tray.lying {
-            let standing = object
-                .model
-                .mesh
-                .transformed(&object.container_from_object)
-                .bounds()
-                .unwrap();
+            let mesh = &object.model.mesh;
+            let standing = mesh.transformed(&object.container_from_object);
+            let standing = standing.bounds().unwrap();
             assert!((standing.lowest.z - HEIGHT_M).abs() < 1e-9);
             assert!(REGION.contains(&standing.lowest) && REGION.contains(&standing.highest));
         }

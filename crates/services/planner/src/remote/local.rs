@@ -91,5 +91,8 @@ impl LocalSearches {
 
 fn search(grid: &Grid, method: &Method) -> Result<ValidSearch, WeightError> {
     let search = Search::new(grid, &method.search_settings())?.bounded();
-    Ok(ValidSearch::new(Box::new(search), method.stability.checks()))
+    Ok(ValidSearch::new(
+        Box::new(search),
+        method.stability.checks(),
+    ))
 }

@@ -1,0 +1,19 @@
+//! The method that experiments vary.
+
+use ppnpack_packing::method::{Method, ProposalSource, Stability};
+
+/// SDF minimisation over all items of the buffer together.
+pub(crate) fn sdfm(
+    proposals: ProposalSource,
+    stability: Stability,
+    buffer: usize,
+    seed: u64,
+) -> Method {
+    Method {
+        proposals,
+        stability,
+        buffer,
+        seed,
+        ..Method::default()
+    }
+}
