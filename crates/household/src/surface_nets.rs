@@ -190,6 +190,33 @@ impl Lattice {
         }
         pieces
     }
+
+    /// Gives each piece of the surface within a cell its vertex, and each edge that it crosses that vertex.
+    fn piece_vertices(
+        &self,
+        cell: [usize; 3],
+        crossings: &[Option<Vector3<f64>>; EDGES],
+        solid: &mut Solid,
+    ) -> [u32; EDGES] {
+        let pieces = self.pieces(cell, crossings);
+        let mut vertices = [0; EDGES];
+        for piece in 0..EDGES {
+            let edges: Vec<usize> = (0..EDGES).filter(|edge| pieces[*edge] == piece).collect();
+            let points: Vec<_> = edges.iter().filter_map(|edge| crossings[*edge]).collect();
+            if points.is_empty() {
+                continue;
+            }
+            let mut mean = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
+            if cell[2] == GROUND_LAYER {
+                mean.z = 0.0;
+            }
+            for edge in edges {
+                vertices[edge] = solid.vertices_mm.len() as u32;
+            }
+            solid.vertices_mm.push(Point3::from(mean));
+        }
+        vertices
+    }
 }
 
 /// All steps from the first to before the last along each axis; x varies fastest.
@@ -222,21 +249,7 @@ impl CellVertices {
             let Some(crossings) = lattice.crossings(cell) else {
                 continue;
             };
-            let pieces = lattice.pieces(cell, &crossings);
-            let mut vertices = [0; EDGES];
-            for piece in 0..EDGES {
-                let of_piece = || (0..EDGES).filter(|edge| pieces[*edge] == piece);
-                let points: Vec<_> = of_piece().filter_map(|edge| crossings[edge]).collect();
-                if points.is_empty() {
-                    continue;
-                }
-                let mut mean = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
-                if cell[2] == GROUND_LAYER {
-                    mean.z = 0.0;
-                }
-                of_piece().for_each(|edge| vertices[edge] = solid.vertices_mm.len() as u32);
-                solid.vertices_mm.push(Point3::from(mean));
-            }
+            let vertices = lattice.piece_vertices(cell, &crossings, solid);
             placed.crossed[lattice.index(cell)] = placed.by_edge.len() as u32;
             placed.by_edge.push(vertices);
         }
