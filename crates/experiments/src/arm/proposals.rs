@@ -89,7 +89,7 @@ pub(crate) fn run(arguments: &ProposalsArguments) -> Outcome {
         let catalogue = arguments.catalogue.load(grid.resolution())?;
         let file = SequenceFile::read(&arguments.sequences, &catalogue)?;
         let count = arguments.cases.min(file.count());
-        let (_, name) = option.names();
+        let (_, name, ..) = option.parts();
         println!("\n{name}, {count} sequences");
         measure(&catalogue, &grid, &file, count)?;
     }
@@ -101,14 +101,9 @@ fn measure(catalogue: &Catalogue, grid: &Grid, file: &SequenceFile, count: usize
     let resolution = grid.resolution();
     let mut check = station.check();
     let mut can_be_lifted = |held: &Candidate| check.lift(held, resolution).is_ok();
-    let objects = catalogue.objects.iter();
-    let held = objects
-        .filter(|object| can_be_lifted(&object.candidate(0)))
-        .count();
-    println!(
-        "{held} of {} objects can be picked",
-        catalogue.objects.len()
-    );
+    let (all, objects) = (catalogue.len(), catalogue.objects.iter());
+    let held = objects.filter(|object| can_be_lifted(&object.candidate(0)));
+    println!("{} of {all} objects can be picked", held.count());
     println!(
         "| proposals | arm | steps | decision ms | of it checks ms | volume cm3 | asked per step | most | refused | cycle s |"
     );
