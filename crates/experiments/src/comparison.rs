@@ -58,7 +58,6 @@ pub(crate) struct ComparisonOptions {
 }
 
 impl ComparisonOptions {
-    /// How many sequences are packed at once.
     pub(crate) fn workers(&self) -> usize {
         let cores = workers::default_count();
         self.workers.unwrap_or(cores).clamp(1, cores)
@@ -131,7 +130,6 @@ pub(crate) struct Results<'a, L> {
 }
 
 impl<L> Results<'_, L> {
-    /// That the network's rows are missing, where they are.
     pub(crate) fn missing(&self) -> String {
         let reason = self.without_network.as_ref();
         reason.map_or_else(String::new, |reason| {
@@ -211,7 +209,6 @@ impl<'a> Comparison<'a> {
         })
     }
 
-    /// Why the network is not compared, where it is not.
     pub(crate) fn without_network(&self) -> Option<String> {
         self.model.as_ref().err().cloned()
     }
@@ -237,7 +234,6 @@ impl<'a> Comparison<'a> {
             .unzip()
     }
 
-    /// The method of a row; none where the network cannot be used.
     fn contender(&self, row: &Row) -> Option<Contender> {
         let network = &self.options.network;
         let (name, proposals) = match (row.is_network, &self.model) {
@@ -256,7 +252,6 @@ impl<'a> Comparison<'a> {
         })
     }
 
-    /// The results of a table with these lines.
     pub(crate) fn results<L>(&self, objects: Option<usize>, lines: Vec<L>) -> Results<'_, L> {
         Results {
             machine: document::machine(),
@@ -280,14 +275,10 @@ impl<'a> Comparison<'a> {
         let items = self.catalogue.items();
         let network = self.model.as_ref().ok();
         let network = network.map(|model| self.options.network.of(self.backend, model, &items));
-        let jobs: Vec<(usize, &Sequence, &Contender)> = sequences
-            .iter()
-            .enumerate()
-            .flat_map(|(case, sequence)| {
-                let contenders = contenders.iter();
-                contenders.map(move |contender| (case, sequence, contender))
-            })
-            .collect();
+        let mut jobs = Vec::new();
+        for (case, sequence) in sequences.iter().enumerate() {
+            jobs.extend(contenders.iter().map(|it| (case, sequence, it)));
+        }
         let pack = |(case, sequence, contender): &(usize, &Sequence, &Contender)| {
             let is_right = |run: &Run| run.objects == sequence.objects;
             runs.finish(&name(contender, *case)?, is_right, || {
@@ -301,7 +292,6 @@ impl<'a> Comparison<'a> {
             .collect())
     }
 
-    /// Packs one sequence with one method.
     fn pack_one(
         &self,
         contender: &Contender,
@@ -366,7 +356,6 @@ impl Setting {
         )
     }
 
-    /// The grid, in words.
     pub(crate) fn cells_in_words(&self) -> String {
         let grid = &self.grid;
         let yaws = grid.resolution().yaws().count();
@@ -429,14 +418,8 @@ pub(crate) fn point(label: &str, x: &Mean, y: &Mean) -> PlotPoint {
 
 /// The name of a run's file: readable, and another one for another method.
 fn name(contender: &Contender, case: usize) -> Outcome<String> {
-    let letters = contender.name.chars().map(|letter| {
-        if letter.is_ascii_alphanumeric() {
-            letter.to_ascii_lowercase()
-        } else {
-            '-'
-        }
-    });
-    let letters: String = letters.collect();
+    let letters = contender.name.to_ascii_lowercase();
+    let letters = letters.replace(|letter: char| !letter.is_ascii_alphanumeric(), "-");
     Ok(format!("{letters}-{}-{case:05}", hash(contender, 8)?))
 }
 

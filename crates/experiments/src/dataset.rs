@@ -118,8 +118,7 @@ fn settings(
     catalogue: &Catalogue,
     simulated: &Simulated,
 ) -> Outcome<Settings> {
-    let (buffer, seed) = (arguments.buffer as usize, arguments.seed);
-    let method = sdfm(ProposalSource::All, arguments.stability, buffer, seed);
+    let method = Method::default();
     Ok(Settings {
         format_version: FORMAT_VERSION,
         package_version: env!("CARGO_PKG_VERSION").to_owned(),

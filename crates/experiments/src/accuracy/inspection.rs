@@ -20,9 +20,7 @@ use ppnpack_cli::options::at_least_one;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::heightmap::Surface;
 use ppnpack_recognition::evaluation::PoseError;
-use ppnpack_recognition::inspection::{
-    ContainerCloud, Inspection, InspectionSettings, Lying, inspect,
-};
+use ppnpack_recognition::inspection::{ContainerCloud, Inspection, InspectionSettings, inspect};
 use ppnpack_recognition::library::{Library, LibraryObject, LibrarySettings};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -349,15 +347,13 @@ impl Trial {
             Inspection::Unclear(unclear) => (format!("{:?}", unclear.reason), unclear.best),
             other => (String::new(), other.lying().copied()),
         };
-        let agreement = best.map_or_else(
-            || ",,".to_owned(),
-            |Lying { agreement, .. }| {
-                format!(
-                    "{:.4},{:.4},{:.4}",
-                    agreement.fitness, agreement.unexplained, agreement.contradicted
-                )
-            },
-        );
+        let agreement = match best.map(|lying| lying.agreement) {
+            Some(it) => format!(
+                "{:.4},{:.4},{:.4}",
+                it.fitness, it.unexplained, it.contradicted
+            ),
+            None => ",,".to_owned(),
+        };
         format!(
             "{},{},{},{:.2},{},{agreement},{}",
             self.name,
@@ -511,10 +507,8 @@ pub(crate) fn run(arguments: &InspectionArguments) -> Outcome {
             }
         }
     }
-    println!(
-        "{} objects; {impossible} cases could not be made",
-        models.len()
-    );
+    let all = models.len();
+    println!("{all} objects; {impossible} cases could not be made");
     report(&trials);
     let head =
         "name,case,told,time_ms,position_mm,angle_deg,fitness,unexplained,contradicted,reason";

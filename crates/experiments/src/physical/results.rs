@@ -10,7 +10,6 @@ use super::{PhysicalArguments, Settings};
 use crate::document;
 use crate::statistics::percent;
 
-/// What all runs come to.
 #[derive(Serialize)]
 pub(super) struct Results<'a> {
     pub(super) machine: String,
@@ -101,29 +100,19 @@ type Cell = (&'static str, String);
 
 /// What the runs of a contender came to.
 fn came_to(line: &Line) -> [Cell; 21] {
-    let Line {
-        items, seen, found, ..
-    } = line;
+    let (items, seen, found) = (&line.items, &line.seen, &line.found);
+    let count = |name, count: usize| (name, count.to_string());
     let good_found = percent(found.good_poses, found.poses);
     [
-        ("runs", line.runs.to_string()),
-        ("items", items.all.to_string()),
-        ("placed", items.placed.to_string()),
-        ("of these outside the container", items.outside.to_string()),
-        (
-            "of these leaning by over 30 degrees",
-            items.toppled.to_string(),
-        ),
-        ("refused with a reason", items.refused.to_string()),
-        ("dropped beside the container", items.lost.to_string()),
-        (
-            "placements repeated after missed picks",
-            items.repeated.to_string(),
-        ),
-        (
-            "runs ended by a doubtful scene",
-            line.runs_ended_by_doubt.to_string(),
-        ),
+        count("runs", line.runs),
+        count("items", items.all),
+        count("placed", items.placed),
+        count("of these outside the container", items.outside),
+        count("of these leaning by over 30 degrees", items.toppled),
+        count("refused with a reason", items.refused),
+        count("dropped beside the container", items.lost),
+        count("placements repeated after missed picks", items.repeated),
+        count("runs ended by a doubtful scene", line.runs_ended_by_doubt),
         (
             "deepest overlap of two items at the end (mm)",
             format!("{:.2}", line.deepest_overlap_mm),
