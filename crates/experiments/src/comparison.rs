@@ -138,7 +138,6 @@ impl<L> Results<'_, L> {
     }
 }
 
-/// A method that is compared.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Contender {
     pub(crate) name: String,

@@ -262,33 +262,30 @@ fn draw(request: &TrainingRequest, epochs: &[EpochReport]) -> Outcome {
             .map(|report| [report.epoch as f64, value(report)])
             .collect(),
     };
-    let loss = Lines {
-        title: "Loss".to_owned(),
-        x_label: "Epoch".to_owned(),
-        y_label: "Loss".to_owned(),
-        curves: vec![
-            curve("training".to_owned(), &|report| report.training_loss),
-            curve("test".to_owned(), &|report| report.test_loss),
-        ],
-    };
+    let losses = vec![
+        curve("training".to_owned(), &|report| report.training_loss),
+        curve("test".to_owned(), &|report| report.test_loss),
+    ];
     let first = epochs.first().map_or(&[][..], |report| &report.accuracy);
-    let accuracy = Lines {
-        title: "Optimum among the best-scored K %".to_owned(),
-        x_label: "Epoch".to_owned(),
-        y_label: "Test candidates (%)".to_owned(),
-        curves: first
-            .iter()
-            .enumerate()
-            .map(|(index, accuracy)| {
-                curve(format!("K = {} %", accuracy.percent), &|report| {
-                    let accuracy = report.accuracy.get(index);
-                    accuracy.map_or(0.0, |accuracy| 100.0 * accuracy.share)
-                })
-            })
-            .collect(),
-    };
-    for (name, lines) in [("loss", loss), ("accuracy", accuracy)] {
-        document::figure(&request.folder, name, lines.to_svg([800, 500]))?;
+    let accuracies = first.iter().enumerate().map(|(index, accuracy)| {
+        curve(format!("K = {} %", accuracy.percent), &|report| {
+            let accuracy = report.accuracy.get(index);
+            accuracy.map_or(0.0, |accuracy| 100.0 * accuracy.share)
+        })
+    });
+    let accuracies: Vec<Curve> = accuracies.collect();
+    let optimum = "Optimum among the best-scored K %";
+    for (name, title, y_label, curves) in [
+        ("loss", "Loss", "Loss", losses),
+        ("accuracy", optimum, "Test candidates (%)", accuracies),
+    ] {
+        let chart = Lines {
+            title: title.to_owned(),
+            x_label: "Epoch".to_owned(),
+            y_label: y_label.to_owned(),
+            curves,
+        };
+        document::figure(&request.folder, name, chart.to_svg([800, 500]))?;
     }
     let history = serde_json::to_vec_pretty(epochs).or_run()?;
     Ok(write_whole(&request.folder.join("epochs.json"), &history)?)

@@ -219,12 +219,10 @@ fn outcome(
 
 /// Whether the object is on another side, told apart by more than its near symmetry: no yaw brings it back.
 fn is_toppled(object: &LibraryObject, planned: &Isometry3<f64>, pose: &Isometry3<f64>) -> bool {
+    let symmetry = &object.near_symmetry;
     (0..72).all(|step| {
         let yaw = turn(f64::from(step) * 5.0_f64.to_radians());
-        let angle = object
-            .near_symmetry
-            .angle_between(&(yaw * pose.rotation), &planned.rotation);
-        angle > 0.45
+        symmetry.angle_between(&(yaw * pose.rotation), &planned.rotation) > 0.45
     })
 }
 
@@ -243,11 +241,10 @@ fn seen(
     seed: u64,
     sensor: Sensor,
 ) -> Outcome<Vec<Point3<f64>>> {
-    let container = container();
-    let container = container.iter();
-    let container = container.map(|mesh| body(mesh, Isometry3::identity()));
+    let walls = container();
+    let walls = walls.iter().map(|mesh| body(mesh, Isometry3::identity()));
     let items = items.iter().map(|(model, pose)| body(&model.mesh, *pose));
-    let bodies: Vec<_> = container.chain(items).collect();
+    let bodies: Vec<_> = walls.chain(items).collect();
     let width = sensor.width;
     let focal = 600.0 * width as f64 / 640.0;
     let intrinsics = Intrinsics::centred(width, width * 3 / 4, focal).or_run()?;

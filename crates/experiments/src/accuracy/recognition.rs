@@ -476,12 +476,10 @@ fn left_out(library: &Library, arguments: &RecognitionArguments) -> Outcome<Vec<
 
 /// The symmetries of the objects that are asked for.
 fn describe(library: &Library, arguments: &RecognitionArguments) {
-    if arguments.only.is_none() {
-        return;
-    }
+    let only = arguments.only.as_ref();
     for object in &library.objects {
         let name = &object.model.name;
-        if arguments.shows(name) {
+        if only.is_some_and(|only| name.contains(only)) {
             println!("{name} {:?} {}", object.symmetry, object.poses.len());
         }
     }

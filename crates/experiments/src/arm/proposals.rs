@@ -111,7 +111,6 @@ fn measure(catalogue: &Catalogue, grid: &Grid, file: &SequenceFile, count: usize
     for source in sources(grid) {
         for has_arm in [false, true] {
             let started = Instant::now();
-            let of_step = has_arm.then_some(&station);
             let mut found = Found::default();
             for case in 0..count {
                 let mut items = file.get(case)?.candidates(catalogue);
@@ -121,7 +120,7 @@ fn measure(catalogue: &Catalogue, grid: &Grid, file: &SequenceFile, count: usize
                 }
                 let method = sdfm(source.clone(), Stability::Physical, BUFFER, 0);
                 let proposer = method.proposer(grid, None)?;
-                let check = of_step.map(|station| Box::new(station.check()) as BoxedCheck);
+                let check = has_arm.then(|| Box::new(station.check()) as BoxedCheck);
                 let mut planner = method.build_with(grid, proposer, check, 1)?;
                 let mut cell = IdealCell::new(grid);
                 let how = Play::with_buffer(BUFFER);

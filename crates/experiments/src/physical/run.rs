@@ -40,7 +40,6 @@ const SAME_M: f64 = 0.06;
 
 /// What comes to the tray in a run.
 pub(super) struct Case {
-    /// Names the session.
     pub(super) session_id: String,
     pub(super) seed: u64,
     /// Indices into the catalogue, in their order of arrival.
