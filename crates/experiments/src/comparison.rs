@@ -188,9 +188,8 @@ impl<'a> Comparison<'a> {
         backend: &'a dyn Backend,
         grid: Grid,
     ) -> Outcome<Self> {
-        let simulated = options
-            .physics
-            .simulated(&grid, options.seed, Conditions::Reference)?;
+        let (physics, seed) = (&options.physics, options.seed);
+        let simulated = physics.simulated(&grid, seed, Conditions::Reference)?;
         let catalogue = options.catalogue.load(grid.resolution())?;
         Ok(Self {
             model: options.network.find(backend, &grid)?,
@@ -200,7 +199,7 @@ impl<'a> Comparison<'a> {
                 simulated,
                 buffer: options.buffer as usize,
                 stability: options.stability,
-                seed: options.seed,
+                seed,
             },
             catalogue,
             options,
@@ -442,9 +441,7 @@ mod tests {
         let uneven = [run(0.9), run(1.0), run(1.6)];
         let ratio = ratio_percent(&uneven, &others, |run| run.meshes_m3);
         assert!((ratio.mean - 50.0).abs() < 1e-9 && ratio.half_width > 1.0);
-        assert_eq!(
-            ratio_percent(&[], &[], |run| run.meshes_m3),
-            Mean::default()
-        );
+        let none = ratio_percent(&[], &[], |run| run.meshes_m3);
+        assert_eq!(none, Mean::default());
     }
 }

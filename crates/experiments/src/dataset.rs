@@ -91,9 +91,8 @@ struct Summary<'a> {
 
 pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
     let grid = arguments.grid.grid()?;
-    let simulated = arguments
-        .physics
-        .simulated(&grid, arguments.seed, Conditions::Reference)?;
+    let (physics, seed) = (&arguments.physics, arguments.seed);
+    let simulated = physics.simulated(&grid, seed, Conditions::Reference)?;
     let catalogue = arguments.catalogue.load(grid.resolution())?;
     let settings = settings(arguments, &catalogue, &simulated)?;
     refuse_known(arguments, &catalogue, &settings)?;

@@ -84,9 +84,7 @@ mod tests {
         std::fs::write(&path, text).unwrap();
         write(&path, "two").unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
-        assert!(
-            text.starts_with("two\n") && text.ends_with("by hand\n"),
-            "{text}"
-        );
+        let is_kept = text.starts_with("two\n") && text.ends_with("by hand\n");
+        assert!(is_kept, "{text}");
     }
 }

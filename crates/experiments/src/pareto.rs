@@ -171,8 +171,7 @@ fn contenders(arguments: &ParetoArguments, comparison: &Comparison<'_>) -> Vec<C
     let yaws = arguments.proposal_yaws;
     let network = |percent| {
         let weights = &model?.card().weights_blake3;
-        let source = ProposalSource::network(grid, percent, None, yaws, weights);
-        Some(source)
+        Some(ProposalSource::network(grid, percent, None, yaws, weights))
     };
     let mut sources = vec![ProposalSource::All, ProposalSource::Bounded];
     sources.extend(percents().filter_map(network));

@@ -65,12 +65,6 @@ pub(crate) struct RecognitionArguments {
     only: Option<String>,
 }
 
-impl RecognitionArguments {
-    fn shows(&self, name: &str) -> bool {
-        self.only.as_ref().is_none_or(|only| name.contains(only))
-    }
-}
-
 fn folder(path: &Path) -> Outcome<Vec<Arc<Model>>> {
     models(&Source::Folder(path.to_owned()))
 }
@@ -234,7 +228,8 @@ fn trials(
 ) -> Outcome<Vec<Trial>> {
     let mut all = Vec::new();
     for (index, object) in shown.objects.iter().enumerate() {
-        if !arguments.shows(&object.model.name) {
+        let only = arguments.only.as_ref();
+        if only.is_some_and(|only| !object.model.name.contains(only)) {
             continue;
         }
         let mut random = ChaCha8Rng::seed_from_u64(arguments.seed);
@@ -347,10 +342,9 @@ fn report_wrong(trials: &[Trial]) {
     let mut wrong: BTreeMap<(&str, String), usize> = BTreeMap::new();
     for trial in trials.iter().filter(|it| !it.is_right() || !it.is_known()) {
         let best = trial.best().map_or("none", |best| &best.name);
-        let taken = if trial.is_known() {
-            best.to_owned()
-        } else {
-            format!("unknown (best {best})")
+        let taken = match trial.is_known() {
+            true => best.to_owned(),
+            false => format!("unknown (best {best})"),
         };
         *wrong.entry((&trial.name, taken)).or_default() += 1;
     }

@@ -55,9 +55,13 @@ fn timeline(line: &Line) -> Bars {
 
 fn markdown(results: &Results<'_>) -> String {
     let settings = results.settings;
+    let strangers = match settings.strangers {
+        true => ", the unseen ones not known to the recogniser",
+        false => "",
+    };
     let mut text = format!(
         "# The robot cell, simulated\n\n\
-         Container 30 x 30 x 16 cm, 1 cm cells, 4 yaws, buffer {}; {} unseen objects and {} other a run{}; arm {}; \
+         Container 30 x 30 x 16 cm, 1 cm cells, 4 yaws, buffer {}; {} unseen objects and {} other a run{strangers}; arm {}; \
          placement noise {:.1} mm, {:.0} % of picks miss, {:.0} % of items are dropped; depth cameras with 1 mm of noise and 5 % \
          dropouts above container and tray. Seed {}; {}. Intervals are 95 % confidence intervals, by Student's t: of a run's \
          compactness and volume over the runs, of decisions over the decisions.\n\n\
@@ -66,11 +70,6 @@ fn markdown(results: &Results<'_>) -> String {
         settings.buffer,
         settings.unseen_count,
         settings.known_count,
-        if settings.strangers {
-            ", the unseen ones not known to the recogniser"
-        } else {
-            ""
-        },
         settings.arm.as_ref().map_or("none", |arm| arm.arm.as_str()),
         settings.simulated.release.jitter_m * 1e3,
         settings.faults.missed_picks * 100.0,
