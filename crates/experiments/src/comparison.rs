@@ -58,7 +58,6 @@ pub(crate) struct ComparisonOptions {
 }
 
 impl ComparisonOptions {
-    /// How many sequences are packed at once.
     pub(crate) fn workers(&self) -> usize {
         let cores = workers::default_count();
         self.workers.unwrap_or(cores).clamp(1, cores)
@@ -131,7 +130,6 @@ pub(crate) struct Results<'a, L> {
 }
 
 impl<L> Results<'_, L> {
-    /// That the network's rows are missing, where they are.
     pub(crate) fn missing(&self) -> String {
         let reason = self.without_network.as_ref();
         reason.map_or_else(String::new, |reason| {
@@ -140,7 +138,6 @@ impl<L> Results<'_, L> {
     }
 }
 
-/// A method that is compared.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Contender {
     pub(crate) name: String,
@@ -191,9 +188,8 @@ impl<'a> Comparison<'a> {
         backend: &'a dyn Backend,
         grid: Grid,
     ) -> Outcome<Self> {
-        let simulated = options
-            .physics
-            .simulated(&grid, options.seed, Conditions::Reference)?;
+        let (physics, seed) = (&options.physics, options.seed);
+        let simulated = physics.simulated(&grid, seed, Conditions::Reference)?;
         let catalogue = options.catalogue.load(grid.resolution())?;
         Ok(Self {
             model: options.network.find(backend, &grid)?,
@@ -203,7 +199,7 @@ impl<'a> Comparison<'a> {
                 simulated,
                 buffer: options.buffer as usize,
                 stability: options.stability,
-                seed: options.seed,
+                seed,
             },
             catalogue,
             options,
@@ -211,7 +207,6 @@ impl<'a> Comparison<'a> {
         })
     }
 
-    /// Why the network is not compared, where it is not.
     pub(crate) fn without_network(&self) -> Option<String> {
         self.model.as_ref().err().cloned()
     }
@@ -237,7 +232,6 @@ impl<'a> Comparison<'a> {
             .unzip()
     }
 
-    /// The method of a row; none where the network cannot be used.
     fn contender(&self, row: &Row) -> Option<Contender> {
         let network = &self.options.network;
         let (name, proposals) = match (row.is_network, &self.model) {
@@ -256,7 +250,6 @@ impl<'a> Comparison<'a> {
         })
     }
 
-    /// The results of a table with these lines.
     pub(crate) fn results<L>(&self, objects: Option<usize>, lines: Vec<L>) -> Results<'_, L> {
         Results {
             machine: document::machine(),
@@ -280,14 +273,10 @@ impl<'a> Comparison<'a> {
         let items = self.catalogue.items();
         let network = self.model.as_ref().ok();
         let network = network.map(|model| self.options.network.of(self.backend, model, &items));
-        let jobs: Vec<(usize, &Sequence, &Contender)> = sequences
-            .iter()
-            .enumerate()
-            .flat_map(|(case, sequence)| {
-                let contenders = contenders.iter();
-                contenders.map(move |contender| (case, sequence, contender))
-            })
-            .collect();
+        let mut jobs = Vec::new();
+        for (case, sequence) in sequences.iter().enumerate() {
+            jobs.extend(contenders.iter().map(|it| (case, sequence, it)));
+        }
         let pack = |(case, sequence, contender): &(usize, &Sequence, &Contender)| {
             let is_right = |run: &Run| run.objects == sequence.objects;
             runs.finish(&name(contender, *case)?, is_right, || {
@@ -301,7 +290,6 @@ impl<'a> Comparison<'a> {
             .collect())
     }
 
-    /// Packs one sequence with one method.
     fn pack_one(
         &self,
         contender: &Contender,
@@ -366,7 +354,6 @@ impl Setting {
         )
     }
 
-    /// The grid, in words.
     pub(crate) fn cells_in_words(&self) -> String {
         let grid = &self.grid;
         let yaws = grid.resolution().yaws().count();
@@ -429,14 +416,8 @@ pub(crate) fn point(label: &str, x: &Mean, y: &Mean) -> PlotPoint {
 
 /// The name of a run's file: readable, and another one for another method.
 fn name(contender: &Contender, case: usize) -> Outcome<String> {
-    let letters = contender.name.chars().map(|letter| {
-        if letter.is_ascii_alphanumeric() {
-            letter.to_ascii_lowercase()
-        } else {
-            '-'
-        }
-    });
-    let letters: String = letters.collect();
+    let letters = contender.name.to_ascii_lowercase();
+    let letters = letters.replace(|letter: char| !letter.is_ascii_alphanumeric(), "-");
     Ok(format!("{letters}-{}-{case:05}", hash(contender, 8)?))
 }
 
@@ -460,9 +441,7 @@ mod tests {
         let uneven = [run(0.9), run(1.0), run(1.6)];
         let ratio = ratio_percent(&uneven, &others, |run| run.meshes_m3);
         assert!((ratio.mean - 50.0).abs() < 1e-9 && ratio.half_width > 1.0);
-        assert_eq!(
-            ratio_percent(&[], &[], |run| run.meshes_m3),
-            Mean::default()
-        );
+        let none = ratio_percent(&[], &[], |run| run.meshes_m3);
+        assert_eq!(none, Mean::default());
     }
 }

@@ -91,9 +91,8 @@ struct Summary<'a> {
 
 pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
     let grid = arguments.grid.grid()?;
-    let simulated = arguments
-        .physics
-        .simulated(&grid, arguments.seed, Conditions::Reference)?;
+    let (physics, seed) = (&arguments.physics, arguments.seed);
+    let simulated = physics.simulated(&grid, seed, Conditions::Reference)?;
     let catalogue = arguments.catalogue.load(grid.resolution())?;
     let settings = settings(arguments, &catalogue, &simulated)?;
     refuse_known(arguments, &catalogue, &settings)?;
@@ -118,8 +117,7 @@ fn settings(
     catalogue: &Catalogue,
     simulated: &Simulated,
 ) -> Outcome<Settings> {
-    let (buffer, seed) = (arguments.buffer as usize, arguments.seed);
-    let method = sdfm(ProposalSource::All, arguments.stability, buffer, seed);
+    let method = Method::default();
     Ok(Settings {
         format_version: FORMAT_VERSION,
         package_version: env!("CARGO_PKG_VERSION").to_owned(),

@@ -63,12 +63,9 @@ pub(crate) fn name_of(variant: &impl serde::Serialize) -> String {
 /// The processor that figures were measured on.
 pub(crate) fn machine() -> String {
     let cpus = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = cpus
-        .lines()
-        .find_map(|line| line.strip_prefix("model name"));
-    let model = model
-        .and_then(|line| line.split(':').nth(1))
-        .map_or("unknown processor", str::trim);
+    let mut lines = cpus.lines();
+    let model = lines.find_map(|line| line.strip_prefix("model name")?.split(':').nth(1));
+    let model = model.map_or("unknown processor", str::trim);
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     format!("{model}, {cores} cores")
 }
@@ -87,9 +84,7 @@ mod tests {
         std::fs::write(&path, text).unwrap();
         write(&path, "two").unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
-        assert!(
-            text.starts_with("two\n") && text.ends_with("by hand\n"),
-            "{text}"
-        );
+        let is_kept = text.starts_with("two\n") && text.ends_with("by hand\n");
+        assert!(is_kept, "{text}");
     }
 }

@@ -81,7 +81,6 @@ impl NetworkOptions {
         }
     }
 
-    /// The network as a source of proposals.
     pub(crate) fn source(&self, grid: &Grid, model: &Model) -> ProposalSource {
         let weights = &model.card().weights_blake3;
         ProposalSource::network(grid, self.percent(), None, PROPOSAL_YAWS, weights)

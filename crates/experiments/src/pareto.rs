@@ -75,21 +75,17 @@ pub(crate) enum GridOption {
 }
 
 impl GridOption {
-    /// What files are named by, and what readers see.
-    pub(crate) fn names(self) -> (&'static str, &'static str) {
+    /// What files are named by, what readers see, the edge of a cell in metres, how many yaws.
+    pub(crate) fn parts(self) -> (&'static str, &'static str, f64, usize) {
         match self {
-            Self::Coarse => ("coarse", "1 cm, 4 yaws"),
-            Self::Medium => ("medium", "5 mm, 8 yaws"),
-            Self::Fine => ("fine", "2.5 mm, 16 yaws"),
+            Self::Coarse => ("coarse", "1 cm, 4 yaws", 0.01, 4),
+            Self::Medium => ("medium", "5 mm, 8 yaws", 0.005, 8),
+            Self::Fine => ("fine", "2.5 mm, 16 yaws", 0.0025, 16),
         }
     }
 
     pub(crate) fn grid(self) -> Outcome<Grid> {
-        let (cell_m, yaws) = match self {
-            Self::Coarse => (0.01, 4),
-            Self::Medium => (0.005, 8),
-            Self::Fine => (0.0025, 16),
-        };
+        let (.., cell_m, yaws) = self.parts();
         scene::grid(ContainerSize::REFERENCE, cell_m, yaws)
     }
 }
@@ -106,7 +102,6 @@ struct Line {
     decision_ratio_percent: Mean,
 }
 
-/// The results on one grid.
 #[derive(Debug, Serialize)]
 struct OfGrid {
     name: &'static str,
@@ -151,7 +146,7 @@ fn compare(
     let contenders = contenders(arguments, &comparison);
     let packed = comparison.pack(&contenders, &sequences, &arguments.out.join("runs"))?;
     let all = packed.first().map_or(&[][..], |runs| runs);
-    let (key, name) = option.names();
+    let (key, name, ..) = option.parts();
     let lines = contenders.into_iter().zip(&packed);
     let lines = lines.map(|(contender, runs)| Line {
         method: contender.name,
@@ -176,8 +171,7 @@ fn contenders(arguments: &ParetoArguments, comparison: &Comparison<'_>) -> Vec<C
     let yaws = arguments.proposal_yaws;
     let network = |percent| {
         let weights = &model?.card().weights_blake3;
-        let source = ProposalSource::network(grid, percent, None, yaws, weights);
-        Some(source)
+        Some(ProposalSource::network(grid, percent, None, yaws, weights))
     };
     let mut sources = vec![ProposalSource::All, ProposalSource::Bounded];
     sources.extend(percents().filter_map(network));
@@ -225,15 +219,12 @@ fn scatter(grids: &[OfGrid]) -> Scatter {
 
 fn markdown(results: &Results) -> String {
     let mut text = "# Decision time against packed volume\n\n".to_owned();
-    if let Some(OfGrid {
-        settings, lines, ..
-    }) = results.grids.first()
-    {
+    if let Some(first) = results.grids.first() {
         text += &format!(
             "{} sequences, the same for every method; SDFM, {}; shares are of the exhaustive search (`all`) on the same \
              grid, in this run.\n",
-            lines.first().map_or(0, |line| line.means.cases),
-            settings.in_words(results.workers),
+            first.lines.first().map_or(0, |line| line.means.cases),
+            first.settings.in_words(results.workers),
         );
     }
     for grid in &results.grids {

@@ -59,34 +59,26 @@ impl Runs {
         right: impl FnOnce(&R) -> bool,
         make: impl FnOnce() -> Outcome<R>,
     ) -> Outcome<R> {
-        if let Some(run) = self.load(name).filter(right) {
+        let path = self.folder.join(format!("{name}.json"));
+        let content = std::fs::read(&path).unwrap_or_default();
+        let kept: Option<R> = serde_json::from_slice(&content).ok();
+        if let Some(run) = kept.filter(right) {
             return Ok(run);
         }
         let run = make()?;
-        write_whole(&self.path(name), &serde_json::to_vec(&run).or_run()?)?;
+        write_whole(&path, &serde_json::to_vec(&run).or_run()?)?;
         Ok(run)
-    }
-
-    fn load<R: DeserializeOwned>(&self, name: &str) -> Option<R> {
-        let content = std::fs::read(self.path(name)).ok()?;
-        serde_json::from_slice(&content).ok()
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.join(format!("{name}.json"))
     }
 }
 
 /// The first letters of the hash of a value, to name files by.
 pub(crate) fn hash(value: &impl Serialize, letters: usize) -> Outcome<String> {
-    let mut hash = blake3::hash(&serde_json::to_vec(value).or_run()?)
-        .to_hex()
-        .to_string();
+    let hash = blake3::hash(&serde_json::to_vec(value).or_run()?);
+    let mut hash = hash.to_hex().to_string();
     hash.truncate(letters);
     Ok(hash)
 }
 
-/// The hash of this program.
 fn program() -> std::io::Result<String> {
     let program = std::fs::File::open(std::env::current_exe()?)?;
     let mut hasher = blake3::Hasher::new();
@@ -116,7 +108,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let runs = Runs::new(folder.path(), &1).unwrap();
         assert_eq!(finish(&runs, 5), 5);
-        std::fs::write(runs.path("a"), b"\"").unwrap();
+        std::fs::write(runs.folder.join("a.json"), b"\"").unwrap();
         assert_eq!(finish(&runs, 6), 6);
         let other = runs.finish("a", |run| *run == 8, || Ok(7));
         assert_eq!(other.unwrap(), 7);

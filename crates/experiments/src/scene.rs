@@ -19,12 +19,10 @@ pub(crate) fn objects(source: &Source) -> Outcome<Catalogue> {
     load(source, &Settings::default(), &Resolution::reference())
 }
 
-/// The models of a source.
 pub(crate) fn models(source: &Source) -> Outcome<Vec<Arc<Model>>> {
     Ok(objects(source)?.models())
 }
 
-/// The grid of a container, with so many yaws.
 pub(crate) fn grid(container: ContainerSize, cell_m: f64, yaws: usize) -> Outcome<Grid> {
     let settings = GridSettings {
         container,

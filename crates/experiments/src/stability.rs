@@ -325,14 +325,13 @@ struct Tally {
 }
 
 fn tallies(trials: &[Trial]) -> Vec<Tally> {
-    type Named = (&'static str, fn(&Trial) -> bool);
     let groups = [
         ("anywhere", Drawn::Anywhere, false),
         ("SDFM's best", Drawn::Best, false),
         ("small items, anywhere", Drawn::Anywhere, true),
         ("small items, SDFM's best", Drawn::Best, true),
     ];
-    let tests: [Named; 2] = [
+    let tests: [(&str, fn(&Trial) -> bool); 2] = [
         ("published", |trial| trial.published),
         ("physical", |trial| trial.physical),
     ];
@@ -369,10 +368,7 @@ struct Results<'a> {
 }
 
 fn markdown(results: &Results<'_>, trials: usize) -> String {
-    let PhysicalStabilitySettings {
-        contact_tolerance_m,
-        margin_m,
-    } = results.settings.physical;
+    let physical = results.settings.physical;
     let mut text = format!(
         "# Stability tests against the simulated cell\n\n\
          {trials} placements tried in partly packed containers, on cells of {} cm. An item stood if, when everything \
@@ -384,8 +380,8 @@ fn markdown(results: &Results<'_>, trials: usize) -> String {
          of the rejected, would have stood |\n|---|---|---|---|---|---|---|\n",
         results.settings.grid.resolution().cell_m() * 100.0,
         SLIDE_M * 100.0,
-        contact_tolerance_m * 1e3,
-        margin_m * 1e3,
+        physical.contact_tolerance_m * 1e3,
+        physical.margin_m * 1e3,
     );
     for tally in &results.tallies {
         text += &format!(

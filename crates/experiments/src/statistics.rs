@@ -62,10 +62,9 @@ pub(crate) fn percentage(part: usize, whole: usize) -> f64 {
 
 /// A count out of a total, as a share in percent.
 pub(crate) fn percent(count: usize, total: usize) -> String {
-    if total == 0 {
-        "–".to_owned()
-    } else {
-        format!("{:.1} %", percentage(count, total))
+    match total {
+        0 => "–".to_owned(),
+        _ => format!("{:.1} %", percentage(count, total)),
     }
 }
 

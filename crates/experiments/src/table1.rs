@@ -44,7 +44,6 @@ pub(crate) struct Table1Arguments {
     json: bool,
 }
 
-/// A published result.
 #[derive(Debug, Clone, Copy, Serialize)]
 struct Published {
     decision_s: Option<f64>,
@@ -93,7 +92,6 @@ const YARDSTICKS: [(&str, [f64; 3]); 4] = [
     ("SDFM", [16_298.0, 55.0, 42.7]),
 ];
 
-/// A row of the results.
 #[derive(Debug, Serialize)]
 struct Line {
     method: String,
@@ -121,23 +119,21 @@ pub(crate) fn run(arguments: &Table1Arguments, backend: &dyn Backend) -> Outcome
     let (rows, contenders) = comparison.contenders(&ROWS);
     let packed = comparison.pack(&contenders, &sequences, &kept)?;
     let methods = rows.into_iter().zip(contenders).zip(&packed);
-    let lines = methods.map(|((row, contender), runs)| line(row, contender.name, runs));
+    let lines = methods.map(|((row, contender), runs)| {
+        let [decision_s, packed @ ..] = row.paper;
+        Line {
+            method: contender.name,
+            means: Means::of(runs),
+            paper: Published::new(Some(decision_s), packed),
+            yardstick: yardstick(row.name, runs),
+        }
+    });
     let results = comparison.results(None, lines.collect());
     let folder = &arguments.out;
     let chart = scatter(&results);
     document::figure(folder, "table1", chart.to_svg([900, 600]))?;
     let markdown = markdown(&results);
     document::publish(folder, "table1", &results, &markdown, arguments.json)
-}
-
-fn line(row: &Row, method: String, runs: &[Run]) -> Line {
-    let [decision_s, packed @ ..] = row.paper;
-    Line {
-        method,
-        means: Means::of(runs),
-        paper: Published::new(Some(decision_s), packed),
-        yardstick: yardstick(row.name, runs),
-    }
 }
 
 fn yardstick(name: &str, runs: &[Run]) -> Option<Yardstick> {

@@ -38,7 +38,6 @@ pub(crate) struct Table3Arguments {
     json: bool,
 }
 
-/// A network that is compared.
 struct Variant {
     name: &'static str,
     key: &'static str,
@@ -85,7 +84,6 @@ const NO_CORRELATION: Variant = Variant {
 /// Each but the first lacks one thing more.
 const VARIANTS: [Variant; 4] = [FULL, HEIGHTMAPS, NO_RANKING, NO_CORRELATION];
 
-/// A row of the results.
 #[derive(Debug, Serialize)]
 struct Line {
     network: &'static str,
@@ -115,7 +113,16 @@ pub(crate) fn run(arguments: &Table3Arguments, backend: &dyn Backend) -> Outcome
         shares_percent: SHARES,
         lines,
     };
-    publish(arguments, &results)
+    let folder = &arguments.out;
+    let lines = results.lines.iter();
+    shares::draw(
+        (folder, "table3"),
+        "Optimum among the best-scored K %",
+        "Test candidates",
+        lines.map(|line| (line.network, &line.accuracy_percent)),
+    )?;
+    let markdown = markdown(&results);
+    document::publish(folder, "table3", &results, &markdown, arguments.json)
 }
 
 /// A training goes on from its own checkpoint; one that is finished is not repeated.
@@ -152,19 +159,6 @@ fn line(variant: &Variant, card: ModelCard) -> Line {
         paper_percent: variant.paper,
         card,
     }
-}
-
-fn publish(arguments: &Table3Arguments, results: &Results) -> Outcome {
-    let folder = &arguments.out;
-    let lines = results.lines.iter();
-    shares::draw(
-        (folder, "table3"),
-        "Optimum among the best-scored K %",
-        "Test candidates",
-        lines.map(|line| (line.network, &line.accuracy_percent)),
-    )?;
-    let markdown = markdown(results);
-    document::publish(folder, "table3", results, &markdown, arguments.json)
 }
 
 fn markdown(results: &Results) -> String {

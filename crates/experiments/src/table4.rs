@@ -59,7 +59,6 @@ const ROWS: [Row; 3] = {
     ]
 };
 
-/// A row of the results.
 #[derive(Debug, Serialize)]
 struct Line {
     method: String,
@@ -87,10 +86,20 @@ pub(crate) fn run(arguments: &Table4Arguments, backend: &dyn Backend) -> Outcome
         paper: row.paper,
     });
     let objects = comparison.catalogue.len();
-    publish(
-        arguments,
-        &comparison.results(Some(objects), lines.collect()),
-    )
+    let results = comparison.results(Some(objects), lines.collect());
+    let folder = &arguments.out;
+    let bars = results.lines.iter().map(|line| Bar {
+        label: line.method.clone(),
+        value: line.means.compactness_percent.mean,
+    });
+    let chart = Bars {
+        title: "Compactness on unseen objects".to_owned(),
+        value_label: "Compactness (%)".to_owned(),
+        bars: bars.collect(),
+    };
+    document::figure(folder, "table4", chart.to_svg([700, 460]))?;
+    let markdown = markdown(&results);
+    document::publish(folder, "table4", &results, &markdown, arguments.json)
 }
 
 /// Sequences that depend on the seed and their number alone.
@@ -106,22 +115,6 @@ fn draw(arguments: &Table4Arguments, catalogue: &Catalogue) -> Vec<Sequence> {
         }
     });
     sequences.collect()
-}
-
-fn publish(arguments: &Table4Arguments, results: &Results<'_, Line>) -> Outcome {
-    let folder = &arguments.out;
-    let bar = |line: &Line| Bar {
-        label: line.method.clone(),
-        value: line.means.compactness_percent.mean,
-    };
-    let chart = Bars {
-        title: "Compactness on unseen objects".to_owned(),
-        value_label: "Compactness (%)".to_owned(),
-        bars: results.lines.iter().map(bar).collect(),
-    };
-    document::figure(folder, "table4", chart.to_svg([700, 460]))?;
-    let markdown = markdown(results);
-    document::publish(folder, "table4", results, &markdown, arguments.json)
 }
 
 fn markdown(results: &Results<'_, Line>) -> String {

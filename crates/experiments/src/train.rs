@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use ppnpack_chart::{Curve, Lines};
 use ppnpack_model::architecture::{Architecture, Fusion, Normalisation};
 use ppnpack_model::card::{Accuracy, ModelCard};
@@ -11,7 +11,7 @@ use ppnpack_model::settings::{Device, Loss, TrainingRequest, TrainingSettings};
 
 use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::{parse_device, positive};
+use ppnpack_cli::options::{Choice, one_of, parse_device, positive};
 use ppnpack_cli::output::{print_json, print_line};
 use ppnpack_cli::progress;
 use ppnpack_files::write_whole;
@@ -61,12 +61,12 @@ struct NetworkOptions {
     head: usize,
 
     /// How the features of container and item meet
-    #[arg(long, value_enum, default_value = "correlation")]
-    fusion: FusionOption,
+    #[arg(long, value_parser = one_of(&FUSIONS), default_value = "correlation")]
+    fusion: Fusion,
 
     /// How activations are normalised
-    #[arg(long, value_enum, default_value = "batch")]
-    normalisation: NormalisationOption,
+    #[arg(long, value_parser = one_of(&NORMALISATIONS), default_value = "batch")]
+    normalisation: Normalisation,
 
     /// Leave out the exact resting heights: the network of the paper sees heightmaps alone
     #[arg(long)]
@@ -77,8 +77,8 @@ struct NetworkOptions {
 #[command(next_help_heading = "Training")]
 struct TrainingOptions {
     /// What is minimised
-    #[arg(long, value_enum, default_value = "ranking")]
-    loss: LossOption,
+    #[arg(long, value_parser = one_of(&LOSSES), default_value = "ranking")]
+    loss: Loss,
 
     /// Passes over the training split
     #[arg(long, value_name = "COUNT", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=10_000))]
@@ -134,32 +134,28 @@ impl RunOptions {
     }
 }
 
-/// See [`Fusion`].
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum FusionOption {
-    /// Cross-correlation: the item's features are the kernel
-    Correlation,
-    /// Side by side
-    Concat,
-}
+const FUSIONS: [Choice<Fusion>; 2] = [
+    (
+        "correlation",
+        Fusion::Correlation,
+        "Cross-correlation: the item's features are the kernel",
+    ),
+    ("concat", Fusion::Concatenation, "Side by side"),
+];
 
-/// See [`Normalisation`].
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum NormalisationOption {
-    /// Over the batch
-    Batch,
-    /// Not at all
-    None,
-}
+const NORMALISATIONS: [Choice<Normalisation>; 2] = [
+    ("batch", Normalisation::Batch, "Over the batch"),
+    ("none", Normalisation::None, "Not at all"),
+];
 
-/// See [`Loss`].
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum LossOption {
-    /// The optima rank above the rest
-    Ranking,
-    /// Regression to the heuristic's values; needs a dataset made with --values
-    Mse,
-}
+const LOSSES: [Choice<Loss>; 2] = [
+    ("ranking", Loss::Ranking, "The optima rank above the rest"),
+    (
+        "mse",
+        Loss::Mse,
+        "Regression to the heuristic's values; needs a dataset made with --values",
+    ),
+];
 
 impl TrainArguments {
     fn request(&self) -> Outcome<TrainingRequest> {
@@ -167,14 +163,8 @@ impl TrainArguments {
         let architecture = Architecture {
             widths: network.widths.clone(),
             head: network.head,
-            fusion: match network.fusion {
-                FusionOption::Correlation => Fusion::Correlation,
-                FusionOption::Concat => Fusion::Concatenation,
-            },
-            normalisation: match network.normalisation {
-                NormalisationOption::Batch => Normalisation::Batch,
-                NormalisationOption::None => Normalisation::None,
-            },
+            fusion: network.fusion,
+            normalisation: network.normalisation,
             resting_heights: !network.no_resting_heights,
         };
         architecture.validate().or_input()?;
@@ -183,10 +173,7 @@ impl TrainArguments {
             folder: self.out.clone(),
             settings: TrainingSettings {
                 architecture,
-                loss: match training.loss {
-                    LossOption::Ranking => Loss::Ranking,
-                    LossOption::Mse => Loss::Mse,
-                },
+                loss: training.loss,
                 epochs: training.epochs as usize,
                 batch: training.batch as usize,
                 learning_rate: training.learning_rate,
@@ -208,7 +195,13 @@ pub(crate) fn run(arguments: &TrainArguments, backend: &dyn Backend) -> Outcome 
     if arguments.json {
         print_json(&card)?;
     } else {
-        print_line(&described(&card))?;
+        print_line(&format!(
+            "{} parameters, {} epochs in {:.0} s; optimum among the top {}",
+            card.parameters,
+            card.epoch,
+            card.training_s,
+            shares(&card.accuracy)
+        ))?;
         print_line(&format!("Written to {}", arguments.out.display()))?;
     }
     Ok(())
@@ -255,20 +248,9 @@ fn line(report: &EpochReport) -> String {
 
 /// Accuracies in words: `1 %: 80.0 %, ...`.
 fn shares(accuracy: &[Accuracy]) -> String {
-    let shares = accuracy
-        .iter()
-        .map(|accuracy| format!("{} %: {:.1} %", accuracy.percent, 100.0 * accuracy.share));
+    let shares = accuracy.iter();
+    let shares = shares.map(|it| format!("{} %: {:.1} %", it.percent, 100.0 * it.share));
     shares.collect::<Vec<_>>().join(", ")
-}
-
-fn described(card: &ModelCard) -> String {
-    format!(
-        "{} parameters, {} epochs in {:.0} s; optimum among the top {}",
-        card.parameters,
-        card.epoch,
-        card.training_s,
-        shares(&card.accuracy)
-    )
 }
 
 /// Draws the curves of loss and accuracy.
@@ -280,33 +262,30 @@ fn draw(request: &TrainingRequest, epochs: &[EpochReport]) -> Outcome {
             .map(|report| [report.epoch as f64, value(report)])
             .collect(),
     };
-    let loss = Lines {
-        title: "Loss".to_owned(),
-        x_label: "Epoch".to_owned(),
-        y_label: "Loss".to_owned(),
-        curves: vec![
-            curve("training".to_owned(), &|report| report.training_loss),
-            curve("test".to_owned(), &|report| report.test_loss),
-        ],
-    };
+    let losses = vec![
+        curve("training".to_owned(), &|report| report.training_loss),
+        curve("test".to_owned(), &|report| report.test_loss),
+    ];
     let first = epochs.first().map_or(&[][..], |report| &report.accuracy);
-    let accuracy = Lines {
-        title: "Optimum among the best-scored K %".to_owned(),
-        x_label: "Epoch".to_owned(),
-        y_label: "Test candidates (%)".to_owned(),
-        curves: first
-            .iter()
-            .enumerate()
-            .map(|(index, accuracy)| {
-                curve(format!("K = {} %", accuracy.percent), &|report| {
-                    let accuracy = report.accuracy.get(index);
-                    accuracy.map_or(0.0, |accuracy| 100.0 * accuracy.share)
-                })
-            })
-            .collect(),
-    };
-    for (name, lines) in [("loss", loss), ("accuracy", accuracy)] {
-        document::figure(&request.folder, name, lines.to_svg([800, 500]))?;
+    let accuracies = first.iter().enumerate().map(|(index, accuracy)| {
+        curve(format!("K = {} %", accuracy.percent), &|report| {
+            let accuracy = report.accuracy.get(index);
+            accuracy.map_or(0.0, |accuracy| 100.0 * accuracy.share)
+        })
+    });
+    let accuracies: Vec<Curve> = accuracies.collect();
+    let optimum = "Optimum among the best-scored K %";
+    for (name, title, y_label, curves) in [
+        ("loss", "Loss", "Loss", losses),
+        ("accuracy", optimum, "Test candidates (%)", accuracies),
+    ] {
+        let chart = Lines {
+            title: title.to_owned(),
+            x_label: "Epoch".to_owned(),
+            y_label: y_label.to_owned(),
+            curves,
+        };
+        document::figure(&request.folder, name, chart.to_svg([800, 500]))?;
     }
     let history = serde_json::to_vec_pretty(epochs).or_run()?;
     Ok(write_whole(&request.folder.join("epochs.json"), &history)?)

@@ -90,7 +90,6 @@ struct Found {
     found: [usize; 5],
 }
 
-/// A row of the results.
 #[derive(Debug, Serialize)]
 struct Line {
     grid: &'static str,
@@ -132,7 +131,16 @@ pub(crate) fn run(arguments: &TransferArguments, backend: &dyn Backend) -> Outco
         shares_percent: SHARES,
         lines,
     };
-    publish(arguments, &results)
+    let folder = &arguments.out;
+    let lines = results.lines.iter();
+    shares::draw(
+        (folder, "transfer"),
+        "Optimum among the best-scored K %, away from the trained grid",
+        "Candidates",
+        lines.map(|line| (line.grid, &line.accuracy_percent)),
+    )?;
+    let markdown = markdown(&results);
+    document::publish(folder, "transfer", &results, &markdown, arguments.json)
 }
 
 fn measure(
@@ -216,10 +224,8 @@ fn search(grid: &Grid, items: Vec<Arc<Item>>, network: Network<'_>, seed: u64) -
 /// The value of a planner's choice among the proposals.
 fn value(planner: &mut Planner, input: &StepInput<'_>) -> Outcome<Option<f64>> {
     let plan = planner.plan(input).or_run()?;
-    Ok(plan
-        .choice()
-        .filter(|_| !plan.is_widened())
-        .map(|choice| choice.value))
+    let choice = plan.choice().filter(|_| !plan.is_widened());
+    Ok(choice.map(|choice| choice.value))
 }
 
 /// The steps of an episode.
@@ -231,19 +237,6 @@ impl Observer for Recorder {
         self.0
             .push((input.scene.clone(), input.candidates.to_vec()));
     }
-}
-
-fn publish(arguments: &TransferArguments, results: &Results) -> Outcome {
-    let folder = &arguments.out;
-    let lines = results.lines.iter();
-    shares::draw(
-        (folder, "transfer"),
-        "Optimum among the best-scored K %, away from the trained grid",
-        "Candidates",
-        lines.map(|line| (line.grid, &line.accuracy_percent)),
-    )?;
-    let markdown = markdown(results);
-    document::publish(folder, "transfer", results, &markdown, arguments.json)
 }
 
 fn markdown(results: &Results) -> String {

@@ -50,10 +50,8 @@ mod tests {
     fn results_come_in_the_order_of_the_jobs() {
         let jobs: Vec<usize> = (0..100).collect();
         let doubled = map("Doubling", &jobs, 4, |job| Ok(2 * job)).unwrap();
-        assert_eq!(
-            doubled,
-            jobs.iter().map(|job| 2 * job).collect::<Vec<usize>>()
-        );
+        let expected: Vec<usize> = jobs.iter().map(|job| 2 * job).collect();
+        assert_eq!(doubled, expected);
     }
 
     #[test]

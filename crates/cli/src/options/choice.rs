@@ -3,10 +3,10 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 /// A value: its name on the command line, itself, and what it is.
-pub(super) type Choice<T> = (&'static str, T, &'static str);
+pub type Choice<T> = (&'static str, T, &'static str);
 
 /// Parses the name of one of these values.
-pub(super) fn one_of<T: Copy + Send + Sync>(
+pub fn one_of<T: Copy + Send + Sync>(
     choices: &'static [Choice<T>],
 ) -> impl TypedValueParser<Value = T> {
     let named = choices

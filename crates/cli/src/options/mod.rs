@@ -21,7 +21,7 @@ use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings, Resolution};
 use crate::failure::{OrInput, Outcome};
 use crate::length::{parse_length, parse_size};
 use crate::progress;
-use choice::{Choice, one_of};
+pub use choice::{Choice, one_of};
 pub(crate) use mapper::MapperOptions;
 pub(crate) use method::MethodOptions;
 pub use method::parse_stability;

@@ -28,20 +28,18 @@ pub(crate) struct CalibrationArguments {
 }
 
 pub(crate) fn run(arguments: &CalibrationArguments) -> Outcome {
-    let measure = |name: &str, is_size_known: bool, change: Change| {
-        measure(name, arguments, is_size_known, change);
-    };
     println!(
         "| clouds | accepted | within the aims | wrong | position: median, 95 % | angle | size | time |"
     );
     println!("|---|---|---|---|---|---|---|---|");
-    measure("1 mm, 5 % dropouts", false, |_, _| {});
-    measure("the same, size known", true, |_, _| {});
-    measure("3 mm, 20 % dropouts", false, |case, _| {
+    measure(arguments, "1 mm, 5 % dropouts", false, |_, _| {});
+    measure(arguments, "the same, size known", true, |_, _| {});
+    measure(arguments, "3 mm, 20 % dropouts", false, |case, _| {
         case.noise.deviation_m = 0.003;
         case.noise.dropout = 0.2;
     });
     measure(
+        arguments,
         "flying pixels at edges, grazing walls not seen",
         false,
         |case, _| {
@@ -56,13 +54,13 @@ pub(crate) fn run(arguments: &CalibrationArguments) -> Outcome {
             };
         },
     );
-    measure("an item on the floor", false, |case, random| {
+    measure(arguments, "an item on the floor", false, |case, random| {
         let [x_m, y_m, _] = case.size_m;
         let [x, y] = [x_m, y_m].map(|side_m| random.random_range(0.2..0.6) * side_m);
         let high_m = random.random_range(0.01..0.06);
         case.others = vec![Mesh::cuboid([x, y, 0.0], [x + 0.03, y + 0.05, high_m])];
     });
-    measure("a wall bulges by 12 mm", false, |case, _| {
+    measure(arguments, "a wall bulges by 12 mm", false, |case, _| {
         case.bulge_m = 0.012;
     });
     Ok(())
@@ -71,7 +69,7 @@ pub(crate) fn run(arguments: &CalibrationArguments) -> Outcome {
 /// What is changed in each case.
 type Change = fn(&mut Case, &mut ChaCha8Rng);
 
-fn measure(name: &str, arguments: &CalibrationArguments, is_size_known: bool, change: Change) {
+fn measure(arguments: &CalibrationArguments, name: &str, is_size_known: bool, change: Change) {
     let cases = arguments.cases;
     let mut random = ChaCha8Rng::seed_from_u64(42);
     let mut reasons: BTreeMap<String, usize> = BTreeMap::new();

@@ -226,10 +226,7 @@ fn report(grid: &Grid, settings: &MapperSettings, scenes: &[Seen]) {
         }));
     }
     let count = |holds: &dyn Fn(&TrueCell, Option<f64>) -> bool| {
-        let held = cells
-            .iter()
-            .filter(|(truth, excess_m)| holds(truth, *excess_m));
-        held.count()
+        cells.iter().filter(|cell| holds(cell.0, cell.1)).count()
     };
     let is_low = |excess_m: Option<f64>| excess_m.is_some_and(|excess_m| excess_m < -0.003);
     let flat = count(&|truth, excess_m| truth.is_flat() && excess_m.is_some());

@@ -20,9 +20,7 @@ use ppnpack_cli::options::at_least_one;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::heightmap::Surface;
 use ppnpack_recognition::evaluation::PoseError;
-use ppnpack_recognition::inspection::{
-    ContainerCloud, Inspection, InspectionSettings, Lying, inspect,
-};
+use ppnpack_recognition::inspection::{ContainerCloud, Inspection, InspectionSettings, inspect};
 use ppnpack_recognition::library::{Library, LibraryObject, LibrarySettings};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -221,12 +219,10 @@ fn outcome(
 
 /// Whether the object is on another side, told apart by more than its near symmetry: no yaw brings it back.
 fn is_toppled(object: &LibraryObject, planned: &Isometry3<f64>, pose: &Isometry3<f64>) -> bool {
+    let symmetry = &object.near_symmetry;
     (0..72).all(|step| {
         let yaw = turn(f64::from(step) * 5.0_f64.to_radians());
-        let angle = object
-            .near_symmetry
-            .angle_between(&(yaw * pose.rotation), &planned.rotation);
-        angle > 0.45
+        symmetry.angle_between(&(yaw * pose.rotation), &planned.rotation) > 0.45
     })
 }
 
@@ -245,11 +241,10 @@ fn seen(
     seed: u64,
     sensor: Sensor,
 ) -> Outcome<Vec<Point3<f64>>> {
-    let container = container();
-    let container = container.iter();
-    let container = container.map(|mesh| body(mesh, Isometry3::identity()));
+    let walls = container();
+    let walls = walls.iter().map(|mesh| body(mesh, Isometry3::identity()));
     let items = items.iter().map(|(model, pose)| body(&model.mesh, *pose));
-    let bodies: Vec<_> = container.chain(items).collect();
+    let bodies: Vec<_> = walls.chain(items).collect();
     let width = sensor.width;
     let focal = 600.0 * width as f64 / 640.0;
     let intrinsics = Intrinsics::centred(width, width * 3 / 4, focal).or_run()?;
@@ -349,15 +344,13 @@ impl Trial {
             Inspection::Unclear(unclear) => (format!("{:?}", unclear.reason), unclear.best),
             other => (String::new(), other.lying().copied()),
         };
-        let agreement = best.map_or_else(
-            || ",,".to_owned(),
-            |Lying { agreement, .. }| {
-                format!(
-                    "{:.4},{:.4},{:.4}",
-                    agreement.fitness, agreement.unexplained, agreement.contradicted
-                )
-            },
-        );
+        let agreement = match best.map(|lying| lying.agreement) {
+            Some(it) => format!(
+                "{:.4},{:.4},{:.4}",
+                it.fitness, it.unexplained, it.contradicted
+            ),
+            None => ",,".to_owned(),
+        };
         format!(
             "{},{},{},{:.2},{},{agreement},{}",
             self.name,
@@ -511,10 +504,8 @@ pub(crate) fn run(arguments: &InspectionArguments) -> Outcome {
             }
         }
     }
-    println!(
-        "{} objects; {impossible} cases could not be made",
-        models.len()
-    );
+    let all = models.len();
+    println!("{all} objects; {impossible} cases could not be made");
     report(&trials);
     let head =
         "name,case,told,time_ms,position_mm,angle_deg,fitness,unexplained,contradicted,reason";

@@ -43,8 +43,7 @@ fn write_csv(path: Option<&PathBuf>, head: &str, lines: impl Iterator<Item = Str
     };
     let mut text = format!("{head}\n");
     for line in lines {
-        text += &line;
-        text.push('\n');
+        text += &format!("{line}\n");
     }
     Ok(write_whole(path, text.as_bytes())?)
 }

@@ -65,12 +65,6 @@ pub(crate) struct RecognitionArguments {
     only: Option<String>,
 }
 
-impl RecognitionArguments {
-    fn shows(&self, name: &str) -> bool {
-        self.only.as_ref().is_none_or(|only| name.contains(only))
-    }
-}
-
 fn folder(path: &Path) -> Outcome<Vec<Arc<Model>>> {
     models(&Source::Folder(path.to_owned()))
 }
@@ -122,26 +116,21 @@ impl Trial {
         self.looks_same && self.error.is_some_and(|error| error.angle_rad > 0.25)
     }
 
-    /// A line of the table.
     fn csv(&self) -> String {
         let margin = match &self.recognition {
             Some(Recognition::Known(known)) => known.margin,
             _ => f64::NAN,
         };
-        let best = self.best().map_or_else(
-            || ",,,,,".to_owned(),
-            |Candidate {
-                 name, agreement, ..
-             }| {
+        let best = match self.best() {
+            Some(best) => {
+                let it = &best.agreement;
                 format!(
-                    "{name},{:.4},{:.4},{:.4},{:.5},{margin:.4}",
-                    agreement.fitness,
-                    agreement.unexplained,
-                    agreement.contradicted,
-                    agreement.residual_m,
+                    "{},{:.4},{:.4},{:.4},{:.5},{margin:.4}",
+                    best.name, it.fitness, it.unexplained, it.contradicted, it.residual_m
                 )
-            },
-        );
+            }
+            None => ",,,,,".to_owned(),
+        };
         format!(
             "{},{},{},{},{},{best},{},{:.1},{:.1}",
             self.name,
@@ -239,7 +228,8 @@ fn trials(
 ) -> Outcome<Vec<Trial>> {
     let mut all = Vec::new();
     for (index, object) in shown.objects.iter().enumerate() {
-        if !arguments.shows(&object.model.name) {
+        let only = arguments.only.as_ref();
+        if only.is_some_and(|only| !object.model.name.contains(only)) {
             continue;
         }
         let mut random = ChaCha8Rng::seed_from_u64(arguments.seed);
@@ -352,10 +342,9 @@ fn report_wrong(trials: &[Trial]) {
     let mut wrong: BTreeMap<(&str, String), usize> = BTreeMap::new();
     for trial in trials.iter().filter(|it| !it.is_right() || !it.is_known()) {
         let best = trial.best().map_or("none", |best| &best.name);
-        let taken = if trial.is_known() {
-            best.to_owned()
-        } else {
-            format!("unknown (best {best})")
+        let taken = match trial.is_known() {
+            true => best.to_owned(),
+            false => format!("unknown (best {best})"),
         };
         *wrong.entry((&trial.name, taken)).or_default() += 1;
     }
@@ -369,15 +358,12 @@ fn report_wrong(trials: &[Trial]) {
 fn report_misplaced(right: &[&Trial]) {
     let mut misplaced: BTreeMap<(&str, usize), Vec<String>> = BTreeMap::new();
     for trial in right.iter().filter(|trial| !trial.is_placed()) {
-        let PoseError {
-            position_m,
-            angle_rad,
-        } = trial.error.unwrap();
+        let error = trial.error.unwrap();
         let hidden = match trial.is_hidden_difference() {
             true => " (looks the same)",
             false => "",
         };
-        let (mm, degrees) = (position_m * 1e3, angle_rad.to_degrees());
+        let (mm, degrees) = (error.position_m * 1e3, error.angle_rad.to_degrees());
         let errors = misplaced.entry((&trial.name, trial.pose)).or_default();
         errors.push(format!("{mm:.1} mm {degrees:.1} deg{hidden}"));
     }
@@ -388,10 +374,8 @@ fn report_misplaced(right: &[&Trial]) {
 }
 
 fn report_strangers(trials: &[Trial]) {
-    println!(
-        "called unknown: views {}",
-        share(trials, |trial| !trial.is_known())
-    );
+    let unknown = share(trials, |trial| !trial.is_known());
+    println!("called unknown: views {unknown}");
     // Views of each object, and how often it is taken for which.
     let mut objects: BTreeMap<&str, (usize, BTreeMap<&str, usize>)> = BTreeMap::new();
     for trial in trials {
@@ -448,21 +432,18 @@ pub(crate) fn run(arguments: &RecognitionArguments) -> Outcome {
         None if arguments.builtin => Some(models(&ppnpack_household::builtin())?),
         None => None,
     };
-    let all = if let Some(strangers) = strangers {
+    let (all, report): (_, fn(&[Trial])) = if let Some(strangers) = strangers {
         let shown = self::library(&strangers)?;
         let all = trials(&shown, &recogniser, |_| None, arguments)?;
-        report_strangers(&all);
-        all
+        (all, report_strangers)
     } else if arguments.left_out {
-        let all = left_out(&library, arguments)?;
-        report_strangers(&all);
-        all
+        (left_out(&library, arguments)?, report_strangers)
     } else {
         describe(&library, arguments);
         let all = trials(&library, &recogniser, Some, arguments)?;
-        report_known(&all);
-        all
+        (all, report_known)
     };
+    report(&all);
     report_times(&all);
     let head = "name,pose,points,known,right,best,fitness,unexplained,contradicted,residual_m,margin,position_mm,angle_deg,segment_ms,recognise_ms";
     write_csv(arguments.csv.as_ref(), head, all.iter().map(Trial::csv))
@@ -489,12 +470,10 @@ fn left_out(library: &Library, arguments: &RecognitionArguments) -> Outcome<Vec<
 
 /// The symmetries of the objects that are asked for.
 fn describe(library: &Library, arguments: &RecognitionArguments) {
-    if arguments.only.is_none() {
-        return;
-    }
+    let only = arguments.only.as_ref();
     for object in &library.objects {
         let name = &object.model.name;
-        if arguments.shows(name) {
+        if only.is_some_and(|only| name.contains(only)) {
             println!("{name} {:?} {}", object.symmetry, object.poses.len());
         }
     }

@@ -89,7 +89,7 @@ pub(crate) fn run(arguments: &ProposalsArguments) -> Outcome {
         let catalogue = arguments.catalogue.load(grid.resolution())?;
         let file = SequenceFile::read(&arguments.sequences, &catalogue)?;
         let count = arguments.cases.min(file.count());
-        let (_, name) = option.names();
+        let (_, name, ..) = option.parts();
         println!("\n{name}, {count} sequences");
         measure(&catalogue, &grid, &file, count)?;
     }
@@ -101,14 +101,9 @@ fn measure(catalogue: &Catalogue, grid: &Grid, file: &SequenceFile, count: usize
     let resolution = grid.resolution();
     let mut check = station.check();
     let mut can_be_lifted = |held: &Candidate| check.lift(held, resolution).is_ok();
-    let objects = catalogue.objects.iter();
-    let held = objects
-        .filter(|object| can_be_lifted(&object.candidate(0)))
-        .count();
-    println!(
-        "{held} of {} objects can be picked",
-        catalogue.objects.len()
-    );
+    let (all, objects) = (catalogue.len(), catalogue.objects.iter());
+    let held = objects.filter(|object| can_be_lifted(&object.candidate(0)));
+    println!("{} of {all} objects can be picked", held.count());
     println!(
         "| proposals | arm | steps | decision ms | of it checks ms | volume cm3 | asked per step | most | refused | cycle s |"
     );
@@ -116,7 +111,6 @@ fn measure(catalogue: &Catalogue, grid: &Grid, file: &SequenceFile, count: usize
     for source in sources(grid) {
         for has_arm in [false, true] {
             let started = Instant::now();
-            let of_step = has_arm.then_some(&station);
             let mut found = Found::default();
             for case in 0..count {
                 let mut items = file.get(case)?.candidates(catalogue);
@@ -126,7 +120,7 @@ fn measure(catalogue: &Catalogue, grid: &Grid, file: &SequenceFile, count: usize
                 }
                 let method = sdfm(source.clone(), Stability::Physical, BUFFER, 0);
                 let proposer = method.proposer(grid, None)?;
-                let check = of_step.map(|station| Box::new(station.check()) as BoxedCheck);
+                let check = has_arm.then(|| Box::new(station.check()) as BoxedCheck);
                 let mut planner = method.build_with(grid, proposer, check, 1)?;
                 let mut cell = IdealCell::new(grid);
                 let how = Play::with_buffer(BUFFER);

@@ -30,7 +30,8 @@ pub(super) fn objects(
 /// The chance that an object comes to rest in a pose in which it can be packed.
 fn chance(model: &Model, grid: &Grid, station: Option<&ArmStation>) -> f64 {
     let resolution = grid.resolution();
-    let possible = model.resting_poses.iter().filter(|pose| {
+    let poses = model.resting_poses.iter();
+    let possible = poses.clone().filter(|pose| {
         let standing = Isometry3::from_parts(Translation3::identity(), pose.rotation);
         let Ok(posed) = posed_item(model, &standing, resolution) else {
             return false;
@@ -43,11 +44,7 @@ fn chance(model: &Model, grid: &Grid, station: Option<&ArmStation>) -> f64 {
         });
         is_held && fits(&item, grid)
     });
-    let all: f64 = model
-        .resting_poses
-        .iter()
-        .map(|pose| pose.probability)
-        .sum();
+    let all: f64 = poses.map(|pose| pose.probability).sum();
     let possible: f64 = possible.map(|pose| pose.probability).sum();
     possible / all.max(f64::MIN_POSITIVE)
 }

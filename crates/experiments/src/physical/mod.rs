@@ -1,6 +1,5 @@
 //! `ppnpack experiment physical`: the paper's robot cell, simulated with its sensors, through the services.
 
-mod content;
 mod held;
 mod pictures;
 mod record;
@@ -18,6 +17,7 @@ use ppnpack_bridge::simulated::Scan;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::method::{ProposalSource, Stability};
+use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_robot::station::ArmStation;
@@ -30,14 +30,15 @@ use crate::document;
 use crate::method::sdfm;
 use crate::network::NetworkOptions;
 use crate::runs::{Runs, hash};
-use ppnpack_cli::failure::{Failure, OrInput, Outcome};
+use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{Network, Simulated, positive};
 use ppnpack_cli::progress;
+use ppnpack_cli::stack::report::contents;
 use ppnpack_cli::stack::{Plan, Sensing, Stack};
 use record::RunRecord;
 use results::Results;
-use run::Case;
+use run::{Case, Done};
 use setup::Settings;
 use sums::Line;
 
@@ -249,7 +250,7 @@ impl World<'_> {
                     none => none.insert(self.start(contender)?),
                 };
                 let mut done = run::run(self, stack, &self.case(number))?;
-                content::measure(&mut done, self)?;
+                self.measure(&mut done)?;
                 if number == 0 {
                     let folder = arguments.out.join(contender.key);
                     pictures::draw(&done, self.catalogue, self.grid, &folder)?;
@@ -297,6 +298,27 @@ impl World<'_> {
             store: None,
             listen: Vec::new(),
         })
+    }
+
+    /// Measures what the container holds at the end: by the bodies themselves, not by what the camera sees of them.
+    fn measure(&self, done: &mut Done) -> Outcome {
+        let contents = contents(&done.state, self.catalogue).or_run()?;
+        let mut cell = SimulatedCell::new(self.settings.simulated.clone()).or_run()?;
+        let bodies = contents.iter();
+        let bodies = bodies.map(|(_, body)| (Arc::clone(&body.model), body.container_from_item));
+        cell.lay_down(&bodies.collect::<Vec<_>>()).or_run()?;
+        let surface = cell.scan_surface(self.grid).or_run()?;
+        let highest_m = surface.heights_m().iter().copied().fold(0.0, f32::max);
+        let container = self.grid.container();
+        let below_m3 = container.x_m * container.y_m * f64::from(highest_m);
+        let inside = contents.iter().filter(|(_, body)| body.inside);
+        let record = &mut done.record;
+        record.volume_m3 = inside.map(|(_, body)| body.model.volume_m3).sum();
+        if below_m3 > 0.0 {
+            record.compactness = record.volume_m3 / below_m3;
+        }
+        record.deepest_overlap_m = cell.deepest_overlap_m();
+        Ok(())
     }
 
     /// The objects of a run, the same for every contender.

@@ -52,11 +52,8 @@ fn tray(message: &v1::PointCloud) -> anyhow::Result<Vec<u8>> {
         heights_m: &heights_m,
         scale_top_m: None,
     };
-    Ok(heightmap(
-        "The tray as the camera sees it (grey: nothing seen)",
-        &field,
-    )?
-    .to_png()?)
+    let title = "The tray as the camera sees it (grey: nothing seen)";
+    Ok(heightmap(title, &field)?.to_png()?)
 }
 
 /// The last heightmap; what is unknown is grey.

@@ -23,7 +23,6 @@ pub(super) struct RunRecord {
     pub(super) doubt: Option<String>,
 }
 
-/// A decision of the planner.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct DecisionRecord {
     /// Proposals, evaluation and checks, in seconds.
@@ -87,7 +86,6 @@ pub(super) struct ItemRecord {
     /// How often the arm tried to place it.
     pub(super) attempts: u32,
     pub(super) end: End,
-    /// How it was found after it was placed.
     pub(super) found: Option<Found>,
 }
 
@@ -141,7 +139,6 @@ pub(super) enum SeenAs {
     Nothing,
     /// No object of the catalogue.
     Unknown,
-    /// This object.
     Object {
         name: String,
         /// Modulo symmetry, where it is the right object.
@@ -150,7 +147,6 @@ pub(super) enum SeenAs {
     },
 }
 
-/// How it ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum End {

@@ -10,7 +10,6 @@ use super::{PhysicalArguments, Settings};
 use crate::document;
 use crate::statistics::percent;
 
-/// What all runs come to.
 #[derive(Serialize)]
 pub(super) struct Results<'a> {
     pub(super) machine: String,
@@ -56,9 +55,13 @@ fn timeline(line: &Line) -> Bars {
 
 fn markdown(results: &Results<'_>) -> String {
     let settings = results.settings;
+    let strangers = match settings.strangers {
+        true => ", the unseen ones not known to the recogniser",
+        false => "",
+    };
     let mut text = format!(
         "# The robot cell, simulated\n\n\
-         Container 30 x 30 x 16 cm, 1 cm cells, 4 yaws, buffer {}; {} unseen objects and {} other a run{}; arm {}; \
+         Container 30 x 30 x 16 cm, 1 cm cells, 4 yaws, buffer {}; {} unseen objects and {} other a run{strangers}; arm {}; \
          placement noise {:.1} mm, {:.0} % of picks miss, {:.0} % of items are dropped; depth cameras with 1 mm of noise and 5 % \
          dropouts above container and tray. Seed {}; {}. Intervals are 95 % confidence intervals, by Student's t: of a run's \
          compactness and volume over the runs, of decisions over the decisions.\n\n\
@@ -67,11 +70,6 @@ fn markdown(results: &Results<'_>) -> String {
         settings.buffer,
         settings.unseen_count,
         settings.known_count,
-        if settings.strangers {
-            ", the unseen ones not known to the recogniser"
-        } else {
-            ""
-        },
         settings.arm.as_ref().map_or("none", |arm| arm.arm.as_str()),
         settings.simulated.release.jitter_m * 1e3,
         settings.faults.missed_picks * 100.0,
@@ -101,29 +99,19 @@ type Cell = (&'static str, String);
 
 /// What the runs of a contender came to.
 fn came_to(line: &Line) -> [Cell; 21] {
-    let Line {
-        items, seen, found, ..
-    } = line;
+    let (items, seen, found) = (&line.items, &line.seen, &line.found);
+    let count = |name, count: usize| (name, count.to_string());
     let good_found = percent(found.good_poses, found.poses);
     [
-        ("runs", line.runs.to_string()),
-        ("items", items.all.to_string()),
-        ("placed", items.placed.to_string()),
-        ("of these outside the container", items.outside.to_string()),
-        (
-            "of these leaning by over 30 degrees",
-            items.toppled.to_string(),
-        ),
-        ("refused with a reason", items.refused.to_string()),
-        ("dropped beside the container", items.lost.to_string()),
-        (
-            "placements repeated after missed picks",
-            items.repeated.to_string(),
-        ),
-        (
-            "runs ended by a doubtful scene",
-            line.runs_ended_by_doubt.to_string(),
-        ),
+        count("runs", line.runs),
+        count("items", items.all),
+        count("placed", items.placed),
+        count("of these outside the container", items.outside),
+        count("of these leaning by over 30 degrees", items.toppled),
+        count("refused with a reason", items.refused),
+        count("dropped beside the container", items.lost),
+        count("placements repeated after missed picks", items.repeated),
+        count("runs ended by a doubtful scene", line.runs_ended_by_doubt),
         (
             "deepest overlap of two items at the end (mm)",
             format!("{:.2}", line.deepest_overlap_mm),

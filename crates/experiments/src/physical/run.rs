@@ -40,7 +40,6 @@ const SAME_M: f64 = 0.06;
 
 /// What comes to the tray in a run.
 pub(super) struct Case {
-    /// Names the session.
     pub(super) session_id: String,
     pub(super) seed: u64,
     /// Indices into the catalogue, in their order of arrival.
@@ -110,15 +109,13 @@ pub(super) fn run(world: &World<'_>, stack: &Stack, case: &Case) -> Outcome<Done
 
 impl Run<'_> {
     fn go(mut self) -> Outcome<Done> {
-        loop {
+        let mut goes_on = true;
+        while goes_on {
             self.fill()?;
-            let goes_on = match self.tray.lying.is_empty() {
+            goes_on = match self.tray.lying.is_empty() {
                 true => !self.queue.is_empty(),
                 false => self.step()?,
             };
-            if !goes_on {
-                break;
-            }
         }
         let state = self.controller.state()?;
         let heightmap = self.controller.heightmap(state.state_number)?;
@@ -277,7 +274,13 @@ impl Run<'_> {
         self.took(Stage::Plan, began);
         match (reply.result(), reply.decision) {
             (PlanResult::Decided, Some(decision)) => self.carry_out(&decision)?,
-            (PlanResult::NothingFits, _) => self.refuse(&reply.reasons)?,
+            (PlanResult::NothingFits, _) => {
+                for reason in &reply.reasons {
+                    if let Some(arrival) = arrival_of(&reason.item_id) {
+                        self.withdraw(arrival, refused(&reason.text))?;
+                    }
+                }
+            }
             (result, _) => return Err(anyhow::anyhow!("the planner answered {result:?}").into()),
         }
         Ok(true)
@@ -381,16 +384,6 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Takes away what has no valid placement.
-    fn refuse(&mut self, reasons: &[v1::ItemReason]) -> Outcome {
-        for reason in reasons {
-            if let Some(arrival) = arrival_of(&reason.item_id) {
-                self.withdraw(arrival, refused(&reason.text))?;
-            }
-        }
-        Ok(())
-    }
-
     fn withdraw(&mut self, arrival: usize, end: End) -> Outcome {
         let request = v1::WithdrawRequest {
             item_id: item_id(arrival),
@@ -455,7 +448,6 @@ fn decision_record(decision: &v1::Decision) -> DecisionRecord {
     }
 }
 
-/// How far an item that lay there before was moved at most, in metres.
 fn disturbance_m(before: &v1::CellState, after: &v1::CellState) -> f64 {
     let place = |body: &v1::Body| {
         let pose = read_pose(body.container_from_item.as_ref())?;
@@ -471,7 +463,6 @@ fn disturbance_m(before: &v1::CellState, after: &v1::CellState) -> f64 {
 
 fn now_ns() -> i64 {
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
-    since_1970.map_or(0, |since_1970| {
-        i64::try_from(since_1970.as_nanos()).unwrap_or(i64::MAX)
-    })
+    let since_1970 = since_1970.unwrap_or_default();
+    i64::try_from(since_1970.as_nanos()).unwrap_or(i64::MAX)
 }

@@ -15,9 +15,6 @@ use super::PhysicalArguments;
 use ppnpack_cli::failure::{Failure, OrInput, Outcome};
 use ppnpack_cli::options;
 
-/// What says that there is no arm.
-const NO_ARM: &str = "none";
-
 /// What all runs have in common; with another one they begin anew.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Settings {
@@ -103,7 +100,7 @@ pub(super) fn settings(
         ..MapperSettings::default()
     };
     let arm = match arguments.arm.as_str() {
-        NO_ARM => None,
+        "none" => None,
         arm => Some(StationSettings {
             arm: arm.to_owned(),
             ..StationSettings::default()

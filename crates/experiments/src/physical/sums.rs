@@ -13,7 +13,6 @@ const GOOD_POSE: (f64, f64) = (0.003, 0.053);
 /// The same for a pose found after a placement.
 const GOOD_FOUND: (f64, f64) = (0.005, 0.088);
 
-/// What the runs of a contender come to.
 #[derive(Debug, Serialize)]
 pub(super) struct Line {
     pub(super) method: String,
@@ -125,10 +124,9 @@ impl Spread {
     }
 
     pub(super) fn shown(&self) -> String {
-        if self.count == 0 {
-            "–".to_owned()
-        } else {
-            format!("{:.1}, {:.1}", self.median, self.most)
+        match self.count {
+            0 => "–".to_owned(),
+            _ => format!("{:.1}, {:.1}", self.median, self.most),
         }
     }
 }
@@ -210,25 +208,22 @@ impl Seen {
     fn of<'a>(items: impl Iterator<Item = &'a ItemRecord>) -> Self {
         let mut sums = Self::default();
         for item in items {
-            match (&item.seen_as, item.is_known) {
-                (SeenAs::Nothing, _) => sums.not_found += 1,
-                (SeenAs::Unknown, false) => sums.strangers_as_unknown += 1,
-                (SeenAs::Unknown, true) => sums.known_as_unknown += 1,
-                (
-                    SeenAs::Object {
-                        position_off_m,
-                        angle_off_rad,
-                        ..
-                    },
-                    true,
-                ) => {
+            match &item.seen_as {
+                SeenAs::Nothing => sums.not_found += 1,
+                SeenAs::Unknown if item.is_known => sums.known_as_unknown += 1,
+                SeenAs::Unknown => sums.strangers_as_unknown += 1,
+                SeenAs::Object {
+                    position_off_m,
+                    angle_off_rad,
+                    ..
+                } if item.is_known => {
                     let off = position_off_m.zip(*angle_off_rad);
                     sums.right += usize::from(off.is_some());
                     sums.wrong += usize::from(off.is_none());
                     let is_good = |(off_m, off_rad)| off_m <= GOOD_POSE.0 && off_rad <= GOOD_POSE.1;
                     sums.good_poses += usize::from(off.is_some_and(is_good));
                 }
-                (SeenAs::Object { .. }, false) => {}
+                SeenAs::Object { .. } => {}
             }
             sums.known += usize::from(item.is_known);
             sums.strangers += usize::from(!item.is_known);

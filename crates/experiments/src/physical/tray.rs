@@ -64,7 +64,6 @@ impl Lying {
     }
 }
 
-/// The tray and what lies on it.
 pub(super) struct Tray {
     pub(super) lying: Vec<Lying>,
     random: ChaCha8Rng,
@@ -139,7 +138,6 @@ impl Tray {
         }
     }
 
-    /// Where the camera is.
     pub(super) fn container_from_camera(&self) -> Isometry3<f64> {
         self.camera.world_from_camera
     }
