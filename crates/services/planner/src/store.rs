@@ -22,27 +22,16 @@ type Shapes<'a> = redb::Table<'a, (&'static str, &'static [u8]), &'static [u8]>;
 
 /// Why the store did not do what was asked.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum StoreError {
+pub(crate) enum StoreError {
     /// It cannot be opened.
     #[error("the session store {path} cannot be opened: {reason}")]
-    Open {
-        /// Its file.
-        path: PathBuf,
-        /// What went wrong.
-        reason: String,
-    },
+    Open { path: PathBuf, reason: String },
     /// It cannot be read or written.
     #[error("the session store cannot be used: {0}")]
     Disk(String),
     /// What it holds is no session.
     #[error("the session store holds something unreadable for cell {cell}: {reason}")]
-    Content {
-        /// The cell.
-        cell: String,
-        /// What is wrong.
-        reason: String,
-    },
+    Content { cell: String, reason: String },
 }
 
 /// Keeps the sessions of all cells of this planner. What was saved is on disk when the call returns.
