@@ -7,7 +7,6 @@
 
 mod cells;
 mod counts;
-mod doubts;
 mod heightmaps;
 mod inspect;
 mod order;

@@ -5,16 +5,16 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::heightmap::HeightmapError;
+use ppnpack_perception::doubts::Doubt;
 use ppnpack_perception::mapper::{Mapped, Mapper};
 use ppnpack_service::actor::{Actor, Address};
 use ppnpack_service::process::Process;
 use ppnpack_wire::convert::cloud::CheckedCloud;
 use ppnpack_wire::convert::scene;
 use ppnpack_wire::keys::Cell;
-use ppnpack_wire::v1;
+use ppnpack_wire::v1::{self, DoubtKind};
 
 use crate::counts::{Counts, Fate};
-use crate::doubts;
 use crate::heightmaps;
 use crate::inspect;
 use crate::order::CloudOrder;
@@ -207,9 +207,24 @@ impl Worker {
                 unseen_samples: count(mapped.unseen_samples),
                 moved_cells: count(mapped.moved_cells),
                 clouds: count(clouds.len() * mapped.clouds),
-                doubts: mapped.doubts.iter().map(doubts::write).collect(),
+                doubts: mapped.doubts.iter().map(write_doubt).collect(),
             }),
         }
+    }
+}
+
+fn write_doubt(doubt: &Doubt) -> v1::Doubt {
+    let kind = match doubt {
+        Doubt::LittleSeen { .. } => DoubtKind::LittleSeen,
+        Doubt::RimAway { .. } => DoubtKind::RimAway,
+        Doubt::Intrusion { .. } => DoubtKind::Intrusion,
+        Doubt::NotStill { .. } => DoubtKind::NotStill,
+        // One that the protocol has no name for yet.
+        _ => DoubtKind::Unspecified,
+    };
+    v1::Doubt {
+        kind: kind.into(),
+        message: doubt.to_string(),
     }
 }
 
