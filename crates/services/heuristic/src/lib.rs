@@ -46,30 +46,21 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Heuristic, Servic
     for index in 0..settings.workers.max(1) {
         let (address, mailbox) = actor::mailbox(settings.queue.max(1));
         let worker = Worker::new(Arc::clone(&items), Arc::clone(&planners), settings)?;
-        workers.push(actor::spawn(
-            &format!("heuristic-{index}"),
-            worker,
-            mailbox,
-        )?);
+        let name = format!("heuristic-{index}");
+        workers.push(actor::spawn(&name, worker, mailbox)?);
         addresses.push(address);
     }
     let routes: Arc<[Address<Message>]> = addresses.into();
-    let evaluate = Arc::clone(&routes);
+    let to_evaluate = Arc::clone(&routes);
+    let evaluate = move |incoming: Incoming<v1::EvaluateRequest>| {
+        deliver(&to_evaluate, incoming, Message::Evaluate);
+    };
+    let validate = move |incoming: Incoming<v1::ValidateRequest>| {
+        deliver(&routes, incoming, Message::Validate);
+    };
     let listeners = vec![
-        rpc::listen(
-            process,
-            None,
-            move |incoming: Incoming<v1::EvaluateRequest>| {
-                deliver(&evaluate, incoming, Message::Evaluate);
-            },
-        )?,
-        rpc::listen(
-            process,
-            None,
-            move |incoming: Incoming<v1::ValidateRequest>| {
-                deliver(&routes, incoming, Message::Validate);
-            },
-        )?,
+        rpc::listen(process, None, evaluate)?,
+        rpc::listen(process, None, validate)?,
     ];
     let alive = alive::announce(process, None)?;
     ready.pass();

@@ -206,10 +206,8 @@ fn is_damage(error: &DatabaseError) -> bool {
         | DatabaseError::UpgradeRequired(_) => true,
         // A file with other content is told as an input error.
         DatabaseError::Storage(StorageError::Io(error)) => {
-            matches!(
-                error.kind(),
-                ErrorKind::InvalidData | ErrorKind::UnexpectedEof
-            )
+            let kind = error.kind();
+            matches!(kind, ErrorKind::InvalidData | ErrorKind::UnexpectedEof)
         }
         _ => false,
     }

@@ -216,7 +216,8 @@ impl CellPlanner {
     /// The heightmaps of an item of the session, and its solid where the catalogue has it.
     fn shape(&mut self, item: &SessionItem) -> Result<Shape, Refusal> {
         let (object, shape) = (item.object.as_str(), item.shape);
-        if let Some(known) = self.shared.objects.of_shape(&self.settings, object, shape) {
+        let known = self.shared.objects.named(&self.settings, object);
+        if let Some(known) = known.filter(|known| known.shape == shape) {
             return Ok(Shape {
                 item: Arc::clone(&known.item),
                 model: Some(Arc::clone(&known.model)),
