@@ -135,10 +135,8 @@ impl Worker {
             counts.doubt(&self.cell, &quality.doubts);
         }
         // There before the heightmap: who has seen that one can ask how an item lies. Not in a doubtful scene.
-        let first = clouds
-            .into_iter()
-            .next()
-            .filter(|_| mapped.doubts.is_empty());
+        let first = clouds.into_iter().next();
+        let first = first.filter(|_| mapped.doubts.is_empty());
         if let (Some(inspected), Some(first)) = (&self.outputs.inspected, first) {
             inspected.put(self.cell.clone(), first.cloud);
         }

@@ -136,10 +136,8 @@ impl Worker {
         }
         let share = Percent::new(request.percent)?;
         let (grid, scene) = convert::scene::read_required("scene", request.scene.as_ref())?;
-        let ids = request
-            .item_ids
-            .iter()
-            .map(|id| ItemId::from_bytes("item_ids", id));
+        let ids = request.item_ids.iter();
+        let ids = ids.map(|id| ItemId::from_bytes("item_ids", id));
         let ids = ids.collect::<Result<Vec<_>, _>>()?;
         let items = self.items.resolve(&request.items, &ids)?;
         let items = items.map_err(Refusal::Missing)?;

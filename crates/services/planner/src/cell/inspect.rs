@@ -202,11 +202,8 @@ impl CellPlanner {
             Err(_) if Instant::now() < until => return Ok(()),
             Err(reason) => return Err(NotInspected::Yet(reason)),
         }
-        let (client, cell, own) = (
-            self.shared.helpers.client.clone(),
-            self.cell.clone(),
-            self.own.clone(),
-        );
+        let client = self.shared.helpers.client.clone();
+        let (cell, own) = (self.cell.clone(), self.own.clone());
         let (decision_id, request) = (it.decision_id.clone(), it.request.clone());
         let ask = move || {
             let answer = client.call(&cell, request, Instant::now() + ANSWER_LIMIT);
