@@ -182,9 +182,8 @@ impl Worker {
     fn write(&mut self, clouds: &[News], mapped: &Mapped) -> v1::Heightmap {
         self.sequence += 1;
         let grid = self.mapper.grid();
-        let captured_at_ns = clouds
-            .iter()
-            .map(|news| news.cloud.cloud().captured_at_ns());
+        let news = clouds.iter();
+        let captured_at_ns = news.map(|news| news.cloud.cloud().captured_at_ns());
         let first_at = clouds.iter().map(|news| news.at).min();
         let processing = first_at.map_or(Duration::ZERO, |at| at.elapsed());
         v1::Heightmap {

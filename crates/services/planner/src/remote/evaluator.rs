@@ -113,14 +113,12 @@ impl SharedEvaluator {
             return self.search_here(input, parts, None);
         }
         let shares = alive
-            .iter()
+            .into_iter()
             .zip(split(parts, input.candidates, replicas))
             .filter(|(_, share)| !share.is_empty());
-        self.sources = shares
-            .map(|(instance, share)| {
-                Source::new(share, Searcher::Service(instance.clone(), Vec::new()))
-            })
-            .collect();
+        let source =
+            |(instance, share)| Source::new(share, Searcher::Service(instance, Vec::new()));
+        self.sources = shares.map(source).collect();
         let started = Instant::now();
         self.fetch(input)?;
         self.pace.asked(all, replicas, started.elapsed());
