@@ -69,10 +69,8 @@ pub struct Launcher {
 
 impl Launcher {
     fn unavailable<T>(&self) -> Result<T> {
-        let reason = self
-            .reason
-            .get()
-            .map_or("it was not looked for", String::as_str);
+        let reason = self.reason.get().map(String::as_str);
+        let reason = reason.unwrap_or("it was not looked for");
         Err(anyhow!("the network cannot run here: {reason}"))
     }
 }

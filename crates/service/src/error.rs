@@ -40,6 +40,9 @@ pub enum ServiceError {
         /// Why.
         reason: String,
     },
+    /// The service cannot start as it is set, or with what it was given: says why.
+    #[error("{0}")]
+    Start(String),
     /// The system gives no thread, or none of its means.
     #[error("{what}: {source}")]
     System {
@@ -51,6 +54,11 @@ pub enum ServiceError {
 }
 
 impl ServiceError {
+    /// What keeps a service from its start.
+    pub fn start(reason: impl std::fmt::Display) -> Self {
+        Self::Start(reason.to_string())
+    }
+
     /// What Zenoh refused.
     pub(crate) fn zenoh(action: impl Into<String>, error: &zenoh::Error) -> Self {
         Self::Zenoh {

@@ -113,12 +113,10 @@ pub(crate) fn run(arguments: &RecogniseArguments) -> Outcome {
             "nothing level is seen that items could stand on: give the sensor's pose, or the region"
         )));
     }
+    let clusters = found.clusters.iter();
+    let items = clusters.map(|cluster| Item::of(cluster, &recogniser));
     let found = Found {
-        items: found
-            .clusters
-            .iter()
-            .map(|cluster| Item::of(cluster, &recogniser))
-            .collect(),
+        items: items.collect(),
         specks: found.specks,
         points: points.len(),
         segmentation_s,

@@ -159,7 +159,8 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
             .map(|station| ArmWork::new(station, &mut sequence, &catalogue));
         job(controller, &catalogue, settings(sequence), arm)
     };
-    if let Some(session) = arguments.job.session()? {
+    if let Some(endpoint) = &arguments.job.connect {
+        let session = connect::open(endpoint, arguments.job.zenoh_config.as_deref())?;
         let controller = Controller::new(Client::new(&session), Cell::new("cell-1").or_input()?);
         controller.renew()?;
         let packing = job(&controller)?;
@@ -219,14 +220,6 @@ impl UpArguments {
         } else {
             self.listen.clone()
         }
-    }
-}
-
-impl JobOptions {
-    /// A session with the stack that already runs, where that is what is wanted.
-    fn session(&self) -> Outcome<Option<zenoh::Session>> {
-        let open = |endpoint| connect::open(endpoint, self.zenoh_config.as_deref());
-        self.connect.as_deref().map(open).transpose()
     }
 }
 

@@ -99,10 +99,8 @@ fn follow<M: Message + Name + Default + 'static>(
 }
 
 fn draw(cells: &BTreeMap<Cell, CellView>) -> Outcome {
-    let mut text: String = cells
-        .iter()
-        .map(|(cell, view)| picture(cell, view))
-        .collect();
+    let pictures = cells.iter().map(|(cell, view)| picture(cell, view));
+    let mut text: String = pictures.collect();
     if cells.is_empty() {
         text.push_str("Nothing heard yet.\n");
     }
@@ -133,12 +131,8 @@ fn picture(cell: &Cell, view: &CellView) -> String {
     }
     if let Some(decision) = &view.decision {
         lines.push(last_decision(decision));
-        lines.extend(
-            decision
-                .degraded
-                .iter()
-                .map(|reason| format!("degraded {reason}")),
-        );
+        let reasons = decision.degraded.iter();
+        lines.extend(reasons.map(|reason| format!("degraded {reason}")));
     }
     if let Some(heightmap) = &view.heightmap {
         let doubts = heightmap.quality.iter().flat_map(|quality| &quality.doubts);
@@ -150,11 +144,8 @@ fn picture(cell: &Cell, view: &CellView) -> String {
 
 fn progress(session: &v1::Session) -> String {
     let count = |state: ItemState| {
-        session
-            .items
-            .iter()
-            .filter(|item| item.state() == state)
-            .count()
+        let items = session.items.iter();
+        items.filter(|item| item.state() == state).count()
     };
     let end = match session.end() {
         v1::SessionEnd::Unspecified => String::new(),
@@ -196,10 +187,8 @@ fn heights(heightmap: &v1::Heightmap) -> Vec<String> {
     };
     let (columns, rows) = (PICTURE.0.min(grid.nx()), PICTURE.1.min(grid.ny()));
     let shade = |column: usize, row: usize| {
-        let (x, y) = (
-            column * grid.nx() / columns,
-            (rows - 1 - row) * grid.ny() / rows,
-        );
+        let x = column * grid.nx() / columns;
+        let y = (rows - 1 - row) * grid.ny() / rows;
         let height = scene.heightmap().get(x, y).unwrap_or(0);
         if height > grid.rim() {
             return '?';
@@ -209,9 +198,8 @@ fn heights(heightmap: &v1::Heightmap) -> Vec<String> {
         SHADES.get(index).copied().unwrap_or('?')
     };
     let line = |row: usize| {
-        (0..columns)
-            .map(|column| shade(column, row))
-            .collect::<String>()
+        let shades: String = (0..columns).map(|column| shade(column, row)).collect();
+        format!("  │{shades}│")
     };
-    (0..rows).map(|row| format!("  │{}│", line(row))).collect()
+    (0..rows).map(line).collect()
 }

@@ -21,8 +21,9 @@ pub(crate) enum SensorOption {
     File(PathBuf),
 }
 
-/// Where a sensor is, and how large the container is where that was calibrated too.
-#[derive(Debug, Clone)]
+/// Where a sensor is, and how large the container is where that was calibrated too. By default, the sensor's frame is
+/// the container's.
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Sensor {
     pub(crate) container_from_sensor: Isometry3<f64>,
     pub(crate) container: Option<ContainerSize>,
@@ -66,16 +67,6 @@ impl SensorOption {
             Self::File(path) => {
                 read(path).with_context(|| format!("{} is no calibration file", path.display()))
             }
-        }
-    }
-}
-
-impl Default for Sensor {
-    /// The sensor's frame is the container's.
-    fn default() -> Self {
-        Self {
-            container_from_sensor: Isometry3::identity(),
-            container: None,
         }
     }
 }

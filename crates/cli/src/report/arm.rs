@@ -37,10 +37,8 @@ impl ArmAsked {
     pub(crate) fn of(episode: &Episode) -> Self {
         let steps = episode.steps.iter();
         let accepted: usize = steps.map(|step| 1 + step.alternatives.len()).sum();
-        let refused = episode
-            .refusals
-            .iter()
-            .filter(|(refusal, _)| refusal.cause == Cause::Arm);
+        let refused = episode.refusals.iter();
+        let refused = refused.filter(|(refusal, _)| refusal.cause == Cause::Arm);
         let refused = refused.map(|(refusal, count)| {
             let detail = refusal.detail.as_deref().unwrap_or_default();
             (detail.to_owned(), count)

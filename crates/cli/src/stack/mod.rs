@@ -200,14 +200,13 @@ fn file(plan: &Plan<'_>, name: &str) -> Option<PathBuf> {
 
 fn perception_settings(plan: &Plan<'_>) -> ppnpack_perception_service::Settings {
     let sensing = plan.sensing;
+    let tray = sensing.tray.as_ref();
+    let trays = tray.map(|tray| of_cells(plan, || tray.clone()));
     ppnpack_perception_service::Settings {
         cells: of_cells(plan, || GridSettings::from(plan.grid)),
         mapper: sensing.mapper.clone(),
         catalogue: sensing.library.as_ref().map(|_| plan.source.to_owned()),
-        trays: sensing
-            .tray
-            .as_ref()
-            .map_or_else(BTreeMap::new, |tray| of_cells(plan, || tray.clone())),
+        trays: trays.unwrap_or_default(),
         ..ppnpack_perception_service::Settings::default()
     }
 }

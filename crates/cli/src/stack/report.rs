@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_catalogue::object::CatalogueObject;
 use ppnpack_packing::check::Evidence;
 use ppnpack_packing::episode::{Step, packed_volume};
 use ppnpack_packing::grid::Grid;
@@ -63,6 +64,7 @@ pub(crate) fn packing(
 
 fn step(done: &Done, catalogue: &Catalogue) -> Result<Step> {
     let decision = &done.decision;
+    let (arrival, object) = known(&decision.item_id, &decision.object, catalogue)?;
     let placement = decision.placement.as_ref();
     let placement = placement.context("a decision has no placement")?;
     let mut buffer = decision.buffer.iter();
@@ -72,7 +74,7 @@ fn step(done: &Done, catalogue: &Catalogue) -> Result<Step> {
     let cycle = decision.cycle.as_deref().map(convert::cycle::read);
     Ok(Step {
         step: decision.step,
-        candidate: candidate_of(&decision.item_id, &decision.object, catalogue)?,
+        candidate: Candidate::new(arrival, object.item.clone()),
         choice: Evaluated {
             candidate: candidate.unwrap_or_default(),
             resting: convert::placement::read_resting(placement)?,
@@ -92,12 +94,17 @@ fn step(done: &Done, catalogue: &Catalogue) -> Result<Step> {
     })
 }
 
-fn candidate_of(item_id: &str, object: &str, catalogue: &Catalogue) -> Result<Candidate> {
-    let (_, held) = catalogue
+/// The place of an item in the sequence of arrivals, and its object.
+fn known<'a>(
+    item_id: &str,
+    object: &str,
+    catalogue: &'a Catalogue,
+) -> Result<(usize, &'a CatalogueObject)> {
+    let (_, found) = catalogue
         .find(object)
         .with_context(|| format!("the catalogue has no object {object}"))?;
     let arrival = arrival_of(item_id).with_context(|| format!("item {item_id} is not of here"))?;
-    Ok(Candidate::new(arrival, held.item.clone()))
+    Ok((arrival, found))
 }
 
 fn stage(decision: &v1::Decision, name: &str) -> Duration {
@@ -116,17 +123,13 @@ pub fn contents(state: &v1::CellState, catalogue: &Catalogue) -> Result<Vec<(usi
 }
 
 fn content(body: &v1::Body, catalogue: &Catalogue) -> Result<(usize, Content)> {
-    let (_, object) = catalogue
-        .find(&body.object)
-        .with_context(|| format!("the catalogue has no object {}", body.object))?;
+    let (arrival, object) = known(&body.item_id, &body.object, catalogue)?;
     let pose = body.container_from_item.as_ref();
     let content = Content {
         model: object.model.clone(),
         container_from_item: convert::pose::read_required("container_from_item", pose)?,
         inside: body.is_inside,
     };
-    let arrival = arrival_of(&body.item_id);
-    let arrival = arrival.with_context(|| format!("item {} is not of here", body.item_id))?;
     Ok((arrival, content))
 }
 

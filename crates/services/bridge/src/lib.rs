@@ -30,7 +30,7 @@ use ppnpack_service::actor::{self, Address};
 use ppnpack_service::process::{self, Process};
 use ppnpack_service::rpc::Listener;
 use ppnpack_service::{HealthLatch, Running, ServiceError, Shutdown, alive};
-use ppnpack_wire::keys::{Cell, KeyError};
+use ppnpack_wire::keys::Cell;
 
 use camera::Camera;
 use cell::CellWorks;
@@ -39,37 +39,18 @@ use journal::{CellJournal, Journal};
 use robot::Robot;
 use runner::Runner;
 pub use settings::Settings;
-use simulated::{SimulatedError, SimulatedRobot};
+use simulated::SimulatedRobot;
 use streams::Streams;
 
 /// How long a robot may take to stop when it is cut off.
 const CUT_OFF_PATIENCE: Duration = Duration::from_secs(1);
 
-/// Why the service did not start.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum StartError {
-    /// The process lacks something.
-    #[error(transparent)]
-    Service(#[from] ServiceError),
-    /// A cell has an impossible name.
-    #[error(transparent)]
-    Cell(#[from] KeyError),
-    /// A cell cannot be simulated.
-    #[error("cell {cell}: {error}")]
-    Simulation {
-        /// The cell.
-        cell: Cell,
-        /// Why.
-        error: SimulatedError,
-    },
-}
-
 /// The running service. Dropped, it ends at once; what is being placed then is cut off where that is possible.
 pub struct Bridge {
     // Requests stop coming before the desks end: fields are dropped in this order.
     inputs: Vec<Input>,
-    desks: Vec<DeskHandle>,
+    desks: Vec<Address<Message>>,
+    threads: Vec<JoinHandle<()>>,
     cut_off: Shutdown,
     /// Held, as a health check fails when nobody holds it.
     _health: HealthLatch,
@@ -81,30 +62,22 @@ struct Input {
     _listeners: [Listener; 4],
 }
 
-/// A desk that works.
-struct DeskHandle {
-    address: Address<Message>,
-    thread: JoinHandle<()>,
-}
-
 /// Starts the service with simulated cells.
 ///
 /// # Errors
-/// [`StartError`] where a cell cannot be simulated, or the session or threads cannot be had. A journal that cannot be
+/// [`ServiceError`] where a cell cannot be simulated, or the session or threads cannot be had. A journal that cannot be
 /// used is no error: requests are refused until it can, and the health check `journal` says why.
 pub fn start(
     process: &Process,
     settings: &Settings,
     catalogue: &Catalogue,
-) -> Result<Bridge, StartError> {
+) -> Result<Bridge, ServiceError> {
     let mut robots: BTreeMap<Cell, Box<dyn Robot>> = BTreeMap::new();
     for (name, cell_settings) in &settings.cells {
         let cell = Cell::new(name)?;
         let robot = SimulatedRobot::new(cell_settings.clone(), catalogue);
-        let robot = robot.map_err(|error| StartError::Simulation {
-            cell: cell.clone(),
-            error,
-        })?;
+        let robot =
+            robot.map_err(|error| ServiceError::start(format_args!("cell {cell}: {error}")))?;
         robots.insert(cell, Box::new(robot));
     }
     start_robots(process, settings, robots)
@@ -118,7 +91,7 @@ pub fn start_robots(
     process: &Process,
     settings: &Settings,
     robots: BTreeMap<Cell, Box<dyn Robot>>,
-) -> Result<Bridge, StartError> {
+) -> Result<Bridge, ServiceError> {
     let health = process.health().check("journal");
     let journal = match &settings.journal {
         Some(path) => Some(Arc::new(Journal::new(path, health.clone()))),
@@ -130,6 +103,7 @@ pub fn start_robots(
     let mut bridge = Bridge {
         inputs: Vec::new(),
         desks: Vec::new(),
+        threads: Vec::new(),
         cut_off: Shutdown::default(),
         _health: health,
     };
@@ -149,7 +123,7 @@ impl Bridge {
         cell: &Cell,
         journal: CellJournal,
         robot: Box<dyn Robot>,
-    ) -> Result<(), StartError> {
+    ) -> Result<(), ServiceError> {
         let (address, mailbox) = actor::mailbox(settings.queue.max(1));
         let camera = Camera::new(process, cell, settings)?;
         let works = CellWorks {
@@ -170,40 +144,34 @@ impl Bridge {
             _alive: alive::announce(process, Some(cell))?,
         });
         let work = move || works.run(&mailbox);
-        let thread = process::thread(&format!("bridge-{cell}"), work)?;
-        self.desks.push(DeskHandle { address, thread });
+        self.threads
+            .push(process::thread(&format!("bridge-{cell}"), work)?);
+        self.desks.push(address);
         Ok(())
     }
 
-    fn take_threads(&mut self) -> Vec<JoinHandle<()>> {
-        let desks = std::mem::take(&mut self.desks).into_iter();
-        desks.map(|desk| desk.thread).collect()
-    }
-
-    /// Takes no more requests and asks the desks to end.
-    fn close(&mut self) {
+    /// Takes no more requests, asks the desks to end and waits for that.
+    fn end(&mut self, deadline: Instant) -> Result<(), String> {
         self.inputs.clear();
-        for desk in &self.desks {
+        for desk in self.desks.drain(..) {
             // A desk that is gone has ended.
-            desk.address.send(Message::End).ok();
+            desk.send(Message::End).ok();
         }
+        ppnpack_service::join(std::mem::take(&mut self.threads), deadline)
     }
 }
 
 impl Running for Bridge {
     fn finish(mut self: Box<Self>, deadline: Instant) -> Result<(), String> {
-        self.close();
         // What is left at the deadline is cut off when this is dropped.
-        ppnpack_service::join(self.take_threads(), deadline)
+        self.end(deadline)
     }
 }
 
 impl Drop for Bridge {
     fn drop(&mut self) {
         self.cut_off.request();
-        self.close();
-        let threads = self.take_threads();
         // What a robot cannot break off ends by itself, later.
-        ppnpack_service::join(threads, Instant::now() + CUT_OFF_PATIENCE).ok();
+        self.end(Instant::now() + CUT_OFF_PATIENCE).ok();
     }
 }

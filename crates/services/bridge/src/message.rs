@@ -10,20 +10,15 @@ use crate::robot::{Body, Ending, Placement};
 
 /// Reads what a placement request asks for.
 pub(crate) fn read_placement(message: &v1::PlaceRequest) -> Result<Placement, WireError> {
+    let pose = message.container_from_item.as_ref();
+    let cycle = message.cycle.as_deref().map(cycle::read);
     Ok(Placement {
         placement_id: header::id("placement_id", &message.placement_id)?.to_owned(),
         item_id: header::id("item_id", &message.item_id)?.to_owned(),
         object: limits::name("object", &message.object)?.to_owned(),
-        container_from_item: pose::read_required(
-            "container_from_item",
-            message.container_from_item.as_ref(),
-        )?,
+        container_from_item: pose::read_required("container_from_item", pose)?,
         state_number: message.state_number,
-        cycle: message
-            .cycle
-            .as_deref()
-            .map(|cycle| cycle::read(cycle).map(Arc::new))
-            .transpose()?,
+        cycle: cycle.transpose()?.map(Arc::new),
     })
 }
 

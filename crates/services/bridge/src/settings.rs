@@ -96,20 +96,15 @@ mod tests {
         assert!(refused(|s| s.cloud_rate_hz = 0.0).contains("cloud_rate_hz"));
         assert!(refused(|s| s.state_period_s = f64::NAN).contains("state_period_s"));
         assert!(refused(|s| s.queue = 0).contains("queue"));
-        let cell = SimulatedSettings::default;
-        let mut settings = Settings::default();
-        settings.cells.insert("Cell".to_owned(), cell());
-        assert!(settings.validate().unwrap_err().contains("'Cell'"));
-        let broken = SimulatedSettings {
-            place_duration_s: -1.0,
-            ..cell()
-        };
-        settings.cells = BTreeMap::from([("c".to_owned(), broken)]);
-        assert!(
-            settings
-                .validate()
-                .unwrap_err()
-                .starts_with("cells.c.place_duration_s")
-        );
+        let named = refused(|s| {
+            let cell = SimulatedSettings::default();
+            s.cells.insert("Cell".to_owned(), cell);
+        });
+        assert!(named.contains("'Cell'"));
+        let broken = refused(|s| {
+            let cells = s.cells.values_mut();
+            cells.for_each(|cell| cell.place_duration_s = -1.0);
+        });
+        assert!(broken.starts_with("cells.cell-1.place_duration_s"));
     }
 }

@@ -6,7 +6,6 @@ use ppnpack_packing::proposals::{Proposals, YawRange};
 use ppnpack_packing::step::{Candidate, Evaluated, StepInput};
 use ppnpack_packing::valid::ValidSearch;
 use ppnpack_service::rpc::Incoming;
-use ppnpack_wire::error::WireError;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{convert, header, v1};
 
@@ -157,11 +156,8 @@ fn read_ids(candidates: &[v1::CandidateItem]) -> Result<Vec<ItemId>, Refusal> {
             candidates.len()
         )));
     }
-    let id = |candidate: &v1::CandidateItem| {
-        ItemId::from_bytes("candidates.item_id", &candidate.item_id)
-    };
-    let ids: Result<Vec<ItemId>, WireError> = candidates.iter().map(id).collect();
-    Ok(ids?)
+    let id = |held: &v1::CandidateItem| ItemId::from_bytes("candidates.item_id", &held.item_id);
+    Ok(candidates.iter().map(id).collect::<Result<_, _>>()?)
 }
 
 /// The candidates that are searched, and what is proposed for each.

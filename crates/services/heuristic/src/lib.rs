@@ -24,23 +24,11 @@ use ppnpack_wire::v1;
 pub use settings::Settings;
 use worker::{Message, Worker};
 
-/// Why the service did not start.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum StartError {
-    /// The process lacks something.
-    #[error(transparent)]
-    Service(#[from] ServiceError),
-    /// Threads cannot be made.
-    #[error("the threads of the search cannot be started: {0}")]
-    Threads(String),
-}
-
 /// The running service.
 pub struct Heuristic {
     // Requests stop coming before the workers end: fields are dropped in this order.
-    _alive: alive::Token,
-    _listeners: Vec<Listener>,
+    alive: alive::Token,
+    listeners: Vec<Listener>,
     _ready: HealthLatch,
     workers: Vec<std::thread::JoinHandle<()>>,
 }
@@ -48,8 +36,8 @@ pub struct Heuristic {
 /// Starts the service.
 ///
 /// # Errors
-/// [`StartError`] where the session or the threads cannot be had.
-pub fn start(process: &Process, settings: &Settings) -> Result<Heuristic, StartError> {
+/// [`ServiceError`] where the session or the threads cannot be had.
+pub fn start(process: &Process, settings: &Settings) -> Result<Heuristic, ServiceError> {
     let ready = process.health().check("workers");
     let items = Arc::new(Mutex::new(ItemStore::new(settings.items_kept_mib << 20)));
     let planners = Arc::new(Alive::watch(process.session(), Service::Planner)?);
@@ -58,36 +46,27 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Heuristic, StartE
     for index in 0..settings.workers.max(1) {
         let (address, mailbox) = actor::mailbox(settings.queue.max(1));
         let worker = Worker::new(Arc::clone(&items), Arc::clone(&planners), settings)?;
-        workers.push(actor::spawn(
-            &format!("heuristic-{index}"),
-            worker,
-            mailbox,
-        )?);
+        let name = format!("heuristic-{index}");
+        workers.push(actor::spawn(&name, worker, mailbox)?);
         addresses.push(address);
     }
     let routes: Arc<[Address<Message>]> = addresses.into();
-    let evaluate = Arc::clone(&routes);
+    let to_evaluate = Arc::clone(&routes);
+    let evaluate = move |incoming: Incoming<v1::EvaluateRequest>| {
+        deliver(&to_evaluate, incoming, Message::Evaluate);
+    };
+    let validate = move |incoming: Incoming<v1::ValidateRequest>| {
+        deliver(&routes, incoming, Message::Validate);
+    };
     let listeners = vec![
-        rpc::listen(
-            process,
-            None,
-            move |incoming: Incoming<v1::EvaluateRequest>| {
-                deliver(&evaluate, incoming, Message::Evaluate);
-            },
-        )?,
-        rpc::listen(
-            process,
-            None,
-            move |incoming: Incoming<v1::ValidateRequest>| {
-                deliver(&routes, incoming, Message::Validate);
-            },
-        )?,
+        rpc::listen(process, None, evaluate)?,
+        rpc::listen(process, None, validate)?,
     ];
     let alive = alive::announce(process, None)?;
     ready.pass();
     Ok(Heuristic {
-        _alive: alive,
-        _listeners: listeners,
+        alive,
+        listeners,
         _ready: ready,
         workers,
     })
@@ -108,14 +87,8 @@ fn deliver<R: ppnpack_wire::rpc::Request>(
 
 impl Running for Heuristic {
     fn finish(self: Box<Self>, deadline: Instant) -> Result<(), String> {
-        let Self {
-            _alive,
-            _listeners,
-            _ready,
-            workers,
-        } = *self;
         // Without listeners nobody has the workers' addresses: they end when their mailboxes are empty.
-        drop((_alive, _listeners));
-        ppnpack_service::join(workers, deadline)
+        drop((self.alive, self.listeners));
+        ppnpack_service::join(self.workers, deadline)
     }
 }

@@ -8,6 +8,7 @@ use ppnpack_packing::item::{Item, YawsMismatch};
 use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::step::Evaluated;
 use ppnpack_packing::valid::{SearchError, ValidSearch};
+use ppnpack_service::ServiceError;
 use ppnpack_service::actor::Actor;
 use ppnpack_service::alive::Alive;
 use ppnpack_service::rpc::{Done, Incoming};
@@ -20,7 +21,7 @@ use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, Status};
 
 use crate::settings::Settings;
-use crate::{StartError, evaluate, validate};
+use crate::{evaluate, validate};
 
 /// What a worker is told.
 pub(crate) enum Message {
@@ -116,14 +117,18 @@ impl Worker {
         items: Arc<Mutex<ItemStore>>,
         planners: Arc<Alive>,
         settings: &Settings,
-    ) -> Result<Self, StartError> {
+    ) -> Result<Self, ServiceError> {
         let pool = match settings.threads_per_search {
             0 | 1 => None,
             threads => Some(Arc::new(
                 rayon::ThreadPoolBuilder::new()
                     .num_threads(threads)
                     .build()
-                    .map_err(|error| StartError::Threads(error.to_string()))?,
+                    .map_err(|error| {
+                        ServiceError::start(format_args!(
+                            "the threads of the search cannot be started: {error}"
+                        ))
+                    })?,
             )),
         };
         Ok(Self {

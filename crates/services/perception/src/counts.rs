@@ -84,10 +84,8 @@ impl Counts {
     pub(crate) fn refuse(&self, cell: &Cell, fate: Fate, reason: &dyn std::fmt::Display) {
         self.count(fate);
         let now = Instant::now();
-        let mut last = self
-            .last_line
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let last = self.last_line.lock();
+        let mut last = last.unwrap_or_else(PoisonError::into_inner);
         if last.is_none_or(|last| now - last >= LINE_PERIOD) {
             *last = Some(now);
             tracing::warn!(%cell, fate = fate.as_str(), %reason, "cloud refused");

@@ -7,8 +7,6 @@
 
 mod cells;
 mod counts;
-mod doubts;
-mod error;
 mod heightmaps;
 mod inspect;
 mod order;
@@ -40,7 +38,6 @@ use zenoh::pubsub::Subscriber;
 use cells::Cells;
 use counts::Counts;
 pub use counts::Fate;
-pub use error::StartError;
 use heightmaps::Heightmaps;
 use inspect::Inspections;
 pub use ros::settings::RosCamera;
@@ -79,12 +76,12 @@ struct Actors {
 /// Starts the service; `library` has the objects that can be recognised, which cells with trays need.
 ///
 /// # Errors
-/// [`StartError`] where a cell's name is impossible, or the session or a thread cannot be had.
+/// [`ServiceError`] where a cell's name is impossible, or the session or a thread cannot be had.
 pub fn start(
     process: &Process,
     settings: &Settings,
     library: Option<&Arc<Library>>,
-) -> Result<Perception, StartError> {
+) -> Result<Perception, ServiceError> {
     let counts = Arc::new(Counts::new());
     let (actors, threads) = start_actors(process, settings, library, &counts)?;
     let mut inputs = Vec::new();
@@ -112,7 +109,7 @@ fn start_actors(
     settings: &Settings,
     library: Option<&Arc<Library>>,
     counts: &Arc<Counts>,
-) -> Result<(Actors, Vec<JoinHandle<()>>), StartError> {
+) -> Result<(Actors, Vec<JoinHandle<()>>), ServiceError> {
     let most = settings.queue.max(1);
     let (heightmaps, heightmaps_mailbox) = actor::mailbox(most);
     let (trays, trays_mailbox) = actor::mailbox(most);
@@ -153,12 +150,13 @@ fn start_actors(
 fn known_trays(
     settings: &Settings,
     library: Option<&Arc<Library>>,
-) -> Result<BTreeMap<Cell, Tray>, StartError> {
+) -> Result<BTreeMap<Cell, Tray>, ServiceError> {
     let tray = |(name, tray): (&String, &TraySettings)| {
         let cell = Cell::new(name)?;
-        let library = library.ok_or(StartError::NoLibrary)?;
-        let grid = settings.grid_of(&cell).unwrap_or(&settings.grid).build()?;
-        let resolution = grid.resolution().clone();
+        let nothing = || ServiceError::start("trays: there are no objects to recognise");
+        let library = library.ok_or_else(nothing)?;
+        let grid = settings.grid_of(&cell).unwrap_or(&settings.grid).build();
+        let resolution = grid.map_err(ServiceError::start)?.resolution().clone();
         Ok((cell, Tray::new(tray, library, resolution)))
     };
     settings.trays.iter().map(tray).collect()

@@ -182,8 +182,6 @@ impl ServiceSettings for Settings {
 
 #[cfg(test)]
 mod tests {
-    use ppnpack_packing::grid::ContainerSize;
-
     use super::*;
 
     #[test]
@@ -221,27 +219,13 @@ mod tests {
         assert!(refused(|s| s.sensor_restart_after_s = f64::NAN).contains("sensor_restart"));
         assert!(refused(|s| s.queue = 0).contains("queue"));
         assert!(refused(|s| s.has_unlisted_cells = false).contains("no cell is served"));
-        assert!(
-            refused(|s| {
-                s.cells.insert("a b".to_owned(), GridSettings::default());
-            })
-            .contains("a b")
-        );
-        let hall = GridSettings {
-            container: ContainerSize {
-                x_m: 10.0,
-                y_m: 10.0,
-                z_m: 1.0,
-            },
-            ..GridSettings::default()
-        };
-        let mut settings = Settings::default();
-        settings.cells.insert("hall".to_owned(), hall);
-        assert!(
-            settings
-                .validate()
-                .unwrap_err()
-                .contains("choose larger cells")
-        );
+        let named = refused(|s| {
+            s.cells.insert("a b".to_owned(), GridSettings::default());
+        });
+        assert!(named.contains("a b"));
+        let hall = refused(|s| {
+            (s.grid.container.x_m, s.grid.container.y_m) = (10.0, 10.0);
+        });
+        assert!(hall.contains("choose larger cells"));
     }
 }

@@ -5,16 +5,16 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::heightmap::HeightmapError;
+use ppnpack_perception::doubts::Doubt;
 use ppnpack_perception::mapper::{Mapped, Mapper};
 use ppnpack_service::actor::{Actor, Address};
 use ppnpack_service::process::Process;
 use ppnpack_wire::convert::cloud::CheckedCloud;
 use ppnpack_wire::convert::scene;
 use ppnpack_wire::keys::Cell;
-use ppnpack_wire::v1;
+use ppnpack_wire::v1::{self, DoubtKind};
 
 use crate::counts::{Counts, Fate};
-use crate::doubts;
 use crate::heightmaps;
 use crate::inspect;
 use crate::order::CloudOrder;
@@ -135,10 +135,8 @@ impl Worker {
             counts.doubt(&self.cell, &quality.doubts);
         }
         // There before the heightmap: who has seen that one can ask how an item lies. Not in a doubtful scene.
-        let first = clouds
-            .into_iter()
-            .next()
-            .filter(|_| mapped.doubts.is_empty());
+        let first = clouds.into_iter().next();
+        let first = first.filter(|_| mapped.doubts.is_empty());
         if let (Some(inspected), Some(first)) = (&self.outputs.inspected, first) {
             inspected.put(self.cell.clone(), first.cloud);
         }
@@ -184,9 +182,8 @@ impl Worker {
     fn write(&mut self, clouds: &[News], mapped: &Mapped) -> v1::Heightmap {
         self.sequence += 1;
         let grid = self.mapper.grid();
-        let captured_at_ns = clouds
-            .iter()
-            .map(|news| news.cloud.cloud().captured_at_ns());
+        let news = clouds.iter();
+        let captured_at_ns = news.map(|news| news.cloud.cloud().captured_at_ns());
         let first_at = clouds.iter().map(|news| news.at).min();
         let processing = first_at.map_or(Duration::ZERO, |at| at.elapsed());
         v1::Heightmap {
@@ -207,9 +204,24 @@ impl Worker {
                 unseen_samples: count(mapped.unseen_samples),
                 moved_cells: count(mapped.moved_cells),
                 clouds: count(clouds.len() * mapped.clouds),
-                doubts: mapped.doubts.iter().map(doubts::write).collect(),
+                doubts: mapped.doubts.iter().map(write_doubt).collect(),
             }),
         }
+    }
+}
+
+fn write_doubt(doubt: &Doubt) -> v1::Doubt {
+    let kind = match doubt {
+        Doubt::LittleSeen { .. } => DoubtKind::LittleSeen,
+        Doubt::RimAway { .. } => DoubtKind::RimAway,
+        Doubt::Intrusion { .. } => DoubtKind::Intrusion,
+        Doubt::NotStill { .. } => DoubtKind::NotStill,
+        // One that the protocol has no name for yet.
+        _ => DoubtKind::Unspecified,
+    };
+    v1::Doubt {
+        kind: kind.into(),
+        message: doubt.to_string(),
     }
 }
 

@@ -4,7 +4,6 @@
 //! [`packing`](ppnpack_packing); here its stages ask the services that are alive, and do without those that are not.
 
 mod cell;
-mod error;
 mod objects;
 mod planning;
 mod remote;
@@ -24,17 +23,15 @@ use ppnpack_service::alive::{self, Alive};
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::{Client, Listener};
 use ppnpack_service::stream::{self, Subscription};
-use ppnpack_service::{HealthLatch, join};
+use ppnpack_service::{HealthLatch, ServiceError, join};
 use ppnpack_wire::keys::{Cell, Service, Stream};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 
 use cell::{CellPlanner, Message, Shared};
-pub use error::StartError;
 use objects::Objects;
 use planning::Helpers;
 pub use settings::{CellSettings, Settings, Where};
 use store::Store;
-pub use store::StoreError;
 
 /// The running service.
 pub struct PlannerService {
@@ -48,16 +45,16 @@ pub struct PlannerService {
 /// Starts the service; `catalogues` has the objects that can be announced by name, one for each resolution of a cell.
 ///
 /// # Errors
-/// [`StartError`] where the store, the session or a thread cannot be had, or a setting is not possible.
+/// [`ServiceError`] where the store, the session or a thread cannot be had, or a setting is not possible.
 pub fn start(
     process: &Process,
     settings: &Settings,
     catalogues: &[Arc<Catalogue>],
-) -> Result<PlannerService, StartError> {
+) -> Result<PlannerService, ServiceError> {
     let store_health = process.health().check("session_store");
     let cells_health = process.health().check("cells");
     let shared = Shared {
-        store: Store::open(settings.store.as_deref())?,
+        store: Store::open(settings.store.as_deref()).map_err(ServiceError::start)?,
         store_health,
         objects: Objects::new(catalogues),
         helpers: Helpers {
@@ -95,7 +92,7 @@ impl PlannerService {
         process: &Process,
         cell: &Cell,
         address: &Address<Message>,
-    ) -> Result<(), StartError> {
+    ) -> Result<(), ServiceError> {
         self.listeners.extend([
             address.listen(process, Some(cell), Message::Begin)?,
             address.listen(process, Some(cell), Message::Announce)?,
@@ -126,15 +123,8 @@ impl PlannerService {
 
 impl Running for PlannerService {
     fn finish(self: Box<Self>, deadline: Instant) -> Result<(), String> {
-        let Self {
-            alive,
-            listeners,
-            outcomes,
-            threads,
-            ready: _ready,
-        } = *self;
         // Without these nobody has the cells' addresses: they end when their mailboxes are empty.
-        drop((alive, listeners, outcomes));
-        join(threads, deadline)
+        drop((self.alive, self.listeners, self.outcomes));
+        join(self.threads, deadline)
     }
 }

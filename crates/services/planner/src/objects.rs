@@ -48,15 +48,4 @@ impl Objects {
         let (_, objects) = catalogues.find(|(resolution, _)| resolution == grid.resolution())?;
         objects.get(name)
     }
-
-    /// An object, if it has these heightmaps.
-    pub(crate) fn of_shape(
-        &self,
-        settings: &CellSettings,
-        name: &str,
-        shape: ItemId,
-    ) -> Option<&Object> {
-        let object = self.named(settings, name)?;
-        (object.shape == shape).then_some(object)
-    }
 }

@@ -62,13 +62,13 @@ impl Planning {
             // meshes.
             checks.push(Box::new(station.check()));
         }
-        let shared = || {
-            let peers = peers(&helpers.heuristic, settings.evaluate_limit_s);
-            SharedEvaluator::new(peers, &grid, method).map_err(|error| error.to_string())
-        };
         let evaluator: Box<dyn Evaluator> = match settings.evaluate {
-            Where::Fastest => Box::new(shared()?.sooner_way()),
-            Where::Services => Box::new(shared()?),
+            Where::Fastest | Where::Services => {
+                let peers = peers(&helpers.heuristic, settings.evaluate_limit_s);
+                let is_sooner_taken = settings.evaluate == Where::Fastest;
+                let shared = SharedEvaluator::new(peers, &grid, method, is_sooner_taken);
+                Box::new(shared.map_err(|error| error.to_string())?)
+            }
             Where::InProcess => {
                 checks.extend(method.stability.checks());
                 let search = Search::new(&grid, &method.search_settings());

@@ -1,5 +1,6 @@
 //! Packing sessions on disk.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -8,7 +9,7 @@ use ppnpack_wire::keys::Cell;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 use prost::Message;
 use redb::backends::InMemoryBackend;
-use redb::{Database, ReadableDatabase, TableDefinition};
+use redb::{Database, DatabaseError, ReadableDatabase, StorageError, TableDefinition};
 
 use crate::session::Session;
 
@@ -22,27 +23,16 @@ type Shapes<'a> = redb::Table<'a, (&'static str, &'static [u8]), &'static [u8]>;
 
 /// Why the store did not do what was asked.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum StoreError {
+pub(crate) enum StoreError {
     /// It cannot be opened.
     #[error("the session store {path} cannot be opened: {reason}")]
-    Open {
-        /// Its file.
-        path: PathBuf,
-        /// What went wrong.
-        reason: String,
-    },
+    Open { path: PathBuf, reason: String },
     /// It cannot be read or written.
     #[error("the session store cannot be used: {0}")]
     Disk(String),
     /// What it holds is no session.
     #[error("the session store holds something unreadable for cell {cell}: {reason}")]
-    Content {
-        /// The cell.
-        cell: String,
-        /// What is wrong.
-        reason: String,
-    },
+    Content { cell: String, reason: String },
 }
 
 /// Keeps the sessions of all cells of this planner. What was saved is on disk when the call returns.
@@ -195,13 +185,7 @@ fn open_or_put_aside(path: &Path) -> Result<Database, StoreError> {
         Ok(database) => return Ok(database),
         Err(error) => error,
     };
-    let is_damaged = matches!(
-        &error,
-        redb::DatabaseError::Storage(redb::StorageError::Corrupted(_))
-            | redb::DatabaseError::RepairAborted
-            | redb::DatabaseError::UpgradeRequired(_)
-    ) || is_no_database(&error);
-    if !is_damaged {
+    if !is_damage(&error) {
         return Err(failed(error.to_string()));
     }
     let aside = path.with_extension(format!("damaged-{:08x}", rand::random::<u32>()));
@@ -215,11 +199,16 @@ fn open_or_put_aside(path: &Path) -> Result<Database, StoreError> {
     Database::create(path).map_err(|error| failed(error.to_string()))
 }
 
-/// A file with other content is told as an input error.
-fn is_no_database(error: &redb::DatabaseError) -> bool {
-    matches!(
-        error,
-        redb::DatabaseError::Storage(redb::StorageError::Io(error))
-            if matches!(error.kind(), std::io::ErrorKind::InvalidData | std::io::ErrorKind::UnexpectedEof)
-    )
+fn is_damage(error: &DatabaseError) -> bool {
+    match error {
+        DatabaseError::Storage(StorageError::Corrupted(_))
+        | DatabaseError::RepairAborted
+        | DatabaseError::UpgradeRequired(_) => true,
+        // A file with other content is told as an input error.
+        DatabaseError::Storage(StorageError::Io(error)) => {
+            let kind = error.kind();
+            matches!(kind, ErrorKind::InvalidData | ErrorKind::UnexpectedEof)
+        }
+        _ => false,
+    }
 }

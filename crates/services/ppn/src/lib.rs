@@ -107,14 +107,8 @@ pub fn start(
 
 impl Running for PpnService {
     fn finish(self: Box<Self>, deadline: Instant) -> Result<(), String> {
-        let Self {
-            alive,
-            listener,
-            _ready,
-            thread,
-        } = *self;
         // Without a listener nobody has the address: the thread ends when the mailbox is empty.
-        drop((alive, listener));
-        join(vec![thread], deadline)
+        drop((self.alive, self.listener));
+        join(vec![self.thread], deadline)
     }
 }

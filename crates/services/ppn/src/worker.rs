@@ -6,13 +6,12 @@ use std::time::Instant;
 
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::item::{Item, YawsMismatch};
+use ppnpack_packing::item::Item;
 use ppnpack_packing::proposals::Percent;
 use ppnpack_packing::step::StageError;
 use ppnpack_service::actor::Mailbox;
 use ppnpack_service::alive::Alive;
 use ppnpack_service::rpc::{Done, Incoming};
-use ppnpack_wire::error::WireError;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::item_store::{ItemStore, MissingItems};
 use ppnpack_wire::v1::{self, Status};
@@ -59,14 +58,8 @@ enum Refusal {
     Missing(MissingItems),
 }
 
-impl From<YawsMismatch> for Refusal {
-    fn from(error: YawsMismatch) -> Self {
-        Self::Invalid(error.to_string())
-    }
-}
-
-impl From<WireError> for Refusal {
-    fn from(error: WireError) -> Self {
+impl<E: std::error::Error> From<E> for Refusal {
+    fn from(error: E) -> Self {
         Self::Invalid(error.to_string())
     }
 }
@@ -141,13 +134,10 @@ impl Worker {
                 request.item_ids.len()
             )));
         }
-        let share =
-            Percent::new(request.percent).map_err(|error| Refusal::Invalid(error.to_string()))?;
+        let share = Percent::new(request.percent)?;
         let (grid, scene) = convert::scene::read_required("scene", request.scene.as_ref())?;
-        let ids = request
-            .item_ids
-            .iter()
-            .map(|id| ItemId::from_bytes("item_ids", id));
+        let ids = request.item_ids.iter();
+        let ids = ids.map(|id| ItemId::from_bytes("item_ids", id));
         let ids = ids.collect::<Result<Vec<_>, _>>()?;
         let items = self.items.resolve(&request.items, &ids)?;
         let items = items.map_err(Refusal::Missing)?;

@@ -107,10 +107,8 @@ pub(crate) fn run(arguments: &PerceiveArguments) -> Outcome {
     let grid = arguments.grid(&sensors)?;
     let settings = arguments.mapper.settings();
     let mut mapper = Mapper::new(&grid, settings.clone()).or_input()?;
-    let clouds = arguments
-        .clouds
-        .iter()
-        .map(|path| ppnpack_clouds::read(path));
+    let paths = arguments.clouds.iter();
+    let clouds = paths.map(|path| ppnpack_clouds::read(path));
     let clouds: Vec<Cloud> = clouds.collect::<Result<_, _>>().or_input()?;
     let began = Instant::now();
     mapper.clear();

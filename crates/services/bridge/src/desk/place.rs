@@ -41,11 +41,8 @@ impl Desk {
 
     fn accept(&mut self, incoming: Incoming<v1::PlaceRequest>, placement: Placement) {
         let object = &placement.object;
-        if self
-            .objects
-            .as_ref()
-            .is_some_and(|objects| !objects.contains_key(object))
-        {
+        let objects = self.objects.as_ref();
+        if objects.is_some_and(|objects| !objects.contains_key(object)) {
             let message = format!("the cell has no object '{object}'");
             return incoming.refuse(Status::NotFound, message);
         }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use ppnpack_packing::motion::Cycle;
 use redb::{
-    Database, ReadTransaction, ReadableDatabase, Table, TableDefinition, TableError,
+    Database, Error, ReadTransaction, ReadableDatabase, Table, TableDefinition, TableError,
     WriteTransaction,
 };
 use serde::Serialize;
@@ -28,7 +28,7 @@ const CYCLES: TableDefinition<&str, &[u8]> = TableDefinition::new("cycles-1");
 pub(super) enum Fault {
     /// The database says so.
     #[error(transparent)]
-    Database(redb::Error),
+    Database(Error),
     /// The disk says so.
     #[error(transparent)]
     Disk(#[from] std::io::Error),
@@ -57,28 +57,22 @@ impl Fault {
     /// Whether the file is of no use any more. Everything else may pass.
     pub(super) fn is_damage(&self) -> bool {
         match self {
-            Self::Database(error) => is_damage(error),
-            Self::Disk(_) => false,
-            Self::Content(_) | Self::Panic => true,
-        }
-    }
-}
-
-fn is_damage(error: &redb::Error) -> bool {
-    match error {
-        redb::Error::Corrupted(_)
-        | redb::Error::RepairAborted
-        | redb::Error::UpgradeRequired(_)
-        | redb::Error::TableTypeMismatch { .. }
-        | redb::Error::TypeDefinitionChanged { .. } => true,
-        // A file that was cut off, or is no database at all.
-        redb::Error::Io(error) => {
-            matches!(
-                error.kind(),
-                ErrorKind::InvalidData | ErrorKind::UnexpectedEof
+            Self::Database(
+                Error::Corrupted(_)
+                | Error::RepairAborted
+                | Error::UpgradeRequired(_)
+                | Error::TableTypeMismatch { .. }
+                | Error::TypeDefinitionChanged { .. },
             )
+            | Self::Content(_)
+            | Self::Panic => true,
+            // A file that was cut off, or is no database at all.
+            Self::Database(Error::Io(error)) => {
+                let kind = error.kind();
+                matches!(kind, ErrorKind::InvalidData | ErrorKind::UnexpectedEof)
+            }
+            Self::Database(_) | Self::Disk(_) => false,
         }
-        _ => false,
     }
 }
 

@@ -39,33 +39,25 @@ pub(crate) fn body(item_id: &str) -> Body {
 
 #[test]
 fn a_placement_is_executed_once() {
+    use PlacementVerdict::{Busy, Conflict, Known, New, Stale};
     let mut ledger = Ledger::new();
     let state = ledger.head().state_number;
     let asked = placement("a", state);
-    assert_eq!(ledger.judge(&asked), PlacementVerdict::New);
+    assert_eq!(ledger.judge(&asked), New);
     ledger.apply(ledger.accept(asked.clone()));
-    assert_eq!(ledger.judge(&asked), PlacementVerdict::Known(None));
-    assert_eq!(ledger.judge(&placement("b", state)), PlacementVerdict::Busy);
+    assert_eq!(ledger.judge(&asked), Known(None));
+    assert_eq!(ledger.judge(&placement("b", state)), Busy);
     ledger.apply(ledger.end_placement(placed(), vec![body("item-a")]));
     let outcome = Outcome {
         finding: placed(),
         state_number: state + 1,
     };
-    assert_eq!(
-        ledger.judge(&asked),
-        PlacementVerdict::Known(Some(&outcome))
-    );
-    assert_eq!(
-        ledger.judge(&placement("b", state)),
-        PlacementVerdict::Stale
-    );
-    assert_eq!(
-        ledger.judge(&placement("b", state + 1)),
-        PlacementVerdict::New
-    );
+    assert_eq!(ledger.judge(&asked), Known(Some(&outcome)));
+    assert_eq!(ledger.judge(&placement("b", state)), Stale);
+    assert_eq!(ledger.judge(&placement("b", state + 1)), New);
     let mut other = asked;
     other.object = "ball".to_owned();
-    assert_eq!(ledger.judge(&other), PlacementVerdict::Conflict);
+    assert_eq!(ledger.judge(&other), Conflict);
 }
 
 #[test]

@@ -85,7 +85,7 @@ impl SimulatedRobot {
 
     /// Tells where the joints are as the robot follows the motions of placements.
     pub fn watch_joints(&mut self, watch: JointWatch) {
-        self.motion.watch(watch);
+        self.motion.watch = Some(watch);
     }
 
     /// Follows the legs of a motion up to the release of the item.

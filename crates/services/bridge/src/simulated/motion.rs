@@ -26,16 +26,12 @@ pub type JointWatch = Box<dyn FnMut(JointState) + Send>;
 pub(super) struct Motion {
     /// Motion seconds per second; 0 for no wait.
     speed: f64,
-    watch: Option<JointWatch>,
+    pub(super) watch: Option<JointWatch>,
 }
 
 impl Motion {
     pub(super) fn new(speed: f64) -> Self {
         Self { speed, watch: None }
-    }
-
-    pub(super) fn watch(&mut self, watch: JointWatch) {
-        self.watch = Some(watch);
     }
 
     /// Follows a leg from its first point to its last, in time. Says whether the end was asked for on the way: then the

@@ -94,11 +94,9 @@ fn above(
 fn seen(cell: &SimulatedCell, camera: &DepthCamera) -> Result<Image, CameraError> {
     let container = cell.container_mesh();
     let contents = cell.contents();
-    let items = contents
-        .iter()
-        .map(|item| posed(&item.model.mesh, item.container_from_item));
+    let items = contents.iter();
     let mut bodies = vec![posed(&container, Isometry3::identity())];
-    bodies.extend(items);
+    bodies.extend(items.map(|item| posed(&item.model.mesh, item.container_from_item)));
     camera.see(&bodies)
 }
 

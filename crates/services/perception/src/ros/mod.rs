@@ -20,7 +20,6 @@ use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample;
 
 use crate::counts::{Counts, Fate};
-use crate::error::StartError;
 use crate::router::Router;
 use settings::RosCamera;
 
@@ -30,8 +29,9 @@ pub(crate) fn subscribe(
     camera: &RosCamera,
     router: &Arc<Router>,
     counts: &Arc<Counts>,
-) -> Result<Subscriber<()>, StartError> {
-    let camera = camera.read().map_err(StartError::Ros)?;
+) -> Result<Subscriber<()>, ServiceError> {
+    let camera = camera.read();
+    let camera = camera.map_err(|reason| ServiceError::start(format_args!("ros: {reason}")))?;
     let key = camera.key.clone();
     let received = metrics::counter(Metric::ReceivedTotal, &[("stream", Stream::Cloud.as_str())]);
     let (router, counts) = (Arc::clone(router), Arc::clone(counts));
@@ -55,7 +55,7 @@ pub(crate) fn subscribe(
         action: format!("subscribing {key}"),
         reason: error.to_string(),
     };
-    Ok(subscriber.wait().map_err(refused)?)
+    subscriber.wait().map_err(refused)
 }
 
 /// Reads a cloud, and gives it the next number.

@@ -88,11 +88,10 @@ fn unknown(
         UnknownReason::PoorFit => v1::UnknownReason::PoorFit,
     };
     let made = unknown_item(&name(cluster), cluster, resolution).ok();
+    let pose = made.as_ref().map(|made| &made.world_from_item);
     v1::SeenItem {
         unknown_reason: reason.into(),
-        container_from_item: made
-            .as_ref()
-            .map(|made| convert::pose::write(&made.world_from_item)),
+        container_from_item: pose.map(convert::pose::write),
         item: made.map(|made| convert::item::write(&made.item)),
         ..seen
     }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
 use ppnpack_catalogue::mesh::Mesh;
-use ppnpack_perception_service::{Fate, Settings, StartError, TraySettings};
+use ppnpack_perception_service::{Fate, Settings, TraySettings};
 use ppnpack_service::ServiceSettings;
 use ppnpack_service::embedded::{self};
 use ppnpack_wire::convert::cloud::{self, Capture};
@@ -180,8 +180,10 @@ fn trays_that_cannot_be_are_refused() {
 
     let hub = embedded::hub().unwrap();
     let process = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
-    assert!(matches!(
-        ppnpack_perception_service::start(&process, &settings(), None),
-        Err(StartError::NoLibrary)
-    ));
+    let started = ppnpack_perception_service::start(&process, &settings(), None);
+    let reason = started.err().unwrap().to_string();
+    assert!(
+        reason.starts_with("trays: there are no objects"),
+        "{reason}"
+    );
 }

@@ -67,11 +67,7 @@ impl CellPlanner {
         let span = incoming.span().clone();
         match span.in_scope(|| work(self, &incoming)) {
             Ok(reply) => {
-                let done = Done {
-                    stages: vec![header::stage("work", started.elapsed())],
-                    model: None,
-                };
-                incoming.reply(reply, done);
+                incoming.reply(reply, Done::in_one("work", started.elapsed()));
             }
             Err(refusal) => incoming.refuse(refusal.status, refusal.message),
         }

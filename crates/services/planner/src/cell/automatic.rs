@@ -54,11 +54,8 @@ impl Automatic {
         if !is_on(session) {
             return None;
         }
-        let asks_at = self
-            .placing
-            .as_ref()
-            .filter(|placing| placing.is_accepted)
-            .map(|placing| placing.asked + ASK_EVERY);
+        let accepted = self.placing.as_ref().filter(|placing| placing.is_accepted);
+        let asks_at = accepted.map(|placing| placing.asked + ASK_EVERY);
         Some(self.resume_at.or(asks_at).unwrap_or_else(Instant::now))
     }
 
@@ -143,11 +140,8 @@ impl CellPlanner {
     }
 
     fn ask_bridge<R: Request>(&self, request: R, limit: Duration) -> Result<R::Reply, CallError> {
-        let deadline = Instant::now() + limit;
-        self.shared
-            .helpers
-            .client
-            .call(&self.cell, request, deadline)
+        let client = &self.shared.helpers.client;
+        client.call(&self.cell, request, Instant::now() + limit)
     }
 
     fn place(&mut self, decision: &v1::Decision) -> Result<(), Refusal> {
@@ -170,16 +164,13 @@ impl CellPlanner {
     /// The bridge never took the placement, as the container is in another state: it is planned again on that one.
     fn replan(&mut self, decision: &v1::Decision) -> Result<(), Refusal> {
         let asked = self.ask_bridge(v1::CellStateRequest::default(), BRIDGE_LIMIT);
-        let state = asked
-            .map_err(|error| silent(&error))?
-            .state
-            .unwrap_or_default();
+        let reply = asked.map_err(|error| silent(&error))?;
         let outcome = v1::Outcome {
             placement_id: decision.decision_id.clone(),
             item_id: decision.item_id.clone(),
             kind: OutcomeKind::NotPlaced.into(),
             failure: "the container changed before the placement began".to_owned(),
-            state_number: state.state_number,
+            state_number: reply.state.unwrap_or_default().state_number,
             ..v1::Outcome::default()
         };
         self.enter_outcome(&decision.decision_id, &outcome)

@@ -11,7 +11,6 @@ use ppnpack_service::rpc::{CallError, Incoming};
 use ppnpack_wire::convert;
 use ppnpack_wire::v1::{self, InspectionKind, OutcomeKind, Status};
 
-use super::refusal::Refusal;
 use super::{CellPlanner, Message};
 use crate::session::End;
 
@@ -203,11 +202,8 @@ impl CellPlanner {
             Err(_) if Instant::now() < until => return Ok(()),
             Err(reason) => return Err(NotInspected::Yet(reason)),
         }
-        let (client, cell, own) = (
-            self.shared.helpers.client.clone(),
-            self.cell.clone(),
-            self.own.clone(),
-        );
+        let client = self.shared.helpers.client.clone();
+        let (cell, own) = (self.cell.clone(), self.own.clone());
         let (decision_id, request) = (it.decision_id.clone(), it.request.clone());
         let ask = move || {
             let answer = client.call(&cell, request, Instant::now() + ANSWER_LIMIT);
@@ -223,8 +219,22 @@ impl CellPlanner {
     }
 
     fn enter_found(&mut self, it: &ToInspect, found: v1::Inspection) -> Result<(), NotInspected> {
-        self.enter_inspection(&it.item_id, found)
-            .map_err(|refusal| NotInspected::Yet(refusal.message))
+        let (item_id, kind) = (it.item_id.as_str(), found.kind());
+        let named = kind.as_str_name();
+        tracing::info!(
+            cell = %self.cell, item_id, inspection = named, slide_m = found.slide_m,
+            tilt_rad = found.tilt_rad, reason = found.reason, "inspected"
+        );
+        let entered = self.change(|session| {
+            let failure = format!("item {item_id} was placed, but {}", found.reason);
+            let was_packed = session.inspected(item_id, found)?;
+            if was_packed && kind == InspectionKind::Missing && session.is_automatic() {
+                // It lies somewhere in the cell, maybe in the arm's way.
+                session.end(End::Failed(failure));
+            }
+            Ok(())
+        });
+        entered.map_err(|refusal| NotInspected::Yet(refusal.message))
     }
 
     /// Plans another attempt where this one led to nothing and there may be more.
@@ -241,29 +251,6 @@ impl CellPlanner {
             Err(NotInspected::Yet(reason) | NotInspected::AtAll(reason)) => reason,
         };
         tracing::warn!(cell = %self.cell, item_id = it.item_id, reason, "not inspected");
-    }
-
-    fn enter_inspection(
-        &mut self,
-        item_id: &str,
-        inspection: v1::Inspection,
-    ) -> Result<(), Refusal> {
-        let kind = inspection.kind();
-        let named = kind.as_str_name();
-        tracing::info!(
-            cell = %self.cell, item_id, inspection = named, slide_m = inspection.slide_m,
-            tilt_rad = inspection.tilt_rad, reason = inspection.reason, "inspected"
-        );
-        let reason = inspection.reason.clone();
-        self.change(|session| {
-            let was_packed = session.inspected(item_id, inspection)?;
-            if was_packed && kind == InspectionKind::Missing && session.is_automatic() {
-                // It lies somewhere in the cell, maybe in the arm's way.
-                let failure = format!("item {item_id} was placed, but {reason}");
-                session.end(End::Failed(failure));
-            }
-            Ok(())
-        })
     }
 }
 

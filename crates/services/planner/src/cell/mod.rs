@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 
 use ppnpack_packing::item::Item;
 use ppnpack_packing::model::Model;
+use ppnpack_service::ServiceError;
 use ppnpack_service::actor::{Actor, PendingRequests, WeakAddress};
 use ppnpack_service::health::HealthLatch;
 use ppnpack_service::process::Process;
@@ -22,7 +23,6 @@ use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1;
 
-use crate::error::StartError;
 use crate::objects::Objects;
 use crate::planning::{Helpers, Planning};
 use crate::scenes::{SceneLimits, Scenes};
@@ -122,14 +122,15 @@ impl CellPlanner {
         settings: &CellSettings,
         shared: &Arc<Shared>,
         own: WeakAddress<Message>,
-    ) -> Result<Self, StartError> {
-        let planning = Planning::new(cell, settings, &shared.helpers).map_err(StartError::Cell)?;
+    ) -> Result<Self, ServiceError> {
+        let planning =
+            Planning::new(cell, settings, &shared.helpers).map_err(ServiceError::start)?;
         let limits = SceneLimits {
             age: Duration::from_secs_f64(settings.heightmap_age_limit_s),
             sensor_latency: Duration::from_secs_f64(settings.sensor_latency_s),
         };
         let scenes = Scenes::subscribe(process, cell, planning.grid(), limits)?;
-        let session = shared.store.session(cell)?;
+        let session = shared.store.session(cell).map_err(ServiceError::start)?;
         Ok(Self {
             cell: cell.clone(),
             settings: settings.clone(),
@@ -215,7 +216,8 @@ impl CellPlanner {
     /// The heightmaps of an item of the session, and its solid where the catalogue has it.
     fn shape(&mut self, item: &SessionItem) -> Result<Shape, Refusal> {
         let (object, shape) = (item.object.as_str(), item.shape);
-        if let Some(known) = self.shared.objects.of_shape(&self.settings, object, shape) {
+        let known = self.shared.objects.named(&self.settings, object);
+        if let Some(known) = known.filter(|known| known.shape == shape) {
             return Ok(Shape {
                 item: Arc::clone(&known.item),
                 model: Some(Arc::clone(&known.model)),

@@ -75,14 +75,21 @@ struct Found {
 }
 
 impl SharedEvaluator {
+    /// Searches in this process what is found sooner that way, where `is_sooner_taken`.
+    ///
     /// # Errors
     /// [`WeightError`] where a weight is negative or not finite.
-    pub(crate) fn new(peers: Peers, grid: &Grid, method: &Method) -> Result<Self, WeightError> {
+    pub(crate) fn new(
+        peers: Peers,
+        grid: &Grid,
+        method: &Method,
+        is_sooner_taken: bool,
+    ) -> Result<Self, WeightError> {
         Ok(Self {
             peers,
             local: LocalSearches::new(grid, method)?,
             pace: Pace::default(),
-            is_sooner_taken: false,
+            is_sooner_taken,
             items: ItemMessages::default(),
             ranking_id: String::new(),
             page: 1,
@@ -90,13 +97,6 @@ impl SharedEvaluator {
             possible: Vec::new(),
             shortfall: Shortfall::default(),
         })
-    }
-
-    /// Searches in this process what is found sooner that way.
-    #[must_use]
-    pub(crate) fn sooner_way(mut self) -> Self {
-        self.is_sooner_taken = true;
-        self
     }
 
     /// Has everything searched: by services, or here.
@@ -113,14 +113,12 @@ impl SharedEvaluator {
             return self.search_here(input, parts, None);
         }
         let shares = alive
-            .iter()
+            .into_iter()
             .zip(split(parts, input.candidates, replicas))
             .filter(|(_, share)| !share.is_empty());
-        self.sources = shares
-            .map(|(instance, share)| {
-                Source::new(share, Searcher::Service(instance.clone(), Vec::new()))
-            })
-            .collect();
+        let source =
+            |(instance, share)| Source::new(share, Searcher::Service(instance, Vec::new()));
+        self.sources = shares.map(source).collect();
         let started = Instant::now();
         self.fetch(input)?;
         self.pace.asked(all, replicas, started.elapsed());
@@ -168,7 +166,7 @@ impl SharedEvaluator {
                     ));
                     // The place stays empty, so that the others keep their numbers.
                     *source = Source::new(Vec::new(), Searcher::Here(usize::MAX));
-                    source.end();
+                    source.extend([], true);
                     self.search_here(input, &asked.share, asked.after)?;
                 }
             }

@@ -51,11 +51,6 @@ impl Source {
         self.is_complete = is_complete;
     }
 
-    /// Gives the search up: there are no placements but those that came.
-    pub(crate) fn end(&mut self) {
-        self.is_complete = true;
-    }
-
     /// The next placement, where one came.
     pub(crate) fn peek(&self) -> Option<Evaluated> {
         self.found.front().copied()

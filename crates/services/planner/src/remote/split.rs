@@ -37,19 +37,14 @@ pub(crate) fn parts(group: &[usize], candidates: &[Candidate], proposals: &Propo
 /// Splits parts over `replicas`, each with at most one part of a candidate. The same yaws go to the same replica from
 /// step to step, which has their resting heights from the step before.
 pub(crate) fn split(parts: &[Part], candidates: &[Candidate], replicas: usize) -> Vec<Vec<Part>> {
-    let yaws = parts
-        .iter()
-        .map(|part| part.yaws.end)
-        .max()
-        .unwrap_or(1)
-        .max(1);
+    let ends = parts.iter().map(|part| part.yaws.end);
+    let yaws = ends.max().unwrap_or(1).max(1);
     let slots = replicas.clamp(1, yaws);
     let groups = (replicas / slots).max(1);
     let mut shares = vec![Vec::new(); replicas.max(1)];
     for part in parts {
-        let arrival = candidates
-            .get(part.candidate)
-            .map_or(0, |held| held.arrival);
+        let held = candidates.get(part.candidate);
+        let arrival = held.map_or(0, |held| held.arrival);
         for slot in 0..slots {
             let range = YawRange {
                 first: (yaws * slot / slots).max(part.yaws.first),
@@ -70,9 +65,7 @@ pub(crate) fn split(parts: &[Part], candidates: &[Candidate], replicas: usize) -
 /// A part at some of its yaws; `None` where nothing is proposed there.
 fn restricted(part: &Part, yaws: YawRange) -> Option<Part> {
     let proposals = part.proposals.as_ref().map(|placements| {
-        let here = placements
-            .iter()
-            .filter(|placement| yaws.contains(placement.yaw));
+        let here = placements.iter().filter(|at| yaws.contains(at.yaw));
         here.copied().collect::<Vec<_>>()
     });
     if proposals.as_ref().is_some_and(Vec::is_empty) {
@@ -101,13 +94,10 @@ mod tests {
     }
 
     fn covered(shares: &[Vec<Part>], candidate: usize) -> Vec<usize> {
-        let parts = shares
-            .iter()
-            .flatten()
-            .filter(|part| part.candidate == candidate);
-        let mut yaws: Vec<usize> = parts
-            .flat_map(|part| part.yaws.first..part.yaws.end)
-            .collect();
+        let parts = shares.iter().flatten();
+        let parts = parts.filter(|part| part.candidate == candidate);
+        let yaws = parts.flat_map(|part| part.yaws.first..part.yaws.end);
+        let mut yaws: Vec<usize> = yaws.collect();
         yaws.sort_unstable();
         yaws
     }

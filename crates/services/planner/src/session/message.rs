@@ -44,12 +44,9 @@ impl Session {
             v1::SessionEnd::NothingFits => Some(End::NothingFits(message.reasons)),
             v1::SessionEnd::Failed => Some(End::Failed(message.failure)),
         };
+        let items = message.items.iter().map(read_item);
         Ok(Self {
-            items: message
-                .items
-                .iter()
-                .map(read_item)
-                .collect::<Result<_, _>>()?,
+            items: items.collect::<Result<_, _>>()?,
             keep_out: message.keep_out.iter().map(read_region).collect(),
             id: message.session_id,
             pending: message.pending,

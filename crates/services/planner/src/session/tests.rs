@@ -2,6 +2,9 @@ use nalgebra::Isometry3;
 use ppnpack_wire::convert;
 use ppnpack_wire::item_id::ItemId;
 
+use super::SessionError::{
+    Answered, NoKind, NoSession, NotWaiting, OtherItem, OtherOutcome, Pending, UnknownDecision,
+};
 use super::*;
 
 fn announced(item_id: &str) -> SessionItem {
@@ -57,11 +60,8 @@ fn waiting(session: &Session) -> Vec<&str> {
 #[test]
 fn nothing_is_done_before_a_session_begins() {
     let mut session = Session::default();
-    assert_eq!(
-        session.announce(vec![announced("a")]),
-        Err(SessionError::NoSession)
-    );
-    assert_eq!(session.answered("r"), Err(SessionError::NoSession));
+    assert_eq!(session.announce(vec![announced("a")]), Err(NoSession));
+    assert_eq!(session.answered("r"), Err(NoSession));
 }
 
 #[test]
@@ -78,10 +78,7 @@ fn items_wait_in_their_order_and_announcing_them_again_changes_nothing() {
         },
         ..announced("a")
     };
-    assert_eq!(
-        session.announce(vec![other]),
-        Err(SessionError::OtherItem("a".to_owned()))
-    );
+    assert_eq!(session.announce(vec![other]), Err(OtherItem("a".into())));
 }
 
 #[test]
@@ -89,14 +86,9 @@ fn a_decision_awaits_its_outcome_before_the_next_one() {
     let mut session = session_of(&["a", "b"]);
     session.decide(decision("d1", "b")).unwrap();
     assert_eq!(waiting(&session), ["a"]);
-    assert_eq!(
-        session.decide(decision("d2", "a")),
-        Err(SessionError::Pending("d1".to_owned()))
-    );
-    assert_eq!(
-        session.answered("another"),
-        Err(SessionError::Pending("d1".to_owned()))
-    );
+    let early = session.decide(decision("d2", "a"));
+    assert_eq!(early, Err(Pending("d1".into())));
+    assert_eq!(session.answered("another"), Err(Pending("d1".into())));
     let again = session.answered("request-of-d1").unwrap();
     assert_eq!(
         again.map(|decision| decision.decision_id.as_str()),
@@ -107,10 +99,8 @@ fn a_decision_awaits_its_outcome_before_the_next_one() {
     assert!(session.pending().is_none());
     assert_eq!(session.least_state_number(), 7);
     assert!(matches!(session.items()[1].state, ItemState::Packed { .. }));
-    assert_eq!(
-        session.answered("request-of-d1"),
-        Err(SessionError::Answered("d1".to_owned()))
-    );
+    let again = session.answered("request-of-d1");
+    assert_eq!(again, Err(Answered("d1".into())));
 }
 
 #[test]
@@ -129,33 +119,24 @@ fn an_outcome_can_be_reported_twice_but_not_changed() {
     let mut session = session_of(&["a"]);
     session.decide(decision("d1", "a")).unwrap();
     let before = session.clone();
-    assert_eq!(
-        session.report("d1", &outcome(v1::OutcomeKind::Unspecified)),
-        Err(SessionError::NoKind)
-    );
+    let unclear = session.report("d1", &outcome(v1::OutcomeKind::Unspecified));
+    assert_eq!(unclear, Err(NoKind));
     assert_eq!(session, before);
     report(&mut session, "d1", v1::OutcomeKind::Placed);
     let reported = session.clone();
     report(&mut session, "d1", v1::OutcomeKind::Placed);
     assert_eq!(session, reported);
-    assert_eq!(
-        session.report("d1", &outcome(v1::OutcomeKind::Lost)),
-        Err(SessionError::OtherOutcome("d1".to_owned()))
-    );
-    assert_eq!(
-        session.report("d9", &outcome(v1::OutcomeKind::Lost)),
-        Err(SessionError::UnknownDecision("d9".to_owned()))
-    );
+    let lost = outcome(v1::OutcomeKind::Lost);
+    assert_eq!(session.report("d1", &lost), Err(OtherOutcome("d1".into())));
+    let unknown = session.report("d9", &lost);
+    assert_eq!(unknown, Err(UnknownDecision("d9".into())));
 }
 
 #[test]
 fn only_waiting_items_are_withdrawn() {
     let mut session = session_of(&["a", "b"]);
     session.decide(decision("d1", "a")).unwrap();
-    assert_eq!(
-        session.withdraw("a"),
-        Err(SessionError::NotWaiting("a".to_owned()))
-    );
+    assert_eq!(session.withdraw("a"), Err(NotWaiting("a".into())));
     session.withdraw("b").unwrap();
     session.withdraw("b").unwrap();
     assert!(waiting(&session).is_empty());
@@ -180,7 +161,7 @@ fn a_session_is_read_as_it_was_written() {
     report(&mut session, "d1", v1::OutcomeKind::Placed);
     session.withdraw("d").unwrap();
     session.decide(decision("d2", "b")).unwrap();
-    session.end(End::Failed("arm stuck".to_owned()));
+    session.end(End::Failed("arm stuck".into()));
     assert_eq!(Session::from_message(session.to_message(5)), Ok(session));
 }
 
@@ -283,7 +264,7 @@ fn an_item_lies_as_announced_after_a_restart_and_another_way_is_another_item() {
     session.announce(vec![item.clone()]).unwrap();
     session.announce(vec![item]).unwrap();
     let other = session.announce(vec![announced("b")]);
-    assert_eq!(other, Err(SessionError::OtherItem("b".to_owned())));
+    assert_eq!(other, Err(OtherItem("b".into())));
     let message = session.to_message(5);
     assert_eq!(Session::from_message(message), Ok(session));
 }
