@@ -4,8 +4,7 @@ use nalgebra::{Isometry3, Point3};
 
 use crate::intrinsics::Intrinsics;
 
-/// How far outside a triangle a pixel's centre may lie and still show it, in pixels: neighbouring triangles leave no
-/// gap along their common edge.
+/// How far outside a triangle a pixel's centre may still show it, in pixels: neighbours leave no gap along their edge.
 const EDGE_SLACK: f64 = 1e-6;
 
 /// Stands for no triangle.
@@ -44,9 +43,8 @@ impl DepthBuffer {
         self.facets.resize(intrinsics.pixels(), NOTHING);
     }
 
-    /// Draws triangles given in a frame of their own; both sides are seen, nothing nearer than `near_m` is. Their
-    /// facets are numbered from `first_facet`. Triangles that name a missing vertex or have a coordinate that is not
-    /// finite are left out.
+    /// Draws triangles of a frame of their own, from both sides, where they are not nearer than `near_m`; facets are
+    /// numbered from `first_facet`. Triangles with a missing vertex or a coordinate that is not finite are left out.
     pub fn draw(
         &mut self,
         intrinsics: &Intrinsics,

@@ -12,8 +12,7 @@ use crate::error::CameraError;
 pub struct NoiseModel {
     /// Standard deviation along the ray, in metres.
     pub deviation_m: f64,
-    /// What the standard deviation grows by with the square of the depth, in metres per square metre: the noise of
-    /// stereo and structured light.
+    /// What the deviation grows by with the squared depth, in m per m^2: the noise of stereo and structured light.
     pub deviation_per_m2: f64,
     /// The share of pixels that measure nothing.
     pub dropout: f64,

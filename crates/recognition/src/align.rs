@@ -16,8 +16,7 @@ pub(crate) struct AlignSettings {
     pub(crate) rounds: usize,
     /// Distances much beyond this count little, at first and at the end, in metres.
     pub(crate) scale_m: (f64, f64),
-    /// How strongly the pose is held to the support: the standard deviations of its tilt and its height; `None` where it
-    /// is free.
+    /// How strongly the pose is held to the support; `None` where it is free.
     pub(crate) hold: Option<Hold>,
 }
 

@@ -193,8 +193,7 @@ impl Observation {
         camera_from_item
     }
 
-    /// How much speaks against a pose, without tolerance for points beside their pixel: a sum that is least where the
-    /// outlines fit, too.
+    /// How much speaks against a pose, with no tolerance for points beside their pixel: least where outlines fit, too.
     pub(crate) fn strict_cost(
         &mut self,
         object: &LibraryObject,
@@ -318,8 +317,7 @@ struct Expected {
     is_behind_seen: bool,
 }
 
-/// The distance of a point from the plane of the facet seen at a pixel; the plain distance where it is seen from the
-/// side.
+/// The distance of a point from the plane of the facet seen at a pixel; the plain one where that is seen from the side.
 fn plane_distance_m(
     seen: &Seen,
     surface: &Point3<f64>,

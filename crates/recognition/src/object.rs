@@ -21,8 +21,7 @@ pub struct LibrarySettings {
     pub same_pose_rad: f64,
     /// When surfaces count as the same: of twins, of views from above, of an object that is turned.
     pub same_surface: SameSurface,
-    /// When a turned object counts as nearly the same, where orientations are compared: a fruit is a ball to whoever
-    /// packs it.
+    /// When a turned object is nearly the same, where orientations are compared: a fruit is a ball to a packer.
     pub nearly_same: SameSurface,
     /// What is lower than this over the support is not seen as part of an item, in metres; as in the segmentation.
     pub least_height_m: f64,
@@ -130,8 +129,7 @@ fn down(support_from_item: &UnitQuaternion<f64>) -> Unit<Vector3<f64>> {
     Unit::new_unchecked(support_from_item.inverse() * -Vector3::z())
 }
 
-/// The resting poses of a model, of those that are searched as one the most probable with the chance of all, by falling
-/// probability.
+/// The resting poses of a model by falling probability; of those searched as one, the likeliest with the chance of all.
 fn grouped(model: &Model, settings: &LibrarySettings, symmetry: &Symmetry) -> Vec<RestingPose> {
     let mut groups: Vec<RestingPose> = Vec::new();
     for pose in &model.resting_poses {

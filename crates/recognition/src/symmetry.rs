@@ -52,8 +52,7 @@ const MOST_FITS: usize = 48;
 const TRIED_RAD: f64 = 0.3;
 /// Turns nearer to each other than this are one, in radians.
 const SAME_RAD: f64 = 0.1;
-/// Turns that show whether an object is round about an axis: no fractions of a full turn, and then as many evenly spaced
-/// ones.
+/// Turns that show whether an object is round about an axis: no fractions of a full turn, then as many evenly spaced.
 const ODD_RAD: [f64; 2] = [0.31, 1.37];
 const EVEN: usize = 7;
 

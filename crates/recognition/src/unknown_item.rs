@@ -14,8 +14,7 @@ use crate::segmentation::Cluster;
 pub struct UnknownItem {
     /// The item, with a view per yaw.
     pub item: Item,
-    /// The item frame in the world: on the support, under the middle of the seen points, its axes those of the least
-    /// rectangle around them.
+    /// The item frame in the world: on the support, under the middle of the seen points, along their least rectangle.
     pub world_from_item: Isometry3<f64>,
 }
 
@@ -128,8 +127,7 @@ fn view(
     })
 }
 
-/// Gives cells without a point that lie between two covered ones the height of their highest neighbour: the sensor
-/// missed them.
+/// Gives cells without a point between two covered ones the height of their highest neighbour: the sensor missed them.
 fn close_gaps(heights_m: &mut [f64], nx: usize, ny: usize) {
     let seen = heights_m.to_vec();
     let at = |x: usize, y: usize| {

@@ -143,9 +143,8 @@ pub struct Subscription {
     _subscriber: Subscriber<()>,
 }
 
-/// Calls `on_message` with every message of a stream of a cell, or of every cell. It runs on Zenoh's thread: it must
-/// only hand the message over, to something with a bound. What is malformed is counted and logged, at most once a
-/// second.
+/// Calls `on_message` with every message of a stream of a cell, or of all. It runs on Zenoh's thread: it must only hand
+/// the message over, to something with a bound. What is malformed is counted, and logged at most once a second.
 ///
 /// # Errors
 /// [`ServiceError::Zenoh`] where the session is closed.

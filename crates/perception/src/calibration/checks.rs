@@ -8,8 +8,7 @@ use super::found::{Found, RIM_BAND_M, WALL_MARGIN_M};
 use super::settings::CalibrationSettings;
 use super::sides::Side;
 
-/// A strip of a side shows the rim where so many points lie on it, so far outside the inner face: farther than noise
-/// takes those of the wall.
+/// A strip of a side shows the rim where so many points lie so far outside the inner face: farther than noise goes.
 const LEAST_RIM_POINTS: usize = 2;
 const SURE_RIM_M: std::ops::Range<f64> = 0.0012..0.02;
 
@@ -129,8 +128,7 @@ pub(super) fn residuals(
     Ok(residuals)
 }
 
-/// Makes sure that the rim is one: level ground outside each wall's inner face, and nothing above. Walls that are cut by
-/// the edge of the image are none.
+/// Makes sure that the rim is one: level outside each wall's face, nothing above, and no wall cut by the image's edge.
 pub(super) fn has_rim(found: &Found) -> Result<(), CalibrationError> {
     let rectangle = &found.rectangle;
     let rim_m = found.surfaces.rim.mean.z;

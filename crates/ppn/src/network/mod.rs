@@ -77,8 +77,7 @@ impl Network {
 
     /// `views` is `[V, VIEW_CHANNELS, K, K]`, `K` a multiple of twice the stride, the footprint's centre at `K / 2`.
     ///
-    /// Features are limited to the footprint and divided by its cells, so that neither the canvas around it nor its
-    /// size changes the scale of a correlation.
+    /// Features are limited to the footprint and divided by its cells: neither canvas nor size scales a correlation.
     pub(crate) fn encode_views(&self, views: &Tensor) -> Result<ViewFeatures, TchError> {
         let mut mask = views.f_narrow(1, VIEW_CHANNELS - 1, 1)?;
         let features = self.item.forward(views, Some(&mask), self.is_training)?;

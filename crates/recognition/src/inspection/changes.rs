@@ -36,8 +36,7 @@ const FLOATING_M: f64 = 0.015;
 #[derive(Debug)]
 pub(crate) struct Changes<'settings> {
     pub(crate) squares: Squares,
-    /// How high the content was at most; where it was not seen, as high as what hid it. Higher than the rim where
-    /// that is not known either.
+    /// How high the content was at most: where not seen, as high as what hid it, or above the rim if that is unknown.
     most_m: Vec<f32>,
     /// How high it was at least.
     least_m: Vec<f32>,
