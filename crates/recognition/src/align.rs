@@ -20,6 +20,16 @@ pub(crate) struct AlignSettings {
     pub(crate) hold: Option<Hold>,
 }
 
+impl AlignSettings {
+    pub(crate) const fn new(rounds: usize, scale_m: (f64, f64), hold: Option<Hold>) -> Self {
+        Self {
+            rounds,
+            scale_m,
+            hold,
+        }
+    }
+}
+
 /// How far a pose on a support may be from resting.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Hold {

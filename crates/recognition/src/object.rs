@@ -107,10 +107,8 @@ impl LibraryObject {
             (near_symmetry, centre_m) = find(&settings.nearly_same);
         }
         let poses = grouped(model, settings, &symmetry);
-        let poses = poses.iter();
-        let poses: Vec<PoseTemplate> = poses
-            .filter_map(|pose| PoseTemplate::new(model, pose, settings))
-            .collect();
+        let template = |pose: &RestingPose| PoseTemplate::new(model, pose, settings);
+        let poses: Vec<PoseTemplate> = poses.iter().filter_map(template).collect();
         (!poses.is_empty()).then(|| Self {
             model: model.clone(),
             nearest,
@@ -143,10 +141,7 @@ fn grouped(model: &Model, settings: &LibrarySettings, symmetry: &Symmetry) -> Ve
         }
     }
     groups.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    let likely = groups
-        .iter()
-        .take_while(|group| group.probability >= settings.least_probability)
-        .count();
+    let likely = groups.partition_point(|group| group.probability >= settings.least_probability);
     groups.truncate(likely.max(1));
     groups
 }

@@ -227,10 +227,6 @@ fn surroundings(
     let (low, high) = (lowest - reach(lowest), highest + reach(highest));
     let is_near = |point: &&Point3<f64>| point.xy() >= low && point.xy() <= high;
     let is_other = |point: &&Point3<f64>| point.z < least_height_m || !is_own(point);
-    all_m
-        .iter()
-        .filter(is_near)
-        .filter(is_other)
-        .copied()
-        .collect()
+    let around = all_m.iter().filter(is_near).filter(is_other);
+    around.copied().collect()
 }

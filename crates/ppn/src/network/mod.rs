@@ -109,15 +109,13 @@ impl Network {
         fused: &[Tensor],
         resting: Option<&Tensor>,
     ) -> Result<Tensor, TchError> {
-        let by_phase = match resting {
-            Some(resting) => {
-                let (maps, channels, cells) = resting.size3()?;
-                let phases = resting.f_view([maps, channels, 4, cells / 4])?;
-                let phases = phases.f_permute([2, 1, 0, 3])?;
-                Some(phases.f_reshape([4, channels, maps * cells / 4])?)
-            }
-            None => None,
-        };
+        let by_phase = resting.map(|resting| {
+            let (maps, channels, cells) = resting.size3()?;
+            let phases = resting.f_view([maps, channels, 4, cells / 4])?;
+            let phases = phases.f_permute([2, 1, 0, 3])?;
+            phases.f_reshape([4, channels, maps * cells / 4])
+        });
+        let by_phase = by_phase.transpose()?;
         let maps = match fused.first() {
             Some(fused) => fused.size4()?.1,
             None => 0,

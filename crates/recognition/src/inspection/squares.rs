@@ -165,11 +165,8 @@ fn window_greatest(values: &[f32], reach: usize) -> Vec<f32> {
         .map(|index| {
             let end = (index + reach + 1).min(values.len());
             let window = values.get(index.saturating_sub(reach)..end);
-            window
-                .unwrap_or_default()
-                .iter()
-                .copied()
-                .fold(f32::MIN, f32::max)
+            let window = window.unwrap_or_default().iter().copied();
+            window.fold(f32::MIN, f32::max)
         })
         .collect()
 }
