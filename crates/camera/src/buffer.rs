@@ -25,7 +25,7 @@ pub struct DepthBuffer {
 }
 
 /// A vertex on the image.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Corner {
     u: f64,
     v: f64,
@@ -57,21 +57,14 @@ impl DepthBuffer {
         let rotation = camera_from_body.rotation.to_rotation_matrix();
         let translation = camera_from_body.translation.vector;
         self.vertices.clear();
-        self.vertices.extend(
-            vertices
-                .iter()
-                .map(|vertex| rotation * vertex + translation),
-        );
+        let moved = vertices.iter().map(|point| rotation * point + translation);
+        self.vertices.extend(moved);
         self.corners.clear();
         self.corners.extend(self.vertices.iter().map(|point| {
             if point.z >= near_m {
                 corner(intrinsics, point)
             } else {
-                Corner {
-                    u: 0.0,
-                    v: 0.0,
-                    nearness: 0.0,
-                }
+                Corner::default()
             }
         }));
         for (facet, triangle) in (first_facet..).zip(triangles) {

@@ -105,12 +105,8 @@ impl NoiseModel {
         }
         let is_angle = |angle: f64| (0.0..=std::f64::consts::FRAC_PI_2).contains(&angle);
         let limit_rad = self.grazing_limit_rad;
-        Ok(require(
-            "grazing_limit_rad",
-            limit_rad,
-            "0 to pi / 2",
-            is_angle,
-        )?)
+        require("grazing_limit_rad", limit_rad, "0 to pi / 2", is_angle)?;
+        Ok(())
     }
 
     /// The depth that is measured at a pixel, in metres; NaN where nothing is.

@@ -105,10 +105,8 @@ impl TopLayers {
             self.take_off();
             self.gather();
         }
-        for (height_m, (highest_m, layer)) in heights_m
-            .iter_mut()
-            .zip(self.highest_m.iter().zip(&self.layers))
-        {
+        let tops = self.highest_m.iter().zip(&self.layers);
+        for (height_m, (highest_m, layer)) in heights_m.iter_mut().zip(tops) {
             *height_m = layer.height_m(*highest_m, self.noise_m);
         }
         (before - self.points.len()) as u64

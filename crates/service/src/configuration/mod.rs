@@ -206,7 +206,7 @@ impl<S: ServiceSettings> Configuration<S> {
         self.instance()?;
         check("shutdown_grace_s", self.shutdown_grace_s, 0.0..=3600.0)?;
         self.zenoh.validate()?;
-        self.log.validate()?;
+        drop(self.log.to_filter()?);
         self.telemetry.validate()?;
         self.service
             .validate()
