@@ -14,7 +14,7 @@ pub struct CalibrationSettings {
     pub size: Option<ContainerSize>,
     /// The measured size may differ from the known one by this along each side, in metres.
     pub size_tolerance_m: f64,
-    /// The x axis is the side nearest to the sensor's after so many quarter turns, counter-clockwise from above; 0 to 3.
+    /// x is the side nearest to the sensor's x axis turned by so many quarters, counter-clockwise from above; 0 to 3.
     pub quarter_turns: u8,
     /// The container is at least this deep, in metres.
     pub least_depth_m: f64,
