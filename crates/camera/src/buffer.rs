@@ -4,8 +4,7 @@ use nalgebra::{Isometry3, Point3};
 
 use crate::intrinsics::Intrinsics;
 
-/// How far outside a triangle a pixel's centre may lie and still show it, in pixels: neighbouring triangles leave no
-/// gap along their common edge.
+/// How far outside a triangle a pixel's centre may still show it, in pixels: neighbours leave no gap along their edge.
 const EDGE_SLACK: f64 = 1e-6;
 
 /// Stands for no triangle.
@@ -26,7 +25,7 @@ pub struct DepthBuffer {
 }
 
 /// A vertex on the image.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Corner {
     u: f64,
     v: f64,
@@ -44,9 +43,8 @@ impl DepthBuffer {
         self.facets.resize(intrinsics.pixels(), NOTHING);
     }
 
-    /// Draws triangles given in a frame of their own; both sides are seen, nothing nearer than `near_m` is. Their
-    /// facets are numbered from `first_facet`. Triangles that name a missing vertex or have a coordinate that is not
-    /// finite are left out.
+    /// Draws triangles of a frame of their own, from both sides, where they are not nearer than `near_m`; facets are
+    /// numbered from `first_facet`. Triangles with a missing vertex or a coordinate that is not finite are left out.
     pub fn draw(
         &mut self,
         intrinsics: &Intrinsics,
@@ -59,21 +57,14 @@ impl DepthBuffer {
         let rotation = camera_from_body.rotation.to_rotation_matrix();
         let translation = camera_from_body.translation.vector;
         self.vertices.clear();
-        self.vertices.extend(
-            vertices
-                .iter()
-                .map(|vertex| rotation * vertex + translation),
-        );
+        let moved = vertices.iter().map(|point| rotation * point + translation);
+        self.vertices.extend(moved);
         self.corners.clear();
         self.corners.extend(self.vertices.iter().map(|point| {
             if point.z >= near_m {
                 corner(intrinsics, point)
             } else {
-                Corner {
-                    u: 0.0,
-                    v: 0.0,
-                    nearness: 0.0,
-                }
+                Corner::default()
             }
         }));
         for (facet, triangle) in (first_facet..).zip(triangles) {

@@ -12,8 +12,7 @@ use crate::error::CameraError;
 pub struct NoiseModel {
     /// Standard deviation along the ray, in metres.
     pub deviation_m: f64,
-    /// What the standard deviation grows by with the square of the depth, in metres per square metre: the noise of
-    /// stereo and structured light.
+    /// What the deviation grows by with the squared depth, in m per m^2: the noise of stereo and structured light.
     pub deviation_per_m2: f64,
     /// The share of pixels that measure nothing.
     pub dropout: f64,
@@ -106,12 +105,8 @@ impl NoiseModel {
         }
         let is_angle = |angle: f64| (0.0..=std::f64::consts::FRAC_PI_2).contains(&angle);
         let limit_rad = self.grazing_limit_rad;
-        Ok(require(
-            "grazing_limit_rad",
-            limit_rad,
-            "0 to pi / 2",
-            is_angle,
-        )?)
+        require("grazing_limit_rad", limit_rad, "0 to pi / 2", is_angle)?;
+        Ok(())
     }
 
     /// The depth that is measured at a pixel, in metres; NaN where nothing is.

@@ -115,10 +115,8 @@ impl View {
             f64::from(depth_m.unwrap_or(f32::NAN))
         };
         let column = pixel % width;
-        let (left, right) = (
-            (column > 0).then(|| pixel - 1),
-            (column + 1 < width).then_some(pixel + 1),
-        );
+        let left = (column > 0).then(|| pixel - 1);
+        let right = (column + 1 < width).then_some(pixel + 1);
         let ray = self.ray(pixel);
         Neighbourhood {
             depth_m: depth(Some(pixel)),

@@ -37,8 +37,7 @@ impl Expert {
         })
     }
 
-    /// Labels a candidate of a step, which is this object: placements by increasing value, until every yaw has its
-    /// optimum with all ties.
+    /// Labels a candidate of a step: placements by increasing value, until every yaw has its optimum with all ties.
     pub(crate) fn label(
         &mut self,
         input: &StepInput<'_>,

@@ -22,8 +22,7 @@ pub(crate) fn read_bounded(path: &Path, most: u64) -> Result<Vec<u8>, DatasetErr
     }
 }
 
-/// Decompresses data that must have exactly `size` bytes; gives what is wrong. Memory grows with what there is, not
-/// with what is promised.
+/// Decompresses data of exactly `size` bytes; gives what is wrong. Memory grows with what there is, not the promise.
 pub(crate) fn decompress(packed: &[u8], size: u64) -> Result<Vec<u8>, String> {
     let mut content = Vec::new();
     let decoder = zstd::Decoder::with_buffer(packed);

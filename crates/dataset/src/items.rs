@@ -118,11 +118,8 @@ impl StoredView {
         if !(1..=MAX_CELLS).contains(&nx) || !(1..=MAX_CELLS).contains(&ny) {
             return Err(format!("its footprint has {nx} x {ny} cells"));
         }
-        let mut lengths = self
-            .origin_from_corner_m
-            .iter()
-            .chain(&self.centre_of_mass_m);
-        if !lengths.all(|length| length.is_finite()) {
+        let (origin, centre) = (&self.origin_from_corner_m, &self.centre_of_mass_m);
+        if !origin.iter().chain(centre).all(|length| length.is_finite()) {
             return Err("a length is not finite".to_owned());
         }
         Ok(ViewSurfaces {

@@ -85,8 +85,7 @@ impl Dataset {
         &self.layout.items
     }
 
-    /// The steps of a split, by sequence and step. `progress` is called with the number of sequences done and their
-    /// total.
+    /// The steps of a split, by sequence and step. `progress` is called with the sequences done and their total.
     ///
     /// Values take two bytes per placement and candidate, about 14 kB a step of the reference setting; where they are
     /// not asked for, they take neither time nor memory.

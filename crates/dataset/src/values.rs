@@ -80,11 +80,9 @@ impl Values {
     ) -> Self {
         let mut values = Self::none_valid(grid, item);
         values.best = best;
-        for yaw in &mut values.yaws {
-            yaw.steps
-                .iter_mut()
-                .zip(&mut *steps)
-                .for_each(|(entry, step)| *entry = step);
+        let entries = values.yaws.iter_mut().flat_map(|yaw| &mut yaw.steps);
+        for (entry, step) in entries.zip(steps) {
+            *entry = step;
         }
         values
     }
@@ -106,8 +104,9 @@ impl Values {
 
     /// The value of a placement, to half a [`VALUE_STEP`]; infinite where it does not fit, is not valid or not possible.
     pub fn get(&self, yaw: usize, x: usize, y: usize) -> f32 {
-        let yaw = self.yaws.get(yaw);
-        let above = yaw.map_or(f32::INFINITY, |yaw| yaw.above_best(x, y));
+        let yaw = self.yaws.get(yaw).filter(|yaw| y < yaw.ny);
+        let step = yaw.and_then(|yaw| yaw.steps.get(x * yaw.ny + y));
+        let above = step.map_or(f32::INFINITY, |step| difference(*step));
         (self.best + f64::from(above)) as f32
     }
 }
@@ -116,16 +115,6 @@ impl YawValues {
     /// Placements along x and y; 0 where the footprint is larger than the container.
     pub fn size(&self) -> (usize, usize) {
         (self.nx, self.ny)
-    }
-
-    /// By how much the value of a placement exceeds the candidate's least; infinite as for [`Values::get`].
-    fn above_best(&self, x: usize, y: usize) -> f32 {
-        let step = if y < self.ny {
-            self.steps.get(x * self.ny + y)
-        } else {
-            None
-        };
-        step.map_or(f32::INFINITY, |step| difference(*step))
     }
 
     /// By how much each value exceeds the candidate's least: `nx * ny` differences, row-major (`x * ny + y`).

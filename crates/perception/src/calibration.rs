@@ -3,8 +3,7 @@
 //! The sensor looks at the container from above, tilted by 30 degrees or so at most, and sees its whole rim; table or
 //! ground may be around it. Nothing else is assumed of the pose. How it is found:
 //!
-//! 1. Floor, rim and what the container stands on are parallel. The direction in which the heights of points concentrate
-//!    on few levels is up (`direction.rs`).
+//! 1. Floor, rim and ground are parallel: up is where the heights of points concentrate on few levels (`direction.rs`).
 //! 2. The rim is the highest level whose points enclose a hole with something deep in it (`opening.rs`). The floor is the
 //!    level in the hole that has the most points.
 //! 3. Each side of the hole is the inner face of its wall where the sensor sees it, and the rim's inner edge where not

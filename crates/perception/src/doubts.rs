@@ -11,8 +11,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Doubt {
-    /// Too little of the container was seen: a sensor that shows another place, in another unit or frame, or that
-    /// something stands before.
+    /// Too little of the container was seen: the sensor shows another place, unit or frame, or something is before it.
     #[error(
         "only {known_cells} of {cells} cells are known: does the sensor show this container, in metres and in the frame \
          that is set?"
@@ -84,8 +83,7 @@ impl fmt::Display for Wall {
     }
 }
 
-/// When a scene is doubtful. By default only where little of it is seen; the other doubts need a sensor that sees more
-/// than the container's inside.
+/// When a scene is doubtful. By default only where little of it is seen; the others need more in view than the inside.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DoubtSettings {

@@ -12,8 +12,7 @@ const ROUNDING: f64 = 1e-9;
 /// The farthest a sensor may be, in metres.
 const FARTHEST_M: f64 = 1000.0;
 
-/// Where a sensor is and how it is turned, seen from the container: takes points of the sensor's frame to the
-/// container's.
+/// Where a sensor is and how it is turned, seen from the container: takes points of its frame to the container's.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Extrinsics {

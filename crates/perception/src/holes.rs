@@ -19,10 +19,9 @@ pub(crate) struct Holes {
 }
 
 impl Holes {
-    /// Gives the samples of holes the height of the highest sample around, where that is safe: what could stand in a
-    /// narrow hole among level samples and not be seen is narrower still, while what hides a hole from the sensor
-    /// stands up from what is beside it. Samples touch across edges and corners; those outside the map are level with
-    /// any.
+    /// Gives the samples of holes the height of the highest sample around, where that is safe: what could stand unseen
+    /// in a narrow hole among level samples is narrower still, while what hides a hole from the sensor stands up from
+    /// what is beside it. Samples touch across edges and corners; those outside the map are level with any.
     pub(crate) fn fill(&mut self, heights_m: &mut [f32], ny: usize, fillable: Fillable) {
         self.is_visited.clear();
         self.is_visited

@@ -7,8 +7,7 @@
 /// The top layer reaches this many standard deviations below the highest point: the span of a few dozen of them.
 const LAYER_DEVIATIONS: f32 = 5.0;
 
-/// How steep a surface may be on which a point and its neighbours belong together: heights differ by so many pitches
-/// from one sample to the next.
+/// How steep a surface may be on which a point and its neighbours belong together, in pitches of height per sample.
 const STEEPEST_PITCHES: f32 = 2.0;
 
 /// A variance is beyond that of noise where it is so many of its own standard deviations greater.
@@ -94,8 +93,7 @@ impl TopLayers {
         }
     }
 
-    /// The heights of the samples in metres, [`NO_POINT`] where there is none; gives how many points did not count,
-    /// because they stood by themselves.
+    /// The samples' heights in metres, [`NO_POINT`] where there is none; gives how many lone points did not count.
     pub(crate) fn heights(&mut self, heights_m: &mut [f32]) -> u64 {
         let before = self.points.len();
         self.gather();
@@ -107,10 +105,8 @@ impl TopLayers {
             self.take_off();
             self.gather();
         }
-        for (height_m, (highest_m, layer)) in heights_m
-            .iter_mut()
-            .zip(self.highest_m.iter().zip(&self.layers))
-        {
+        let tops = self.highest_m.iter().zip(&self.layers);
+        for (height_m, (highest_m, layer)) in heights_m.iter_mut().zip(tops) {
             *height_m = layer.height_m(*highest_m, self.noise_m);
         }
         (before - self.points.len()) as u64
@@ -205,8 +201,7 @@ pub(crate) fn is_known(height_m: f32) -> bool {
     height_m > NO_POINT
 }
 
-/// The samples of a map cell by cell, `per_cell` along a cell's edge and `ny` cells along y: the index of a cell with
-/// each row of its samples.
+/// The samples of a map by cell, `per_cell` along an edge and `ny` cells along y: a cell's index with each of its rows.
 pub(crate) fn by_cell(
     samples_m: &[f32],
     per_cell: usize,

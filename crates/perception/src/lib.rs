@@ -4,8 +4,7 @@
 //! seen of is unknown, and counts as higher than the rim: nothing is ever placed there.
 //!
 //! A scene may be doubtful ([`doubts`]): little of it was seen, the container is not where it should be, something
-//! reaches into it, or something moves. Nothing is to be planned on it then. Where the container stands before the
-//! sensor is found by [`calibration`].
+//! reaches into it, or moves. Nothing is to be planned on it then. [`calibration`] finds where the container stands.
 //!
 //! The crate is pure and synchronous; it knows neither the wire nor any sensor.
 //!

@@ -246,8 +246,7 @@ impl Mapper {
         }
     }
 
-    /// Gives each cell the highest of its samples, or a height above the rim where too few of them are known; gives
-    /// how many these are.
+    /// Gives each cell the highest of its samples, or a height above the rim where too few are known; counts those.
     fn raise_cells(&mut self) -> usize {
         let (per_cell, ny) = (self.grid.resolution().samples_per_cell(), self.grid.ny());
         let in_cell = per_cell * per_cell;
@@ -298,8 +297,7 @@ impl Mapper {
         Scene::new(&self.grid, heightmap, Some(surface))
     }
 
-    /// The height of a cell in units. Noise makes the highest of its samples a little too high, which rounding up would
-    /// make a whole unit.
+    /// The height of a cell in units, less the noise: its highest sample is a little too high, and is rounded up.
     fn units(&self, cell_m: f32) -> Units {
         let is_known = cell_m < self.unknown_m;
         let excess_m = if is_known { self.settings.noise_m } else { 0.0 };

@@ -24,8 +24,7 @@ pub struct MapperSettings {
     pub point_radius_m: f64,
     /// With noise, points that stand out above all around them count where there are at least this many.
     pub least_points: u32,
-    /// Holes in the map that are no wider than this along x and y are filled, where the samples around them are level.
-    /// In metres.
+    /// Holes no wider than this along x and y are filled, in metres, where the samples around them are level.
     pub largest_hole_m: f64,
     /// The samples around a hole are level where their heights differ by at most this, in metres: what hides a hole
     /// from the sensor stands up from what is beside it.
@@ -56,8 +55,7 @@ impl Default for MapperSettings {
 }
 
 impl MapperSettings {
-    /// Checks that every number is possible on a grid. A point is kept once for each sample that it stands for: at half
-    /// a sample, four times at most.
+    /// Checks that every number is possible on a grid. At half a sample, a point is kept for four samples at most.
     ///
     /// # Errors
     /// [`SettingError`] names the first that is not.

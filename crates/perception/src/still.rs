@@ -1,7 +1,6 @@
 //! Several clouds of a scene that does not move.
 //!
-//! Together they show what single ones miss, and with less noise. A scene in which something moves is told from one
-//! that is still by comparing them.
+//! Together they show more than single ones, with less noise; comparing them tells whether something moves.
 
 use std::collections::VecDeque;
 
@@ -20,11 +19,9 @@ const SAME_DEVIATIONS: f64 = 3.0;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct StillSettings {
-    /// So many of the latest clouds must agree, and make the heightmap together: 1 to 16. With 1, each cloud stands for
-    /// itself.
+    /// So many of the latest clouds must agree, and make the heightmap together: 1 to 16. With 1, each is by itself.
     pub clouds: usize,
-    /// Something moved in a cell that is higher or lower than itself and its neighbours were by more than this, in
-    /// metres.
+    /// Something moved in a cell higher or lower than itself and its neighbours were by more than this, in metres.
     pub height_m: f64,
     /// A scene is still where at most this many cells moved.
     pub most_cells: usize,

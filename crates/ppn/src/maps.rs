@@ -68,8 +68,7 @@ impl Layout {
     /// The channels of views, `[views, VIEW_CHANNELS, side, side]`, and the side of the canvas that holds all that the
     /// network has a place for; those of others are zeros.
     ///
-    /// The side is a multiple of twice the stride, so that the footprint's centre lies between the same cells at every
-    /// resolution, whatever the canvas.
+    /// The side is a multiple of twice the stride: the footprint's centre is between the same cells at any resolution.
     pub(crate) fn write_views(&self, views: &[&ItemView], stride: usize) -> (Vec<f32>, usize) {
         let admitted = views.iter().filter(|view| self.admits(view));
         let longest = admitted.map(|view| view.nx().max(view.ny())).max();

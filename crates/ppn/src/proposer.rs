@@ -26,8 +26,7 @@ pub struct NetworkProposer {
 }
 
 impl NetworkProposer {
-    /// Loads a model for a grid and warms it up. The features of `items` are computed at once; those of others when
-    /// they are first seen.
+    /// Loads a model for a grid and warms it up. Features of `items` are computed at once; others when first seen.
     ///
     /// # Errors
     /// [`NetworkError`] where the weights do not fit their architecture or the device is not there.

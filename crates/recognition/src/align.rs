@@ -16,9 +16,18 @@ pub(crate) struct AlignSettings {
     pub(crate) rounds: usize,
     /// Distances much beyond this count little, at first and at the end, in metres.
     pub(crate) scale_m: (f64, f64),
-    /// How strongly the pose is held to the support: the standard deviations of its tilt and its height; `None` where it
-    /// is free.
+    /// How strongly the pose is held to the support; `None` where it is free.
     pub(crate) hold: Option<Hold>,
+}
+
+impl AlignSettings {
+    pub(crate) const fn new(rounds: usize, scale_m: (f64, f64), hold: Option<Hold>) -> Self {
+        Self {
+            rounds,
+            scale_m,
+            hold,
+        }
+    }
 }
 
 /// How far a pose on a support may be from resting.

@@ -47,26 +47,22 @@ impl Library {
                 .find(|twin| twin.object == estimated_object)?;
             world_from_estimated * twin.twin_from_item
         };
+        let apart_m = |one: &Isometry3<f64>, other: &Isometry3<f64>| {
+            nalgebra::distance(&(one * entry.centre_m), &(other * entry.centre_m))
+        };
         let listed = PoseError {
-            position_m: nalgebra::distance(
-                &(world_from_item * entry.centre_m),
-                &(estimated * entry.centre_m),
-            ),
+            position_m: apart_m(world_from_item, &estimated),
             angle_rad: entry
                 .near_symmetry
                 .angle_between(&estimated.rotation, &world_from_item.rotation),
         };
         let same = &self.settings.same_surface;
         let turned = world_from_item.inverse() * estimated;
-        let fitted = same
-            .fitted(&entry.nearest, &entry.points, &turned)
-            .map(|like| PoseError {
-                position_m: nalgebra::distance(
-                    &(like * entry.centre_m),
-                    &(turned * entry.centre_m),
-                ),
-                angle_rad: like.rotation.angle_to(&turned.rotation),
-            });
+        let fitted = same.fitted(&entry.nearest, &entry.points, &turned);
+        let fitted = fitted.map(|like| PoseError {
+            position_m: apart_m(&like, &turned),
+            angle_rad: like.rotation.angle_to(&turned.rotation),
+        });
         Some(match fitted {
             Some(fitted) if fitted.angle_rad < listed.angle_rad => fitted,
             _ => listed,
@@ -96,15 +92,11 @@ impl Library {
         };
         let same = &self.settings.same_surface;
         let other_from_one = support_from_estimated.inverse() * support_from_item;
-        same.holds(
-            &other.nearest,
-            &seen_from_above(one, support_from_item),
-            &other_from_one,
-        ) && same.holds(
-            &one.nearest,
-            &seen_from_above(other, support_from_estimated),
-            &other_from_one.inverse(),
-        )
+        let one_seen = seen_from_above(one, support_from_item);
+        same.holds(&other.nearest, &one_seen, &other_from_one) && {
+            let other_seen = seen_from_above(other, support_from_estimated);
+            same.holds(&one.nearest, &other_seen, &other_from_one.inverse())
+        }
     }
 }
 

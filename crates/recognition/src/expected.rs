@@ -193,8 +193,7 @@ impl Observation {
         camera_from_item
     }
 
-    /// How much speaks against a pose, without tolerance for points beside their pixel: a sum that is least where the
-    /// outlines fit, too.
+    /// How much speaks against a pose, with no tolerance for points beside their pixel: least where outlines fit, too.
     pub(crate) fn strict_cost(
         &mut self,
         object: &LibraryObject,
@@ -231,9 +230,8 @@ impl Observation {
         let pixels = nearness.filter(|nearness| **nearness > 0.0).count();
         // Of the points that are compared, those at such pixels that nothing is before.
         let is_free = |seen: &&Seen| {
-            let depth_m = self
-                .buffer
-                .depth_m(seen.row * self.intrinsics.width + seen.column);
+            let pixel = seen.row * self.intrinsics.width + seen.column;
+            let depth_m = self.buffer.depth_m(pixel);
             depth_m.is_some_and(|depth_m| seen.point.z > f64::from(depth_m) - UNEXPLAINED_M)
         };
         let free = self.seen.iter().filter(is_free).count();
@@ -318,8 +316,7 @@ struct Expected {
     is_behind_seen: bool,
 }
 
-/// The distance of a point from the plane of the facet seen at a pixel; the plain distance where it is seen from the
-/// side.
+/// The distance of a point from the plane of the facet seen at a pixel; the plain one where that is seen from the side.
 fn plane_distance_m(
     seen: &Seen,
     surface: &Point3<f64>,
@@ -328,15 +325,10 @@ fn plane_distance_m(
     camera_from_item: &Isometry3<f64>,
 ) -> f64 {
     let offset = seen.point - surface;
-    let corner = |index: u32| {
-        mesh.vertices
-            .get(index as usize)
-            .copied()
-            .unwrap_or_default()
-    };
+    let corner = |index: u32| mesh.vertices.get(index as usize).copied();
     let triangle = mesh.triangles.get(facet as usize);
     let normal = triangle.and_then(|triangle| {
-        let [a, b, c] = triangle.map(corner);
+        let [a, b, c] = triangle.map(|index| corner(index).unwrap_or_default());
         (b - a).cross(&(c - a)).try_normalize(0.0)
     });
     let normal = normal.map(|normal| camera_from_item.rotation * normal);

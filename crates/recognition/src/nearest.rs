@@ -84,10 +84,8 @@ impl NearestSurface {
             triangles.push(Triangle { a, ab, ac, normal });
         }
         let across = |from: u32, to: u32| sides.get(&(to, from)).copied().unwrap_or(NONE);
-        let neighbours = kept
-            .iter()
-            .map(|[i, j, k]| [across(*i, *j), across(*j, *k), across(*k, *i)]);
-        let neighbours = neighbours.collect();
+        let around = |[i, j, k]: &[u32; 3]| [across(*i, *j), across(*j, *k), across(*k, *i)];
+        let neighbours = kept.iter().map(around).collect();
         let bounds = mesh.bounds()?;
         let extents_m = bounds.extents_m().add_scalar(2.0 * MARGIN_M);
         if triangles.is_empty() || !extents_m.iter().all(|extent| extent.is_finite()) {

@@ -21,8 +21,7 @@ pub struct LibrarySettings {
     pub same_pose_rad: f64,
     /// When surfaces count as the same: of twins, of views from above, of an object that is turned.
     pub same_surface: SameSurface,
-    /// When a turned object counts as nearly the same, where orientations are compared: a fruit is a ball to whoever
-    /// packs it.
+    /// When a turned object is nearly the same, where orientations are compared: a fruit is a ball to a packer.
     pub nearly_same: SameSurface,
     /// What is lower than this over the support is not seen as part of an item, in metres; as in the segmentation.
     pub least_height_m: f64,
@@ -108,10 +107,8 @@ impl LibraryObject {
             (near_symmetry, centre_m) = find(&settings.nearly_same);
         }
         let poses = grouped(model, settings, &symmetry);
-        let poses = poses.iter();
-        let poses: Vec<PoseTemplate> = poses
-            .filter_map(|pose| PoseTemplate::new(model, pose, settings))
-            .collect();
+        let template = |pose: &RestingPose| PoseTemplate::new(model, pose, settings);
+        let poses: Vec<PoseTemplate> = poses.iter().filter_map(template).collect();
         (!poses.is_empty()).then(|| Self {
             model: model.clone(),
             nearest,
@@ -130,8 +127,7 @@ fn down(support_from_item: &UnitQuaternion<f64>) -> Unit<Vector3<f64>> {
     Unit::new_unchecked(support_from_item.inverse() * -Vector3::z())
 }
 
-/// The resting poses of a model, of those that are searched as one the most probable with the chance of all, by falling
-/// probability.
+/// The resting poses of a model by falling probability; of those searched as one, the likeliest with the chance of all.
 fn grouped(model: &Model, settings: &LibrarySettings, symmetry: &Symmetry) -> Vec<RestingPose> {
     let mut groups: Vec<RestingPose> = Vec::new();
     for pose in &model.resting_poses {
@@ -145,10 +141,7 @@ fn grouped(model: &Model, settings: &LibrarySettings, symmetry: &Symmetry) -> Ve
         }
     }
     groups.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    let likely = groups
-        .iter()
-        .take_while(|group| group.probability >= settings.least_probability)
-        .count();
+    let likely = groups.partition_point(|group| group.probability >= settings.least_probability);
     groups.truncate(likely.max(1));
     groups
 }

@@ -171,9 +171,7 @@ impl Outline {
             (short - other_short, 0.0025),
             (self.reach_m - other.reach_m, 0.003),
         ];
-        terms
-            .into_iter()
-            .map(|(difference_m, deviation_m)| (difference_m / deviation_m).powi(2))
-            .sum()
+        let squares = terms.map(|(difference_m, deviation_m)| (difference_m / deviation_m).powi(2));
+        squares.iter().sum()
     }
 }

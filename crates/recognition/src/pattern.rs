@@ -74,11 +74,9 @@ impl Pattern {
 /// How far a posed object reaches from its centre, seen from above, in metres.
 fn arm_m(object: &LibraryObject, pose: &Isometry3<f64>) -> f64 {
     let centre = pose * object.centre_m;
-    let arms = object
-        .points
-        .iter()
-        .map(|point| pose * point.point - centre);
-    arms.map(|arm| arm.xy().norm()).fold(LEAST_ARM_M, f64::max)
+    let points = object.points.iter();
+    let arms_m = points.map(|point| (pose * point.point - centre).xy().norm());
+    arms_m.fold(LEAST_ARM_M, f64::max)
 }
 
 /// A pose turned about the vertical through the object's centre.

@@ -9,8 +9,7 @@ use ppnpack_packing::rectangle::least_rectangle_rad;
 
 use crate::rest::turn_to_rest;
 
-/// Leaning at most this much from a pose at rest, an object is taken to be at rest, in radians. A planner takes heightmaps
-/// that lean by a little more.
+/// An object that leans by at most this is taken to be at rest, in radians. Planners take maps that lean a little more.
 const AT_REST_RAD: f64 = 0.12;
 
 /// An object as it lies.

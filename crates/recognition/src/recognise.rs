@@ -158,21 +158,13 @@ const REFINEMENT: RefinementSettings = RefinementSettings {
         pixel_spacings: 2.0,
         compared: 250,
         aligned: 120,
-        align: AlignSettings {
-            rounds: 8,
-            scale_m: (0.012, 0.003),
-            hold: Some(NEARLY_AT_REST),
-        },
+        align: AlignSettings::new(8, (0.012, 0.003), Some(NEARLY_AT_REST)),
     },
     thorough: PassSettings {
         pixel_spacings: 1.0,
         compared: 2500,
         aligned: 400,
-        align: AlignSettings {
-            rounds: 10,
-            scale_m: (0.004, 0.0015),
-            hold: Some(NEARLY_AT_REST),
-        },
+        align: AlignSettings::new(10, (0.004, 0.0015), Some(NEARLY_AT_REST)),
     },
     same: SamePose {
         angle_rad: 0.05,

@@ -1,8 +1,7 @@
 //! Poses refined from many rough ones to a few exact ones.
 //!
-//! Recognition looks for many objects that rest on a support, an inspection for one object that may lie anyhow. Both
-//! align all they start from with few points, those that then agree best with more, and lay the best where the outline
-//! fits.
+//! Recognition looks for many objects on a support, an inspection for one that may lie anyhow. Both align all they
+//! start from with few points, those that then agree best with more, and lay the best where the outline fits.
 
 use nalgebra::{Isometry3, Point3};
 
@@ -47,8 +46,7 @@ pub(crate) struct PolishSettings {
     pub(crate) pixel_spacings: f64,
     /// Points of the cluster that are compared.
     pub(crate) compared: usize,
-    /// With more points than this, the surroundings' among them, alignment alone is exact enough, and a search would take
-    /// long.
+    /// With more points than this, the surroundings' included, alignment is exact enough, and a search would take long.
     pub(crate) most_points: usize,
     /// The shifts and turns that are tried.
     pub(crate) pattern: Pattern,

@@ -5,8 +5,7 @@ use ppnpack_catalogue::object::Model;
 
 use crate::object::LibraryObject;
 
-/// The least turn that lays an object, turned like this, in one of its resting poses; z is up. `None` where it leans more
-/// than `most_rad` from each.
+/// The least turn that lays an object, turned like this, in a resting pose; z is up. `None` beyond `most_rad` of each.
 pub(crate) fn turn_to_rest(
     model: &Model,
     rotation: &UnitQuaternion<f64>,

@@ -35,8 +35,7 @@ pub struct SegmentationSettings {
     /// The plane that they stand on.
     #[serde(default)]
     pub support: Support,
-    /// What is lower than this over the support is not part of an item, in metres; four standard deviations of the
-    /// noise keep the support itself out.
+    /// What is lower than this over the support is no item, in metres: four standard deviations of the noise.
     #[serde(default = "least_height_m")]
     pub least_height_m: f64,
     /// Points with a gap of up to this between them, seen from above, belong to one item, in metres.
@@ -142,8 +141,7 @@ impl Cluster {
     }
 }
 
-/// The clusters of a cloud: points in the world, in metres, seen by a camera at `eye_m`. Points that are not finite are
-/// left out.
+/// The clusters of a cloud in the world, in metres, seen from `eye_m`. Points that are not finite are left out.
 pub fn segment(
     points_m: impl IntoIterator<Item = Point3<f64>>,
     eye_m: &Point3<f64>,
@@ -229,10 +227,6 @@ fn surroundings(
     let (low, high) = (lowest - reach(lowest), highest + reach(highest));
     let is_near = |point: &&Point3<f64>| point.xy() >= low && point.xy() <= high;
     let is_other = |point: &&Point3<f64>| point.z < least_height_m || !is_own(point);
-    all_m
-        .iter()
-        .filter(is_near)
-        .filter(is_other)
-        .copied()
-        .collect()
+    let around = all_m.iter().filter(is_near).filter(is_other);
+    around.copied().collect()
 }

@@ -20,10 +20,8 @@ pub(crate) fn spacing_m(cluster: &Cluster) -> f64 {
     let all = || cluster.points_m.iter().chain(&cluster.surroundings_m);
     let none = (Vector2::repeat(f64::MAX), Vector2::repeat(f64::MIN));
     let (lowest, highest) = all().fold(none, |(lowest, highest), point| {
-        (
-            lowest.inf(&point.xy().coords),
-            highest.sup(&point.xy().coords),
-        )
+        let place = point.xy().coords;
+        (lowest.inf(&place), highest.sup(&place))
     });
     let extents = (highest - lowest) / SQUARE_M;
     let count = |extent: f64| (extent as usize).min(MOST_SQUARES) + 1;

@@ -52,8 +52,7 @@ const MOST_FITS: usize = 48;
 const TRIED_RAD: f64 = 0.3;
 /// Turns nearer to each other than this are one, in radians.
 const SAME_RAD: f64 = 0.1;
-/// Turns that show whether an object is round about an axis: no fractions of a full turn, and then as many evenly spaced
-/// ones.
+/// Turns that show whether an object is round about an axis: no fractions of a full turn, then as many evenly spaced.
 const ODD_RAD: [f64; 2] = [0.31, 1.37];
 const EVEN: usize = 7;
 
@@ -62,11 +61,7 @@ const LOOKED_AT: usize = 40;
 /// A guess is worth fitting where the mean distance is within this many of the greatest root mean square of a fit.
 const WORTH_FITTING: f64 = 5.0;
 /// How a surface is fitted to another.
-const FIT: AlignSettings = AlignSettings {
-    rounds: 12,
-    scale_m: (0.01, 0.003),
-    hold: None,
-};
+const FIT: AlignSettings = AlignSettings::new(12, (0.01, 0.003), None);
 
 /// The distances of points, moved by a transform, from a surface, in metres.
 fn distances_m<'point>(
@@ -107,10 +102,8 @@ impl SameSurface {
         if distances_m.is_empty() {
             return false;
         }
-        let squares: f64 = distances_m
-            .iter()
-            .map(|distance_m| distance_m.powi(2))
-            .sum();
+        let squares = distances_m.iter().map(|distance_m| distance_m.powi(2));
+        let squares: f64 = squares.sum();
         let count = distances_m.len();
         let rank = (distances_m.len() * 98 / 100).min(distances_m.len() - 1);
         let (_, nearly_all_m, _) = distances_m.select_nth_unstable_by(rank, f64::total_cmp);
@@ -240,16 +233,11 @@ impl Search<'_> {
     /// The transform near a turn after which the object looks the same; `None` where it does not.
     fn near(&self, turn: &UnitQuaternion<f64>) -> Option<Isometry3<f64>> {
         let guess = self.about_middle(turn);
-        let fitted = self
-            .same
-            .fitted(self.surface, self.points, &guess)
-            .filter(|fitted| fitted.rotation.angle_to(turn) < SAME_RAD);
+        let (same, surface, points) = (self.same, self.surface, self.points);
+        let fitted = same.fitted(surface, points, &guess);
+        let fitted = fitted.filter(|fitted| fitted.rotation.angle_to(turn) < SAME_RAD);
         // The points of a ball let a fit slip away, where the turn itself is as good.
-        fitted.or_else(|| {
-            self.same
-                .holds(self.surface, self.points, &guess)
-                .then_some(guess)
-        })
+        fitted.or_else(|| same.holds(surface, points, &guess).then_some(guess))
     }
 
     /// The centre of an object that is round about an axis through it, and that axis.
@@ -276,16 +264,12 @@ impl Search<'_> {
         let mut turns = vec![UnitQuaternion::identity()];
         let mut sum = self.middle.coords;
         let mut tried = turns.clone();
-        let mut ranked: Vec<(f64, UnitQuaternion<f64>)> = guesses
-            .into_iter()
-            .map(|guess| {
-                (
-                    mean_distance_m(self.surface, self.points, &self.about_middle(&guess)),
-                    guess,
-                )
-            })
-            .filter(|(mean_m, _)| *mean_m <= WORTH_FITTING * self.same.root_mean_square_m)
-            .collect();
+        let ranked = guesses.into_iter().map(|guess| {
+            let moved = self.about_middle(&guess);
+            (mean_distance_m(self.surface, self.points, &moved), guess)
+        });
+        let mut ranked: Vec<(f64, UnitQuaternion<f64>)> = ranked.collect();
+        ranked.retain(|(mean_m, _)| *mean_m <= WORTH_FITTING * self.same.root_mean_square_m);
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (_, guess) in ranked {
             if tried.len() > MOST_FITS {

@@ -53,16 +53,12 @@ fn coincidence(
             candidate.support_from_item.inverse() * yaw * pose.support_from_item
         })
     });
+    let mean_m = |found: &Isometry3<f64>| mean_distance_m(&other.nearest, &object.points, found);
     // Of all that fit, the closest: objects that are nearly symmetric fit in several ways.
     guesses
         .filter_map(|guess| same.fitted(&other.nearest, &object.points, &guess))
         .filter(|found| same.holds(&object.nearest, &other.points, &found.inverse()))
-        .map(|found| {
-            (
-                mean_distance_m(&other.nearest, &object.points, &found),
-                found,
-            )
-        })
+        .map(|found| (mean_m(&found), found))
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, found)| found)
 }

@@ -14,8 +14,7 @@ use crate::segmentation::Cluster;
 pub struct UnknownItem {
     /// The item, with a view per yaw.
     pub item: Item,
-    /// The item frame in the world: on the support, under the middle of the seen points, its axes those of the least
-    /// rectangle around them.
+    /// The item frame in the world: on the support, under the middle of the seen points, along their least rectangle.
     pub world_from_item: Isometry3<f64>,
 }
 
@@ -54,10 +53,8 @@ pub fn unknown_item(
     let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
     let support_from_item = Translation3::new(middle.x, middle.y, 0.0) * turn;
     let item_from_support = support_from_item.inverse();
-    let centred: Vec<Point3<f64>> = points
-        .iter()
-        .map(|point| item_from_support * point)
-        .collect();
+    let centred = points.iter().map(|point| item_from_support * point);
+    let centred: Vec<Point3<f64>> = centred.collect();
     let views = resolution.yaws().radians().iter();
     let views = views.map(|yaw_rad| view(&centred, *yaw_rad, resolution));
     let views = views.collect::<Result<Vec<_>, _>>()?;
@@ -77,16 +74,12 @@ fn view(
     resolution: &Resolution,
 ) -> Result<ViewSurfaces, UnknownItemError> {
     let (sin, cos) = yaw_rad.sin_cos();
-    let turned: Vec<Point3<f64>> = points
-        .iter()
-        .map(|point| {
-            Point3::new(
-                cos * point.x - sin * point.y,
-                sin * point.x + cos * point.y,
-                point.z,
-            )
-        })
-        .collect();
+    let turned = points.iter().map(|point| {
+        let x = cos * point.x - sin * point.y;
+        let y = sin * point.x + cos * point.y;
+        Point3::new(x, y, point.z)
+    });
+    let turned: Vec<Point3<f64>> = turned.collect();
     let Bounds { lowest, highest } = Bounds::of(&turned).ok_or(UnknownItemError::NoPoints)?;
     let extents_m = Vector3::new(highest.x - lowest.x, highest.y - lowest.y, highest.z);
     let cell_m = resolution.cell_m();
@@ -128,8 +121,7 @@ fn view(
     })
 }
 
-/// Gives cells without a point that lie between two covered ones the height of their highest neighbour: the sensor
-/// missed them.
+/// Gives cells without a point between two covered ones the height of their highest neighbour: the sensor missed them.
 fn close_gaps(heights_m: &mut [f64], nx: usize, ny: usize) {
     let seen = heights_m.to_vec();
     let at = |x: usize, y: usize| {
@@ -155,11 +147,8 @@ fn close_gaps(heights_m: &mut [f64], nx: usize, ny: usize) {
 fn centre(heights_m: &[f64], ny: usize, cell_m: f64) -> Option<Point2<f64>> {
     let mut moment = Vector2::zeros();
     let mut total_m = 0.0;
-    for (index, height_m) in heights_m
-        .iter()
-        .enumerate()
-        .filter(|(_, height)| height.is_finite())
-    {
+    let columns = heights_m.iter().enumerate();
+    for (index, height_m) in columns.filter(|(_, height)| height.is_finite()) {
         let middle = Vector2::new((index / ny) as f64 + 0.5, (index % ny) as f64 + 0.5);
         moment += middle * *height_m;
         total_m += height_m;

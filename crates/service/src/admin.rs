@@ -123,8 +123,7 @@ fn json_body(value: &Value) -> impl IntoResponse + use<> {
     ([(CONTENT_TYPE, "application/json")], format!("{value}\n"))
 }
 
-/// Asks the admin port of a process on this machine whether it is ready. An address that stands for all, such as
-/// 0.0.0.0, is asked at the loopback.
+/// Asks a process's admin port whether it is ready; an address that stands for all, such as 0.0.0.0, is the loopback's.
 ///
 /// # Errors
 /// What the process is not ready for, or that nobody answers.

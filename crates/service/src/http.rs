@@ -15,8 +15,7 @@ pub(crate) struct Answer {
     pub(crate) body: String,
 }
 
-/// Sends a request and reads the answer. `head` is the request line and headers, without those of the length and the
-/// host, each ended by a line break.
+/// Sends a request and reads the answer. `head`: the request line and headers but length and host, each with line end.
 pub(crate) fn exchange(
     authority: &str,
     head: &str,

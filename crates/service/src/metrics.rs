@@ -120,8 +120,7 @@ pub fn render() -> String {
     recorder.map(PrometheusHandle::render).unwrap_or_default()
 }
 
-/// Begins to count in this process. What was asked for before counts nothing. After this, [`tidy`] has to be called
-/// every few seconds.
+/// Begins to count: what was asked for before counts nothing. From then on [`tidy`] has to be called every few seconds.
 ///
 /// # Errors
 /// [`BuildError`] where something else counts already.

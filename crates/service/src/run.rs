@@ -68,8 +68,7 @@ pub fn join(threads: Vec<JoinHandle<()>>, deadline: Instant) -> Result<(), Strin
     }
 }
 
-/// The main of a service's binary: reads the command line and the configuration, runs the service until SIGTERM or
-/// SIGINT, and finishes it within its grace.
+/// A service's main: reads command line and configuration, runs until SIGTERM or SIGINT, and finishes within its grace.
 ///
 /// Exit codes: 0 done, 1 failed or not ready, 64 a wrong command line or configuration, which is found before any port
 /// is opened.

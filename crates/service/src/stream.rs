@@ -139,31 +139,14 @@ impl<M: Message + Name + Default> Latest<M> {
 }
 
 /// A subscription, until it is dropped.
-pub struct Subscription {
-    _subscriber: Subscriber<()>,
-}
+pub type Subscription = Subscriber<()>;
 
-/// Calls `on_message` with every message of a stream of a cell, or of every cell. It runs on Zenoh's thread: it must
-/// only hand the message over, to something with a bound. What is malformed is counted and logged, at most once a
-/// second.
+/// Calls `on_message` with every message of a stream of a cell, or of all. It runs on Zenoh's thread: it must only hand
+/// the message over, to something with a bound. What is malformed is counted, and logged at most once a second.
 ///
 /// # Errors
 /// [`ServiceError::Zenoh`] where the session is closed.
 pub fn subscribe<M: Message + Name + Default + 'static>(
-    process: &Process,
-    cell: Option<&Cell>,
-    stream: Stream,
-    limit_bytes: usize,
-    on_message: impl Fn(Cell, M) + Send + Sync + 'static,
-) -> Result<Subscription, ServiceError> {
-    subscribe_in(process.session(), cell, stream, limit_bytes, on_message)
-}
-
-/// As [`subscribe`], on a session of a program that is no service, such as a command that watches a cell.
-///
-/// # Errors
-/// [`ServiceError::Zenoh`] where the session is closed.
-pub fn subscribe_in<M: Message + Name + Default + 'static>(
     session: &Session,
     cell: Option<&Cell>,
     stream: Stream,
@@ -188,9 +171,7 @@ pub fn subscribe_in<M: Message + Name + Default + 'static>(
         Some(cell) => Key::Stream(cell.clone(), stream).to_string(),
         None => every_cell(stream),
     };
-    Ok(Subscription {
-        _subscriber: declare(session, &key, callback)?,
-    })
+    declare(session, &key, callback)
 }
 
 fn declare(

@@ -59,7 +59,14 @@ fn a_reader_of_the_latest_sees_no_older_ones() {
         assert_eq!(cell.as_str(), "c1");
         sender.try_send(session.step).ok();
     };
-    let _subscription = subscribe(&reader, None, stream, MAX_MESSAGE_BYTES, on_message).unwrap();
+    let subscription = subscribe(
+        reader.session(),
+        None,
+        stream,
+        MAX_MESSAGE_BYTES,
+        on_message,
+    );
+    let _subscription = subscription.unwrap();
     let publisher = Publisher::new(&writer, &cell(), stream).unwrap();
     // The first ones may come before the subscriptions are known.
     deliver(&publisher, &all, 0);

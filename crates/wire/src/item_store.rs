@@ -56,11 +56,10 @@ impl ItemStore {
         let bytes = message.encoded_len();
         self.make_room(bytes);
         self.used_bytes += bytes;
-        let last_used = self.uses;
         let kept = Kept {
             item: Arc::clone(&item),
             bytes,
-            last_used,
+            last_used: self.uses,
         };
         self.items.insert(id, kept);
         Ok((id, item))

@@ -7,8 +7,7 @@
 //! | `ppnpack/v1/<cell>/rpc/<service>/<method>/<instance>` | a request to this instance |
 //! | `ppnpack/v1/<cell>/@live/<service>/<instance>` | there while the instance is alive |
 //!
-//! Services that serve any cell are alive under the cell [`ALL_CELLS`], under which every instance also answers the
-//! method `health`.
+//! Services of any cell are alive under the cell [`ALL_CELLS`], under which every instance also answers `health`.
 
 use std::fmt;
 
@@ -308,8 +307,7 @@ pub fn every_cell(stream: Stream) -> String {
     format!("{PREFIX}/*/{stream}")
 }
 
-/// The key expressions on which an instance answers a method: those sent to any instance and those sent to it. Without
-/// a cell it answers for every one.
+/// The key expressions on which an instance answers a method, for one cell or every: sent to any instance, and to it.
 pub fn answered(
     cell: Option<&Cell>,
     service: Service,

@@ -1,5 +1,4 @@
-//! The wire of ppnpack, and the only crate that knows it: protobuf messages, key expressions, and conversions that
-//! check what they are given.
+//! The wire of ppnpack, and the only crate that knows it: protobuf messages, key expressions and checked conversions.
 //!
 //! [`v1`] has the messages as the schemas in `proto/` define them. Data that comes from outside goes through
 //! [`decode`], which bounds its size and structure, and through the functions of [`convert`], which check values and

@@ -95,7 +95,7 @@ fn follow<M: Message + Name + Default + 'static>(
         let change = move |view: &mut CellView| *place(view) = Some(message);
         tell.send((cell, Box::new(change))).ok();
     };
-    stream::subscribe_in(session, None, stream, MAX_MESSAGE_BYTES, take).or_run()
+    stream::subscribe(session, None, stream, MAX_MESSAGE_BYTES, take).or_run()
 }
 
 fn draw(cells: &BTreeMap<Cell, CellView>) -> Outcome {

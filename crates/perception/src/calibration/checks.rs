@@ -8,8 +8,7 @@ use super::found::{Found, RIM_BAND_M, WALL_MARGIN_M};
 use super::settings::CalibrationSettings;
 use super::sides::Side;
 
-/// A strip of a side shows the rim where so many points lie on it, so far outside the inner face: farther than noise
-/// takes those of the wall.
+/// A strip of a side shows the rim where so many points lie so far outside the inner face: farther than noise goes.
 const LEAST_RIM_POINTS: usize = 2;
 const SURE_RIM_M: std::ops::Range<f64> = 0.0012..0.02;
 
@@ -129,8 +128,7 @@ pub(super) fn residuals(
     Ok(residuals)
 }
 
-/// Makes sure that the rim is one: level ground outside each wall's inner face, and nothing above. Walls that are cut by
-/// the edge of the image are none.
+/// Makes sure that the rim is one: level outside each wall's face, nothing above, and no wall cut by the image's edge.
 pub(super) fn has_rim(found: &Found) -> Result<(), CalibrationError> {
     let rectangle = &found.rectangle;
     let rim_m = found.surfaces.rim.mean.z;
@@ -138,10 +136,8 @@ pub(super) fn has_rim(found: &Found) -> Result<(), CalibrationError> {
     for (side, across_m) in rectangle.sides.iter().zip(&rectangle.across_m) {
         let across_m = across_m.unwrap_or(side.frame.about_m);
         let mut counts = vec![0; side.frame.strips()];
-        let level = points_m
-            .iter()
-            .filter(|point| (point.z - rim_m).abs() <= RIM_BAND_M);
-        for point in level {
+        let is_level = |point: &&Point3<f64>| (point.z - rim_m).abs() <= RIM_BAND_M;
+        for point in points_m.iter().filter(is_level) {
             let [along_m, point_across_m] = side.frame.along_and_across(&point.xy());
             let strip = side.frame.strip(along_m);
             if let Some(count) = strip.and_then(|strip| counts.get_mut(strip))
@@ -156,11 +152,10 @@ pub(super) fn has_rim(found: &Found) -> Result<(), CalibrationError> {
         }
     }
     let mut above = Squares::default();
-    let high = points_m
-        .iter()
-        .filter(|point| point.z > rim_m + ABOVE_RIM_M);
-    for point in high.filter(|point| rectangle.contains(&point.xy(), -OUTSIDE_M)) {
-        above.count(point);
+    for point in points_m {
+        if point.z > rim_m + ABOVE_RIM_M && rectangle.contains(&point.xy(), -OUTSIDE_M) {
+            above.count(point);
+        }
     }
     let area_m2 = above.area_m2(LEAST_SQUARE_POINTS);
     if area_m2 > LARGEST_OFF_M2 {
@@ -174,11 +169,8 @@ pub(super) fn is_empty(found: &Found, floor_rms_m: f64) -> Result<(), Calibratio
     let rectangle = &found.rectangle;
     let floor_m = found.surfaces.floor.mean.z;
     let off_m = (OFF_DEVIATIONS * floor_rms_m).max(LEAST_OFF_M);
-    let inside = found
-        .levelled
-        .points_m
-        .iter()
-        .filter(|point| rectangle.contains(&point.xy(), WALL_MARGIN_M));
+    let points = found.levelled.points_m.iter();
+    let inside = points.filter(|point| rectangle.contains(&point.xy(), WALL_MARGIN_M));
     let (mut floor, mut above, mut below) =
         (Squares::default(), Squares::default(), Squares::default());
     for point in inside {

@@ -4,8 +4,7 @@ use nalgebra::{
     Isometry3, Matrix3, Point2, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3,
 };
 
-/// Points in a frame at the sensor that is level: z up, and x along the sensor's x axis seen from above. All lie below
-/// the sensor.
+/// Points in a level frame at the sensor: z up, x along the sensor's x axis seen from above. All lie below the sensor.
 #[derive(Debug, Clone)]
 pub(super) struct Levelled {
     pub(super) levelled_from_sensor: Isometry3<f64>,

@@ -1,5 +1,7 @@
 //! Cells that are marked, and what they enclose.
 
+use crate::layers::neighbours;
+
 /// Marks in rows of `ny` cells.
 #[derive(Debug, Clone)]
 pub(super) struct Mask {
@@ -32,14 +34,10 @@ impl Mask {
     /// The cells marked, and those that touch them across edges and corners.
     pub(super) fn grown(&self) -> Self {
         let mut grown = Self::new(self.nx, self.ny);
-        for x in 0..self.nx {
-            for y in 0..self.ny {
-                if self.get(x, y) {
-                    for near_x in x.saturating_sub(1)..(x + 2).min(self.nx) {
-                        for near_y in y.saturating_sub(1)..(y + 2).min(self.ny) {
-                            grown.set(near_x, near_y);
-                        }
-                    }
+        for (cell, is_marked) in self.marks.iter().enumerate() {
+            if *is_marked {
+                for near in neighbours(cell, self.marks.len(), self.ny) {
+                    grown.set(near / self.ny, near % self.ny);
                 }
             }
         }

@@ -171,10 +171,8 @@ fn extents_m(cells_m: &[Point2<f64>], outward: &Vector2<f64>) -> [f64; 4] {
 }
 
 fn ends_m(cells_m: &[Point2<f64>], direction: &Vector2<f64>) -> [f64; 2] {
-    let mut places: Vec<f64> = cells_m
-        .iter()
-        .map(|cell| direction.dot(&cell.coords))
-        .collect();
+    let places = cells_m.iter().map(|cell| direction.dot(&cell.coords));
+    let mut places: Vec<f64> = places.collect();
     let beyond = (BEYOND_SHARE * places.len() as f64) as usize;
     let last = places.len().saturating_sub(1 + beyond);
     if places.len() <= 2 * beyond + 1 {

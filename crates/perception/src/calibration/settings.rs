@@ -14,13 +14,11 @@ pub struct CalibrationSettings {
     pub size: Option<ContainerSize>,
     /// The measured size may differ from the known one by this along each side, in metres.
     pub size_tolerance_m: f64,
-    /// The x axis is the side nearest to the sensor's x axis turned by so many quarter turns, counter-clockwise seen
-    /// from above; 0 to 3.
+    /// x is the side nearest to the sensor's x axis turned by so many quarters, counter-clockwise from above; 0 to 3.
     pub quarter_turns: u8,
     /// The container is at least this deep, in metres.
     pub least_depth_m: f64,
-    /// The root mean square of the residuals of floor, rim and walls is at most this, in metres. The sensor's noise is
-    /// in it.
+    /// The root mean square of the residuals of floor, rim and walls is at most this, in metres, sensor noise included.
     pub largest_rms_m: f64,
     /// Walls are plane within this, in metres.
     pub largest_bow_m: f64,

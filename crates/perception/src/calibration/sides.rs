@@ -24,8 +24,7 @@ const LEAST_STRIP_POINTS: usize = 4;
 /// Of a side's strips, at least this share is seen.
 const LEAST_STRIPS_SHARE: f64 = 0.5;
 
-/// Points of the rim lie within this of its height, in metres; those of what is seen through the opening lie deeper
-/// than twice this.
+/// Points of the rim lie within this of its height, in metres; those seen through the opening lie over twice as deep.
 const RIM_BAND_M: f64 = 0.004;
 
 /// Residuals beyond so many of their median count no more.

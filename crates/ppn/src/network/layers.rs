@@ -94,16 +94,12 @@ impl Convolution {
 
     /// The same function without a normalisation of its own, by the running statistics.
     pub(super) fn folded(&self) -> Result<Self, TchError> {
-        let (weight, bias) = match &self.normalisation {
-            Some(normalisation) => {
-                let (factor, offset) = normalisation.affine()?;
-                (
-                    self.weight.f_mul(&factor.f_view([-1, 1, 1, 1])?)?,
-                    self.bias.f_mul(&factor)?.f_add(&offset)?,
-                )
-            }
-            None => (self.weight.shallow_clone(), self.bias.shallow_clone()),
-        };
+        let (mut weight, mut bias) = (self.weight.shallow_clone(), self.bias.shallow_clone());
+        if let Some(normalisation) = &self.normalisation {
+            let (factor, offset) = normalisation.affine()?;
+            weight = weight.f_mul(&factor.f_view([-1, 1, 1, 1])?)?;
+            bias = bias.f_mul(&factor)?.f_add(&offset)?;
+        }
         Ok(Self {
             weight: weight.f_detach()?,
             bias: bias.f_detach()?,
@@ -156,16 +152,12 @@ impl Mixing {
 
     /// The same function without a normalisation of its own, by the running statistics.
     pub(super) fn folded(&self) -> Result<Self, TchError> {
-        let (weight, bias) = match &self.normalisation {
-            Some(normalisation) => {
-                let (factor, offset) = normalisation.affine()?;
-                (
-                    self.weight.f_mul(&factor)?,
-                    self.bias.f_add(&self.weight.f_mv(&offset)?)?,
-                )
-            }
-            None => (self.weight.shallow_clone(), self.bias.shallow_clone()),
-        };
+        let (mut weight, mut bias) = (self.weight.shallow_clone(), self.bias.shallow_clone());
+        if let Some(normalisation) = &self.normalisation {
+            let (factor, offset) = normalisation.affine()?;
+            bias = bias.f_add(&weight.f_mv(&offset)?)?;
+            weight = weight.f_mul(&factor)?;
+        }
         Ok(Self {
             normalisation: None,
             weight: weight.f_detach()?,

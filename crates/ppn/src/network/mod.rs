@@ -77,8 +77,7 @@ impl Network {
 
     /// `views` is `[V, VIEW_CHANNELS, K, K]`, `K` a multiple of twice the stride, the footprint's centre at `K / 2`.
     ///
-    /// Features are limited to the footprint and divided by its cells, so that neither the canvas around it nor its
-    /// size changes the scale of a correlation.
+    /// Features are limited to the footprint and divided by its cells: neither canvas nor size scales a correlation.
     pub(crate) fn encode_views(&self, views: &Tensor) -> Result<ViewFeatures, TchError> {
         let mut mask = views.f_narrow(1, VIEW_CHANNELS - 1, 1)?;
         let features = self.item.forward(views, Some(&mask), self.is_training)?;
@@ -110,15 +109,13 @@ impl Network {
         fused: &[Tensor],
         resting: Option<&Tensor>,
     ) -> Result<Tensor, TchError> {
-        let by_phase = match resting {
-            Some(resting) => {
-                let (maps, channels, cells) = resting.size3()?;
-                let phases = resting.f_view([maps, channels, 4, cells / 4])?;
-                let phases = phases.f_permute([2, 1, 0, 3])?;
-                Some(phases.f_reshape([4, channels, maps * cells / 4])?)
-            }
-            None => None,
-        };
+        let by_phase = resting.map(|resting| {
+            let (maps, channels, cells) = resting.size3()?;
+            let phases = resting.f_view([maps, channels, 4, cells / 4])?;
+            let phases = phases.f_permute([2, 1, 0, 3])?;
+            phases.f_reshape([4, channels, maps * cells / 4])
+        });
+        let by_phase = by_phase.transpose()?;
         let maps = match fused.first() {
             Some(fused) => fused.size4()?.1,
             None => 0,

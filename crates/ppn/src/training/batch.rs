@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use ppnpack_dataset::StepRecord;
+use ppnpack_dataset::{CandidateRecord, StepRecord};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Heightmap;
 use ppnpack_packing::item::{Item, ItemView};
@@ -59,16 +59,12 @@ pub(crate) struct BatchTensors {
     pub(crate) shape: (i64, i64),
 }
 
-/// What a batch's scores are judged by.
+/// What a batch's scores are judged by; the tensors are `[N, R, L]`.
 #[derive(Debug)]
 pub(crate) struct Labels {
-    /// `[N, R, L]`.
     pub(crate) fits: Tensor,
-    /// `[N, R, L]`.
     pub(crate) optimal: Tensor,
-    /// `[N, R, L]`.
     pub(crate) best: Tensor,
-    /// `[N, R, L]`.
     pub(crate) values: Option<Tensor>,
     /// `|P|`: yaws times the container's cells.
     pub(crate) possible: f64,
@@ -170,12 +166,8 @@ impl BatchMaker {
         let Ok(heightmap) = Heightmap::from_units(nx, ny, step.heightmap.clone()) else {
             return;
         };
-        let held = |object: u32| self.items.get(object as usize).cloned();
-        let items = step
-            .candidates
-            .iter()
-            .map(|candidate| held(candidate.object));
-        let items: Vec<Option<Arc<Item>>> = items.collect();
+        let held = |candidate: &CandidateRecord| self.items.get(candidate.object as usize).cloned();
+        let items: Vec<Option<Arc<Item>>> = step.candidates.iter().map(held).collect();
         let present = items.iter().flatten().map(|item| &**item);
         self.resting.update(&heightmap, present);
         let yaws = batch.yaws as usize;
@@ -261,11 +253,8 @@ impl Batch {
                 .f_view(per_candidate)?
                 .f_to(device)
         };
-        let values = if self.values.is_empty() {
-            None
-        } else {
-            Some(floats(&self.values, &per_candidate)?)
-        };
+        let has_values = !self.values.is_empty();
+        let values = has_values.then(|| floats(&self.values, &per_candidate));
         Ok(BatchTensors {
             containers: floats(&self.containers, &[self.steps, CONTAINER_CHANNELS, nx, ny])?,
             views: floats(&self.views, &[-1, VIEW_CHANNELS, self.side, self.side])?,
@@ -275,7 +264,7 @@ impl Batch {
                 fits: mask(&self.fits)?,
                 optimal: mask(&self.optimal)?,
                 best: mask(&self.best)?,
-                values,
+                values: values.transpose()?,
                 possible: self.possible,
             },
             shape: (self.steps, self.candidates * self.yaws),

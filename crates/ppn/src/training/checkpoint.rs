@@ -109,7 +109,7 @@ fn difference(found: &State, expected: &State) -> Option<String> {
     })
 }
 
-fn damaged(path: &Path, what: &dyn std::fmt::Display) -> NetworkError {
+pub(super) fn damaged(path: &Path, what: &dyn std::fmt::Display) -> NetworkError {
     NetworkError::Checkpoint {
         path: path.to_owned(),
         what: what.to_string(),

@@ -72,8 +72,7 @@ fn has_optimum(labels: &Labels) -> Result<Tensor, TchError> {
     labels.best.f_flatten(1, -1)?.f_any_dim(1, false)
 }
 
-/// For each candidate that has an optimum: how many placements that are no optimum are scored as well as its
-/// best-scored optimum, or better.
+/// For each candidate with an optimum: how many placements that are none score at least as well as its best-scored one.
 pub(crate) fn ranks(scores: &Tensor, labels: &Labels) -> Result<Vec<i64>, TchError> {
     let scores = scores.f_flatten(1, -1)?;
     let (fits, best) = (labels.fits.f_flatten(1, -1)?, labels.best.f_flatten(1, -1)?);

@@ -23,7 +23,7 @@ use crate::network::{Network, Parameters};
 use crate::runtime;
 use batch::{Batch, BatchMaker, BatchTensors};
 pub use checkpoint::CHECKPOINT_FILE;
-use checkpoint::State;
+use checkpoint::{State, damaged};
 use loader::{Loader, in_order, shuffled};
 use loss::{loss, ranks};
 use optimiser::{AdamW, learning_rate};
@@ -329,10 +329,7 @@ impl<'a> Training<'a> {
 }
 
 fn write_card(path: &Path, card: &ModelCard) -> Result<(), NetworkError> {
-    let text = serde_json::to_vec_pretty(card).map_err(|error| NetworkError::Checkpoint {
-        path: path.to_owned(),
-        what: error.to_string(),
-    })?;
+    let text = serde_json::to_vec_pretty(card).map_err(|error| damaged(path, &error))?;
     Ok(write_whole(path, &text)?)
 }
 

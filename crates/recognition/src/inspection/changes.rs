@@ -36,8 +36,7 @@ const FLOATING_M: f64 = 0.015;
 #[derive(Debug)]
 pub(crate) struct Changes<'settings> {
     pub(crate) squares: Squares,
-    /// How high the content was at most; where it was not seen, as high as what hid it. Higher than the rim where
-    /// that is not known either.
+    /// How high the content was at most: where not seen, as high as what hid it, or above the rim if that is unknown.
     most_m: Vec<f32>,
     /// How high it was at least.
     least_m: Vec<f32>,
@@ -71,16 +70,10 @@ impl<'settings> Changes<'settings> {
         let rim_m = container.z_m as f32;
         let heights_m = before.heights_m();
         let is_known = |height_m: f32| height_m < rim_m;
-        let known_m = heights_m.iter().copied();
-        let known_m: Vec<f32> = known_m
-            .map(|height_m| {
-                if is_known(height_m) {
-                    height_m
-                } else {
-                    NOTHING_M
-                }
-            })
-            .collect();
+        let mut known_m = heights_m.to_vec();
+        for height_m in known_m.iter_mut().filter(|height_m| !is_known(**height_m)) {
+            *height_m = NOTHING_M;
+        }
         let highest_known_m = greatest(&known_m);
         let most_m = |(square, height_m): (usize, &f32)| {
             let shadow_m = || squares.shadow_m(&known_m, highest_known_m, &after.eye_m, square);
@@ -175,9 +168,8 @@ impl<'settings> Changes<'settings> {
     }
 
     fn is_seen(&self, square: usize) -> bool {
-        self.after_m
-            .get(square)
-            .is_some_and(|height_m| *height_m > NOTHING_M)
+        let after_m = self.after_m.get(square);
+        after_m.is_some_and(|height_m| *height_m > NOTHING_M)
     }
 
     /// How high the content was at the lowest place nearby; `None` beyond the walls and where it was not known.

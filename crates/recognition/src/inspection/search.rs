@@ -33,13 +33,13 @@ const REFINEMENT: RefinementSettings = RefinementSettings {
         pixel_spacings: 2.0,
         compared: 300,
         aligned: 100,
-        align: freely(10, (0.015, 0.004)),
+        align: AlignSettings::new(10, (0.015, 0.004), None),
     },
     thorough: PassSettings {
         pixel_spacings: 1.0,
         compared: 2500,
         aligned: 400,
-        align: freely(14, (0.006, 0.0015)),
+        align: AlignSettings::new(14, (0.006, 0.0015), None),
     },
     same: SamePose {
         angle_rad: 0.3,
@@ -59,10 +59,10 @@ const REFINEMENT: RefinementSettings = RefinementSettings {
 
 /// How many of the best fits are laid where the outline fits, and how they are aligned then.
 const POLISHED_FITS: usize = 2;
-const POLISHED: AlignSettings = freely(6, (0.003, 0.0015));
+const POLISHED: AlignSettings = AlignSettings::new(6, (0.003, 0.0015), None);
 
 /// How the planned pose is aligned.
-const NEAR_PLAN: AlignSettings = freely(16, (0.012, 0.0015));
+const NEAR_PLAN: AlignSettings = AlignSettings::new(16, (0.012, 0.0015), None);
 /// A fit that turned from the planned pose by more than this is compared with an upright one, in radians.
 const UPRIGHT_FROM_RAD: f64 = 0.1;
 /// How an upright one is aligned.
@@ -76,15 +76,6 @@ const UPRIGHT: AlignSettings = AlignSettings {
 };
 /// Where the outline near the planned pose is off by more than this, as shares of points, it is fitted.
 const POLISH_FROM: f64 = 0.008;
-
-/// Alignment of an item that may turn and move in any way.
-const fn freely(rounds: usize, scale_m: (f64, f64)) -> AlignSettings {
-    AlignSettings {
-        rounds,
-        scale_m,
-        hold: None,
-    }
-}
 
 /// Looks for poses of an object that agree with new points.
 pub(crate) struct Search<'scene> {

@@ -93,8 +93,7 @@ impl Squares {
         Point2::new(along(square / self.ny), along(square % self.ny))
     }
 
-    /// Whether a stretch `length_m` long and `width_m` wide fits, in some direction, where a condition holds. Bends are
-    /// taken to fit too.
+    /// Whether a stretch `length_m` long and `width_m` wide fits in some direction where a condition holds, bends too.
     pub(crate) fn holds_stretch(&self, is_true: &[bool], length_m: f64, width_m: f64) -> bool {
         let side = ((width_m / self.pitch_m + 0.25).round().max(1.0) as usize).min(self.nx);
         let mut is_free = self.opened(is_true, side);
@@ -166,11 +165,8 @@ fn window_greatest(values: &[f32], reach: usize) -> Vec<f32> {
         .map(|index| {
             let end = (index + reach + 1).min(values.len());
             let window = values.get(index.saturating_sub(reach)..end);
-            window
-                .unwrap_or_default()
-                .iter()
-                .copied()
-                .fold(f32::MIN, f32::max)
+            let window = window.unwrap_or_default().iter().copied();
+            window.fold(f32::MIN, f32::max)
         })
         .collect()
 }

@@ -20,8 +20,7 @@ pub(crate) struct Stance {
 /// How many directions are looked from.
 const DIRECTIONS: usize = 64;
 
-/// The object at rest in each pose that is searched, and in the orientation in which it covers least: a pen may stand in
-/// a gap.
+/// The object at rest in each pose that is searched, and as it covers least: a pen may stand in a gap.
 pub(crate) fn stances(object: &LibraryObject) -> Vec<Stance> {
     let resting = object.poses.iter().map(|pose| {
         let outline = &pose.outline;

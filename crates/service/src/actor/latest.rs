@@ -7,8 +7,7 @@ use std::time::Instant;
 use super::Address;
 use crate::sync::lock;
 
-/// The latest value of each source, until the actor takes it. Clones share them: one is the actor's, the others are for
-/// those who put.
+/// The latest value of each source, until the actor takes it. Clones share them: the actor's, and those of who puts.
 pub struct LatestValues<K, T> {
     shared: Arc<Shared<K, T>>,
 }
@@ -40,8 +39,7 @@ impl<K: Ord, T> LatestValues<K, T> {
         Self { shared }
     }
 
-    /// Puts a value of a source and wakes the actor; gives the one before, where it was not taken. Waits for nothing but
-    /// a lock that is held as briefly.
+    /// Puts a value and wakes the actor; gives the one before, where it was not taken. Waits for no more than a lock.
     pub fn put(&self, source: K, value: T) -> Option<T> {
         let slot = Slot {
             value: Some(value),

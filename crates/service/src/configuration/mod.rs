@@ -1,5 +1,4 @@
-//! The configuration of a process: from a file, then the environment, then the command line, each stronger than the
-//! one before.
+//! The configuration of a process: from a file, the environment and the command line, each stronger than the last.
 //!
 //! ```toml
 //! instance = "planner-1"              # of the service; unlike any other's
@@ -207,7 +206,7 @@ impl<S: ServiceSettings> Configuration<S> {
         self.instance()?;
         check("shutdown_grace_s", self.shutdown_grace_s, 0.0..=3600.0)?;
         self.zenoh.validate()?;
-        self.log.validate()?;
+        drop(self.log.to_filter()?);
         self.telemetry.validate()?;
         self.service
             .validate()
@@ -236,8 +235,7 @@ impl<S: ServiceSettings> Configuration<S> {
         toml::to_string(self)
     }
 
-    /// The first 16 hexadecimal digits of the BLAKE3 hash of everything but the instance's name, so that replicas have
-    /// the same one.
+    /// The first 16 hexadecimal digits of the BLAKE3 hash of all but the instance's name: replicas have the same.
     pub fn hash(&self) -> String {
         let mut table = toml::Table::try_from(self).unwrap_or_default();
         table.remove("instance");

@@ -83,10 +83,6 @@ impl Default for LogSettings {
 }
 
 impl LogSettings {
-    pub(super) fn validate(&self) -> Result<(), ConfigurationError> {
-        self.to_filter().map(drop)
-    }
-
     pub(crate) fn to_filter(&self) -> Result<EnvFilter, ConfigurationError> {
         EnvFilter::try_new(&self.filter)
             .map_err(|error| ConfigurationError::invalid("log.filter", error))

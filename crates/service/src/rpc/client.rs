@@ -34,8 +34,7 @@ const KEPT_REPLIES: usize = 4;
 /// Numbers the requests of this operating-system process.
 static REQUESTS: AtomicU64 = AtomicU64::new(0);
 
-/// Asks others. Requests get a fresh id unless they have one, and the time that is left to the deadline as their time
-/// limit.
+/// Asks others. Requests get a fresh id unless they have one; their time limit is what is left to the deadline.
 #[derive(Debug, Clone)]
 pub struct Client {
     session: Session,

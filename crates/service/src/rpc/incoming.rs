@@ -109,8 +109,7 @@ impl<R: Request> Incoming<R> {
         Instant::now() >= self.deadline()
     }
 
-    /// The request, where its answer is still waited for: in time, and not by a planner that has gone since it asked.
-    /// Otherwise it is refused.
+    /// The request, if its answer is still waited for: in time, and its planner has not gone since. Else it is refused.
     pub fn still_wanted(self, planners: &Alive) -> Option<Self> {
         if self.has_expired() {
             self.refuse(Status::TimedOut, "the time limit passed in the queue");
@@ -124,8 +123,7 @@ impl<R: Request> Incoming<R> {
         Some(self)
     }
 
-    /// The span of the work on it. Enter it where the work is done, so that what is called from there belongs to the
-    /// same trace.
+    /// The span of the work on it. Enter it where the work is done: what is called there belongs to the same trace.
     pub fn span(&self) -> &Span {
         &self.pending.span
     }

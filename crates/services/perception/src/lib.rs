@@ -176,14 +176,14 @@ impl Input {
         ];
         let clouds = [
             stream::subscribe(
-                process,
+                process.session(),
                 cell,
                 Stream::Cloud,
                 MAX_CLOUD_BYTES,
                 move |cell, cloud: v1::PointCloud| router.route(&cell, cloud),
             )?,
             stream::subscribe(
-                process,
+                process.session(),
                 cell,
                 Stream::TrayCloud,
                 MAX_CLOUD_BYTES,

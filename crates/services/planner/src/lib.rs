@@ -105,7 +105,7 @@ impl PlannerService {
         ]);
         let outcomes = address.clone();
         self.outcomes.push(stream::subscribe(
-            process,
+            process.session(),
             Some(cell),
             Stream::Outcome,
             MAX_MESSAGE_BYTES,

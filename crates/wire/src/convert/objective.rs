@@ -16,8 +16,7 @@ const HEURISTICS: [(v1::Heuristic, Heuristic); 6] = [
     (v1::Heuristic::Random, Heuristic::Random),
 ];
 
-/// Reads the objective that a field holds. A search looks at no more of the order than whether it is balanced: where it
-/// is not, it is [`Order::Arrival`].
+/// Reads the objective of a field. Searches only ask whether the order is balanced: else it is [`Order::Arrival`].
 ///
 /// # Errors
 /// [`WireError`] where there is none, the heuristic is not known, or a weight is negative or not finite.

@@ -35,10 +35,9 @@ impl Fields {
         for field in &message.fields {
             check(field, message.point_step)?;
         }
-        let (coordinates, others): (Vec<_>, Vec<_>) = message
-            .fields
-            .iter()
-            .partition(|field| is_coordinate(field));
+        let fields = message.fields.iter();
+        let (coordinates, others): (Vec<_>, Vec<_>) =
+            fields.partition(|field| is_coordinate(field));
         let mut kept = Self::default();
         for field in coordinates.into_iter().chain(others) {
             if kept.packed.len() < MAX_FIELDS {
