@@ -1,6 +1,15 @@
 //! The commands that make and measure: training data, networks, the paper's tables, how accurate each part is.
 //!
 //! They are commands of `ppnpack`, which turns into this crate's program for them; see [`ppnpack_cli::launcher`].
+//!
+//! ```no_run
+//! use ppnpack_cli::launcher::Launcher;
+//! use ppnpack_experiments::Experiments;
+//!
+//! fn main() -> std::process::ExitCode {
+//!     ppnpack_cli::main::<Experiments>(&Launcher::default())
+//! }
+//! ```
 
 mod accuracy;
 mod arm;
