@@ -331,10 +331,6 @@ fn tallies(trials: &[Trial]) -> Vec<Tally> {
         ("small items, anywhere", Drawn::Anywhere, true),
         ("small items, SDFM's best", Drawn::Best, true),
     ];
-    let tests: [(&str, fn(&Trial) -> bool); 2] = [
-        ("published", |trial| trial.published),
-        ("physical", |trial| trial.physical),
-    ];
     let mut tallies = Vec::new();
     for release_m in RELEASE_HEIGHTS_M {
         for (placements, drawn, is_small) in groups {
@@ -342,7 +338,11 @@ fn tallies(trials: &[Trial]) -> Vec<Tally> {
                 (trial.release_m, trial.drawn, trial.is_small) == (release_m, drawn, is_small)
             };
             let group: Vec<&Trial> = trials.iter().filter(is_in).collect();
-            for (test, accepts) in tests {
+            for test in ["published", "physical"] {
+                let accepts = |trial: &Trial| match test {
+                    "published" => trial.published,
+                    _ => trial.physical,
+                };
                 let count = |matches: &dyn Fn(&Trial) -> bool| {
                     group.iter().filter(|trial| matches(trial)).count()
                 };

@@ -61,7 +61,7 @@ impl Rig {
         loop {
             let page = self.evaluate(v1::EvaluateRequest {
                 limit,
-                after: all.last().cloned(),
+                after: all.last().copied(),
                 ..request.clone()
             });
             let page = page.unwrap();
@@ -155,7 +155,7 @@ fn an_id_with_other_content_is_another_ranking() {
     };
     let lower = rig.placements(first(0));
     let after = |raised| v1::EvaluateRequest {
-        after: lower.last().cloned(),
+        after: lower.last().copied(),
         ..first(raised)
     };
     // What was given rests at another height in the other container.
