@@ -91,6 +91,7 @@ pub fn start(
     let ready = process.health().check("network");
     let (address, mailbox) = actor::mailbox(settings.queue.max(1));
     let planners = Alive::watch(process.session(), Service::Planner)?;
+    process.set_model(Some(network.model().to_owned()));
     let mut worker = Worker::new(network, planners, settings);
     worker.warm_up().map_err(StartError::Network)?;
     let thread = thread("network", move || worker.run(&mailbox))?;
