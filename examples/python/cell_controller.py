@@ -67,6 +67,8 @@ def place(cell, decision):
         object=decision.object,
         container_from_item=decision.container_from_item,
         state_number=decision.state_number,
+        # The motion that was checked, where the cell has an arm.
+        cycle=decision.cycle if decision.HasField("cycle") else None,
     )
     try:
         execution = cell.ask("bridge", "place", request, bridge_pb2.PlaceReply).execution

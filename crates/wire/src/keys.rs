@@ -154,11 +154,11 @@ chunks! {
         Plan = "plan",
         /// [`Session`](crate::v1::Session): the packing session, from the planner.
         Session = "session",
-        /// The heightmap as a `foxglove.Grid`.
+        /// The heightmap as a `foxglove.Grid`, from perception.
         DebugHeightmap = "debug_heightmap",
-        /// The content and the decision as a `foxglove.SceneUpdate`.
+        /// The content as a `foxglove.SceneUpdate`, from the bridge.
         DebugScene = "debug_scene",
-        /// The cloud as a `foxglove.PointCloud`.
+        /// The cloud as a `foxglove.PointCloud`, from the bridge.
         DebugCloud = "debug_cloud",
     }
 }
