@@ -27,6 +27,21 @@ struct Settings {
 #[serde(default, deny_unknown_fields)]
 struct Store {
     folder: String,
+    #[serde(flatten)]
+    retention: Retention,
+}
+
+#[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Retention {
+    days: u32,
+    backup: Backup,
+}
+
+#[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Backup {
+    every_s: f64,
 }
 
 impl ServiceSettings for Settings {
@@ -129,6 +144,18 @@ fn wrong_settings_are_refused_with_key_and_origin() {
             &[],
             &["service.store.file=x"],
             &["service.store.file", "option --set service.store.file"],
+        ),
+        (
+            None,
+            &[],
+            &["service.store.folder=a", "service.store.days=many"],
+            &["service.store.days:", "many", "--set service.store.days"],
+        ),
+        (
+            Some("[service.store]\ndays = 3\nbackup.every_s = 'often'"),
+            &[],
+            &["service.threads=2"],
+            &["service.store.backup.every_s:", "often", "c.toml"],
         ),
         (
             Some("[service]\nthreads = 'many'"),

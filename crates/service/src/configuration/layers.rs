@@ -57,7 +57,45 @@ pub(super) fn extract<T: DeserializeOwned>(
         let key = key.trim();
         figment = figment.merge(layer(format!("option --set {key}"), key, value.trim())?);
     }
-    figment.extract().map_err(|error| refused(&error))
+    figment.extract().map_err(|mut error| {
+        error.path.extend(rest_of_path::<T>(&figment, &error));
+        let origin = figment.find_metadata(&error.path.join("."));
+        error.metadata = origin.cloned().or(error.metadata.take());
+        refused(&error)
+    })
+}
+
+/// The keys that lead from where an error was noticed to the value that it is about: settings whose keys stand among
+/// those of others are read as a whole. It is the value without which that error does not come.
+fn rest_of_path<T: DeserializeOwned>(figment: &Figment, error: &figment::Error) -> Vec<String> {
+    let mut rest = Vec::new();
+    let Ok(mut all) = figment.extract::<Dict>() else {
+        return rest;
+    };
+    loop {
+        let path: Vec<&String> = error.path.iter().chain(&rest).collect();
+        let keys = dict_at(&mut all, &path).map(|dict| dict.keys().cloned().collect());
+        let is_cause = |key: &String| {
+            let mut others = all.clone();
+            dict_at(&mut others, &path).and_then(|dict| dict.remove(key));
+            match Value::from(others).deserialize::<T>() {
+                Ok(_) => true,
+                Err(other) => other.kind != error.kind && !other.missing(),
+            }
+        };
+        match Vec::into_iter(keys.unwrap_or_default()).find(is_cause) {
+            Some(key) => rest.push(key),
+            None => return rest,
+        }
+    }
+}
+
+fn dict_at<'a>(dict: &'a mut Dict, path: &[&String]) -> Option<&'a mut Dict> {
+    path.iter()
+        .try_fold(dict, |dict, key| match dict.get_mut(*key) {
+            Some(Value::Dict(_, inner)) => Some(inner),
+            _ => None,
+        })
 }
 
 fn file(path: &Path) -> Result<Layer, ConfigurationError> {
