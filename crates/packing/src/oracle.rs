@@ -6,7 +6,7 @@ use nalgebra::Point2;
 
 use crate::distance::{DISTANCE_STEP_M, DISTANCE_TRUNCATION};
 use crate::grid::{Grid, Units};
-use crate::heightmap::Heightmap;
+use crate::heightmap::{Heightmap, Surface};
 use crate::item::ItemView;
 use crate::objective::{Heuristic, Weights};
 use crate::placement::{Placement, RestingPlacement};
@@ -186,22 +186,69 @@ impl Oracle<'_> {
         let middle =
             |(x, y, ..): (usize, usize, Units, Units)| Point2::new(x as f64 + 0.5, y as f64 + 0.5);
         let contacts: Vec<Point2<f64>> = cells.map(middle).collect();
-        let centre = self.view.centroid_cells();
-        let mut depth = f64::INFINITY;
-        let mut has_area = false;
-        for a in &contacts {
-            for b in &contacts {
-                let along = b - a;
-                let side = |point: &Point2<f64>| along.perp(&(point - a));
-                if along.norm() == 0.0 {
-                    continue;
-                }
-                has_area |= contacts.iter().any(|point| side(point) != 0.0);
-                if contacts.iter().all(|point| side(point) >= 0.0) {
-                    depth = depth.min(side(&centre) / along.norm());
-                }
+        depth_in_hull(&contacts, self.view.centroid_cells())
+    }
+
+    /// How far the item's centre of mass lies inside the hull of the physical test's contacts, in metres, as
+    /// [`published_depth_cells`](Self::published_depth_cells): those of the samples of `surface`, or of the cells where
+    /// none is given.
+    pub fn physical_depth_m(
+        &self,
+        at: Placement,
+        surface: Option<&Surface>,
+        contact_tolerance_m: f64,
+    ) -> f64 {
+        let resolution = self.grid.resolution();
+        let cell_m = resolution.cell_m();
+        // The middle of each sample, and how far content reaches above the item there if that stands on the floor.
+        let mut overlaps: Vec<(Point2<f64>, f32)> = Vec::new();
+        let mut add = |pitch_m: f64, x: usize, y: usize, overlap_m: f32| {
+            let middle = Point2::new(x as f64 + 0.5, y as f64 + 0.5) * pitch_m;
+            overlaps.push((middle, overlap_m));
+        };
+        if let (Some(surface), Some(underside)) = (surface, self.view.underside()) {
+            let samples = underside.samples_per_cell;
+            let pitch_m = cell_m / samples as f64;
+            for (index, lower_m) in underside.heights_m.iter().enumerate() {
+                let (x, y) = (index / underside.ny, index % underside.ny);
+                let below = (at.x * samples + x) * surface.ny() + at.y * samples + y;
+                let below_m = surface.heights_m().get(below).copied();
+                add(pitch_m, x, y, below_m.unwrap_or(f32::NAN) - lower_m);
+            }
+        } else {
+            let metres = |units: i32| units as f32 * resolution.height_unit_m() as f32;
+            for (x, y, bottom, _) in self.view.cells() {
+                let below = self.content((at.x + x) as i64, (at.y + y) as i64);
+                add(cell_m, x, y, metres(below) - metres(bottom.into()));
             }
         }
-        if has_area { depth } else { f64::NEG_INFINITY }
+        let resting_m = overlaps.iter().map(|(_, overlap_m)| *overlap_m);
+        let touching_m = resting_m.fold(0.0, f32::max) - contact_tolerance_m as f32;
+        let contacts = overlaps
+            .iter()
+            .filter(|(_, overlap_m)| *overlap_m >= touching_m);
+        let contacts: Vec<Point2<f64>> = contacts.map(|(middle, _)| *middle).collect();
+        depth_in_hull(&contacts, self.view.centre_of_mass_m(cell_m))
     }
+}
+
+/// The least distance of a point to a line through two contacts that has all contacts on one side; negative where it is
+/// on the other side of one, minus infinity where the contacts' hull has no area.
+fn depth_in_hull(contacts: &[Point2<f64>], point: Point2<f64>) -> f64 {
+    let mut depth = f64::INFINITY;
+    let mut has_area = false;
+    for a in contacts {
+        for b in contacts {
+            let along = b - a;
+            let side = |point: &Point2<f64>| along.perp(&(point - a));
+            if along.norm() == 0.0 {
+                continue;
+            }
+            has_area |= contacts.iter().any(|point| side(point) != 0.0);
+            if contacts.iter().all(|point| side(point) >= 0.0) {
+                depth = depth.min(side(&point) / along.norm());
+            }
+        }
+    }
+    if has_area { depth } else { f64::NEG_INFINITY }
 }

@@ -5,10 +5,13 @@
     reason = "a panic in a test is a failing test"
 )]
 
+use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::objective::{Heuristic, Weights};
 use ppnpack_packing::oracle::Oracle;
 use ppnpack_packing::placement::{Placement, RestingPlacement};
-use ppnpack_packing::stability::PublishedStability;
+use ppnpack_packing::stability::{
+    PhysicalStability, PhysicalStabilitySettings, PublishedStability,
+};
 use ppnpack_packing::survey::{Surveyed, survey};
 use proptest::prelude::*;
 
@@ -60,11 +63,48 @@ proptest! {
                 let at = resting(found);
                 let depth = PublishedStability::default().depth_cells(&grid, &heightmap, view, &at);
                 let expected = oracle.published_depth_cells(&at);
-                // Outside the hull the two measure different distances, but both are negative.
-                let agree = if expected < -1e-9 { depth < 0.0 } else { (depth - expected).abs() < 1e-9 };
-                prop_assert!(agree, "depth {} instead of {}", depth, expected);
+                prop_assert!(agree(depth, expected), "depth {} instead of {}", depth, expected);
             }
         }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
+    #[test]
+    fn physical_stability_equals_the_oracle(
+        (grid, heightmap, items) in support::scenes(1),
+        is_fine in any::<bool>(),
+        seed in any::<u16>(),
+    ) {
+        let (scene, item) = if is_fine {
+            support::finely_sampled(&grid, &heightmap, &items[0], seed)
+        } else {
+            (Scene::from_heightmap(heightmap.clone()), items[0].clone())
+        };
+        let settings = PhysicalStabilitySettings::default();
+        for view in item.views() {
+            let surveyed =
+                survey(&grid, &heightmap, view, Heuristic::Dbl, &Weights::default()).unwrap();
+            let oracle = Oracle { grid: &grid, heightmap: &heightmap, view };
+            for found in surveyed.iter().step_by(7) {
+                let at = resting(found);
+                let depth = PhysicalStability::new(settings).depth_m(&grid, &scene, view, &at);
+                let tolerance_m = settings.contact_tolerance_m;
+                let expected = oracle.physical_depth_m(at.placement, scene.surface(), tolerance_m);
+                prop_assert!(agree(depth, expected), "depth {} instead of {}", depth, expected);
+            }
+        }
+    }
+}
+
+/// Whether two depths in a hull are the same. Outside of it the two measure different distances, but both are negative.
+fn agree(depth: f64, expected: f64) -> bool {
+    if expected < -1e-9 {
+        depth < 0.0
+    } else {
+        (depth - expected).abs() < 1e-9
     }
 }
 

@@ -1,15 +1,19 @@
 //! The physical stability test.
 
+use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
 use super::polygon::SupportPolygon;
 use crate::check::{Condition, Cost};
-use crate::grid::Grid;
+use crate::grid::{Grid, Units};
 use crate::heightmap::Scene;
 use crate::item::{ABSENT, ItemView};
 use crate::placement::RestingPlacement;
 use crate::refusal::Cause;
 use crate::step::{Candidate, StepInput};
+
+/// Samples compared at once along y.
+const LANES: usize = 8;
 
 /// What the physical stability test asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -38,6 +42,9 @@ impl Default for PhysicalStabilitySettings {
 #[derive(Debug, Clone)]
 pub struct PhysicalStability {
     settings: PhysicalStabilitySettings,
+    arch: Arch,
+    /// Per row of samples: how far the content reaches above the underside, in metres, before the item is lifted.
+    overlaps_m: Vec<f32>,
     polygon: SupportPolygon,
 }
 
@@ -46,6 +53,8 @@ impl PhysicalStability {
     pub fn new(settings: PhysicalStabilitySettings) -> Self {
         Self {
             settings,
+            arch: Arch::new(),
+            overlaps_m: Vec::new(),
             polygon: SupportPolygon::default(),
         }
     }
@@ -69,59 +78,146 @@ impl PhysicalStability {
         view: &ItemView,
         resting: &RestingPlacement,
     ) -> f64 {
-        let (corner_x, corner_y) = (resting.placement.x, resting.placement.y);
+        let (x, y) = (resting.placement.x, resting.placement.y);
         let resolution = grid.resolution();
         let samples = resolution.samples_per_cell();
         let underside = view
             .underside()
             .filter(|known| known.samples_per_cell == samples);
         if let (Some(surface), Some(underside)) = (scene.surface(), underside) {
-            let ny = underside.ny;
-            self.find_contacts(underside.nx, resolution.surface_pitch_m(), |x| {
-                let start = (corner_x * samples + x) * surface.ny() + corner_y * samples;
-                let below = surface.heights_m().get(start..start + ny).unwrap_or(&[]);
-                let lower = underside.heights_m.get(x * ny..(x + 1) * ny).unwrap_or(&[]);
-                below.iter().copied().zip(lower.iter().copied())
-            });
+            let (nx, ny) = (underside.nx, underside.ny);
+            let lowering = Lowering {
+                content: Rows::of(
+                    surface.heights_m(),
+                    surface.ny(),
+                    (x * samples, y * samples),
+                    ny,
+                ),
+                underside: Rows::of(&underside.heights_m, ny, (0, 0), ny),
+                overlap_m: |below: f32, lower: f32| below - lower,
+            };
+            self.find_contacts(nx, resolution.surface_pitch_m(), lowering);
         } else {
+            let (heightmap, ny) = (scene.heightmap(), view.ny());
             let unit_m = resolution.height_unit_m() as f32;
-            let ny = view.ny();
-            self.find_contacts(view.nx(), resolution.cell_m(), |x| {
-                let below = scene.heightmap().row(corner_x + x);
-                let below = below.get(corner_y..).unwrap_or(&[]);
-                let lower = view.bottom().get(x * ny..(x + 1) * ny).unwrap_or(&[]);
-                below.iter().zip(lower).map(move |(below, bottom)| {
-                    let lower_m = if *bottom == ABSENT {
-                        f32::INFINITY
-                    } else {
-                        f32::from(*bottom) * unit_m
-                    };
-                    (f32::from(*below) * unit_m, lower_m)
-                })
-            });
+            let lowering = Lowering {
+                content: Rows::of(heightmap.heights(), heightmap.ny(), (x, y), ny),
+                underside: Rows::of(view.bottom(), ny, (0, 0), ny),
+                overlap_m: |below: Units, bottom: Units| match bottom {
+                    ABSENT => f32::NEG_INFINITY,
+                    bottom => f32::from(below) * unit_m - f32::from(bottom) * unit_m,
+                },
+            };
+            self.find_contacts(view.nx(), resolution.cell_m(), lowering);
         }
         self.polygon
             .depth(view.centre_of_mass_m(resolution.cell_m()))
     }
 
-    /// Lowers the underside onto the content and collects the contacts.
-    ///
-    /// `row(x)` gives the heights of content and underside, in metres, of the samples with index `x` along x; they
-    /// lie `pitch_m` apart. The underside is infinite where there is no material.
-    fn find_contacts<Row>(&mut self, nx: usize, pitch_m: f64, row: impl Fn(usize) -> Row)
+    /// Lowers the underside, of `nx` rows, onto the content and collects the contacts; samples lie `pitch_m` apart.
+    fn find_contacts<B, L, F>(&mut self, nx: usize, pitch_m: f64, lowering: Lowering<'_, B, L, F>)
     where
-        Row: DoubleEndedIterator<Item = (f32, f32)> + ExactSizeIterator,
+        B: Copy,
+        L: Copy,
+        F: Fn(B, L) -> f32 + Copy,
     {
-        let resting_m = (0..nx)
-            .map(|x| row(x).fold(0.0_f32, |rest, (below, lower)| rest.max(below - lower)))
-            .fold(0.0_f32, f32::max);
+        self.overlaps_m.clear();
+        // The floor is content too, at height 0, which the surface never lies below.
+        self.overlaps_m.resize(nx, 0.0);
+        let overlaps_m = self.overlaps_m.as_mut_slice();
+        self.arch.dispatch(LowerRows {
+            lowering,
+            overlaps_m,
+        });
+        let resting_m = self.overlaps_m.iter().copied().fold(0.0, f32::max);
         let touching = resting_m - self.settings.contact_tolerance_m as f32;
         self.polygon.clear();
-        for x in 0..nx {
-            // The floor is content too, at height 0, which the surface never lies below.
-            let is_contact = |(below, lower): (f32, f32)| below - lower >= touching;
-            let contacts = row(x).enumerate().filter(|(_, pair)| is_contact(*pair));
-            self.polygon.add_row(x, contacts.map(|(y, _)| y), pitch_m);
+        for (x, highest) in self.overlaps_m.iter().enumerate() {
+            if *highest >= touching {
+                let are_contacts = lowering.row(x).map(|overlap| overlap >= touching);
+                self.polygon.add_row(x, are_contacts, pitch_m);
+            }
+        }
+    }
+}
+
+/// An underside over the content below it, as deep as the floor.
+#[derive(Clone, Copy)]
+struct Lowering<'a, B, L, F> {
+    content: Rows<'a, B>,
+    underside: Rows<'a, L>,
+    /// How far content reaches above the underside, in metres; minus infinity where there is no material.
+    overlap_m: F,
+}
+
+/// The part of a map below a footprint.
+#[derive(Clone, Copy)]
+struct Rows<'a, T> {
+    heights: &'a [T],
+    stride: usize,
+    ny: usize,
+}
+
+impl<'a, T> Rows<'a, T> {
+    /// Rows of `ny` samples from a corner of a map whose rows have `stride`.
+    fn of(heights: &'a [T], stride: usize, (x, y): (usize, usize), ny: usize) -> Self {
+        Self {
+            heights: heights.get(x * stride + y..).unwrap_or(&[]),
+            stride,
+            ny,
+        }
+    }
+
+    #[inline(always)]
+    fn row(&self, x: usize) -> &'a [T] {
+        let start = x * self.stride;
+        self.heights.get(start..start + self.ny).unwrap_or(&[])
+    }
+}
+
+impl<B: Copy, L: Copy, F: Fn(B, L) -> f32> Lowering<'_, B, L, F> {
+    fn row(&self, x: usize) -> impl DoubleEndedIterator<Item = f32> + ExactSizeIterator {
+        let pairs = self.content.row(x).iter().zip(self.underside.row(x));
+        pairs.map(|(below, lower)| (self.overlap_m)(*below, *lower))
+    }
+
+    /// The greatest overlap of a row, 0 at least.
+    #[inline(always)]
+    fn highest(&self, x: usize) -> f32 {
+        let (blocks, rest) = self.content.row(x).as_chunks::<LANES>();
+        let (lower_blocks, lower_rest) = self.underside.row(x).as_chunks::<LANES>();
+        let mut highest = [0.0_f32; LANES];
+        for (below, lower) in blocks.iter().zip(lower_blocks) {
+            for (highest, (below, lower)) in highest.iter_mut().zip(below.iter().zip(lower)) {
+                *highest = greater(*highest, (self.overlap_m)(*below, *lower));
+            }
+        }
+        for (highest, (below, lower)) in highest.iter_mut().zip(rest.iter().zip(lower_rest)) {
+            *highest = greater(*highest, (self.overlap_m)(*below, *lower));
+        }
+        highest.into_iter().fold(0.0, greater)
+    }
+}
+
+/// The greater of two numbers, in one instruction, which [`f32::max`] is not.
+#[inline(always)]
+fn greater(a: f32, b: f32) -> f32 {
+    if b > a { b } else { a }
+}
+
+/// Finds the greatest overlap of each row.
+struct LowerRows<'a, B, L, F> {
+    lowering: Lowering<'a, B, L, F>,
+    overlaps_m: &'a mut [f32],
+}
+
+impl<B: Copy, L: Copy, F: Fn(B, L) -> f32> WithSimd for LowerRows<'_, B, L, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        for (x, overlap_m) in self.overlaps_m.iter_mut().enumerate() {
+            *overlap_m = self.lowering.highest(x);
         }
     }
 }

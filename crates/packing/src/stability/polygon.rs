@@ -20,17 +20,22 @@ impl SupportPolygon {
         self.contacts.clear();
     }
 
-    /// Adds contacts in the middles of cells: those with index `x` along x and these indices along y, which increase.
-    /// Only the outermost can be corners of the hull. The cells' edge gives the unit of length.
+    /// Adds the contacts of a row of cells, in their middles: `x` is the row's index along x, and each cell along y says
+    /// whether it is one. Only the outermost can be corners of the hull. The cells' edge gives the unit of length.
+    #[inline]
     pub(super) fn add_row(
         &mut self,
         x: usize,
-        mut ys: impl DoubleEndedIterator<Item = usize>,
+        mut are_contacts: impl DoubleEndedIterator<Item = bool> + ExactSizeIterator,
         cell: f64,
     ) {
         let middle = |y: usize| Point2::new(x as f64 + 0.5, y as f64 + 0.5) * cell;
-        self.contacts.extend(ys.next().map(middle));
-        self.contacts.extend(ys.next_back().map(middle));
+        if let Some(first) = are_contacts.position(|is_contact| is_contact) {
+            self.contacts.push(middle(first));
+            let after = are_contacts.rposition(|is_contact| is_contact);
+            self.contacts
+                .extend(after.map(|after| middle(first + 1 + after)));
+        }
     }
 
     /// How far `point` lies inside the hull of the contacts: its distance to the nearest edge, negative outside.

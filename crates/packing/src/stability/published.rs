@@ -62,11 +62,12 @@ impl PublishedStability {
         for (x, (tops, bottoms)) in rows.enumerate() {
             let below = heightmap.row(resting.placement.x + x);
             let below = below.get(resting.placement.y..).unwrap_or(&[]);
-            let columns = tops.iter().zip(bottoms).zip(below).enumerate();
-            let contacts = columns.filter(|(_, ((top, bottom), below))| {
-                **bottom != ABSENT && is_contact(**top, **bottom, **below)
+            let below = below.get(..view.ny()).unwrap_or(&[]);
+            let columns = tops.iter().zip(bottoms).zip(below);
+            let are_contacts = columns.map(|((top, bottom), below)| {
+                *bottom != ABSENT && is_contact(*top, *bottom, *below)
             });
-            self.polygon.add_row(x, contacts.map(|(y, _)| y), 1.0);
+            self.polygon.add_row(x, are_contacts, 1.0);
         }
         self.polygon.depth(view.centroid_cells())
     }

@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
-use ppnpack_packing::heightmap::Heightmap;
-use ppnpack_packing::item::{ABSENT, Item, ViewSurfaces};
+use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
+use ppnpack_packing::item::{ABSENT, Item, Underside, ViewSurfaces};
 use proptest::prelude::*;
 
 /// A grid of up to 14 x 14 cells with odd cell sizes and height units among them.
@@ -89,4 +89,55 @@ pub(crate) fn scenes(
         let held = proptest::collection::vec(items(yaws), 1..=items_up_to);
         (Just(grid.clone()), heightmaps(&grid), held)
     })
+}
+
+/// The same content and item with fine surfaces that lie up to 5 mm below and above those of the cells.
+pub(crate) fn finely_sampled(
+    grid: &Grid,
+    heightmap: &Heightmap,
+    item: &Item,
+    seed: u16,
+) -> (Scene, Arc<Item>) {
+    let samples = grid.resolution().samples_per_cell();
+    let unit_m = grid.resolution().height_unit_m() as f32;
+    let mut drawn = u32::from(seed);
+    let mut offset_m = || {
+        drawn = drawn.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (drawn >> 16) as f32 % 6.0 * 0.001
+    };
+    let mut content = Surface::empty(grid);
+    for x in 0..content.nx() {
+        for y in 0..content.ny() {
+            let height = heightmap.get(x / samples, y / samples).unwrap();
+            content.raise(x, y, f32::from(height) * unit_m - offset_m());
+        }
+    }
+    let views = item.views().iter().map(|view| {
+        let (nx, ny) = (view.nx() * samples, view.ny() * samples);
+        let heights_m = (0..nx * ny).map(|index| {
+            let (x, y) = (index / ny / samples, index % ny / samples);
+            match view.bottom()[x * view.ny() + y] {
+                ABSENT => f32::INFINITY,
+                bottom => f32::from(bottom) * unit_m + offset_m(),
+            }
+        });
+        let underside = Underside {
+            nx,
+            ny,
+            samples_per_cell: samples,
+            heights_m: heights_m.collect(),
+        };
+        ViewSurfaces {
+            underside: Some(underside),
+            ..ViewSurfaces::of_cells(
+                view.nx(),
+                view.ny(),
+                view.top().to_vec(),
+                view.bottom().to_vec(),
+            )
+        }
+    });
+    let item = Item::new("fine", views.collect(), 0.0).unwrap();
+    let scene = Scene::new(grid, heightmap.clone(), Some(content)).unwrap();
+    (scene, Arc::new(item))
 }
