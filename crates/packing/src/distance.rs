@@ -11,6 +11,9 @@ pub const DISTANCE_STEP_M: f64 = 0.01;
 /// `D` is truncated to this many steps.
 pub const DISTANCE_TRUNCATION: usize = DISTANCE_LEVELS + 1;
 
+/// Rows that are dilated along y at once: enough that a loop over them pays, few enough that they stay in the cache.
+const BAND_ROWS: usize = 16;
+
 /// The heights from which on a voxel is further than 1, 2, ... steps from content, walls and floor.
 ///
 /// The scene below the heightmap is full, so the voxels within `d` steps of content are those below
@@ -64,7 +67,8 @@ struct Dilation {
     /// Right where the squares of all steps so far lie within the container; something between 0 and the greatest
     /// height elsewhere.
     heights: Vec<Units>,
-    row: Vec<Units>,
+    /// Room for a copy of some rows.
+    band: Vec<Units>,
 }
 
 impl Dilation {
@@ -73,7 +77,7 @@ impl Dilation {
             nx,
             ny,
             heights: vec![0; nx * ny],
-            row: vec![0; ny],
+            band: vec![0; BAND_ROWS.min(nx) * ny],
         }
     }
 
@@ -85,15 +89,17 @@ impl Dilation {
             return;
         }
         let Self {
-            ny, heights, row, ..
+            ny, heights, band, ..
         } = self;
-        for heights in heights.chunks_exact_mut(*ny) {
+        // Windows that reach into the next row are among those that leave the container.
+        for rows in heights.chunks_mut(band.len()) {
+            let copy = band.get_mut(..rows.len()).unwrap_or(&mut []);
             for step in doubling(window) {
-                row.copy_from_slice(heights);
-                raise(heights, row.get(step..).unwrap_or(&[]));
+                copy.copy_from_slice(rows);
+                raise(rows, copy.get(step..).unwrap_or(&[]));
             }
             // The maximum of the window that starts at a cell belongs to the cell in its middle.
-            heights.copy_within(..*ny - radius, radius);
+            rows.copy_within(..rows.len() - radius, radius);
         }
         for step in doubling(window) {
             let mut rest = heights.as_mut_slice();

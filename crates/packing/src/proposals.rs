@@ -234,12 +234,17 @@ impl Percent {
 pub struct ProposeRandom {
     share: Percent,
     seed: u64,
+    drawn: Vec<Placement>,
 }
 
 impl ProposeRandom {
     /// Proposes `share` of the placements, drawn with this seed.
     pub fn new(share: Percent, seed: u64) -> Self {
-        Self { share, seed }
+        Self {
+            share,
+            seed,
+            drawn: Vec::new(),
+        }
     }
 }
 
@@ -254,12 +259,18 @@ impl Proposer for ProposeRandom {
             let mut wanted = self.share.of(all_count(grid, item)).min(possible);
             // Selection sampling (Knuth, algorithm S): one pass, each subset equally likely, in order.
             let mut left = possible;
-            proposals.push(possible_placements(grid, item).filter(|_| {
-                let chosen = random.random_range(0..left.max(1)) < wanted;
-                left = left.saturating_sub(1);
-                wanted -= u64::from(chosen);
-                chosen
-            }));
+            for (yaw, view) in item.views().iter().enumerate() {
+                let (nx, ny) = view.corners((grid.nx(), grid.ny()));
+                for corner in 0..nx * ny {
+                    if random.random_range(0..left.max(1)) < wanted {
+                        wanted -= 1;
+                        let (x, y) = (corner / ny, corner % ny);
+                        self.drawn.push(Placement { yaw, x, y });
+                    }
+                    left = left.saturating_sub(1);
+                }
+            }
+            proposals.push(self.drawn.drain(..));
         }
         Ok(())
     }

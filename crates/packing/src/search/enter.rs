@@ -2,7 +2,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::open::{Extent, Node, OpenList};
+use super::open::{Extent, Node};
 use super::passes::Placements;
 use super::prepared::{Ranking, ViewState};
 use crate::item::ItemView;
@@ -11,7 +11,8 @@ use crate::kernel::{TOGETHER, resting_heights_at};
 /// Enters a view of the ranking; gives how many placements are proposed and how many of them are known to fit.
 pub(super) struct Enter<'a> {
     pub(super) ranking: Ranking<'a>,
-    pub(super) open: &'a mut OpenList,
+    /// What is to enter.
+    pub(super) fresh: &'a mut Vec<Node>,
     /// Index of the view.
     pub(super) index: usize,
 }
@@ -59,7 +60,7 @@ impl Enter<'_> {
                 extent: Extent::Level,
                 ..all
             };
-            self.open.push(self.ranking.bounded(level, state, view));
+            self.fresh.push(self.ranking.bounded(level, state, view));
         }
         (placements.count(), fitting)
     }
@@ -72,7 +73,7 @@ impl Enter<'_> {
         let exponent = windows.map_or(0, |windows| windows.largest_exponent);
         let side = 1 << exponent;
         let (placed_x, placed_y) = view.corners(prepared.resting.container.size());
-        let mut added = 0;
+        let known = self.fresh.len();
         for x in (0..placed_x).step_by(side) {
             for y in (0..placed_y).step_by(side * TOGETHER) {
                 let of = Node {
@@ -80,25 +81,26 @@ impl Enter<'_> {
                     ..all
                 };
                 let corners = std::array::from_fn(|corner| (x, y + corner * side));
-                added += add(self.ranking, self.open, of, corners);
+                add(self.ranking, of, corners, self.fresh);
             }
         }
+        let added = self.fresh.len() - known;
         let fitting = if exponent == 0 { added } else { 0 };
-        ((placed_x * placed_y) as u64, fitting)
+        ((placed_x * placed_y) as u64, fitting as u64)
     }
 }
 
-/// Adds blocks of one size and view, those of them that hold a placement below the rim; returns how many.
+/// Adds blocks of one size and view, those of them that hold a placement below the rim.
 #[inline(always)]
 pub(super) fn add(
     ranking: Ranking<'_>,
-    open: &mut OpenList,
     of: Node,
     corners: [(usize, usize); TOGETHER],
-) -> u64 {
+    fresh: &mut Vec<Node>,
+) {
     let prepared = ranking.prepared;
     let Some((state, _, view)) = ranking.view(of.view as usize) else {
-        return 0;
+        return;
     };
     let container = &prepared.resting.container;
     let map = match (of.extent, &prepared.windows) {
@@ -107,7 +109,7 @@ pub(super) fn add(
         _ => None,
     };
     let (Some(map), Some(offsets)) = (map, prepared.offsets.get(of.view as usize)) else {
-        return 0;
+        return;
     };
     let (placed_x, placed_y) = view.corners(container.size());
     let bases = corners.map(|(x, y)| {
@@ -119,12 +121,10 @@ pub(super) fn add(
         }
     });
     let heights = resting_heights_at(map, bases, view, offsets);
-    let mut added = 0;
     for ((x, y), height) in corners.into_iter().zip(heights) {
         if x >= placed_x || y >= placed_y || height > state.limit {
             continue;
         }
-        added += 1;
         let (x, y) = (x as u16, y as u16);
         let node = Node {
             x,
@@ -133,7 +133,6 @@ pub(super) fn add(
             is_measured: false,
             ..of
         };
-        open.push(ranking.bounded(node, state, view));
+        fresh.push(ranking.bounded(node, state, view));
     }
-    added
 }

@@ -7,46 +7,36 @@ use rayon::prelude::*;
 
 use super::enter::add;
 use super::open::{Extent, Node, OpenList};
-use super::prepared::{Ranking, resting};
+use super::prepared::Ranking;
 use crate::kernel::distance_sum;
-use crate::step::{Evaluated, PlacementCounts};
+use crate::step::PlacementCounts;
 
 /// Placements evaluated together where there is a pool of threads.
 const PARALLEL_BATCH: usize = 1024;
 
-/// Opens nodes until a placement comes up whose value is below every bound left; gives that.
+/// Opens nodes until the least is a placement whose value is known, or none is left.
 pub(super) struct Expand<'a> {
     pub(super) ranking: Ranking<'a>,
     pub(super) open: &'a mut OpenList,
     pub(super) counts: &'a mut [PlacementCounts],
-    /// Room for the placements that are evaluated together.
+    /// Room for what is to enter the list; empty between two nodes.
     pub(super) fresh: &'a mut Vec<Node>,
     pub(super) arch: Arch,
     pub(super) pool: Option<&'a rayon::ThreadPool>,
 }
 
 impl WithSimd for Expand<'_> {
-    type Output = Option<Evaluated>;
+    type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, _simd: S) -> Self::Output {
-        loop {
-            let least = *self.open.peek()?;
+    fn with_simd<S: Simd>(mut self, _simd: S) {
+        while let Some(least) = self.open.peek().copied() {
             match least.extent {
-                Extent::Valued => {
-                    self.open.pop();
-                    let state = self.ranking.prepared.views.get(least.view as usize)?;
-                    return Some(Evaluated {
-                        candidate: state.candidate,
-                        resting: resting(&least, state),
-                        value: least.bound,
-                    });
-                }
+                Extent::Valued => return,
                 Extent::Block { exponent: 1.. } => self.cut(least),
                 Extent::Block { .. } => {
-                    if let Some(mut placement) = self.open.peek_mut() {
-                        *placement = self.ranking.valued(least);
-                    }
+                    let valued = self.ranking.valued(least);
+                    self.replace_least(Some(valued));
                 }
                 Extent::Level => self.evaluate_levels(),
             }
@@ -81,7 +71,6 @@ impl Expand<'_> {
             }
             return;
         }
-        self.open.pop();
         let finer = exponent - 1;
         let side = 1 << finer;
         let of = Node {
@@ -89,11 +78,27 @@ impl Expand<'_> {
             ..block
         };
         let corners = [(x, y), (x, y + side), (x + side, y), (x + side, y + side)];
-        let added = add(self.ranking, self.open, of, corners);
+        add(self.ranking, of, corners, self.fresh);
         if finer == 0
             && let Some(counts) = self.counts.get_mut(state.candidate)
         {
-            counts.fitting += added;
+            counts.fitting += self.fresh.len() as u64;
+        }
+        // A part is hardly ever far from where the whole was, so one of them takes its place.
+        let part = self.fresh.pop();
+        self.replace_least(part);
+        self.open.extend(self.fresh.drain(..));
+    }
+
+    /// Puts another node in the place of the least, or none.
+    #[inline(always)]
+    fn replace_least(&mut self, by: Option<Node>) {
+        match (by, self.open.peek_mut()) {
+            (Some(node), Some(mut least)) => *least = node,
+            (None, Some(least)) => {
+                PeekMut::pop(least);
+            }
+            (_, None) => {}
         }
     }
 
@@ -145,13 +150,7 @@ impl Expand<'_> {
                 next = Some(self.ranking.bounded(level, state, view));
             }
         }
-        match (next, self.open.peek_mut()) {
-            (Some(next), Some(mut least)) => *least = next,
-            (None, Some(least)) => {
-                PeekMut::pop(least);
-            }
-            (_, None) => {}
-        }
+        self.replace_least(next);
     }
 }
 

@@ -33,7 +33,7 @@ use crate::resting::RestingHeights;
 use crate::step::{Evaluated, PlacementCounts, StageResult, StepInput};
 use enter::Enter;
 use expand::Expand;
-use open::{Node, OpenList};
+use open::{Extent, Node, OpenList};
 use prepared::{Entrance, Prepared, Ranking, UpdateScene, ViewState};
 pub use propose::ProposeBest;
 use proposed::{Lower, Proposed};
@@ -181,7 +181,7 @@ impl Search {
             }
             let (proposed, fitting) = self.arch.dispatch(Enter {
                 ranking: Ranking::new(&self.prepared, input),
-                open: &mut self.open,
+                fresh: &mut self.fresh,
                 index,
             });
             counts.proposed += proposed;
@@ -222,6 +222,7 @@ impl Evaluator for Search {
         self.update_scene(input);
         self.prepared.views.clear();
         self.open.clear();
+        self.fresh.clear();
         self.counts.clear();
         self.counts
             .resize(input.candidates.len(), PlacementCounts::default());
@@ -229,18 +230,26 @@ impl Evaluator for Search {
         for candidate in (0..input.candidates.len()).filter(|held| group.contains(held)) {
             self.enter(input, candidate, proposals);
         }
+        // Together, which is sooner than one by one.
+        self.open.extend(self.fresh.drain(..));
         Ok(())
     }
 
     fn next_best(&mut self, input: &StepInput<'_>) -> StageResult<Option<Evaluated>> {
-        Ok(self.arch.dispatch(Expand {
-            ranking: Ranking::new(&self.prepared, input),
-            open: &mut self.open,
-            counts: &mut self.counts,
-            fresh: &mut self.fresh,
-            arch: self.arch,
-            pool: self.pool.as_deref(),
-        }))
+        let least = self.open.peek();
+        // More often than not the next value is known already.
+        if least.is_some_and(|least| least.extent != Extent::Valued) {
+            self.arch.dispatch(Expand {
+                ranking: Ranking::new(&self.prepared, input),
+                open: &mut self.open,
+                counts: &mut self.counts,
+                fresh: &mut self.fresh,
+                arch: self.arch,
+                pool: self.pool.as_deref(),
+            });
+        }
+        let best = self.open.pop();
+        Ok(best.and_then(|best| self.prepared.evaluated(&best)))
     }
 
     fn counts(&self, candidate: usize) -> PlacementCounts {

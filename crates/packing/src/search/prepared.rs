@@ -16,7 +16,7 @@ use crate::objective::Objective;
 use crate::placement::{Placement, RestingPlacement};
 use crate::random;
 use crate::resting::RestingHeights;
-use crate::step::{Candidate, StepInput};
+use crate::step::{Candidate, Evaluated, StepInput};
 
 /// What a ranking is made on: maps of the container, and the views that take part.
 #[derive(Debug)]
@@ -64,6 +64,16 @@ impl Prepared {
             container: &self.resting.container,
             distance: self.distance.as_ref(),
         }
+    }
+
+    /// A placement whose value is known.
+    pub(super) fn evaluated(&self, best: &Node) -> Option<Evaluated> {
+        let state = self.views.get(best.view as usize)?;
+        Some(Evaluated {
+            candidate: state.candidate,
+            resting: resting(best, state),
+            value: best.bound,
+        })
     }
 
     /// Lays out a view for the loops over single placements.
@@ -177,7 +187,7 @@ impl<'a> Ranking<'a> {
 }
 
 #[inline(always)]
-pub(super) fn resting(node: &Node, state: &ViewState) -> RestingPlacement {
+fn resting(node: &Node, state: &ViewState) -> RestingPlacement {
     RestingPlacement {
         placement: Placement {
             yaw: state.yaw,

@@ -96,10 +96,14 @@ fn widen(
         for (cell, (a, b)) in row.iter_mut().zip(pairs) {
             *cell = choose(*a, *b);
         }
+        let (_, further) = row.split_at(side.min(row.len()));
         let out = wider.row_mut(x);
-        out.copy_from_slice(row);
-        for (cell, further) in out.iter_mut().zip(row.iter().skip(side)) {
-            *cell = choose(*cell, *further);
+        for (cell, (near, far)) in out.iter_mut().zip(row.iter().zip(further)) {
+            *cell = choose(*near, *far);
+        }
+        let border = further.len()..;
+        if let (Some(out), Some(row)) = (out.get_mut(border.clone()), row.get(border)) {
+            out.copy_from_slice(row);
         }
     }
 }
