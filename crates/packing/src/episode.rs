@@ -167,11 +167,7 @@ pub fn play(
             ..StepInput::new(grid, &scene, buffer.candidates())
         };
         let plan = planner.plan(&input)?;
-        let mut refused = Refusals::default();
-        for report in plan.candidates() {
-            refused.add(&report.refusals);
-        }
-        refusals.add(&refused);
+        refusals.add(plan.refusals());
         let chosen = plan.choice().and_then(|choice| {
             let candidate = input.candidates.get(choice.candidate)?;
             Some((choice, candidate.clone()))
@@ -190,7 +186,7 @@ pub fn play(
             alternatives: plan.alternatives().copied().collect(),
             timings: plan.timings(),
             degraded: plan.degraded().to_vec(),
-            refusals: refused,
+            refusals: plan.refusals().clone(),
         };
         cell.place(&done.candidate, &choice.resting, &done.evidence)
             .map_err(|source| EpisodeError::Cell { step, source })?;

@@ -67,7 +67,7 @@ pub enum Reason {
 pub struct CandidateReport {
     /// Placements before the checks; all zero where the step was decided before the candidate was looked at.
     pub counts: PlacementCounts,
-    /// Placements that were refused before the step was decided.
+    /// Placements that its last search refused before the step was decided: [`Plan::refusals`] has those of all.
     pub refusals: Refusals,
     /// Whether every placement was looked at and none was valid; then it has a reason.
     pub reason: Option<Reason>,
@@ -87,6 +87,7 @@ impl CandidateReport {
 pub struct Plan {
     ranked: Vec<ValidPlacement>,
     candidates: Vec<CandidateReport>,
+    refusals: Refusals,
     timings: Timings,
     shortfall: Shortfall,
     is_widened: bool,
@@ -111,6 +112,12 @@ impl Plan {
     /// What became of each candidate, in the input's order.
     pub fn candidates(&self) -> &[CandidateReport] {
         &self.candidates
+    }
+
+    /// Placements that were refused before the step was decided, of all candidates. Where the step was widened, those
+    /// that were proposed at first may be among them twice, as the checks were asked twice.
+    pub fn refusals(&self) -> &Refusals {
+        &self.refusals
     }
 
     /// Why the step was not planned as was asked for, where it was not: the answer is as good, but took longer.
@@ -139,6 +146,7 @@ impl Plan {
         self.candidates.iter_mut().for_each(CandidateReport::clear);
         self.candidates
             .resize(candidates, CandidateReport::default());
+        self.refusals.clear();
         self.timings = Timings::default();
         self.shortfall.clear();
         self.is_widened = false;
@@ -321,6 +329,7 @@ impl Planner {
             report.clear();
             report.counts = search.counts(*candidate);
             search.add_refusals(*candidate, &mut report.refusals);
+            plan.refusals.add(&report.refusals);
             let mut ranked = plan.ranked.iter();
             let is_placed = ranked.any(|ranked| ranked.placement.candidate == *candidate);
             if is_decided && !is_placed {
@@ -354,5 +363,94 @@ fn reason(
         _ if counts.proposed == 0 => Reason::NotProposed,
         Some(most) if counts.fitting > 0 => Reason::Rejected(most.clone()),
         _ => Reason::NoFit,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    use super::*;
+    use crate::check::{Cost, ValidityCheck, Verdict};
+    use crate::episode::{IdealCell, Play, play};
+    use crate::grid::Grid;
+    use crate::heightmap::{Heightmap, Scene};
+    use crate::item::{Item, ViewSurfaces};
+    use crate::placement::{Placement, RestingPlacement};
+    use crate::refusal::Cause;
+    use crate::search::{Search, SearchSettings};
+    use crate::step::StageResult;
+
+    /// Proposes for each candidate the corner of the container alone.
+    struct ProposeCorner;
+
+    impl Proposer for ProposeCorner {
+        fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult {
+            proposals.clear();
+            for _ in input.candidates {
+                proposals.push([Placement { yaw: 0, x: 0, y: 0 }]);
+            }
+            Ok(())
+        }
+    }
+
+    /// Refuses placements at a wall and every item but the first that comes; counts how often it is asked.
+    struct Counted(Arc<AtomicU64>);
+
+    impl ValidityCheck for Counted {
+        fn cost(&self) -> Cost {
+            Cost::Motion
+        }
+
+        fn rules_out(
+            &mut self,
+            _: &StepInput<'_>,
+            held: &Candidate,
+        ) -> StageResult<Option<Refusal>> {
+            Ok((held.arrival > 0).then(|| Cause::Arm.into()))
+        }
+
+        fn judge(
+            &mut self,
+            _: &StepInput<'_>,
+            _: &Candidate,
+            resting: &RestingPlacement,
+        ) -> StageResult<Verdict> {
+            self.0.fetch_add(1, Ordering::Relaxed);
+            Ok(Verdict::of(resting.placement.x > 0, Cause::Arm))
+        }
+    }
+
+    #[test]
+    fn the_refusals_of_a_widened_step_are_those_of_both_searches() {
+        let grid = Grid::reference();
+        let view = ViewSurfaces::of_cells(1, 1, vec![1], vec![0]);
+        let item = Arc::new(Item::new("cube", vec![view; 4], 0.0).unwrap());
+        let held = [0, 1].map(|arrival| Candidate::new(arrival, item.clone()));
+        let asked = Arc::new(AtomicU64::new(0));
+        let search = Search::new(&grid, &SearchSettings::default()).unwrap();
+        let mut planner = Planner::new(
+            Box::new(ProposeCorner),
+            Box::new(search),
+            vec![Box::new(Counted(asked.clone()))],
+            Order::Balance,
+            0,
+        );
+        let scene = Scene::from_heightmap(Heightmap::empty(&grid));
+        // The second candidate is ruled out, which makes no difference.
+        for held in [&held[..1], &held[..]] {
+            let plan = planner.plan(&StepInput::new(&grid, &scene, held)).unwrap();
+            assert!(plan.is_widened() && plan.choice().is_some());
+            let refused = asked.swap(0, Ordering::Relaxed) - 1;
+            assert_eq!(plan.refusals().total(), refused, "but for the choice");
+        }
+        let (mut cell, how) = (IdealCell::new(&grid), Play::with_buffer(2));
+        let episode = play(&grid, &mut planner, &mut cell, held.to_vec(), how, &mut ()).unwrap();
+        let [step] = &episode.steps[..] else {
+            panic!("{:?}", episode.ending);
+        };
+        assert_eq!(step.refusals.total(), asked.load(Ordering::Relaxed) - 1);
+        assert_eq!(step.refusals, episode.refusals);
     }
 }
