@@ -83,28 +83,36 @@ impl Asked<'_> {
         ranking: &mut Ranking,
         input: &StepInput<'_>,
     ) -> Result<(Vec<Evaluated>, bool), Refusal> {
-        let given = ranking.given.take();
-        let search = &mut ranking.search;
+        let Ranking { search, given } = ranking;
         let is_there = |given: &Given| {
             Some(&given.content) == self.content.as_ref() && Some(given.last) == self.after
         };
-        if !given.as_ref().is_some_and(is_there) {
-            search.rank(input, self.group, self.proposals)?;
-            self.leave_out(search, input)?;
-        }
+        let candidates = match given.take().filter(is_there) {
+            Some(given) => given.candidates,
+            None => {
+                search.rank(input, self.group, self.proposals)?;
+                self.leave_out(search, input)?;
+                input.candidates.to_vec()
+            }
+        };
+        let input = StepInput {
+            candidates: &candidates,
+            ..*input
+        };
         let mut placements = Vec::new();
         let mut is_complete = false;
         while placements.len() < self.limit && !is_complete {
-            match search.next_valid(input)? {
+            match search.next_valid(&input)? {
                 Some(valid) => placements.push(valid.placement),
                 None => is_complete = true,
             }
         }
         let last = placements.last().copied().or(self.after);
-        ranking.given = self
-            .content
-            .zip(last)
-            .map(|(content, last)| Given { content, last });
+        *given = self.content.zip(last).map(|(content, last)| Given {
+            content,
+            candidates,
+            last,
+        });
         Ok((placements, is_complete))
     }
 

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::{Item, YawsMismatch};
 use ppnpack_packing::search::{Search, SearchSettings};
-use ppnpack_packing::step::Evaluated;
+use ppnpack_packing::step::{Candidate, Evaluated};
 use ppnpack_packing::valid::{SearchError, ValidSearch};
 use ppnpack_service::ServiceError;
 use ppnpack_service::actor::Actor;
@@ -82,9 +82,11 @@ pub(crate) struct Ranking {
 }
 
 /// What was given of a ranking.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug)]
 pub(crate) struct Given {
     pub(crate) content: v1::EvaluateRequest,
+    /// Those that the search ranks: it knows their items by shape, and one that is read anew has another.
+    pub(crate) candidates: Vec<Candidate>,
     /// The last placement.
     pub(crate) last: Evaluated,
 }

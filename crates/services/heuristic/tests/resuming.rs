@@ -13,6 +13,7 @@ use ppnpack_heuristic::Settings;
 use ppnpack_packing::grid::{Grid, Units};
 use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::{Item, ViewSurfaces};
+use ppnpack_packing::objective::Heuristic;
 use ppnpack_packing::search::SearchSettings;
 use ppnpack_service::Process;
 use ppnpack_service::embedded::{self, Hub};
@@ -35,11 +36,15 @@ struct Rig {
 
 impl Rig {
     fn new() -> Self {
+        Self::with(&Settings::default())
+    }
+
+    fn with(settings: &Settings) -> Self {
         let hub = embedded::hub().unwrap();
         let process = embedded::process(&hub, Service::Heuristic, "heuristic-1").unwrap();
         Self {
             client: Client::new(&embedded::session(&hub).unwrap()),
-            _service: ppnpack_heuristic::start(&process, &Settings::default()).unwrap(),
+            _service: ppnpack_heuristic::start(&process, settings).unwrap(),
             _process: process,
             _hub: hub,
         }
@@ -98,11 +103,15 @@ fn block(nx: usize, ny: usize) -> v1::Item {
 
 /// Two blocks in a container whose floor is raised by this many units.
 fn request(raised: Units) -> v1::EvaluateRequest {
+    request_for(vec![block(26, 20), block(30, 28)], raised)
+}
+
+/// Two items in such a container.
+fn request_for(items: Vec<v1::Item>, raised: Units) -> v1::EvaluateRequest {
     let grid = Grid::reference();
     let (nx, ny) = (grid.nx(), grid.ny());
     let heightmap = Heightmap::from_units(nx, ny, vec![raised; nx * ny]).unwrap();
     let scene = Scene::from_heightmap(heightmap);
-    let items = vec![block(26, 20), block(30, 28)];
     let ids = items.iter().map(ItemId::of);
     let candidates = (0..).zip(ids).map(|(arrival, id)| v1::CandidateItem {
         item_id: id.to_bytes(),
@@ -144,6 +153,28 @@ fn pages_are_the_whole_ranking() {
     }
     // Without an id nothing is kept: each page ranks anew, and leaves out what came before.
     assert_eq!(rig.by_pages(&request(0), 64), whole);
+}
+
+#[test]
+fn a_ranking_goes_on_although_its_items_were_let_go() {
+    // No item is kept from one request to the next.
+    let rig = Rig::with(&Settings {
+        items_kept_mib: 0,
+        ..Settings::default()
+    });
+    // This heuristic's search keeps resting heights by item; it looks at the small block's once the large one's
+    // placements were given.
+    let settings = SearchSettings {
+        heuristic: Heuristic::Mta,
+        ..SearchSettings::default()
+    };
+    let request = v1::EvaluateRequest {
+        objective: Some(convert::objective::write(&settings)),
+        ..request_for(vec![block(26, 20), block(1, 1)], 0)
+    };
+    let whole = rig.placements(request.clone());
+    assert_eq!(whole.len(), 4 * (7 * 13 + 32 * 32));
+    assert_eq!(rig.by_pages(&named("r", request), 300), whole);
 }
 
 #[test]

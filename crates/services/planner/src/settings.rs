@@ -43,7 +43,8 @@ pub struct CellSettings {
     pub evaluate: Where,
     /// The longest that the network may take for a step, in seconds, before the search goes on without it.
     pub propose_limit_s: f64,
-    /// The longest that a heuristic service may take for a step, in seconds, before its part is searched here.
+    /// The longest that a heuristic service may take for a page of placements, in seconds, before its part is searched
+    /// here. A step may need several pages.
     pub evaluate_limit_s: f64,
     /// A heightmap whose cloud came longer ago than this, in seconds, is not planned on.
     pub heightmap_age_limit_s: f64,

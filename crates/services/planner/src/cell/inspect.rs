@@ -23,6 +23,9 @@ const SCENE_SLICE: Duration = Duration::from_millis(50);
 /// How long perception may take.
 const ANSWER_LIMIT: Duration = Duration::from_secs(1);
 
+/// How much longer the thread that asks it may take to say so.
+const ANSWER_SLACK: Duration = Duration::from_secs(1);
+
 /// How long to wait before another attempt.
 const PAUSE: Duration = Duration::from_millis(100);
 
@@ -53,8 +56,8 @@ enum Next {
     Attempt(Instant),
     /// A heightmap that shows it is waited for until then.
     Heightmap(Instant),
-    /// Perception answers.
-    Answer,
+    /// Perception answers; the attempt is over then, should the thread that asks it never say so.
+    Answer(Instant),
 }
 
 impl ToInspect {
@@ -63,12 +66,12 @@ impl ToInspect {
         self.placed_in.is_some()
     }
 
-    /// When the actor has to go on with it; `None` where that is for others.
+    /// When the actor has to go on with it; `None` until it is placed.
     pub(super) fn goes_on_at(&self) -> Option<Instant> {
         match self.next {
             Next::Attempt(at) => self.is_due().then_some(at),
             Next::Heightmap(_) => Some(Instant::now()),
-            Next::Answer => None,
+            Next::Answer(until) => Some(until),
         }
     }
 }
@@ -152,8 +155,9 @@ impl CellPlanner {
         answer: Result<v1::InspectReply, CallError>,
     ) {
         // Of a session or a decision that is gone it is of no use.
-        let is_asked =
-            |it: &mut ToInspect| matches!(it.next, Next::Answer) && it.decision_id == decision_id;
+        let is_asked = |it: &mut ToInspect| {
+            matches!(it.next, Next::Answer(_)) && it.decision_id == decision_id
+        };
         let Some(mut it) = self.to_inspect.take_if(is_asked) else {
             return;
         };
@@ -192,8 +196,9 @@ impl CellPlanner {
     fn ask_inspection(&mut self, it: &mut ToInspect) -> Result<(), NotInspected> {
         let now = Instant::now();
         let until = match it.next {
+            Next::Attempt(_) => now + SCENE_LIMIT,
             Next::Heightmap(until) => until,
-            _ => now + SCENE_LIMIT,
+            Next::Answer(_) => return Err(NotInspected::Yet("no answer came".to_owned())),
         };
         it.next = Next::Heightmap(until);
         let least = self.session.least_state_number();
@@ -214,7 +219,7 @@ impl CellPlanner {
             }
         };
         thread("inspection", ask).map_err(|error| NotInspected::Yet(error.to_string()))?;
-        it.next = Next::Answer;
+        it.next = Next::Answer(Instant::now() + ANSWER_LIMIT + ANSWER_SLACK);
         Ok(())
     }
 

@@ -74,6 +74,19 @@ struct Found {
     tallies: Vec<Tally>,
 }
 
+impl Found {
+    /// Without what was given before: a service that does not know `after` begins anew with each page.
+    fn going_on_after(mut self, after: Option<&Evaluated>) -> Result<Self, String> {
+        if let Some(after) = after {
+            self.placements.retain(|at| at.rank_cmp(after).is_gt());
+            if self.placements.is_empty() && !self.is_complete {
+                return Err("it does not go on where it stopped".to_owned());
+            }
+        }
+        Ok(self)
+    }
+}
+
 impl SharedEvaluator {
     /// Searches in this process what is found sooner that way, where `is_sooner_taken`.
     ///
@@ -149,6 +162,9 @@ impl SharedEvaluator {
             let call = client.begin_instance(cell, &asked.instance, request, deadline);
             begun.push((asked, call));
         }
+        if begun.is_empty() {
+            return Ok(());
+        }
         for (asked, call) in begun {
             let answer = self.finish(&asked, call, input, deadline);
             let Some(source) = self.sources.get_mut(asked.number) else {
@@ -161,12 +177,10 @@ impl SharedEvaluator {
                 }
                 Err(reason) => {
                     self.shortfall.degrade(format!(
-                        "heuristic service {} did not answer ({reason}): its part was searched in the planner",
+                        "heuristic service {} failed ({reason}): its part was searched in the planner",
                         asked.instance
                     ));
-                    // The place stays empty, so that the others keep their numbers.
-                    *source = Source::new(Vec::new(), Searcher::Here(usize::MAX));
-                    source.extend([], true);
+                    *source = Source::gone();
                     self.search_here(input, &asked.share, asked.after)?;
                 }
             }
@@ -221,7 +235,8 @@ impl SharedEvaluator {
         let items = input.candidates.iter().map(|held| &*held.item);
         let ids = self.items.ids(items);
         self.items.has(instance, &ids);
-        read_reply(&reply).map_err(|error| error.to_string())
+        let found = read_reply(&reply).map_err(|error| error.to_string())?;
+        found.going_on_after(asked.after.as_ref())
     }
 
     /// Searches in this process: whole where that is expected to take less than half of the time left, by parts
@@ -290,12 +305,8 @@ impl SharedEvaluator {
 
     /// How many searches go on in this process.
     fn searching_here(&self) -> usize {
-        let sources = self.sources.iter();
-        let here = sources.filter_map(|source| match source.searcher {
-            Searcher::Here(search) if search < MAX_SEARCHES => Some(search + 1),
-            _ => None,
-        });
-        here.max().unwrap_or(0)
+        let is_here = |source: &&Source| matches!(source.searcher, Searcher::Here(_));
+        self.sources.iter().filter(is_here).count()
     }
 
     fn go_on_here(&mut self, number: usize, input: &StepInput<'_>) -> Result<(), StageError> {
@@ -381,6 +392,7 @@ impl SharedEvaluator {
                     tallies.find(|tally| tally.candidate == candidate).cloned()
                 }
                 Searcher::Here(search) => self.local.tally(*search, candidate),
+                Searcher::Gone => None,
             }
         })
     }
@@ -429,3 +441,6 @@ fn read_reply(reply: &v1::EvaluateReply) -> Result<Found, WireError> {
         tallies: tallies.collect::<Result<_, _>>()?,
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -10,7 +10,8 @@ use ppnpack_packing::valid::{Tally, ValidSearch};
 
 use super::split::Part;
 
-/// Searches of this process at most. Each keeps memory of its own.
+/// Searches that work is split into at most, as each keeps memory of its own. Beyond them, each service that fails adds
+/// one.
 pub(crate) const MAX_SEARCHES: usize = 16;
 
 /// Searches that go on beside each other, each by its number; made when they are first needed and kept with their

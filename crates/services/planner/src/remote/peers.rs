@@ -14,7 +14,7 @@ pub(crate) struct Peers {
     pub(crate) cell: Cell,
     pub(crate) client: Client,
     pub(crate) alive: Arc<Alive>,
-    /// The longest that they may take for a step.
+    /// The longest that they may take for an answer; a step may need several.
     pub(crate) limit: Duration,
 }
 

@@ -27,6 +27,8 @@ pub(crate) enum Searcher {
     Service(Instance, Vec<Tally>),
     /// This process, by the number of the search.
     Here(usize),
+    /// Nobody any more: its share was given to others.
+    Gone,
 }
 
 impl Source {
@@ -37,6 +39,14 @@ impl Source {
             found: VecDeque::new(),
             last: None,
             is_complete: false,
+        }
+    }
+
+    /// The place of a search whose share was given to others: those after it keep their numbers.
+    pub(crate) fn gone() -> Self {
+        Self {
+            is_complete: true,
+            ..Self::new(Vec::new(), Searcher::Gone)
         }
     }
 
