@@ -13,7 +13,7 @@ use crate::error::ParameterError;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ArmParameters {
-    /// The arm's name, for people.
+    /// The arm's name, for people: 1 to 256 bytes.
     pub name: String,
     /// What the flange carries at most, gripper included, in kilograms.
     pub payload_kg: f64,
@@ -137,6 +137,8 @@ impl ArmParameters {
     /// # Errors
     /// [`SettingError`] names the first field that is not possible.
     pub fn validate(&self) -> Result<(), SettingError> {
+        // Each planned cycle tells it, in a message that holds no other.
+        within("1 to 256 bytes long", 1.0..=256.0)("name", self.name.len() as f64)?;
         positive("payload_kg", self.payload_kg)?;
         self.geometry.validate()?;
         for (index, joint) in self.joints.iter().enumerate() {
@@ -307,6 +309,16 @@ mod tests {
         ] {
             let message = refusal(from, to);
             assert!(message.contains(field), "{message} names {field}");
+        }
+    }
+
+    #[test]
+    fn names_that_no_message_holds_are_refused() {
+        for bytes in [0, 257] {
+            let name = format!("name = \"{}\"", "n".repeat(bytes));
+            let message = refusal("name = \"NACHI MZ07L-01\"", &name);
+            let expected = format!("name must be 1 to 256 bytes long, but is {bytes}");
+            assert_eq!(message, expected);
         }
     }
 

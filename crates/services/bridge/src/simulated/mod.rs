@@ -46,6 +46,9 @@ pub enum SimulatedError {
     /// The camera cannot be as it is asked for.
     #[error("camera: {0}")]
     Camera(#[from] CameraError),
+    /// The camera's noise cannot be as it is asked for.
+    #[error("{0}")]
+    Noise(String),
     /// The container cannot be scanned at this pitch.
     #[error("scan_pitch_m: {0}")]
     Scan(#[from] GridError),

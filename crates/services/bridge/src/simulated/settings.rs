@@ -96,6 +96,13 @@ impl NoiseSettings {
             ..NoiseModel::none()
         }
     }
+
+    /// Checks that every number is possible; the text names the key within the cell.
+    pub(super) fn validate(&self) -> Result<(), String> {
+        in_range("camera.noise.sigma_m", self.sigma_m, 0.0..=1.0)?;
+        in_range("camera.noise.dropout", self.dropout, 0.0..=1.0)?;
+        in_range("camera.noise.step_m", self.step_m, 0.0..=1.0)
+    }
 }
 
 impl Default for SimulatedSettings {

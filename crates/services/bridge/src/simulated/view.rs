@@ -36,7 +36,7 @@ impl View {
             }
             Scan::Camera => {
                 let camera = &settings.camera;
-                camera.noise.model().validate()?;
+                camera.noise.validate().map_err(SimulatedError::Noise)?;
                 Ok(Self::Camera {
                     camera: Box::new(above(container, camera)?),
                     settings: *camera,
@@ -205,7 +205,12 @@ mod tests {
         assert!(refused(|camera| camera.height_m = f64::INFINITY).contains("camera"));
         assert!(refused(|camera| camera.width_px = 0).contains("width"));
         assert!(refused(|camera| camera.height_px = 1 << 40).contains("height"));
-        assert!(refused(|camera| camera.noise.dropout = 1.5).contains("dropout"));
-        assert!(refused(|camera| camera.noise.sigma_m = -1.0).contains("deviation_m"));
+        for (noise, key) in [
+            (refused(|camera| camera.noise.sigma_m = -1.0), "sigma_m"),
+            (refused(|camera| camera.noise.dropout = 1.5), "dropout"),
+            (refused(|camera| camera.noise.step_m = f64::NAN), "step_m"),
+        ] {
+            assert!(noise.starts_with(&format!("camera.noise.{key} is")));
+        }
     }
 }
