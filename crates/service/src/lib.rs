@@ -52,7 +52,8 @@
 //! [`embedded`] runs several services in one process.
 //!
 //! Threads: Zenoh's threads only check requests and hand them over to mailboxes with a bound; the service's own threads
-//! work and answer. Nothing here waits without a deadline.
+//! work and answer. Requests have deadlines, whether they are made or pending. What waits without one is an actor, for
+//! messages, as long as some can come, and [`actor::Address::send`], for room in the mailbox.
 
 pub mod actor;
 mod admin;

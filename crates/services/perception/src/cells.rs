@@ -1,7 +1,7 @@
 //! The actor that begins the actors of cells.
 
 use std::convert::Infallible;
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 use std::thread::JoinHandle;
 
 use ppnpack_service::actor::{self, Actor};
@@ -9,7 +9,7 @@ use ppnpack_service::process::Process;
 use ppnpack_wire::keys::Cell;
 
 use crate::counts::{Counts, Fate};
-use crate::router::{Begin, Clouds};
+use crate::router::{Begin, Clouds, Router};
 use crate::settings::Settings;
 use crate::worker::{Outputs, Worker};
 
@@ -20,6 +20,8 @@ type Build = dyn Fn(&Cell, Clouds) -> Result<Worker, String> + Send + Sync;
 pub(crate) struct Cells {
     /// May take long: each cell's thread calls it for itself.
     build: Arc<Build>,
+    /// Told of cells whose actors could not begin. Weak, as it keeps this one from ending.
+    router: Weak<Router>,
     counts: Arc<Counts>,
     threads: Vec<JoinHandle<()>>,
 }
@@ -34,7 +36,7 @@ impl Actor for Cells {
             mailbox,
         } = begin;
         let (build, counts) = (Arc::clone(&self.build), Arc::clone(&self.counts));
-        let name = format!("perception-{cell}");
+        let (name, of) = (format!("perception-{cell}"), cell.clone());
         let work = move || match build(&cell, clouds.clone()) {
             Ok(worker) => actor::run(worker, &mailbox),
             Err(reason) => {
@@ -49,7 +51,11 @@ impl Actor for Cells {
         };
         match std::thread::Builder::new().name(name).spawn(work) {
             Ok(thread) => self.threads.push(thread),
-            Err(error) => tracing::error!(%error, "a cell is not served"),
+            Err(error) => {
+                if let Some(router) = self.router.upgrade() {
+                    router.give_up(&of, &format!("its thread cannot be started: {error}"));
+                }
+            }
         }
     }
 }
@@ -64,19 +70,25 @@ impl Drop for Cells {
 }
 
 impl Cells {
-    pub(crate) fn new(process: &Process, settings: &Settings, outputs: Outputs) -> Self {
+    pub(crate) fn new(
+        process: &Process,
+        settings: &Settings,
+        outputs: Outputs,
+        router: &Arc<Router>,
+    ) -> Self {
         let counts = Arc::clone(&outputs.counts);
         let (process, settings) = (process.clone(), settings.clone());
         let epoch = rand::random();
         let build = move |cell: &Cell, clouds: Clouds| {
             Worker::new(&process, &settings, cell, epoch, clouds, outputs.clone())
         };
-        Self::with(Arc::new(build), counts)
+        Self::with(Arc::new(build), router, counts)
     }
 
-    fn with(build: Arc<Build>, counts: Arc<Counts>) -> Self {
+    fn with(build: Arc<Build>, router: &Arc<Router>, counts: Arc<Counts>) -> Self {
         Self {
             build,
+            router: Arc::downgrade(router),
             counts,
             threads: Vec::new(),
         }
@@ -112,7 +124,7 @@ mod tests {
     use ppnpack_wire::v1;
 
     use super::*;
-    use crate::router::{MAX_CELLS, Router};
+    use crate::router::MAX_CELLS;
 
     #[test]
     fn a_new_cells_first_cloud_does_not_hold_up_zenohs_thread() {
@@ -128,9 +140,10 @@ mod tests {
             }
         };
         let (address, mailbox) = actor::mailbox(MAX_CELLS);
-        let cells = Cells::with(Arc::new(build), Arc::clone(&counts));
-        let thread = actor::spawn("cells", cells, mailbox).unwrap();
         let router = Router::new(&Settings::default(), address, Arc::clone(&counts));
+        let router = Arc::new(router);
+        let cells = Cells::with(Arc::new(build), &router, Arc::clone(&counts));
+        let thread = actor::spawn("cells", cells, mailbox).unwrap();
         let [first, second] = ["c1", "c2"].map(|name| Cell::new(name).unwrap());
         // Nothing is released yet, so these return while the cells are being built: one does not wait for the other.
         router.route(&first, v1::PointCloud::default());

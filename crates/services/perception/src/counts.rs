@@ -23,7 +23,7 @@ pub enum Fate {
     Malformed,
     /// It is older than the one before.
     Late,
-    /// More cells send clouds than can be served.
+    /// Its cell or its sensor is not served.
     Unserved,
     /// No heightmap could be made of it.
     Failed,

@@ -126,7 +126,7 @@ fn start_actors(
         inspected: library.map(|_| inspected.clone()),
         counts: Arc::clone(counts),
     };
-    let cells = Cells::new(process, settings, outputs);
+    let cells = Cells::new(process, settings, outputs, &router);
     let answering = Heightmaps::new(Arc::clone(&router), most);
     let looking = Trays::new(known_trays, tray_clouds.clone(), most);
     let inspecting = Inspections::new(library, settings.inspection, inspected);

@@ -105,6 +105,16 @@ impl Router {
         }
     }
 
+    /// Refuses the clouds of a cell whose actor could not begin, and forgets it: its next cloud begins anew.
+    pub(crate) fn give_up(&self, cell: &Cell, reason: &dyn std::fmt::Display) {
+        let mut guard = self.lock();
+        let route = guard.as_mut().and_then(|open| open.routes.remove(cell));
+        drop(guard);
+        for _ in route.iter().flat_map(|route| route.clouds.take()) {
+            self.counts.refuse(cell, Fate::Unserved, reason);
+        }
+    }
+
     /// Which sensors of a cell sent nothing for a while, for people.
     pub(crate) fn silence(&self, cell: &Cell) -> Option<String> {
         let patience = self.settings.sensor_restart_after();
@@ -148,5 +158,25 @@ impl Router {
 
     fn lock(&self) -> MutexGuard<'_, Option<Open>> {
         self.open.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cell_whose_actor_could_not_begin_begins_anew_with_its_next_cloud() {
+        let counts = Arc::new(Counts::new());
+        let (address, mailbox) = actor::mailbox(MAX_CELLS);
+        let router = Router::new(&Settings::default(), address, Arc::clone(&counts));
+        let cell = Cell::new("c1").unwrap();
+        for unserved in 1..=2 {
+            router.route(&cell, v1::PointCloud::default());
+            assert_eq!(mailbox.take_waiting().count(), 1, "its actor is to begin");
+            router.give_up(&cell, &"there are no more threads");
+            assert_eq!(counts.of(Fate::Unserved), unserved);
+        }
+        assert_eq!(counts.of(Fate::Replaced), 0);
     }
 }
