@@ -93,6 +93,8 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
     };
     let first = run();
     assert!(first["lines"].as_array().unwrap().len() >= 6);
+    let version = &first["settings"]["version"];
+    assert_eq!(version, env!("CARGO_PKG_VERSION"));
     for name in ["table1.md", "table1.json", "table1.svg"] {
         assert!(out.join(name).exists(), "{name}");
     }

@@ -6,7 +6,7 @@
 //! reason is kept and given to whoever asks for a network.
 
 use std::convert::Infallible;
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -124,12 +124,21 @@ fn beside_this_one(name: &str) -> Result<PathBuf> {
     let own = std::env::current_exe().context("this program's own path is not known")?;
     let program = own.with_file_name(name);
     if !program.exists() {
-        bail!(
-            "there is no {}; `cargo build --release --bin {name}` makes it",
-            program.display()
-        );
+        let (missing, profile) = (program.display(), profile(&own));
+        bail!("there is no {missing}; `cargo build {profile}--bin {name}` makes it");
     }
     Ok(program)
+}
+
+/// The option with which cargo builds into the folder of a program: below `target`, each profile has one of its own.
+fn profile(program: &Path) -> String {
+    let is_of_cargo = |folder: &&Path| folder.parent().is_some_and(|all| all.ends_with("target"));
+    let folder = program.parent().filter(is_of_cargo);
+    match folder.and_then(Path::file_name).and_then(OsStr::to_str) {
+        Some("debug") => String::new(),
+        Some("release") | None => "--release ".to_owned(),
+        Some(name) => format!("--profile {name} "),
+    }
 }
 
 /// The program, with the full installation of torch where one is named: its libraries come first, and CUDA's part,
@@ -158,4 +167,23 @@ fn become_program(command: &mut Command) -> Result<Infallible> {
 #[cfg(not(unix))]
 fn become_program(_command: &mut Command) -> Result<Infallible> {
     bail!("experiments and the network run on Unix alone")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_missing_is_built_into_the_folder_where_it_is_looked_for() {
+        for (program, option) in [
+            ("/work/target/debug/ppnpack", ""),
+            ("/work/target/release/ppnpack", "--release "),
+            ("/work/target/quick/ppnpack", "--profile quick "),
+            ("/usr/local/bin/ppnpack", "--release "),
+            ("/work/target/ppnpack", "--release "),
+            ("ppnpack", "--release "),
+        ] {
+            assert_eq!(profile(Path::new(program)), option, "{program}");
+        }
+    }
 }

@@ -122,6 +122,7 @@ pub(crate) struct Results<'a, L> {
     /// How many objects there are, where that is not the paper's number.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) objects: Option<usize>,
+    #[serde(serialize_with = "document::with_version")]
     pub(crate) settings: &'a Setting,
     /// Why the network's rows are missing, where they are.
     #[serde(skip_serializing_if = "Option::is_none")]

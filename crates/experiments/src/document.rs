@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use ppnpack_chart::ChartError;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_cli::output::{print_json, print_line};
@@ -46,6 +46,21 @@ pub(crate) fn publish(
     Ok(())
 }
 
+/// Writes settings into results, with the version of this program.
+pub(crate) fn with_version<T: Serialize, S: Serializer>(
+    settings: &T,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Versioned<'a, T> {
+        version: &'static str,
+        #[serde(flatten)]
+        settings: &'a T,
+    }
+    let version = env!("CARGO_PKG_VERSION");
+    Versioned { version, settings }.serialize(serializer)
+}
+
 /// Writes a chart as `<name>.svg`.
 pub(crate) fn figure(folder: &Path, name: &str, svg: Result<String, ChartError>) -> Outcome {
     let path = folder.join(format!("{name}.svg"));
@@ -73,6 +88,24 @@ pub(crate) fn machine() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn settings_in_results_name_the_version() {
+        #[derive(Serialize)]
+        struct Results<'a> {
+            #[serde(serialize_with = "with_version")]
+            settings: &'a Settings,
+        }
+        #[derive(Serialize)]
+        struct Settings {
+            seed: u64,
+        }
+        let settings = &Settings { seed: 1 };
+        let json = serde_json::to_value(Results { settings }).unwrap();
+        let version = env!("CARGO_PKG_VERSION");
+        let expected = serde_json::json!({ "settings": { "version": version, "seed": 1 } });
+        assert_eq!(json, expected);
+    }
 
     #[test]
     fn notes_survive_a_new_run() {

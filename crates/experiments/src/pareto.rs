@@ -106,6 +106,7 @@ struct Line {
 struct OfGrid {
     name: &'static str,
     key: &'static str,
+    #[serde(serialize_with = "document::with_version")]
     settings: Setting,
     lines: Vec<Line>,
 }

@@ -363,6 +363,7 @@ fn tallies(trials: &[Trial]) -> Vec<Tally> {
 
 #[derive(Debug, Serialize)]
 struct Results<'a> {
+    #[serde(serialize_with = "document::with_version")]
     settings: &'a Settings,
     tallies: Vec<Tally>,
 }

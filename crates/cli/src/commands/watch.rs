@@ -1,11 +1,12 @@
 //! `ppnpack watch`: the cells in the terminal, as they work.
 
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 use std::io::{IsTerminal, Write};
-use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use ppnpack_service::actor::{self, LatestValues};
 use ppnpack_service::stream::{self, Subscription};
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1::{self, ItemState};
@@ -44,58 +45,66 @@ struct CellView {
     heightmap: Option<v1::Heightmap>,
 }
 
-/// What a message changes in what is known of its cell.
-type News = (Cell, Box<dyn FnOnce(&mut CellView) + Send>);
+/// What the newest message of each cell and stream changes in what is known of the cell.
+type News = LatestValues<(Cell, Stream), Box<dyn FnOnce(&mut CellView) + Send>>;
 
 pub(crate) fn run(arguments: &WatchArguments) -> Outcome {
     let session = arguments.connection.open()?;
     let deadline = arguments.connection.deadline()?;
-    let (tell, news) = mpsc::channel();
+    let (address, mailbox) = actor::mailbox::<Infallible>(1);
+    let news = News::new(&address);
     let _subscriptions = (
-        follow(&session, &tell, Stream::Session, |view| &mut view.session)?,
-        follow(&session, &tell, Stream::State, |view| &mut view.state)?,
-        follow(&session, &tell, Stream::Plan, |view| &mut view.decision)?,
-        follow(&session, &tell, Stream::Heightmap, |view| {
+        follow(&session, &news, Stream::Session, |view| &mut view.session)?,
+        follow(&session, &news, Stream::State, |view| &mut view.state)?,
+        follow(&session, &news, Stream::Plan, |view| &mut view.decision)?,
+        follow(&session, &news, Stream::Heightmap, |view| {
             &mut view.heightmap
         })?,
     );
     let mut cells = BTreeMap::new();
     if arguments.once {
-        while take(&news, deadline, &mut cells) {}
+        std::thread::sleep(deadline.saturating_duration_since(Instant::now()));
+        take(&news, &mut cells);
         return draw(&cells);
     }
     loop {
         draw(&cells)?;
-        take(&news, Instant::now() + Duration::from_secs(1), &mut cells);
-        let next = Instant::now() + FRAME;
-        while take(&news, next, &mut cells) {}
+        mailbox
+            .receive(Some(Instant::now() + Duration::from_secs(1)))
+            .or_run()?;
+        std::thread::sleep(FRAME);
+        take(&news, &mut cells);
     }
 }
 
-/// Takes in one message, where one comes until then.
-fn take(news: &Receiver<News>, until: Instant, cells: &mut BTreeMap<Cell, CellView>) -> bool {
-    let left = until.saturating_duration_since(Instant::now());
-    let Ok((cell, change)) = news.recv_timeout(left) else {
-        return false;
-    };
-    change(cells.entry(cell).or_default());
-    true
+/// Takes in what is new.
+fn take(news: &News, cells: &mut BTreeMap<Cell, CellView>) {
+    for ((cell, _), change) in news.take() {
+        change(cells.entry(cell).or_default());
+    }
 }
 
-/// Tells the messages of a stream of every cell; the newest stays in its place.
+/// Notes the messages of a stream of every cell.
 fn follow<M: Message + Name + Default + 'static>(
     session: &zenoh::Session,
-    tell: &Sender<News>,
+    news: &News,
     stream: Stream,
     place: fn(&mut CellView) -> &mut Option<M>,
 ) -> Outcome<Subscription> {
-    let tell = tell.clone();
-    let take = move |cell, message: M| {
-        // Nobody watches any more where this fails.
-        let change = move |view: &mut CellView| *place(view) = Some(message);
-        tell.send((cell, Box::new(change))).ok();
-    };
-    stream::subscribe(session, None, stream, MAX_MESSAGE_BYTES, take).or_run()
+    let news = news.clone();
+    let on_message = move |cell, message| note(&news, (cell, stream), place, message);
+    stream::subscribe(session, None, stream, MAX_MESSAGE_BYTES, on_message).or_run()
+}
+
+/// Notes a message in the place of the one before: however long drawing takes, no more is kept.
+fn note<M: Message + 'static>(
+    news: &News,
+    of: (Cell, Stream),
+    place: fn(&mut CellView) -> &mut Option<M>,
+    message: M,
+) {
+    let change = move |view: &mut CellView| *place(view) = Some(message);
+    news.put(of, Box::new(change));
 }
 
 fn draw(cells: &BTreeMap<Cell, CellView>) -> Outcome {
@@ -202,4 +211,36 @@ fn heights(heightmap: &v1::Heightmap) -> Vec<String> {
         format!("  │{shades}│")
     };
     (0..rows).map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_each_cell_and_stream_the_newest_message_alone_is_kept() {
+        let (address, _mailbox) = actor::mailbox::<Infallible>(1);
+        let news = News::new(&address);
+        let [first, second] = ["c1", "c2"].map(|name| Cell::new(name).unwrap());
+        let states = |cell: &Cell| {
+            for state_number in 1..=1000 {
+                let state = v1::CellState {
+                    state_number,
+                    ..v1::CellState::default()
+                };
+                let of = (cell.clone(), Stream::State);
+                note(&news, of, |view| &mut view.state, state);
+            }
+        };
+        states(&first);
+        states(&second);
+        assert_eq!(news.take().len(), 2);
+        states(&first);
+        let mut cells = BTreeMap::new();
+        take(&news, &mut cells);
+        let numbers = cells
+            .values()
+            .map(|view| view.state.as_ref().unwrap().state_number);
+        assert_eq!(numbers.collect::<Vec<_>>(), [1000]);
+    }
 }

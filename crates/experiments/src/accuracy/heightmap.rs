@@ -198,9 +198,9 @@ fn truth(cell: &SimulatedCell, grid: &Grid, camera: &DepthCamera) -> Outcome<Vec
     let mut cells = vec![nothing; grid.nx() * grid.ny()];
     for point in truth.points().in_world_m(&far.world_from_camera) {
         let there = camera_from_container * point;
-        let pixel = fine.project(&there).map(|side| side.round() as usize);
-        let nearest_m = f64::from(seen.depths_m()[pixel.y * fine.width + pixel.x]);
-        let is_seen = nearest_m > there.z - 0.002;
+        let pixel = pixel(&fine, &there);
+        let nearest_m = pixel.and_then(|pixel| seen.depths_m().get(pixel));
+        let is_seen = nearest_m.is_some_and(|nearest_m| f64::from(*nearest_m) > there.z - 0.002);
         let [x, y] = [point.x, point.y].map(|side| (side / cell_m) as usize);
         let cell = &mut cells[x.min(grid.nx() - 1) * grid.ny() + y.min(grid.ny() - 1)];
         cell.lowest_m = cell.lowest_m.min(point.z);
@@ -208,6 +208,14 @@ fn truth(cell: &SimulatedCell, grid: &Grid, camera: &DepthCamera) -> Outcome<Vec
         cell.seen += f64::from(u8::from(is_seen)) / (across * across) as f64;
     }
     Ok(cells)
+}
+
+/// The pixel that shows a point of the camera frame, row by row; `None` where that is outside of the image.
+fn pixel(intrinsics: &Intrinsics, point: &Point3<f64>) -> Option<usize> {
+    let at = intrinsics.project(point).map(f64::round);
+    let is_inside = (0.0..intrinsics.width as f64).contains(&at.x)
+        && (0.0..intrinsics.height as f64).contains(&at.y);
+    is_inside.then(|| at.y as usize * intrinsics.width + at.x as usize)
 }
 
 fn report(grid: &Grid, settings: &MapperSettings, scenes: &[Seen]) {
@@ -249,4 +257,28 @@ fn report(grid: &Grid, settings: &MapperSettings, scenes: &[Seen]) {
         count(&|truth, excess_m| is_low(excess_m) && truth.seen >= 0.98),
         1e3 * excesses_m.iter().sum::<f64>() / excesses_m.len() as f64,
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_outside_of_the_image_have_no_pixel() {
+        let intrinsics = Intrinsics::centred(4, 3, 1.0).unwrap();
+        let of = |u: f64, v: f64| pixel(&intrinsics, &Point3::new(u - 1.5, v - 1.0, 1.0));
+        assert_eq!(of(0.0, 0.0), Some(0));
+        assert_eq!(of(-0.4, 1.0), Some(4));
+        assert_eq!(of(3.0, 2.0), Some(11));
+        for (u, v) in [
+            (-1.0, 1.0),
+            (4.0, 1.0),
+            (1.0, -1.0),
+            (1.0, 3.0),
+            (1e30, 1e30),
+            (f64::NAN, 0.0),
+        ] {
+            assert_eq!(of(u, v), None, "{u} {v}");
+        }
+    }
 }

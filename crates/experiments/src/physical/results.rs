@@ -13,6 +13,7 @@ use crate::statistics::percent;
 #[derive(Serialize)]
 pub(super) struct Results<'a> {
     pub(super) machine: String,
+    #[serde(serialize_with = "document::with_version")]
     pub(super) settings: &'a Settings,
     /// Objects that runs draw from: those that the arm can hold in most of the poses that they come to lie in.
     pub(super) unseen_held: usize,
