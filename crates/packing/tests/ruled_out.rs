@@ -1,21 +1,25 @@
-//! Candidates that a check rules out are left out of the step, and nothing else changes.
+//! Candidates that a check rules out are left out of the step, and nothing else changes. What is refused is counted.
 #![allow(
     clippy::unwrap_used,
     clippy::indexing_slicing,
     reason = "a panic in a test is a failing test"
 )]
 
+use std::sync::Arc;
+
 use ppnpack_packing::check::{BoxedCheck, Cost, ValidityCheck, Verdict};
+use ppnpack_packing::episode::{IdealCell, Play, play};
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::heightmap::{Heightmap, Scene};
+use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::objective::Order;
-use ppnpack_packing::placement::RestingPlacement;
+use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_packing::plan::{Plan, Planner, Reason};
-use ppnpack_packing::proposals::ProposeAll;
+use ppnpack_packing::proposals::{Proposals, ProposeAll, Proposer};
 use ppnpack_packing::refusal::{Cause, Refusal};
 use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::PublishedStability;
-use ppnpack_packing::step::{Candidate, StageError, StepInput};
+use ppnpack_packing::step::{Candidate, StageError, StageResult, StepInput};
 use proptest::prelude::*;
 
 mod support;
@@ -47,7 +51,12 @@ impl ValidityCheck for Picky {
     }
 }
 
-fn planner(grid: &Grid, order: Order, ruled_out: Vec<bool>) -> Planner {
+fn planner(
+    grid: &Grid,
+    proposer: Box<dyn Proposer>,
+    order: Order,
+    ruled_out: Vec<bool>,
+) -> Planner {
     let settings = SearchSettings {
         order,
         ..SearchSettings::default()
@@ -57,7 +66,7 @@ fn planner(grid: &Grid, order: Order, ruled_out: Vec<bool>) -> Planner {
         Box::new(Picky(ruled_out)),
         Box::new(PublishedStability::default()),
     ];
-    Planner::new(Box::new(ProposeAll), Box::new(search), checks, order, 1)
+    Planner::new(proposer, Box::new(search), checks, order, 1)
 }
 
 /// The chosen placements, each with the arrival of its candidate.
@@ -84,8 +93,8 @@ proptest! {
         let others: Vec<Candidate> = held.iter().filter(|held| !ruled_out[held.arrival]).cloned().collect();
         let input = StepInput { step: 3, alternatives: 2, ..StepInput::new(&grid, &scene, &held) };
         let without = StepInput { candidates: &others, ..input };
-        let mut of_all = planner(&grid, order, ruled_out.clone());
-        let mut of_others = planner(&grid, order, ruled_out.clone());
+        let mut of_all = planner(&grid, Box::new(ProposeAll), order, ruled_out.clone());
+        let mut of_others = planner(&grid, Box::new(ProposeAll), order, ruled_out.clone());
         let (plan, expected) = (of_all.plan(&input).unwrap(), of_others.plan(&without).unwrap());
         prop_assert_eq!(chosen(plan, &held), chosen(expected, &others));
         let mut reports = expected.candidates().iter();
@@ -100,4 +109,45 @@ proptest! {
             }
         }
     }
+}
+
+/// Proposes for each candidate the corner of the container alone.
+struct ProposeCorner;
+
+impl Proposer for ProposeCorner {
+    fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult {
+        proposals.clear();
+        for _ in input.candidates {
+            proposals.push([Placement { yaw: 0, x: 0, y: 0 }]);
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn the_refusals_of_a_widened_step_are_those_of_both_searches() {
+    let grid = Grid::reference();
+    let view = ViewSurfaces::of_cells(4, 4, vec![20; 16], vec![0; 16]);
+    let item = Arc::new(Item::new("cube", vec![view; 4], 0.0).unwrap());
+    let held = Candidate::sequence([item.clone(), item]);
+    let ruled_out = vec![false, true];
+    let mut planner = planner(&grid, Box::new(ProposeCorner), Order::Balance, ruled_out);
+    let scene = Scene::from_heightmap(Heightmap::empty(&grid));
+    // The second candidate is ruled out, which makes no difference.
+    for held in [&held[..1], &held[..]] {
+        let plan = planner.plan(&StepInput::new(&grid, &scene, held)).unwrap();
+        assert!(plan.is_widened() && plan.choice().is_some());
+        let of_second_search = plan
+            .candidates()
+            .iter()
+            .map(|report| report.refusals.total());
+        let of_second_search: u64 = of_second_search.sum();
+        assert!(of_second_search > 0);
+        assert_eq!(plan.refusals().total(), 1 + of_second_search);
+    }
+    let (mut cell, how) = (IdealCell::new(&grid), Play::with_buffer(2));
+    let episode = play(&grid, &mut planner, &mut cell, held, how, &mut ()).unwrap();
+    assert_eq!(episode.steps.len(), 1, "{:?}", episode.ending);
+    assert_eq!(episode.steps[0].refusals, episode.refusals);
+    assert!(episode.refusals.total() > 1);
 }
