@@ -240,7 +240,7 @@ impl ItemView {
     }
 
     /// The footprint's cells with material: their indices along x and y, and the lower and upper surface, in units.
-    pub(crate) fn cells(&self) -> impl Iterator<Item = (usize, usize, Units, Units)> {
+    pub fn cells(&self) -> impl Iterator<Item = (usize, usize, Units, Units)> {
         let surfaces = self.bottom().iter().zip(self.top()).enumerate();
         surfaces
             .filter(|(_, (bottom, _))| **bottom != ABSENT)

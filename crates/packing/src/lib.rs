@@ -48,7 +48,6 @@ pub mod metrics;
 pub mod model;
 pub mod motion;
 pub mod objective;
-pub mod oracle;
 pub mod placement;
 pub mod plan;
 pub mod proposals;

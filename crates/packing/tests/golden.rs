@@ -12,7 +12,6 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::objective::Heuristic;
-use ppnpack_packing::oracle::Oracle;
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_packing::plan::{Candidate, Evaluated, Evaluator, StepInput};
 use ppnpack_packing::proposals::Proposals;
@@ -23,6 +22,10 @@ use ppnpack_packing::stability::PublishedStability;
 mod cases;
 
 use cases::{Case, DISTANCE_STEP, cases};
+
+mod support;
+
+use support::oracle::Oracle;
 
 fn item(case: &Case) -> Arc<Item> {
     let (nx, ny) = case.top.dim();

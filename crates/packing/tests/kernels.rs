@@ -7,7 +7,6 @@
 
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::objective::{Heuristic, Weights};
-use ppnpack_packing::oracle::Oracle;
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_packing::stability::{
     PhysicalStability, PhysicalStabilitySettings, PublishedStability,
@@ -16,6 +15,8 @@ use ppnpack_packing::survey::{Surveyed, survey};
 use proptest::prelude::*;
 
 mod support;
+
+use support::oracle::Oracle;
 
 fn resting(found: &Surveyed) -> RestingPlacement {
     RestingPlacement {

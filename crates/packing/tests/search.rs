@@ -12,7 +12,6 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
-use ppnpack_packing::oracle::Oracle;
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_packing::plan::{
     Candidate, Evaluated, Evaluator, PlacementCounts, Planner, Reason, StepInput,
@@ -27,6 +26,8 @@ use ppnpack_packing::stability::PublishedStability;
 use proptest::prelude::*;
 
 mod support;
+
+use support::oracle::Oracle;
 
 const HEURISTICS: [Heuristic; 6] = [
     Heuristic::Sdfm,

@@ -1,6 +1,8 @@
 //! Random grids, containers and items for the tests.
 #![allow(dead_code, reason = "each test file uses some of these")]
 
+pub(crate) mod oracle;
+
 use std::sync::Arc;
 
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Units, Yaws};

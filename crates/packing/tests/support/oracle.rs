@@ -1,28 +1,25 @@
 //! Slow, plain references for the fast kernels: voxels and brute force, as the definitions are written.
-//!
-//! For tests, and for whoever wants to check the engine. Nothing else uses them.
 
 use nalgebra::Point2;
-
-use crate::distance::{DISTANCE_STEP_M, DISTANCE_TRUNCATION};
-use crate::grid::{Grid, Units};
-use crate::heightmap::{Heightmap, Surface};
-use crate::item::ItemView;
-use crate::objective::{Heuristic, Weights};
-use crate::placement::{Placement, RestingPlacement};
+use ppnpack_packing::distance::{DISTANCE_STEP_M, DISTANCE_TRUNCATION};
+use ppnpack_packing::grid::{Grid, Units};
+use ppnpack_packing::heightmap::{Heightmap, Surface};
+use ppnpack_packing::item::ItemView;
+use ppnpack_packing::objective::{Heuristic, Weights};
+use ppnpack_packing::placement::{Placement, RestingPlacement};
 
 /// Slack when a distance is rounded up to a whole step.
 const ROUNDING_SLACK: f64 = 1e-6;
 
 /// Says what is true of an item's view placed over the content of a container.
 #[derive(Debug, Clone, Copy)]
-pub struct Oracle<'a> {
+pub(crate) struct Oracle<'a> {
     /// The container's grid.
-    pub grid: &'a Grid,
+    pub(crate) grid: &'a Grid,
     /// The container's content.
-    pub heightmap: &'a Heightmap,
+    pub(crate) heightmap: &'a Heightmap,
     /// The item at one yaw.
-    pub view: &'a ItemView,
+    pub(crate) view: &'a ItemView,
 }
 
 impl Oracle<'_> {
@@ -46,7 +43,7 @@ impl Oracle<'_> {
     /// Resting height: the lowest from which the item can be lifted straight up without touching content.
     ///
     /// `None` where the footprint leaves the container.
-    pub fn resting_height(&self, placement: Placement) -> Option<Units> {
+    pub(crate) fn resting_height(&self, placement: Placement) -> Option<Units> {
         let Self {
             heightmap, view, ..
         } = self;
@@ -86,7 +83,7 @@ impl Oracle<'_> {
 
     /// The mean of `D` over the item's voxels. Voxels beyond the reach of floor and content are all equally far from
     /// the walls alone, so tall items are counted by column there.
-    pub fn mean_distance(&self, at: &RestingPlacement) -> f64 {
+    pub(crate) fn mean_distance(&self, at: &RestingPlacement) -> f64 {
         let reach_m = DISTANCE_STEP_M * DISTANCE_TRUNCATION as f64;
         let reach = self.grid.resolution().units_above(reach_m);
         let far = i32::from(self.heightmap.max()) + i32::from(reach) + 1;
@@ -101,7 +98,7 @@ impl Oracle<'_> {
     /// The value of an objective as defined, with the balance term where `balanced`.
     ///
     /// First-fit and random have no value of their own; they give 0.
-    pub fn value(
+    pub(crate) fn value(
         &self,
         at: &RestingPlacement,
         heuristic: Heuristic,
@@ -134,7 +131,9 @@ impl Oracle<'_> {
             Heuristic::Dbl => resting + corner + balance,
             Heuristic::Hm => {
                 let mut after = heightmap.clone();
-                after.place(view, at);
+                for (x, y, _, highest) in self.columns(at) {
+                    after.raise(x, y, highest.try_into().unwrap());
+                }
                 let rectangle: f64 = (x..x + view.nx())
                     .flat_map(|x| (y..y + view.ny()).map(move |y| (x, y)))
                     .filter_map(|(x, y)| after.get(x, y))
@@ -143,7 +142,7 @@ impl Oracle<'_> {
                 weights.surface_volume * rectangle * unit * cell_cm * cell_cm + corner + balance
             }
             Heuristic::Mta => balance - weights.touching_area * self.touching_area_cm2(at),
-            Heuristic::FirstFit | Heuristic::Random => 0.0,
+            _ => 0.0,
         }
     }
 
@@ -170,7 +169,7 @@ impl Oracle<'_> {
 
     /// How far the item's centre lies inside the hull of the published test's contacts, in cells: the least distance to
     /// a line through two contacts that has all contacts on one side. Minus infinity where the hull has no area.
-    pub fn published_depth_cells(&self, at: &RestingPlacement) -> f64 {
+    pub(crate) fn published_depth_cells(&self, at: &RestingPlacement) -> f64 {
         let contact = i32::from(self.grid.resolution().units_below(0.01));
         let resting = i32::from(at.resting_height);
         let Placement { x, y, .. } = at.placement;
@@ -192,7 +191,7 @@ impl Oracle<'_> {
     /// How far the item's centre of mass lies inside the hull of the physical test's contacts, in metres, as
     /// [`published_depth_cells`](Self::published_depth_cells): those of the samples of `surface`, or of the cells where
     /// none is given.
-    pub fn physical_depth_m(
+    pub(crate) fn physical_depth_m(
         &self,
         at: Placement,
         surface: Option<&Surface>,
