@@ -303,16 +303,6 @@ pub fn possible_count_below_rim(grid: &Grid, item: &Item, yaws: YawRange) -> u64
     }
 }
 
-/// The placements of an item that lie within the container, by yaw, x, y.
-pub fn possible_placements(grid: &Grid, item: &Item) -> impl Iterator<Item = Placement> {
-    let cells = (grid.nx(), grid.ny());
-    let views = item.views().iter().enumerate();
-    views.flat_map(move |(yaw, view)| {
-        let (nx, ny) = view.corners(cells);
-        (0..nx).flat_map(move |x| (0..ny).map(move |y| Placement { yaw, x, y }))
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -17,7 +17,7 @@ use ppnpack_packing::placement::Placement;
 use ppnpack_packing::plan::{Candidate, Evaluator, StepInput};
 use ppnpack_packing::proposals::{
     CandidateProposals, Percent, Proposals, ProposeAll, ProposeRandom, Proposer, all_count,
-    possible_count, possible_placements,
+    possible_count,
 };
 use ppnpack_packing::search::{ProposeBest, Search, SearchSettings};
 use proptest::prelude::*;
@@ -74,7 +74,7 @@ proptest! {
         for item in &items {
             let coarse = grids.item(item).unwrap();
             let mut found = HashSet::new();
-            for at in possible_placements(grids.coarse(), &coarse) {
+            for at in support::possible_placements(grids.coarse(), &coarse) {
                 for fine in grids.region(item.views(), coarse.views(), at) {
                     prop_assert!(found.insert(fine), "{fine:?} belongs to two regions");
                     prop_assert_eq!(fine.yaw, at.yaw);
@@ -84,7 +84,7 @@ proptest! {
                     prop_assert!(is_nearest(cells, (fine.y, view.ny()), (at.y, pooled.ny()), ny));
                 }
             }
-            let expected: HashSet<Placement> = possible_placements(&grid, item)
+            let expected: HashSet<Placement> = support::possible_placements(&grid, item)
                 .filter(|at| has_room(grids.coarse(), &coarse.views()[at.yaw]))
                 .collect();
             prop_assert_eq!(found, expected);
@@ -122,7 +122,7 @@ proptest! {
                     // What fits the container and not the coarse one, by a rounded footprint, may be left out.
                     let all = coarse.views().iter().all(|view| has_room(&coarse_grid, view));
                     if all {
-                        let expected: HashSet<_> = possible_placements(&grid, item).collect();
+                        let expected: HashSet<_> = support::possible_placements(&grid, item).collect();
                         prop_assert_eq!(found, expected);
                     }
                 }
@@ -203,7 +203,7 @@ proptest! {
         let scene = Scene::from_heightmap(heightmap);
         let held = candidates(&items);
         let input = StepInput { step: 0, ..StepInput::new(&grid, &scene, &held) };
-        let possible: Vec<Placement> = possible_placements(&grid, &items[0]).collect();
+        let possible: Vec<Placement> = support::possible_placements(&grid, &items[0]).collect();
         let outside = [
             Placement { yaw: 0, x: grid.nx(), y: 0 },
             Placement { yaw: 0, x: 0, y: usize::MAX },

@@ -18,7 +18,6 @@ use ppnpack_packing::plan::{
 };
 use ppnpack_packing::proposals::{
     CandidateProposals, Percent, Proposals, ProposeAll, ProposeRandom, Proposer, YawRange,
-    possible_placements,
 };
 use ppnpack_packing::refusal::Cause;
 use ppnpack_packing::search::{Search, SearchSettings};
@@ -213,7 +212,7 @@ proptest! {
         // Every placement by name, backwards, and the first ones again.
         let mut named = Proposals::default();
         for candidate in &held {
-            let mut placements: Vec<_> = possible_placements(&grid, &candidate.item).collect();
+            let mut placements: Vec<_> = support::possible_placements(&grid, &candidate.item).collect();
             placements.reverse();
             placements.extend_from_within(..placements.len().min(5));
             named.push(placements);

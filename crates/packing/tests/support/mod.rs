@@ -8,6 +8,7 @@ use std::sync::Arc;
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
 use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
 use ppnpack_packing::item::{ABSENT, Item, Underside, ViewSurfaces};
+use ppnpack_packing::placement::Placement;
 use proptest::prelude::*;
 
 /// A grid of up to 14 x 14 cells with odd cell sizes and height units among them.
@@ -142,4 +143,14 @@ pub(crate) fn finely_sampled(
     let item = Item::new("fine", views.collect(), 0.0).unwrap();
     let scene = Scene::new(grid, heightmap.clone(), Some(content)).unwrap();
     (scene, Arc::new(item))
+}
+
+/// The placements of an item that lie within the container, by yaw, x, y.
+pub(crate) fn possible_placements(grid: &Grid, item: &Item) -> impl Iterator<Item = Placement> {
+    let views = item.views().iter().enumerate();
+    views.flat_map(|(yaw, view)| {
+        let nx = (grid.nx() + 1).saturating_sub(view.nx());
+        let ny = (grid.ny() + 1).saturating_sub(view.ny());
+        (0..nx).flat_map(move |x| (0..ny).map(move |y| Placement { yaw, x, y }))
+    })
 }
