@@ -101,8 +101,13 @@ fn least_rectangle_yaw(mesh: &Mesh) -> f64 {
         .iter()
         .flat_map(|corners| sides(*corners))
         .filter_map(|(from, to)| Some(plan.get(to as usize)? - plan.get(from as usize)?));
-    let yaw_rad = least_turn_rad(&plan, edges);
-    let sides_m = sides_m(&plan, yaw_rad);
+    longer_side_along_x(&plan, least_turn_rad(&plan, edges))
+}
+
+/// The yaw that lays a rectangle around points along the axes, or a quarter turn more, so that its longer side is along
+/// x, in radians.
+pub(crate) fn longer_side_along_x(plan: &[Point2<f64>], yaw_rad: f64) -> f64 {
+    let sides_m = sides_m(plan, yaw_rad);
     if sides_m.y > sides_m.x * (1.0 + 1e-6) {
         yaw_rad + std::f64::consts::FRAC_PI_2
     } else {

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::cache::Cache;
 use crate::object::{CatalogueObject, Model};
+use crate::poses;
 use crate::source::Origin;
 use crate::views;
 
@@ -43,7 +44,7 @@ impl Catalogue {
         let done = AtomicUsize::new(0);
         let load = |origin: &Origin<'_>| {
             let entry = origin.model(&cache);
-            let object = entry.and_then(|entry| packable(entry.model, resolution));
+            let object = entry.and_then(|entry| packable(entry.model, settings.poses, resolution));
             progress(done.fetch_add(1, Ordering::Relaxed) + 1, origins.len());
             match object {
                 Ok(object) => Either::Left(object),
@@ -76,7 +77,7 @@ impl Catalogue {
             .find(|(_, object)| object.model.name == name)
     }
 
-    /// The items of all objects, by index.
+    /// The items of all objects, by index, each in its first pose.
     pub fn items(&self) -> Vec<Arc<Item>> {
         self.objects
             .iter()
@@ -84,7 +85,7 @@ impl Catalogue {
             .collect()
     }
 
-    /// The geometry of all objects, by index.
+    /// The geometry of all objects, by index, each in its first pose.
     pub fn models(&self) -> Vec<Arc<Model>> {
         let objects = self.objects.iter();
         objects.map(|object| Arc::clone(&object.model)).collect()
@@ -100,7 +101,7 @@ impl Catalogue {
         self.objects.is_empty()
     }
 
-    /// A digest of all objects, their order and the resolution, in hexadecimal.
+    /// A digest of all objects, their poses, their order and the resolution, in hexadecimal.
     ///
     /// Results of two runs compare only where it is the same.
     pub fn content_hash(&self) -> String {
@@ -113,15 +114,23 @@ impl Catalogue {
         update(postcard::to_stdvec(&self.resolution).unwrap_or_default());
         for object in &self.objects {
             update(postcard::to_stdvec(&*object.model).unwrap_or_default());
+            for posed in &object.poses {
+                update(postcard::to_stdvec(&posed.rotation).unwrap_or_default());
+            }
         }
         hasher.finalize().to_hex().to_string()
     }
 }
 
-/// An object ready to be packed.
-fn packable(model: Model, resolution: &Resolution) -> Result<CatalogueObject, ObjectError> {
+/// An object ready to be packed in at most so many poses, at least one.
+fn packable(
+    model: Model,
+    poses: usize,
+    resolution: &Resolution,
+) -> Result<CatalogueObject, ObjectError> {
     let item = views::item(&model, resolution)?;
     Ok(CatalogueObject {
+        poses: poses::further(&model, &item, poses.saturating_sub(1), resolution),
         model: Arc::new(model),
         item: Arc::new(item),
     })

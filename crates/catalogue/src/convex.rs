@@ -80,7 +80,8 @@ fn total_m3(hulls: &[Mesh]) -> f64 {
     hulls.iter().map(Mesh::signed_volume_m3).sum()
 }
 
-fn piece(hull_mesh: Mesh) -> ConvexPiece {
+/// A hull as a piece of at most [`MAX_PIECE_VERTICES`] vertices.
+pub(crate) fn piece(hull_mesh: Mesh) -> ConvexPiece {
     let size_m = hull_mesh
         .bounds()
         .map_or(0.0, |bounds| bounds.extents_m().max());

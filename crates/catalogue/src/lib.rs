@@ -3,7 +3,8 @@
 //! A [`catalogue::Catalogue`] is loaded from a folder of mesh files, or from meshes that the program has. Each mesh
 //! is read ([`reader`]), checked and repaired ([`repair`]), and becomes a model ([`build`]): its
 //! mass, convex pieces for physics and resting poses. A model at a resolution of the grid is an
-//! item ([`views`]), rasterised exactly ([`raster`]).
+//! item ([`views`]), rasterised exactly ([`raster`]); in another resting pose it is another item. Of an item of which
+//! no more is known than its heightmaps there is a solid all the same ([`seen`]).
 //!
 //! ```
 //! use nalgebra::Point3;
@@ -31,11 +32,13 @@ mod error;
 mod hull;
 pub mod mass;
 pub mod object;
+mod poses;
 pub mod raster;
 pub mod reader;
 pub mod repair;
 pub mod report;
 pub mod resting;
+pub mod seen;
 #[cfg(test)]
 mod shapes;
 mod source;

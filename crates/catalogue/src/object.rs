@@ -1,8 +1,10 @@
 //! What a catalogue holds of each object.
 
+use std::iter::once;
 use std::sync::Arc;
 
-use ppnpack_packing::candidate::Candidate;
+use nalgebra::UnitQuaternion;
+use ppnpack_packing::candidate::{Candidate, Lying};
 use ppnpack_packing::item::Item;
 pub use ppnpack_packing::model::{ConvexPiece, MassProperties, Model, RestingPose};
 
@@ -13,11 +15,37 @@ pub struct CatalogueObject {
     pub model: Arc<Model>,
     /// Its heightmap pairs, one per yaw of the resolution; its name is the model's.
     pub item: Arc<Item>,
+    /// The further poses in which it may be packed, the most probable first.
+    pub poses: Vec<PosedObject>,
+}
+
+/// An object in another resting pose than that of its model in the catalogue.
+#[derive(Debug, Clone)]
+pub struct PosedObject {
+    /// The model, turned into the pose; it has the same name.
+    pub model: Arc<Model>,
+    /// The heightmap pairs of the turned model.
+    pub item: Arc<Item>,
+    /// How it is turned: the object's own frame in that of the heightmaps. Their origins are the same.
+    pub rotation: UnitQuaternion<f64>,
 }
 
 impl CatalogueObject {
-    /// The object as an item that arrives, standing as it is packed.
+    /// The object as an item that arrives, standing as it does in the catalogue.
     pub fn candidate(&self, arrival: usize) -> Candidate {
         Candidate::new(arrival, Arc::clone(&self.item)).with_model(Arc::clone(&self.model))
+    }
+
+    /// The object as an item that arrives, in each pose in which it may be packed: first as it stands in the catalogue.
+    pub fn candidates(&self, arrival: usize) -> Vec<Candidate> {
+        let further = (1..).zip(&self.poses).map(|(pose, posed)| Candidate {
+            pose,
+            lying: Lying {
+                heightmap_from_item: Some(nalgebra::convert(posed.rotation)),
+                waits_at: None,
+            },
+            ..Candidate::new(arrival, Arc::clone(&posed.item)).with_model(Arc::clone(&posed.model))
+        });
+        once(self.candidate(arrival)).chain(further).collect()
     }
 }

@@ -39,8 +39,10 @@ pub struct Settings {
     pub unit: LengthUnit,
     /// The density of objects for which `objects.csv` gives no mass, in kg/m^3.
     pub density_kg_m3: f64,
-    /// The pose in which objects are packed.
+    /// The pose in which objects are packed; with several, the first of them.
     pub pose: Pose,
+    /// In how many resting poses an object may be packed at most; it always may in the first.
+    pub poses: usize,
     /// Where models are kept between runs.
     pub cache: CacheDir,
 }
@@ -51,6 +53,7 @@ impl Default for Settings {
             unit: LengthUnit::Metres,
             density_kg_m3: DEFAULT_DENSITY_KG_M3,
             pose: Pose::AsGiven,
+            poses: 1,
             cache: CacheDir::User,
         }
     }

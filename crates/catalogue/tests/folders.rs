@@ -12,6 +12,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use nalgebra::Isometry3;
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{Catalogue, CatalogueError, Settings, Source};
 use ppnpack_catalogue::report::inspect;
@@ -205,6 +206,43 @@ fn the_hash_tells_catalogues_apart() {
     };
     assert_eq!(hash(BOX), hash(BOX));
     assert_ne!(hash(BOX), hash(&BOX.replace("20", "21")));
+}
+
+#[test]
+fn an_object_may_be_packed_in_further_poses() {
+    let directory = folder(&[("a.obj", BOX)]);
+    let source = Source::Folder(directory.path().to_owned());
+    let with_poses = |poses: usize| {
+        let settings = Settings {
+            poses,
+            ..settings()
+        };
+        Catalogue::load(&source, &settings, &Resolution::reference(), &|_, _| ()).unwrap()
+    };
+    let (one, three) = (with_poses(1), with_poses(3));
+    assert_eq!(
+        one.content_hash(),
+        load(directory.path()).unwrap().content_hash()
+    );
+    assert_ne!(one.content_hash(), three.content_hash());
+    assert_eq!(one.objects[0].candidates(7).len(), 1);
+    assert_eq!(with_poses(2).objects[0].candidates(7).len(), 2);
+
+    let object = &three.objects[0];
+    let candidates = object.candidates(7);
+    let heights = [10, 15, 25];
+    assert_eq!(candidates.len(), heights.len());
+    for (pose, (candidate, height)) in candidates.iter().zip(heights).enumerate() {
+        assert_eq!((candidate.arrival, candidate.pose), (7, pose));
+        assert_eq!(candidate.item.views()[0].height(), height);
+        assert_eq!(&**candidate.item.name(), "a");
+        let turned = candidate.model.as_ref().unwrap();
+        let own_frame = candidate.lying.own_frame(&Isometry3::identity());
+        let vertices = object.model.mesh.vertices.iter();
+        for (own, turned) in vertices.zip(&turned.mesh.vertices) {
+            assert!((own_frame * own - turned).norm() < 1e-12);
+        }
+    }
 }
 
 #[test]

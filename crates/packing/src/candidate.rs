@@ -7,11 +7,16 @@ use nalgebra::Isometry3;
 use crate::item::Item;
 use crate::model::Model;
 
-/// An item of the buffer that a step may choose.
+/// An item of the buffer that a step may choose, in one of the poses in which it may be packed.
+///
+/// An item that may be packed in several poses is as many candidates, with the same `arrival`: the step that chooses
+/// one of them chooses the pose with the place and the yaw, and the others are gone with it.
 #[derive(Debug, Clone)]
 pub struct Candidate {
-    /// Its place in the sequence of arrivals, from 0.
+    /// The item's place in the sequence of arrivals, from 0.
     pub arrival: usize,
+    /// Which of the item's poses: 0 is the one in which it is offered, the others follow by falling probability.
+    pub pose: usize,
     /// Its heightmaps.
     pub item: Arc<Item>,
     /// Its solid, in the frame of its heightmaps, where it is known.
@@ -23,10 +28,11 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// An item of which only the heightmaps are known: it waits at the usual place and has no rules.
+    /// An item as it is offered, of which only the heightmaps are known: it waits at the usual place and has no rules.
     pub fn new(arrival: usize, item: Arc<Item>) -> Self {
         Self {
             arrival,
+            pose: 0,
             item,
             model: None,
             lying: Lying::default(),
@@ -41,12 +47,18 @@ impl Candidate {
         self
     }
 
-    /// Items that arrive in this order.
+    /// Items that arrive in this order, each in one pose.
     pub fn sequence(items: impl IntoIterator<Item = Arc<Item>>) -> Vec<Self> {
         let items = items.into_iter().enumerate();
         items
             .map(|(arrival, item)| Self::new(arrival, item))
             .collect()
+    }
+
+    /// A number that tells it from the other candidates of a sequence, for what is drawn at random; in the pose in
+    /// which it is offered, that of its arrival.
+    pub(crate) fn stream(&self) -> u64 {
+        (self.arrival as u64) ^ (self.pose as u64).rotate_right(16)
     }
 }
 

@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
+use crate::item::ShapeId;
 use crate::motion::Cycle;
 use crate::placement::RestingPlacement;
 use crate::refusal::{Cause, Refusal};
 use crate::step::{Candidate, StageResult, StepInput};
+use crate::trial::Settling;
 
 /// How long a check takes, so that the cheap ones go first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -50,12 +52,18 @@ impl Verdict {
 pub struct Evidence {
     /// The motion that makes the placement, where an arm was asked.
     pub cycle: Option<Arc<Cycle>>,
+    /// What became of the item where the placement was tried in a simulation.
+    pub settling: Option<Settling>,
+    /// What was done otherwise than was asked for to find this out, for people.
+    pub degraded: Vec<String>,
 }
 
 impl Evidence {
     /// Takes over what another check found out.
     pub fn add(&mut self, other: Self) {
         self.cycle = other.cycle.or(self.cycle.take());
+        self.settling = other.settling.or(self.settling);
+        self.degraded.extend(other.degraded);
     }
 }
 
@@ -64,6 +72,11 @@ impl Evidence {
 pub trait ValidityCheck: Send {
     /// How long one call takes.
     fn cost(&self) -> Cost;
+
+    /// A step begins: what was found out about placements of an earlier one no longer holds.
+    fn begin(&mut self, _input: &StepInput<'_>) -> StageResult {
+        Ok(())
+    }
 
     /// Why it refuses every placement of the candidate, whatever the container holds, where it does. Such a candidate
     /// is left out of the step before anything is proposed for it. Asked once for each candidate as a step begins.
@@ -82,6 +95,46 @@ pub trait ValidityCheck: Send {
         candidate: &Candidate,
         resting: &RestingPlacement,
     ) -> StageResult<Verdict>;
+
+    /// How many placements it is told of before it is asked about the first of them, so that it can work on them together.
+    fn foresight(&self) -> usize {
+        1
+    }
+
+    /// Tells which placements it will be asked about next, in this order, unless it accepts one before. What it answers
+    /// does not depend on this.
+    fn foresee(
+        &mut self,
+        _input: &StepInput<'_>,
+        _next: &[(&Candidate, RestingPlacement)],
+    ) -> StageResult {
+        Ok(())
+    }
+
+    /// Whether it refuses all further placements of a candidate in this step: it need not be asked any more.
+    fn is_done_with(&self, _candidate: &Candidate) -> bool {
+        false
+    }
+
+    /// The best of the placements that it refused in this step, where one of them is to be made if none is valid.
+    fn last_resort(&self) -> Option<LastResort> {
+        None
+    }
+}
+
+/// A placement that a check refused, and that is made for want of any valid one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LastResort {
+    /// Of which item, by its arrival.
+    pub arrival: usize,
+    /// The item's shape in the pose in which it is placed.
+    pub shape: ShapeId,
+    /// Where.
+    pub resting: RestingPlacement,
+    /// What was found out about it.
+    pub evidence: Evidence,
+    /// What is done here, for people.
+    pub reason: String,
 }
 
 /// A check of any kind.

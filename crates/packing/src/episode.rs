@@ -7,7 +7,7 @@ use crate::heightmap::{Heightmap, Scene};
 use crate::metrics::{Metrics, PackedVolume};
 use crate::placement::RestingPlacement;
 use crate::plan::{
-    Candidate, Evaluated, PlanError, Planner, Reason, StageError, StepInput, Timings,
+    Candidate, Evaluated, Plan, PlanError, Planner, Reason, StageError, StepInput, Timings,
 };
 use crate::refusal::Refusals;
 
@@ -74,12 +74,25 @@ impl Step {
     }
 }
 
+/// An item that was set aside for the next container, as nothing in the buffer had a valid placement.
+#[derive(Debug, Clone)]
+pub struct SetAside {
+    /// The item, in the pose in which it was offered.
+    pub candidate: Candidate,
+    /// Why it had no valid placement in that pose, where that is known.
+    pub reason: Option<Reason>,
+    /// Before which step it was set aside.
+    pub step: u64,
+}
+
 /// Why an episode ended.
 #[derive(Debug, Clone)]
 pub enum Ending {
     /// The whole sequence is packed.
     AllPacked,
-    /// Nothing in the buffer has a valid placement; per item the reason.
+    /// All that was not set aside is packed.
+    OthersSetAside,
+    /// Nothing in the buffer has a valid placement; per item the reason, in the pose in which it was offered.
     NothingFits(Vec<(Candidate, Reason)>),
 }
 
@@ -88,6 +101,8 @@ pub enum Ending {
 pub struct Episode {
     /// The steps in order.
     pub steps: Vec<Step>,
+    /// Items that were set aside for the next container, in this order.
+    pub set_aside: Vec<SetAside>,
     /// Why it ended.
     pub ending: Ending,
     /// The scene at the end.
@@ -125,21 +140,27 @@ impl Observer for () {
 pub struct Play {
     /// Items that a step may choose among.
     pub buffer: usize,
+    /// Items that may be set aside for the next container, where nothing in the buffer has a valid placement.
+    pub set_aside: usize,
     /// Valid placements that are wanted beside each choice.
     pub alternatives: usize,
 }
 
 impl Play {
-    /// Choosing among so many items; only the best placement is wanted.
+    /// Choosing among so many items; none may be set aside, and only the best placement is wanted.
     pub fn with_buffer(buffer: usize) -> Self {
         Self {
             buffer,
+            set_aside: 0,
             alternatives: 0,
         }
     }
 }
 
 /// Plays an episode.
+///
+/// Neighbours in the sequence with the same arrival are the poses of one item ([`Candidate`]). Where nothing in the
+/// buffer has a valid placement, the largest of its items is set aside, as many times as may be, and the next one arrives.
 ///
 /// # Errors
 /// [`EpisodeError`] where planning or the cell failed; what was packed until then is lost to the caller, but not to
@@ -154,12 +175,16 @@ pub fn play(
 ) -> Result<Episode, EpisodeError> {
     let mut buffer = Buffer::new(sequence, how.buffer);
     let mut steps: Vec<Step> = Vec::new();
+    let mut set_aside: Vec<SetAside> = Vec::new();
     let mut refusals = Refusals::default();
     let mut scene = scan(cell, 0)?;
     let ending = loop {
         let step = steps.len() as u64;
         if buffer.candidates().is_empty() {
-            break Ending::AllPacked;
+            break match set_aside.is_empty() {
+                true => Ending::AllPacked,
+                false => Ending::OthersSetAside,
+            };
         }
         let input = StepInput {
             step,
@@ -173,10 +198,16 @@ pub fn play(
             Some((choice, candidate.clone()))
         });
         let Some((choice, candidate)) = chosen else {
-            let reports = input.candidates.iter().zip(plan.candidates());
-            let reasons =
-                reports.filter_map(|(held, report)| Some((held.clone(), report.reason.clone()?)));
-            break Ending::NothingFits(reasons.collect());
+            let unplaced = unplaced(&input, plan);
+            let may_set_aside = set_aside.len() < how.set_aside;
+            let Some((index, item)) = largest(&unplaced).filter(|_| may_set_aside) else {
+                let reasons = unplaced.into_iter();
+                let reasons = reasons.filter_map(|(_, item)| Some((item.candidate, item.reason?)));
+                break Ending::NothingFits(reasons.collect());
+            };
+            set_aside.push(item.clone());
+            buffer.take(*index);
+            continue;
         };
         let done = Step {
             step,
@@ -199,11 +230,40 @@ pub fn play(
     let metrics = Metrics::new(grid, scene.heightmap(), packed);
     Ok(Episode {
         steps,
+        set_aside,
         ending,
         scene,
         metrics,
         refusals,
     })
+}
+
+/// The items of a step without a choice in the order of arrival, each as it is offered, with its index into the
+/// candidates.
+fn unplaced(input: &StepInput<'_>, plan: &Plan) -> Vec<(usize, SetAside)> {
+    let mut unplaced: Vec<(usize, SetAside)> = Vec::new();
+    for (index, held) in input.candidates.iter().enumerate() {
+        let last = unplaced.last().map(|(_, item)| item.candidate.arrival);
+        if last != Some(held.arrival) {
+            let report = plan.candidates().get(index);
+            let item = SetAside {
+                candidate: held.clone(),
+                reason: report.and_then(|report| report.reason.clone()),
+                step: input.step,
+            };
+            unplaced.push((index, item));
+        }
+    }
+    unplaced
+}
+
+/// The item that is least likely to fit later: the largest, and of several that which arrived first.
+fn largest(unplaced: &[(usize, SetAside)]) -> Option<&(usize, SetAside)> {
+    let volume_m3 = |item: &SetAside| item.candidate.item.mesh_volume_m3();
+    let falling = |one: &SetAside, other: &SetAside| volume_m3(other).total_cmp(&volume_m3(one));
+    // Of equal ones, `min_by` gives the first.
+    let items = unplaced.iter();
+    items.min_by(|(_, one), (_, other)| falling(one, other))
 }
 
 fn scan(cell: &mut dyn PackingCell, step: u64) -> Result<Scene, EpisodeError> {

@@ -21,6 +21,9 @@ pub trait Evaluator: Send {
     /// the time is over, which the [shortfall](Self::shortfall) says.
     fn next_best(&mut self, input: &StepInput<'_>) -> StageResult<Option<Evaluated>>;
 
+    /// Leaves the placements of a candidate out of what is left of the ranking. One that goes on to give them is only slower.
+    fn leave_out(&mut self, _candidate: usize) {}
+
     /// The counts of a candidate of the last ranked group.
     fn counts(&self, candidate: usize) -> PlacementCounts;
 

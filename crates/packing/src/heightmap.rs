@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::content::Content;
 use crate::grid::{Grid, MAX_UNITS, Units};
 use crate::item::ItemView;
 use crate::placement::{Placement, RestingPlacement};
@@ -256,11 +257,13 @@ fn sampled(
     }
 }
 
-/// What a placement is planned on: the container's heightmap, and its fine surface where the sensor gives one.
+/// What a placement is planned on: the container's heightmap, its fine surface where the sensor gives one, and what lies in
+/// it where that is known.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     heightmap: Heightmap,
     surface: Option<Surface>,
+    content: Option<Content>,
 }
 
 impl Scene {
@@ -278,7 +281,11 @@ impl Scene {
         if let Some(surface) = &surface {
             surface.samples_per_cell(grid)?;
         }
-        Ok(Self { heightmap, surface })
+        Ok(Self {
+            heightmap,
+            surface,
+            content: None,
+        })
     }
 
     /// A scene known by its heightmap alone.
@@ -286,15 +293,24 @@ impl Scene {
         Self {
             heightmap,
             surface: None,
+            content: None,
         }
     }
 
-    /// The same scene with another heightmap of its size; the fine surface stays.
+    /// The same scene, of which it is known what lies in the container.
+    #[must_use]
+    pub fn with_content(mut self, content: Content) -> Self {
+        self.content = Some(content);
+        self
+    }
+
+    /// The same scene with another heightmap of its size; all else stays.
     #[must_use]
     pub(crate) fn with_heightmap(&self, heightmap: Heightmap) -> Self {
         Self {
             heightmap,
             surface: self.surface.clone(),
+            content: self.content.clone(),
         }
     }
 
@@ -315,6 +331,7 @@ impl Scene {
         Ok(Self {
             heightmap,
             surface: Some(surface),
+            content: None,
         })
     }
 
@@ -335,6 +352,7 @@ impl Scene {
         Ok(Self {
             heightmap,
             surface: Some(surface),
+            content: None,
         })
     }
 
@@ -346,6 +364,11 @@ impl Scene {
     /// The fine surface, where it is known.
     pub fn surface(&self) -> Option<&Surface> {
         self.surface.as_ref()
+    }
+
+    /// What lies in the container, where that is known.
+    pub fn content(&self) -> Option<&Content> {
+        self.content.as_ref()
     }
 }
 

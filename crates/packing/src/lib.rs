@@ -35,6 +35,7 @@ pub mod buffer;
 pub mod candidate;
 pub mod check;
 pub mod coarse;
+pub mod content;
 pub mod distance;
 pub mod episode;
 pub mod evaluator;
@@ -60,6 +61,7 @@ pub mod search;
 pub mod stability;
 pub mod step;
 pub mod survey;
+pub mod trial;
 pub mod valid;
 
 /// Compiles the example of the README.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::check::BoxedCheck;
+use crate::check::{BoxedCheck, Cost};
 use crate::coarse::{CoarseGrid, CoarseGridError, CoarseToFine, Coarsening};
 use crate::grid::Grid;
 use crate::item::{Item, ItemError};
@@ -14,12 +14,13 @@ use crate::proposals::{OrExhaustive, Percent, PercentError, ProposeAll, ProposeR
 use crate::search::{Search, SearchSettings};
 use crate::stability::{PhysicalStability, PhysicalStabilitySettings, PublishedStability};
 use crate::step::StageError;
+use crate::trial::TrialSettings;
 
 /// The cell that proposals are made with on finer grids: the paper's, which the network is trained on.
 const PROPOSAL_CELL_M: f64 = 0.01;
 
 /// A packing method: which placements are evaluated, what they are judged by, and what they must pass. The default looks
-/// at every placement.
+/// at every placement and tries the best in a simulation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Method {
@@ -31,6 +32,8 @@ pub struct Method {
     pub proposals: ProposalSource,
     /// The stability test that they must pass.
     pub stability: Stability,
+    /// How they are tried in a simulation of the cell, which they must pass too.
+    pub trial: TrialSettings,
     /// The weights of the objective.
     pub weights: Weights,
     /// How many of the waiting items may be chosen from.
@@ -119,6 +122,9 @@ pub enum MethodError {
     /// A weight is not possible.
     #[error(transparent)]
     Weight(#[from] WeightError),
+    /// Placements are to be tried.
+    #[error("the method tries placements in a simulation, but none is given")]
+    NoSimulation,
     /// A network is to propose.
     #[error("the method needs a network, but none is given")]
     NoNetwork,
@@ -136,7 +142,8 @@ impl Default for Method {
             heuristic: Heuristic::Sdfm,
             order: Order::Balance,
             proposals: ProposalSource::All,
-            stability: Stability::Physical,
+            stability: Stability::None,
+            trial: TrialSettings::default(),
             weights: Weights::default(),
             buffer: 5,
             seed: 0,
@@ -168,10 +175,10 @@ impl Method {
     }
 
     /// The planner that follows the method on `threads` threads, by what `proposer` proposes; placements must pass
-    /// `checks` too.
+    /// `checks` too, among which is the simulation where the method tries placements.
     ///
     /// # Errors
-    /// [`MethodError`] where a weight is not possible, or there are no threads.
+    /// [`MethodError`] where a weight is not possible, there are no threads, or the simulation is missing.
     pub fn build_with(
         &self,
         grid: &Grid,
@@ -190,6 +197,10 @@ impl Method {
         let evaluator = Box::new(search);
         let mut all = self.stability.checks();
         all.extend(checks);
+        let is_simulated = all.iter().any(|check| check.cost() == Cost::Simulation);
+        if self.trial.is_on() && !is_simulated {
+            return Err(MethodError::NoSimulation);
+        }
         Ok(Planner::new(
             proposer, evaluator, all, self.order, self.seed,
         ))

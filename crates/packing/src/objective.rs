@@ -68,6 +68,9 @@ pub struct Weights {
     pub resting_height: f64,
     /// Of the mean truncated distance to content, per step of 1 cm.
     pub distance: f64,
+    /// Of how far the item's top lies above where it rests, per 0.2 cm: with the weight of the resting height, a price
+    /// for where the top comes to lie. Of SDFM.
+    pub top_height: f64,
     /// Of `1 - cbrt(V / B)`, the item's share of its bounding box.
     pub box_share: f64,
     /// Of `1 - cbrt(V / C)`, the item's share of the container, in the Balance order.
@@ -85,11 +88,24 @@ impl Default for Weights {
         Self {
             resting_height: 1.0,
             distance: 2.5,
+            top_height: 0.0,
             box_share: 10.0,
             balance: 80.0,
             corner: 1.0,
             surface_volume: 1.0,
             touching_area: 1.0,
+        }
+    }
+}
+
+impl Weights {
+    /// Weights that fill containers more tightly than the published ones.
+    pub fn dense() -> Self {
+        Self {
+            distance: 5.0,
+            top_height: 0.3,
+            balance: 120.0,
+            ..Self::default()
         }
     }
 }
@@ -111,6 +127,7 @@ impl Weights {
         let named = [
             ("resting_height", self.resting_height),
             ("distance", self.distance),
+            ("top_height", self.top_height),
             ("box_share", self.box_share),
             ("balance", self.balance),
             ("corner", self.corner),
@@ -135,6 +152,7 @@ pub(crate) struct Objective {
     per_floor_face: f64,
     per_side_face: f64,
     distance: f64,
+    per_unit_of_item: f64,
     box_share: f64,
     balance: f64,
     container_voxels: f64,
@@ -159,6 +177,7 @@ impl Objective {
             per_floor_face: weights.touching_area * cell * cell,
             per_side_face: weights.touching_area * cell * unit_cm,
             distance: weights.distance,
+            per_unit_of_item: weights.top_height * unit,
             box_share: weights.box_share,
             balance: if balanced { weights.balance } else { 0.0 },
             container_voxels: grid.voxel_count(),
@@ -172,7 +191,8 @@ impl Objective {
         match self.heuristic {
             Heuristic::Sdfm => {
                 let share = voxels / view.box_voxel_count() as f64;
-                self.box_share * (1.0 - share.cbrt()) + balance
+                let top = self.per_unit_of_item * f64::from(view.height());
+                self.box_share * (1.0 - share.cbrt()) + top + balance
             }
             Heuristic::Dbl | Heuristic::Hm | Heuristic::Mta => balance,
             Heuristic::FirstFit | Heuristic::Random => 0.0,

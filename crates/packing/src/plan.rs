@@ -120,7 +120,8 @@ impl Plan {
         &self.refusals
     }
 
-    /// Why the step was not planned as was asked for, where it was not: the answer is as good, but took longer.
+    /// Why the step was not planned as was asked for, where it was not: it took longer, or a check knew less of the
+    /// choice than it could.
     pub fn degraded(&self) -> &[String] {
         &self.shortfall.degraded
     }
@@ -196,6 +197,7 @@ impl Planner {
     pub fn plan(&mut self, input: &StepInput<'_>) -> Result<&Plan, PlanError> {
         validate(input)?;
         let started = Instant::now();
+        self.search.begin(input)?;
         self.ruled_out.clear();
         for candidate in input.candidates {
             self.ruled_out
@@ -260,8 +262,20 @@ impl Planner {
             self.plan.is_widened = true;
             self.search_all(input)?;
         }
+        if self.plan.choice().is_none()
+            && !self.plan.is_cut()
+            && let Some((placement, reason)) = self.search.last_resort(input)
+        {
+            self.plan.ranked.push(placement);
+            self.plan.shortfall.degrade(reason);
+        }
         if let Some(reason) = self.proposals.degraded() {
             self.plan.shortfall.degrade(reason.to_owned());
+        }
+        if let Some(best) = self.plan.ranked.first() {
+            for reason in &best.evidence.degraded {
+                self.plan.shortfall.degrade(reason.clone());
+            }
         }
         Ok(())
     }

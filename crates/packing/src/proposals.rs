@@ -252,7 +252,7 @@ impl Proposer for ProposeRandom {
     fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult {
         proposals.clear();
         for candidate in input.candidates {
-            let stream = random::mix(random::mix(self.seed, input.step), candidate.arrival as u64);
+            let stream = random::mix(random::mix(self.seed, input.step), candidate.stream());
             let mut random = ChaCha8Rng::seed_from_u64(stream);
             let (grid, item) = (input.grid, &candidate.item);
             let possible = possible_count(grid, item);

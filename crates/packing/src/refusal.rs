@@ -21,6 +21,9 @@ pub enum Cause {
     /// The item must stay upright, and could fall over.
     #[error("could fall over")]
     CouldFallOver,
+    /// The item would not stay where it is placed: it was tried in a simulation.
+    #[error("would not stay")]
+    Unsteady,
     /// The arm cannot make the placement.
     #[error("not possible for the arm")]
     Arm,

@@ -1,8 +1,9 @@
 //! The last stage of Algorithm 1: of the placements by increasing value, those that every check accepts.
 
+use std::collections::VecDeque;
 use std::time::Instant;
 
-use crate::check::{BoxedCheck, Evidence, Verdict};
+use crate::check::{BoxedCheck, Cost, Evidence, LastResort, Verdict};
 use crate::evaluator::Evaluator;
 use crate::proposals::Proposals;
 use crate::refusal::{Refusal, Refusals};
@@ -42,6 +43,14 @@ pub struct Tally {
     pub refusals: Refusals,
 }
 
+/// Which checks are asked.
+#[derive(Debug, Clone, Copy)]
+enum Of {
+    All,
+    Others,
+    Last,
+}
+
 /// Valid placements by increasing value: an evaluator, and the checks that its placements have to pass. All checks of
 /// the program are asked here, those of the planner, of the services and of the dataset's expert.
 ///
@@ -50,8 +59,12 @@ pub struct ValidSearch {
     evaluator: Box<dyn Evaluator>,
     /// The cheap ones first.
     checks: Vec<BoxedCheck>,
+    /// The next placements by increasing value that all checks but the last accept, with what those found out.
+    upcoming: VecDeque<(Evaluated, Evidence)>,
     /// By candidate of the input.
     refusals: Vec<Refusals>,
+    /// What a simulation refused since the step began, with the values.
+    refused_last: Vec<Evaluated>,
     shortfall: Shortfall,
     timings: Timings,
 }
@@ -63,10 +76,23 @@ impl ValidSearch {
         Self {
             evaluator,
             checks,
+            upcoming: VecDeque::new(),
             refusals: Vec::new(),
+            refused_last: Vec::new(),
             shortfall: Shortfall::default(),
             timings: Timings::default(),
         }
+    }
+
+    /// A step begins: the checks forget what they found out in the last one.
+    ///
+    /// # Errors
+    /// [`SearchError::Check`] where a check failed.
+    pub fn begin(&mut self, input: &StepInput<'_>) -> Result<(), SearchError> {
+        self.refused_last.clear();
+        let mut checks = self.checks.iter_mut();
+        let begun = checks.try_for_each(|check| check.begin(input));
+        begun.map_err(SearchError::Check)
     }
 
     /// Starts a search among the proposals of some candidates; `group` holds indices into the input's candidates.
@@ -79,6 +105,7 @@ impl ValidSearch {
         group: &[usize],
         proposals: &Proposals,
     ) -> Result<(), SearchError> {
+        self.upcoming.clear();
         self.refusals.iter_mut().for_each(Refusals::clear);
         let candidates = input.candidates.len().max(self.refusals.len());
         self.refusals.resize(candidates, Refusals::default());
@@ -101,19 +128,112 @@ impl ValidSearch {
         &mut self,
         input: &StepInput<'_>,
     ) -> Result<Option<ValidPlacement>, SearchError> {
-        while let Some(placement) = self.next_ranked(input)? {
-            match self.judge(input, &placement)? {
-                Some(Verdict::Accepted(evidence)) => {
+        loop {
+            self.look_ahead(input)?;
+            let Some((placement, mut evidence)) = self.upcoming.pop_front() else {
+                return Ok(None);
+            };
+            match self.ask(input, &placement, Of::Last)? {
+                Some(Verdict::Accepted(found)) => {
+                    evidence.add(found);
                     return Ok(Some(ValidPlacement {
                         placement,
                         evidence,
                     }));
                 }
+                Some(Verdict::Refused(_)) => {
+                    self.keep_tried(placement);
+                    self.leave_out_what_is_done(input);
+                }
+                None => return Ok(None),
+            }
+        }
+    }
+
+    /// Takes placements that all checks but the last accept from the ranking, as many as the last wants to know of at once,
+    /// where none is left.
+    fn look_ahead(&mut self, input: &StepInput<'_>) -> Result<(), SearchError> {
+        if !self.upcoming.is_empty() {
+            return Ok(());
+        }
+        let last = self.checks.last();
+        let foresight = last.map_or(1, |check| check.foresight().max(1));
+        while self.upcoming.len() < foresight
+            && let Some(placement) = self.next_ranked(input)?
+        {
+            match self.ask(input, &placement, Of::Others)? {
+                Some(Verdict::Accepted(evidence)) => {
+                    self.upcoming.push_back((placement, evidence));
+                }
                 Some(Verdict::Refused(_)) => {}
                 None => break,
             }
         }
-        Ok(None)
+        if foresight > 1 && !self.shortfall.is_cut {
+            self.foresee(input)?;
+        }
+        Ok(())
+    }
+
+    fn foresee(&mut self, input: &StepInput<'_>) -> Result<(), SearchError> {
+        let started = Instant::now();
+        let next = self.upcoming.iter().filter_map(|(placement, _)| {
+            let candidate = input.candidates.get(placement.candidate)?;
+            Some((candidate, placement.resting))
+        });
+        let next: Vec<_> = next.collect();
+        let foreseen = self
+            .checks
+            .last_mut()
+            .map(|last| last.foresee(input, &next));
+        self.timings.check += started.elapsed();
+        foreseen.unwrap_or(Ok(())).map_err(SearchError::Check)
+    }
+
+    /// Keeps a placement that a simulation refused: there are few of them, and one may be the last resort.
+    fn keep_tried(&mut self, placement: Evaluated) {
+        let last = self.checks.last();
+        if last.is_some_and(|check| check.cost() == Cost::Simulation) {
+            self.refused_last.push(placement);
+        }
+    }
+
+    /// Leaves the candidates out of which the last check accepts no more.
+    fn leave_out_what_is_done(&mut self, input: &StepInput<'_>) {
+        let Some(last) = self.checks.last() else {
+            return;
+        };
+        for (index, candidate) in input.candidates.iter().enumerate() {
+            if last.is_done_with(candidate) {
+                self.evaluator.leave_out(index);
+                self.upcoming
+                    .retain(|(placement, _)| placement.candidate != index);
+            }
+        }
+    }
+
+    /// The best placement that the last check refused since the step began, where that is to be made for want of a valid one,
+    /// and what is done there.
+    pub fn last_resort(&self, input: &StepInput<'_>) -> Option<(ValidPlacement, String)> {
+        let LastResort {
+            arrival,
+            shape,
+            resting,
+            evidence,
+            reason,
+        } = self.checks.last()?.last_resort()?;
+        let is_it = |refused: &&Evaluated| {
+            let candidate = input.candidates.get(refused.candidate);
+            refused.resting == resting
+                && candidate
+                    .is_some_and(|held| (held.arrival, held.item.shape()) == (arrival, shape))
+        };
+        let placement = *self.refused_last.iter().find(is_it)?;
+        let valid = ValidPlacement {
+            placement,
+            evidence,
+        };
+        Some((valid, reason))
     }
 
     /// The next placement by increasing value, before any check; `None` after the last.
@@ -140,13 +260,23 @@ impl ValidSearch {
         input: &StepInput<'_>,
         placement: &Evaluated,
     ) -> Result<Option<Verdict>, SearchError> {
+        self.ask(input, placement, Of::All)
+    }
+
+    /// What some of the checks say of a placement.
+    fn ask(
+        &mut self,
+        input: &StepInput<'_>,
+        placement: &Evaluated,
+        of: Of,
+    ) -> Result<Option<Verdict>, SearchError> {
         let started = Instant::now();
         if input.deadline.is_some_and(|deadline| started >= deadline) {
             let what = "the time limit left placements unchecked";
             self.shortfall.cut(what.to_owned());
             return Ok(None);
         }
-        let verdict = self.ask_checks(input, placement);
+        let verdict = self.ask_checks(input, placement, of);
         self.timings.check += started.elapsed();
         let verdict = verdict?;
         if let Verdict::Refused(refusal) = &verdict
@@ -161,12 +291,19 @@ impl ValidSearch {
         &mut self,
         input: &StepInput<'_>,
         placement: &Evaluated,
+        of: Of,
     ) -> Result<Verdict, SearchError> {
         let mut evidence = Evidence::default();
         let Some(candidate) = input.candidates.get(placement.candidate) else {
             return Ok(Verdict::Accepted(evidence));
         };
-        for check in &mut self.checks {
+        let others = self.checks.len().saturating_sub(1);
+        let (skipped, asked) = match of {
+            Of::All => (0, self.checks.len()),
+            Of::Others => (0, others),
+            Of::Last => (others, 1),
+        };
+        for check in self.checks.iter_mut().skip(skipped).take(asked) {
             let verdict = check.judge(input, candidate, &placement.resting);
             match verdict.map_err(SearchError::Check)? {
                 Verdict::Accepted(found) => evidence.add(found),

@@ -33,8 +33,10 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(512))]
 
     #[test]
-    fn resting_heights_and_values_equal_the_oracle((grid, heightmap, items) in support::scenes(1)) {
-        let weights = Weights::default();
+    fn resting_heights_and_values_equal_the_oracle(
+        (grid, heightmap, items) in support::scenes(1),
+        weights in support::weights(),
+    ) {
         for view in items[0].views() {
             let oracle = Oracle { grid: &grid, heightmap: &heightmap, view };
             for heuristic in [Heuristic::Sdfm, Heuristic::Dbl, Heuristic::Hm, Heuristic::Mta] {

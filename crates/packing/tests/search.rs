@@ -78,7 +78,11 @@ fn parts(yaws: usize, mut cuts: Vec<usize>) -> Vec<YawRange> {
 }
 
 /// Every fitting placement with its value, sorted.
-fn sorted(input: &StepInput<'_>, heuristic: Heuristic) -> Vec<(f64, usize, Placement)> {
+fn sorted(
+    input: &StepInput<'_>,
+    heuristic: Heuristic,
+    weights: &Weights,
+) -> Vec<(f64, usize, Placement)> {
     let (grid, heightmap) = (input.grid, input.scene.heightmap());
     let mut found = Vec::new();
     for (index, candidate) in input.candidates.iter().enumerate() {
@@ -99,7 +103,7 @@ fn sorted(input: &StepInput<'_>, heuristic: Heuristic) -> Vec<(f64, usize, Place
                             placement,
                             resting_height,
                         };
-                        let value = oracle.value(&at, heuristic, &Weights::default(), true);
+                        let value = oracle.value(&at, heuristic, weights, true);
                         found.push((value, index, placement));
                     }
                 }
@@ -117,13 +121,15 @@ proptest! {
     fn the_search_gives_what_a_full_sort_gives(
         (grid, heightmap, items) in support::scenes(3),
         heuristic in proptest::sample::select(&HEURISTICS[..4]),
+        weights in support::weights(),
     ) {
         let scene = Scene::from_heightmap(heightmap);
         let held = candidates(&items);
         let input = StepInput::new(&grid, &scene, &held);
-        let mut search = Search::new(&grid, &settings(heuristic, Order::Balance)).unwrap();
+        let settings = SearchSettings { weights, ..settings(heuristic, Order::Balance) };
+        let mut search = Search::new(&grid, &settings).unwrap();
         let found = ranking(&mut search, &input, &all(&input));
-        let expected = sorted(&input, heuristic);
+        let expected = sorted(&input, heuristic, &weights);
         prop_assert_eq!(found.len(), expected.len());
         for (found, (value, ..)) in found.iter().zip(&expected) {
             prop_assert!((found.value - value).abs() <= 1e-9 * value.abs().max(1.0));
@@ -169,6 +175,7 @@ proptest! {
         (grid, first, items) in support::scenes(3),
         change in proptest::collection::vec((0_usize..14, 0_usize..14, 0_i16..60), 0..5),
         heuristic in proptest::sample::select(&HEURISTICS[..]),
+        weights in support::weights(),
         percent in 1.0_f64..100.0,
     ) {
         let mut second = first.clone();
@@ -176,7 +183,7 @@ proptest! {
             second.raise(x, y, height);
         }
         let held = candidates(&items);
-        let settings = settings(heuristic, Order::Balance);
+        let settings = SearchSettings { weights, ..settings(heuristic, Order::Balance) };
         let mut bounded = Search::new(&grid, &settings).unwrap().bounded();
         let mut whole = Search::new(&grid, &settings).unwrap();
         for scene in [first, second].map(Scene::from_heightmap) {
@@ -205,6 +212,7 @@ proptest! {
         (grid, heightmap, items) in support::scenes(3),
         heuristic in proptest::sample::select(&HEURISTICS[..]),
         order in proptest::sample::select(&[Order::Balance, Order::Arrival][..]),
+        weights in support::weights(),
     ) {
         let scene = Scene::from_heightmap(heightmap);
         let held = candidates(&items);
@@ -217,7 +225,8 @@ proptest! {
             placements.extend_from_within(..placements.len().min(5));
             named.push(placements);
         }
-        let search = || Search::new(&grid, &settings(heuristic, order)).unwrap();
+        let settings = SearchSettings { weights, ..settings(heuristic, order) };
+        let search = || Search::new(&grid, &settings).unwrap();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
         let pool = Arc::new(pool);
         let (mut levels, mut blocks) = (search(), search().bounded());

@@ -252,6 +252,15 @@ impl Evaluator for Search {
         Ok(best.and_then(|best| self.prepared.evaluated(&best)))
     }
 
+    fn leave_out(&mut self, candidate: usize) {
+        let views = &self.prepared.views;
+        let is_of = |node: &Node| {
+            let view = views.get(node.view as usize);
+            view.is_some_and(|view| view.candidate == candidate)
+        };
+        self.open.retain(|node| !is_of(node));
+    }
+
     fn counts(&self, candidate: usize) -> PlacementCounts {
         self.counts.get(candidate).copied().unwrap_or_default()
     }

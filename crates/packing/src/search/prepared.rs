@@ -172,7 +172,7 @@ impl<'a> Ranking<'a> {
     pub(super) fn valued(&self, node: Node) -> Node {
         // No closure here nor where placements are collected: it would not be compiled for the processor's features.
         let value = if let Some((state, held, view)) = self.view(node.view as usize) {
-            let seed = random::mix(self.seed, held.arrival as u64);
+            let seed = random::mix(self.seed, held.stream());
             let valuation = self.prepared.valuation();
             valuation.value(view, state.constant, resting(&node, state), seed)
         } else {

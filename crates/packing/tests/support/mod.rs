@@ -8,6 +8,7 @@ use std::sync::Arc;
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
 use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
 use ppnpack_packing::item::{ABSENT, Item, Underside, ViewSurfaces};
+use ppnpack_packing::objective::Weights;
 use ppnpack_packing::placement::Placement;
 use proptest::prelude::*;
 
@@ -81,6 +82,20 @@ fn surfaces(nx: usize, ny: usize, cells: &[(i16, i16, u8)]) -> ViewSurfaces {
 pub(crate) fn items(yaws: usize) -> impl Strategy<Value = Arc<Item>> {
     proptest::collection::vec(views(), yaws)
         .prop_map(|views| Arc::new(Item::new("random", views, 0.0).unwrap()))
+}
+
+/// The published weights, the dense ones, and some under which the height of the item's top counts more or less.
+pub(crate) fn weights() -> impl Strategy<Value = Weights> {
+    let topped = |(top_height, distance): (f64, f64)| Weights {
+        top_height,
+        distance,
+        ..Weights::default()
+    };
+    prop_oneof![
+        Just(Weights::default()),
+        Just(Weights::dense()),
+        (0.0_f64..3.0, 0.0_f64..6.0).prop_map(topped),
+    ]
 }
 
 /// A grid, its content, and some items for it.

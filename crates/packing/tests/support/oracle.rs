@@ -126,7 +126,8 @@ impl Oracle<'_> {
             Heuristic::Sdfm => {
                 let distance = weights.distance * self.mean_distance(at);
                 let compact = weights.box_share * share(view.box_voxel_count() as f64);
-                resting + distance + compact + balance
+                let top = weights.top_height * f64::from(self.top_above_rest(at)) * unit;
+                resting + distance + compact + top + balance
             }
             Heuristic::Dbl => resting + corner + balance,
             Heuristic::Hm => {
@@ -144,6 +145,12 @@ impl Oracle<'_> {
             Heuristic::Mta => balance - weights.touching_area * self.touching_area_cm2(at),
             _ => 0.0,
         }
+    }
+
+    /// How far the item's highest point lies above where it rests, in units.
+    fn top_above_rest(&self, at: &RestingPlacement) -> i32 {
+        let highest = self.columns(at).map(|(.., highest)| highest).max();
+        highest.unwrap() - i32::from(at.resting_height)
     }
 
     /// The area of the item's faces that touch content, walls or floor, in square centimetres, voxel by voxel.

@@ -1,0 +1,264 @@
+//! Placements tried in a simulation before they are made: what is asked of a try, and what it says.
+
+use std::f64::consts::FRAC_PI_2;
+
+use ppnpack_numbers::{SettingError, within};
+use serde::{Deserialize, Serialize};
+
+/// How placements are tried. The check itself is the simulation's ([`Cost::Simulation`](crate::check::Cost)).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TrialSettings {
+    /// What a placement that is tried has to keep within.
+    pub limits: TrialLimits,
+    /// How many placements of an item a step tries at most; after that the item is left out of the step. With 0 nothing is
+    /// tried.
+    pub tries_per_item: usize,
+    /// How far a placement must be from one of the same item and yaw that was refused in the step, to be tried too, in
+    /// metres: nearer ones are refused unasked.
+    pub neighbour_m: f64,
+    /// Whether a step in which no placement passes makes the best of those that were refused. It says so.
+    pub last_resort: bool,
+}
+
+/// What a tried placement has to keep within.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TrialLimits {
+    /// The most that the item may tilt, in radians.
+    pub tilt_rad: f64,
+    /// The most that its centre of mass may move sideways, in metres.
+    pub slide_m: f64,
+    /// The most that any other item may move, in metres.
+    pub disturbance_m: f64,
+}
+
+impl Default for TrialSettings {
+    fn default() -> Self {
+        Self {
+            limits: TrialLimits::default(),
+            tries_per_item: 40,
+            neighbour_m: 0.01,
+            last_resort: false,
+        }
+    }
+}
+
+impl Default for TrialLimits {
+    fn default() -> Self {
+        Self {
+            tilt_rad: 20.0_f64.to_radians(),
+            slide_m: 0.015,
+            disturbance_m: 0.02,
+        }
+    }
+}
+
+impl TrialSettings {
+    /// Nothing is tried.
+    pub fn off() -> Self {
+        Self {
+            tries_per_item: 0,
+            ..Self::default()
+        }
+    }
+
+    /// Whether placements are tried at all.
+    pub fn is_on(&self) -> bool {
+        self.tries_per_item > 0
+    }
+
+    /// Checks that every number is possible.
+    ///
+    /// # Errors
+    /// [`SettingError`] names the first that is not.
+    pub fn validate(&self) -> Result<(), SettingError> {
+        let tries = within("between 0 and 10000", 0.0..=1e4);
+        tries("the trial's tries per item", self.tries_per_item as f64)?;
+        let tilt = within("between 0 and a right angle", 0.0..=FRAC_PI_2);
+        tilt("the trial's tilt limit", self.limits.tilt_rad)?;
+        let length = within("between 0 and 1 m", 0.0..=1.0);
+        length("the trial's slide limit", self.limits.slide_m)?;
+        length("the trial's disturbance limit", self.limits.disturbance_m)?;
+        length("the distance of the trial's neighbours", self.neighbour_m)
+    }
+}
+
+/// What became of a placement that was tried.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Settling {
+    /// The angle between the item's upward axis as planned and at the end, in radians.
+    pub tilt_rad: f64,
+    /// Horizontal distance of its centre of mass from where it was planned, in metres.
+    pub slide_m: f64,
+    /// How far the other item that moved most moved, in metres.
+    pub disturbance_m: f64,
+    /// Whether the item was at rest at the end.
+    pub is_still: bool,
+}
+
+impl Settling {
+    /// What keeps it from being accepted, in words; `None` where it is within the limits.
+    pub fn beyond(&self, limits: &TrialLimits) -> Option<&'static str> {
+        if self.tilt_rad > limits.tilt_rad {
+            Some("it would topple")
+        } else if self.slide_m > limits.slide_m {
+            Some("it would slide")
+        } else if self.disturbance_m > limits.disturbance_m {
+            Some("it would move what lies there")
+        } else if !self.is_still {
+            Some("it would not come to rest")
+        } else {
+            None
+        }
+    }
+
+    /// The worse of two in every respect.
+    #[must_use]
+    pub fn worse(&self, other: &Self) -> Self {
+        Self {
+            tilt_rad: self.tilt_rad.max(other.tilt_rad),
+            slide_m: self.slide_m.max(other.slide_m),
+            disturbance_m: self.disturbance_m.max(other.disturbance_m),
+            is_still: self.is_still && other.is_still,
+        }
+    }
+
+    /// How bad it is: the greatest share of a limit, above 1 where one is exceeded.
+    pub fn severity(&self, limits: &TrialLimits) -> f64 {
+        let share = |value: f64, limit: f64| if value > 0.0 { value / limit } else { 0.0 };
+        share(self.tilt_rad, limits.tilt_rad)
+            .max(share(self.slide_m, limits.slide_m))
+            .max(share(self.disturbance_m, limits.disturbance_m))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: TrialLimits = TrialLimits {
+        tilt_rad: 0.4,
+        slide_m: 0.02,
+        disturbance_m: 0.03,
+    };
+
+    /// What came to rest.
+    fn settling(tilt_rad: f64, slide_m: f64, disturbance_m: f64) -> Settling {
+        Settling {
+            tilt_rad,
+            slide_m,
+            disturbance_m,
+            is_still: true,
+        }
+    }
+
+    #[test]
+    fn what_reaches_its_limits_is_within_them_and_what_exceeds_one_is_not() {
+        let at = settling(LIMITS.tilt_rad, LIMITS.slide_m, LIMITS.disturbance_m);
+        assert_eq!(at.beyond(&LIMITS), None);
+        let toppled = Settling {
+            tilt_rad: at.tilt_rad.next_up(),
+            ..at
+        };
+        let slid = Settling {
+            slide_m: at.slide_m.next_up(),
+            ..at
+        };
+        let pushing = Settling {
+            disturbance_m: at.disturbance_m.next_up(),
+            ..at
+        };
+        let moving = Settling {
+            is_still: false,
+            ..at
+        };
+        for (beyond, why) in [
+            (toppled, "it would topple"),
+            (slid, "it would slide"),
+            (pushing, "it would move what lies there"),
+            (moving, "it would not come to rest"),
+        ] {
+            assert_eq!(beyond.beyond(&LIMITS), Some(why));
+        }
+    }
+
+    #[test]
+    fn the_worse_of_two_is_the_worse_in_every_respect() {
+        let one = settling(0.1, 0.02, 0.0);
+        let other = Settling {
+            is_still: false,
+            ..settling(0.05, 0.03, 0.01)
+        };
+        let worse = Settling {
+            is_still: false,
+            ..settling(0.1, 0.03, 0.01)
+        };
+        assert_eq!(one.worse(&other), worse);
+        assert_eq!(other.worse(&one), worse);
+        assert_eq!(one.worse(&one), one);
+    }
+
+    #[test]
+    fn the_severity_is_above_1_exactly_where_a_limit_is_exceeded() {
+        let none = TrialLimits {
+            tilt_rad: 0.0,
+            slide_m: 0.0,
+            disturbance_m: 0.0,
+        };
+        let unmoved = TrialLimits {
+            disturbance_m: 0.0,
+            ..LIMITS
+        };
+        let values = |limit: f64| [0.0, limit / 2.0, limit, limit.next_up(), limit + 0.1];
+        for limits in [LIMITS, TrialLimits::default(), unmoved, none] {
+            for tilt_rad in values(limits.tilt_rad) {
+                for slide_m in values(limits.slide_m) {
+                    for disturbance_m in values(limits.disturbance_m) {
+                        let settling = settling(tilt_rad, slide_m, disturbance_m);
+                        let is_beyond = settling.beyond(&limits).is_some();
+                        let severity = settling.severity(&limits);
+                        assert_eq!(severity > 1.0, is_beyond, "{settling:?} of {limits:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_severity_is_the_greatest_share_of_a_limit() {
+        assert_eq!(settling(0.0, 0.0, 0.0).severity(&LIMITS), 0.0);
+        assert_eq!(settling(0.2, 0.0, 0.0).severity(&LIMITS), 0.5);
+        assert_eq!(settling(0.2, 0.04, 0.03).severity(&LIMITS), 2.0);
+        let rigid = TrialLimits {
+            slide_m: 0.0,
+            ..LIMITS
+        };
+        // Any slide is more than none, and none is not too much.
+        assert_eq!(settling(0.2, 1e-9, 0.0).severity(&rigid), f64::INFINITY);
+        assert_eq!(settling(0.2, 0.0, 0.0).severity(&rigid), 0.5);
+    }
+
+    #[test]
+    fn impossible_settings_are_named() {
+        TrialSettings::default().validate().unwrap();
+        TrialSettings::off().validate().unwrap();
+        let refused = |change: fn(&mut TrialSettings)| {
+            let mut settings = TrialSettings::default();
+            change(&mut settings);
+            settings.validate().unwrap_err().to_string()
+        };
+        assert!(refused(|s| s.tries_per_item = 10_001).contains("tries per item"));
+        assert!(refused(|s| s.limits.tilt_rad = 1.6).contains("tilt"));
+        assert!(refused(|s| s.limits.tilt_rad = f64::NAN).contains("tilt"));
+        assert!(refused(|s| s.limits.slide_m = -0.001).contains("slide"));
+        assert!(refused(|s| s.limits.disturbance_m = f64::INFINITY).contains("disturbance"));
+        assert!(refused(|s| s.neighbour_m = 1.5).contains("neighbours"));
+    }
+
+    #[test]
+    fn nothing_is_tried_where_no_try_is_allowed() {
+        assert!(TrialSettings::default().is_on());
+        assert!(!TrialSettings::off().is_on());
+    }
+}
