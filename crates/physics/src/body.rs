@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
-use nalgebra::{Matrix3, Rotation3, SymmetricEigen, UnitQuaternion};
-use ppnpack_catalogue::mesh::Mesh;
+use nalgebra::{Isometry3, Matrix3, Rotation3, SymmetricEigen, UnitQuaternion};
+use ppnpack_catalogue::mesh::{Bounds, Mesh};
 use ppnpack_catalogue::object::{ConvexPiece, MassProperties, Model};
 use rapier3d::geometry::SharedShape;
 use rapier3d::math::Vector;
@@ -13,7 +13,7 @@ use rapier3d::parry::mass_properties::MassProperties as EngineMass;
 use rapier3d::parry::shape::ConvexPolyhedron;
 use rapier3d::parry::transformation::try_convex_hull;
 
-use crate::convert::{engine_inertia, engine_rotation, engine_vector, point_m};
+use crate::convert::{engine_inertia, engine_pose, engine_rotation, engine_vector, point_m};
 use crate::error::PhysicsError;
 
 /// Coordinates of a model beyond this are taken for a mistake in its unit, in metres.
@@ -21,6 +21,9 @@ const MAX_COORDINATE_M: f64 = 10.0;
 
 /// The least volume of a convex piece: a tenth of a cubic millimetre.
 const MIN_PIECE_VOLUME_M3: f64 = 1e-10;
+
+/// So many templates are kept whether their models are used or not.
+const TEMPLATES_KEPT: usize = 256;
 
 /// What all bodies of one model share.
 pub(crate) struct BodyTemplate {
@@ -59,6 +62,25 @@ impl BodyTemplate {
             pieces,
             mass,
             radius_m,
+        })
+    }
+
+    /// The box around it where it is posed so, in metres.
+    pub(crate) fn bounds(&self, container_from_item: &Isometry3<f64>) -> Bounds {
+        let pose = engine_pose(container_from_item);
+        let boxes = self.pieces.iter().map(|piece| piece.compute_aabb(&pose));
+        let boxes = boxes.map(|bounds| Bounds {
+            lowest: point_m(bounds.mins),
+            highest: point_m(bounds.maxs),
+        });
+        let around = |all: Bounds, piece: Bounds| Bounds {
+            lowest: all.lowest.inf(&piece.lowest),
+            highest: all.highest.sup(&piece.highest),
+        };
+        let at = container_from_item.translation.vector.into();
+        boxes.reduce(around).unwrap_or(Bounds {
+            lowest: at,
+            highest: at,
         })
     }
 }
@@ -155,6 +177,14 @@ impl Templates {
             Entry::Vacant(vacant) => Ok(Arc::clone(
                 vacant.insert(Arc::new(BodyTemplate::new(model)?)),
             )),
+        }
+    }
+
+    /// Forgets the templates of models that nobody else has, where there are many.
+    pub(crate) fn tidy(&mut self) {
+        if self.0.len() > TEMPLATES_KEPT {
+            self.0
+                .retain(|_, known| Arc::strong_count(&known.model) > 1);
         }
     }
 }

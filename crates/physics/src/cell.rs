@@ -107,7 +107,7 @@ impl SimulatedCell {
         model: &Arc<Model>,
         container_from_item: &Isometry3<f64>,
     ) -> Result<PlacedReport, PhysicsError> {
-        let planned = self.checked_pose(model, container_from_item)?;
+        let planned = checked_pose(self.settings.container, model, container_from_item)?;
         let template = self.templates.of(model)?;
         let before: Vec<(BodyId, Whereabouts)> = self.whereabouts().collect();
 
@@ -159,8 +159,9 @@ impl SimulatedCell {
         &mut self,
         bodies: &[(Arc<Model>, Isometry3<f64>)],
     ) -> Result<(), PhysicsError> {
+        let container = self.settings.container;
         let checked = bodies.iter().map(|(model, pose)| {
-            let engine_pose = self.checked_pose(model, pose)?;
+            let engine_pose = checked_pose(container, model, pose)?;
             Ok((self.templates.of(model)?, engine_pose, *pose))
         });
         let checked: Vec<_> = checked.collect::<Result<_, PhysicsError>>()?;
@@ -253,34 +254,6 @@ impl SimulatedCell {
             rounded,
         });
         self.bodies.push(body);
-    }
-
-    fn checked_pose(
-        &self,
-        model: &Model,
-        container_from_item: &Isometry3<f64>,
-    ) -> Result<Isometry3<f64>, PhysicsError> {
-        let refused = |reason| PhysicsError::Pose {
-            model: model.name.clone(),
-            reason,
-        };
-        let rotation = container_from_item.rotation.into_inner();
-        let translation = container_from_item.translation.vector;
-        let mut values = rotation.coords.iter().chain(translation.iter());
-        if !values.all(|value| value.is_finite()) {
-            return Err(refused("not finite"));
-        }
-        if (rotation.norm() - 1.0).abs() > 1e-3 {
-            return Err(refused("not rigid: its rotation is no unit quaternion"));
-        }
-        let size = self.settings.container;
-        let farthest = Vector3::new(size.x_m, size.y_m, size.z_m).add_scalar(MAX_DISTANCE_M);
-        let mut limits = translation.iter().zip(farthest.iter());
-        if !limits.all(|(value, limit)| (-MAX_DISTANCE_M..=*limit).contains(value)) {
-            return Err(refused("more than 10 m away from the container"));
-        }
-        let rotation = UnitQuaternion::new_normalize(rotation);
-        Ok(Isometry3::from_parts(translation.into(), rotation))
     }
 
     /// The planned pose, raised by the release height and displaced by the jitter.
@@ -426,4 +399,33 @@ impl SimulatedCell {
             simulated_s: phase.steps as f64 * self.settings.solver.timestep_s,
         }
     }
+}
+
+/// A pose of a model in a container, made exactly rigid; an error where it is not finite, not rigid or far away.
+pub(crate) fn checked_pose(
+    container: ContainerSize,
+    model: &Model,
+    container_from_item: &Isometry3<f64>,
+) -> Result<Isometry3<f64>, PhysicsError> {
+    let refused = |reason| PhysicsError::Pose {
+        model: model.name.clone(),
+        reason,
+    };
+    let rotation = container_from_item.rotation.into_inner();
+    let translation = container_from_item.translation.vector;
+    let mut values = rotation.coords.iter().chain(translation.iter());
+    if !values.all(|value| value.is_finite()) {
+        return Err(refused("not finite"));
+    }
+    if (rotation.norm() - 1.0).abs() > 1e-3 {
+        return Err(refused("not rigid: its rotation is no unit quaternion"));
+    }
+    let farthest =
+        Vector3::new(container.x_m, container.y_m, container.z_m).add_scalar(MAX_DISTANCE_M);
+    let mut limits = translation.iter().zip(farthest.iter());
+    if !limits.all(|(value, limit)| (-MAX_DISTANCE_M..=*limit).contains(value)) {
+        return Err(refused("more than 10 m away from the container"));
+    }
+    let rotation = UnitQuaternion::new_normalize(rotation);
+    Ok(Isometry3::from_parts(translation.into(), rotation))
 }

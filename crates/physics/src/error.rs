@@ -34,6 +34,9 @@ pub enum PhysicsError {
         /// The inner sides of the cell's container, in metres.
         cell_m: [f64; 3],
     },
+    /// The threads of the simulated check cannot be had.
+    #[error("the threads that try placements cannot be had: {0}")]
+    Threads(String),
     /// A surface or a heightmap could not be made.
     #[error(transparent)]
     Heightmap(#[from] HeightmapError),

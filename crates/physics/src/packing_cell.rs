@@ -1,18 +1,23 @@
 //! The simulated cell as the cell of a packing episode.
 
 use std::collections::BTreeMap;
+use std::iter::once;
 use std::sync::Arc;
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_catalogue::object::Model;
+use ppnpack_catalogue::object::{CatalogueObject, Model};
+use ppnpack_numbers::gaussian;
 use ppnpack_packing::check::Evidence;
+use ppnpack_packing::content::LyingSolid;
 use ppnpack_packing::episode::PackingCell;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::ShapeId;
 use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_packing::plan::{Candidate, StageError};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::cell::SimulatedCell;
@@ -41,14 +46,42 @@ pub enum Sampling {
     Middle,
 }
 
-/// A simulated cell that packs the objects of a catalogue.
+/// A simulated cell that packs the objects of a catalogue. What lies in it is posed by its own frame, in whichever of its
+/// resting poses it was placed.
 pub struct SimulatedPackingCell {
     cell: SimulatedCell,
     grid: Grid,
+    /// Of objects, by their shapes in all of their poses.
     models: BTreeMap<ShapeId, Arc<Model>>,
     /// By the numbers of their bodies.
     placed: Vec<Placed>,
     sampling: Sampling,
+    pose_error: PoseError,
+    random: ChaCha8Rng,
+}
+
+/// How well the poses of what lies in the cell are known: standard deviations.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PoseError {
+    /// Of the position, per axis, in metres.
+    pub position_m: f64,
+    /// Of the rotation, per axis, in radians.
+    pub rotation_rad: f64,
+}
+
+impl PoseError {
+    /// A pose as it is known.
+    fn disturb(self, pose: &Isometry3<f64>, random: &mut ChaCha8Rng) -> Isometry3<f64> {
+        if self == Self::default() {
+            return *pose;
+        }
+        let mut normal = || gaussian(random.random(), random.random());
+        let mut vector = |deviation: f64| Vector3::from_fn(|_, _| deviation * normal());
+        let moved = Translation3::from(pose.translation.vector + vector(self.position_m));
+        let turned = UnitQuaternion::from_scaled_axis(vector(self.rotation_rad));
+        Isometry3::from_parts(moved, turned * pose.rotation)
+    }
 }
 
 impl SimulatedPackingCell {
@@ -64,14 +97,21 @@ impl SimulatedPackingCell {
     ) -> Result<Self, PhysicsError> {
         let objects = catalogue.objects.iter();
         Ok(Self {
+            random: ChaCha8Rng::seed_from_u64(settings.seed),
+            pose_error: PoseError::default(),
             cell: SimulatedCell::new(settings)?,
             grid: grid.clone(),
-            models: objects
-                .map(|object| (object.item.shape(), object.model.clone()))
-                .collect(),
+            models: objects.flat_map(by_shape).collect(),
             placed: Vec::new(),
             sampling,
         })
+    }
+
+    /// The scenes that it gives know the poses of its content only so well.
+    #[must_use]
+    pub fn with_pose_error(mut self, pose_error: PoseError) -> Self {
+        self.pose_error = pose_error;
+        self
     }
 
     /// What was placed so far, in order.
@@ -105,27 +145,45 @@ impl SimulatedPackingCell {
         Ok(self.cell.try_place(&model, &container_from_item)?)
     }
 
+    /// The model that is placed, and where its frame shall be.
     fn planned(
         &self,
         candidate: &Candidate,
         resting: &RestingPlacement,
     ) -> Result<(Arc<Model>, Isometry3<f64>), StageError> {
-        let model = self.models.get(&candidate.item.shape());
-        let pose = candidate.item.container_from_item(&self.grid, resting);
-        model.cloned().zip(pose).ok_or_else(|| {
+        let frame = candidate.item.container_from_item(&self.grid, resting);
+        let planned = match self.models.get(&candidate.item.shape()) {
+            Some(own) => frame.map(|frame| (Arc::clone(own), candidate.lying.own_frame(&frame))),
+            None => candidate.model.clone().zip(frame),
+        };
+        planned.ok_or_else(|| {
             let name = candidate.item.name();
             format!("item {name} is not in the catalogue of the simulated cell").into()
         })
     }
 }
 
+/// The model of an object, by the shapes of all of its poses.
+fn by_shape(object: &CatalogueObject) -> impl Iterator<Item = (ShapeId, Arc<Model>)> {
+    let further = object.poses.iter().map(|posed| posed.item.shape());
+    let shapes = once(object.item.shape()).chain(further);
+    shapes.map(move |shape| (shape, Arc::clone(&object.model)))
+}
+
 impl PackingCell for SimulatedPackingCell {
     fn scan(&mut self) -> Result<Scene, StageError> {
         let surface = self.cell.scan_surface(&self.grid)?;
-        Ok(match self.sampling {
+        let scene = match self.sampling {
             Sampling::Greatest => Scene::from_surface(&self.grid, surface)?,
             Sampling::Middle => Scene::from_surface_at_middles(&self.grid, surface)?,
-        })
+        };
+        let known = self.cell.contents().into_iter().map(|body| LyingSolid {
+            container_from_item: self
+                .pose_error
+                .disturb(&body.container_from_item, &mut self.random),
+            model: body.model,
+        });
+        Ok(scene.with_content(known.collect()))
     }
 
     fn place(

@@ -79,17 +79,26 @@ impl World {
             ccd_solver: CCDSolver::new(),
             pipeline: Pipeline(PhysicsPipeline::new()),
         };
-        for Bounds { lowest, highest } in crate::container::boxes(settings) {
-            let half = (highest - lowest) * 0.5;
-            let [x, y, z] = [half.x, half.y, half.z].map(engine_length);
-            let collider = ColliderBuilder::cuboid(x, y, z)
-                .translation(engine_vector(&nalgebra::center(&lowest, &highest).coords))
-                .friction(world.contact.wall_friction as f32)
-                .friction_combine_rule(combine(world.contact.friction_combine))
-                .restitution(world.contact.restitution as f32);
-            world.colliders.insert(collider);
+        for bounds in crate::container::boxes(settings) {
+            world.insert_box(&bounds, settings.contact.wall_friction);
         }
         world
+    }
+
+    /// Adds a box that nothing moves, with the friction of items.
+    pub(crate) fn insert_terrain(&mut self, bounds: &Bounds) {
+        self.insert_box(bounds, self.contact.item_friction);
+    }
+
+    fn insert_box(&mut self, Bounds { lowest, highest }: &Bounds, friction: f64) {
+        let half = (highest - lowest) * 0.5;
+        let [x, y, z] = [half.x, half.y, half.z].map(engine_length);
+        let collider = ColliderBuilder::cuboid(x, y, z)
+            .translation(engine_vector(&nalgebra::center(lowest, highest).coords))
+            .friction(friction as f32)
+            .friction_combine_rule(combine(self.contact.friction_combine))
+            .restitution(self.contact.restitution as f32);
+        self.colliders.insert(collider);
     }
 
     /// Adds a body at rest.
@@ -98,7 +107,25 @@ impl World {
         template: &BodyTemplate,
         container_from_item: &Isometry3<f64>,
     ) -> RigidBodyHandle {
-        let mut body: RigidBody = RigidBodyBuilder::dynamic()
+        self.insert_as(RigidBodyBuilder::dynamic(), template, container_from_item)
+    }
+
+    /// Adds a body that nothing moves.
+    pub(crate) fn insert_fixed(
+        &mut self,
+        template: &BodyTemplate,
+        container_from_item: &Isometry3<f64>,
+    ) -> RigidBodyHandle {
+        self.insert_as(RigidBodyBuilder::fixed(), template, container_from_item)
+    }
+
+    fn insert_as(
+        &mut self,
+        body: RigidBodyBuilder,
+        template: &BodyTemplate,
+        container_from_item: &Isometry3<f64>,
+    ) -> RigidBodyHandle {
+        let mut body: RigidBody = body
             .pose(engine_pose(container_from_item))
             .additional_mass_properties(template.mass)
             .build();
@@ -160,9 +187,10 @@ impl World {
         );
     }
 
-    /// Whether no body is awake, so that further steps change nothing.
+    /// Whether no body is awake, so that further steps change nothing. Those that nothing moves neither sleep nor wake.
     pub(crate) fn is_asleep(&self) -> bool {
-        self.bodies.iter().all(|(_, body)| body.is_sleeping())
+        let mut bodies = self.bodies.iter();
+        bodies.all(|(_, body)| body.is_sleeping() || body.is_fixed())
     }
 
     /// Where a body is.

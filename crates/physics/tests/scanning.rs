@@ -7,11 +7,21 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use common::{at, cuboid, turned};
+use nalgebra::{Isometry3, Vector3};
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_packing::candidate::Candidate;
+use ppnpack_packing::check::Evidence;
+use ppnpack_packing::episode::PackingCell;
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
-use ppnpack_packing::heightmap::Surface;
+use ppnpack_packing::heightmap::{Scene, Surface};
+use ppnpack_packing::item::{Item, ViewSurfaces};
+use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::error::PhysicsError;
+use ppnpack_physics::packing_cell::{PoseError, Sampling, SimulatedPackingCell};
 use ppnpack_physics::settings::CellSettings;
 
 fn reference() -> SimulatedCell {
@@ -118,4 +128,118 @@ fn what_lies_on_the_rim_is_seen_within_the_walls_only() {
             .iter()
             .all(|height_m| (0.31..0.33).contains(height_m))
     );
+}
+
+const POSE_ERROR: PoseError = PoseError {
+    position_m: 0.003,
+    rotation_rad: 0.02,
+};
+
+/// A cell with three cubes, of whose poses its scans know only so much.
+fn cell_of_cubes(seed: u64, pose_error: PoseError) -> SimulatedPackingCell {
+    let grid = Grid::reference();
+    let view = ViewSurfaces {
+        origin_from_corner_m: Vector3::repeat(0.02),
+        ..ViewSurfaces::of_cells(4, 4, vec![20; 16], vec![0; 16])
+    };
+    let item = Arc::new(Item::new("cube", vec![view; 4], 0.0).unwrap());
+    let model = cuboid([0.04; 3]);
+    let settings = CellSettings {
+        seed,
+        ..CellSettings::default()
+    };
+    let catalogue = Catalogue {
+        objects: Vec::new(),
+        resolution: Resolution::reference(),
+    };
+    let cell = SimulatedPackingCell::new(settings, &grid, &catalogue, Sampling::Greatest);
+    let mut cell = cell.unwrap().with_pose_error(pose_error);
+    for (arrival, x) in [4, 12, 20].into_iter().enumerate() {
+        let cube = Candidate::new(arrival, Arc::clone(&item)).with_model(Arc::clone(&model));
+        let resting = RestingPlacement {
+            placement: Placement { yaw: 0, x, y: 10 },
+            resting_height: 0,
+        };
+        cell.place(&cube, &resting, &Evidence::default()).unwrap();
+    }
+    cell
+}
+
+/// The poses of the content as a scene tells them.
+fn told(scene: &Scene) -> Vec<Isometry3<f64>> {
+    let content = scene.content().unwrap().solids().iter();
+    content.map(|solid| solid.container_from_item).collect()
+}
+
+fn real(cell: &SimulatedPackingCell) -> Vec<Isometry3<f64>> {
+    let contents = cell.contents().into_iter();
+    contents.map(|(_, body)| body.container_from_item).collect()
+}
+
+#[test]
+fn a_scan_tells_what_lies_there_and_where() {
+    let mut cell = cell_of_cubes(0, PoseError::default());
+    let scene = cell.scan().unwrap();
+    assert_eq!(told(&scene).len(), 3);
+    assert_eq!(told(&scene), real(&cell));
+    let solids = scene.content().unwrap().solids().iter();
+    for (solid, (_, body)) in solids.zip(cell.contents()) {
+        assert!(Arc::ptr_eq(&solid.model, &body.model));
+    }
+}
+
+#[test]
+fn poses_that_are_not_quite_known_are_told_with_their_error() {
+    let exact = cell_of_cubes(3, PoseError::default()).scan().unwrap();
+    let mut cell = cell_of_cubes(3, POSE_ERROR);
+    for _ in 0..20 {
+        let scene = cell.scan().unwrap();
+        for (told, real) in told(&scene).iter().zip(real(&cell)) {
+            assert_ne!(*told, real);
+            // The errors are normal: 6 deviations along an axis are as good as never exceeded.
+            let moved = told.translation.vector - real.translation.vector;
+            assert!(moved.amax() < 6.0 * POSE_ERROR.position_m, "{moved}");
+            let turned = (told.rotation * real.rotation.inverse()).scaled_axis();
+            assert!(turned.amax() < 6.0 * POSE_ERROR.rotation_rad, "{turned}");
+        }
+        // What is seen from above is seen as it is.
+        assert_eq!(scene.surface(), exact.surface());
+        assert_eq!(scene.heightmap(), exact.heightmap());
+    }
+}
+
+#[test]
+fn the_errors_of_poses_are_of_the_kind_that_was_asked_for() {
+    let position = PoseError {
+        rotation_rad: 0.0,
+        ..POSE_ERROR
+    };
+    let rotation = PoseError {
+        position_m: 0.0,
+        ..POSE_ERROR
+    };
+    let mut cell = cell_of_cubes(3, position);
+    let moved = told(&cell.scan().unwrap());
+    for (told, real) in moved.iter().zip(real(&cell)) {
+        assert!(told.rotation.angle_to(&real.rotation) < 1e-9);
+        assert_ne!(told.translation, real.translation);
+    }
+    let mut cell = cell_of_cubes(3, rotation);
+    let turned = told(&cell.scan().unwrap());
+    for (told, real) in turned.iter().zip(real(&cell)) {
+        assert_eq!(told.translation, real.translation);
+        assert!(told.rotation.angle_to(&real.rotation) > 1e-6);
+    }
+}
+
+#[test]
+fn the_errors_of_poses_follow_from_the_seed() {
+    let scans = |seed: u64| {
+        let mut cell = cell_of_cubes(seed, POSE_ERROR);
+        [(); 2].map(|()| told(&cell.scan().unwrap()))
+    };
+    let expected = scans(7);
+    assert_eq!(scans(7), expected);
+    assert_ne!(scans(8), expected);
+    assert_ne!(expected[0], expected[1], "each scan errs anew");
 }

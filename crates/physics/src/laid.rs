@@ -1,0 +1,78 @@
+//! What lies in a twin, and which tries a change of it touches.
+
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Vector3};
+use ppnpack_catalogue::mesh::Bounds;
+
+use crate::body::BodyTemplate;
+
+/// What lies in a twin.
+#[derive(Clone, Default)]
+pub(crate) struct Laid {
+    /// What is known of it, as bodies.
+    pub(crate) bodies: Vec<Lying>,
+    /// What nothing moves beside the container.
+    pub(crate) terrain: Vec<Bounds>,
+}
+
+/// A body at rest.
+#[derive(Clone)]
+pub(crate) struct Lying {
+    pub(crate) template: Arc<BodyTemplate>,
+    pub(crate) container_from_item: Isometry3<f64>,
+    pub(crate) bounds: Bounds,
+}
+
+impl Laid {
+    /// The boxes around all that is only here or only there: what was added, moved or taken out. Bodies that are in both are
+    /// looked for in their order.
+    pub(crate) fn difference(&self, other: &Self) -> Vec<Bounds> {
+        let mut later = other.bodies.iter().peekable();
+        let mut different = Vec::new();
+        for lying in &self.bodies {
+            if later.next_if(|next| next.is_same(lying)).is_none() {
+                different.push(lying.bounds);
+                // It may have moved; then neither place is as it was.
+                let moved = later.next_if(|next| Arc::ptr_eq(&next.template, &lying.template));
+                different.extend(moved.map(|next| next.bounds));
+            }
+        }
+        different.extend(later.map(|lying| lying.bounds));
+        if self.terrain != other.terrain {
+            different.extend(self.terrain.iter().chain(&other.terrain));
+        }
+        different
+    }
+
+    /// The bodies that an item at a place may touch, within a reach in metres.
+    pub(crate) fn movable(&self, place: &Bounds, reach_m: f64) -> Vec<bool> {
+        let bodies = self.bodies.iter();
+        bodies
+            .map(|lying| are_near(&lying.bounds, place, reach_m))
+            .collect()
+    }
+
+    /// Whether what becomes of an item at a place has nothing to do with what is in some boxes: none of them is near it, nor
+    /// near a body that it may touch.
+    pub(crate) fn is_beyond_reach(&self, place: &Bounds, boxes: &[Bounds], reach_m: f64) -> bool {
+        let is_reached = |from: &Bounds| boxes.iter().any(|other| are_near(other, from, reach_m));
+        let bodies = self.bodies.iter().map(|lying| &lying.bounds);
+        let mut touched = bodies.filter(|bounds| are_near(bounds, place, reach_m));
+        !is_reached(place) && !touched.any(is_reached)
+    }
+}
+
+impl Lying {
+    fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.template, &other.template)
+            && self.container_from_item == other.container_from_item
+    }
+}
+
+/// Whether two boxes are within a reach of each other along every axis, in metres.
+pub(crate) fn are_near(one: &Bounds, other: &Bounds, reach_m: f64) -> bool {
+    let reach = Vector3::repeat(reach_m);
+    let (low, high) = (other.lowest - reach, other.highest + reach);
+    (0..3).all(|axis| one.highest[axis] >= low[axis] && one.lowest[axis] <= high[axis])
+}

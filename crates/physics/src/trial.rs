@@ -1,0 +1,392 @@
+//! The simulated check: a placement is tried in the twin of the cell before it is made.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use nalgebra::Isometry3;
+use ppnpack_catalogue::mesh::Bounds;
+use ppnpack_catalogue::seen::SeenSolids;
+use ppnpack_packing::candidate::Candidate;
+use ppnpack_packing::check::{BoxedCheck, Cost, Evidence, LastResort, ValidityCheck, Verdict};
+use ppnpack_packing::content::Content;
+use ppnpack_packing::item::ShapeId;
+use ppnpack_packing::placement::RestingPlacement;
+use ppnpack_packing::refusal::{Cause, Refusal};
+use ppnpack_packing::step::{StageResult, StepInput};
+use ppnpack_packing::trial::{Settling, TrialLimits, TrialSettings};
+use rayon::prelude::*;
+
+use crate::error::PhysicsError;
+use crate::twin::{Solid, Twin, TwinSettings};
+
+/// So many tries are kept from one step to the next at most.
+const TRIES_KEPT: usize = 10_000;
+
+/// Of a try with what was seen of the item.
+const SEEN_ITEM: &str =
+    "the item was tried with the shape that was seen of it, as its solid is not known";
+
+/// Of an item that was not tried.
+const UNTRIED_ITEM: &str = "the item was not tried, as what was seen of it makes no solid";
+
+/// Of a try among items of which no more is known than what was seen.
+const SEEN_CONTENT: &str =
+    "items in the container took part with the shapes that were seen of them";
+
+/// Of a try where not all that lies in the container is known.
+const PARTIAL_CONTENT: &str =
+    "the item was tried among the known ones in the container, and on the heightmap of the others";
+
+/// Accepts placements whose item stays where it is placed, as the twin of the cell tells.
+///
+/// An item whose solid is not known takes part with the shape that was seen; what lies in the container and has no known
+/// shape is as high as the heightmap shows it. The evidence says so. Where nothing is known of the content, placements
+/// are accepted without evidence.
+///
+/// Its answers are the same with any number of threads, and whatever was tried in earlier steps.
+pub struct TrialCheck {
+    settings: TrialSettings,
+    twin: Twin,
+    /// Of items whose own solids are not known.
+    seen: SeenSolids,
+    /// What this step lacks of the container's content.
+    lacks: Vec<&'static str>,
+    /// Spreads the tries of a step; without one they are made one after another.
+    pool: Option<Arc<rayon::ThreadPool>>,
+    /// Tries of this step, and those of earlier steps that would not go otherwise now.
+    known: HashMap<Place, Tried>,
+    /// Of this step.
+    refused: Vec<(Place, Settling)>,
+    /// By arrival: tries of this step that counted.
+    tries: HashMap<usize, usize>,
+}
+
+/// The check of a method that tries placements, in a twin, on the threads of a pool; `None` of one that does not.
+///
+/// # Errors
+/// [`PhysicsError::Setting`] where a setting is impossible.
+pub fn check(
+    settings: TrialSettings,
+    twin: TwinSettings,
+    pool: Option<Arc<rayon::ThreadPool>>,
+) -> Result<Option<BoxedCheck>, PhysicsError> {
+    if !settings.is_on() {
+        return Ok(None);
+    }
+    let check = TrialCheck::new(settings, twin)?;
+    Ok(Some(Box::new(TrialCheck { pool, ..check })))
+}
+
+/// Threads for the tries of a step; none are needed for one at a time.
+///
+/// # Errors
+/// [`PhysicsError::Threads`] where they cannot be had.
+pub fn pool(threads: usize) -> Result<Option<Arc<rayon::ThreadPool>>, PhysicsError> {
+    if threads < 2 {
+        return Ok(None);
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|error| PhysicsError::Threads(error.to_string()))?;
+    Ok(Some(Arc::new(pool)))
+}
+
+/// An item at a place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct Place {
+    arrival: usize,
+    shape: ShapeId,
+    /// Whether no more is known of the item than the shape that was seen.
+    is_seen: bool,
+    resting: RestingPlacement,
+}
+
+impl TrialCheck {
+    /// A check by these settings, in the twin of a cell.
+    ///
+    /// # Errors
+    /// [`PhysicsError::Setting`] where a setting is impossible.
+    pub fn new(settings: TrialSettings, twin: TwinSettings) -> Result<Self, PhysicsError> {
+        settings.validate()?;
+        Ok(Self {
+            settings,
+            twin: Twin::new(twin)?,
+            seen: SeenSolids::default(),
+            lacks: Vec::new(),
+            pool: None,
+            known: HashMap::new(),
+            refused: Vec::new(),
+            tries: HashMap::new(),
+        })
+    }
+
+    /// How many placements of this step it was asked about that it did not refuse unasked.
+    pub fn tries(&self) -> usize {
+        self.tries.values().sum()
+    }
+
+    /// What was refused close to a placement, of the same item and yaw.
+    fn refused_near(&self, input: &StepInput<'_>, place: &Place) -> Option<Settling> {
+        let mut refused = self.refused.iter();
+        let near = refused.find(|(other, _)| self.is_near(input, place, other));
+        near.map(|(_, settling)| *settling)
+    }
+
+    /// What was refused last of the same item.
+    fn refused_last(&self, place: &Place) -> Option<Settling> {
+        let mut refused = self.refused.iter().rev();
+        let last = refused.find(|(other, _)| other.arrival == place.arrival);
+        last.map(|(_, settling)| *settling)
+    }
+
+    /// Refuses a placement as it, or one like it, goes beyond the limits.
+    fn refusal(&self, like: Option<Settling>) -> Verdict {
+        let why = like.and_then(|settling| settling.beyond(&self.settings.limits));
+        let because = |why| Refusal::because(Cause::Unsteady, why);
+        Verdict::Refused(why.map_or(Cause::Unsteady.into(), because))
+    }
+
+    fn is_near(&self, input: &StepInput<'_>, place: &Place, other: &Place) -> bool {
+        let (at, near) = (place.resting.placement, other.resting.placement);
+        let is_same =
+            place.arrival == other.arrival && place.shape == other.shape && at.yaw == near.yaw;
+        let cell_m = input.grid.resolution().cell_m();
+        let apart_m = |a: usize, b: usize| a.abs_diff(b) as f64 * cell_m;
+        let (x_m, y_m) = (apart_m(at.x, near.x), apart_m(at.y, near.y));
+        is_same && x_m.max(y_m) <= self.settings.neighbour_m + 1e-9
+    }
+
+    /// Takes over what lies in the container.
+    fn lay_down(&mut self, input: &StepInput<'_>, content: &Content) -> Result<(), PhysicsError> {
+        let is_all = self.twin.lay_down_what_can_be(content.solids());
+        if content.has_seen() {
+            self.lacks.push(SEEN_CONTENT);
+        }
+        if content.is_partial() || !is_all {
+            self.lacks.push(PARTIAL_CONTENT);
+            self.twin.fill_up(input.grid, input.scene)?;
+        }
+        Ok(())
+    }
+
+    /// A candidate as it can be tried at a place; `None` where it cannot.
+    fn solid_at(
+        &mut self,
+        input: &StepInput<'_>,
+        candidate: &Candidate,
+        resting: &RestingPlacement,
+    ) -> Result<Option<(Solid, Isometry3<f64>)>, PhysicsError> {
+        let Some(pose) = candidate.item.container_from_item(input.grid, resting) else {
+            return Ok(None);
+        };
+        match &candidate.model {
+            Some(model) => Ok(Some((self.twin.solid(model)?, pose))),
+            None => Ok(self.seen_at(input, candidate, pose)),
+        }
+    }
+
+    /// As [`Self::solid_at`], with what was seen of the candidate.
+    fn seen_at(
+        &mut self,
+        input: &StepInput<'_>,
+        candidate: &Candidate,
+        pose: Isometry3<f64>,
+    ) -> Option<(Solid, Isometry3<f64>)> {
+        let model = self.seen.of(&candidate.item, input.grid.resolution())?;
+        let solid = self.twin.solid(&model).ok()?;
+        self.twin.can_try(&solid, &pose).then_some((solid, pose))
+    }
+
+    fn evidence(&self, place: &Place, settling: Settling) -> Evidence {
+        let item = place.is_seen.then_some(SEEN_ITEM);
+        let degraded = item.iter().chain(&self.lacks);
+        Evidence {
+            settling: Some(settling),
+            degraded: degraded.map(|reason| (*reason).to_owned()).collect(),
+            ..Evidence::default()
+        }
+    }
+
+    /// Forgets the tries that may go otherwise now, as something is not as it was, and those of items that are gone.
+    fn forget(&mut self, input: &StepInput<'_>, changed: &[Bounds]) {
+        let twin = &self.twin;
+        let waits = |place: &Place| {
+            let mut candidates = input.candidates.iter();
+            candidates.any(|held| (held.arrival, held.item.shape()) == (place.arrival, place.shape))
+        };
+        self.known.retain(|place, tried| {
+            waits(place) && twin.is_beyond_reach(&tried.solid, &tried.container_from_item, changed)
+        });
+        if self.known.len() > TRIES_KEPT {
+            self.known.clear();
+        }
+    }
+
+    fn settling(
+        &mut self,
+        input: &StepInput<'_>,
+        candidate: &Candidate,
+        place: &Place,
+    ) -> Result<Option<Settling>, PhysicsError> {
+        if let Some(tried) = self.known.get(place) {
+            return Ok(Some(tried.settling));
+        }
+        let Some((solid, pose)) = self.solid_at(input, candidate, &place.resting)? else {
+            return Ok(None);
+        };
+        let tried = Tried::now(&self.twin, solid, pose, &self.settings.limits)?;
+        let settling = tried.settling;
+        self.known.insert(*place, tried);
+        Ok(Some(settling))
+    }
+}
+
+/// What became of a solid at a place.
+struct Tried {
+    solid: Solid,
+    container_from_item: Isometry3<f64>,
+    settling: Settling,
+}
+
+impl Tried {
+    fn now(
+        twin: &Twin,
+        solid: Solid,
+        container_from_item: Isometry3<f64>,
+        limits: &TrialLimits,
+    ) -> Result<Self, PhysicsError> {
+        let settling = twin.try_placement(&solid, &container_from_item, limits)?;
+        Ok(Self {
+            solid,
+            container_from_item,
+            settling,
+        })
+    }
+}
+
+impl Place {
+    fn of(candidate: &Candidate, resting: &RestingPlacement) -> Self {
+        Self {
+            arrival: candidate.arrival,
+            shape: candidate.item.shape(),
+            is_seen: candidate.model.is_none(),
+            resting: *resting,
+        }
+    }
+}
+
+impl ValidityCheck for TrialCheck {
+    fn cost(&self) -> Cost {
+        Cost::Simulation
+    }
+
+    fn begin(&mut self, input: &StepInput<'_>) -> StageResult {
+        self.refused.clear();
+        self.tries.clear();
+        self.lacks.clear();
+        let Some(content) = input.scene.content() else {
+            self.known.clear();
+            return Ok(());
+        };
+        let before = self.twin.laid().clone();
+        self.lay_down(input, content)?;
+        let changed = before.difference(self.twin.laid());
+        self.forget(input, &changed);
+        Ok(())
+    }
+
+    fn judge(
+        &mut self,
+        input: &StepInput<'_>,
+        candidate: &Candidate,
+        resting: &RestingPlacement,
+    ) -> StageResult<Verdict> {
+        if input.scene.content().is_none() {
+            return Ok(Verdict::Accepted(Evidence::default()));
+        }
+        let place = Place::of(candidate, resting);
+        if let Some(near) = self.refused_near(input, &place) {
+            return Ok(self.refusal(Some(near)));
+        }
+        if self.is_done_with(candidate) {
+            return Ok(self.refusal(self.refused_last(&place)));
+        }
+        let Some(settling) = self.settling(input, candidate, &place)? else {
+            return Ok(Verdict::Accepted(Evidence {
+                degraded: vec![UNTRIED_ITEM.to_owned()],
+                ..Evidence::default()
+            }));
+        };
+        *self.tries.entry(place.arrival).or_default() += 1;
+        if settling.beyond(&self.settings.limits).is_some() {
+            self.refused.push((place, settling));
+            return Ok(self.refusal(Some(settling)));
+        }
+        Ok(Verdict::Accepted(self.evidence(&place, settling)))
+    }
+
+    fn foresight(&self) -> usize {
+        let threads = self.pool.as_ref().map(|pool| pool.current_num_threads());
+        threads.unwrap_or(1)
+    }
+
+    fn foresee(
+        &mut self,
+        input: &StepInput<'_>,
+        next: &[(&Candidate, RestingPlacement)],
+    ) -> StageResult {
+        let (Some(pool), Some(_)) = (self.pool.clone(), input.scene.content()) else {
+            return Ok(());
+        };
+        let mut tries: Vec<(Place, Solid, Isometry3<f64>)> = Vec::new();
+        for (candidate, resting) in next {
+            let place = Place::of(candidate, resting);
+            let mut others = tries.iter();
+            let is_covered = self.is_done_with(candidate)
+                || self.refused_near(input, &place).is_some()
+                || others.any(|(other, ..)| self.is_near(input, &place, other));
+            if is_covered || self.known.contains_key(&place) {
+                continue;
+            }
+            // What cannot be tried is said where it is asked about.
+            if let Ok(Some((solid, pose))) = self.solid_at(input, candidate, resting) {
+                tries.push((place, solid, pose));
+            }
+        }
+        let (twin, limits) = (&self.twin, &self.settings.limits);
+        let tried = |(place, solid, pose): (Place, Solid, Isometry3<f64>)| {
+            let tried = Tried::now(twin, solid, pose, limits);
+            tried.ok().map(|tried| (place, tried))
+        };
+        let tried: Vec<_> = pool.install(|| tries.into_par_iter().filter_map(tried).collect());
+        self.known.extend(tried);
+        Ok(())
+    }
+
+    fn is_done_with(&self, candidate: &Candidate) -> bool {
+        let tries = self.tries.get(&candidate.arrival).copied().unwrap_or(0);
+        tries >= self.settings.tries_per_item
+    }
+
+    fn last_resort(&self) -> Option<LastResort> {
+        if !self.settings.last_resort {
+            return None;
+        }
+        let limits = &self.settings.limits;
+        let severity = |(_, settling): &&(Place, Settling)| match settling.is_still {
+            true => settling.severity(limits),
+            false => f64::INFINITY,
+        };
+        let least = self
+            .refused
+            .iter()
+            .min_by(|a, b| severity(a).total_cmp(&severity(b)));
+        least.map(|(place, settling)| LastResort {
+            arrival: place.arrival,
+            shape: place.shape,
+            resting: place.resting,
+            evidence: self.evidence(place, *settling),
+            reason: "no placement that was tried stays within the limits; the best of them is made"
+                .to_owned(),
+        })
+    }
+}

@@ -1,0 +1,408 @@
+//! The twin of a cell: what is known to lie there, in which placements are tried.
+//!
+//! A try simulates only what it can touch. The item is let go as a robot would let it go, among the bodies near its place:
+//! those that it may touch move with it, those around them are fixed, and the rest of the content is left out. So a try costs
+//! the same in a full container as in a half-empty one.
+//!
+//! Where not all that lies there is known, the rest is as the heightmap shows it, and nothing moves it.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use ppnpack_catalogue::mesh::Bounds;
+use ppnpack_catalogue::object::Model;
+use ppnpack_numbers::{SettingError, within};
+use ppnpack_packing::content::LyingSolid;
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::trial::{Settling, TrialLimits};
+use rapier3d::dynamics::RigidBodyHandle;
+use serde::{Deserialize, Serialize};
+
+use crate::body::{BodyTemplate, Templates};
+use crate::cell::checked_pose;
+use crate::error::PhysicsError;
+use crate::laid::{Laid, Lying, are_near};
+use crate::outcome::tilt_rad;
+use crate::settings::CellSettings;
+use crate::terrain;
+use crate::world::World;
+
+/// How a try is simulated. A rough try, in coarse steps of time, refuses most of what would not stay; what passes it is tried
+/// once more in the cell's own steps, under a disturbance.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TwinSettings {
+    /// The cell that is copied; its settling time is the longest that a try lasts.
+    pub cell: CellSettings,
+    /// How the rough try is simulated.
+    pub rough: RoughSettings,
+    /// How the second try differs from the plan: the real cell is not quite the twin.
+    pub disturbance: Disturbance,
+    /// Bodies this close to the item's place move in a try, in metres.
+    pub reach_m: f64,
+    /// An item that is slower than this counts as at rest when the time is over, in m/s.
+    pub still_speed_m_s: f64,
+}
+
+/// How the rough try is simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RoughSettings {
+    /// Time per step, in seconds.
+    pub timestep_s: f64,
+    /// Substeps per step.
+    pub substeps: usize,
+    /// The longest that it lasts, in seconds of simulated time.
+    pub settle_time_s: f64,
+}
+
+/// How a try differs from the plan.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Disturbance {
+    /// Factor of all friction coefficients.
+    pub friction: f64,
+    /// How far from its place the item is let go, along x and along y, in metres.
+    pub shift_m: f64,
+    /// By how much it is turned about the vertical, in radians.
+    pub yaw_rad: f64,
+}
+
+impl Default for RoughSettings {
+    fn default() -> Self {
+        Self {
+            timestep_s: 1.0 / 240.0,
+            substeps: 2,
+            settle_time_s: 0.5,
+        }
+    }
+}
+
+impl Default for Disturbance {
+    fn default() -> Self {
+        Self {
+            friction: 0.85,
+            shift_m: 0.001,
+            yaw_rad: 0.5_f64.to_radians(),
+        }
+    }
+}
+
+impl Default for TwinSettings {
+    fn default() -> Self {
+        Self::of(&CellSettings::robot())
+    }
+}
+
+impl TwinSettings {
+    /// The twin of a cell. A try lasts a second at most, and the robot makes no errors in it but the disturbance.
+    pub fn of(cell: &CellSettings) -> Self {
+        let mut cell = cell.clone();
+        cell.settle_time_s = cell.settle_time_s.min(1.0);
+        cell.release.jitter_m = 0.0;
+        cell.release.jitter_yaw_rad = 0.0;
+        Self {
+            cell,
+            rough: RoughSettings::default(),
+            disturbance: Disturbance::default(),
+            reach_m: 0.01,
+            still_speed_m_s: 0.05,
+        }
+    }
+
+    /// The cell of rough tries.
+    fn rough_cell(&self) -> CellSettings {
+        let mut cell = self.cell.clone();
+        cell.solver.timestep_s = self.rough.timestep_s;
+        cell.solver.substeps = self.rough.substeps;
+        cell.settle_time_s = self.rough.settle_time_s;
+        cell
+    }
+
+    /// The cell of disturbed tries.
+    fn disturbed_cell(&self) -> CellSettings {
+        let mut cell = self.cell.clone();
+        cell.contact.item_friction *= self.disturbance.friction;
+        cell.contact.wall_friction *= self.disturbance.friction;
+        cell
+    }
+
+    /// Checks that every number is possible.
+    ///
+    /// # Errors
+    /// [`SettingError`] names the first that is not.
+    pub fn validate(&self) -> Result<(), SettingError> {
+        self.cell.validate()?;
+        self.rough_cell().validate()?;
+        let factor = within("between 0.1 and 10", 0.1..=10.0);
+        factor("the twin's factor of friction", self.disturbance.friction)?;
+        let length = within("between 0 and 0.1 m", 0.0..=0.1);
+        length("the twin's shift", self.disturbance.shift_m)?;
+        let angle = within("between 0 and 1 rad", 0.0..=1.0);
+        angle("the twin's turn", self.disturbance.yaw_rad)?;
+        let reach = within("between 0 and 1 m", 0.0..=1.0);
+        reach("the twin's reach", self.reach_m)?;
+        let speed = within("between 0 and 1 m/s", 0.0..=1.0);
+        speed("the twin's speed of rest", self.still_speed_m_s)
+    }
+}
+
+/// What is known to lie in a container, as bodies.
+pub struct Twin {
+    settings: TwinSettings,
+    /// The cells of both tries.
+    rough: CellSettings,
+    disturbed: CellSettings,
+    templates: Templates,
+    laid: Laid,
+}
+
+/// A model that can be simulated.
+#[derive(Clone)]
+pub struct Solid(Arc<BodyTemplate>);
+
+impl Twin {
+    /// The twin of an empty cell.
+    ///
+    /// # Errors
+    /// [`PhysicsError::Setting`] where a setting is impossible.
+    pub fn new(settings: TwinSettings) -> Result<Self, PhysicsError> {
+        settings.validate()?;
+        Ok(Self {
+            rough: settings.rough_cell(),
+            disturbed: settings.disturbed_cell(),
+            settings,
+            templates: Templates::default(),
+            laid: Laid::default(),
+        })
+    }
+
+    /// Lays down what lies in the container, in place of what lay there.
+    ///
+    /// # Errors
+    /// [`PhysicsError::Model`] where a model has no usable hulls or mass, [`PhysicsError::Pose`] where a pose is not
+    /// finite, not rigid or far away; then nothing has changed.
+    pub fn lay_down(&mut self, content: &[LyingSolid]) -> Result<(), PhysicsError> {
+        let laid = content.iter().map(|solid| self.lying(solid));
+        let laid: Vec<Lying> = laid.collect::<Result<_, PhysicsError>>()?;
+        self.replace(laid);
+        Ok(())
+    }
+
+    /// Lays down what of it can be simulated, in place of what lay there; says whether that is all of it.
+    pub fn lay_down_what_can_be(&mut self, content: &[LyingSolid]) -> bool {
+        let laid = content.iter().filter_map(|solid| self.lying(solid).ok());
+        let laid: Vec<Lying> = laid.collect();
+        let is_all = laid.len() == content.len();
+        self.replace(laid);
+        is_all
+    }
+
+    /// Fills the container up to where a scene shows more than what was laid down, with what nothing moves.
+    ///
+    /// # Errors
+    /// [`PhysicsError::Heightmap`] where the scene is not of the grid; then nothing has changed.
+    pub fn fill_up(&mut self, grid: &Grid, scene: &Scene) -> Result<(), PhysicsError> {
+        let known = self.laid.bodies.iter().map(|lying| {
+            let mesh = &lying.template.model.mesh;
+            (mesh, &lying.container_from_item)
+        });
+        self.laid.terrain = terrain::unexplained(grid, scene, known)?;
+        Ok(())
+    }
+
+    fn lying(&mut self, solid: &LyingSolid) -> Result<Lying, PhysicsError> {
+        let container = self.settings.cell.container;
+        let pose = checked_pose(container, &solid.model, &solid.container_from_item)?;
+        let template = self.templates.of(&solid.model)?;
+        Ok(Lying {
+            bounds: template.bounds(&pose),
+            container_from_item: pose,
+            template,
+        })
+    }
+
+    fn replace(&mut self, bodies: Vec<Lying>) {
+        self.laid = Laid {
+            bodies,
+            terrain: Vec::new(),
+        };
+        self.templates.tidy();
+    }
+
+    /// What lies there.
+    pub(crate) fn laid(&self) -> &Laid {
+        &self.laid
+    }
+
+    /// Whether what becomes of an item at a place has nothing to do with what is in some boxes.
+    pub(crate) fn is_beyond_reach(
+        &self,
+        Solid(template): &Solid,
+        container_from_item: &Isometry3<f64>,
+        boxes: &[Bounds],
+    ) -> bool {
+        let place = template.bounds(container_from_item);
+        let reach_m = self.settings.reach_m;
+        self.laid.is_beyond_reach(&place, boxes, reach_m)
+    }
+
+    /// A model to be tried; its hulls are built the first time.
+    ///
+    /// # Errors
+    /// [`PhysicsError::Model`] where it has no usable hulls or mass.
+    pub fn solid(&mut self, model: &Arc<Model>) -> Result<Solid, PhysicsError> {
+        Ok(Solid(self.templates.of(model)?))
+    }
+
+    /// Whether a solid can be tried there: the pose is finite, rigid and not far away.
+    pub fn can_try(&self, Solid(template): &Solid, container_from_item: &Isometry3<f64>) -> bool {
+        let container = self.settings.cell.container;
+        checked_pose(container, &template.model, container_from_item).is_ok()
+    }
+
+    /// What becomes of an item that is placed there. A try that goes beyond the limits ends then and there.
+    ///
+    /// # Errors
+    /// [`PhysicsError::Pose`] where the pose is not finite, not rigid or far away.
+    pub fn try_placement(
+        &self,
+        solid: &Solid,
+        container_from_item: &Isometry3<f64>,
+        limits: &TrialLimits,
+    ) -> Result<Settling, PhysicsError> {
+        let Solid(template) = solid;
+        let container = self.settings.cell.container;
+        let planned = checked_pose(container, &template.model, container_from_item)?;
+        let rough = self.attempt(template, &planned, &planned, &self.rough, limits);
+        if rough.beyond(limits).is_some() {
+            return Ok(rough);
+        }
+        let Disturbance {
+            shift_m, yaw_rad, ..
+        } = self.settings.disturbance;
+        let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
+        let shifted = planned.translation.vector + Vector3::new(shift_m, shift_m, 0.0);
+        let held = Isometry3::from_parts(shifted.into(), turned * planned.rotation);
+        let disturbed = self.attempt(template, &planned, &held, &self.disturbed, limits);
+        Ok(rough.worse(&disturbed))
+    }
+
+    /// Lets an item go above where it is held, which may not quite be where it is planned.
+    fn attempt(
+        &self,
+        template: &BodyTemplate,
+        planned: &Isometry3<f64>,
+        held: &Isometry3<f64>,
+        cell: &CellSettings,
+        limits: &TrialLimits,
+    ) -> Settling {
+        let mut released = *held;
+        released.translation.z += cell.release.height_m;
+        let mut world = World::new(cell);
+        let movable = self.lay_near(&mut world, &template.bounds(planned));
+        let handle = world.insert(template, &released);
+        let mut attempt = Attempt {
+            world,
+            handle,
+            template,
+            planned: *planned,
+            movable,
+        };
+        attempt.run(cell, self.settings.still_speed_m_s, limits)
+    }
+
+    /// Lays down the bodies and the terrain near a place; gives the bodies that can move.
+    fn lay_near(&self, world: &mut World, place: &Bounds) -> Vec<Movable<'_>> {
+        let reach_m = self.settings.reach_m;
+        let is_movable = self.laid.movable(place, reach_m);
+        let bodies = || self.laid.bodies.iter().zip(&is_movable);
+        let is_near_movable = |other: &Bounds| {
+            let mut movable = bodies().filter(|(_, is_movable)| **is_movable);
+            movable.any(|(lying, _)| are_near(other, &lying.bounds, reach_m))
+        };
+        let mut movable = Vec::new();
+        for (lying, is_movable) in bodies() {
+            let pose = &lying.container_from_item;
+            if *is_movable {
+                let handle = world.insert(&lying.template, pose);
+                movable.push(Movable { handle, lying });
+            } else if is_near_movable(&lying.bounds) {
+                world.insert_fixed(&lying.template, pose);
+            }
+        }
+        for bounds in &self.laid.terrain {
+            if are_near(bounds, place, reach_m) || is_near_movable(bounds) {
+                world.insert_terrain(bounds);
+            }
+        }
+        movable
+    }
+}
+
+struct Movable<'a> {
+    handle: RigidBodyHandle,
+    lying: &'a Lying,
+}
+
+/// A try under way.
+struct Attempt<'a> {
+    world: World,
+    handle: RigidBodyHandle,
+    template: &'a BodyTemplate,
+    planned: Isometry3<f64>,
+    movable: Vec<Movable<'a>>,
+}
+
+impl Attempt<'_> {
+    fn run(&mut self, cell: &CellSettings, still_speed_m_s: f64, limits: &TrialLimits) -> Settling {
+        let mut settling = Settling {
+            tilt_rad: 0.0,
+            slide_m: 0.0,
+            disturbance_m: 0.0,
+            is_still: false,
+        };
+        for _ in 0..cell.settle_steps() {
+            self.world.step();
+            settling = self.settling(still_speed_m_s);
+            let is_beyond = settling.severity(limits) > 1.0;
+            if is_beyond || self.world.is_asleep() {
+                break;
+            }
+        }
+        settling
+    }
+
+    fn settling(&self, still_speed_m_s: f64) -> Settling {
+        if self.world.gave_up(self.handle) {
+            return Settling {
+                tilt_rad: PI,
+                slide_m: 0.0,
+                disturbance_m: 0.0,
+                is_still: false,
+            };
+        }
+        let pose = self.world.pose(self.handle).unwrap_or(self.planned);
+        let centre = self.template.model.mass.centre_of_mass_m;
+        let speed_m_s = self
+            .world
+            .surface_speed_m_s(self.handle, self.template.radius_m);
+        let moved_m = |movable: &Movable<'_>| {
+            let Movable { handle, lying } = movable;
+            if self.world.gave_up(*handle) {
+                return Some(f64::INFINITY);
+            }
+            let pose = self.world.pose(*handle)?;
+            let centre = lying.template.model.mass.centre_of_mass_m;
+            Some((pose * centre - lying.container_from_item * centre).norm())
+        };
+        Settling {
+            tilt_rad: tilt_rad(&self.planned, &pose),
+            slide_m: (pose * centre - self.planned * centre).xy().norm(),
+            disturbance_m: self.movable.iter().filter_map(moved_m).fold(0.0, f64::max),
+            is_still: speed_m_s <= still_speed_m_s,
+        }
+    }
+}

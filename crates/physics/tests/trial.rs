@@ -1,0 +1,577 @@
+//! Placements tried in the twin of a cell, and the check that tries them.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    reason = "a panic in a test is a failing test"
+)]
+
+mod common;
+
+use std::sync::Arc;
+
+use common::{at, ball, cuboid};
+use nalgebra::{Isometry3, Point3, Vector3};
+use ppnpack_catalogue::object::Model;
+use ppnpack_packing::candidate::Candidate;
+use ppnpack_packing::check::{Evidence, ValidityCheck, Verdict};
+use ppnpack_packing::content::LyingSolid;
+use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
+use ppnpack_packing::heightmap::{Heightmap, Scene};
+use ppnpack_packing::item::{Item, ViewSurfaces};
+use ppnpack_packing::placement::{Placement, RestingPlacement};
+use ppnpack_packing::refusal::{Cause, Refusal};
+use ppnpack_packing::step::StepInput;
+use ppnpack_packing::trial::{Settling, TrialLimits, TrialSettings};
+use ppnpack_physics::error::PhysicsError;
+use ppnpack_physics::settings::CellSettings;
+use ppnpack_physics::trial::{self, TrialCheck};
+use ppnpack_physics::twin::{Twin, TwinSettings};
+
+/// What lies in a container: solids and where they are.
+type Content = [(Arc<Model>, Isometry3<f64>)];
+
+/// Cells of 1 cm, units of 2 mm, two yaws a right angle apart.
+fn grid() -> Grid {
+    let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(2).unwrap());
+    Grid::new(ContainerSize::REFERENCE, resolution.unwrap()).unwrap()
+}
+
+/// The item that a box of so many cells and units is; the model's frame is in its middle.
+fn boxed(arrival: usize, model: Arc<Model>, [nx, ny]: [usize; 2], height: Units) -> Candidate {
+    let view = |nx: usize, ny: usize| ViewSurfaces {
+        // Half a cell is 5 mm, half a unit 1 mm.
+        origin_from_corner_m: Vector3::new(
+            nx as f64 * 0.005,
+            ny as f64 * 0.005,
+            f64::from(height) * 0.001,
+        ),
+        ..ViewSurfaces::of_cells(nx, ny, vec![height; nx * ny], vec![0; nx * ny])
+    };
+    let views = vec![view(nx, ny), view(ny, nx)];
+    let item = Item::new("box", views, model.volume_m3).unwrap();
+    Candidate::new(arrival, Arc::new(item)).with_model(model)
+}
+
+fn solid_box([nx, ny]: [usize; 2], height: Units) -> Arc<Model> {
+    cuboid([
+        nx as f64 * 0.01,
+        ny as f64 * 0.01,
+        f64::from(height) * 0.002,
+    ])
+}
+
+fn block(arrival: usize, cells: [usize; 2], height: Units) -> Candidate {
+    boxed(arrival, solid_box(cells, height), cells, height)
+}
+
+/// A box that is loaded beside its foot, so that it falls over wherever it is put.
+fn falling(arrival: usize) -> Candidate {
+    let (cells, height) = ([4, 4], 50);
+    let mut loaded = Model::clone(&solid_box(cells, height));
+    loaded.mass.centre_of_mass_m = Point3::new(0.05, 0.0, 0.0);
+    boxed(arrival, Arc::new(loaded), cells, height)
+}
+
+/// Tall and thin: 3 x 3 x 10 cm.
+fn tall(arrival: usize) -> Candidate {
+    block(arrival, [3, 3], 50)
+}
+
+/// A block under the cells 10 to 16 along both sides, 50 units high.
+fn base() -> (Arc<Model>, Isometry3<f64>) {
+    (cuboid([0.06, 0.06, 0.1]), at(0.13, 0.13, 0.05))
+}
+
+fn placed(x: usize, y: usize, resting_height: Units) -> RestingPlacement {
+    RestingPlacement {
+        placement: Placement { yaw: 0, x, y },
+        resting_height,
+    }
+}
+
+fn lying(content: &Content) -> Vec<LyingSolid> {
+    let solids = content.iter().map(|(model, pose)| LyingSolid {
+        model: Arc::clone(model),
+        container_from_item: *pose,
+    });
+    solids.collect()
+}
+
+/// A scene of which the check looks at the content alone.
+fn scene(grid: &Grid, content: &Content) -> Scene {
+    Scene::from_heightmap(Heightmap::empty(grid)).with_content(lying(content).into())
+}
+
+fn new_check(settings: TrialSettings) -> TrialCheck {
+    TrialCheck::new(settings, TwinSettings::default()).unwrap()
+}
+
+/// What a check that was not asked before says of a placement in this step.
+fn verdict_of(
+    settings: TrialSettings,
+    input: &StepInput<'_>,
+    resting: &RestingPlacement,
+) -> Verdict {
+    let mut check = new_check(settings);
+    check.begin(input).unwrap();
+    check.judge(input, &input.candidates[0], resting).unwrap()
+}
+
+/// Has a placement judged that is refused; says whether it was tried before.
+fn is_refused_tried(
+    check: &mut TrialCheck,
+    input: &StepInput<'_>,
+    held: &Candidate,
+    resting: &RestingPlacement,
+) -> bool {
+    let before = check.tries();
+    match check.judge(input, held, resting).unwrap() {
+        Verdict::Refused(refusal) => assert_eq!(refusal.cause, Cause::Unsteady),
+        Verdict::Accepted(evidence) => panic!("accepted: {evidence:?}"),
+    }
+    check.tries() > before
+}
+
+fn new_twin(settings: TwinSettings, content: &Content) -> Twin {
+    let mut twin = Twin::new(settings).unwrap();
+    twin.lay_down(&lying(content)).unwrap();
+    twin
+}
+
+/// What becomes of a model that is placed there, by the limits of the default.
+fn tried(twin: &mut Twin, model: &Arc<Model>, pose: &Isometry3<f64>) -> Settling {
+    let solid = twin.solid(model).unwrap();
+    twin.try_placement(&solid, pose, &TrialLimits::default())
+        .unwrap()
+}
+
+#[test]
+fn a_flat_box_on_the_floor_is_accepted_with_what_became_of_it() {
+    let grid = grid();
+    let scene = scene(&grid, &[]);
+    let held = [block(0, [8, 8], 20)];
+    let input = StepInput::new(&grid, &scene, &held);
+    let verdict = verdict_of(TrialSettings::default(), &input, &placed(10, 10, 0));
+    let Verdict::Accepted(Evidence {
+        settling: Some(settling),
+        ..
+    }) = verdict
+    else {
+        panic!("{verdict:?}");
+    };
+    assert!(settling.tilt_rad < 0.02, "{settling:?}");
+    // It is let go 1.4 mm beside its place in the second try.
+    assert!(settling.slide_m < 5e-3, "{settling:?}");
+    assert_eq!(settling.disturbance_m, 0.0);
+    assert!(settling.is_still, "{settling:?}");
+}
+
+#[test]
+fn a_tall_item_that_stands_mostly_over_an_edge_is_refused_as_it_would_topple() {
+    let grid = grid();
+    let scene = scene(&grid, &[base()]);
+    let held = [tall(0)];
+    let input = StepInput::new(&grid, &scene, &held);
+    let settings = TrialSettings {
+        // It tilts whatever else it does.
+        limits: TrialLimits {
+            slide_m: 0.5,
+            disturbance_m: 0.5,
+            ..TrialLimits::default()
+        },
+        ..TrialSettings::default()
+    };
+    let over_the_edge = verdict_of(settings, &input, &placed(15, 11, 50));
+    let expected = Refusal::because(Cause::Unsteady, "it would topple");
+    assert_eq!(over_the_edge, Verdict::Refused(expected));
+    let on_top = verdict_of(settings, &input, &placed(11, 11, 50));
+    assert!(on_top.is_accepted(), "{on_top:?}");
+}
+
+#[test]
+fn an_item_has_so_many_tries_in_all_its_poses_together() {
+    let grid = grid();
+    let scene = scene(&grid, &[]);
+    let other_pose = Candidate {
+        pose: 1,
+        ..falling(0)
+    };
+    let held = [falling(0), other_pose, block(1, [8, 8], 20)];
+    let [item, other_pose, other] = &held;
+    let input = StepInput::new(&grid, &scene, &held);
+    let mut check = new_check(TrialSettings {
+        tries_per_item: 2,
+        neighbour_m: 0.0,
+        ..TrialSettings::default()
+    });
+    check.begin(&input).unwrap();
+    let mut asked = |held: &Candidate, x: usize| {
+        let is_tried = is_refused_tried(&mut check, &input, held, &placed(x, 10, 0));
+        (is_tried, check.is_done_with(held))
+    };
+    assert_eq!(asked(item, 2), (true, false));
+    assert_eq!(asked(other_pose, 8), (true, true));
+    assert_eq!(asked(item, 14), (false, true));
+    // What is accepted was tried too.
+    for (x, is_last) in [(2, false), (10, true)] {
+        let verdict = check.judge(&input, other, &placed(x, 10, 0)).unwrap();
+        assert!(verdict.is_accepted(), "{verdict:?}");
+        assert_eq!(check.is_done_with(other), is_last);
+    }
+}
+
+#[test]
+fn neighbours_of_a_refused_placement_are_refused_unasked() {
+    let grid = grid();
+    let scene = scene(&grid, &[]);
+    let held = [falling(0), falling(1)];
+    let [item, other] = &held;
+    let input = StepInput::new(&grid, &scene, &held);
+    let mut check = new_check(TrialSettings {
+        tries_per_item: 3,
+        // A cell.
+        neighbour_m: 0.01,
+        ..TrialSettings::default()
+    });
+    check.begin(&input).unwrap();
+    let mut asked = |held: &Candidate, resting: &RestingPlacement| {
+        let is_tried = is_refused_tried(&mut check, &input, held, resting);
+        (is_tried, check.is_done_with(held))
+    };
+    assert_eq!(asked(item, &placed(10, 10, 0)), (true, false));
+    for x in 9..=11 {
+        for y in 9..=11 {
+            assert_eq!(asked(item, &placed(x, y, 0)), (false, false), "at {x}, {y}");
+        }
+    }
+    assert_eq!(asked(other, &placed(11, 10, 0)), (true, false));
+    let turned = RestingPlacement {
+        placement: Placement {
+            yaw: 1,
+            x: 10,
+            y: 10,
+        },
+        resting_height: 0,
+    };
+    assert_eq!(asked(item, &turned), (true, false));
+    assert_eq!(asked(item, &placed(12, 10, 0)), (true, true));
+}
+
+/// Placements on the floor and on the base of the items of [`held`], by increasing x: some stay, some fall, some are
+/// neighbours of others.
+fn placements() -> Vec<(usize, RestingPlacement)> {
+    let on_floor = [2, 3, 11, 20].map(|x| placed(x, 2, 0));
+    let on_base = [8, 11, 12, 14, 15].map(|x| placed(x, 11, 50));
+    let all = on_floor.into_iter().chain(on_base);
+    all.flat_map(|resting| (0..3).map(move |held| (held, resting)))
+        .collect()
+}
+
+fn held() -> [Candidate; 3] {
+    [falling(0), block(1, [5, 4], 15), tall(2)]
+}
+
+/// What a check says of the placements in a step, told of as many at once as it wants to know.
+fn verdicts(check: &mut dyn ValidityCheck, input: &StepInput<'_>) -> Vec<Verdict> {
+    check.begin(input).unwrap();
+    let mut verdicts = Vec::new();
+    for chunk in placements().chunks(check.foresight()) {
+        let next = chunk
+            .iter()
+            .map(|(index, resting)| (&input.candidates[*index], *resting));
+        let next: Vec<_> = next.collect();
+        check.foresee(input, &next).unwrap();
+        for (candidate, resting) in next {
+            verdicts.push(check.judge(input, candidate, &resting).unwrap());
+        }
+    }
+    verdicts
+}
+
+fn with_last_resort() -> TrialSettings {
+    TrialSettings {
+        tries_per_item: 6,
+        last_resort: true,
+        ..TrialSettings::default()
+    }
+}
+
+#[test]
+fn answers_are_the_same_with_any_number_of_threads() {
+    let grid = grid();
+    let scene = scene(&grid, &[base()]);
+    let held = held();
+    let input = StepInput::new(&grid, &scene, &held);
+    let of_threads = |threads: usize| {
+        let pool = trial::pool(threads).unwrap();
+        let made = trial::check(with_last_resort(), TwinSettings::default(), pool);
+        let mut check = made.unwrap().unwrap();
+        assert_eq!(check.foresight(), threads);
+        let verdicts = verdicts(&mut *check, &input);
+        let done: Vec<bool> = held.iter().map(|held| check.is_done_with(held)).collect();
+        (verdicts, done, check.last_resort())
+    };
+    let expected = of_threads(1);
+    assert!(expected.0.iter().any(Verdict::is_accepted));
+    assert!(!expected.0.iter().all(Verdict::is_accepted));
+    assert!(expected.2.is_some());
+    assert_eq!(of_threads(4), expected);
+}
+
+#[test]
+fn a_step_is_judged_as_if_there_had_been_none_before() {
+    let grid = grid();
+    let (with_base, without) = (scene(&grid, &[base()]), scene(&grid, &[]));
+    let held = held();
+    let input = StepInput::new(&grid, &with_base, &held);
+    let other = StepInput::new(&grid, &without, &held);
+    let mut check = new_check(with_last_resort());
+    let first = verdicts(&mut check, &input);
+    let resort = check.last_resort();
+    assert_ne!(verdicts(&mut check, &other), first);
+    assert_eq!(verdicts(&mut check, &input), first);
+    assert_eq!(check.last_resort(), resort);
+    check.begin(&input).unwrap();
+    assert_eq!(check.last_resort(), None);
+    assert!(!held.iter().any(|held| check.is_done_with(held)));
+}
+
+#[test]
+fn what_is_kept_of_earlier_steps_is_what_a_try_would_say_now() {
+    let grid = grid();
+    let held = held();
+    let far = (cuboid([0.04, 0.04, 0.04]), at(0.29, 0.29, 0.02));
+    let beside = (cuboid([0.04, 0.04, 0.1]), at(0.185, 0.13, 0.05));
+    let (model, _) = base();
+    let moved = (model, at(0.135, 0.13, 0.05));
+    let contents: [&Content; 6] = [
+        &[base()],
+        &[base(), far.clone()],
+        &[base(), far.clone(), beside.clone()],
+        &[moved, far.clone(), beside],
+        &[far],
+        &[],
+    ];
+    let mut check = new_check(TrialSettings::default());
+    for content in contents {
+        let scene = scene(&grid, content);
+        let input = StepInput::new(&grid, &scene, &held);
+        let fresh = verdicts(&mut new_check(TrialSettings::default()), &input);
+        assert_eq!(verdicts(&mut check, &input), fresh);
+    }
+}
+
+#[test]
+fn where_the_content_is_not_known_nothing_is_tried() {
+    let grid = grid();
+    let scene = Scene::from_heightmap(Heightmap::empty(&grid));
+    let held = held();
+    let input = StepInput::new(&grid, &scene, &held);
+    for threads in [1, 2] {
+        let pool = trial::pool(threads).unwrap();
+        let made = trial::check(with_last_resort(), TwinSettings::default(), pool);
+        let mut check = made.unwrap().unwrap();
+        let without_evidence = Verdict::Accepted(Evidence::default());
+        let verdicts = verdicts(&mut *check, &input);
+        assert!(verdicts.iter().all(|verdict| *verdict == without_evidence));
+        assert!(!held.iter().any(|held| check.is_done_with(held)));
+        assert_eq!(check.last_resort(), None);
+    }
+}
+
+#[test]
+fn the_last_resort_is_the_least_severe_of_those_refused() {
+    let grid = grid();
+    let scene = scene(&grid, &[base()]);
+    let held = [falling(0), tall(1)];
+    let input = StepInput::new(&grid, &scene, &held);
+    for last_resort in [true, false] {
+        let settings = TrialSettings {
+            last_resort,
+            neighbour_m: 0.0,
+            ..TrialSettings::default()
+        };
+        let mut check = new_check(settings);
+        check.begin(&input).unwrap();
+        assert_eq!(check.last_resort(), None);
+        let mut twin = new_twin(TwinSettings::default(), &[base()]);
+        let mut refused = Vec::new();
+        for (index, resting) in [
+            (0, placed(2, 2, 0)),
+            (1, placed(15, 11, 50)),
+            (0, placed(20, 2, 0)),
+            (1, placed(15, 12, 50)),
+            (0, placed(12, 12, 50)),
+        ] {
+            let candidate = &held[index];
+            assert!(is_refused_tried(&mut check, &input, candidate, &resting));
+            let pose = candidate.item.container_from_item(&grid, &resting);
+            let model = candidate.model.as_ref().unwrap();
+            refused.push((index, resting, tried(&mut twin, model, &pose.unwrap())));
+        }
+        let resort = check.last_resort();
+        if !last_resort {
+            assert_eq!(resort, None);
+            continue;
+        }
+        let severity = |settling: &Settling| settling.severity(&settings.limits);
+        let least = refused
+            .into_iter()
+            .min_by(|(.., a), (.., b)| severity(a).total_cmp(&severity(b)));
+        let (index, resting, settling) = least.unwrap();
+        let resort = resort.unwrap();
+        assert_eq!((resort.arrival, resort.resting), (index, resting));
+        assert_eq!(resort.shape, held[index].item.shape());
+        assert_eq!(resort.evidence.settling, Some(settling));
+        assert!(!resort.reason.is_empty());
+    }
+}
+
+#[test]
+fn a_method_that_tries_nothing_has_no_check() {
+    let twin = TwinSettings::default;
+    let check = trial::check(TrialSettings::off(), twin(), None).unwrap();
+    assert!(check.is_none());
+    let mut impossible = TrialSettings::default();
+    impossible.limits.slide_m = f64::NAN;
+    assert!(matches!(
+        trial::check(impossible, twin(), None),
+        Err(PhysicsError::Setting(_))
+    ));
+    assert!(trial::pool(1).unwrap().is_none());
+}
+
+#[test]
+fn bodies_far_from_the_place_make_no_difference() {
+    let (model, pose) = (cuboid([0.05, 0.05, 0.04]), at(0.15, 0.13, 0.12));
+    let mut among_few = new_twin(TwinSettings::default(), &[base()]);
+    let far = [
+        (cuboid([0.05; 3]), at(0.26, 0.26, 0.025)),
+        (ball(0.03), at(0.05, 0.28, 0.03)),
+    ];
+    let [first, last] = far;
+    let mut among_many = new_twin(TwinSettings::default(), &[first, base(), last]);
+    let expected = tried(&mut among_few, &model, &pose);
+    assert!(expected.disturbance_m > 0.0, "it lands on what lies there");
+    assert_eq!(tried(&mut among_many, &model, &pose), expected);
+}
+
+#[test]
+fn a_body_out_of_reach_stays_fixed() {
+    // A block on a plate that nothing bears: where the plate can move, all falls.
+    let content = [
+        (cuboid([0.1, 0.1, 0.02]), at(0.16, 0.16, 0.11)),
+        (cuboid([0.06, 0.06, 0.05]), at(0.16, 0.16, 0.145)),
+    ];
+    let (model, pose) = (cuboid([0.04; 3]), at(0.16, 0.16, 0.19));
+    let limits = TrialLimits::default();
+    let mut near = new_twin(TwinSettings::default(), &content);
+    let settling = tried(&mut near, &model, &pose);
+    assert_eq!(settling.beyond(&limits), None, "{settling:?}");
+    assert!(settling.disturbance_m < 5e-3, "{settling:?}");
+    let settings = TwinSettings {
+        reach_m: 0.1,
+        ..TwinSettings::default()
+    };
+    let mut far = new_twin(settings, &content);
+    let settling = tried(&mut far, &model, &pose);
+    let why = Some("it would move what lies there");
+    assert_eq!(settling.beyond(&limits), why, "{settling:?}");
+}
+
+#[test]
+fn what_cannot_be_laid_down_or_tried_is_an_error_and_changes_nothing() {
+    // Over the base's edge: without the base it would lie on the floor.
+    let (model, pose) = (cuboid([0.03, 0.03, 0.1]), at(0.165, 0.13, 0.15));
+    let mut twin = new_twin(TwinSettings::default(), &[base()]);
+    let before = tried(&mut twin, &model, &pose);
+    assert!(before.beyond(&TrialLimits::default()).is_some());
+    let fine = (cuboid([0.05; 3]), at(0.25, 0.25, 0.025));
+    let nowhere = (cuboid([0.05; 3]), at(0.1, f64::NAN, 0.1));
+    let refused = twin.lay_down(&lying(&[fine.clone(), nowhere]));
+    assert!(matches!(refused, Err(PhysicsError::Pose { .. })));
+    let mut hollow = Model::clone(&fine.0);
+    hollow.pieces.clear();
+    let refused = twin.lay_down(&lying(&[fine.clone(), (Arc::new(hollow), fine.1)]));
+    assert!(matches!(refused, Err(PhysicsError::Model { .. })));
+    let solid = twin.solid(&model).unwrap();
+    let far_away = at(0.1, 0.1, 1e30);
+    let refused = twin.try_placement(&solid, &far_away, &TrialLimits::default());
+    assert!(matches!(refused, Err(PhysicsError::Pose { .. })));
+    assert_eq!(tried(&mut twin, &model, &pose), before);
+}
+
+#[test]
+fn impossible_settings_of_the_twin_are_named() {
+    TwinSettings::default().validate().unwrap();
+    let refused = |change: fn(&mut TwinSettings)| {
+        let mut settings = TwinSettings::default();
+        change(&mut settings);
+        let error = settings.validate().unwrap_err();
+        let refused = Twin::new(settings).err();
+        assert_eq!(refused, Some(PhysicsError::Setting(error.clone())));
+        error.to_string()
+    };
+    assert!(refused(|s| s.cell.container.x_m = -0.3).contains("x side"));
+    assert!(refused(|s| s.rough.timestep_s = 0.0).contains("time step"));
+    assert!(refused(|s| s.rough.substeps = 0).contains("substeps"));
+    assert!(refused(|s| s.rough.settle_time_s = 0.0).contains("settling phase"));
+    assert!(refused(|s| s.disturbance.friction = 0.0).contains("friction"));
+    assert!(refused(|s| s.disturbance.shift_m = 0.2).contains("shift"));
+    assert!(refused(|s| s.disturbance.yaw_rad = -0.1).contains("turn"));
+    assert!(refused(|s| s.reach_m = f64::INFINITY).contains("reach"));
+    assert!(refused(|s| s.still_speed_m_s = 2.0).contains("speed of rest"));
+}
+
+#[test]
+fn the_twin_of_a_cell_makes_no_errors_but_its_own_and_ends_soon() {
+    let mut cell = CellSettings {
+        settle_time_s: 5.0,
+        ..CellSettings::robot()
+    };
+    cell.release.jitter_m = 0.01;
+    cell.release.jitter_yaw_rad = 0.1;
+    let twin = TwinSettings::of(&cell).cell;
+    assert_eq!(
+        (twin.release.jitter_m, twin.release.jitter_yaw_rad),
+        (0.0, 0.0)
+    );
+    assert_eq!(twin.release.height_m, cell.release.height_m);
+    assert!(twin.settle_time_s <= 1.0);
+}
+
+#[test]
+fn settings_left_out_take_their_defaults_and_unknown_ones_are_refused() {
+    let settings: TrialSettings =
+        serde_json::from_str(r#"{"limits": {"slide_m": 0.01}, "last_resort": true}"#).unwrap();
+    let expected = TrialSettings {
+        limits: TrialLimits {
+            slide_m: 0.01,
+            ..TrialLimits::default()
+        },
+        last_resort: true,
+        ..TrialSettings::default()
+    };
+    assert_eq!(settings, expected);
+    let written = serde_json::to_string(&settings).unwrap();
+    assert_eq!(
+        serde_json::from_str::<TrialSettings>(&written).unwrap(),
+        settings
+    );
+    for unknown in [r#"{"tries": 3}"#, r#"{"limits": {"tilt": 0.1}}"#] {
+        assert!(serde_json::from_str::<TrialSettings>(unknown).is_err());
+    }
+    let twin: TwinSettings =
+        serde_json::from_str(r#"{"rough": {"substeps": 3}, "reach_m": 0.02}"#).unwrap();
+    assert_eq!((twin.rough.substeps, twin.reach_m), (3, 0.02));
+    assert_eq!(twin.disturbance, TwinSettings::default().disturbance);
+    let written = serde_json::to_string(&twin).unwrap();
+    assert_eq!(
+        serde_json::from_str::<TwinSettings>(&written).unwrap(),
+        twin
+    );
+    for unknown in [r#"{"reach": 0.02}"#, r#"{"disturbance": {"shift": 0.1}}"#] {
+        assert!(serde_json::from_str::<TwinSettings>(unknown).is_err());
+    }
+}
