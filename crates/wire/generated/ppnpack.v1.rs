@@ -1045,6 +1045,9 @@ pub struct Weights {
     /// Of the touching area, per square centimetre.
     #[prost(double, tag = "7")]
     pub touching_area: f64,
+    /// Of how far the item's top lies above where it rests, per 0.2 cm.
+    #[prost(double, tag = "8")]
+    pub top_height: f64,
 }
 impl ::prost::Name for Weights {
     const NAME: &'static str = "Weights";
@@ -1161,6 +1164,10 @@ pub struct RankedPlacement {
     /// F(b, p), finite; lower is better.
     #[prost(double, tag = "3")]
     pub value: f64,
+    /// Of a planner: in which of the item's resting poses, as in Decision. In messages of a heuristic service each pose is a
+    /// candidate of its own, and this is 0.
+    #[prost(uint32, tag = "4")]
+    pub pose: u32,
 }
 impl ::prost::Name for RankedPlacement {
     const NAME: &'static str = "RankedPlacement";
@@ -1241,6 +1248,9 @@ pub enum Check {
     OnFloor = 5,
     /// An item that must stay upright stands well. The planner checks that itself; in a request it is STATUS_INVALID.
     Upright = 6,
+    /// The item would stay where it is placed, as a simulation of the cell tells. The planner checks that itself; in a request
+    /// it is STATUS_INVALID.
+    Trial = 7,
 }
 impl Check {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -1256,6 +1266,7 @@ impl Check {
             Self::Arm => "CHECK_ARM",
             Self::OnFloor => "CHECK_ON_FLOOR",
             Self::Upright => "CHECK_UPRIGHT",
+            Self::Trial => "CHECK_TRIAL",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -1268,6 +1279,7 @@ impl Check {
             "CHECK_ARM" => Some(Self::Arm),
             "CHECK_ON_FLOOR" => Some(Self::OnFloor),
             "CHECK_UPRIGHT" => Some(Self::Upright),
+            "CHECK_TRIAL" => Some(Self::Trial),
             _ => None,
         }
     }
@@ -1525,9 +1537,12 @@ pub struct CandidateItem {
     /// The id of the item, 32 bytes.
     #[prost(bytes = "vec", tag = "1")]
     pub item_id: ::prost::alloc::vec::Vec<u8>,
-    /// Its place in the sequence of arrivals, from 0.
+    /// Its place in the sequence of arrivals, from 0. Candidates with the same one are the resting poses of one item.
     #[prost(uint64, tag = "2")]
     pub arrival: u64,
+    /// Which of the item's resting poses: 0 as it was announced. The random heuristic mixes it into its seed.
+    #[prost(uint32, tag = "3")]
+    pub pose: u32,
 }
 impl ::prost::Name for CandidateItem {
     const NAME: &'static str = "CandidateItem";
@@ -1977,6 +1992,10 @@ pub struct BeginRequest {
     /// planned on an earlier one.
     #[prost(uint64, tag = "5")]
     pub least_state_number: u64,
+    /// The most items that may be set aside for the next container: at most 10,000. Where it is not given, the planner's
+    /// setting for the cell.
+    #[prost(uint32, optional, tag = "6")]
+    pub set_aside: ::core::option::Option<u32>,
 }
 impl ::prost::Name for BeginRequest {
     const NAME: &'static str = "BeginRequest";
@@ -2028,7 +2047,7 @@ impl ::prost::Name for Region {
     }
 }
 /// rpc/planner/announce: tells of items that arrive, in their order. Items that were announced before are left as they
-/// are.
+/// are, but for those that are set aside: they wait again.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct AnnounceRequest {
     #[prost(message, optional, tag = "1")]
@@ -2065,6 +2084,11 @@ pub struct Announcement {
     /// is brought to where the cell's items are picked.
     #[prost(message, optional, tag = "6")]
     pub waits_at: ::core::option::Option<Pose>,
+    /// In how many resting poses an object of the catalogue may be packed at most: as the catalogue has it, then the most
+    /// probable others. At most `poses` of the planner's cell; 0: as many as that. With heightmaps, or with waits_at, 0 or 1: the
+    /// item is packed as it lies.
+    #[prost(uint32, tag = "7")]
+    pub poses: u32,
     /// What the item is.
     #[prost(oneof = "announcement::Shape", tags = "2, 3")]
     pub shape: ::core::option::Option<announcement::Shape>,
@@ -2198,6 +2222,9 @@ pub struct PlanReply {
     /// With PLAN_RESULT_NOTHING_FITS: why, for each item of the buffer.
     #[prost(message, repeated, tag = "4")]
     pub reasons: ::prost::alloc::vec::Vec<ItemReason>,
+    /// The items that were set aside at this step, and why; with PLAN_RESULT_DECIDED those of the decision.
+    #[prost(message, repeated, tag = "5")]
+    pub set_aside: ::prost::alloc::vec::Vec<ItemReason>,
 }
 impl ::prost::Name for PlanReply {
     const NAME: &'static str = "PlanReply";
@@ -2259,6 +2286,16 @@ pub struct Decision {
     /// How the arm carries it out, where the cell has one.
     #[prost(message, optional, boxed, tag = "17")]
     pub cycle: ::core::option::Option<::prost::alloc::boxed::Box<ArmCycle>>,
+    /// The items that were set aside at this step, as nothing in the buffer had a valid placement, and why.
+    #[prost(message, repeated, tag = "18")]
+    pub set_aside: ::prost::alloc::vec::Vec<ItemReason>,
+    /// What becomes of the item, as a simulation of the cell tells; absent where the placement was not tried.
+    #[prost(message, optional, tag = "19")]
+    pub settling: ::core::option::Option<Settling>,
+    /// Which of the item's resting poses: 0 as it was announced, the others by falling probability. The placement is of the
+    /// heightmaps in this pose, and the turn is in container_from_item.
+    #[prost(uint32, tag = "20")]
+    pub pose: u32,
 }
 impl ::prost::Name for Decision {
     const NAME: &'static str = "Decision";
@@ -2268,6 +2305,32 @@ impl ::prost::Name for Decision {
     }
     fn type_url() -> ::prost::alloc::string::String {
         "/ppnpack.v1.Decision".into()
+    }
+}
+/// What becomes of an item that is let go at its place.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct Settling {
+    /// The angle between its upward axis as planned and at the end.
+    #[prost(double, tag = "1")]
+    pub tilt_rad: f64,
+    /// Horizontal distance of its centre of mass from where it was planned.
+    #[prost(double, tag = "2")]
+    pub slide_m: f64,
+    /// How far the other item that moves most moves.
+    #[prost(double, tag = "3")]
+    pub disturbance_m: f64,
+    /// Whether it is at rest at the end.
+    #[prost(bool, tag = "4")]
+    pub is_still: bool,
+}
+impl ::prost::Name for Settling {
+    const NAME: &'static str = "Settling";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.Settling".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.Settling".into()
     }
 }
 /// Why an item has no valid placement.
@@ -2357,7 +2420,7 @@ pub struct ExplainReply {
     /// Otherwise why not.
     #[prost(message, optional, tag = "3")]
     pub reason: ::core::option::Option<ItemReason>,
-    /// How many placements there were, and which checks refused them.
+    /// How many placements there were in all of its poses, and which checks refused them.
     #[prost(message, optional, tag = "4")]
     pub counts: ::core::option::Option<PlacementCounts>,
 }
@@ -2478,6 +2541,12 @@ pub struct Session {
     /// The mean planned cycle time of the items that are packed, in seconds; 0 where the cell has no arm.
     #[prost(double, tag = "13")]
     pub mean_cycle_s: f64,
+    /// The most items that may be set aside.
+    #[prost(uint32, tag = "14")]
+    pub set_aside_limit: u32,
+    /// The items that are set aside, in the order in which they were announced, and why.
+    #[prost(message, repeated, tag = "15")]
+    pub set_aside: ::prost::alloc::vec::Vec<ItemReason>,
 }
 impl ::prost::Name for Session {
     const NAME: &'static str = "Session";
@@ -2544,6 +2613,17 @@ pub struct SessionItem {
     /// How it was found after it was placed, where that was looked at.
     #[prost(message, optional, tag = "12")]
     pub inspection: ::core::option::Option<Inspection>,
+    /// With ITEM_STATE_SET_ASIDE: why, and the number of the step at which it was.
+    #[prost(message, optional, tag = "13")]
+    pub set_aside: ::core::option::Option<ItemReason>,
+    #[prost(uint64, tag = "14")]
+    pub set_aside_step: u64,
+    /// In how many resting poses it may be packed at most; 0 where it is in one only.
+    #[prost(uint32, tag = "15")]
+    pub poses: u32,
+    /// With ITEM_STATE_PACKED: in which of its resting poses, as in Decision.
+    #[prost(uint32, tag = "16")]
+    pub pose: u32,
 }
 impl ::prost::Name for SessionItem {
     const NAME: &'static str = "SessionItem";
@@ -2561,7 +2641,7 @@ pub enum PlanResult {
     Unspecified = 0,
     /// There is a decision, which awaits its outcome: no other one is made before that is reported.
     Decided = 1,
-    /// No item of the buffer has a valid placement.
+    /// No item of the buffer has a valid placement, and no more items may be set aside.
     NothingFits = 2,
     /// No item is waiting.
     NothingWaits = 3,
@@ -2640,10 +2720,12 @@ pub enum SessionEnd {
     Unspecified = 0,
     /// Every item that was announced is packed or gone.
     AllPacked = 1,
-    /// Nothing in the buffer has a valid placement.
+    /// Nothing in the buffer has a valid placement, and no more items may be set aside.
     NothingFits = 2,
     /// Somebody has to look: the cell did something unexpected.
     Failed = 3,
+    /// Every item that was announced is packed or gone, but for those that are set aside.
+    OthersSetAside = 4,
 }
 impl SessionEnd {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -2656,6 +2738,7 @@ impl SessionEnd {
             Self::AllPacked => "SESSION_END_ALL_PACKED",
             Self::NothingFits => "SESSION_END_NOTHING_FITS",
             Self::Failed => "SESSION_END_FAILED",
+            Self::OthersSetAside => "SESSION_END_OTHERS_SET_ASIDE",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -2665,6 +2748,7 @@ impl SessionEnd {
             "SESSION_END_ALL_PACKED" => Some(Self::AllPacked),
             "SESSION_END_NOTHING_FITS" => Some(Self::NothingFits),
             "SESSION_END_FAILED" => Some(Self::Failed),
+            "SESSION_END_OTHERS_SET_ASIDE" => Some(Self::OthersSetAside),
             _ => None,
         }
     }
@@ -2683,6 +2767,8 @@ pub enum ItemState {
     Gone = 4,
     /// Withdrawn before it was decided on.
     Withdrawn = 5,
+    /// It had no valid placement: it is left for the next container.
+    SetAside = 6,
 }
 impl ItemState {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -2697,6 +2783,7 @@ impl ItemState {
             Self::Packed => "ITEM_STATE_PACKED",
             Self::Gone => "ITEM_STATE_GONE",
             Self::Withdrawn => "ITEM_STATE_WITHDRAWN",
+            Self::SetAside => "ITEM_STATE_SET_ASIDE",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -2708,6 +2795,7 @@ impl ItemState {
             "ITEM_STATE_PACKED" => Some(Self::Packed),
             "ITEM_STATE_GONE" => Some(Self::Gone),
             "ITEM_STATE_WITHDRAWN" => Some(Self::Withdrawn),
+            "ITEM_STATE_SET_ASIDE" => Some(Self::SetAside),
             _ => None,
         }
     }

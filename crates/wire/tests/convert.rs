@@ -104,6 +104,9 @@ proptest! {
         let taken = placement::read_ranked(&sent(&message)).unwrap();
         prop_assert_eq!(taken.value.to_bits(), given.value.to_bits());
         prop_assert_eq!(taken, given);
+        let of_item = placement::write_ranked_item(&given, 3, 2);
+        prop_assert_eq!((message.pose, of_item.candidate, of_item.pose), (0, 3, 2));
+        prop_assert_eq!(of_item.placement, message.placement);
     }
 
     #[test]
@@ -150,10 +153,10 @@ proptest! {
             Heuristic::Random,
         ][..]),
         is_balanced in any::<bool>(),
-        weights in any::<[u32; 7]>(),
+        weights in any::<[u32; 8]>(),
         seed in any::<u64>(),
     ) {
-        let [resting_height, distance, box_share, balance, corner, surface_volume, touching_area] =
+        let [resting_height, distance, box_share, balance, corner, surface_volume, touching_area, top_height] =
             weights.map(|weight| f64::from(weight) / 7.0);
         let weights = Weights {
             resting_height,
@@ -163,6 +166,7 @@ proptest! {
             corner,
             surface_volume,
             touching_area,
+            top_height,
         };
         let order = if is_balanced { Order::Balance } else { Order::Arrival };
         let given = SearchSettings { heuristic, order, weights, seed };

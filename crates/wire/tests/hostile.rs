@@ -277,6 +277,7 @@ fn placements() {
         candidate: 999,
         placement: Some(resting),
         value: -1.5,
+        pose: 0,
     };
     refused(
         &ranked,

@@ -30,7 +30,10 @@ pub(crate) fn evaluate(
     let candidates = request.candidates.iter().zip(items);
     let candidates = candidates.map(|(candidate, item)| {
         let arrival = usize::try_from(candidate.arrival).unwrap_or(usize::MAX);
-        Candidate::new(arrival, item)
+        Candidate {
+            pose: usize::try_from(candidate.pose).unwrap_or(usize::MAX),
+            ..Candidate::new(arrival, item)
+        }
     });
     let candidates: Vec<Candidate> = candidates.collect();
     let (group, proposals) = read_parts(&request.parts, &candidates)?;

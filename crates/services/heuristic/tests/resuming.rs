@@ -116,6 +116,7 @@ fn request_for(items: Vec<v1::Item>, raised: Units) -> v1::EvaluateRequest {
     let candidates = (0..).zip(ids).map(|(arrival, id)| v1::CandidateItem {
         item_id: id.to_bytes(),
         arrival,
+        ..v1::CandidateItem::default()
     });
     v1::EvaluateRequest {
         scene: Some(convert::scene::write(&grid, &scene)),

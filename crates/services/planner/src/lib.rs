@@ -17,6 +17,7 @@ use std::thread::JoinHandle;
 use std::time::Instant;
 
 use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_physics::trial;
 use ppnpack_service::Running;
 use ppnpack_service::actor::{self, Address};
 use ppnpack_service::alive::{self, Alive};
@@ -53,6 +54,7 @@ pub fn start(
 ) -> Result<PlannerService, ServiceError> {
     let store_health = process.health().check("session_store");
     let cells_health = process.health().check("cells");
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let shared = Shared {
         store: Store::open(settings.store.as_deref()).map_err(ServiceError::start)?,
         store_health,
@@ -61,6 +63,7 @@ pub fn start(
             client: Client::new(process.session()).of_planner(process.instance()),
             ppn: Arc::new(Alive::watch(process.session(), Service::Ppn)?),
             heuristic: Arc::new(Alive::watch(process.session(), Service::Heuristic)?),
+            tries: trial::pool(cores).map_err(ServiceError::start)?,
         },
     };
     shared.store_health.pass();

@@ -21,18 +21,25 @@ fn main() -> ExitCode {
     })
 }
 
-/// The catalogue on the grid of each cell.
+/// The catalogue on the grid of each cell, in as many poses as any cell of that grid may use.
 fn catalogues(settings: &Settings) -> Result<Vec<Arc<Catalogue>>> {
     let source = ppnpack_household::source(&settings.catalogue);
-    let mut resolutions: Vec<Resolution> = Vec::new();
+    let mut resolutions: Vec<(Resolution, usize)> = Vec::new();
     for cell in settings.cells.values() {
         let resolution = cell.grid.resolution()?;
-        if !resolutions.contains(&resolution) {
-            resolutions.push(resolution);
+        match resolutions
+            .iter_mut()
+            .find(|(known, _)| *known == resolution)
+        {
+            Some((_, poses)) => *poses = cell.poses.max(*poses),
+            None => resolutions.push((resolution, cell.poses)),
         }
     }
-    let load = |resolution: &Resolution| {
-        let settings = catalogue::Settings::default();
+    let load = |(resolution, poses): &(Resolution, usize)| {
+        let settings = catalogue::Settings {
+            poses: *poses,
+            ..catalogue::Settings::default()
+        };
         let loaded = Catalogue::load(&source, &settings, resolution, &|_, _| {});
         loaded
             .map(Arc::new)

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::object::Model;
+use ppnpack_packing::candidate::Candidate;
 use ppnpack_packing::grid::Resolution;
 use ppnpack_packing::item::Item;
 use ppnpack_wire::convert;
@@ -22,6 +23,8 @@ pub(crate) struct Object {
     pub(crate) shape: ItemId,
     pub(crate) item: Arc<Item>,
     pub(crate) model: Arc<Model>,
+    /// As a candidate, in each pose in which it may be packed: first as the catalogue has it.
+    pub(crate) poses: Vec<Candidate>,
 }
 
 impl Objects {
@@ -33,6 +36,7 @@ impl Objects {
                     shape: ItemId::of(&convert::item::write(&object.item)),
                     item: Arc::clone(&object.item),
                     model: Arc::clone(&object.model),
+                    poses: object.candidates(0),
                 };
                 (object.item.name().to_string(), object)
             });

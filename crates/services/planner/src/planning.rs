@@ -13,6 +13,7 @@ use ppnpack_packing::proposals::{Percent, Proposer};
 use ppnpack_packing::rules;
 use ppnpack_packing::search::Search;
 use ppnpack_packing::step::{Candidate, StageError, StepInput};
+use ppnpack_physics::trial;
 use ppnpack_service::alive::Alive;
 use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::Cell;
@@ -26,6 +27,8 @@ pub(crate) struct Helpers {
     pub(crate) client: Client,
     pub(crate) ppn: Arc<Alive>,
     pub(crate) heuristic: Arc<Alive>,
+    /// The threads that try placements, for all cells together.
+    pub(crate) tries: Option<Arc<rayon::ThreadPool>>,
 }
 
 /// Plans the steps of one cell.
@@ -62,6 +65,10 @@ impl Planning {
             // meshes.
             checks.push(Box::new(station.check()));
         }
+        let mut twin = settings.twin.clone();
+        twin.cell.container = grid.container();
+        let trial = trial::check(method.trial, twin, helpers.tries.clone());
+        checks.extend(trial.map_err(|error| error.to_string())?);
         let evaluator: Box<dyn Evaluator> = match settings.evaluate {
             Where::Fastest | Where::Services => {
                 let peers = peers(&helpers.heuristic, settings.evaluate_limit_s);

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use ppnpack_packing::grid::GridSettings;
 use ppnpack_packing::method::{Method, ProposalSource};
+use ppnpack_physics::twin::TwinSettings;
 use ppnpack_robot::error::ParameterError;
 use ppnpack_robot::station::{ArmStation, StationSettings};
 use ppnpack_service::ServiceSettings;
@@ -26,6 +27,15 @@ pub struct Settings {
     pub queue: usize,
 }
 
+/// The most items that a session may set aside.
+const MAX_SET_ASIDE: usize = 10_000;
+
+/// The most resting poses of an object.
+const MAX_POSES: usize = 6;
+
+/// The most candidates that a heuristic service takes.
+const MAX_CANDIDATES: usize = 1_000;
+
 /// A cell and how it is packed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -39,6 +49,8 @@ pub struct CellSettings {
     /// The arm that has to be able to make the placements; where there is none, that is not checked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arm: Option<StationSettings>,
+    /// The twin of the cell that placements are tried in; its container is that of the grid.
+    pub twin: TwinSettings,
     /// Where placements are evaluated.
     pub evaluate: Where,
     /// The longest that the network may take for a step, in seconds, before the search goes on without it.
@@ -51,6 +63,13 @@ pub struct CellSettings {
     /// The longest that a cloud may be on its way from a sensor that does not know the cell's state, in seconds: what
     /// comes sooner after a report may show what was before.
     pub sensor_latency_s: f64,
+    /// The most items that a session may set aside for the next container, as nothing in the buffer has a valid
+    /// placement, where the request that begins it says nothing else.
+    pub set_aside: usize,
+    /// In how many resting poses an object of the catalogue may be packed at most: as the catalogue has it, then the most
+    /// probable others. Whoever brings items to the robot has to be able to turn them into these. An announcement may allow
+    /// fewer.
+    pub poses: usize,
     /// Whether perception is asked after each placement how the item lies, and the session is corrected by that.
     pub inspect: bool,
     /// The longest that the bridge may take to carry out a placement in automatic mode, in seconds.
@@ -87,11 +106,14 @@ impl Default for CellSettings {
             grid: GridSettings::default(),
             method: Method::default(),
             arm: None,
+            twin: TwinSettings::default(),
             evaluate: Where::Fastest,
             propose_limit_s: 0.5,
             evaluate_limit_s: 1.0,
             heightmap_age_limit_s: 5.0,
             sensor_latency_s: 0.5,
+            set_aside: 0,
+            poses: 1,
             inspect: false,
             place_limit_s: 120.0,
         }
@@ -110,7 +132,21 @@ impl CellSettings {
         let method = &self.method;
         let weights = method.weights.validate();
         weights.map_err(|error| error.to_string())?;
-        in_range("buffer", method.buffer, 1..=1_000)?;
+        let trial = method.trial.validate();
+        trial.map_err(|error| error.to_string())?;
+        let twin = self.twin.validate();
+        twin.map_err(|error| error.to_string())?;
+        in_range("buffer", method.buffer, 1..=MAX_CANDIDATES)?;
+        set_aside_in_range(self.set_aside)?;
+        in_range("poses", self.poses, 1..=MAX_POSES)?;
+        let candidates = method.buffer * self.poses;
+        if candidates > MAX_CANDIDATES {
+            return Err(format!(
+                "poses: {} for each of {} items are {candidates} candidates where {MAX_CANDIDATES} are possible: lower \
+                 poses or buffer",
+                self.poses, method.buffer
+            ));
+        }
         if let ProposalSource::Network { model: Some(_), .. } = method.proposals {
             return Err("proposals: unknown field `model`: a ppn service has its own".to_owned());
         }
@@ -124,6 +160,11 @@ impl CellSettings {
         let mut spans_s = spans_s.into_iter();
         spans_s.try_for_each(|(name, span_s)| in_range(name, span_s, 0.001..=3600.0))
     }
+}
+
+/// Checks how many items a session may set aside.
+pub(crate) fn set_aside_in_range(limit: usize) -> Result<(), String> {
+    in_range("set_aside", limit, 0..=MAX_SET_ASIDE)
 }
 
 impl ServiceSettings for Settings {
@@ -179,6 +220,35 @@ mod tests {
         ] {
             let error = toml::from_str::<CellSettings>(unknown).unwrap_err();
             assert!(error.to_string().contains("unknown field"), "{error}");
+        }
+    }
+
+    #[test]
+    fn no_more_items_may_be_set_aside_than_is_possible() {
+        let cell: CellSettings = toml::from_str("set_aside = 10000").unwrap();
+        assert_eq!(cell.validate(), Ok(()));
+        let cell = CellSettings {
+            set_aside: 10_001,
+            ..cell
+        };
+        let refusal = cell.validate().unwrap_err();
+        assert!(refusal.contains("set_aside"), "{refusal}");
+        assert_eq!(CellSettings::default().set_aside, 0);
+    }
+
+    #[test]
+    fn as_many_poses_are_possible_as_the_services_take_candidates() {
+        let with_poses = |poses: usize, buffer: usize| {
+            let text = format!("poses = {poses}\nbuffer = {buffer}");
+            let cell: CellSettings = toml::from_str(&text).unwrap();
+            cell.validate()
+        };
+        assert_eq!(CellSettings::default().poses, 1);
+        assert_eq!(with_poses(1, 1_000), Ok(()));
+        assert_eq!(with_poses(6, 166), Ok(()));
+        for (poses, buffer) in [(0, 5), (7, 5), (6, 167)] {
+            let refusal = with_poses(poses, buffer).unwrap_err();
+            assert!(refusal.contains("poses"), "{refusal}");
         }
     }
 

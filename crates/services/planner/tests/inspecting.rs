@@ -14,6 +14,8 @@ use nalgebra::{Point2, Vector3};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_packing::item::{Item, ViewSurfaces};
+use ppnpack_packing::method::Method;
+use ppnpack_packing::trial::TrialSettings;
 use ppnpack_planner::{CellSettings, PlannerService, Settings, Where};
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{self, CallError, Client, Done, Incoming, Listener};
@@ -95,6 +97,11 @@ impl Rig {
         let process = embedded::process(&hub, Service::Planner, "planner-1").unwrap();
         let cell = CellSettings {
             evaluate: Where::InProcess,
+            // The heightmap never shows what was placed: that would be in the way of what is tried.
+            method: Method {
+                trial: TrialSettings::off(),
+                ..Method::default()
+            },
             inspect: true,
             ..CellSettings::default()
         };

@@ -10,13 +10,14 @@ use crate::header;
 use crate::v1::{self, Check};
 
 /// What a refusal by each check says of a placement.
-const CAUSES: [(Check, Cause); 6] = [
+const CAUSES: [(Check, Cause); 7] = [
     (Check::PhysicalStability, Cause::Unstable),
     (Check::PublishedStability, Cause::UnstableByPublishedTest),
     (Check::Fits, Cause::AboveRim),
     (Check::Arm, Cause::Arm),
     (Check::OnFloor, Cause::NotOnFloor),
     (Check::Upright, Cause::CouldFallOver),
+    (Check::Trial, Cause::Unsteady),
 ];
 
 /// Makes the checks of a request, in its order.
@@ -51,7 +52,7 @@ pub(super) fn read(field: &'static str, number: i32) -> Result<Check, WireError>
 
 fn boxed(check: Check) -> Option<BoxedCheck> {
     match check {
-        Check::Unspecified | Check::Arm | Check::OnFloor | Check::Upright => None,
+        Check::Unspecified | Check::Arm | Check::OnFloor | Check::Upright | Check::Trial => None,
         Check::PhysicalStability => Some(Box::new(PhysicalStability::new(Default::default()))),
         Check::PublishedStability => Some(Box::new(PublishedStability::default())),
         Check::Fits => Some(Box::new(Fits)),
@@ -95,13 +96,14 @@ mod tests {
 
     #[test]
     fn every_check_has_a_cause_and_every_cause_a_check() {
-        for number in 1..=6 {
+        for number in 1..=7 {
             let check = Check::try_from(number).unwrap();
             assert_eq!(of_cause(cause(check).unwrap()), check);
-            let of_planner = matches!(check, Check::Arm | Check::OnFloor | Check::Upright);
+            let of_planner = [Check::Arm, Check::OnFloor, Check::Upright, Check::Trial];
+            let of_planner = of_planner.contains(&check);
             assert_eq!(read_all(&[number]).is_err(), of_planner, "{check:?}");
         }
-        assert!(Check::try_from(7).is_err(), "a check without a cause");
+        assert!(Check::try_from(8).is_err(), "a check without a cause");
         assert_eq!(cause(Check::Unspecified), None);
         let refused = read_all(&[Check::Arm.into()]).map(|_| ()).unwrap_err();
         assert!(refused.to_string().contains("planner"), "{refused}");

@@ -15,3 +15,4 @@ mod pairs;
 pub mod placement;
 pub mod pose;
 pub mod scene;
+pub mod settling;

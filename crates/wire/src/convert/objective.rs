@@ -55,6 +55,7 @@ fn read_weights(weights: &v1::Weights) -> Weights {
         corner: weights.corner,
         surface_volume: weights.surface_volume,
         touching_area: weights.touching_area,
+        top_height: weights.top_height,
     }
 }
 
@@ -72,6 +73,7 @@ pub fn write(settings: &SearchSettings) -> v1::Objective {
             corner: weights.corner,
             surface_volume: weights.surface_volume,
             touching_area: weights.touching_area,
+            top_height: weights.top_height,
         }),
         seed: settings.seed,
     }

@@ -92,12 +92,22 @@ pub fn read_ranked(message: &v1::RankedPlacement) -> Result<Evaluated, WireError
     })
 }
 
-/// Writes a placement with its value.
+/// Writes a placement with its value. Its candidate is that of the request, whatever its pose.
 pub fn write_ranked(evaluated: &Evaluated) -> v1::RankedPlacement {
     v1::RankedPlacement {
         candidate: to_index(evaluated.candidate),
         placement: Some(write_resting(&evaluated.resting)),
         value: evaluated.value,
+        ..v1::RankedPlacement::default()
+    }
+}
+
+/// Writes a placement with its value, for whom items are candidates: the item's index, and in which of its poses.
+pub fn write_ranked_item(evaluated: &Evaluated, item: usize, pose: usize) -> v1::RankedPlacement {
+    v1::RankedPlacement {
+        candidate: to_index(item),
+        pose: to_index(pose),
+        ..write_ranked(evaluated)
     }
 }
 

@@ -62,7 +62,7 @@ messages! {
     // planner.proto
     BeginRequest BeginReply Region AnnounceRequest Announcement ItemRules AnnounceReply WithdrawRequest WithdrawReply
     PlanRequest PlanReply Decision ItemReason ReportRequest ReportReply ExplainRequest ExplainReply AutomaticRequest
-    AutomaticReply SessionRequest SessionReply Session SessionItem SettledDecision
+    AutomaticReply SessionRequest SessionReply Session SessionItem SettledDecision Settling
     // ppn.proto
     ProposeRequest ProposeReply
     // scene.proto

@@ -16,6 +16,7 @@ use super::decide::Decided;
 use super::refusal::Refusal;
 use super::{CellPlanner, Message};
 use crate::session::{ItemState, Session, SessionItem, message};
+use crate::settings::set_aside_in_range;
 
 /// Regions that one session keeps free at most.
 const MAX_REGIONS: usize = 256;
@@ -83,6 +84,7 @@ impl CellPlanner {
                 keep_out,
                 request.is_automatic,
                 request.least_state_number,
+                self.read_set_aside(request.set_aside)?,
             );
             let saved = self.shared.store.begin(&self.cell, &session);
             self.saved(saved)?;
@@ -96,6 +98,16 @@ impl CellPlanner {
             session: Some(self.message()),
             ..v1::BeginReply::default()
         })
+    }
+
+    /// The most items that a session may set aside, by what its request says of that.
+    fn read_set_aside(&self, asked: Option<u32>) -> Result<usize, Refusal> {
+        let Some(asked) = asked else {
+            return Ok(self.settings.set_aside);
+        };
+        let limit = usize::try_from(asked).unwrap_or(usize::MAX);
+        set_aside_in_range(limit).map_err(Refusal::invalid)?;
+        Ok(limit)
     }
 
     fn announce(
@@ -184,9 +196,32 @@ impl CellPlanner {
             shape,
             rules,
             lying,
+            poses: self.read_poses(item)?,
             state: ItemState::Waiting,
             inspection: None,
         })
+    }
+
+    /// In how many resting poses an item may be packed at most, by what its announcement says of that.
+    fn read_poses(&self, item: &v1::Announcement) -> Result<usize, Refusal> {
+        let v1::Announcement { item_id, poses, .. } = item;
+        let has_heightmaps = matches!(item.shape, Some(v1::announcement::Shape::Item(_)));
+        if has_heightmaps || item.waits_at.is_some() {
+            return match poses {
+                0 | 1 => Ok(1),
+                _ => Err(Refusal::invalid(format_args!(
+                    "item {item_id}: poses: {poses} where 1 is possible: with heightmaps, or with waits_at, it is packed as it lies"
+                ))),
+            };
+        }
+        let most = self.settings.poses;
+        match usize::try_from(*poses).unwrap_or(usize::MAX) {
+            0 => Ok(most),
+            poses if poses <= most => Ok(poses),
+            poses => Err(Refusal::invalid(format_args!(
+                "item {item_id}: poses: {poses} where {most} is possible: that is `poses` of the planner's cell"
+            ))),
+        }
     }
 
     fn withdraw(
@@ -220,12 +255,16 @@ impl CellPlanner {
             }
             None => self.decide(request_id, alternatives as usize, incoming.deadline())?,
         };
-        let reply = v1::PlanReply::default();
+        let reply = v1::PlanReply {
+            set_aside: self.session.reasons_set_aside_now(),
+            ..v1::PlanReply::default()
+        };
         Ok(match decided {
             Decided::Decision(decision) => v1::PlanReply {
                 result: v1::PlanResult::Decided.into(),
+                set_aside: decision.set_aside.clone(),
                 decision: Some(*decision),
-                ..reply
+                ..v1::PlanReply::default()
             },
             Decided::NothingFits(reasons) => v1::PlanReply {
                 result: v1::PlanResult::NothingFits.into(),

@@ -97,7 +97,7 @@ impl CellPlanner {
     fn next_step(&mut self) -> Result<(), Refusal> {
         match self.decide("", 0, Instant::now() + PLAN_LIMIT)? {
             Decided::Decision(_) => Ok(()),
-            Decided::NothingWaits => self.finish(End::AllPacked),
+            Decided::NothingWaits => self.finish(self.session.end_of_items()),
             Decided::NothingFits(reasons) => self.finish(End::NothingFits(reasons)),
         }
     }

@@ -1,11 +1,13 @@
 //! From a request to a decision: the scene, the buffer, the plan.
 
-use std::time::Instant;
+use std::ops::Range;
+use std::time::{Duration, Instant};
 
 use ppnpack_packing::blocked::block;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::plan::{CandidateReport, Plan, Reason};
-use ppnpack_packing::step::{Candidate, Evaluated};
+use ppnpack_packing::refusal::Refusals;
+use ppnpack_packing::step::{Candidate, Evaluated, PlacementCounts};
 use ppnpack_packing::valid::Tally;
 use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
@@ -28,6 +30,7 @@ pub(crate) enum Decided {
 struct Prepared {
     /// Each with its place in the order of arrivals.
     items: Vec<(usize, SessionItem)>,
+    /// The items in their order, each in all the poses in which it may be packed.
     candidates: Vec<Candidate>,
     seen: Seen,
     /// What was seen, with everything blocked that must stay free.
@@ -47,36 +50,71 @@ impl Prepared {
             deadline: self.deadline,
         }
     }
+
+    /// The place among the items of the one that a candidate is.
+    fn item_of(&self, candidate: usize) -> Option<usize> {
+        let arrival = self.candidates.get(candidate)?.arrival;
+        self.items.iter().position(|(held, _)| *held == arrival)
+    }
+
+    /// The candidates of an item, by its place among the items: as it was announced first.
+    fn poses_of(&self, item: usize) -> Range<usize> {
+        let arrival = self.items.get(item).map(|(arrival, _)| *arrival);
+        let is_of = |held: &&Candidate| Some(held.arrival) == arrival;
+        let before = self.candidates.iter().take_while(|held| !is_of(held));
+        let first = before.count();
+        let poses = self.candidates.iter().skip(first).take_while(is_of);
+        first..first + poses.count()
+    }
+
+    /// A placement of a candidate as one of its item.
+    fn write_ranked(&self, ranked: &Evaluated) -> v1::RankedPlacement {
+        let item = self.item_of(ranked.candidate).unwrap_or_default();
+        let held = self.candidates.get(ranked.candidate);
+        convert::placement::write_ranked_item(ranked, item, held.map_or(0, |held| held.pose))
+    }
 }
 
 impl CellPlanner {
-    /// Plans the next step and enters the decision; it is on disk when this returns.
+    /// Plans the next step and enters the decision; it is on disk when this returns. Where nothing in the buffer has a
+    /// valid placement, items are set aside, as many as may be, until one that arrives after them has.
     pub(crate) fn decide(
         &mut self,
         request_id: &str,
         alternatives: usize,
         deadline: Instant,
     ) -> Result<Decided, Refusal> {
-        let started = Instant::now();
-        let buffer = self.session.buffer(self.settings.method.buffer);
-        let items: Vec<_> = buffer.map(|(at, item)| (at, item.clone())).collect();
-        if items.is_empty() {
-            return Ok(Decided::NothingWaits);
-        }
-        let prepared = self.prepare(items, deadline)?;
-        let waited = started.elapsed();
-        let planned = self.plan(&prepared.step(alternatives))?;
-        let Some(choice) = planned.choice() else {
-            let reasons = self.reasons(&prepared, planned.candidates());
-            return Ok(Decided::NothingFits(reasons));
+        let begun = Instant::now();
+        let mut setting_aside = Duration::ZERO;
+        let (prepared, planned, choice, waited) = loop {
+            let started = Instant::now();
+            let buffer = self.session.buffer(self.settings.method.buffer);
+            let items: Vec<_> = buffer.map(|(at, item)| (at, item.clone())).collect();
+            if items.is_empty() {
+                return Ok(Decided::NothingWaits);
+            }
+            let prepared = self.prepare(items, deadline)?;
+            let waited = started.elapsed();
+            let planned = self.plan(&prepared.step(alternatives))?;
+            if let Some(choice) = planned.choice() {
+                break (prepared, planned, choice, waited);
+            }
+            if !self.session.may_set_aside() {
+                let reasons = self.reasons(&prepared, planned.candidates());
+                return Ok(Decided::NothingFits(reasons));
+            }
+            in_time(deadline)?;
+            self.set_aside(&prepared, planned.candidates())?;
+            setting_aside = begun.elapsed();
         };
-        if Instant::now() >= deadline {
-            // Whoever asked has left, and a decision that nobody knows of keeps others waiting.
-            let late = "the time limit passed while planning";
-            return Err(Refusal::new(Status::TimedOut, late));
-        }
+        // Whoever asked may have left, and a decision that nobody knows of keeps others waiting.
+        in_time(deadline)?;
         let mut decision = self.decision(request_id, &prepared, &choice, &planned)?;
         decision.stages.insert(0, header::stage("prepare", waited));
+        if !setting_aside.is_zero() {
+            let stage = header::stage("set_aside", setting_aside);
+            decision.stages.insert(0, stage);
+        }
         let saving = Instant::now();
         let entered = decision.clone();
         self.change(|session| session.decide(entered))?;
@@ -86,6 +124,30 @@ impl CellPlanner {
         self.will_inspect(&decision, &prepared.seen.scene);
         self.news.decisions.push(decision.clone());
         Ok(Decided::Decision(Box::new(decision)))
+    }
+
+    /// Sets aside the largest item of a step in which none has a valid placement; of equal ones the first to arrive. It
+    /// is on disk when this returns.
+    fn set_aside(
+        &mut self,
+        prepared: &Prepared,
+        reports: &[CandidateReport],
+    ) -> Result<(), Refusal> {
+        let volume_m3 = |index: &usize| {
+            let held = prepared.candidates.get(prepared.poses_of(*index).start);
+            held.map_or(0.0, |held| held.item.mesh_volume_m3())
+        };
+        // Of equal ones, `min_by` gives the first.
+        let indices = 0..prepared.items.len();
+        let largest = indices.min_by(|a, b| volume_m3(b).total_cmp(&volume_m3(a)));
+        let reason = largest.and_then(|index| self.reason(prepared, reports, index));
+        let lost = || Refusal::new(Status::Failed, "the plan says nothing of an item");
+        let reason = reason.ok_or_else(lost)?;
+        let entered = reason.clone();
+        self.change(|session| session.set_aside(entered))?;
+        let v1::ItemReason { item_id, text, .. } = reason;
+        tracing::info!(cell = %self.cell, item_id, reason = text, "set aside");
+        Ok(())
     }
 
     /// Where a waiting item would go, or why nowhere.
@@ -104,9 +166,9 @@ impl CellPlanner {
             None => self.reasons(&prepared, planned.candidates()),
         };
         Ok(v1::ExplainReply {
-            best: choice.as_ref().map(convert::placement::write_ranked),
+            best: choice.as_ref().map(|best| prepared.write_ranked(best)),
             reason: reasons.into_iter().next(),
-            counts: planned.candidates().first().map(write_report),
+            counts: Some(write_reports(planned.candidates())),
             ..v1::ExplainReply::default()
         })
     }
@@ -117,21 +179,16 @@ impl CellPlanner {
         items: Vec<(usize, SessionItem)>,
         deadline: Instant,
     ) -> Result<Prepared, Refusal> {
-        let candidate = |(arrival, item): &(usize, SessionItem)| {
-            let shape = self.shape(item)?;
-            Ok(Candidate {
-                arrival: *arrival,
-                item: shape.item,
-                model: shape.model,
-                lying: item.lying,
-                rules: item.rules,
-            })
-        };
-        let candidates: Result<_, Refusal> = items.iter().map(candidate).collect();
-        let candidates = candidates?;
+        let mut candidates = Vec::new();
+        for (arrival, item) in &items {
+            candidates.extend(self.candidates(*arrival, item)?);
+        }
         let least = self.session.least_state_number();
         let seen = self.scenes.current(least, deadline);
-        let seen = seen.map_err(Refusal::unavailable)?;
+        let mut seen = seen.map_err(Refusal::unavailable)?;
+        if let Some(content) = self.content(deadline) {
+            seen.scene = seen.scene.with_content(content);
+        }
         Ok(Prepared {
             items,
             candidates,
@@ -153,12 +210,13 @@ impl CellPlanner {
         for item in &fragile {
             if let ItemState::Packed {
                 placement,
+                pose,
                 planned,
                 container_from_item,
                 ..
             } = &item.state
             {
-                let shape = self.shape(item)?.item;
+                let shape = self.heightmaps(item, *pose)?;
                 let moved = container_from_item * planned.inverse();
                 if let Some(view) = shape.views().get(placement.placement.yaw) {
                     regions.push(footprint(placement, view, self.planning.grid(), &moved));
@@ -191,12 +249,13 @@ impl CellPlanner {
     ) -> Result<v1::Decision, Refusal> {
         let lost = || Refusal::new(Status::Failed, "the plan chose an item that is not there");
         let Prepared { items, seen, .. } = prepared;
-        let (_, item) = items.get(choice.candidate).ok_or_else(lost)?;
+        let item = prepared.item_of(choice.candidate);
+        let (_, item) = item.and_then(|item| items.get(item)).ok_or_else(lost)?;
         let held = prepared.candidates.get(choice.candidate).ok_or_else(lost)?;
-        let pose = held
+        let frame = held
             .item
             .container_from_item(self.planning.grid(), &choice.resting);
-        let container_from_item = item.lying.own_frame(&pose.ok_or_else(lost)?);
+        let container_from_item = held.lying.own_frame(&frame.ok_or_else(lost)?);
         let cycle = planned.evidence().and_then(|found| found.cycle.as_ref());
         let timings = planned.timings();
         let stages = vec![
@@ -216,7 +275,7 @@ impl CellPlanner {
             value: choice.value,
             alternatives: planned
                 .alternatives()
-                .map(convert::placement::write_ranked)
+                .map(|other| prepared.write_ranked(other))
                 .collect(),
             buffer: items.iter().map(|(_, item)| item.item_id.clone()).collect(),
             heightmap: Some(seen.id),
@@ -225,24 +284,40 @@ impl CellPlanner {
             is_widened: planned.is_widened(),
             stages,
             cycle: cycle.map(|cycle| Box::new(convert::cycle::write(cycle))),
+            set_aside: self.session.reasons_set_aside_now(),
+            settling: planned
+                .evidence()
+                .and_then(|found| found.settling.as_ref())
+                .map(convert::settling::write),
+            pose: u32::try_from(held.pose).unwrap_or(u32::MAX),
         })
     }
 
-    /// Why the items of the buffer have no valid placement. What only the blocked regions keep out is told apart, by
-    /// planning on the scene without them.
+    /// Why the items of the buffer have no valid placement.
     fn reasons(&mut self, prepared: &Prepared, reports: &[CandidateReport]) -> Vec<v1::ItemReason> {
-        let mut reasons = Vec::with_capacity(prepared.items.len());
-        let candidates = prepared.candidates.iter().zip(reports);
-        for ((_, item), (candidate, report)) in prepared.items.iter().zip(candidates) {
-            let is_blocked = self.fits_without_regions(&Step {
-                scene: &prepared.seen.scene,
-                candidates: std::slice::from_ref(candidate),
-                ..prepared.step(0)
-            });
-            let reason = report.reason.as_ref();
-            reasons.push(write_reason(&item.item_id, reason, is_blocked));
-        }
-        reasons
+        let indices = 0..prepared.items.len();
+        let reasons = indices.filter_map(|index| self.reason(prepared, reports, index));
+        reasons.collect()
+    }
+
+    /// Why an item of the buffer has no valid placement: in the pose in which it was announced, where it may be packed in
+    /// several. What only the blocked regions keep out is told apart, by planning on the scene without them.
+    fn reason(
+        &mut self,
+        prepared: &Prepared,
+        reports: &[CandidateReport],
+        index: usize,
+    ) -> Option<v1::ItemReason> {
+        let (_, item) = prepared.items.get(index)?;
+        let poses = prepared.poses_of(index);
+        let report = reports.get(poses.start)?;
+        let is_blocked = self.fits_without_regions(&Step {
+            scene: &prepared.seen.scene,
+            candidates: prepared.candidates.get(poses)?,
+            ..prepared.step(0)
+        });
+        let reason = report.reason.as_ref();
+        Some(write_reason(&item.item_id, reason, is_blocked))
     }
 
     fn fits_without_regions(&mut self, alone: &Step<'_>) -> bool {
@@ -251,6 +326,15 @@ impl CellPlanner {
             !self.session.keep_out().is_empty() || items.any(|item| item.rules.is_fragile);
         has_regions && self.plan(alone).is_ok_and(|plan| plan.choice().is_some())
     }
+}
+
+/// Refuses what would come too late.
+fn in_time(deadline: Instant) -> Result<(), Refusal> {
+    if Instant::now() < deadline {
+        return Ok(());
+    }
+    let late = "the time limit passed while planning";
+    Err(Refusal::new(Status::TimedOut, late))
 }
 
 fn write_reason(item_id: &str, reason: Option<&Reason>, is_blocked: bool) -> v1::ItemReason {
@@ -273,10 +357,19 @@ fn write_reason(item_id: &str, reason: Option<&Reason>, is_blocked: bool) -> v1:
     }
 }
 
-fn write_report(report: &CandidateReport) -> v1::PlacementCounts {
+/// What became of the placements of an item, in all of its poses together.
+fn write_reports(reports: &[CandidateReport]) -> v1::PlacementCounts {
+    let mut counts = PlacementCounts::default();
+    let mut refusals = Refusals::default();
+    for report in reports {
+        counts.possible += report.counts.possible;
+        counts.proposed += report.counts.proposed;
+        counts.fitting += report.counts.fitting;
+        refusals.add(&report.refusals);
+    }
     convert::placement::write_tally(&Tally {
         candidate: 0,
-        counts: report.counts,
-        refusals: report.refusals.clone(),
+        counts,
+        refusals,
     })
 }

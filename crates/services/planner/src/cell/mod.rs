@@ -2,6 +2,7 @@
 
 mod answers;
 mod automatic;
+mod content;
 mod decide;
 mod footprint;
 mod inspect;
@@ -11,6 +12,8 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use ppnpack_catalogue::seen::SeenSolids;
+use ppnpack_packing::candidate::Candidate;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::model::Model;
 use ppnpack_service::ServiceError;
@@ -23,7 +26,7 @@ use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1;
 
-use crate::objects::Objects;
+use crate::objects::{Object, Objects};
 use crate::planning::{Helpers, Planning};
 use crate::scenes::{SceneLimits, Scenes};
 use crate::session::{Session, SessionError, SessionItem};
@@ -64,6 +67,8 @@ pub(crate) struct CellPlanner {
     shapes: HashMap<ItemId, Arc<Item>>,
     /// Of these, the solids of those that the catalogue has, as they lie.
     posed_models: HashMap<ItemId, Arc<Model>>,
+    /// Of the others: the solids of what was seen of them.
+    seen: SeenSolids,
     session: Session,
     planning: Planning,
     scenes: Scenes,
@@ -75,6 +80,8 @@ pub(crate) struct CellPlanner {
     /// Wait until it is inspected.
     plans: PendingRequests<Incoming<v1::PlanRequest>>,
     automatic: Automatic,
+    /// The bridge did not say what lies in the container, and is not asked again before.
+    bridge_left_alone_until: Option<Instant>,
     /// Where it is reached itself.
     own: WeakAddress<Message>,
 }
@@ -137,6 +144,7 @@ impl CellPlanner {
             shared: Arc::clone(shared),
             shapes: HashMap::new(),
             posed_models: HashMap::new(),
+            seen: SeenSolids::default(),
             session,
             planning,
             scenes,
@@ -149,6 +157,7 @@ impl CellPlanner {
             to_inspect: None,
             plans: PendingRequests::new(MOST_PLANS),
             automatic: Automatic::default(),
+            bridge_left_alone_until: None,
             own,
         })
     }
@@ -213,11 +222,60 @@ impl CellPlanner {
         }
     }
 
-    /// The heightmaps of an item of the session, and its solid where the catalogue has it.
+    /// An item of the session as a step may choose it: in each pose in which it may be packed, as announced first.
+    fn candidates(
+        &mut self,
+        arrival: usize,
+        item: &SessionItem,
+    ) -> Result<Vec<Candidate>, Refusal> {
+        if let Some(known) = self.object(item) {
+            let poses = item.poses.min(self.settings.poses);
+            let posed = known.poses.iter().take(poses).map(|posed| Candidate {
+                arrival,
+                lying: match posed.pose {
+                    0 => item.lying,
+                    _ => posed.lying,
+                },
+                rules: item.rules,
+                ..posed.clone()
+            });
+            return Ok(posed.collect());
+        }
+        let Shape { item: shape, model } = self.shape(item)?;
+        Ok(vec![Candidate {
+            model,
+            lying: item.lying,
+            rules: item.rules,
+            ..Candidate::new(arrival, shape)
+        }])
+    }
+
+    /// The heightmaps of an item of the session in one of its poses.
+    fn heightmaps(&mut self, item: &SessionItem, pose: usize) -> Result<Arc<Item>, Refusal> {
+        if pose == 0 {
+            return Ok(self.shape(item)?.item);
+        }
+        let posed = self.object(item).and_then(|known| known.poses.get(pose));
+        let posed = posed.ok_or_else(|| {
+            let SessionItem { item_id, object, .. } = item;
+            Refusal::unavailable(format_args!(
+                "item {item_id} was packed in pose {pose} of {object}, which is not known any more: `poses` of the cell has \
+                 to be as great as then"
+            ))
+        })?;
+        Ok(Arc::clone(&posed.item))
+    }
+
+    /// The object of the catalogue that an item is, where it stands as that has it.
+    fn object(&self, item: &SessionItem) -> Option<&Object> {
+        let known = self.shared.objects.named(&self.settings, &item.object);
+        known.filter(|known| known.shape == item.shape)
+    }
+
+    /// The heightmaps of an item of the session as it was announced, and its solid where the catalogue has it.
     fn shape(&mut self, item: &SessionItem) -> Result<Shape, Refusal> {
         let (object, shape) = (item.object.as_str(), item.shape);
-        let known = self.shared.objects.named(&self.settings, object);
-        if let Some(known) = known.filter(|known| known.shape == shape) {
+        if let Some(known) = self.object(item) {
             return Ok(Shape {
                 item: Arc::clone(&known.item),
                 model: Some(Arc::clone(&known.model)),

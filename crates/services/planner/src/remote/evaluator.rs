@@ -200,6 +200,7 @@ impl SharedEvaluator {
                 .map(|(id, held)| v1::CandidateItem {
                     item_id: id.to_bytes(),
                     arrival: held.arrival as u64,
+                    pose: u32::try_from(held.pose).unwrap_or(u32::MAX),
                 })
                 .collect(),
             items: self.items.unsent(&asked.instance, items()),

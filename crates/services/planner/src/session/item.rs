@@ -13,7 +13,10 @@ pub(crate) struct SessionItem {
     pub(crate) object: String,
     pub(crate) shape: ItemId,
     pub(crate) rules: Rules,
+    /// As it was announced.
     pub(crate) lying: Lying,
+    /// In how many resting poses it may be packed at most; at least one.
+    pub(crate) poses: usize,
     pub(crate) state: ItemState,
     /// How it was found after it was placed, where that was looked at.
     pub(crate) inspection: Option<v1::Inspection>,
@@ -26,6 +29,8 @@ pub(crate) enum ItemState {
     Decided,
     Packed {
         placement: RestingPlacement,
+        /// In which of its resting poses.
+        pose: usize,
         /// Where it was planned to be, and where it is by what was reported.
         planned: Isometry3<f64>,
         container_from_item: Isometry3<f64>,
@@ -35,6 +40,13 @@ pub(crate) enum ItemState {
     /// Lost, or in an unknown place.
     Gone,
     Withdrawn,
+    /// Left for the next container.
+    SetAside {
+        /// Why it had no valid placement.
+        reason: v1::ItemReason,
+        /// The number of the step at which it was set aside.
+        step: u64,
+    },
 }
 
 impl SessionItem {
@@ -56,7 +68,15 @@ impl SessionItem {
         true
     }
 
-    /// Whether it was announced as the other is.
+    /// Has it wait again where it was set aside.
+    pub(crate) fn wait_again(&mut self) {
+        if let ItemState::SetAside { .. } = self.state {
+            self.state = ItemState::Waiting;
+        }
+    }
+
+    /// Whether it was announced as the other is. In how many poses it may be packed is what the cell allowed when it was
+    /// announced first.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         self.shape == other.shape && self.rules == other.rules && self.lying == other.lying
     }
@@ -77,6 +97,7 @@ impl ItemState {
         let planned = pose(decision.container_from_item.as_ref())?;
         Some(Self::Packed {
             placement: convert::placement::read_resting(decision.placement.as_ref()?).ok()?,
+            pose: usize::try_from(decision.pose).unwrap_or(usize::MAX),
             planned,
             container_from_item: pose(outcome.container_from_item.as_ref()).unwrap_or(planned),
             cycle_s: decision.cycle.as_ref().map(|cycle| cycle.cycle_s),

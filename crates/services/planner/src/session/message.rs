@@ -14,6 +14,9 @@ impl Session {
         let (end, reasons, failure) = match &self.end {
             None => (v1::SessionEnd::Unspecified, Vec::new(), String::new()),
             Some(End::AllPacked) => (v1::SessionEnd::AllPacked, Vec::new(), String::new()),
+            Some(End::OthersSetAside) => {
+                (v1::SessionEnd::OthersSetAside, Vec::new(), String::new())
+            }
             Some(End::NothingFits(reasons)) => {
                 (v1::SessionEnd::NothingFits, reasons.clone(), String::new())
             }
@@ -33,6 +36,8 @@ impl Session {
             least_state_number: self.least_state_number,
             settled: self.settled.clone(),
             mean_cycle_s: self.mean_cycle_s().unwrap_or_default(),
+            set_aside_limit: u32::try_from(self.set_aside_limit).unwrap_or(u32::MAX),
+            set_aside: self.reasons_set_aside().cloned().collect(),
         }
     }
 
@@ -41,6 +46,7 @@ impl Session {
         let end = match message.end() {
             v1::SessionEnd::Unspecified => None,
             v1::SessionEnd::AllPacked => Some(End::AllPacked),
+            v1::SessionEnd::OthersSetAside => Some(End::OthersSetAside),
             v1::SessionEnd::NothingFits => Some(End::NothingFits(message.reasons)),
             v1::SessionEnd::Failed => Some(End::Failed(message.failure)),
         };
@@ -55,6 +61,7 @@ impl Session {
             end,
             least_state_number: message.least_state_number,
             settled: message.settled,
+            set_aside_limit: usize::try_from(message.set_aside_limit).unwrap_or(usize::MAX),
         })
     }
 }
@@ -127,6 +134,7 @@ fn write_item(item: &SessionItem) -> v1::SessionItem {
         ItemState::Packed { .. } => v1::ItemState::Packed,
         ItemState::Gone => v1::ItemState::Gone,
         ItemState::Withdrawn => v1::ItemState::Withdrawn,
+        ItemState::SetAside { .. } => v1::ItemState::SetAside,
     };
     let mut message = v1::SessionItem {
         item_id: item.item_id.clone(),
@@ -136,20 +144,32 @@ fn write_item(item: &SessionItem) -> v1::SessionItem {
         shape: item.shape.to_bytes(),
         heightmap_from_item: frame(&item.lying.heightmap_from_item),
         waits_at: frame(&item.lying.waits_at),
+        poses: match item.poses {
+            ..=1 => 0,
+            poses => u32::try_from(poses).unwrap_or(u32::MAX),
+        },
         inspection: item.inspection.clone(),
         ..v1::SessionItem::default()
     };
-    if let ItemState::Packed {
-        placement,
-        planned,
-        container_from_item,
-        cycle_s,
-    } = &item.state
-    {
-        message.cycle_s = cycle_s.unwrap_or_default();
-        message.placement = Some(convert::placement::write_resting(placement));
-        message.planned = Some(convert::pose::write(planned));
-        message.container_from_item = Some(convert::pose::write(container_from_item));
+    match &item.state {
+        ItemState::Packed {
+            placement,
+            pose,
+            planned,
+            container_from_item,
+            cycle_s,
+        } => {
+            message.pose = u32::try_from(*pose).unwrap_or(u32::MAX);
+            message.cycle_s = cycle_s.unwrap_or_default();
+            message.placement = Some(convert::placement::write_resting(placement));
+            message.planned = Some(convert::pose::write(planned));
+            message.container_from_item = Some(convert::pose::write(container_from_item));
+        }
+        ItemState::SetAside { reason, step } => {
+            message.set_aside = Some(reason.clone());
+            message.set_aside_step = *step;
+        }
+        ItemState::Waiting | ItemState::Decided | ItemState::Gone | ItemState::Withdrawn => {}
     }
     message
 }
@@ -160,6 +180,7 @@ fn read_item(message: &v1::SessionItem) -> Result<SessionItem, WireError> {
         v1::ItemState::Decided => ItemState::Decided,
         v1::ItemState::Withdrawn => ItemState::Withdrawn,
         v1::ItemState::Packed => read_packed(message)?,
+        v1::ItemState::SetAside => read_set_aside(message)?,
         v1::ItemState::Gone | v1::ItemState::Unspecified => ItemState::Gone,
     };
     Ok(SessionItem {
@@ -171,8 +192,19 @@ fn read_item(message: &v1::SessionItem) -> Result<SessionItem, WireError> {
             message.heightmap_from_item.as_ref(),
             message.waits_at.as_ref(),
         )?,
+        poses: usize::try_from(message.poses).unwrap_or(usize::MAX).max(1),
         state,
         inspection: message.inspection.clone(),
+    })
+}
+
+fn read_set_aside(message: &v1::SessionItem) -> Result<ItemState, WireError> {
+    let reason = message.set_aside.clone().ok_or(WireError::Missing {
+        field: "items.set_aside",
+    })?;
+    Ok(ItemState::SetAside {
+        reason,
+        step: message.set_aside_step,
     })
 }
 
@@ -183,6 +215,7 @@ fn read_packed(message: &v1::SessionItem) -> Result<ItemState, WireError> {
     let pose = |field, pose: &Option<v1::Pose>| convert::pose::read_required(field, pose.as_ref());
     Ok(ItemState::Packed {
         placement: convert::placement::read_resting(placement)?,
+        pose: usize::try_from(message.pose).unwrap_or(usize::MAX),
         planned: pose("items.planned", &message.planned)?,
         container_from_item: pose("items.container_from_item", &message.container_from_item)?,
         // No cycle takes no time.

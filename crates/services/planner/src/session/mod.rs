@@ -28,8 +28,10 @@ pub(crate) enum SessionError {
     UnknownDecision(String),
     #[error("item {0} was announced before as something else")]
     OtherItem(String),
-    #[error("item {0} is already decided on or packed")]
+    #[error("item {0} does not wait: it was decided on, set aside or withdrawn")]
     NotWaiting(String),
+    #[error("no more than {0} items may be set aside in this session")]
+    AsideFull(usize),
     #[error("decision {0} awaits its outcome: report that first")]
     Pending(String),
     #[error("the request was answered before with decision {0}, which has its outcome")]
@@ -46,6 +48,8 @@ pub(crate) enum SessionError {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum End {
     AllPacked,
+    /// All packed but for what is set aside.
+    OthersSetAside,
     NothingFits(Vec<v1::ItemReason>),
     Failed(String),
 }
@@ -62,6 +66,8 @@ pub(crate) struct Session {
     end: Option<End>,
     least_state_number: u64,
     settled: Vec<v1::SettledDecision>,
+    /// The most items that may be set aside.
+    set_aside_limit: usize,
 }
 
 impl Session {
@@ -71,12 +77,14 @@ impl Session {
         keep_out: Vec<BlockedRegion>,
         is_automatic: bool,
         least_state_number: u64,
+        set_aside_limit: usize,
     ) -> Self {
         Self {
             id,
             keep_out,
             is_automatic,
             least_state_number,
+            set_aside_limit,
             ..Self::default()
         }
     }
@@ -153,31 +161,85 @@ impl Session {
         Ok(())
     }
 
-    /// Adds waiting items in their order; those that were announced before are left as they are.
+    /// Adds waiting items in their order; those that were announced before are left as they are, but for those that are
+    /// set aside: they wait again.
     pub(crate) fn announce(&mut self, waiting: Vec<SessionItem>) -> Result<(), SessionError> {
         self.must_be_under_way()?;
         for item in waiting {
-            let mut items = self.items.iter();
-            match items.find(|known| known.item_id == item.item_id) {
-                Some(known) if known.is_same(&item) => {}
-                Some(_) => return Err(SessionError::OtherItem(item.item_id)),
-                None if self.items.len() >= MAX_ITEMS => return Err(SessionError::Full),
-                None => self.items.push(item),
+            let mut items = self.items.iter_mut();
+            if let Some(known) = items.find(|known| known.item_id == item.item_id) {
+                if !known.is_same(&item) {
+                    return Err(SessionError::OtherItem(item.item_id));
+                }
+                known.wait_again();
+                continue;
             }
+            if self.items.len() >= MAX_ITEMS {
+                return Err(SessionError::Full);
+            }
+            self.items.push(item);
         }
         self.end = None;
         Ok(())
     }
 
-    /// Takes a waiting item out. One that is withdrawn already stays so.
+    /// Takes an item out that waits or is set aside. One that is withdrawn already stays so.
     pub(crate) fn withdraw(&mut self, item_id: &str) -> Result<(), SessionError> {
         let item = self.item_mut(item_id)?;
         match item.state {
-            ItemState::Waiting | ItemState::Withdrawn => item.state = ItemState::Withdrawn,
+            ItemState::Waiting | ItemState::Withdrawn | ItemState::SetAside { .. } => {
+                item.state = ItemState::Withdrawn;
+            }
             _ => return Err(SessionError::NotWaiting(item_id.to_owned())),
         }
         self.end = None;
         Ok(())
+    }
+
+    /// Whether one more item may be set aside.
+    pub(crate) fn may_set_aside(&self) -> bool {
+        self.reasons_set_aside().count() < self.set_aside_limit
+    }
+
+    /// Sets a waiting item aside at the present step, as it has no valid placement.
+    pub(crate) fn set_aside(&mut self, reason: v1::ItemReason) -> Result<(), SessionError> {
+        if !self.may_set_aside() {
+            return Err(SessionError::AsideFull(self.set_aside_limit));
+        }
+        let step = self.step;
+        let item = self.item_mut(&reason.item_id)?;
+        if item.state != ItemState::Waiting {
+            return Err(SessionError::NotWaiting(reason.item_id));
+        }
+        item.state = ItemState::SetAside { reason, step };
+        Ok(())
+    }
+
+    /// Of each item that is set aside: why.
+    pub(crate) fn reasons_set_aside(&self) -> impl Iterator<Item = &v1::ItemReason> {
+        let items = self.items.iter();
+        items.filter_map(|item| match &item.state {
+            ItemState::SetAside { reason, .. } => Some(reason),
+            _ => None,
+        })
+    }
+
+    /// Of each item that was set aside at the present step: why.
+    pub(crate) fn reasons_set_aside_now(&self) -> Vec<v1::ItemReason> {
+        let items = self.items.iter();
+        let reasons = items.filter_map(|item| match &item.state {
+            ItemState::SetAside { reason, step } if *step == self.step => Some(reason.clone()),
+            _ => None,
+        });
+        reasons.collect()
+    }
+
+    /// How it ends where no item waits any more.
+    pub(crate) fn end_of_items(&self) -> End {
+        match self.reasons_set_aside().next() {
+            Some(_) => End::OthersSetAside,
+            None => End::AllPacked,
+        }
     }
 
     /// The decision that a request was answered with before, if it was.

@@ -3,7 +3,8 @@ use ppnpack_wire::convert;
 use ppnpack_wire::item_id::ItemId;
 
 use super::SessionError::{
-    Answered, NoKind, NoSession, NotWaiting, OtherItem, OtherOutcome, Pending, UnknownDecision,
+    Answered, AsideFull, NoKind, NoSession, NotWaiting, OtherItem, OtherOutcome, Pending,
+    UnknownDecision, UnknownItem,
 };
 use super::*;
 
@@ -14,13 +15,19 @@ fn announced(item_id: &str) -> SessionItem {
         object: "mug".to_owned(),
         shape: ItemId::of(&v1::Item::default()),
         rules: Rules::default(),
+        poses: 1,
         state: ItemState::Waiting,
         inspection: None,
     }
 }
 
 fn session_of(items: &[&str]) -> Session {
-    let mut session = Session::begin("s".to_owned(), Vec::new(), false, 0);
+    session_with_aside(0, items)
+}
+
+/// A session that may set so many items aside.
+fn session_with_aside(limit: usize, items: &[&str]) -> Session {
+    let mut session = Session::begin("s".to_owned(), Vec::new(), false, 0, limit);
     session
         .announce(items.iter().map(|item| announced(item)).collect())
         .unwrap();
@@ -48,6 +55,21 @@ fn outcome(kind: v1::OutcomeKind) -> v1::Outcome {
 
 fn report(session: &mut Session, decision_id: &str, kind: v1::OutcomeKind) {
     session.report(decision_id, &outcome(kind)).unwrap();
+}
+
+fn too_large(item_id: &str) -> v1::ItemReason {
+    v1::ItemReason {
+        item_id: item_id.to_owned(),
+        reason: v1::Reason::TooLarge.into(),
+        text: "too large".to_owned(),
+    }
+}
+
+fn set_aside(session: &Session) -> Vec<&str> {
+    session
+        .reasons_set_aside()
+        .map(|reason| reason.item_id.as_str())
+        .collect()
 }
 
 fn waiting(session: &Session) -> Vec<&str> {
@@ -140,6 +162,121 @@ fn only_waiting_items_are_withdrawn() {
     session.withdraw("b").unwrap();
     session.withdraw("b").unwrap();
     assert!(waiting(&session).is_empty());
+}
+
+#[test]
+fn no_more_items_are_set_aside_than_may_be() {
+    let mut session = session_with_aside(2, &["a", "b", "c", "d"]);
+    session.set_aside(too_large("c")).unwrap();
+    session.set_aside(too_large("a")).unwrap();
+    assert!(!session.may_set_aside());
+    assert_eq!(session.set_aside(too_large("b")), Err(AsideFull(2)));
+    assert_eq!(set_aside(&session), ["a", "c"]);
+    assert_eq!(waiting(&session), ["b", "d"]);
+    let none = session_of(&["a"]).set_aside(too_large("a"));
+    assert_eq!(none, Err(AsideFull(0)));
+}
+
+#[test]
+fn only_waiting_items_are_set_aside() {
+    let mut session = session_with_aside(9, &["a", "b", "c"]);
+    session.decide(decision("d1", "a")).unwrap();
+    session.withdraw("b").unwrap();
+    session.set_aside(too_large("c")).unwrap();
+    let before = session.clone();
+    for item in ["a", "b", "c"] {
+        let refused = session.set_aside(too_large(item));
+        assert_eq!(refused, Err(NotWaiting(item.into())));
+    }
+    let unknown = session.set_aside(too_large("x"));
+    assert_eq!(unknown, Err(UnknownItem("x".into())));
+    assert_eq!(
+        session.waiting("c").map(|_| ()),
+        Err(NotWaiting("c".into()))
+    );
+    assert_eq!(session, before);
+}
+
+#[test]
+fn an_item_that_was_set_aside_is_withdrawn_or_waits_again_when_it_is_announced_again() {
+    let mut session = session_with_aside(2, &["a", "b", "c"]);
+    session.set_aside(too_large("a")).unwrap();
+    session.set_aside(too_large("b")).unwrap();
+    session.withdraw("a").unwrap();
+    assert_eq!(session.items()[0].state, ItemState::Withdrawn);
+    assert_eq!(set_aside(&session), ["b"]);
+    // Both are announced again as they were: the one that is withdrawn stays so.
+    session
+        .announce(vec![announced("a"), announced("b")])
+        .unwrap();
+    assert_eq!(waiting(&session), ["b", "c"]);
+    assert!(set_aside(&session).is_empty());
+    // There is room for two again.
+    session.set_aside(too_large("b")).unwrap();
+    session.set_aside(too_large("c")).unwrap();
+    let other = SessionItem {
+        object: "bowl".to_owned(),
+        shape: ItemId::of(&v1::Item {
+            name: "bowl".to_owned(),
+            ..v1::Item::default()
+        }),
+        ..announced("b")
+    };
+    assert_eq!(session.announce(vec![other]), Err(OtherItem("b".into())));
+    assert_eq!(set_aside(&session), ["b", "c"]);
+}
+
+#[test]
+fn what_was_set_aside_is_told_with_the_step_at_which_it_was() {
+    let mut session = session_with_aside(9, &["a", "b", "c"]);
+    session.set_aside(too_large("b")).unwrap();
+    assert_eq!(session.reasons_set_aside_now(), [too_large("b")]);
+    session.decide(decision("d1", "a")).unwrap();
+    report(&mut session, "d1", v1::OutcomeKind::Placed);
+    assert!(session.reasons_set_aside_now().is_empty());
+    session.set_aside(too_large("c")).unwrap();
+    assert_eq!(session.reasons_set_aside_now(), [too_large("c")]);
+    assert_eq!(set_aside(&session), ["b", "c"]);
+}
+
+#[test]
+fn a_session_ends_with_everything_packed_or_the_others_set_aside() {
+    let mut session = session_with_aside(1, &["a", "b"]);
+    session.decide(decision("d1", "a")).unwrap();
+    report(&mut session, "d1", v1::OutcomeKind::Placed);
+    assert_eq!(session.end_of_items(), End::AllPacked);
+    session.set_aside(too_large("b")).unwrap();
+    assert_eq!(session.end_of_items(), End::OthersSetAside);
+    session.end(End::OthersSetAside);
+    let message = session.to_message(5);
+    assert_eq!(message.end(), v1::SessionEnd::OthersSetAside);
+    assert_eq!(message.set_aside, [too_large("b")]);
+    assert_eq!(message.set_aside_limit, 1);
+    let [a, b] = message.items.as_slice() else {
+        panic!("two items");
+    };
+    assert_eq!((a.state(), &a.set_aside), (v1::ItemState::Packed, &None));
+    assert_eq!(b.state(), v1::ItemState::SetAside);
+    assert_eq!((&b.set_aside, b.set_aside_step), (&Some(too_large("b")), 1));
+    assert_eq!(Session::from_message(message), Ok(session.clone()));
+    // Who announces it again has it tried again.
+    session.announce(vec![announced("b")]).unwrap();
+    assert!(!session.has_ended());
+}
+
+#[test]
+fn a_session_that_sets_nothing_aside_is_encoded_as_before_it_could() {
+    let mut session = session_of(&["a", "b"]);
+    session.decide(decision("d1", "a")).unwrap();
+    // Fields that hold their default are not written: what is new takes no bytes.
+    let message = session.to_message(5);
+    assert_eq!(message.set_aside_limit, 0);
+    assert!(message.set_aside.is_empty());
+    let mut items = message.items.iter();
+    assert!(items.all(|item| item.set_aside.is_none() && item.set_aside_step == 0));
+    // Of one that was kept before, nothing may be set aside.
+    let read = Session::from_message(message).unwrap();
+    assert!(!read.may_set_aside());
 }
 
 #[test]
@@ -267,4 +404,45 @@ fn an_item_lies_as_announced_after_a_restart_and_another_way_is_another_item() {
     assert_eq!(other, Err(OtherItem("b".into())));
     let message = session.to_message(5);
     assert_eq!(Session::from_message(message), Ok(session));
+}
+
+#[test]
+fn the_poses_of_an_item_are_read_as_they_were_written() {
+    let mut session = Session::begin("s".to_owned(), Vec::new(), false, 0, 0);
+    let items = ["a", "b"].map(|item_id| SessionItem {
+        poses: 3,
+        ..announced(item_id)
+    });
+    session.announce(items.to_vec()).unwrap();
+    let turned = v1::Decision {
+        pose: 2,
+        ..decision("d1", "a")
+    };
+    session.decide(turned).unwrap();
+    report(&mut session, "d1", v1::OutcomeKind::Placed);
+    assert!(matches!(
+        session.items()[0].state,
+        ItemState::Packed { pose: 2, .. }
+    ));
+    let message = session.to_message(5);
+    let poses = message.items.iter().map(|item| (item.poses, item.pose));
+    assert_eq!(poses.collect::<Vec<_>>(), [(3, 2), (3, 0)]);
+    assert_eq!(Session::from_message(message), Ok(session.clone()));
+    // Announced again, they are left as they are, whatever the cell allows by then.
+    session.announce(vec![announced("b")]).unwrap();
+    assert_eq!(session.items()[1].poses, 3);
+}
+
+#[test]
+fn an_item_in_one_pose_is_encoded_as_before_there_were_others() {
+    let mut session = session_of(&["a", "b"]);
+    session.decide(decision("d1", "a")).unwrap();
+    report(&mut session, "d1", v1::OutcomeKind::Placed);
+    // Fields that hold their default are not written: what is new takes no bytes.
+    let message = session.to_message(5);
+    let mut items = message.items.iter();
+    assert!(items.all(|item| item.poses == 0 && item.pose == 0));
+    let read = Session::from_message(message).unwrap();
+    assert!(read.items().iter().all(|item| item.poses == 1));
+    assert_eq!(read, session);
 }

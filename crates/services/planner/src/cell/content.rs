@@ -1,0 +1,117 @@
+//! What lies in the container, as solids: what placements are tried among.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use nalgebra::Isometry3;
+use ppnpack_packing::content::{Content, LyingBody, LyingSolid};
+use ppnpack_packing::model::Model;
+use ppnpack_wire::{convert, v1};
+
+use super::CellPlanner;
+use crate::session::{ItemState, SessionItem};
+
+/// How long the bridge may take to say what lies in the container.
+const PATIENCE: Duration = Duration::from_millis(100);
+
+/// A bridge that did not say is left alone for so long.
+const LEFT_ALONE: Duration = Duration::from_secs(30);
+
+impl CellPlanner {
+    /// What lies in the container: where the bridge knows it, else where the session last knew each packed item. `None`
+    /// where nothing is tried.
+    pub(super) fn content(&mut self, deadline: Instant) -> Option<Content> {
+        if !self.settings.method.trial.is_on() {
+            return None;
+        }
+        if let Some(bodies) = self.bodies(deadline) {
+            let bodies = bodies.iter().map(|body| self.solid_of_body(body));
+            return Some(bodies.collect());
+        }
+        let items = self.session.items().to_vec();
+        let packed = items.iter().filter_map(packed);
+        let bodies = packed.map(|(item, pose)| self.solid_of_item(item, pose));
+        Some(bodies.collect())
+    }
+
+    /// What the bridge says that lies in the container now, where it does.
+    fn bodies(&mut self, deadline: Instant) -> Option<Vec<v1::Body>> {
+        let now = Instant::now();
+        let is_left_alone = self
+            .bridge_left_alone_until
+            .is_some_and(|until| now < until);
+        if is_left_alone {
+            return None;
+        }
+        let until = deadline.min(now + PATIENCE);
+        let request = v1::CellStateRequest::default();
+        let reply = self.shared.helpers.client.call(&self.cell, request, until);
+        let least = self.session.least_state_number();
+        match reply.ok().and_then(|reply| reply.state) {
+            Some(state) => {
+                let is_told = state.is_simulated || !state.bodies.is_empty();
+                (is_told && state.state_number >= least).then_some(state.bodies)
+            }
+            None => {
+                self.bridge_left_alone_until = Some(now + LEFT_ALONE);
+                None
+            }
+        }
+    }
+
+    /// The solid of a body where the bridge says that it is. A body that is another object than its item of the session
+    /// has another frame than that.
+    fn solid_of_body(&mut self, body: &v1::Body) -> LyingBody {
+        let pose = body.container_from_item.as_ref();
+        let pose = convert::pose::read_required("pose", pose).ok();
+        let mut items = self.session.items().iter();
+        let item = items.find(|item| item.item_id == body.item_id).cloned();
+        let is_named = |item: &&SessionItem| item.object == body.object || body.object.is_empty();
+        if let Some((item, pose)) = item.as_ref().filter(is_named).zip(pose) {
+            return self.solid_of_item(item, &pose);
+        }
+        let known = self.shared.objects.named(&self.settings, &body.object);
+        if let Some((known, container_from_item)) = known.zip(pose) {
+            return LyingBody::Known(LyingSolid {
+                model: Arc::clone(&known.model),
+                container_from_item,
+            });
+        }
+        match item.as_ref().and_then(packed) {
+            Some((item, pose)) => self.solid_of_item(item, pose),
+            None => LyingBody::Unknown,
+        }
+    }
+
+    /// The solid of an item of the session, whose own frame is there: the catalogue's, or that of its heightmaps.
+    fn solid_of_item(
+        &mut self,
+        item: &SessionItem,
+        container_from_item: &Isometry3<f64>,
+    ) -> LyingBody {
+        let Ok(shape) = self.shape(item) else {
+            return LyingBody::Unknown;
+        };
+        let own = item.lying.heightmap_from_item.unwrap_or_default();
+        let solid = |model: Arc<Model>| LyingSolid {
+            model,
+            container_from_item: container_from_item * own.inverse(),
+        };
+        if let Some(model) = shape.model {
+            return LyingBody::Known(solid(model));
+        }
+        let seen = self.seen.of(&shape.item, self.planning.grid().resolution());
+        seen.map_or(LyingBody::Unknown, |model| LyingBody::Seen(solid(model)))
+    }
+}
+
+/// A packed item, and where it is by what was reported.
+fn packed(item: &SessionItem) -> Option<(&SessionItem, &Isometry3<f64>)> {
+    match &item.state {
+        ItemState::Packed {
+            container_from_item,
+            ..
+        } => Some((item, container_from_item)),
+        _ => None,
+    }
+}

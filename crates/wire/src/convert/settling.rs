@@ -1,0 +1,30 @@
+//! What becomes of a placed item, as a simulation tells.
+
+use ppnpack_packing::trial::Settling;
+
+use crate::error::WireError;
+use crate::limits::at_least_zero;
+use crate::v1;
+
+/// Reads what becomes of an item.
+///
+/// # Errors
+/// [`WireError`] where a number is not finite, or negative.
+pub fn read(message: &v1::Settling) -> Result<Settling, WireError> {
+    Ok(Settling {
+        tilt_rad: at_least_zero("tilt_rad", message.tilt_rad)?,
+        slide_m: at_least_zero("slide_m", message.slide_m)?,
+        disturbance_m: at_least_zero("disturbance_m", message.disturbance_m)?,
+        is_still: message.is_still,
+    })
+}
+
+/// Writes what becomes of an item.
+pub fn write(settling: &Settling) -> v1::Settling {
+    v1::Settling {
+        tilt_rad: settling.tilt_rad,
+        slide_m: settling.slide_m,
+        disturbance_m: settling.disturbance_m,
+        is_still: settling.is_still,
+    }
+}
