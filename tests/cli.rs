@@ -389,6 +389,10 @@ fn wrong_options_are_refused() {
     refused(&["pack", "--cell", "1um"], &["'um' is no unit"]);
     refused(&["pack", "--yaws", "0"], &["yaws"]);
     refused(&["pack", "--buffer", "0"], &["--buffer"]);
+    refused(&["pack", "--set-aside", "-1"], &["-1"]);
+    refused(&["pack", "--poses", "0"], &["--poses"]);
+    refused(&["pack", "--poses", "7"], &["--poses"]);
+    refused(&["up", "--poses", "7"], &["--poses"]);
     refused(&["pack", "--weight", "distance"], &["there is no '='"]);
     refused(
         &["pack", "--weight", "distanse=1"],
@@ -437,6 +441,69 @@ fn objects_larger_than_the_container_are_named_as_such() {
         item["reason"].as_str().unwrap().contains("too large"),
         "{summary}"
     );
+}
+
+#[test]
+fn what_fits_nowhere_is_set_aside_and_the_packing_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, more: &[&str]| {
+        let out = folder.path().join(name);
+        let items = "crisps_tube,tuna_can";
+        let mut arguments = vec!["pack", "--container", "12x12x12cm", "--items", items];
+        arguments.extend(["--buffer", "1", "--json", "--out", out.to_str().unwrap()]);
+        arguments.extend(more);
+        let summary = json(&ppnpack(&arguments));
+        let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+        (summary, page)
+    };
+    let (summary, page) = run("ended", &[]);
+    assert_eq!(summary["items_placed"], 0);
+    assert_eq!(summary["set_aside"], serde_json::json!([]));
+    assert_eq!(summary["ending"]["kind"], "nothing-fits");
+    assert!(!page.contains("Set aside for the next container"));
+
+    let (summary, page) = run("went-on", &["--set-aside", "2"]);
+    assert_eq!(summary["items_placed"], 1);
+    assert_eq!(summary["ending"]["kind"], "others-set-aside");
+    assert_eq!(summary["settings"]["set_aside"], 2);
+    let set_aside = summary["set_aside"].as_array().unwrap();
+    assert_eq!(set_aside.len(), 1);
+    assert_eq!(set_aside[0]["arrival"], 0);
+    assert_eq!(set_aside[0]["item"], "crisps_tube");
+    let reason = set_aside[0]["reason"].as_str().unwrap();
+    assert!(reason.contains("too large"), "{reason}");
+    for part in [
+        "<h2>Set aside for the next container",
+        "1 of at most 2 items",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+}
+
+#[test]
+fn an_item_that_is_too_high_as_it_stands_is_packed_lying() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |poses: &str| {
+        let out = folder.path().join(poses);
+        let mut arguments = vec!["pack", "--container", "26x12x10cm", "--items"];
+        arguments.extend(["crisps_tube", "--stability", "none", "--poses", poses]);
+        arguments.extend(["--json", "--out", out.to_str().unwrap()]);
+        let summary = json(&ppnpack(&arguments));
+        let placements = std::fs::read_to_string(out.join("placements.csv")).unwrap();
+        let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+        (summary, placements, page)
+    };
+    let (summary, ..) = run("1");
+    assert_eq!(summary["items_placed"], 0);
+    let (summary, placements, page) = run("2");
+    assert_eq!(summary["items_placed"], 1);
+    assert_eq!(summary["items_in_other_pose"], 1);
+    assert_eq!(summary["settings"]["poses"], 2);
+    let mut lines = placements.lines();
+    let field = |line: &str| line.split(',').nth(3).map(str::to_owned);
+    assert_eq!(lines.next().and_then(field).as_deref(), Some("pose"));
+    assert_eq!(lines.next().and_then(field).as_deref(), Some("1"));
+    assert!(page.contains("in another pose than that in which it was offered: 1 of 1 items"));
 }
 
 /// A cube of 5 cm as ASCII PLY, with replacements to break it.

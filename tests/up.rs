@@ -27,7 +27,7 @@ fn placements(folder: &Path) -> Vec<Vec<String>> {
     let lines = text.lines().map(|line| {
         let fields = line.split(',').map(str::to_owned).enumerate();
         fields
-            .filter(|(index, _)| !(8..=11).contains(index))
+            .filter(|(index, _)| !(9..=12).contains(index))
             .map(|(_, field)| field)
             .collect()
     });
@@ -68,6 +68,49 @@ fn packing_with_an_arm_through_the_services_is_packing_without_them() {
     assert_eq!(services["arm"]["set_aside"], alone["arm"]["set_aside"]);
     assert!(alone["arm"]["checks"].as_u64() > alone["items_placed"].as_u64());
     assert_eq!(placements(&out("services")), placements(&out("alone")));
+}
+
+#[test]
+fn poses_are_chosen_through_the_services_as_without_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = |name: &str| folder.path().join(name);
+    let run = |how: &[&str], name: &str| {
+        let items = "crisps_tube,mug,tuna_can,crisps_tube,banana,bowl";
+        let mut command = ppnpack(how);
+        // The tubes are too high to stand.
+        command.args([
+            "--poses",
+            "3",
+            "--container",
+            "30x30x12cm",
+            "--stability",
+            "none",
+        ]);
+        command.args(["--items", items, "--json", "--out"]);
+        json(&command.arg(out(name)).output().unwrap())
+    };
+    let alone = run(&["pack"], "alone");
+    let services = run(&["up", "--pack"], "services");
+    assert!(alone["items_in_other_pose"].as_u64() > Some(0));
+    assert_eq!(
+        services["items_in_other_pose"],
+        alone["items_in_other_pose"]
+    );
+    assert_eq!(services["settings"]["poses"], 3);
+    assert_eq!(services["degraded"], serde_json::json!([]));
+    assert_eq!(placements(&out("services")), placements(&out("alone")));
+}
+
+#[test]
+fn a_stack_that_allows_fewer_poses_says_so() {
+    let up = up();
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = ppnpack(&["up", "--pack", "--connect", up.endpoint.as_str()]);
+    command.args(["--items", "mug", "--poses", "2", "--out"]);
+    let output = command.arg(folder.path().join("out")).output().unwrap();
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(error.contains("poses: 2 where 1 is possible"), "{error}");
 }
 
 #[test]

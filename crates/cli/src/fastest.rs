@@ -11,6 +11,7 @@ use ppnpack_packing::item::Item;
 use ppnpack_packing::method::{Method, OpenNetwork, ProposalSource};
 use ppnpack_packing::plan::{Candidate, Planner};
 use ppnpack_packing::step::StepInput;
+use ppnpack_packing::trial::TrialSettings;
 use ppnpack_robot::station::ArmStation;
 use serde::Serialize;
 
@@ -48,8 +49,10 @@ pub(crate) fn choose(
         return Ok(Vec::new());
     }
     let planner = |source: &ProposalSource| -> Outcome<Planner> {
+        // What is tried costs the same with every source.
         let of_source = Method {
             proposals: source.clone(),
+            trial: TrialSettings::off(),
             ..method.clone()
         };
         let proposer = of_source.proposer(grid, network)?;

@@ -81,7 +81,8 @@ impl SequenceOptions {
 }
 
 impl Sequence {
-    /// Takes out the objects that an arm cannot hold or lift, and gives each with its place and the reason.
+    /// Takes out the objects that an arm cannot hold or lift in any of their poses, and gives each with its place and the
+    /// reason in the first pose.
     pub(crate) fn set_aside(
         &mut self,
         catalogue: &Catalogue,
@@ -95,8 +96,14 @@ impl Sequence {
             let Some(object) = catalogue.get(*index) else {
                 return true;
             };
-            let candidate = object.candidate(arrival);
-            let Err(refusal) = check.lift(&candidate, &catalogue.resolution) else {
+            let mut refusal = None;
+            for candidate in object.candidates(arrival) {
+                match check.lift(&candidate, &catalogue.resolution) {
+                    Ok(_) => return true,
+                    Err(refused) => refusal = refusal.or(Some(refused)),
+                }
+            }
+            let Some(refusal) = refusal else {
                 return true;
             };
             set_aside.push(Unplaceable {
@@ -109,15 +116,15 @@ impl Sequence {
         set_aside
     }
 
-    /// The items in the order of their arrival, with all that the catalogue knows of them.
+    /// The items in the order of their arrival, with all that the catalogue knows of them, each in all of its poses.
     pub fn candidates(&self, catalogue: &Catalogue) -> Vec<Candidate> {
         let objects = self.of(catalogue).enumerate();
         objects
-            .map(|(arrival, object)| object.candidate(arrival))
+            .flat_map(|(arrival, object)| object.candidates(arrival))
             .collect()
     }
 
-    /// The items themselves.
+    /// The items themselves, each in its first pose.
     pub fn items(&self, catalogue: &Catalogue) -> Vec<Arc<Item>> {
         let objects = self.of(catalogue);
         objects.map(|object| object.item.clone()).collect()

@@ -42,6 +42,9 @@ impl Recorder {
     fn record(&mut self, input: &StepInput<'_>) -> Result<StepRecord, StageError> {
         let mut candidates = Vec::with_capacity(input.candidates.len());
         for (index, held) in input.candidates.iter().enumerate() {
+            if held.pose > 0 {
+                return Err("objects are recorded in one pose each".into());
+            }
             let object = self.objects.get(held.arrival).copied();
             let object = object.ok_or_else(|| format!("there is no arrival {}", held.arrival))?;
             candidates.push(self.expert.label(input, index, object)?);

@@ -90,7 +90,7 @@ struct Summary<'a> {
 }
 
 pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
-    let grid = arguments.grid.grid()?;
+    let grid = arguments.grid.grid(Conditions::Reference)?;
     let (physics, seed) = (&arguments.physics, arguments.seed);
     let simulated = physics.simulated(&grid, seed, Conditions::Reference)?;
     let catalogue = arguments.catalogue.load(grid.resolution())?;
@@ -123,7 +123,7 @@ fn settings(
         package_version: env!("CARGO_PKG_VERSION").to_owned(),
         catalogue_hash: catalogue.content_hash(),
         objects: u32::try_from(catalogue.len()).or_input()?,
-        grid: arguments.grid.grid()?,
+        grid: arguments.grid.grid(Conditions::Reference)?,
         expert: ExpertSettings {
             heuristic: method.heuristic,
             order: method.order,

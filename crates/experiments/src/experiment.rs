@@ -6,7 +6,7 @@ use ppnpack_cli::network::Backend;
 
 use crate::accuracy::{calibration, heightmap, inspection, recognition};
 use crate::arm::{holding, oracle, proposals};
-use crate::{pareto, physical, stability, table1, table3, table4, transfer};
+use crate::{filling, pareto, physical, stability, table1, table3, table4, transfer};
 
 /// Reproduce the paper's tables and test the engine's models.
 #[derive(Debug, Args)]
@@ -27,6 +27,8 @@ enum Experiment {
     Transfer(transfer::TransferArguments),
     /// Decision time against packed volume, for every way to propose placements, on several grids
     Pareto(pareto::ParetoArguments),
+    /// How full containers get and what topples or slides, with placements tried in a simulation, resting poses, setting aside
+    Filling(filling::FillingArguments),
     /// The paper's robot cell, simulated with its sensors: a tray, an arm, recognition, noise
     Physical(physical::PhysicalArguments),
     /// Both stability tests against what the simulated cell does
@@ -58,6 +60,7 @@ pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Out
         Experiment::Table4(arguments) => table4::run(arguments, prepared()),
         Experiment::Transfer(arguments) => transfer::run(arguments, prepared()),
         Experiment::Pareto(arguments) => pareto::run(arguments, prepared()),
+        Experiment::Filling(arguments) => filling::run(arguments),
         Experiment::Physical(arguments) => physical::run(arguments, prepared()),
         Experiment::Stability(arguments) => stability::run(arguments),
         Experiment::Heightmap(arguments) => heightmap::run(arguments),

@@ -17,6 +17,7 @@ mod comparison;
 mod dataset;
 mod document;
 mod experiment;
+mod filling;
 mod method;
 mod network;
 mod pareto;

@@ -1,6 +1,7 @@
 //! The method that experiments vary.
 
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
+use ppnpack_packing::trial::TrialSettings;
 
 /// SDF minimisation over all items of the buffer together.
 pub(crate) fn sdfm(
@@ -12,6 +13,7 @@ pub(crate) fn sdfm(
     Method {
         proposals,
         stability,
+        trial: TrialSettings::off(),
         buffer,
         seed,
         ..Method::default()

@@ -137,7 +137,7 @@ struct Trial {
 }
 
 pub(crate) fn run(arguments: &StabilityArguments) -> Outcome {
-    let grid = arguments.grid.grid()?;
+    let grid = arguments.grid.grid(Conditions::Reference)?;
     let simulated = arguments
         .physics
         .simulated(&grid, arguments.seed, Conditions::Robot)?;

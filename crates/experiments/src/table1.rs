@@ -6,7 +6,7 @@ use clap::Args;
 use ppnpack_chart::{PlotPoint, PointSeries, Scatter};
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::GridOptions;
+use ppnpack_cli::options::{Conditions, GridOptions};
 use ppnpack_packing::objective::{Heuristic, Order};
 use serde::Serialize;
 
@@ -113,7 +113,11 @@ struct Yardstick {
 }
 
 pub(crate) fn run(arguments: &Table1Arguments, backend: &dyn Backend) -> Outcome {
-    let comparison = Comparison::new(&arguments.comparison, backend, arguments.grid.grid()?)?;
+    let comparison = Comparison::new(
+        &arguments.comparison,
+        backend,
+        arguments.grid.grid(Conditions::Reference)?,
+    )?;
     let sequences = comparison.sequences(&arguments.sequences, arguments.cases)?;
     let kept = arguments.runs.folder(&arguments.out);
     let (rows, contenders) = comparison.contenders(&ROWS);

@@ -7,7 +7,7 @@ use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_chart::{Bar, Bars};
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::GridOptions;
+use ppnpack_cli::options::{Conditions, GridOptions};
 use ppnpack_cli::sequence::Sequence;
 use ppnpack_packing::objective::{Heuristic, Order};
 use rand::{RngExt, SeedableRng};
@@ -72,7 +72,11 @@ struct Line {
 }
 
 pub(crate) fn run(arguments: &Table4Arguments, backend: &dyn Backend) -> Outcome {
-    let comparison = Comparison::new(&arguments.comparison, backend, arguments.grid.grid()?)?;
+    let comparison = Comparison::new(
+        &arguments.comparison,
+        backend,
+        arguments.grid.grid(Conditions::Reference)?,
+    )?;
     let sequences = draw(arguments, &comparison.catalogue);
     let (rows, contenders) = comparison.contenders(&ROWS);
     let packed = comparison.pack(&contenders, &sequences, &arguments.out.join("runs"))?;

@@ -167,6 +167,7 @@ impl ArmCheck {
         let arm = self.planner.arm().name();
         Ok(Evidence {
             cycle: cycle.map(|cycle| Arc::new(cycle.sampled(arm, &candidate.lying))),
+            ..Evidence::default()
         })
     }
 }

@@ -73,6 +73,7 @@ fn targets(cell: &CellClient) -> Vec<(String, Vec<u8>)> {
         candidates: vec![v1::CandidateItem {
             item_id: vec![7; 32],
             arrival: 0,
+            pose: 0,
         }],
         items: vec![v1::Item {
             name: "thing".to_owned(),

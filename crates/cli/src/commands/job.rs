@@ -11,6 +11,16 @@ use crate::report::{self, Packing};
 /// Valid placements kept beside each choice, for the report.
 pub(super) const ALTERNATIVES: u8 = 3;
 
+/// What becomes of items that fit nowhere.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Sequence")]
+pub(super) struct SettingAsideOptions {
+    /// How many items that fit nowhere may be set aside for the next container; the packing then goes on with the next
+    /// ones
+    #[arg(long, value_name = "COUNT", default_value_t = 0)]
+    pub(super) set_aside: u32,
+}
+
 /// Where the results of a packed sequence go.
 #[derive(Debug, Args)]
 pub(super) struct ResultOptions {

@@ -10,15 +10,18 @@ use ppnpack_packing::method::OpenNetwork;
 use ppnpack_packing::step::StepInput;
 use ppnpack_physics::outcome::BodyState;
 use ppnpack_physics::packing_cell::Placed;
+use ppnpack_physics::trial;
+use ppnpack_physics::twin::TwinSettings;
 
-use super::job::{ALTERNATIVES, ResultOptions};
-use crate::failure::Outcome;
+use super::job::{ALTERNATIVES, ResultOptions, SettingAsideOptions};
+use crate::failure::{OrInput, OrRun, Outcome};
 use crate::fastest;
 use crate::network::Backend;
 use crate::options::{CatalogueOptions, Conditions, GridOptions, MethodOptions, PhysicsOptions};
 use crate::progress;
 use crate::report::{
     ArmAsked, ArmWork, Content, EndingSummary, MethodWithArm, Packing, Settings, Settled,
+    Unplaceable,
 };
 use crate::sequence::SequenceOptions;
 use crate::simulation::simulate;
@@ -31,6 +34,9 @@ pub(crate) struct PackArguments {
 
     #[command(flatten)]
     sequence: SequenceOptions,
+
+    #[command(flatten)]
+    setting_aside: SettingAsideOptions,
 
     #[command(flatten)]
     grid: GridOptions,
@@ -49,7 +55,8 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
     if arguments.method.arm.listed()? {
         return Ok(());
     }
-    let grid = arguments.grid.grid()?;
+    let conditions = arguments.physics.conditions(Conditions::Robot);
+    let grid = arguments.grid.grid(conditions)?;
     let threads = arguments.method.threads;
     let proposals = &arguments.method.proposals;
     if proposals.uses_network() {
@@ -57,7 +64,7 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
     }
     let model = proposals.read_model()?;
     let sources = proposals.sources(&grid, model.as_ref())?;
-    let mut method = arguments.method.method(&sources)?;
+    let mut method = arguments.method.method(&sources, conditions)?;
     let (arm, station) = arguments.method.arm.station()?.unzip();
     let simulated = arguments
         .physics
@@ -81,9 +88,14 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         network,
     )?;
     let proposer = method.proposer_or_exhaustive(&grid, network)?;
-    let check = station.map(|station| Box::new(station.check()) as BoxedCheck);
-    let mut planner = method.build_with(&grid, proposer, check, threads)?;
+    let arm_check = station.map(|station| Box::new(station.check()) as BoxedCheck);
+    let twin = TwinSettings::of(&simulated.cell);
+    let pool = trial::pool(threads as usize).or_run()?;
+    let trial = trial::check(method.trial, twin, pool).or_input()?;
+    let checks = arm_check.into_iter().chain(trial);
+    let mut planner = method.build_with(&grid, proposer, checks, threads)?;
 
+    let set_aside = arguments.setting_aside.set_aside as usize;
     let started = Instant::now();
     let mut watch = Watch(progress::bar("Packing", sequence.objects.len() as u64));
     let (episode, cell) = simulate(
@@ -94,6 +106,7 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         &mut planner,
         Play {
             buffer: method.buffer,
+            set_aside,
             alternatives: ALTERNATIVES.into(),
         },
         &mut watch,
@@ -107,7 +120,9 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
             catalogue: arguments.catalogue.catalogue.clone(),
             catalogue_hash: catalogue.content_hash(),
             objects: catalogue.len(),
+            poses: arguments.catalogue.poses,
             sequence,
+            set_aside,
             grid,
             method: MethodWithArm { method, arm },
             costs,
@@ -115,6 +130,7 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
             simulated,
         },
         ending: EndingSummary::new(&episode.ending),
+        set_aside: episode.set_aside.iter().map(Unplaceable::from).collect(),
         steps: episode.steps,
         scene: episode.scene,
         metrics: episode.metrics,

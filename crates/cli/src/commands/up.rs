@@ -16,7 +16,7 @@ use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
 
-use super::job::{ALTERNATIVES, ResultOptions};
+use super::job::{ALTERNATIVES, ResultOptions, SettingAsideOptions};
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::fastest;
 use crate::network::Backend;
@@ -27,7 +27,7 @@ use crate::output::print_line;
 use crate::progress;
 use crate::report::{ArmWork, MethodWithArm, Packing, Settings};
 use crate::sequence::SequenceOptions;
-use crate::stack::controller::Controller;
+use crate::stack::controller::{Controller, Job};
 use crate::stack::{self, Stack, connect};
 
 /// Where others connect to if nothing else is said: Zenoh's own port.
@@ -82,6 +82,9 @@ struct JobOptions {
     sequence: SequenceOptions,
 
     #[command(flatten)]
+    setting_aside: SettingAsideOptions,
+
+    #[command(flatten)]
     results: ResultOptions,
 
     /// Pack through the stack at this Zenoh endpoint instead, into an empty container that it is asked to bring.
@@ -98,7 +101,8 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
     if arguments.method.arm.listed()? {
         return Ok(());
     }
-    let grid = arguments.grid.grid()?;
+    let conditions = arguments.physics.conditions(Conditions::Robot);
+    let grid = arguments.grid.grid(conditions)?;
     let proposals = &arguments.method.proposals;
     let is_elsewhere = arguments.job.connect.is_some();
     if proposals.uses_network() && !is_elsewhere {
@@ -116,7 +120,7 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
             "--proposals auto is measured here; say what the stack at --connect is configured with",
         ));
     }
-    let mut method = arguments.method.method(&sources)?;
+    let mut method = arguments.method.method(&sources, conditions)?;
     let (arm, station) = arguments.method.arm.station()?.unzip();
     let simulated = arguments
         .physics
@@ -142,7 +146,9 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
         catalogue: arguments.catalogue.catalogue.clone(),
         catalogue_hash: catalogue.content_hash(),
         objects: catalogue.len(),
+        poses: arguments.catalogue.poses,
         sequence,
+        set_aside: arguments.job.setting_aside.set_aside as usize,
         grid: grid.clone(),
         method: MethodWithArm {
             method: method.clone(),
@@ -172,6 +178,7 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
         cells: cells.collect::<Result<_, _>>().or_input()?,
         grid: &grid,
         method: &method,
+        poses: arguments.catalogue.poses as usize,
         arm: arm.as_ref(),
         simulated: &simulated,
         sensing: &arguments.sensing(&catalogue)?,
@@ -248,16 +255,19 @@ fn job(
         Some(v1::Announcement {
             item_id: stack::report::item_id(arrival),
             shape: Some(v1::announcement::Shape::Object(object)),
+            poses: settings.poses,
             ..v1::Announcement::default()
         })
     });
-    let arrivals: Vec<v1::Announcement> = arrivals.collect();
-    let bar = progress::bar("Packing", arrivals.len() as u64);
+    let job = Job {
+        session_id: format!("pack-{:032x}", rand::random::<u128>()),
+        items: arrivals.collect(),
+        alternatives: ALTERNATIVES.into(),
+        set_aside: u32::try_from(settings.set_aside).unwrap_or(u32::MAX),
+    };
+    let bar = progress::bar("Packing", job.items.len() as u64);
     let started = Instant::now();
-    let session_id = format!("pack-{:032x}", rand::random::<u128>());
-    let packed = controller.pack(&session_id, &arrivals, ALTERNATIVES.into(), &mut |_| {
-        bar.inc(1);
-    })?;
+    let packed = controller.pack(&job, &mut |_| bar.inc(1))?;
     bar.finish_and_clear();
     stack::report::packing(settings, catalogue, &packed, arm, started.elapsed()).or_run()
 }

@@ -156,14 +156,16 @@ fn progress(session: &v1::Session) -> String {
         let items = session.items.iter();
         items.filter(|item| item.state() == state).count()
     };
+    let set_aside = count(ItemState::SetAside);
     let end = match session.end() {
         v1::SessionEnd::Unspecified => String::new(),
         v1::SessionEnd::AllPacked => ", all packed".to_owned(),
+        v1::SessionEnd::OthersSetAside => format!(", all packed but {set_aside} set aside"),
         v1::SessionEnd::NothingFits => ", nothing fits any more".to_owned(),
         v1::SessionEnd::Failed => format!(", failed: {}", session.failure),
     };
     format!(
-        "session  {}: {} packed, {} waiting, {} gone{end}",
+        "session  {}: {} packed, {} waiting, {set_aside} set aside, {} gone{end}",
         session.session_id,
         count(ItemState::Packed),
         count(ItemState::Waiting),
@@ -216,6 +218,24 @@ fn heights(heightmap: &v1::Heightmap) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_session_is_shown_with_what_was_set_aside() {
+        let item = |state: ItemState| v1::SessionItem {
+            state: state.into(),
+            ..v1::SessionItem::default()
+        };
+        let mut session = v1::Session {
+            session_id: "s".to_owned(),
+            items: vec![item(ItemState::Packed), item(ItemState::SetAside)],
+            ..v1::Session::default()
+        };
+        let shown = "session  s: 1 packed, 0 waiting, 1 set aside, 0 gone";
+        assert_eq!(progress(&session), shown);
+        session.set_end(v1::SessionEnd::OthersSetAside);
+        let ended = format!("{shown}, all packed but 1 set aside");
+        assert_eq!(progress(&session), ended);
+    }
 
     #[test]
     fn of_each_cell_and_stream_the_newest_message_alone_is_kept() {

@@ -7,7 +7,9 @@ use ppnpack_packing::objective::{Heuristic, Order, Weights};
 
 use super::arm::ArmOptions;
 use super::choice::{Choice, one_of};
+use super::physics::Conditions;
 use super::proposals::ProposalOptions;
+use super::trial::TrialOptions;
 use crate::failure::{Failure, OrInput, Outcome};
 
 /// How placements are found and judged.
@@ -25,9 +27,13 @@ pub(crate) struct MethodOptions {
     #[command(flatten)]
     pub(crate) proposals: ProposalOptions,
 
-    /// The stability test: `physical` for real cells, `published` for comparisons with the paper
-    #[arg(long, value_parser = parse_stability(), default_value = "physical")]
-    pub(crate) stability: Stability,
+    /// The geometric stability test that placements must pass before they are tried
+    /// [default: none under robot conditions, published under the reference's]
+    #[arg(long, value_parser = parse_stability())]
+    pub(crate) stability: Option<Stability>,
+
+    #[command(flatten)]
+    pub(crate) trial: TrialOptions,
 
     #[command(flatten)]
     pub(crate) arm: ArmOptions,
@@ -93,14 +99,23 @@ pub fn parse_stability() -> impl TypedValueParser<Value = Stability> {
 }
 
 impl MethodOptions {
-    /// The method with the first of these sources of proposals.
-    pub(crate) fn method(&self, sources: &[ProposalSource]) -> Outcome<Method> {
+    /// The method with the first of these sources of proposals, by default that which suits the conditions.
+    pub(crate) fn method(
+        &self,
+        sources: &[ProposalSource],
+        conditions: Conditions,
+    ) -> Outcome<Method> {
+        let stability = match conditions {
+            Conditions::Robot => Stability::None,
+            Conditions::Reference => Stability::Published,
+        };
         let first = sources.first().cloned();
         Ok(Method {
             heuristic: self.heuristic,
             order: self.order,
             proposals: first.unwrap_or(ProposalSource::Bounded),
-            stability: self.stability,
+            stability: self.stability.unwrap_or(stability),
+            trial: self.trial.settings(conditions)?,
             weights: weights(&self.weights)?,
             buffer: self.buffer as usize,
             seed: self.seed,

@@ -8,6 +8,7 @@ mod physics;
 mod proposals;
 mod region;
 mod sensor;
+mod trial;
 
 use std::path::PathBuf;
 
@@ -50,6 +51,11 @@ pub struct CatalogueOptions {
     #[arg(long, value_parser = one_of(&POSES), default_value = "as-given")]
     pub(crate) pose: Pose,
 
+    /// In how many resting poses an object may be packed at most: --pose, then the likeliest others. A step chooses the
+    /// pose with the place
+    #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=6))]
+    pub(crate) poses: u32,
+
     /// Where processed meshes are kept between runs (default: the user's cache folder)
     #[arg(long, value_name = "DIR")]
     pub(crate) cache: Option<PathBuf>,
@@ -65,15 +71,18 @@ const POSES: [Choice<Pose>; 2] = [
 ];
 
 impl CatalogueOptions {
-    pub(crate) fn source(&self) -> Source {
+    /// Where the objects come from.
+    pub fn source(&self) -> Source {
         ppnpack_household::source(&self.catalogue)
     }
 
-    pub(crate) fn settings(&self) -> Settings {
+    /// How they are made.
+    pub fn settings(&self) -> Settings {
         Settings {
             unit: self.unit,
             density_kg_m3: self.density,
             pose: self.pose,
+            poses: self.poses as usize,
             cache: self.cache.clone().map_or(CacheDir::User, CacheDir::At),
         }
     }
@@ -109,30 +118,34 @@ pub struct GridOptions {
     #[arg(long, value_name = "XxYxZ", allow_hyphen_values = true, default_value = "32x32x30cm", value_parser = parse_size)]
     pub(crate) container: ContainerSize,
 
-    /// The edge of a grid cell
-    #[arg(long, value_name = "LENGTH", default_value = "1cm", value_parser = parse_length, allow_hyphen_values = true)]
-    pub(crate) cell: f64,
+    /// The edge of a grid cell [default: 5mm under robot conditions, 1cm under the reference's]
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length, allow_hyphen_values = true)]
+    pub(crate) cell: Option<f64>,
 
     /// One unit of height
     #[arg(long, value_name = "LENGTH", default_value = "2mm", value_parser = parse_length, allow_hyphen_values = true)]
     pub(crate) height_unit: f64,
 
-    /// How many yaws, evenly over half a turn
-    #[arg(long, value_name = "COUNT", default_value_t = 4)]
-    pub(crate) yaws: usize,
+    /// How many yaws, evenly over half a turn [default: 8 under robot conditions, 4 under the reference's]
+    #[arg(long, value_name = "COUNT")]
+    pub(crate) yaws: Option<usize>,
 }
 
 impl GridOptions {
-    /// The grid.
+    /// The grid, by default that which suits the conditions.
     ///
     /// # Errors
     /// Why there is no such grid.
-    pub fn grid(&self) -> Outcome<Grid> {
+    pub fn grid(&self, conditions: Conditions) -> Outcome<Grid> {
+        let (cell_m, yaws) = match conditions {
+            Conditions::Robot => (0.005, 8),
+            Conditions::Reference => (0.01, 4),
+        };
         let settings = GridSettings {
             container: self.container,
-            cell_m: self.cell,
+            cell_m: self.cell.unwrap_or(cell_m),
             height_unit_m: self.height_unit,
-            yaws: self.yaws,
+            yaws: self.yaws.unwrap_or(yaws),
         };
         settings.build().or_input()
     }

@@ -17,7 +17,8 @@ use crate::length::parse_distance;
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Simulated cell")]
 pub struct PhysicsOptions {
-    /// How items are released and seen [default: robot to pack, reference in experiments]
+    /// How items are released and seen; to pack, the defaults of grid, stability test and simulated check follow from it
+    /// [default: robot to pack, reference in experiments]
     #[arg(long, value_enum)]
     pub(crate) conditions: Option<Conditions>,
 
@@ -72,12 +73,17 @@ pub struct Simulated {
 }
 
 impl PhysicsOptions {
+    /// The conditions that are asked for, else these.
+    pub fn conditions(&self, default: Conditions) -> Conditions {
+        self.conditions.unwrap_or(default)
+    }
+
     /// The simulated cell for a grid, under these conditions unless others are asked for.
     ///
     /// # Errors
     /// Which setting is wrong.
     pub fn simulated(&self, grid: &Grid, seed: u64, default: Conditions) -> Outcome<Simulated> {
-        let (scan, base) = match self.conditions.unwrap_or(default) {
+        let (scan, base) = match self.conditions(default) {
             Conditions::Robot => (Sampling::Greatest, CellSettings::robot()),
             Conditions::Reference => (Sampling::Middle, CellSettings::default()),
         };

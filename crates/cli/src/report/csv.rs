@@ -10,6 +10,8 @@ struct Line<'a> {
     step: u64,
     arrival: usize,
     item: &'a str,
+    /// 0: as it was offered.
+    pose: usize,
     yaw_rad: f64,
     cell_x: usize,
     cell_y: usize,
@@ -35,7 +37,7 @@ struct Line<'a> {
     cycle_s: Option<Option<f64>>,
 }
 
-/// The placements; the pose at the end is that of the item frame in the container frame.
+/// The placements; what is said of the end is where the item's own frame is in the container frame.
 pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let resolution = packing.settings.grid.resolution();
@@ -48,6 +50,7 @@ pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
             step: step.step,
             arrival,
             item: step.candidate.item.name(),
+            pose: step.candidate.pose,
             yaw_rad: packing.yaw_rad(step).unwrap_or(f64::NAN),
             cell_x: resting.placement.x,
             cell_y: resting.placement.y,

@@ -8,6 +8,7 @@ use super::arm::ArmSummary;
 use super::pictures::Pictures;
 use super::summary::{EndingSummary, Unplaceable};
 use super::table::{duration, figures, percent};
+use super::words::in_words;
 use super::{Packing, Summary};
 use crate::length::centimetres;
 
@@ -54,6 +55,8 @@ pub(super) fn page(packing: &Packing, summary: &Summary, pictures: &Pictures) ->
         "<h1>Packing report</h1><p class=sub>{}</p>",
         escape(&subtitle)
     ));
+    let words = in_words(packing, summary);
+    body.push_str(&format!("<p>{}</p>", escape(&words)));
     body.push_str("<div class=tiles>");
     for (name, value) in tiles {
         body.push_str(&format!(
@@ -78,13 +81,14 @@ pub(super) fn page(packing: &Packing, summary: &Summary, pictures: &Pictures) ->
     let heightmap = &pictures.heightmap_png;
     image(&mut body, heightmap, "The heightmap at the end");
     body.push_str("</div>");
+    set_aside(&mut body, packing, summary);
     if let EndingSummary::NothingFits { items } = &summary.ending {
         unplaceable(&mut body, "What could not be placed", items);
     }
     if let Some(arm) = &summary.arm {
         arm_refusals(&mut body, arm);
     }
-    steps(&mut body, packing);
+    steps(&mut body, packing, summary);
     let shown = serde_json::to_string_pretty(settings).unwrap_or_default();
     body.push_str(&format!("<h2>Settings</h2><details><summary>Everything this run depended on</summary><pre>{}</pre></details>",
         escape(&shown)));
@@ -119,6 +123,21 @@ fn arm_refusals(body: &mut String, arm: &ArmSummary) {
     }
 }
 
+/// What was set aside for the next container, and why.
+fn set_aside(body: &mut String, packing: &Packing, summary: &Summary) {
+    let items = &summary.set_aside;
+    if !items.is_empty() {
+        unplaceable(body, "Set aside for the next container", items);
+    }
+    let (count, most) = (items.len(), packing.settings.set_aside);
+    if most > 0 {
+        body.push_str(&format!(
+            "<p class=sub>Set aside for the next container: {count} of at most {most} items. Where none of the items in \
+             the buffer had a valid placement, the largest of them was taken out.</p>"
+        ));
+    }
+}
+
 fn unplaceable(body: &mut String, title: &str, items: &[Unplaceable]) {
     body.push_str(&format!(
         "<h2>{title}</h2><table><tr><th class=n>Arrival<th>Item<th>Why</tr>"
@@ -134,15 +153,25 @@ fn unplaceable(body: &mut String, title: &str, items: &[Unplaceable]) {
     body.push_str("</table>");
 }
 
-fn steps(body: &mut String, packing: &Packing) {
+fn steps(body: &mut String, packing: &Packing, summary: &Summary) {
     let resolution = packing.settings.grid.resolution();
     let (cell_m, unit_m) = (resolution.cell_m(), resolution.height_unit_m());
     let cycle_head = packing.arm.as_ref();
     let cycle_head = cycle_head.map_or("", |_| "<th class=n>Cycle (s)");
+    let has_poses = packing.settings.poses > 1;
+    let pose_head = if has_poses { "<th class=n>Pose" } else { "" };
+    let poses = match summary.items_in_other_pose {
+        _ if !has_poses => String::new(),
+        turned => format!(
+            " Packed in another pose than that in which it was offered: {turned} of {} items. That is pose 0, the others \
+             are numbered by falling probability.",
+            summary.items_placed
+        ),
+    };
     body.push_str(&format!(
         "<h2>Steps</h2><p class=sub>Highlighted: toppled, or not inside the container at the end. \
-         Alternatives are the values of the next best valid placements.</p>\
-         <div class=scroll><table><tr><th class=n>Step<th class=n>Arrival<th>Item<th class=n>Yaw (°)\
+         Alternatives are the values of the next best valid placements.{poses}</p>\
+         <div class=scroll><table><tr><th class=n>Step<th class=n>Arrival<th>Item{pose_head}<th class=n>Yaw (°)\
          <th class=n>x (cm)<th class=n>y (cm)<th class=n>z (cm)<th class=n>Value<th>Alternatives\
          <th class=n>Propose<th class=n>Evaluate<th class=n>Check<th class=n>Slide (mm)<th class=n>Tilt (°){cycle_head}</tr>",
     ));
@@ -157,10 +186,14 @@ fn steps(body: &mut String, packing: &Packing) {
             Some(cycle_s) => format!("<td class=n>{cycle_s:.2}"),
             None => "<td>".to_owned(),
         };
+        let pose = match step.candidate.pose {
+            _ if !has_poses => String::new(),
+            pose => format!("<td class=n>{pose}"),
+        };
         let is_bad = settled.toppled || !inside;
         let class = if is_bad { " class=bad" } else { "" };
         body.push_str(&format!(
-            "<tr{class}><td class=n>{}<td class=n>{arrival}<td>{}<td class=n>{:.0}<td class=n>{:.1}\
+            "<tr{class}><td class=n>{}<td class=n>{arrival}<td>{}{pose}<td class=n>{:.0}<td class=n>{:.1}\
              <td class=n>{:.1}<td class=n>{:.1}<td class=n>{:.2}<td>{}<td class=n>{}<td class=n>{}\
              <td class=n>{}<td class=n>{:.1}<td class=n>{:.0}{cycle}</tr>",
             step.step + 1,

@@ -6,6 +6,7 @@ mod html;
 mod pictures;
 mod summary;
 pub(crate) mod table;
+mod words;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -35,7 +36,11 @@ pub(crate) struct Settings {
     pub(crate) catalogue: String,
     pub(crate) catalogue_hash: String,
     pub(crate) objects: usize,
+    /// In how many poses an object might be packed at most.
+    pub(crate) poses: u32,
     pub(crate) sequence: Sequence,
+    /// How many items might be set aside for the next container.
+    pub(crate) set_aside: usize,
     pub(crate) grid: Grid,
     pub(crate) method: MethodWithArm,
     /// What each source of proposals was measured to cost, where the fastest was asked for.
@@ -63,6 +68,8 @@ pub(crate) struct Packing {
     /// What became of each placement by the end of its settling phase.
     pub(crate) settled: Vec<Settled>,
     pub(crate) ending: EndingSummary,
+    /// Items that were set aside for the next container.
+    pub(crate) set_aside: Vec<Unplaceable>,
     /// The scene at the end.
     pub(crate) scene: Scene,
     pub(crate) metrics: Metrics,
@@ -80,6 +87,16 @@ pub(crate) struct Settled {
     pub(crate) tilt_rad: f64,
     pub(crate) toppled: bool,
     pub(crate) inside: bool,
+}
+
+/// A placed item that slid further than this did not stay, in metres.
+const SLIDE_LIMIT_M: f64 = 0.02;
+
+impl Settled {
+    /// Whether it toppled, slid or left the container.
+    pub(crate) fn is_unsteady(&self) -> bool {
+        self.toppled || !self.inside || self.slide_m > SLIDE_LIMIT_M
+    }
 }
 
 /// Something that lies in or on the container.

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use ppnpack_packing::episode::Ending;
+use ppnpack_packing::episode::{Ending, SetAside};
 use ppnpack_packing::metrics::Metrics;
-use ppnpack_packing::plan::Timings;
+use ppnpack_packing::plan::{Candidate, Timings};
 use serde::Serialize;
 
 use super::arm::ArmSummary;
@@ -19,6 +19,10 @@ pub(crate) struct Summary {
     pub(crate) items_placed: usize,
     /// Placed, but not inside the container at the end.
     pub(crate) items_fallen_out: usize,
+    /// Toppled, slid by more than 2 cm or left the container when they were placed.
+    pub(crate) items_unsteady: usize,
+    /// Placed in another pose than that in which they were offered.
+    pub(crate) items_in_other_pose: usize,
     #[serde(flatten)]
     pub(crate) metrics: Metrics,
     pub(crate) height_m: f64,
@@ -31,6 +35,8 @@ pub(crate) struct Summary {
     /// The arm's part, where there was one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) arm: Option<ArmSummary>,
+    /// Items that were set aside for the next container, in this order.
+    pub(crate) set_aside: Vec<Unplaceable>,
     pub(crate) ending: EndingSummary,
     pub(crate) settings: Settings,
 }
@@ -63,6 +69,8 @@ pub(crate) struct Degraded {
 pub(crate) enum EndingSummary {
     /// The whole sequence is packed.
     AllPacked,
+    /// All that was not set aside is packed.
+    OthersSetAside,
     /// Nothing in the buffer had a valid placement.
     NothingFits {
         /// Each item of the buffer.
@@ -70,6 +78,7 @@ pub(crate) enum EndingSummary {
     },
 }
 
+/// An item that was not placed, and why.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Unplaceable {
     pub(crate) arrival: usize,
@@ -77,18 +86,33 @@ pub(crate) struct Unplaceable {
     pub(crate) reason: String,
 }
 
+impl Unplaceable {
+    fn new(candidate: &Candidate, reason: String) -> Self {
+        Self {
+            arrival: candidate.arrival,
+            item: candidate.item.name().to_string(),
+            reason,
+        }
+    }
+}
+
+impl From<&SetAside> for Unplaceable {
+    fn from(item: &SetAside) -> Self {
+        let reason = item.reason.as_ref().map(ToString::to_string);
+        let unknown = || "no valid placement was found".to_owned();
+        Self::new(&item.candidate, reason.unwrap_or_else(unknown))
+    }
+}
+
 impl EndingSummary {
     /// The end of an episode.
     pub(crate) fn new(ending: &Ending) -> Self {
         let items = match ending {
             Ending::AllPacked => return Self::AllPacked,
-            Ending::NothingFits(items) => items,
+            Ending::OthersSetAside => return Self::OthersSetAside,
+            Ending::NothingFits(items) => items.iter(),
         };
-        let items = items.iter().map(|(candidate, why)| Unplaceable {
-            arrival: candidate.arrival,
-            item: candidate.item.name().to_string(),
-            reason: why.to_string(),
-        });
+        let items = items.map(|(candidate, why)| Unplaceable::new(candidate, why.to_string()));
         Self::NothingFits {
             items: items.collect(),
         }
@@ -121,6 +145,12 @@ impl Packing {
             items_in_sequence: self.settings.sequence.objects.len(),
             items_placed: steps.len(),
             items_fallen_out: steps.len() - self.metrics.packed.items,
+            items_unsteady: self
+                .settled
+                .iter()
+                .filter(|placed| placed.is_unsteady())
+                .count(),
+            items_in_other_pose: steps.iter().filter(|step| step.candidate.pose > 0).count(),
             metrics: self.metrics,
             height_m: f64::from(self.scene.heightmap().max()) * unit_m,
             decision_s: Spread::of(steps.iter().map(|step| step.timings.total())),
@@ -132,6 +162,7 @@ impl Packing {
             degraded: self.degraded(),
             took_s: self.took.as_secs_f64(),
             arm: self.arm.as_ref().map(|arm| arm.summary(steps)),
+            set_aside: self.set_aside.clone(),
             ending: self.ending.clone(),
             settings: self.settings.clone(),
         }

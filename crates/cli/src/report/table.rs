@@ -28,6 +28,10 @@ pub(crate) fn summary(packing: &Packing, summary: &Summary) -> String {
         let text = format!("{} steps: {}", degraded.steps, degraded.reason);
         ("searched exhaustively", text)
     }));
+    rows.extend(summary.set_aside.iter().map(|item| {
+        let text = format!("{}: {}", item.item, item.reason);
+        ("set aside", text)
+    }));
     if let EndingSummary::NothingFits { items } = &summary.ending {
         rows.extend(items.iter().map(|item| {
             let text = format!("{}: {}", item.item, item.reason);
@@ -55,6 +59,7 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
     let [mean, median, max] = [mean, median, max].map(duration);
     let ending = match &summary.ending {
         EndingSummary::AllPacked => "everything is packed".to_owned(),
+        EndingSummary::OthersSetAside => "everything that was not set aside is packed".to_owned(),
         EndingSummary::NothingFits { items } => {
             let count = items.len();
             format!("none of the {count} items in the buffer has a valid placement")
@@ -69,6 +74,13 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
         ("Compactness (voxels)", percent(metrics.compactness)),
         ("Compactness (meshes)", percent(metrics.mesh_compactness)),
         ("Container filled (meshes)", percent(metrics.utilisation)),
+        (
+            "Unsteady when placed",
+            format!(
+                "{} of {} items",
+                summary.items_unsteady, summary.items_placed
+            ),
+        ),
         ("Height", format!("{:.1} cm", summary.height_m * 100.0)),
         (
             "Decision per item",
@@ -77,6 +89,17 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
         ("Whole run", duration(summary.took_s)),
         ("Ended because", ending),
     ];
+    let settings = &packing.settings;
+    if settings.set_aside > 0 {
+        let count = summary.set_aside.len();
+        let text = format!("{count} of at most {} items", settings.set_aside);
+        figures.push(("Set aside", text));
+    }
+    if settings.poses > 1 {
+        let (turned, placed) = (summary.items_in_other_pose, summary.items_placed);
+        let text = format!("{turned} of {placed} items");
+        figures.push(("In another pose than offered", text));
+    }
     figures.extend(summary.arm.iter().flat_map(ArmSummary::figures));
     figures
 }

@@ -29,12 +29,24 @@ pub(crate) struct Done {
     pub(crate) outcome: v1::Outcome,
 }
 
+/// What is to be packed.
+pub(crate) struct Job {
+    pub(crate) session_id: String,
+    pub(crate) items: Vec<v1::Announcement>,
+    /// Valid placements that are wanted beside each choice.
+    pub(crate) alternatives: u32,
+    /// How many items that fit nowhere may be set aside.
+    pub(crate) set_aside: u32,
+}
+
 /// How a packing ended.
 #[derive(Debug, Clone)]
 pub(crate) struct Packed {
     pub(crate) done: Vec<Done>,
-    /// Why nothing of the buffer fits; empty where everything is packed.
+    /// Why nothing of the buffer fits; empty where nothing waits any more.
     pub(crate) reasons: Vec<v1::ItemReason>,
+    /// What was set aside for the next container, and why.
+    pub(crate) set_aside: Vec<v1::ItemReason>,
     /// What lies in the container.
     pub(crate) state: v1::CellState,
     /// What perception sees of it.
@@ -57,18 +69,12 @@ impl Controller {
     }
 
     /// Packs items into the container as it is, in one session; `on_step` is called after each placement.
-    pub(crate) fn pack(
-        &self,
-        session_id: &str,
-        items: &[v1::Announcement],
-        alternatives: u32,
-        on_step: &mut dyn FnMut(&Done),
-    ) -> Outcome<Packed> {
-        self.begin(session_id, items)?;
+    pub(crate) fn pack(&self, job: &Job, on_step: &mut dyn FnMut(&Done)) -> Outcome<Packed> {
+        self.begin_with(&job.session_id, &job.items, Some(job.set_aside))?;
         let mut done = Vec::new();
         let reasons = loop {
             let request = v1::PlanRequest {
-                alternatives,
+                alternatives: job.alternatives,
                 ..v1::PlanRequest::default()
             };
             let reply = self.ask("planner", request, REQUEST_LIMIT)?;
@@ -87,11 +93,13 @@ impl Controller {
                 }
             }
         };
+        let session = self.ask("planner", v1::SessionRequest::default(), REQUEST_LIMIT)?;
         let state = self.state()?;
         let heightmap = self.heightmap(state.state_number)?;
         Ok(Packed {
             done,
             reasons,
+            set_aside: session.session.unwrap_or_default().set_aside,
             state,
             heightmap,
         })
@@ -102,9 +110,20 @@ impl Controller {
     /// # Errors
     /// What the planner or the bridge said, or that it does not serve.
     pub fn begin(&self, session_id: &str, items: &[v1::Announcement]) -> Outcome {
+        self.begin_with(session_id, items, None)
+    }
+
+    /// As [`Self::begin`]; so many items may be set aside, where that is not left to the cell's setting.
+    fn begin_with(
+        &self,
+        session_id: &str,
+        items: &[v1::Announcement],
+        set_aside: Option<u32>,
+    ) -> Outcome {
         let request = v1::BeginRequest {
             session_id: session_id.to_owned(),
             least_state_number: self.state()?.state_number,
+            set_aside,
             ..v1::BeginRequest::default()
         };
         self.ask("planner", request, REQUEST_LIMIT)?;

@@ -17,6 +17,7 @@ use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_packing::method::Method;
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_perception_service::TraySettings;
+use ppnpack_physics::twin::TwinSettings;
 use ppnpack_planner::CellSettings;
 use ppnpack_recognition::library::Library;
 use ppnpack_robot::station::StationSettings;
@@ -39,6 +40,8 @@ pub struct Plan<'a> {
     pub grid: &'a Grid,
     /// How they plan.
     pub method: &'a Method,
+    /// In how many resting poses an object may be packed at most; the catalogue has to have as many.
+    pub poses: usize,
     /// The arm that has to make the placements, if any.
     pub arm: Option<&'a StationSettings>,
     /// The simulated cells that the bridge works.
@@ -234,7 +237,9 @@ fn planner_settings(plan: &Plan<'_>) -> ppnpack_planner::Settings {
         grid: GridSettings::from(plan.grid),
         method: plan.method.clone(),
         arm: plan.arm.cloned(),
+        poses: plan.poses,
         inspect: plan.sensing.inspect,
+        twin: TwinSettings::of(&plan.simulated.cell),
         ..CellSettings::default()
     };
     ppnpack_planner::Settings {

@@ -11,7 +11,7 @@ use ppnpack_packing::episode::{Step, packed_volume};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::metrics::Metrics;
-use ppnpack_packing::plan::{Candidate, Evaluated, Timings};
+use ppnpack_packing::plan::{Evaluated, Timings};
 use ppnpack_packing::refusal::Refusals;
 use ppnpack_wire::{convert, v1};
 
@@ -51,7 +51,8 @@ pub(crate) fn packing(
     let volume = packed_volume(&grid, &steps, is_inside);
     Ok(Packing {
         metrics: Metrics::new(&grid, scene.heightmap(), volume),
-        ending: ending(&packed.reasons, catalogue, &settings.sequence),
+        ending: ending(packed, catalogue, &settings.sequence),
+        set_aside: unplaceable(&packed.set_aside, catalogue, &settings.sequence),
         settings,
         steps,
         settled: settled.collect(),
@@ -67,21 +68,27 @@ fn step(done: &Done, catalogue: &Catalogue) -> Result<Step> {
     let (arrival, object) = known(&decision.item_id, &decision.object, catalogue)?;
     let placement = decision.placement.as_ref();
     let placement = placement.context("a decision has no placement")?;
+    let pose = usize::try_from(decision.pose)?;
+    let candidate = object.candidates(arrival).into_iter().nth(pose);
+    let candidate = candidate.with_context(|| format!("the catalogue has no pose {pose} of it"))?;
     let mut buffer = decision.buffer.iter();
-    let candidate = buffer.position(|item| *item == decision.item_id);
+    let item = buffer.position(|item| *item == decision.item_id);
     let alternatives = decision.alternatives.iter();
     let alternatives = alternatives.map(convert::placement::read_ranked);
     let cycle = decision.cycle.as_deref().map(convert::cycle::read);
+    let settling = decision.settling.as_ref().map(convert::settling::read);
     Ok(Step {
         step: decision.step,
-        candidate: Candidate::new(arrival, object.item.clone()),
+        candidate,
         choice: Evaluated {
-            candidate: candidate.unwrap_or_default(),
+            candidate: item.unwrap_or_default(),
             resting: convert::placement::read_resting(placement)?,
             value: decision.value,
         },
         evidence: Evidence {
             cycle: cycle.transpose()?.map(Arc::new),
+            settling: settling.transpose()?,
+            ..Evidence::default()
         },
         alternatives: alternatives.collect::<Result<_, _>>()?,
         timings: Timings {
@@ -151,10 +158,22 @@ fn settled(done: &Done, topple_rad: f64) -> Settled {
     }
 }
 
-fn ending(reasons: &[v1::ItemReason], catalogue: &Catalogue, sequence: &Sequence) -> EndingSummary {
-    if reasons.is_empty() {
-        return EndingSummary::AllPacked;
+fn ending(packed: &Packed, catalogue: &Catalogue, sequence: &Sequence) -> EndingSummary {
+    match (packed.reasons.as_slice(), packed.set_aside.as_slice()) {
+        ([], []) => EndingSummary::AllPacked,
+        ([], _) => EndingSummary::OthersSetAside,
+        (reasons, _) => EndingSummary::NothingFits {
+            items: unplaceable(reasons, catalogue, sequence),
+        },
     }
+}
+
+/// The items of the sequence that these reasons are of.
+fn unplaceable(
+    reasons: &[v1::ItemReason],
+    catalogue: &Catalogue,
+    sequence: &Sequence,
+) -> Vec<Unplaceable> {
     let items = reasons.iter().filter_map(|reason| {
         let arrival = arrival_of(&reason.item_id)?;
         let object = catalogue.get(*sequence.objects.get(arrival)?)?;
@@ -164,7 +183,5 @@ fn ending(reasons: &[v1::ItemReason], catalogue: &Catalogue, sequence: &Sequence
             reason: reason.text.clone(),
         })
     });
-    EndingSummary::NothingFits {
-        items: items.collect(),
-    }
+    items.collect()
 }

@@ -115,8 +115,9 @@ fn measure(catalogue: &Catalogue, grid: &Grid, file: &SequenceFile, count: usize
             for case in 0..count {
                 let mut items = file.get(case)?.candidates(catalogue);
                 items.retain(|item| can_be_lifted(item));
-                for (arrival, item) in items.iter_mut().enumerate() {
-                    item.arrival = arrival;
+                let poses = items.chunk_by_mut(|a, b| a.arrival == b.arrival);
+                for (arrival, poses) in poses.enumerate() {
+                    poses.iter_mut().for_each(|item| item.arrival = arrival);
                 }
                 let method = sdfm(source.clone(), Stability::Physical, BUFFER, 0);
                 let proposer = method.proposer(grid, None)?;

@@ -277,6 +277,7 @@ impl World<'_> {
             cells: vec![cell()?],
             grid: self.grid,
             method: &method,
+            poses: 1,
             arm: settings.arm.as_ref(),
             simulated: &Simulated {
                 scan: Sampling::Greatest,

@@ -184,6 +184,7 @@ impl Run<'_> {
             rules: None,
             heightmap_from_item: item.heightmap_from_item,
             waits_at: item.container_from_item,
+            poses: 0,
         };
         let request = v1::AnnounceRequest {
             items: vec![announcement],

@@ -1,0 +1,60 @@
+//! Options of the tries that placements go through in a simulation before they are made.
+
+use clap::Args;
+use ppnpack_packing::trial::{TrialLimits, TrialSettings};
+
+use super::physics::Conditions;
+use crate::failure::{OrInput, Outcome};
+use crate::length::parse_distance;
+
+/// How placements are tried in a twin of the cell.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Simulated check")]
+pub(crate) struct TrialOptions {
+    /// How many placements of an item a step may try in a simulated twin of the cell; the best one that stays is made.
+    /// With 0 nothing is tried [default: 40 under robot conditions, 0 under the reference's]
+    #[arg(long, value_name = "COUNT")]
+    tries: Option<usize>,
+
+    /// The most that an item may tilt, in degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = TrialLimits::default().tilt_rad.to_degrees().round(), allow_hyphen_values = true)]
+    tilt_limit: f64,
+
+    /// The most that it may slide
+    #[arg(long, value_name = "LENGTH", default_value = "15mm", value_parser = parse_distance, allow_hyphen_values = true)]
+    slide_limit: f64,
+
+    /// The most that any other item may be moved by it
+    #[arg(long, value_name = "LENGTH", default_value = "20mm", value_parser = parse_distance, allow_hyphen_values = true)]
+    disturbance_limit: f64,
+
+    /// Where nothing that is tried stays, make the best of it instead of setting the items aside
+    #[arg(long)]
+    last_resort: bool,
+}
+
+impl TrialOptions {
+    /// The settings, by default those that suit the conditions.
+    ///
+    /// # Errors
+    /// Which of them is wrong.
+    pub(crate) fn settings(&self, conditions: Conditions) -> Outcome<TrialSettings> {
+        let usual = match conditions {
+            Conditions::Robot => TrialSettings::default(),
+            Conditions::Reference => TrialSettings::off(),
+        };
+        let limits = TrialLimits {
+            tilt_rad: self.tilt_limit.to_radians(),
+            slide_m: self.slide_limit,
+            disturbance_m: self.disturbance_limit,
+        };
+        let settings = TrialSettings {
+            limits,
+            tries_per_item: self.tries.unwrap_or(usual.tries_per_item),
+            last_resort: self.last_resort,
+            ..usual
+        };
+        settings.validate().or_input()?;
+        Ok(settings)
+    }
+}

@@ -1,0 +1,282 @@
+//! `ppnpack experiment filling`: how full containers get, and what topples or slides, under robot conditions.
+
+mod apart;
+mod results;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::Args;
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
+use ppnpack_cli::options::{CatalogueOptions, load};
+use ppnpack_cli::sequence::{Sequence, SequenceFile};
+use ppnpack_packing::episode::{Play, play};
+use ppnpack_packing::grid::{Grid, GridSettings};
+use ppnpack_packing::method::{Method, ProposalSource, Stability};
+use ppnpack_packing::objective::Weights;
+use ppnpack_packing::trial::TrialSettings;
+use ppnpack_physics::packing_cell::{Sampling, SimulatedPackingCell};
+use ppnpack_physics::settings::CellSettings;
+use ppnpack_physics::trial;
+use ppnpack_physics::twin::TwinSettings;
+use serde::{Deserialize, Serialize};
+
+use crate::document;
+use crate::runs::{Runs, RunsOption, hash};
+use crate::workers;
+use apart::Apart;
+use results::{Results, Table};
+
+/// A placed item that slid further than this counts as unsteady, in metres; one that toppled or left the container too.
+const SLIDE_LIMIT_M: f64 = 0.02;
+
+/// Packs test sequences in robot conditions with several methods, and compares volume, steadiness and time.
+#[derive(Debug, Args)]
+pub(crate) struct FillingArguments {
+    #[command(flatten)]
+    catalogue: CatalogueOptions,
+
+    /// A .npy file of sequences, int64 [sequences, length], of object indices
+    #[arg(long, value_name = "FILE")]
+    sequences: PathBuf,
+
+    /// The first sequence
+    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
+    first: u32,
+
+    /// How many sequences
+    #[arg(long, value_name = "COUNT", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
+    cases: u32,
+
+    /// A JSON file with the methods to compare, in place of those of the published table; the first is what the others
+    /// are compared with
+    #[arg(long, value_name = "FILE")]
+    methods: Option<PathBuf>,
+
+    /// Leave out the table in which the cell's physics are not those of the twin
+    #[arg(long)]
+    not_apart: bool,
+
+    /// Sequences packed at once [default: one per core]
+    #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
+    workers: usize,
+
+    /// Where filling.md and filling.json are written
+    #[arg(long, value_name = "DIR", default_value = "out/filling")]
+    out: PathBuf,
+
+    #[command(flatten)]
+    runs: RunsOption,
+
+    /// Print the results as JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+/// A way to fill containers.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct Way {
+    pub(super) name: String,
+    pub(super) grid: GridSettings,
+    /// In how many poses an object is offered at most.
+    pub(super) poses: usize,
+    /// How many items may be set aside.
+    pub(super) set_aside: usize,
+    /// Threads that try placements.
+    pub(super) threads: usize,
+    pub(super) method: Method,
+}
+
+impl Default for Way {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            grid: GridSettings {
+                cell_m: 0.005,
+                yaws: 8,
+                ..GridSettings::default()
+            },
+            poses: 1,
+            set_aside: 0,
+            threads: 1,
+            method: Method {
+                proposals: ProposalSource::Bounded,
+                ..Method::default()
+            },
+        }
+    }
+}
+
+/// One packed sequence.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Run {
+    objects: Vec<usize>,
+    pub(super) items: usize,
+    pub(super) placed: usize,
+    pub(super) meshes_m3: f64,
+    /// Toppled, slid or fell out, of what was placed.
+    pub(super) unsteady: usize,
+    pub(super) set_aside: usize,
+    pub(super) in_other_pose: usize,
+    /// Of each step.
+    pub(super) decision_s: Vec<f64>,
+}
+
+/// The methods of the published table.
+fn ways() -> Vec<Way> {
+    let way = |name: &str, change: &dyn Fn(&mut Way)| {
+        let mut way = Way {
+            name: name.to_owned(),
+            ..Way::default()
+        };
+        change(&mut way);
+        way
+    };
+    let untried = |stability| {
+        move |way: &mut Way| {
+            way.method.stability = stability;
+            way.method.trial = TrialSettings::off();
+        }
+    };
+    let dense = |way: &mut Way| way.method.weights = Weights::dense();
+    vec![
+        way("published test", &untried(Stability::Published)),
+        way("physical test", &untried(Stability::Physical)),
+        way("no test", &untried(Stability::None)),
+        way("tried", &|_| ()),
+        way("tried, after the published test", &|way| {
+            way.method.stability = Stability::Published;
+        }),
+        way("tried, dense", &dense),
+        way("tried, 20 set aside", &|way| way.set_aside = 20),
+        way("tried, dense, 4 poses", &|way| {
+            dense(way);
+            way.poses = 4;
+        }),
+        way("tried, dense, 4 poses, 20 set aside", &|way| {
+            dense(way);
+            way.poses = 4;
+            way.set_aside = 20;
+        }),
+    ]
+}
+
+pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
+    let ways = match &arguments.methods {
+        Some(path) => read(path)?,
+        None => ways(),
+    };
+    let mut tables = vec![("the twin's", Apart::default())];
+    if !arguments.not_apart {
+        tables.push(("apart", Apart::of_the_published_table()));
+    }
+    let cases: Vec<u32> = (arguments.first..).take(arguments.cases as usize).collect();
+    let folder = arguments.runs.folder(&arguments.out);
+    let mut results = Results::new(&ways, &cases, arguments.workers);
+    for (name, apart) in tables {
+        let runs = pack_all(arguments, &ways, &cases, &apart, &folder)?;
+        results.tables.push(Table::new(name, apart, &ways, &runs));
+    }
+    let markdown = results.markdown();
+    document::publish(
+        &arguments.out,
+        "filling",
+        &results,
+        &markdown,
+        arguments.json,
+    )
+}
+
+fn read(path: &Path) -> Outcome<Vec<Way>> {
+    let wrong = |error: &dyn std::fmt::Display| {
+        Failure::input(format_args!("--methods {}: {error}", path.display()))
+    };
+    let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
+    let ways: Vec<Way> = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
+    if ways.is_empty() {
+        return Err(wrong(&"there is no method"));
+    }
+    Ok(ways)
+}
+
+/// Packs all sequences in all ways, those first that come first; gives the runs by way, then sequence.
+fn pack_all(
+    arguments: &FillingArguments,
+    ways: &[Way],
+    cases: &[u32],
+    apart: &Apart,
+    folder: &Path,
+) -> Outcome<Vec<Vec<Run>>> {
+    let mut of_ways = Vec::new();
+    for way in ways {
+        let catalogue = catalogue(arguments, way)?;
+        let sequences = SequenceFile::read(&arguments.sequences, &catalogue)?;
+        let kept = Runs::new(folder, &(catalogue.content_hash(), way, apart))?;
+        let pack = |case: &u32| {
+            let sequence = sequences.get(*case as usize)?;
+            let is_right = |run: &Run| run.objects == sequence.objects;
+            let name = format!("{}-{case:05}", hash(way, 8)?);
+            kept.finish(&name, is_right, || {
+                pack(way, &catalogue, &sequence, u64::from(*case), apart)
+            })
+        };
+        of_ways.push(workers::map("Packing", cases, arguments.workers, pack)?);
+    }
+    Ok(of_ways)
+}
+
+fn catalogue(arguments: &FillingArguments, way: &Way) -> Outcome<Arc<Catalogue>> {
+    let mut settings = arguments.catalogue.settings();
+    settings.poses = way.poses;
+    let resolution = way.grid.resolution().or_input()?;
+    load(&arguments.catalogue.source(), &settings, &resolution).map(Arc::new)
+}
+
+fn pack(
+    way: &Way,
+    catalogue: &Catalogue,
+    sequence: &Sequence,
+    seed: u64,
+    apart: &Apart,
+) -> Outcome<Run> {
+    let grid: Grid = way.grid.build().or_input()?;
+    let method = Method {
+        seed,
+        ..way.method.clone()
+    };
+    let known = CellSettings {
+        container: grid.container(),
+        seed,
+        ..CellSettings::robot()
+    };
+    let pool = trial::pool(way.threads).or_run()?;
+    let check = trial::check(method.trial, TwinSettings::of(&known), pool).or_input()?;
+    let mut planner = method.build_with(&grid, method.proposer(&grid, None)?, check, 1)?;
+    let real = apart.cell(known);
+    let cell = SimulatedPackingCell::new(real, &grid, catalogue, Sampling::Greatest).or_input()?;
+    let mut cell = cell.with_pose_error(apart.pose_error);
+    let how = Play {
+        set_aside: way.set_aside,
+        ..Play::with_buffer(method.buffer)
+    };
+    let items = sequence.candidates(catalogue);
+    let episode = play(&grid, &mut planner, &mut cell, items, how, &mut ()).or_run()?;
+    let reports = || cell.placed().iter().map(|placed| &placed.report);
+    let steps = || episode.steps.iter();
+    Ok(Run {
+        objects: sequence.objects.clone(),
+        items: episode.metrics.packed.items,
+        placed: reports().count(),
+        meshes_m3: episode.metrics.packed.meshes_m3,
+        unsteady: reports()
+            .filter(|report| report.toppled || !report.inside || report.slide_m > SLIDE_LIMIT_M)
+            .count(),
+        set_aside: episode.set_aside.len(),
+        in_other_pose: steps().filter(|step| step.candidate.pose > 0).count(),
+        decision_s: steps()
+            .map(|step| step.timings.total().as_secs_f64())
+            .collect(),
+    })
+}

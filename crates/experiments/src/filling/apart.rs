@@ -1,0 +1,72 @@
+//! A cell whose physics are not quite those that the planner thinks it has.
+
+use ppnpack_physics::packing_cell::PoseError;
+use ppnpack_physics::settings::CellSettings;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+
+/// How far the cell is from what is known of it. The default is not at all.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(crate) struct Apart {
+    /// Friction coefficients are multiplied by a factor between this and its inverse, drawn once a sequence for the
+    /// items and once for the walls.
+    pub(crate) friction: f64,
+    /// How well the poses of what lies in the container are known.
+    pub(crate) pose_error: PoseError,
+}
+
+impl Default for Apart {
+    fn default() -> Self {
+        Self {
+            friction: 1.0,
+            pose_error: PoseError::default(),
+        }
+    }
+}
+
+impl Apart {
+    /// Friction of 0.71 to 1.4 times that of the twin, poses known up to 2 mm and 1 degree (standard deviations per axis).
+    pub(crate) fn of_the_published_table() -> Self {
+        Self {
+            friction: 1.4,
+            pose_error: PoseError {
+                position_m: 0.002,
+                rotation_rad: 1.0_f64.to_radians(),
+            },
+        }
+    }
+
+    /// The real cell.
+    pub(crate) fn cell(&self, mut known: CellSettings) -> CellSettings {
+        let mut random = ChaCha8Rng::seed_from_u64(known.seed);
+        let mut factor = || self.friction.powf(2.0 * random.random::<f64>() - 1.0);
+        known.contact.item_friction *= factor();
+        known.contact.wall_friction *= factor();
+        known
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn friction_stays_within_its_range_and_is_another_for_each_sequence() {
+        let friction = |apart: Apart, seed| {
+            let known = CellSettings {
+                seed,
+                ..CellSettings::robot()
+            };
+            apart.cell(known).contact.item_friction
+        };
+        let usual = CellSettings::robot().contact.item_friction;
+        assert_eq!(friction(Apart::default(), 3), usual);
+        let apart = Apart::of_the_published_table();
+        let drawn: Vec<f64> = (0..50).map(|seed| friction(apart, seed) / usual).collect();
+        assert!(drawn.iter().all(|factor| (0.71..=1.4).contains(factor)));
+        assert!(
+            drawn.iter().any(|factor| *factor < 0.85) && drawn.iter().any(|factor| *factor > 1.2)
+        );
+    }
+}

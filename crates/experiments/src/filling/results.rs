@@ -1,0 +1,162 @@
+//! What the methods came to.
+
+use serde::Serialize;
+
+use super::apart::Apart;
+use super::{Run, Way};
+use crate::document;
+use crate::statistics::{Mean, percentage, quantiles};
+
+/// All that was found.
+#[derive(Debug, Serialize)]
+pub(super) struct Results<'a> {
+    machine: String,
+    workers: usize,
+    first_case: u32,
+    cases: usize,
+    ways: &'a [Way],
+    pub(super) tables: Vec<Table>,
+}
+
+/// All methods in one kind of cell.
+#[derive(Debug, Serialize)]
+pub(super) struct Table {
+    physics: &'static str,
+    apart: Apart,
+    lines: Vec<Line>,
+}
+
+#[derive(Debug, Serialize)]
+struct Line {
+    name: String,
+    items: Mean,
+    meshes_cm3: Mean,
+    /// To the first method, sequence by sequence.
+    difference_cm3: Mean,
+    difference_percent: f64,
+    unsteady_percent: f64,
+    placed: usize,
+    unsteady: usize,
+    set_aside: Mean,
+    in_other_pose_percent: f64,
+    /// Half of the decisions, and 95 % of them, take no longer.
+    decision_median_s: f64,
+    decision_95_s: f64,
+}
+
+impl Table {
+    pub(super) fn new(
+        physics: &'static str,
+        apart: Apart,
+        ways: &[Way],
+        runs: &[Vec<Run>],
+    ) -> Self {
+        let first = runs.first().map_or(&[][..], Vec::as_slice);
+        let lines = ways.iter().zip(runs);
+        Self {
+            physics,
+            apart,
+            lines: lines
+                .map(|(way, runs)| Line::new(way, runs, first))
+                .collect(),
+        }
+    }
+}
+
+impl Line {
+    fn new(way: &Way, runs: &[Run], first: &[Run]) -> Self {
+        let mean = |value: &dyn Fn(&Run) -> f64| Mean::of(runs.iter().map(value));
+        let sum = |value: fn(&Run) -> usize| runs.iter().map(value).sum::<usize>();
+        let cm3 = |run: &Run| run.meshes_m3 * 1e6;
+        let pairs = runs.iter().zip(first);
+        let difference_cm3 = Mean::of(pairs.map(|(run, first)| cm3(run) - cm3(first)));
+        let compared = Mean::of(first.iter().map(cm3));
+        let (placed, unsteady) = (sum(|run| run.placed), sum(|run| run.unsteady));
+        let decisions = runs.iter().flat_map(|run| run.decision_s.iter().copied());
+        let [decision_median_s, decision_95_s] = quantiles(decisions, [0.5, 0.95]);
+        Self {
+            name: way.name.clone(),
+            items: mean(&|run| run.items as f64),
+            meshes_cm3: mean(&cm3),
+            difference_percent: 100.0 * difference_cm3.mean / compared.mean,
+            difference_cm3,
+            unsteady_percent: percentage(unsteady, placed),
+            placed,
+            unsteady,
+            set_aside: mean(&|run| run.set_aside as f64),
+            in_other_pose_percent: percentage(sum(|run| run.in_other_pose), placed),
+            decision_median_s,
+            decision_95_s,
+        }
+    }
+}
+
+impl<'a> Results<'a> {
+    pub(super) fn new(ways: &'a [Way], cases: &[u32], workers: usize) -> Self {
+        Self {
+            machine: document::machine(),
+            workers,
+            first_case: cases.first().copied().unwrap_or(0),
+            cases: cases.len(),
+            ways,
+            tables: Vec::new(),
+        }
+    }
+
+    pub(super) fn markdown(&self) -> String {
+        let last = u64::from(self.first_case) + self.cases as u64 - 1;
+        let mut text = format!(
+            "# Filling: how full, how steady\n\n\
+             Sequences {} to {last} in robot conditions: laid down from 1 cm, an exact scan. *Unsteady* is what toppled by \
+             more than 30 degrees, slid by more than 2 cm or left the container when it was placed. Differences are to \
+             the first method, sequence by sequence, with 95 % intervals by Student's t. Decision times are of one step on \
+             one thread, {} sequences at once. Machine: {}.\n",
+            self.first_case, self.workers, self.machine
+        );
+        for table in &self.tables {
+            text += &table.markdown();
+        }
+        text
+    }
+}
+
+impl Table {
+    fn markdown(&self) -> String {
+        let Apart {
+            friction,
+            pose_error,
+        } = self.apart;
+        let mut text = if friction == 1.0 {
+            "\n## The cell is as the planner thinks it is\n".to_owned()
+        } else {
+            format!(
+                "\n## The cell is another one than the twin\n\nFriction of items and of walls times {:.2} to {friction:.2}, drawn \
+                 once a sequence; the poses of what lies there are known with normal errors of {:.0} mm and {:.0} degree per \
+                 axis.\n",
+                1.0 / friction,
+                pose_error.position_m * 1e3,
+                pose_error.rotation_rad.to_degrees()
+            )
+        };
+        text += "\n| method | items | mesh volume (cm³) | difference (cm³) | | unsteady | set aside | in another pose | \
+                 decision, median | 95 % |\n|---|---|---|---|---|---|---|---|---|---|\n";
+        for line in &self.lines {
+            text += &format!(
+                "| {} | {} | {} | {} | {:+.1} % | {:.1} % ({} of {}) | {:.1} | {:.0} % | {:.1} ms | {:.1} ms |\n",
+                line.name,
+                line.items.shown(1),
+                line.meshes_cm3.shown(0),
+                line.difference_cm3.shown(0),
+                line.difference_percent,
+                line.unsteady_percent,
+                line.unsteady,
+                line.placed,
+                line.set_aside.mean,
+                line.in_other_pose_percent,
+                line.decision_median_s * 1e3,
+                line.decision_95_s * 1e3
+            );
+        }
+        text
+    }
+}
