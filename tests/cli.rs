@@ -329,7 +329,8 @@ fn an_arm_packs_what_it_can_reach_and_tells_its_cycle_times() {
     }
 
     // A container that is too far away: nothing can be placed, and each item has the reason.
-    let far = ["--arm", "nachi-mz07l", "--arm-base", "-150cm,16cm,10cm"];
+    let place = ["--arm-base", "-150cm,16cm,10cm", "--set-aside", "0"];
+    let far = [&["--arm", "nachi-mz07l"][..], &place].concat();
     let (summary, ..) = run("far", &far);
     assert_eq!(summary["items_placed"], 0);
     let item = &summary["ending"]["items"][0];
@@ -435,7 +436,7 @@ fn objects_larger_than_the_container_are_named_as_such() {
     ];
     let summary = json(&ppnpack(&arguments));
     assert_eq!(summary["items_placed"], 0);
-    let item = &summary["ending"]["items"][0];
+    let item = &summary["set_aside"][0];
     assert_eq!(item["item"], "tennis_ball");
     assert!(
         item["reason"].as_str().unwrap().contains("too large"),
@@ -456,7 +457,7 @@ fn what_fits_nowhere_is_set_aside_and_the_packing_goes_on() {
         let page = std::fs::read_to_string(out.join("report.html")).unwrap();
         (summary, page)
     };
-    let (summary, page) = run("ended", &[]);
+    let (summary, page) = run("ended", &["--set-aside", "0"]);
     assert_eq!(summary["items_placed"], 0);
     assert_eq!(summary["set_aside"], serde_json::json!([]));
     assert_eq!(summary["ending"]["kind"], "nothing-fits");

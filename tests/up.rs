@@ -27,7 +27,7 @@ fn placements(folder: &Path) -> Vec<Vec<String>> {
     let lines = text.lines().map(|line| {
         let fields = line.split(',').map(str::to_owned).enumerate();
         fields
-            .filter(|(index, _)| !(9..=12).contains(index))
+            .filter(|(index, _)| !(9..=13).contains(index))
             .map(|(_, field)| field)
             .collect()
     });

@@ -8,6 +8,7 @@ use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::Item;
+use ppnpack_packing::look_ahead::LookAheadSettings;
 use ppnpack_packing::method::{Method, OpenNetwork, ProposalSource};
 use ppnpack_packing::plan::{Candidate, Planner};
 use ppnpack_packing::step::StepInput;
@@ -49,10 +50,11 @@ pub(crate) fn choose(
         return Ok(Vec::new());
     }
     let planner = |source: &ProposalSource| -> Outcome<Planner> {
-        // What is tried costs the same with every source.
+        // To try placements and to look ahead costs the same with every source.
         let of_source = Method {
             proposals: source.clone(),
             trial: TrialSettings::off(),
+            look_ahead: LookAheadSettings::default(),
             ..method.clone()
         };
         let proposer = of_source.proposer(grid, network)?;

@@ -140,25 +140,23 @@ fn ways() -> Vec<Way> {
             way.method.trial = TrialSettings::off();
         }
     };
-    let dense = |way: &mut Way| way.method.weights = Weights::dense();
+    let dense_poses = |way: &mut Way| {
+        way.method.weights = Weights::dense();
+        way.poses = 4;
+    };
     vec![
         way("published test", &untried(Stability::Published)),
-        way("physical test", &untried(Stability::Physical)),
-        way("no test", &untried(Stability::None)),
         way("tried", &|_| ()),
-        way("tried, after the published test", &|way| {
-            way.method.stability = Stability::Published;
-        }),
-        way("tried, dense", &dense),
         way("tried, 20 set aside", &|way| way.set_aside = 20),
-        way("tried, dense, 4 poses", &|way| {
-            dense(way);
-            way.poses = 4;
-        }),
         way("tried, dense, 4 poses, 20 set aside", &|way| {
-            dense(way);
-            way.poses = 4;
+            dense_poses(way);
             way.set_aside = 20;
+        }),
+        way("tried, dense, 4 poses", &dense_poses),
+        way("no test", &untried(Stability::None)),
+        way("physical test", &untried(Stability::Physical)),
+        way("tried, 12 futures", &|way| {
+            way.method.look_ahead.futures = 12
         }),
     ]
 }
@@ -252,8 +250,9 @@ fn pack(
         ..CellSettings::robot()
     };
     let pool = trial::pool(way.threads).or_run()?;
-    let check = trial::check(method.trial, TwinSettings::of(&known), pool).or_input()?;
-    let mut planner = method.build_with(&grid, method.proposer(&grid, None)?, check, 1)?;
+    let check = trial::check(method.trial, TwinSettings::of(&known), pool.clone()).or_input()?;
+    let planner = method.build_with(&grid, method.proposer(&grid, None)?, check, 1)?;
+    let mut planner = planner.with_chooser(method.chooser(&grid, &catalogue.items(), pool)?);
     let real = apart.cell(known);
     let cell = SimulatedPackingCell::new(real, &grid, catalogue, Sampling::Greatest).or_input()?;
     let mut cell = cell.with_pose_error(apart.pose_error);

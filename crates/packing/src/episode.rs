@@ -304,9 +304,14 @@ pub struct IdealCell {
 impl IdealCell {
     /// An empty cell.
     pub fn new(grid: &Grid) -> Self {
+        Self::holding(grid, Scene::from_heightmap(Heightmap::empty(grid)))
+    }
+
+    /// A cell whose container holds something already, of which no item counts as placed.
+    pub fn holding(grid: &Grid, scene: Scene) -> Self {
         Self {
             grid: grid.clone(),
-            scene: Scene::from_heightmap(Heightmap::empty(grid)),
+            scene,
             placed: Vec::new(),
         }
     }

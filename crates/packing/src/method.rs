@@ -5,9 +5,11 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::check::{BoxedCheck, Cost};
+use crate::chooser::BoxedChooser;
 use crate::coarse::{CoarseGrid, CoarseGridError, CoarseToFine, Coarsening};
 use crate::grid::Grid;
 use crate::item::{Item, ItemError};
+use crate::look_ahead::{LookAhead, LookAheadSettings};
 use crate::objective::{Heuristic, Order, WeightError, Weights};
 use crate::plan::Planner;
 use crate::proposals::{OrExhaustive, Percent, PercentError, ProposeAll, ProposeRandom, Proposer};
@@ -18,6 +20,9 @@ use crate::trial::TrialSettings;
 
 /// The cell that proposals are made with on finer grids: the paper's, which the network is trained on.
 const PROPOSAL_CELL_M: f64 = 0.01;
+
+/// The paper's yaws.
+const PROPOSAL_YAWS: usize = 4;
 
 /// A packing method: which placements are evaluated, what they are judged by, and what they must pass. The default looks
 /// at every placement and tries the best in a simulation.
@@ -36,6 +41,8 @@ pub struct Method {
     pub trial: TrialSettings,
     /// The weights of the objective.
     pub weights: Weights,
+    /// How a step looks ahead before it chooses.
+    pub look_ahead: LookAheadSettings,
     /// How many of the waiting items may be chosen from.
     pub buffer: usize,
     /// The seed of everything that is random.
@@ -145,6 +152,7 @@ impl Default for Method {
             stability: Stability::None,
             trial: TrialSettings::default(),
             weights: Weights::default(),
+            look_ahead: LookAheadSettings::default(),
             buffer: 5,
             seed: 0,
         }
@@ -204,6 +212,34 @@ impl Method {
         Ok(Planner::new(
             proposer, evaluator, all, self.order, self.seed,
         ))
+    }
+
+    /// What looks ahead over items like those of `mix`, on the threads of a pool; `None` of a method that does not.
+    ///
+    /// # Errors
+    /// [`MethodError`] where it cannot on this grid.
+    pub fn chooser(
+        &self,
+        grid: &Grid,
+        mix: &[Arc<Item>],
+        pool: Option<Arc<rayon::ThreadPool>>,
+    ) -> Result<Option<BoxedChooser>, MethodError> {
+        if !self.look_ahead.is_on() || mix.is_empty() {
+            return Ok(None);
+        }
+        let coarsening = Coarsening::towards(grid, PROPOSAL_CELL_M, PROPOSAL_YAWS);
+        let grids = CoarseGrid::new(grid, coarsening)?;
+        let greedy = Self {
+            proposals: ProposalSource::Bounded,
+            stability: Stability::Published,
+            trial: TrialSettings::off(),
+            look_ahead: LookAheadSettings::default(),
+            ..self.clone()
+        };
+        let player = |grids: &CoarseGrid| greedy.build(grids.coarse(), None);
+        let (settings, seed) = (self.look_ahead, self.seed);
+        let look_ahead = LookAhead::new(settings, seed, grids, mix, pool, player)?;
+        Ok(Some(Box::new(look_ahead)))
     }
 
     /// What proposes the placements; `network` opens the network that the method may name.

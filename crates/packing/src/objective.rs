@@ -99,7 +99,8 @@ impl Default for Weights {
 }
 
 impl Weights {
-    /// Weights that fill containers more tightly than the published ones.
+    /// Weights that fill containers more tightly than the published ones where items come in several resting poses: those judge
+    /// where an item lies, but not how high it stands.
     pub fn dense() -> Self {
         Self {
             distance: 5.0,

@@ -134,11 +134,14 @@ pub struct Timings {
     pub evaluate: Duration,
     /// Validity checks.
     pub check: Duration,
+    /// Looking ahead.
+    #[serde(default)]
+    pub look_ahead: Duration,
 }
 
 impl Timings {
     /// All stages together.
     pub fn total(&self) -> Duration {
-        self.propose + self.evaluate + self.check
+        self.propose + self.evaluate + self.check + self.look_ahead
     }
 }

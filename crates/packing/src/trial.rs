@@ -47,8 +47,8 @@ impl Default for TrialSettings {
 impl Default for TrialLimits {
     fn default() -> Self {
         Self {
-            tilt_rad: 20.0_f64.to_radians(),
-            slide_m: 0.015,
+            tilt_rad: 25.0_f64.to_radians(),
+            slide_m: 0.018,
             disturbance_m: 0.02,
         }
     }

@@ -250,6 +250,30 @@ impl ValidSearch {
         best.map_err(SearchError::Evaluate)
     }
 
+    /// The next placement by increasing value that every check accepts but simulations, which are not asked. It counts for
+    /// no [`Self::last_resort`].
+    ///
+    /// # Errors
+    /// [`SearchError`] where the evaluator or a check failed.
+    pub fn next_untried(
+        &mut self,
+        input: &StepInput<'_>,
+    ) -> Result<Option<Evaluated>, SearchError> {
+        let last = self.checks.last();
+        let of = match last.map(|check| check.cost()) {
+            Some(Cost::Simulation) => Of::Others,
+            _ => Of::All,
+        };
+        while let Some(placement) = self.next_ranked(input)? {
+            match self.ask(input, &placement, of)? {
+                Some(Verdict::Accepted(_)) => return Ok(Some(placement)),
+                Some(Verdict::Refused(_)) => {}
+                None => break,
+            }
+        }
+        Ok(None)
+    }
+
     /// What the checks say of a placement: a refusal by the first that refuses it, else the evidence of all. `None`
     /// where the time is over.
     ///

@@ -29,8 +29,11 @@ use crate::settings::CellSettings;
 use crate::terrain;
 use crate::world::World;
 
+/// The least time step of a try, in seconds. Half of that changed neither how full containers get nor what stays in them.
+const TIMESTEP_S: f64 = 1.0 / 240.0;
+
 /// How a try is simulated. A rough try, in coarse steps of time, refuses most of what would not stay; what passes it is tried
-/// once more in the cell's own steps, under a disturbance.
+/// once more, for longer and under a disturbance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TwinSettings {
@@ -73,7 +76,7 @@ pub struct Disturbance {
 impl Default for RoughSettings {
     fn default() -> Self {
         Self {
-            timestep_s: 1.0 / 240.0,
+            timestep_s: TIMESTEP_S,
             substeps: 2,
             settle_time_s: 0.5,
         }
@@ -83,9 +86,9 @@ impl Default for RoughSettings {
 impl Default for Disturbance {
     fn default() -> Self {
         Self {
-            friction: 0.85,
-            shift_m: 0.001,
-            yaw_rad: 0.5_f64.to_radians(),
+            friction: 0.8,
+            shift_m: 0.002,
+            yaw_rad: 1.0_f64.to_radians(),
         }
     }
 }
@@ -97,9 +100,11 @@ impl Default for TwinSettings {
 }
 
 impl TwinSettings {
-    /// The twin of a cell. A try lasts a second at most, and the robot makes no errors in it but the disturbance.
+    /// The twin of a cell. A try lasts a second at most, in steps of 1/240 s or longer, and the robot makes no errors in it but
+    /// the disturbance.
     pub fn of(cell: &CellSettings) -> Self {
         let mut cell = cell.clone();
+        cell.solver.timestep_s = cell.solver.timestep_s.max(TIMESTEP_S);
         cell.settle_time_s = cell.settle_time_s.min(1.0);
         cell.release.jitter_m = 0.0;
         cell.release.jitter_yaw_rad = 0.0;

@@ -161,7 +161,7 @@ fn a_flat_box_on_the_floor_is_accepted_with_what_became_of_it() {
         panic!("{verdict:?}");
     };
     assert!(settling.tilt_rad < 0.02, "{settling:?}");
-    // It is let go 1.4 mm beside its place in the second try.
+    // It is let go 2.8 mm beside its place in the second try.
     assert!(settling.slide_m < 5e-3, "{settling:?}");
     assert_eq!(settling.disturbance_m, 0.0);
     assert!(settling.is_still, "{settling:?}");

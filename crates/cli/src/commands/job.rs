@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::failure::Outcome;
+use crate::options::Conditions;
 use crate::output;
 use crate::report::{self, Packing};
 
@@ -16,9 +17,20 @@ pub(super) const ALTERNATIVES: u8 = 3;
 #[command(next_help_heading = "Sequence")]
 pub(super) struct SettingAsideOptions {
     /// How many items that fit nowhere may be set aside for the next container; the packing then goes on with the next
-    /// ones
-    #[arg(long, value_name = "COUNT", default_value_t = 0)]
-    pub(super) set_aside: u32,
+    /// ones [default: 20 under robot conditions, 0 under the reference's]
+    #[arg(long, value_name = "COUNT")]
+    set_aside: Option<u32>,
+}
+
+impl SettingAsideOptions {
+    /// How many items may be set aside, by default as suits the conditions.
+    pub(super) fn limit(&self, conditions: Conditions) -> usize {
+        let usual = match conditions {
+            Conditions::Robot => 20,
+            Conditions::Reference => 0,
+        };
+        self.set_aside.map_or(usual, |limit| limit as usize)
+    }
 }
 
 /// Where the results of a packed sequence go.

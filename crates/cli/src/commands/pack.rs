@@ -57,7 +57,7 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
     }
     let conditions = arguments.physics.conditions(Conditions::Robot);
     let grid = arguments.grid.grid(conditions)?;
-    let threads = arguments.method.threads;
+    let threads = arguments.method.threads.unwrap_or(1);
     let proposals = &arguments.method.proposals;
     if proposals.uses_network() {
         backend.prepare();
@@ -90,12 +90,21 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
     let proposer = method.proposer_or_exhaustive(&grid, network)?;
     let arm_check = station.map(|station| Box::new(station.check()) as BoxedCheck);
     let twin = TwinSettings::of(&simulated.cell);
-    let pool = trial::pool(threads as usize).or_run()?;
-    let trial = trial::check(method.trial, twin, pool).or_input()?;
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let pool = trial::pool(
+        arguments
+            .method
+            .threads
+            .map_or(cores, |threads| threads as usize),
+    );
+    let pool = pool.or_run()?;
+    let trial = trial::check(method.trial, twin, pool.clone()).or_input()?;
     let checks = arm_check.into_iter().chain(trial);
-    let mut planner = method.build_with(&grid, proposer, checks, threads)?;
+    let chooser = method.chooser(&grid, &catalogue.items(), pool)?;
+    let planner = method.build_with(&grid, proposer, checks, threads)?;
+    let mut planner = planner.with_chooser(chooser);
 
-    let set_aside = arguments.setting_aside.set_aside as usize;
+    let set_aside = arguments.setting_aside.limit(conditions);
     let started = Instant::now();
     let mut watch = Watch(progress::bar("Packing", sequence.objects.len() as u64));
     let (episode, cell) = simulate(

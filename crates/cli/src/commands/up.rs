@@ -108,7 +108,7 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
     if proposals.uses_network() && !is_elsewhere {
         backend.prepare();
     }
-    if arguments.method.threads > 1 {
+    if arguments.method.threads.is_some_and(|threads| threads > 1) {
         return Err(Failure::input(
             "--threads is for `ppnpack pack`; here more heuristic services share a step",
         ));
@@ -148,7 +148,7 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
         objects: catalogue.len(),
         poses: arguments.catalogue.poses,
         sequence,
-        set_aside: arguments.job.setting_aside.set_aside as usize,
+        set_aside: arguments.job.setting_aside.limit(conditions),
         grid: grid.clone(),
         method: MethodWithArm {
             method: method.clone(),

@@ -1,7 +1,8 @@
 //! Options for how placements are found and judged.
 
-use clap::Args;
 use clap::builder::TypedValueParser;
+use clap::{Args, ValueEnum};
+use ppnpack_packing::look_ahead::LookAheadSettings;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
 
@@ -38,9 +39,17 @@ pub(crate) struct MethodOptions {
     #[command(flatten)]
     pub(crate) arm: ArmOptions,
 
-    /// A weight of the objective, such as distance=2.5 (may be repeated)
+    /// The weights of the objective
+    #[arg(long, value_enum, default_value_t)]
+    objective: Preset,
+
+    /// A weight of the objective that is another, such as distance=2.5 (may be repeated)
     #[arg(long = "weight", value_name = "NAME=VALUE")]
     pub(crate) weights: Vec<String>,
+
+    /// How many futures a step looks ahead through, for each item that it may choose; with 0 it does not
+    #[arg(long, value_name = "COUNT", default_value_t = 0)]
+    pub(crate) futures: u32,
 
     /// How many items the robot may choose among
     #[arg(long, value_name = "COUNT", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
@@ -51,8 +60,28 @@ pub(crate) struct MethodOptions {
     pub(crate) seed: u64,
 
     /// Threads for one step; the result is the same with any number. The bounded search runs on one
-    #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=256))]
-    pub(crate) threads: u32,
+    /// [default: one to search, one per core to try placements and to look ahead]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub(crate) threads: Option<u32>,
+}
+
+/// Weights of the objective.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+enum Preset {
+    /// Those of the paper
+    #[default]
+    Published,
+    /// Also low tops: for items in several resting poses
+    Dense,
+}
+
+impl Preset {
+    fn weights(self) -> Weights {
+        match self {
+            Self::Published => Weights::default(),
+            Self::Dense => Weights::dense(),
+        }
+    }
 }
 
 const HEURISTICS: [Choice<Heuristic>; 6] = [
@@ -110,21 +139,27 @@ impl MethodOptions {
             Conditions::Reference => Stability::Published,
         };
         let first = sources.first().cloned();
+        let look_ahead = LookAheadSettings {
+            futures: self.futures as usize,
+            ..LookAheadSettings::default()
+        };
+        look_ahead.validate().or_input()?;
         Ok(Method {
             heuristic: self.heuristic,
             order: self.order,
             proposals: first.unwrap_or(ProposalSource::Bounded),
             stability: self.stability.unwrap_or(stability),
             trial: self.trial.settings(conditions)?,
-            weights: weights(&self.weights)?,
+            weights: weights(self.objective.weights(), &self.weights)?,
+            look_ahead,
             buffer: self.buffer as usize,
             seed: self.seed,
         })
     }
 }
 
-fn weights(assignments: &[String]) -> Outcome<Weights> {
-    let mut named = match serde_json::to_value(Weights::default()).or_input()? {
+fn weights(preset: Weights, assignments: &[String]) -> Outcome<Weights> {
+    let mut named = match serde_json::to_value(preset).or_input()? {
         serde_json::Value::Object(named) => named,
         _ => serde_json::Map::new(),
     };

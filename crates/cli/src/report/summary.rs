@@ -54,6 +54,7 @@ pub(crate) struct Stages {
     pub(crate) propose: f64,
     pub(crate) evaluate: f64,
     pub(crate) check: f64,
+    pub(crate) look_ahead: f64,
 }
 
 /// Steps that were searched exhaustively, and why.
@@ -158,6 +159,7 @@ impl Packing {
                 propose: mean(|timings| timings.propose),
                 evaluate: mean(|timings| timings.evaluate),
                 check: mean(|timings| timings.check),
+                look_ahead: mean(|timings| timings.look_ahead),
             },
             degraded: self.degraded(),
             took_s: self.took.as_secs_f64(),

@@ -95,6 +95,7 @@ fn step(done: &Done, catalogue: &Catalogue) -> Result<Step> {
             propose: stage(decision, "propose"),
             evaluate: stage(decision, "evaluate"),
             check: stage(decision, "check"),
+            look_ahead: stage(decision, "look_ahead"),
         },
         degraded: decision.degraded.clone(),
         refusals: Refusals::default(),

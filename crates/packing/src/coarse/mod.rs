@@ -4,8 +4,10 @@
 //! fine one: a network, or the heuristic itself ([`ProposeBest`](crate::search::ProposeBest)).
 
 mod grid;
+mod items;
 mod pooling;
 mod proposer;
 
 pub use grid::{CoarseGrid, CoarseGridError, Coarsening};
+pub(crate) use items::CoarseItems;
 pub use proposer::CoarseToFine;

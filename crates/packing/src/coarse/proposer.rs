@@ -1,9 +1,8 @@
 //! A proposer of the coarse grid that proposes for the fine one.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::CoarseGrid;
+use super::{CoarseGrid, CoarseItems};
 use crate::heightmap::Scene;
 use crate::item::{Item, ItemError, ShapeId};
 use crate::objective::WeightError;
@@ -16,24 +15,14 @@ use crate::step::{Candidate, StageResult, StepInput};
 /// How many times more a candidate may be proposed than is kept on average, so that one may get what others do not.
 const WIDER: f64 = 4.0;
 
-/// Items whose coarse views are kept.
-const KEPT_ITEMS: usize = 512;
-
 /// Proposes, for the fine grid, the regions of what another proposer proposes on the coarse one.
 ///
 /// An item whose footprint does not fit the coarse container at any yaw has few placements; all are proposed.
 pub struct CoarseToFine {
     grids: CoarseGrid,
     proposer: Box<dyn Proposer>,
-    items: HashMap<ShapeId, CoarseItem>,
-    uses: u64,
+    items: CoarseItems,
     proposals: Proposals,
-}
-
-#[derive(Debug)]
-struct CoarseItem {
-    item: Arc<Item>,
-    last_used: u64,
 }
 
 impl CoarseToFine {
@@ -42,8 +31,7 @@ impl CoarseToFine {
         Self {
             grids,
             proposer,
-            items: HashMap::new(),
-            uses: 0,
+            items: CoarseItems::default(),
             proposals: Proposals::default(),
         }
     }
@@ -86,39 +74,18 @@ impl CoarseToFine {
     /// Takes over the coarse views of items that are known ahead of time, as many as are kept.
     #[must_use]
     pub fn with_items(mut self, items: impl Iterator<Item = (ShapeId, Arc<Item>)>) -> Self {
-        let items = items.take(KEPT_ITEMS);
-        let kept = items.map(|(shape, item)| (shape, CoarseItem { item, last_used: 0 }));
-        self.items.extend(kept);
+        for (shape, item) in items {
+            self.items.keep(shape, item);
+        }
         self
-    }
-
-    fn coarse_item(&mut self, item: &Item) -> Result<Arc<Item>, ItemError> {
-        if let Some(kept) = self.items.get_mut(&item.shape()) {
-            kept.last_used = self.uses;
-            return Ok(kept.item.clone());
-        }
-        if self.items.len() >= KEPT_ITEMS {
-            let oldest = self.items.iter().min_by_key(|(_, kept)| kept.last_used);
-            if let Some(shape) = oldest.map(|(shape, _)| *shape) {
-                self.items.remove(&shape);
-            }
-        }
-        let coarse = Arc::new(self.grids.item(item)?);
-        let kept = CoarseItem {
-            item: Arc::clone(&coarse),
-            last_used: self.uses,
-        };
-        self.items.insert(item.shape(), kept);
-        Ok(coarse)
     }
 }
 
 impl Proposer for CoarseToFine {
     fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult {
-        self.uses += 1;
         let candidates = input.candidates.iter().map(|candidate| {
             Ok(Candidate {
-                item: self.coarse_item(&candidate.item)?,
+                item: self.items.of(&self.grids, &candidate.item)?,
                 ..candidate.clone()
             })
         });

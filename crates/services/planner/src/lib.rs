@@ -63,7 +63,7 @@ pub fn start(
             client: Client::new(process.session()).of_planner(process.instance()),
             ppn: Arc::new(Alive::watch(process.session(), Service::Ppn)?),
             heuristic: Arc::new(Alive::watch(process.session(), Service::Heuristic)?),
-            tries: trial::pool(cores).map_err(ServiceError::start)?,
+            threads: trial::pool(cores).map_err(ServiceError::start)?,
         },
     };
     shared.store_health.pass();

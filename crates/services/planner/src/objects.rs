@@ -13,9 +13,17 @@ use ppnpack_wire::item_id::ItemId;
 
 use crate::settings::CellSettings;
 
-/// Objects by name, for each resolution.
+/// Objects for each resolution.
 #[derive(Debug, Default)]
-pub(crate) struct Objects(Vec<(Resolution, HashMap<String, Object>)>);
+pub(crate) struct Objects(Vec<OfResolution>);
+
+#[derive(Debug)]
+struct OfResolution {
+    resolution: Resolution,
+    by_name: HashMap<String, Object>,
+    /// In the order of the catalogue.
+    items: Vec<Arc<Item>>,
+}
 
 /// An object on one grid.
 #[derive(Debug, Clone)]
@@ -40,16 +48,28 @@ impl Objects {
                 };
                 (object.item.name().to_string(), object)
             });
-            (catalogue.resolution.clone(), objects.collect())
+            OfResolution {
+                resolution: catalogue.resolution.clone(),
+                by_name: objects.collect(),
+                items: catalogue.items(),
+            }
         };
         Self(catalogues.iter().map(of_catalogue).collect())
     }
 
     /// An object by its name, on a cell's grid.
     pub(crate) fn named(&self, settings: &CellSettings, name: &str) -> Option<&Object> {
+        self.of(settings)?.by_name.get(name)
+    }
+
+    /// All objects on a cell's grid: what may arrive there.
+    pub(crate) fn items(&self, settings: &CellSettings) -> &[Arc<Item>] {
+        self.of(settings).map_or(&[], |objects| &objects.items)
+    }
+
+    fn of(&self, settings: &CellSettings) -> Option<&OfResolution> {
         let grid = settings.grid.build().ok()?;
         let mut catalogues = self.0.iter();
-        let (_, objects) = catalogues.find(|(resolution, _)| resolution == grid.resolution())?;
-        objects.get(name)
+        catalogues.find(|objects| objects.resolution == *grid.resolution())
     }
 }

@@ -27,8 +27,8 @@ pub(crate) struct Helpers {
     pub(crate) client: Client,
     pub(crate) ppn: Arc<Alive>,
     pub(crate) heuristic: Arc<Alive>,
-    /// The threads that try placements, for all cells together.
-    pub(crate) tries: Option<Arc<rayon::ThreadPool>>,
+    /// The threads that try placements and look ahead, for all cells together.
+    pub(crate) threads: Option<Arc<rayon::ThreadPool>>,
 }
 
 /// Plans the steps of one cell.
@@ -38,7 +38,7 @@ pub(crate) struct Planning {
 }
 
 impl Planning {
-    /// Planning by a cell's settings.
+    /// Planning by a cell's settings; `mix` is what may arrive.
     ///
     /// # Errors
     /// What is not possible in the settings.
@@ -46,6 +46,7 @@ impl Planning {
         cell: &Cell,
         settings: &CellSettings,
         helpers: &Helpers,
+        mix: &[Arc<Item>],
     ) -> Result<Self, String> {
         let grid = settings.grid.build().map_err(|error| error.to_string())?;
         let method = &settings.method;
@@ -67,7 +68,7 @@ impl Planning {
         }
         let mut twin = settings.twin.clone();
         twin.cell.container = grid.container();
-        let trial = trial::check(method.trial, twin, helpers.tries.clone());
+        let trial = trial::check(method.trial, twin, helpers.threads.clone());
         checks.extend(trial.map_err(|error| error.to_string())?);
         let evaluator: Box<dyn Evaluator> = match settings.evaluate {
             Where::Fastest | Where::Services => {
@@ -82,8 +83,13 @@ impl Planning {
                 Box::new(search.map_err(|error| error.to_string())?.bounded())
             }
         };
+        let chooser = method.chooser(&grid, mix, helpers.threads.clone());
+        let chooser = chooser.map_err(|error| error.to_string())?;
         let planner = Planner::new(proposer, evaluator, checks, method.order, method.seed);
-        Ok(Self { grid, planner })
+        Ok(Self {
+            grid,
+            planner: planner.with_chooser(chooser),
+        })
     }
 
     pub(crate) fn grid(&self) -> &Grid {

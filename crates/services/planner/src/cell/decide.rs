@@ -262,6 +262,7 @@ impl CellPlanner {
             header::stage("propose", timings.propose),
             header::stage("evaluate", timings.evaluate),
             header::stage("check", timings.check),
+            header::stage("look_ahead", timings.look_ahead),
         ];
         Ok(v1::Decision {
             decision_id: format!("{:032x}", rand::random::<u128>()),

@@ -130,8 +130,13 @@ impl CellPlanner {
         shared: &Arc<Shared>,
         own: WeakAddress<Message>,
     ) -> Result<Self, ServiceError> {
-        let planning =
-            Planning::new(cell, settings, &shared.helpers).map_err(ServiceError::start)?;
+        let planning = Planning::new(
+            cell,
+            settings,
+            &shared.helpers,
+            shared.objects.items(settings),
+        )
+        .map_err(ServiceError::start)?;
         let limits = SceneLimits {
             age: Duration::from_secs_f64(settings.heightmap_age_limit_s),
             sensor_latency: Duration::from_secs_f64(settings.sensor_latency_s),
