@@ -156,7 +156,7 @@ fn ways() -> Vec<Way> {
         way("no test", &untried(Stability::None)),
         way("physical test", &untried(Stability::Physical)),
         way("tried, 12 futures", &|way| {
-            way.method.look_ahead.futures = 12
+            way.method.look_ahead.futures = 12;
         }),
     ]
 }

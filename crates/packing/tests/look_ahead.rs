@@ -111,7 +111,7 @@ fn planner(check: Option<BoxedCheck>) -> Planner {
 }
 
 fn candidates() -> Vec<Candidate> {
-    Candidate::sequence(mix().into_iter())
+    Candidate::sequence(mix())
 }
 
 /// Plans the first step with this chooser; gives the plan, and the options that there were.
