@@ -40,7 +40,7 @@ pub(crate) struct MethodOptions {
     pub(crate) arm: ArmOptions,
 
     /// The weights of the objective
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_enum, default_value_t, overrides_with = "objective")]
     objective: Preset,
 
     /// A weight of the objective that is another, such as distance=2.5 (may be repeated)

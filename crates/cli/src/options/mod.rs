@@ -53,7 +53,7 @@ pub struct CatalogueOptions {
 
     /// In how many resting poses an object may be packed at most: --pose, then the likeliest others. A step chooses the
     /// pose with the place
-    #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=6))]
+    #[arg(long, value_name = "COUNT", default_value_t = 1, overrides_with = "poses", value_parser = clap::value_parser!(u32).range(1..=6))]
     pub(crate) poses: u32,
 
     /// Where processed meshes are kept between runs (default: the user's cache folder)

@@ -29,7 +29,7 @@ pub(crate) struct Summary {
     pub(crate) decision_s: Spread,
     /// Mean time per packed item in each stage, in seconds.
     pub(crate) stages_s: Stages,
-    /// Why steps were searched exhaustively instead of on the proposals asked for; empty where none was.
+    /// Why steps were not planned as was asked for; empty where all were.
     pub(crate) degraded: Vec<Degraded>,
     pub(crate) took_s: f64,
     /// The arm's part, where there was one.
@@ -57,7 +57,7 @@ pub(crate) struct Stages {
     pub(crate) look_ahead: f64,
 }
 
-/// Steps that were searched exhaustively, and why.
+/// Steps that were planned in another way than was asked for, and why.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub(crate) struct Degraded {
     pub(crate) reason: String,

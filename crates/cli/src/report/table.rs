@@ -1,7 +1,7 @@
 //! Tables for the terminal.
 
 use super::arm::ArmSummary;
-use super::summary::{EndingSummary, Spread};
+use super::summary::{EndingSummary, Spread, Unplaceable};
 use super::{Packing, Summary};
 use crate::fastest::Cost;
 use crate::output;
@@ -26,19 +26,27 @@ pub(crate) fn summary(packing: &Packing, summary: &Summary) -> String {
     rows.extend(summary.arm.iter().flat_map(ArmSummary::refusals));
     rows.extend(summary.degraded.iter().map(|degraded| {
         let text = format!("{} steps: {}", degraded.steps, degraded.reason);
-        ("searched exhaustively", text)
+        ("not as asked for", text)
     }));
-    rows.extend(summary.set_aside.iter().map(|item| {
-        let text = format!("{}: {}", item.item, item.reason);
-        ("set aside", text)
-    }));
+    let named = |what, items| by_reason(items).into_iter().map(move |text| (what, text));
+    rows.extend(named("set aside", &summary.set_aside));
     if let EndingSummary::NothingFits { items } = &summary.ending {
-        rows.extend(items.iter().map(|item| {
-            let text = format!("{}: {}", item.item, item.reason);
-            ("could not be placed", text)
-        }));
+        rows.extend(named("could not be placed", items));
     }
     output::rows(rows)
+}
+
+/// The items with the same reason together, in the order in which the reasons first come.
+fn by_reason(items: &[Unplaceable]) -> Vec<String> {
+    let mut groups: Vec<(&str, Vec<&str>)> = Vec::new();
+    for item in items {
+        match groups.iter_mut().find(|(reason, _)| *reason == item.reason) {
+            Some((_, names)) => names.push(&item.item),
+            None => groups.push((&item.reason, vec![&item.item])),
+        }
+    }
+    let text = |(reason, names): (&str, Vec<&str>)| format!("{}: {reason}", names.join(", "));
+    groups.into_iter().map(text).collect()
 }
 
 /// The figures of a packing, named, for people.
