@@ -6,6 +6,9 @@ use super::{Packing, Summary};
 use crate::fastest::Cost;
 use crate::output;
 
+/// So many items are named in a line at most; the report names all.
+const MOST_NAMES: usize = 4;
+
 /// Seconds for people.
 pub(crate) fn duration(seconds: f64) -> String {
     match seconds {
@@ -45,7 +48,14 @@ fn by_reason(items: &[Unplaceable]) -> Vec<String> {
             None => groups.push((&item.reason, vec![&item.item])),
         }
     }
-    let text = |(reason, names): (&str, Vec<&str>)| format!("{}: {reason}", names.join(", "));
+    let text = |(reason, names): (&str, Vec<&str>)| {
+        let others = names.len().saturating_sub(MOST_NAMES);
+        let shown = names.get(..MOST_NAMES).unwrap_or(&names).join(", ");
+        match others {
+            0 => format!("{shown}: {reason}"),
+            others => format!("{shown} and {others} more: {reason}"),
+        }
+    };
     groups.into_iter().map(text).collect()
 }
 
