@@ -224,6 +224,17 @@ mod tests {
     }
 
     #[test]
+    fn how_placements_are_tried_is_set_for_each_cell() {
+        let cell: CellSettings = toml::from_str("trial = { tries_per_item = 7 }").unwrap();
+        assert_eq!(cell.method.trial.tries_per_item, 7);
+        assert_eq!(cell.validate(), Ok(()));
+        let text = "[trial]\nlimits = { tilt_rad = 9.0 }";
+        let cell: CellSettings = toml::from_str(text).unwrap();
+        let refusal = cell.validate().unwrap_err();
+        assert!(refusal.contains("tilt limit"), "{refusal}");
+    }
+
+    #[test]
     fn no_more_items_may_be_set_aside_than_is_possible() {
         let cell: CellSettings = toml::from_str("set_aside = 10000").unwrap();
         assert_eq!(cell.validate(), Ok(()));
