@@ -16,6 +16,7 @@ use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
 use ppnpack_packing::objective::Weights;
 use ppnpack_packing::trial::TrialSettings;
+use ppnpack_physics::outcome::is_unsteady;
 use ppnpack_physics::packing_cell::{Sampling, SimulatedPackingCell};
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_physics::trial;
@@ -27,9 +28,6 @@ use crate::runs::{Runs, RunsOption, hash};
 use crate::workers;
 use apart::Apart;
 use results::{Results, Table};
-
-/// A placed item that slid further than this counts as unsteady, in metres; one that toppled or left the container too.
-const SLIDE_LIMIT_M: f64 = 0.02;
 
 /// Packs test sequences in robot conditions with several methods, and compares volume, steadiness and time.
 #[derive(Debug, Args)]
@@ -270,7 +268,7 @@ fn pack(
         placed: reports().count(),
         meshes_m3: episode.metrics.packed.meshes_m3,
         unsteady: reports()
-            .filter(|report| report.toppled || !report.inside || report.slide_m > SLIDE_LIMIT_M)
+            .filter(|report| is_unsteady(report.toppled, report.slide_m, report.inside))
             .count(),
         set_aside: episode.set_aside.len(),
         in_other_pose: steps().filter(|step| step.candidate.pose > 0).count(),

@@ -29,6 +29,8 @@ use proptest::prelude::*;
 
 mod support;
 
+use support::ProposeCorner;
+
 /// What is said where the last resort is made.
 const RESORT: &str = "nothing was accepted in the test";
 
@@ -528,19 +530,6 @@ fn the_last_resort_is_of_the_right_candidate_where_another_is_ruled_out() {
     };
     assert_eq!(plan.choice(), Some(expected));
     assert_eq!(plan.degraded(), [RESORT]);
-}
-
-/// Proposes for each candidate the corner of the container alone.
-struct ProposeCorner;
-
-impl Proposer for ProposeCorner {
-    fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult {
-        proposals.clear();
-        for _ in input.candidates {
-            proposals.push([Placement { yaw: 0, x: 0, y: 0 }]);
-        }
-        Ok(())
-    }
 }
 
 #[test]

@@ -13,16 +13,18 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::objective::Order;
-use ppnpack_packing::placement::{Placement, RestingPlacement};
+use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_packing::plan::{Plan, Planner, Reason};
-use ppnpack_packing::proposals::{Proposals, ProposeAll, Proposer};
+use ppnpack_packing::proposals::{ProposeAll, Proposer};
 use ppnpack_packing::refusal::{Cause, Refusal};
 use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::PublishedStability;
-use ppnpack_packing::step::{Candidate, StageError, StageResult, StepInput};
+use ppnpack_packing::step::{Candidate, StageError, StepInput};
 use proptest::prelude::*;
 
 mod support;
+
+use support::ProposeCorner;
 
 /// Rules candidates out by their arrival, and refuses placements at the wall.
 struct Picky(Vec<bool>);
@@ -108,19 +110,6 @@ proptest! {
                 prop_assert_eq!(Some(&plan.candidates()[index]), reports.next());
             }
         }
-    }
-}
-
-/// Proposes for each candidate the corner of the container alone.
-struct ProposeCorner;
-
-impl Proposer for ProposeCorner {
-    fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult {
-        proposals.clear();
-        for _ in input.candidates {
-            proposals.push([Placement { yaw: 0, x: 0, y: 0 }]);
-        }
-        Ok(())
     }
 }
 

@@ -31,6 +31,14 @@ pub struct BodyState {
     pub inside: bool,
 }
 
+/// A placed item that slid further than this did not stay, in metres.
+const SLIDE_LIMIT_M: f64 = 0.02;
+
+/// Whether a placed item did not stay where it was placed: it toppled, slid by more than 2 cm or is not inside the container.
+pub fn is_unsteady(toppled: bool, slide_m: f64, inside: bool) -> bool {
+    toppled || !inside || slide_m > SLIDE_LIMIT_M
+}
+
 /// What became of a placement by the end of its settling phase.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlacedReport {

@@ -8,7 +8,7 @@ use ppnpack_packing::objective::{Heuristic, Order, Weights};
 
 use super::arm::ArmOptions;
 use super::choice::{Choice, one_of};
-use super::physics::Conditions;
+use super::conditions::Conditions;
 use super::proposals::ProposalOptions;
 use super::trial::TrialOptions;
 use crate::failure::{Failure, OrInput, Outcome};
@@ -134,10 +134,6 @@ impl MethodOptions {
         sources: &[ProposalSource],
         conditions: Conditions,
     ) -> Outcome<Method> {
-        let stability = match conditions {
-            Conditions::Robot => Stability::None,
-            Conditions::Reference => Stability::Published,
-        };
         let first = sources.first().cloned();
         let look_ahead = LookAheadSettings {
             futures: self.futures as usize,
@@ -148,7 +144,7 @@ impl MethodOptions {
             heuristic: self.heuristic,
             order: self.order,
             proposals: first.unwrap_or(ProposalSource::Bounded),
-            stability: self.stability.unwrap_or(stability),
+            stability: self.stability.unwrap_or(conditions.usual().stability),
             trial: self.trial.settings(conditions)?,
             weights: weights(self.objective.weights(), &self.weights)?,
             look_ahead,

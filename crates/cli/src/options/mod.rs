@@ -2,6 +2,7 @@
 
 mod arm;
 mod choice;
+mod conditions;
 mod mapper;
 mod method;
 mod physics;
@@ -23,10 +24,11 @@ use crate::failure::{OrInput, Outcome};
 use crate::length::{parse_length, parse_size};
 use crate::progress;
 pub use choice::{Choice, one_of};
+pub use conditions::Conditions;
 pub(crate) use mapper::MapperOptions;
 pub(crate) use method::MethodOptions;
 pub use method::parse_stability;
-pub use physics::{Conditions, PhysicsOptions, Simulated};
+pub use physics::{PhysicsOptions, Simulated};
 pub use proposals::{Network, PROPOSAL_YAWS, at_least_one, parse_device, read_model};
 pub(crate) use region::parse_region;
 pub(crate) use sensor::{Sensor, SensorOption, calibration_file, parse_sensor};
@@ -137,15 +139,12 @@ impl GridOptions {
     /// # Errors
     /// Why there is no such grid.
     pub fn grid(&self, conditions: Conditions) -> Outcome<Grid> {
-        let (cell_m, yaws) = match conditions {
-            Conditions::Robot => (0.005, 8),
-            Conditions::Reference => (0.01, 4),
-        };
+        let usual = conditions.usual();
         let settings = GridSettings {
             container: self.container,
-            cell_m: self.cell.unwrap_or(cell_m),
+            cell_m: self.cell.unwrap_or(usual.cell_m),
             height_unit_m: self.height_unit,
-            yaws: self.yaws.unwrap_or(yaws),
+            yaws: self.yaws.unwrap_or(usual.yaws),
         };
         settings.build().or_input()
     }

@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use ppnpack_packing::grid::Grid;
 use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_physics::settings::CellSettings;
 use serde::{Deserialize, Serialize};
 
 use super::choice::{Choice, one_of};
+use super::conditions::Conditions;
 use super::positive;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::length::parse_distance;
@@ -38,16 +39,6 @@ pub struct PhysicsOptions {
     /// A JSON file with any settings of the simulated cell, over those of the conditions
     #[arg(long, value_name = "FILE")]
     pub(crate) physics: Option<PathBuf>,
-}
-
-/// How items are released and seen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Conditions {
-    /// Laid down from 1 cm, given 2 s to settle, every cell seen exactly
-    Robot,
-    /// The reference's: dropped from 12 cm, given the 0.375 s of the published code (the paper says 0.25 s), seen by a camera
-    /// with one pixel per cell
-    Reference,
 }
 
 const SCANS: [Choice<Sampling>; 2] = [

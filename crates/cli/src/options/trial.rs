@@ -3,7 +3,7 @@
 use clap::Args;
 use ppnpack_packing::trial::{TrialLimits, TrialSettings};
 
-use super::physics::Conditions;
+use super::conditions::Conditions;
 use crate::failure::{OrInput, Outcome};
 use crate::length::parse_distance;
 
@@ -39,10 +39,7 @@ impl TrialOptions {
     /// # Errors
     /// Which of them is wrong.
     pub(crate) fn settings(&self, conditions: Conditions) -> Outcome<TrialSettings> {
-        let usual = match conditions {
-            Conditions::Robot => TrialSettings::default(),
-            Conditions::Reference => TrialSettings::off(),
-        };
+        let usual = conditions.usual().trial;
         let limits = TrialLimits {
             tilt_rad: self.tilt_limit.to_radians(),
             slide_m: self.slide_limit,

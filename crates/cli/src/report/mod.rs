@@ -21,6 +21,7 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::method::Method;
 use ppnpack_packing::metrics::Metrics;
+use ppnpack_physics::outcome;
 use ppnpack_robot::station::StationSettings;
 use serde::Serialize;
 
@@ -89,13 +90,10 @@ pub(crate) struct Settled {
     pub(crate) inside: bool,
 }
 
-/// A placed item that slid further than this did not stay, in metres.
-const SLIDE_LIMIT_M: f64 = 0.02;
-
 impl Settled {
-    /// Whether it toppled, slid or left the container.
+    /// Whether it did not stay where it was placed.
     pub(crate) fn is_unsteady(&self) -> bool {
-        self.toppled || !self.inside || self.slide_m > SLIDE_LIMIT_M
+        outcome::is_unsteady(self.toppled, self.slide_m, self.inside)
     }
 }
 

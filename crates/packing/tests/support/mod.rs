@@ -10,6 +10,8 @@ use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
 use ppnpack_packing::item::{ABSENT, Item, Underside, ViewSurfaces};
 use ppnpack_packing::objective::Weights;
 use ppnpack_packing::placement::Placement;
+use ppnpack_packing::proposals::{Proposals, Proposer};
+use ppnpack_packing::step::{StageResult, StepInput};
 use proptest::prelude::*;
 
 /// A grid of up to 14 x 14 cells with odd cell sizes and height units among them.
@@ -168,4 +170,17 @@ pub(crate) fn possible_placements(grid: &Grid, item: &Item) -> impl Iterator<Ite
         let ny = (grid.ny() + 1).saturating_sub(view.ny());
         (0..nx).flat_map(move |x| (0..ny).map(move |y| Placement { yaw, x, y }))
     })
+}
+
+/// Proposes for each candidate the corner of the container alone.
+pub(crate) struct ProposeCorner;
+
+impl Proposer for ProposeCorner {
+    fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult {
+        proposals.clear();
+        for _ in input.candidates {
+            proposals.push([Placement { yaw: 0, x: 0, y: 0 }]);
+        }
+        Ok(())
+    }
 }

@@ -6,71 +6,37 @@
     clippy::panic
 )]
 
-use std::collections::BTreeMap;
+mod common;
+
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
 
-use nalgebra::{Point2, Vector3};
+use common::{announcement, block, cell, placed, soon};
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::{Scene, Surface};
-use ppnpack_packing::item::{Item, ViewSurfaces};
+use ppnpack_packing::heightmap::Surface;
 use ppnpack_packing::method::Method;
 use ppnpack_packing::trial::TrialSettings;
-use ppnpack_planner::{CellSettings, PlannerService, Settings, Where};
+use ppnpack_planner::{CellSettings, PlannerService, Where};
+use ppnpack_service::Process;
+use ppnpack_service::Running;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{self, CallError, Client, Done, Incoming, Listener};
-use ppnpack_service::{Process, Running};
-use ppnpack_wire::keys::{Cell, Service};
+use ppnpack_wire::keys::Service;
+use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, PlanResult, Status};
-use ppnpack_wire::{convert, rpc::Request};
 
 /// The state of the cell after the first placement.
 const PLACED_IN: u64 = 2;
-
-fn cell() -> Cell {
-    Cell::new("cell-1").unwrap()
-}
 
 fn in_ms(span: u64) -> Instant {
     Instant::now() + Duration::from_millis(span)
 }
 
-fn soon() -> Instant {
-    in_ms(20_000)
-}
-
-/// A block of 6 x 6 cells, 4 cm high.
-fn block() -> v1::Item {
-    let view = ViewSurfaces {
-        nx: 6,
-        ny: 6,
-        top: vec![20; 36],
-        bottom: vec![0; 36],
-        underside: None,
-        origin_from_corner_m: Vector3::new(0.03, 0.03, 0.0),
-        centre_of_mass_m: Some(Point2::new(0.03, 0.03)),
-    };
-    convert::item::write(&Item::new("block", vec![view; 4], 0.0).unwrap())
-}
-
 /// An empty container, whatever was placed.
 fn heightmap(incoming: Incoming<v1::HeightmapRequest>) {
     let grid = Grid::reference();
-    let scene = Scene::from_surface(&grid, Surface::empty(&grid)).unwrap();
-    let heightmap = v1::Heightmap {
-        id: Some(v1::HeightmapId {
-            epoch: 1,
-            sequence: 1,
-        }),
-        state_number: PLACED_IN,
-        scene: Some(convert::scene::write(&grid, &scene)),
-        ..v1::Heightmap::default()
-    };
-    let reply = v1::HeightmapReply {
-        heightmap: Some(heightmap),
-        ..v1::HeightmapReply::default()
-    };
-    incoming.reply(reply, Done::default());
+    let surface = Surface::empty(&grid);
+    common::show(incoming, &grid, surface, PLACED_IN);
 }
 
 /// A planner whose perception answers inspections when the test does.
@@ -94,7 +60,6 @@ impl Rig {
             })
             .unwrap(),
         ];
-        let process = embedded::process(&hub, Service::Planner, "planner-1").unwrap();
         let cell = CellSettings {
             evaluate: Where::InProcess,
             // The heightmap never shows what was placed: that would be in the way of what is tried.
@@ -105,12 +70,9 @@ impl Rig {
             inspect: true,
             ..CellSettings::default()
         };
-        let settings = Settings {
-            cells: BTreeMap::from([("cell-1".to_owned(), cell)]),
-            ..Settings::default()
-        };
+        let settings = common::settings(cell);
         Self {
-            planner: Box::new(ppnpack_planner::start(&process, &settings, &[]).unwrap()),
+            planner: common::start(&hub, &settings, &[]),
             inspections,
             client: Client::new(&embedded::session(&hub).unwrap()),
             _perception: (perception, listeners),
@@ -133,29 +95,12 @@ impl Rig {
             session_id: "s".to_owned(),
             ..v1::BeginRequest::default()
         });
-        let announcement = |item_id: &str| v1::Announcement {
-            item_id: item_id.to_owned(),
-            shape: Some(v1::announcement::Shape::Item(block())),
-            ..v1::Announcement::default()
-        };
         self.call(v1::AnnounceRequest {
-            items: vec![announcement("a"), announcement("b")],
+            items: vec![announcement("a", block()), announcement("b", block())],
             ..v1::AnnounceRequest::default()
         });
         let decision = self.plan(soon()).unwrap().decision.unwrap();
-        self.call(v1::ReportRequest {
-            decision_id: decision.decision_id.clone(),
-            outcome: Some(v1::Outcome {
-                placement_id: decision.decision_id,
-                item_id: decision.item_id,
-                kind: v1::OutcomeKind::Placed.into(),
-                container_from_item: decision.container_from_item,
-                is_inside: true,
-                state_number: PLACED_IN,
-                ..v1::Outcome::default()
-            }),
-            ..v1::ReportRequest::default()
-        });
+        self.call(placed(&decision, PLACED_IN));
         let patience = Duration::from_secs(20);
         self.inspections.recv_timeout(patience).unwrap()
     }

@@ -6,22 +6,24 @@
     clippy::panic
 )]
 
-use std::collections::BTreeMap;
-use std::sync::Arc;
-use std::time::{Duration, Instant};
+mod common;
 
+use std::sync::Arc;
+
+use common::{cell, ids, placed, soon};
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{self, Catalogue, NamedMesh, Source};
 use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_packing::grid::GridSettings;
-use ppnpack_packing::heightmap::{Scene, Surface};
+use ppnpack_packing::heightmap::Surface;
 use ppnpack_packing::method::Method;
 use ppnpack_packing::trial::TrialSettings;
 use ppnpack_planner::{CellSettings, PlannerService, Settings, Where};
+use ppnpack_service::Process;
+use ppnpack_service::Running;
 use ppnpack_service::embedded::{self, Hub};
-use ppnpack_service::rpc::{self, CallError, Client, Done, Incoming, Listener};
-use ppnpack_service::{Process, Running};
-use ppnpack_wire::keys::{Cell, Service};
+use ppnpack_service::rpc::{self, CallError, Client, Incoming, Listener};
+use ppnpack_wire::keys::Service;
 use ppnpack_wire::v1::{self, ItemState, PlanResult, Reason, Status};
 use ppnpack_wire::{convert, rpc::Request};
 
@@ -37,14 +39,6 @@ const OBJECTS: [(&str, [f64; 3]); 3] = [
     // Nearly as wide as the container one way, and wider than what a post leaves free beside it the other.
     ("plate", [0.27, 0.315, 0.02]),
 ];
-
-fn cell() -> Cell {
-    Cell::new("cell-1").unwrap()
-}
-
-fn soon() -> Instant {
-    Instant::now() + Duration::from_secs(20)
-}
 
 /// One yaw: items are turned by their poses alone.
 fn grid() -> GridSettings {
@@ -73,26 +67,8 @@ fn catalogue(poses: usize) -> Arc<Catalogue> {
 /// An empty container, whatever was placed.
 fn heightmap(incoming: Incoming<v1::HeightmapRequest>) {
     let grid = grid().build().unwrap();
-    let scene = Scene::from_surface(&grid, Surface::empty(&grid)).unwrap();
-    let heightmap = v1::Heightmap {
-        id: Some(v1::HeightmapId {
-            epoch: 1,
-            sequence: 1,
-        }),
-        state_number: STATE,
-        scene: Some(convert::scene::write(&grid, &scene)),
-        ..v1::Heightmap::default()
-    };
-    let reply = v1::HeightmapReply {
-        heightmap: Some(heightmap),
-        ..v1::HeightmapReply::default()
-    };
-    incoming.reply(reply, Done::default());
-}
-
-fn ids(reasons: &[v1::ItemReason]) -> Vec<&str> {
-    let ids = reasons.iter().map(|reason| reason.item_id.as_str());
-    ids.collect()
+    let surface = Surface::empty(&grid);
+    common::show(incoming, &grid, surface, STATE);
 }
 
 /// An object that arrives; the id of the item is the object's name.
@@ -112,11 +88,6 @@ struct Rig {
     _perception: (Process, Listener),
     hub: Hub,
     folder: tempfile::TempDir,
-}
-
-fn start(hub: &Hub, settings: &Settings, poses: usize) -> Box<PlannerService> {
-    let process = embedded::process(hub, Service::Planner, "planner-1").unwrap();
-    Box::new(ppnpack_planner::start(&process, settings, &[catalogue(poses)]).unwrap())
 }
 
 impl Rig {
@@ -140,12 +111,11 @@ impl Rig {
             ..CellSettings::default()
         };
         let settings = Settings {
-            cells: BTreeMap::from([("cell-1".to_owned(), settings)]),
             store: Some(folder.path().join("sessions.redb")),
-            ..Settings::default()
+            ..common::settings(settings)
         };
         let rig = Self {
-            planner: start(&hub, &settings, poses),
+            planner: common::start(&hub, &settings, &[catalogue(poses)]),
             settings,
             client: Client::new(&embedded::session(&hub).unwrap()),
             _perception: (perception, listener),
@@ -164,7 +134,7 @@ impl Rig {
     fn restarted(self, poses: usize) -> Self {
         self.planner.finish(soon()).unwrap();
         Self {
-            planner: start(&self.hub, &self.settings, poses),
+            planner: common::start(&self.hub, &self.settings, &[catalogue(poses)]),
             ..self
         }
     }
@@ -208,19 +178,7 @@ impl Rig {
     }
 
     fn report_placed(&self, decision: &v1::Decision) {
-        self.ask(v1::ReportRequest {
-            decision_id: decision.decision_id.clone(),
-            outcome: Some(v1::Outcome {
-                placement_id: decision.decision_id.clone(),
-                item_id: decision.item_id.clone(),
-                kind: v1::OutcomeKind::Placed.into(),
-                container_from_item: decision.container_from_item,
-                is_inside: true,
-                state_number: STATE,
-                ..v1::Outcome::default()
-            }),
-            ..v1::ReportRequest::default()
-        });
+        self.ask(placed(decision, STATE));
     }
 }
 

@@ -6,91 +6,36 @@
     clippy::panic
 )]
 
-use std::collections::BTreeMap;
-use std::path::PathBuf;
+mod common;
+
 use std::time::{Duration, Instant};
 
-use nalgebra::{Point2, Vector3};
+use common::{announcement, block, cell, ids, placed, soon, square};
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::{Scene, Surface};
-use ppnpack_packing::item::{Item, ViewSurfaces};
+use ppnpack_packing::heightmap::Surface;
 use ppnpack_packing::method::Method;
 use ppnpack_planner::{CellSettings, PlannerService, Settings, Where};
 use ppnpack_service::embedded::{self, Hub};
-use ppnpack_service::rpc::{self, Client, Done, Incoming, Listener};
+use ppnpack_service::rpc::{self, Client, Incoming, Listener};
 use ppnpack_service::stream::Latest;
 use ppnpack_service::{Process, Running};
-use ppnpack_wire::keys::{Cell, Service, Stream};
+use ppnpack_wire::keys::{Service, Stream};
 use ppnpack_wire::v1::{self, ItemState, PlanResult, Reason, SessionEnd, Status};
-use ppnpack_wire::{MAX_MESSAGE_BYTES, convert, rpc::Request};
+use ppnpack_wire::{MAX_MESSAGE_BYTES, rpc::Request};
 
 /// The state that the container stays in.
 const STATE: u64 = 2;
-
-fn cell() -> Cell {
-    Cell::new("cell-1").unwrap()
-}
-
-fn soon() -> Instant {
-    Instant::now() + Duration::from_secs(20)
-}
-
-/// A box with a square floor of so many cells a side, 4 cm high.
-fn square(name: &str, cells: usize, mesh_volume_m3: f64) -> v1::Item {
-    let middle_m = cells as f64 * 0.01 / 2.0;
-    let view = ViewSurfaces {
-        nx: cells,
-        ny: cells,
-        top: vec![20; cells * cells],
-        bottom: vec![0; cells * cells],
-        underside: None,
-        origin_from_corner_m: Vector3::new(middle_m, middle_m, 0.0),
-        centre_of_mass_m: Some(Point2::new(middle_m, middle_m)),
-    };
-    convert::item::write(&Item::new(name, vec![view; 4], mesh_volume_m3).unwrap())
-}
-
-/// Fits into the container.
-fn block() -> v1::Item {
-    square("block", 6, 0.0001)
-}
 
 /// Is larger than the container's floor.
 fn slab(mesh_volume_m3: f64) -> v1::Item {
     square("slab", 40, mesh_volume_m3)
 }
 
-fn announcement(item_id: &str, item: v1::Item) -> v1::Announcement {
-    v1::Announcement {
-        item_id: item_id.to_owned(),
-        shape: Some(v1::announcement::Shape::Item(item)),
-        ..v1::Announcement::default()
-    }
-}
-
 /// An empty container, whatever was placed.
 fn heightmap(incoming: Incoming<v1::HeightmapRequest>) {
     let grid = Grid::reference();
-    let scene = Scene::from_surface(&grid, Surface::empty(&grid)).unwrap();
-    let heightmap = v1::Heightmap {
-        id: Some(v1::HeightmapId {
-            epoch: 1,
-            sequence: 1,
-        }),
-        state_number: STATE,
-        scene: Some(convert::scene::write(&grid, &scene)),
-        ..v1::Heightmap::default()
-    };
-    let reply = v1::HeightmapReply {
-        heightmap: Some(heightmap),
-        ..v1::HeightmapReply::default()
-    };
-    incoming.reply(reply, Done::default());
-}
-
-fn ids(reasons: &[v1::ItemReason]) -> Vec<&str> {
-    let ids = reasons.iter().map(|reason| reason.item_id.as_str());
-    ids.collect()
+    let surface = Surface::empty(&grid);
+    common::show(incoming, &grid, surface, STATE);
 }
 
 /// A planner that keeps its sessions in a file, and can be started again.
@@ -102,11 +47,6 @@ struct Rig {
     _perception: (Process, Listener),
     hub: Hub,
     folder: tempfile::TempDir,
-}
-
-fn start(hub: &Hub, settings: &Settings) -> Box<PlannerService> {
-    let process = embedded::process(hub, Service::Planner, "planner-1").unwrap();
-    Box::new(ppnpack_planner::start(&process, settings, &[]).unwrap())
 }
 
 impl Rig {
@@ -129,14 +69,12 @@ impl Rig {
             set_aside,
             ..CellSettings::default()
         };
-        let store: PathBuf = folder.path().join("sessions.redb");
         let settings = Settings {
-            cells: BTreeMap::from([("cell-1".to_owned(), settings)]),
-            store: Some(store),
-            ..Settings::default()
+            store: Some(folder.path().join("sessions.redb")),
+            ..common::settings(settings)
         };
         Self {
-            planner: start(&hub, &settings),
+            planner: common::start(&hub, &settings, &[]),
             settings,
             client: Client::new(&embedded::session(&hub).unwrap()),
             decisions,
@@ -149,7 +87,7 @@ impl Rig {
     fn restarted(self) -> Self {
         self.planner.finish(soon()).unwrap();
         Self {
-            planner: start(&self.hub, &self.settings),
+            planner: common::start(&self.hub, &self.settings, &[]),
             ..self
         }
     }
@@ -187,19 +125,7 @@ impl Rig {
     }
 
     fn report_placed(&self, decision: &v1::Decision) {
-        self.call(v1::ReportRequest {
-            decision_id: decision.decision_id.clone(),
-            outcome: Some(v1::Outcome {
-                placement_id: decision.decision_id.clone(),
-                item_id: decision.item_id.clone(),
-                kind: v1::OutcomeKind::Placed.into(),
-                container_from_item: decision.container_from_item,
-                is_inside: true,
-                state_number: STATE,
-                ..v1::Outcome::default()
-            }),
-            ..v1::ReportRequest::default()
-        });
+        self.call(placed(decision, STATE));
     }
 
     /// The session when its automatic mode has ended.

@@ -6,38 +6,21 @@
     clippy::panic
 )]
 
-use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
+mod common;
 
-use nalgebra::{Isometry3, Vector3};
+use std::sync::{Arc, Mutex};
+
+use common::{announcement, block, cell, placed, soon};
+use nalgebra::Isometry3;
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::{Scene, Surface};
-use ppnpack_packing::item::{Item, ViewSurfaces};
-use ppnpack_planner::{CellSettings, PlannerService, Settings, Where};
+use ppnpack_packing::heightmap::Surface;
+use ppnpack_planner::{CellSettings, PlannerService, Where};
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{self, Client, Done, Incoming, Listener};
 use ppnpack_service::{Process, Running};
-use ppnpack_wire::keys::{Cell, Service};
+use ppnpack_wire::keys::Service;
 use ppnpack_wire::v1::{self, PlanResult};
 use ppnpack_wire::{convert, rpc::Request};
-
-fn cell() -> Cell {
-    Cell::new("cell-1").unwrap()
-}
-
-fn soon() -> Instant {
-    Instant::now() + Duration::from_secs(20)
-}
-
-/// A block of 6 x 6 cells, 4 cm high, of which no more is known.
-fn block() -> v1::Item {
-    let view = ViewSurfaces {
-        origin_from_corner_m: Vector3::new(0.03, 0.03, 0.0),
-        ..ViewSurfaces::of_cells(6, 6, vec![20; 36], vec![0; 36])
-    };
-    convert::item::write(&Item::new("block", vec![view; 4], 0.0).unwrap())
-}
 
 /// What perception shows: the number of the cell's state, and the container's surface.
 struct Shown {
@@ -53,20 +36,6 @@ impl Shown {
             for y in 4 * y..4 * (y + cells) {
                 self.surface.raise(x, y, height_m);
             }
-        }
-    }
-
-    fn heightmap(&self) -> v1::Heightmap {
-        let grid = Grid::reference();
-        let scene = Scene::from_surface(&grid, self.surface.clone()).unwrap();
-        v1::Heightmap {
-            id: Some(v1::HeightmapId {
-                epoch: 1,
-                sequence: self.state_number,
-            }),
-            state_number: self.state_number,
-            scene: Some(convert::scene::write(&grid, &scene)),
-            ..v1::Heightmap::default()
         }
     }
 }
@@ -91,11 +60,9 @@ impl Rig {
         let perception = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
         let seen = Arc::clone(&shown);
         let heightmap = move |incoming: Incoming<v1::HeightmapRequest>| {
-            let reply = v1::HeightmapReply {
-                heightmap: Some(seen.lock().unwrap().heightmap()),
-                ..v1::HeightmapReply::default()
-            };
-            incoming.reply(reply, Done::default());
+            let shown = seen.lock().unwrap();
+            let surface = shown.surface.clone();
+            common::show(incoming, &Grid::reference(), surface, shown.state_number);
         };
         let listener = rpc::listen(&perception, None, heightmap).unwrap();
         let bridge = bodies.map(|bodies| {
@@ -122,13 +89,9 @@ impl Rig {
             heightmap_age_limit_s: 600.0,
             ..CellSettings::default()
         };
-        let settings = Settings {
-            cells: BTreeMap::from([("cell-1".to_owned(), settings)]),
-            ..Settings::default()
-        };
-        let process = embedded::process(&hub, Service::Planner, "planner-1").unwrap();
+        let settings = common::settings(settings);
         Self {
-            planner: Box::new(ppnpack_planner::start(&process, &settings, &[]).unwrap()),
+            planner: common::start(&hub, &settings, &[]),
             client: Client::new(&embedded::session(&hub).unwrap()),
             shown,
             _perception: (perception, listener),
@@ -147,13 +110,11 @@ impl Rig {
             session_id: "s".to_owned(),
             ..v1::BeginRequest::default()
         });
-        let announcement = |item_id: &&str| v1::Announcement {
-            item_id: (*item_id).to_owned(),
-            shape: Some(v1::announcement::Shape::Item(block())),
-            ..v1::Announcement::default()
-        };
+        let blocks = item_ids
+            .iter()
+            .map(|item_id| announcement(item_id, block()));
         self.call(v1::AnnounceRequest {
-            items: item_ids.iter().map(announcement).collect(),
+            items: blocks.collect(),
             ..v1::AnnounceRequest::default()
         });
     }
@@ -175,19 +136,7 @@ impl Rig {
             shown.raise((at.x, at.y), 6, bottom_m + 0.04);
             shown.state_number
         };
-        self.call(v1::ReportRequest {
-            decision_id: decision.decision_id.clone(),
-            outcome: Some(v1::Outcome {
-                placement_id: decision.decision_id.clone(),
-                item_id: decision.item_id.clone(),
-                kind: v1::OutcomeKind::Placed.into(),
-                container_from_item: decision.container_from_item,
-                is_inside: true,
-                state_number,
-                ..v1::Outcome::default()
-            }),
-            ..v1::ReportRequest::default()
-        });
+        self.call(placed(decision, state_number));
     }
 
     fn finish(self) {
