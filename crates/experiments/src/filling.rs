@@ -29,6 +29,9 @@ use crate::workers;
 use apart::Apart;
 use results::{Results, Table};
 
+/// The most poses of an object, as of `ppnpack pack`.
+const MOST_POSES: usize = 6;
+
 /// Packs test sequences in robot conditions with several methods, and compares volume, steadiness and time.
 #[derive(Debug, Args)]
 pub(crate) struct FillingArguments {
@@ -194,7 +197,27 @@ fn read(path: &Path) -> Outcome<Vec<Way>> {
     if ways.is_empty() {
         return Err(wrong(&"there is no method"));
     }
+    for way in &ways {
+        let named = |error| wrong(&format_args!("{}: {error}", way.name));
+        way.validate().map_err(named)?;
+    }
     Ok(ways)
+}
+
+impl Way {
+    /// Checks that it is possible, before others are run for long.
+    fn validate(&self) -> Result<(), String> {
+        if !(1..=MOST_POSES).contains(&self.poses) {
+            return Err(format!(
+                "poses must be 1 to {MOST_POSES}, but is {}",
+                self.poses
+            ));
+        }
+        let grid = self.grid.build();
+        grid.map_err(|error| error.to_string())?;
+        let method = self.method.validate();
+        method.map_err(|error| error.to_string())
+    }
 }
 
 /// Packs all sequences in all ways, those first that come first; gives the runs by way, then sequence.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use ppnpack_numbers::SettingError;
 use serde::{Deserialize, Serialize};
 
 use crate::check::{BoxedCheck, Cost};
@@ -129,6 +130,9 @@ pub enum MethodError {
     /// A weight is not possible.
     #[error(transparent)]
     Weight(#[from] WeightError),
+    /// A number is not possible.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
     /// Placements are to be tried.
     #[error("the method tries placements in a simulation, but none is given")]
     NoSimulation,
@@ -160,6 +164,17 @@ impl Default for Method {
 }
 
 impl Method {
+    /// Checks that every number is possible; what a grid or a network has to do with it is seen where it is built.
+    ///
+    /// # Errors
+    /// [`MethodError`] names the first that is not.
+    pub fn validate(&self) -> Result<(), MethodError> {
+        self.weights.validate()?;
+        self.trial.validate()?;
+        self.look_ahead.validate()?;
+        Ok(())
+    }
+
     /// What its search is made for.
     pub fn search_settings(&self) -> SearchSettings {
         SearchSettings {

@@ -76,7 +76,7 @@ impl TrialSettings {
         let tries = within("between 0 and 10000", 0.0..=1e4);
         tries("the trial's tries per item", self.tries_per_item as f64)?;
         let tilt = within("between 0 and a right angle", 0.0..=FRAC_PI_2);
-        tilt("the trial's tilt limit", self.limits.tilt_rad)?;
+        tilt("the trial's tilt limit, in radians,", self.limits.tilt_rad)?;
         let length = within("between 0 and 1 m", 0.0..=1.0);
         length("the trial's slide limit", self.limits.slide_m)?;
         length("the trial's disturbance limit", self.limits.disturbance_m)?;

@@ -130,10 +130,8 @@ impl CellSettings {
         self.grid.build().map_err(|error| error.to_string())?;
         self.station().map_err(|error| format!("arm: {error}"))?;
         let method = &self.method;
-        let weights = method.weights.validate();
-        weights.map_err(|error| error.to_string())?;
-        let trial = method.trial.validate();
-        trial.map_err(|error| error.to_string())?;
+        let possible = method.validate();
+        possible.map_err(|error| error.to_string())?;
         let twin = self.twin.validate();
         twin.map_err(|error| error.to_string())?;
         in_range("buffer", method.buffer, 1..=MAX_CANDIDATES)?;
@@ -228,6 +226,9 @@ mod tests {
         let cell: CellSettings = toml::from_str("trial = { tries_per_item = 7 }").unwrap();
         assert_eq!(cell.method.trial.tries_per_item, 7);
         assert_eq!(cell.validate(), Ok(()));
+        let cell: CellSettings = toml::from_str("look_ahead = { futures = 1001 }").unwrap();
+        let refusal = cell.validate().unwrap_err();
+        assert!(refusal.contains("futures"), "{refusal}");
         let text = "[trial]\nlimits = { tilt_rad = 9.0 }";
         let cell: CellSettings = toml::from_str(text).unwrap();
         let refusal = cell.validate().unwrap_err();
