@@ -394,6 +394,14 @@ fn wrong_options_are_refused() {
     refused(&["pack", "--poses", "0"], &["--poses"]);
     refused(&["pack", "--poses", "7"], &["--poses"]);
     refused(&["up", "--poses", "7"], &["--poses"]);
+    refused(&["pack", "--effort", "5"], &["--effort", "no unit of time"]);
+    refused(&["pack", "--effort", "0ms"], &["--effort", "from 1 ms"]);
+    refused(
+        &["pack", "--effort", "20ms", "--tries", "3"],
+        &["--effort", "--tries"],
+    );
+    refused(&["pack", "--above-rim=-1mm"], &["--above-rim", "negative"]);
+    refused(&["pack", "--leniency", "0.5"], &["leniency", "1"]);
     refused(&["pack", "--weight", "distance"], &["there is no '='"]);
     refused(
         &["pack", "--weight", "distanse=1"],

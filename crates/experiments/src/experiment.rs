@@ -6,7 +6,7 @@ use ppnpack_cli::network::Backend;
 
 use crate::accuracy::{calibration, heightmap, inspection, recognition};
 use crate::arm::{holding, oracle, proposals};
-use crate::{filling, pareto, physical, stability, table1, table3, table4, transfer};
+use crate::{filling, pareto, physical, stability, table1, table3, table4, transfer, tune};
 
 /// Reproduce the paper's tables and test the engine's models.
 #[derive(Debug, Args)]
@@ -29,6 +29,8 @@ enum Experiment {
     Pareto(pareto::ParetoArguments),
     /// How full containers get and what topples or slides, with placements tried in a simulation, resting poses, setting aside
     Filling(filling::FillingArguments),
+    /// The weights of the objective, tuned by CMA-ES with tried placements on sequences that no table uses
+    Tune(tune::TuneArguments),
     /// The paper's robot cell, simulated with its sensors: a tray, an arm, recognition, noise
     Physical(physical::PhysicalArguments),
     /// Both stability tests against what the simulated cell does
@@ -61,6 +63,7 @@ pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Out
         Experiment::Transfer(arguments) => transfer::run(arguments, prepared()),
         Experiment::Pareto(arguments) => pareto::run(arguments, prepared()),
         Experiment::Filling(arguments) => filling::run(arguments),
+        Experiment::Tune(arguments) => tune::run(arguments),
         Experiment::Physical(arguments) => physical::run(arguments, prepared()),
         Experiment::Stability(arguments) => stability::run(arguments),
         Experiment::Heightmap(arguments) => heightmap::run(arguments),

@@ -1,21 +1,20 @@
 //! `ppnpack experiment filling`: how full containers get, and what topples or slides, under robot conditions.
 
-mod apart;
+pub(crate) mod apart;
 mod results;
+mod ways;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
+use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
 use ppnpack_cli::options::{CatalogueOptions, load};
 use ppnpack_cli::sequence::{Sequence, SequenceFile};
 use ppnpack_packing::episode::{Play, play};
-use ppnpack_packing::grid::{Grid, GridSettings};
-use ppnpack_packing::method::{Method, ProposalSource, Stability};
-use ppnpack_packing::objective::Weights;
-use ppnpack_packing::trial::TrialSettings;
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::method::Method;
 use ppnpack_physics::outcome::is_unsteady;
 use ppnpack_physics::packing_cell::{Sampling, SimulatedPackingCell};
 use ppnpack_physics::settings::CellSettings;
@@ -28,9 +27,8 @@ use crate::runs::{Runs, RunsOption, hash};
 use crate::workers;
 use apart::Apart;
 use results::{Results, Table};
-
-/// The most poses of an object, as of `ppnpack pack`.
-const MOST_POSES: usize = 6;
+use ways::Comparison;
+pub(crate) use ways::Way;
 
 /// Packs test sequences in robot conditions with several methods, and compares volume, steadiness and time.
 #[derive(Debug, Args)]
@@ -50,9 +48,13 @@ pub(crate) struct FillingArguments {
     #[arg(long, value_name = "COUNT", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
     cases: u32,
 
-    /// A JSON file with the methods to compare, in place of those of the published table; the first is what the others
-    /// are compared with
-    #[arg(long, value_name = "FILE")]
+    /// What is compared
+    #[arg(long, value_enum, default_value_t = Comparison::Stages)]
+    compare: Comparison,
+
+    /// A JSON file with the methods to compare, in place of those of --compare; the first is what the others are compared
+    /// with
+    #[arg(long, value_name = "FILE", conflicts_with = "compare")]
     methods: Option<PathBuf>,
 
     /// Leave out the table in which the cell's physics are not those of the twin
@@ -63,7 +65,7 @@ pub(crate) struct FillingArguments {
     #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
     workers: usize,
 
-    /// Where filling.md and filling.json are written
+    /// Where the document (filling.md, effort.md or limits.md), its figures and its chart are written
     #[arg(long, value_name = "DIR", default_value = "out/filling")]
     out: PathBuf,
 
@@ -75,45 +77,10 @@ pub(crate) struct FillingArguments {
     json: bool,
 }
 
-/// A way to fill containers.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub(super) struct Way {
-    pub(super) name: String,
-    pub(super) grid: GridSettings,
-    /// In how many poses an object is offered at most.
-    pub(super) poses: usize,
-    /// How many items may be set aside.
-    pub(super) set_aside: usize,
-    /// Threads that try placements.
-    pub(super) threads: usize,
-    pub(super) method: Method,
-}
-
-impl Default for Way {
-    fn default() -> Self {
-        Self {
-            name: String::new(),
-            grid: GridSettings {
-                cell_m: 0.005,
-                yaws: 8,
-                ..GridSettings::default()
-            },
-            poses: 1,
-            set_aside: 0,
-            threads: 1,
-            method: Method {
-                proposals: ProposalSource::Bounded,
-                ..Method::default()
-            },
-        }
-    }
-}
-
 /// One packed sequence.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Run {
-    objects: Vec<usize>,
+    pub(super) objects: Vec<usize>,
     pub(super) items: usize,
     pub(super) placed: usize,
     pub(super) meshes_m3: f64,
@@ -125,47 +92,10 @@ pub(super) struct Run {
     pub(super) decision_s: Vec<f64>,
 }
 
-/// The methods of the published table.
-fn ways() -> Vec<Way> {
-    let way = |name: &str, change: &dyn Fn(&mut Way)| {
-        let mut way = Way {
-            name: name.to_owned(),
-            ..Way::default()
-        };
-        change(&mut way);
-        way
-    };
-    let untried = |stability| {
-        move |way: &mut Way| {
-            way.method.stability = stability;
-            way.method.trial = TrialSettings::off();
-        }
-    };
-    let dense_poses = |way: &mut Way| {
-        way.method.weights = Weights::dense();
-        way.poses = 4;
-    };
-    vec![
-        way("published test", &untried(Stability::Published)),
-        way("tried", &|_| ()),
-        way("tried, 20 set aside", &|way| way.set_aside = 20),
-        way("tried, dense, 4 poses, 20 set aside", &|way| {
-            dense_poses(way);
-            way.set_aside = 20;
-        }),
-        way("tried, dense, 4 poses", &dense_poses),
-        way("no test", &untried(Stability::None)),
-        way("physical test", &untried(Stability::Physical)),
-        way("tried, 12 futures", &|way| {
-            way.method.look_ahead.futures = 12;
-        }),
-    ]
-}
-
 pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
     let ways = match &arguments.methods {
-        Some(path) => read(path)?,
-        None => ways(),
+        Some(path) => ways::read(path)?,
+        None => arguments.compare.ways(),
     };
     let mut tables = vec![("the twin's", Apart::default())];
     if !arguments.not_apart {
@@ -173,51 +103,19 @@ pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
     }
     let cases: Vec<u32> = (arguments.first..).take(arguments.cases as usize).collect();
     let folder = arguments.runs.folder(&arguments.out);
-    let mut results = Results::new(&ways, &cases, arguments.workers);
+    let compare = arguments.compare;
+    let mut results = Results::new(compare.title(), &ways, &cases, arguments.workers);
     for (name, apart) in tables {
         let runs = pack_all(arguments, &ways, &cases, &apart, &folder)?;
         results.tables.push(Table::new(name, apart, &ways, &runs));
     }
-    let markdown = results.markdown();
-    document::publish(
-        &arguments.out,
-        "filling",
-        &results,
-        &markdown,
-        arguments.json,
-    )
-}
-
-fn read(path: &Path) -> Outcome<Vec<Way>> {
-    let wrong = |error: &dyn std::fmt::Display| {
-        Failure::input(format_args!("--methods {}: {error}", path.display()))
+    let (out, name) = (&arguments.out, compare.name());
+    let chart = match compare {
+        Comparison::Stages | Comparison::Limits => results.steadiness(),
+        Comparison::Efforts => results.times(),
     };
-    let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
-    let ways: Vec<Way> = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
-    if ways.is_empty() {
-        return Err(wrong(&"there is no method"));
-    }
-    for way in &ways {
-        let named = |error| wrong(&format_args!("{}: {error}", way.name));
-        way.validate().map_err(named)?;
-    }
-    Ok(ways)
-}
-
-impl Way {
-    /// Checks that it is possible, before others are run for long.
-    fn validate(&self) -> Result<(), String> {
-        if !(1..=MOST_POSES).contains(&self.poses) {
-            return Err(format!(
-                "poses must be 1 to {MOST_POSES}, but is {}",
-                self.poses
-            ));
-        }
-        let grid = self.grid.build();
-        grid.map_err(|error| error.to_string())?;
-        let method = self.method.validate();
-        method.map_err(|error| error.to_string())
-    }
+    document::figure(out, name, chart.to_svg([760, 460]))?;
+    document::publish(out, name, &results, &results.markdown(), arguments.json)
 }
 
 /// Packs all sequences in all ways, those first that come first; gives the runs by way, then sequence.
@@ -253,7 +151,7 @@ fn catalogue(arguments: &FillingArguments, way: &Way) -> Outcome<Arc<Catalogue>>
     load(&arguments.catalogue.source(), &settings, &resolution).map(Arc::new)
 }
 
-fn pack(
+pub(crate) fn pack(
     way: &Way,
     catalogue: &Catalogue,
     sequence: &Sequence,

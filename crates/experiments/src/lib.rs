@@ -32,6 +32,7 @@ mod table3;
 mod table4;
 mod train;
 mod transfer;
+mod tune;
 mod workers;
 
 use clap::Subcommand;

@@ -122,8 +122,7 @@ fn settings(heuristic: Heuristic) -> SearchSettings {
     SearchSettings {
         heuristic,
         order: Order::Balance,
-        weights: Weights::default(),
-        seed: 0,
+        ..SearchSettings::default()
     }
 }
 

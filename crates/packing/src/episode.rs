@@ -331,9 +331,9 @@ impl PackingCell for IdealCell {
         let Some(view) = item.item.views().get(resting.placement.yaw) else {
             return Ok(());
         };
+        debug_assert!(view.fits_at(&self.grid, resting.resting_height));
         let mut heightmap = self.scene.heightmap().clone();
         heightmap.place(view, resting);
-        debug_assert!(heightmap.max() <= self.grid.rim());
         self.scene = Scene::from_heightmap(heightmap);
         self.placed.push(item.arrival);
         Ok(())

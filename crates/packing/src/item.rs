@@ -258,7 +258,7 @@ impl ItemView {
     }
 
     /// Whether it stays at or below the rim where it rests at this height, in units.
-    pub(crate) fn fits_at(&self, grid: &Grid, resting_height: Units) -> bool {
+    pub fn fits_at(&self, grid: &Grid, resting_height: Units) -> bool {
         i32::from(resting_height) + i32::from(self.height) <= i32::from(grid.rim())
     }
 

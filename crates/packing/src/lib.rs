@@ -38,6 +38,7 @@ pub mod chooser;
 pub mod coarse;
 pub mod content;
 pub mod distance;
+pub mod effort;
 pub mod episode;
 pub mod evaluator;
 pub mod grid;

@@ -182,6 +182,10 @@ impl Method {
             order: self.order,
             weights: self.weights,
             seed: self.seed,
+            above_rim_m: match self.trial.is_on() {
+                true => self.trial.above_rim_m,
+                false => 0.0,
+            },
         }
     }
 

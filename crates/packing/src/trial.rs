@@ -5,6 +5,10 @@ use std::f64::consts::FRAC_PI_2;
 use ppnpack_numbers::{SettingError, within};
 use serde::{Deserialize, Serialize};
 
+/// What sticks out above the rim by no more than this counts as below it, in metres: bodies of a simulation are not quite where
+/// they touch.
+const RIM_TOLERANCE_M: f64 = 0.001;
+
 /// How placements are tried. The check itself is the simulation's ([`Cost::Simulation`](crate::check::Cost)).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -17,8 +21,12 @@ pub struct TrialSettings {
     /// How far a placement must be from one of the same item and yaw that was refused in the step, to be tried too, in
     /// metres: nearer ones are refused unasked.
     pub neighbour_m: f64,
-    /// Whether a step in which no placement passes makes the best of those that were refused. It says so.
-    pub last_resort: bool,
+    /// How far above the rim an item may reach as it is placed, in metres: many sink by some millimetres as they come to rest.
+    /// One that sticks out when it has been tried is refused.
+    pub above_rim_m: f64,
+    /// How many times the limits a placement may reach in a step in which none keeps within them: the one that exceeds them least
+    /// is made then, and the step says so. With 1 none is.
+    pub leniency: f64,
 }
 
 /// What a tried placement has to keep within.
@@ -38,8 +46,9 @@ impl Default for TrialSettings {
         Self {
             limits: TrialLimits::default(),
             tries_per_item: 40,
-            neighbour_m: 0.01,
-            last_resort: false,
+            neighbour_m: 0.005,
+            above_rim_m: 0.02,
+            leniency: 1.0,
         }
     }
 }
@@ -63,6 +72,20 @@ impl TrialSettings {
         }
     }
 
+    /// What a placement has to keep within to be made at all.
+    pub fn widest_limits(&self) -> TrialLimits {
+        let TrialLimits {
+            tilt_rad,
+            slide_m,
+            disturbance_m,
+        } = self.limits;
+        TrialLimits {
+            tilt_rad: tilt_rad * self.leniency,
+            slide_m: slide_m * self.leniency,
+            disturbance_m: disturbance_m * self.leniency,
+        }
+    }
+
     /// Whether placements are tried at all.
     pub fn is_on(&self) -> bool {
         self.tries_per_item > 0
@@ -80,7 +103,10 @@ impl TrialSettings {
         let length = within("between 0 and 1 m", 0.0..=1.0);
         length("the trial's slide limit", self.limits.slide_m)?;
         length("the trial's disturbance limit", self.limits.disturbance_m)?;
-        length("the distance of the trial's neighbours", self.neighbour_m)
+        length("the distance of the trial's neighbours", self.neighbour_m)?;
+        length("the trial's reach above the rim", self.above_rim_m)?;
+        let factor = within("between 1 and 1000", 1.0..=1e3);
+        factor("the trial's leniency", self.leniency)
     }
 }
 
@@ -93,6 +119,8 @@ pub struct Settling {
     pub slide_m: f64,
     /// How far the other item that moved most moved, in metres.
     pub disturbance_m: f64,
+    /// How far it sticks out above the rim, in metres.
+    pub above_rim_m: f64,
     /// Whether the item was at rest at the end.
     pub is_still: bool,
 }
@@ -108,6 +136,8 @@ impl Settling {
             Some("it would move what lies there")
         } else if !self.is_still {
             Some("it would not come to rest")
+        } else if self.above_rim_m > RIM_TOLERANCE_M {
+            Some("it would stick out above the rim")
         } else {
             None
         }
@@ -120,11 +150,12 @@ impl Settling {
             tilt_rad: self.tilt_rad.max(other.tilt_rad),
             slide_m: self.slide_m.max(other.slide_m),
             disturbance_m: self.disturbance_m.max(other.disturbance_m),
+            above_rim_m: self.above_rim_m.max(other.above_rim_m),
             is_still: self.is_still && other.is_still,
         }
     }
 
-    /// How bad it is: the greatest share of a limit, above 1 where one is exceeded.
+    /// How far it goes towards the limits: the greatest share of one, above 1 where one is exceeded.
     pub fn severity(&self, limits: &TrialLimits) -> f64 {
         let share = |value: f64, limit: f64| if value > 0.0 { value / limit } else { 0.0 };
         share(self.tilt_rad, limits.tilt_rad)
@@ -149,6 +180,7 @@ mod tests {
             tilt_rad,
             slide_m,
             disturbance_m,
+            above_rim_m: 0.0,
             is_still: true,
         }
     }
@@ -173,11 +205,14 @@ mod tests {
             is_still: false,
             ..at
         };
+        let above = |above_rim_m| Settling { above_rim_m, ..at };
+        assert_eq!(above(RIM_TOLERANCE_M).beyond(&LIMITS), None);
         for (beyond, why) in [
             (toppled, "it would topple"),
             (slid, "it would slide"),
             (pushing, "it would move what lies there"),
             (moving, "it would not come to rest"),
+            (above(0.0011), "it would stick out above the rim"),
         ] {
             assert_eq!(beyond.beyond(&LIMITS), Some(why));
         }
@@ -188,10 +223,12 @@ mod tests {
         let one = settling(0.1, 0.02, 0.0);
         let other = Settling {
             is_still: false,
+            above_rim_m: 0.002,
             ..settling(0.05, 0.03, 0.01)
         };
         let worse = Settling {
             is_still: false,
+            above_rim_m: 0.002,
             ..settling(0.1, 0.03, 0.01)
         };
         assert_eq!(one.worse(&other), worse);
@@ -254,6 +291,8 @@ mod tests {
         assert!(refused(|s| s.limits.slide_m = -0.001).contains("slide"));
         assert!(refused(|s| s.limits.disturbance_m = f64::INFINITY).contains("disturbance"));
         assert!(refused(|s| s.neighbour_m = 1.5).contains("neighbours"));
+        assert!(refused(|s| s.leniency = 0.9).contains("leniency"));
+        assert!(refused(|s| s.above_rim_m = -0.01).contains("above the rim"));
     }
 
     #[test]

@@ -11,7 +11,7 @@ use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::{Item, ViewSurfaces};
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::objective::{Heuristic, Order};
 use ppnpack_packing::plan::{Candidate, Planner, StepInput};
 use ppnpack_packing::proposals::{Percent, ProposeAll, ProposeRandom, Proposer};
 use ppnpack_packing::search::{Search, SearchSettings};
@@ -33,8 +33,8 @@ fn planner(
     let settings = SearchSettings {
         heuristic,
         order,
-        weights: Weights::default(),
         seed: 1,
+        ..SearchSettings::default()
     };
     let mut search = Search::new(grid, &settings).unwrap();
     if is_bounded {

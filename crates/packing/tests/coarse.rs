@@ -12,7 +12,7 @@ use ppnpack_packing::coarse::{CoarseGrid, CoarseToFine, Coarsening};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::{Item, ItemView};
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::objective::{Heuristic, Order};
 use ppnpack_packing::placement::Placement;
 use ppnpack_packing::plan::{Candidate, Evaluator, StepInput};
 use ppnpack_packing::proposals::{
@@ -51,8 +51,8 @@ fn settings() -> SearchSettings {
     SearchSettings {
         heuristic: Heuristic::Sdfm,
         order: Order::Balance,
-        weights: Weights::default(),
         seed: 7,
+        ..SearchSettings::default()
     }
 }
 

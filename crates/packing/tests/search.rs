@@ -8,7 +8,7 @@
 use std::sync::Arc;
 
 use ppnpack_packing::check::{BoxedCheck, Fits};
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::grid::{Grid, Units};
 use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
@@ -41,8 +41,8 @@ fn settings(heuristic: Heuristic, order: Order) -> SearchSettings {
     SearchSettings {
         heuristic,
         order,
-        weights: Weights::default(),
         seed: 7,
+        ..SearchSettings::default()
     }
 }
 
@@ -77,13 +77,28 @@ fn parts(yaws: usize, mut cuts: Vec<usize>) -> Vec<YawRange> {
     cuts.windows(2).map(range).collect()
 }
 
-/// Every fitting placement with its value, sorted.
+/// The content, where what reaches the rim is as high as items may reach.
+fn walled(grid: &Grid, heightmap: &Heightmap, above_rim: Units) -> Heightmap {
+    let mut walled = heightmap.clone();
+    for x in 0..grid.nx() {
+        for y in 0..grid.ny() {
+            if heightmap.get(x, y).unwrap() >= grid.rim() {
+                walled.raise(x, y, grid.rim() + above_rim);
+            }
+        }
+    }
+    walled
+}
+
+/// Every placement that does not reach too high with its value, sorted.
 fn sorted(
     input: &StepInput<'_>,
     heuristic: Heuristic,
     weights: &Weights,
+    above_rim: Units,
 ) -> Vec<(f64, usize, Placement)> {
-    let (grid, heightmap) = (input.grid, input.scene.heightmap());
+    let grid = input.grid;
+    let heightmap = &walled(grid, input.scene.heightmap(), above_rim);
     let mut found = Vec::new();
     for (index, candidate) in input.candidates.iter().enumerate() {
         for (yaw, view) in candidate.item.views().iter().enumerate() {
@@ -98,7 +113,10 @@ fn sorted(
                     let Some(resting_height) = oracle.resting_height(placement) else {
                         continue;
                     };
-                    if resting_height + view.height() <= grid.rim() {
+                    if view.height() <= grid.rim()
+                        && resting_height + view.height() <= grid.rim() + above_rim
+                        && resting_height < grid.rim()
+                    {
                         let at = RestingPlacement {
                             placement,
                             resting_height,
@@ -122,14 +140,16 @@ proptest! {
         (grid, heightmap, items) in support::scenes(3),
         heuristic in proptest::sample::select(&HEURISTICS[..4]),
         weights in support::weights(),
+        above_rim in prop_oneof![Just(0), 1_i16..12],
     ) {
         let scene = Scene::from_heightmap(heightmap);
         let held = candidates(&items);
         let input = StepInput::new(&grid, &scene, &held);
-        let settings = SearchSettings { weights, ..settings(heuristic, Order::Balance) };
+        let above_rim_m = f64::from(above_rim) * grid.resolution().height_unit_m();
+        let settings = SearchSettings { weights, above_rim_m, ..settings(heuristic, Order::Balance) };
         let mut search = Search::new(&grid, &settings).unwrap();
         let found = ranking(&mut search, &input, &all(&input));
-        let expected = sorted(&input, heuristic, &weights);
+        let expected = sorted(&input, heuristic, &weights, above_rim);
         prop_assert_eq!(found.len(), expected.len());
         for (found, (value, ..)) in found.iter().zip(&expected) {
             prop_assert!((found.value - value).abs() <= 1e-9 * value.abs().max(1.0));
@@ -177,13 +197,14 @@ proptest! {
         heuristic in proptest::sample::select(&HEURISTICS[..]),
         weights in support::weights(),
         percent in 1.0_f64..100.0,
+        above_rim_m in prop_oneof![Just(0.0), 0.001..0.05],
     ) {
         let mut second = first.clone();
         for (x, y, height) in change {
             second.raise(x, y, height);
         }
         let held = candidates(&items);
-        let settings = SearchSettings { weights, ..settings(heuristic, Order::Balance) };
+        let settings = SearchSettings { weights, above_rim_m, ..settings(heuristic, Order::Balance) };
         let mut bounded = Search::new(&grid, &settings).unwrap().bounded();
         let mut whole = Search::new(&grid, &settings).unwrap();
         for scene in [first, second].map(Scene::from_heightmap) {

@@ -233,11 +233,28 @@ impl TrialCheck {
         let Some((solid, pose)) = self.solid_at(input, candidate, &place.resting)? else {
             return Ok(None);
         };
-        let tried = Tried::now(&self.twin, solid, pose, &self.settings.limits)?;
+        let tried = Tried::now(&self.twin, solid, pose, &self.settings.widest_limits())?;
         let settling = tried.settling;
         self.known.insert(*place, tried);
         Ok(Some(settling))
     }
+}
+
+/// Of a placement that cannot be tried: it is made as planned if that is not above the rim.
+fn untried(
+    input: &StepInput<'_>,
+    candidate: &Candidate,
+    resting: &RestingPlacement,
+    degraded: Vec<String>,
+) -> Verdict {
+    let view = candidate.item.views().get(resting.placement.yaw);
+    if !view.is_some_and(|view| view.fits_at(input.grid, resting.resting_height)) {
+        return Verdict::Refused(Cause::AboveRim.into());
+    }
+    Verdict::Accepted(Evidence {
+        degraded,
+        ..Evidence::default()
+    })
 }
 
 /// What became of a solid at a place.
@@ -301,7 +318,7 @@ impl ValidityCheck for TrialCheck {
         resting: &RestingPlacement,
     ) -> StageResult<Verdict> {
         if input.scene.content().is_none() {
-            return Ok(Verdict::Accepted(Evidence::default()));
+            return Ok(untried(input, candidate, resting, Vec::new()));
         }
         let place = Place::of(candidate, resting);
         if let Some(near) = self.refused_near(input, &place) {
@@ -311,10 +328,8 @@ impl ValidityCheck for TrialCheck {
             return Ok(self.refusal(self.refused_last(&place)));
         }
         let Some(settling) = self.settling(input, candidate, &place)? else {
-            return Ok(Verdict::Accepted(Evidence {
-                degraded: vec![UNTRIED_ITEM.to_owned()],
-                ..Evidence::default()
-            }));
+            let degraded = vec![UNTRIED_ITEM.to_owned()];
+            return Ok(untried(input, candidate, resting, degraded));
         };
         *self.tries.entry(place.arrival).or_default() += 1;
         if settling.beyond(&self.settings.limits).is_some() {
@@ -352,9 +367,9 @@ impl ValidityCheck for TrialCheck {
                 tries.push((place, solid, pose));
             }
         }
-        let (twin, limits) = (&self.twin, &self.settings.limits);
+        let (twin, limits) = (&self.twin, self.settings.widest_limits());
         let tried = |(place, solid, pose): (Place, Solid, Isometry3<f64>)| {
-            let tried = Tried::now(twin, solid, pose, limits);
+            let tried = Tried::now(twin, solid, pose, &limits);
             tried.ok().map(|tried| (place, tried))
         };
         let tried: Vec<_> = pool.install(|| tries.into_par_iter().filter_map(tried).collect());
@@ -368,18 +383,14 @@ impl ValidityCheck for TrialCheck {
     }
 
     fn last_resort(&self) -> Option<LastResort> {
-        if !self.settings.last_resort {
-            return None;
-        }
-        let limits = &self.settings.limits;
-        let severity = |(_, settling): &&(Place, Settling)| match settling.is_still {
-            true => settling.severity(limits),
-            false => f64::INFINITY,
-        };
-        let least = self
+        let widest = self.settings.widest_limits();
+        let possible = self
             .refused
             .iter()
-            .min_by(|a, b| severity(a).total_cmp(&severity(b)));
+            .filter(|(_, settling)| settling.beyond(&widest).is_none());
+        let severity =
+            |(_, settling): &&(Place, Settling)| settling.severity(&self.settings.limits);
+        let least = possible.min_by(|a, b| severity(a).total_cmp(&severity(b)));
         least.map(|(place, settling)| LastResort {
             arrival: place.arrival,
             shape: place.shape,

@@ -14,7 +14,7 @@ use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_catalogue::object::Model;
 use ppnpack_numbers::{SettingError, within};
 use ppnpack_packing::content::LyingSolid;
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::grid::{ContainerSize, Grid};
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::trial::{Settling, TrialLimits};
 use rapier3d::dynamics::RigidBodyHandle;
@@ -367,6 +367,7 @@ impl Attempt<'_> {
             tilt_rad: 0.0,
             slide_m: 0.0,
             disturbance_m: 0.0,
+            above_rim_m: 0.0,
             is_still: false,
         };
         for _ in 0..cell.settle_steps() {
@@ -377,7 +378,17 @@ impl Attempt<'_> {
                 break;
             }
         }
-        settling
+        Settling {
+            above_rim_m: self.above_rim_m(cell.container),
+            ..settling
+        }
+    }
+
+    /// How far the item sticks out above the rim now.
+    fn above_rim_m(&self, container: ContainerSize) -> f64 {
+        let pose = self.world.pose(self.handle).unwrap_or(self.planned);
+        let top_m = self.template.bounds(&pose).highest.z;
+        (top_m - container.z_m).max(0.0)
     }
 
     fn settling(&self, still_speed_m_s: f64) -> Settling {
@@ -386,6 +397,7 @@ impl Attempt<'_> {
                 tilt_rad: PI,
                 slide_m: 0.0,
                 disturbance_m: 0.0,
+                above_rim_m: 0.0,
                 is_still: false,
             };
         }
@@ -407,6 +419,7 @@ impl Attempt<'_> {
             tilt_rad: tilt_rad(&self.planned, &pose),
             slide_m: (pose * centre - self.planned * centre).xy().norm(),
             disturbance_m: self.movable.iter().filter_map(moved_m).fold(0.0, f64::max),
+            above_rim_m: 0.0,
             is_still: speed_m_s <= still_speed_m_s,
         }
     }

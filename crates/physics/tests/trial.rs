@@ -141,9 +141,17 @@ fn new_twin(settings: TwinSettings, content: &Content) -> Twin {
 
 /// What becomes of a model that is placed there, by the limits of the default.
 fn tried(twin: &mut Twin, model: &Arc<Model>, pose: &Isometry3<f64>) -> Settling {
+    tried_within(&TrialLimits::default(), twin, model, pose)
+}
+
+fn tried_within(
+    limits: &TrialLimits,
+    twin: &mut Twin,
+    model: &Arc<Model>,
+    pose: &Isometry3<f64>,
+) -> Settling {
     let solid = twin.solid(model).unwrap();
-    twin.try_placement(&solid, pose, &TrialLimits::default())
-        .unwrap()
+    twin.try_placement(&solid, pose, limits).unwrap()
 }
 
 #[test]
@@ -292,7 +300,7 @@ fn verdicts(check: &mut dyn ValidityCheck, input: &StepInput<'_>) -> Vec<Verdict
 fn with_last_resort() -> TrialSettings {
     TrialSettings {
         tries_per_item: 6,
-        last_resort: true,
+        leniency: 1000.0,
         ..TrialSettings::default()
     }
 }
@@ -386,9 +394,9 @@ fn the_last_resort_is_the_least_severe_of_those_refused() {
     let scene = scene(&grid, &[base()]);
     let held = [falling(0), tall(1)];
     let input = StepInput::new(&grid, &scene, &held);
-    for last_resort in [true, false] {
+    for leniency in [1000.0, 1.0] {
         let settings = TrialSettings {
-            last_resort,
+            leniency,
             neighbour_m: 0.0,
             ..TrialSettings::default()
         };
@@ -408,16 +416,19 @@ fn the_last_resort_is_the_least_severe_of_those_refused() {
             assert!(is_refused_tried(&mut check, &input, candidate, &resting));
             let pose = candidate.item.container_from_item(&grid, &resting);
             let model = candidate.model.as_ref().unwrap();
-            refused.push((index, resting, tried(&mut twin, model, &pose.unwrap())));
+            let widest = settings.widest_limits();
+            let settling = tried_within(&widest, &mut twin, model, &pose.unwrap());
+            refused.push((index, resting, settling));
         }
         let resort = check.last_resort();
-        if !last_resort {
+        if leniency == 1.0 {
             assert_eq!(resort, None);
             continue;
         }
         let severity = |settling: &Settling| settling.severity(&settings.limits);
         let least = refused
             .into_iter()
+            .filter(|(.., settling)| settling.beyond(&settings.widest_limits()).is_none())
             .min_by(|(.., a), (.., b)| severity(a).total_cmp(&severity(b)));
         let (index, resting, settling) = least.unwrap();
         let resort = resort.unwrap();
@@ -544,13 +555,13 @@ fn the_twin_of_a_cell_makes_no_errors_but_its_own_and_ends_soon() {
 #[test]
 fn settings_left_out_take_their_defaults_and_unknown_ones_are_refused() {
     let settings: TrialSettings =
-        serde_json::from_str(r#"{"limits": {"slide_m": 0.01}, "last_resort": true}"#).unwrap();
+        serde_json::from_str(r#"{"limits": {"slide_m": 0.01}, "leniency": 1000.0}"#).unwrap();
     let expected = TrialSettings {
         limits: TrialLimits {
             slide_m: 0.01,
             ..TrialLimits::default()
         },
-        last_resort: true,
+        leniency: 1000.0,
         ..TrialSettings::default()
     };
     assert_eq!(settings, expected);
@@ -574,4 +585,44 @@ fn settings_left_out_take_their_defaults_and_unknown_ones_are_refused() {
     for unknown in [r#"{"reach": 0.02}"#, r#"{"disturbance": {"shift": 0.1}}"#] {
         assert!(serde_json::from_str::<TwinSettings>(unknown).is_err());
     }
+}
+
+/// A tower under the cells 10 to 20 along both sides, this high.
+fn tower(height_m: f64) -> (Arc<Model>, Isometry3<f64>) {
+    (cuboid([0.1, 0.1, height_m]), at(0.15, 0.15, height_m / 2.0))
+}
+
+#[test]
+fn what_reaches_above_the_rim_is_made_where_it_sinks_below_it() {
+    let grid = grid();
+    let held = [block(0, [6, 6], 20)];
+    // 1 cm above the rim of 30 cm, as planned.
+    let planned = placed(12, 12, 135);
+    for (tower_m, is_accepted) in [(0.255, true), (0.265, false)] {
+        let scene = scene(&grid, &[tower(tower_m)]);
+        let input = StepInput::new(&grid, &scene, &held);
+        let verdict = verdict_of(TrialSettings::default(), &input, &planned);
+        match verdict {
+            Verdict::Accepted(evidence) => {
+                assert!(is_accepted);
+                assert!(evidence.settling.unwrap().above_rim_m < 0.001);
+            }
+            Verdict::Refused(refusal) => {
+                let why = Refusal::because(Cause::Unsteady, "it would stick out above the rim");
+                assert_eq!(refusal, why);
+                assert!(!is_accepted);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_tried_may_not_reach_above_the_rim() {
+    let grid = grid();
+    let scene = Scene::from_heightmap(Heightmap::empty(&grid));
+    let held = [block(0, [6, 6], 20)];
+    let input = StepInput::new(&grid, &scene, &held);
+    let of = |height| verdict_of(TrialSettings::default(), &input, &placed(12, 12, height));
+    assert_eq!(of(130), Verdict::Accepted(Evidence::default()));
+    assert_eq!(of(131), Verdict::Refused(Cause::AboveRim.into()));
 }

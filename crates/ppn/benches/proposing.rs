@@ -20,7 +20,7 @@ use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::objective::{Heuristic, Order};
 use ppnpack_packing::plan::{Candidate, Planner, StepInput};
 use ppnpack_packing::proposals::{Percent, Proposals, ProposeAll, Proposer};
 use ppnpack_packing::search::{Search, SearchSettings};
@@ -50,8 +50,7 @@ fn steps(grid: &Grid, buffer: usize) -> Vec<(Scene, Vec<Candidate>)> {
     let settings = SearchSettings {
         heuristic: Heuristic::Sdfm,
         order: Order::Balance,
-        weights: Weights::default(),
-        seed: 0,
+        ..SearchSettings::default()
     };
     let search = Box::new(Search::new(grid, &settings).unwrap());
     let checks: Vec<BoxedCheck> = vec![Box::new(PublishedStability::default())];

@@ -18,7 +18,7 @@ use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::{Grid, Units};
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::{ABSENT, Item, ViewSurfaces};
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::objective::{Heuristic, Order};
 use ppnpack_packing::plan::Planner;
 use ppnpack_packing::proposals::{Percent, ProposeAll, Proposer};
 use ppnpack_packing::search::{Search, SearchSettings};
@@ -124,8 +124,7 @@ fn planner(grid: &Grid, proposer: Box<dyn Proposer>) -> Planner {
     let settings = SearchSettings {
         heuristic: Heuristic::Sdfm,
         order: Order::Balance,
-        weights: Weights::default(),
-        seed: 0,
+        ..SearchSettings::default()
     };
     let search = Box::new(Search::new(grid, &settings).unwrap());
     let checks: Vec<BoxedCheck> = vec![Box::new(PublishedStability::default())];

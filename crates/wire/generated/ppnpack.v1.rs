@@ -1010,6 +1010,10 @@ pub struct Objective {
     /// Drives HEURISTIC_RANDOM.
     #[prost(uint64, tag = "4")]
     pub seed: u64,
+    /// How far above the rim an item may reach where it is placed: of placements that are tried in a simulation, in which it must
+    /// sink below the rim. At most 1 m.
+    #[prost(double, tag = "5")]
+    pub above_rim_m: f64,
 }
 impl ::prost::Name for Objective {
     const NAME: &'static str = "Objective";
@@ -2322,6 +2326,9 @@ pub struct Settling {
     /// Whether it is at rest at the end.
     #[prost(bool, tag = "4")]
     pub is_still: bool,
+    /// How far it sticks out above the rim at the end.
+    #[prost(double, tag = "5")]
+    pub above_rim_m: f64,
 }
 impl ::prost::Name for Settling {
     const NAME: &'static str = "Settling";

@@ -155,6 +155,7 @@ proptest! {
         is_balanced in any::<bool>(),
         weights in any::<[u32; 8]>(),
         seed in any::<u64>(),
+        above_rim_mm in 0..=1000_u32,
     ) {
         let [resting_height, distance, box_share, balance, corner, surface_volume, touching_area, top_height] =
             weights.map(|weight| f64::from(weight) / 7.0);
@@ -169,7 +170,8 @@ proptest! {
             top_height,
         };
         let order = if is_balanced { Order::Balance } else { Order::Arrival };
-        let given = SearchSettings { heuristic, order, weights, seed };
+        let above_rim_m = f64::from(above_rim_mm) / 1e3;
+        let given = SearchSettings { heuristic, order, weights, seed, above_rim_m };
         let message = objective::write(&given);
         prop_assert_eq!(objective::read_required("objective", Some(&sent(&message))).unwrap(), given);
     }

@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, ensure};
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::plan::Planner;
 use ppnpack_packing::proposals::ProposeAll;
 use ppnpack_packing::search::{Search, SearchSettings};
@@ -117,12 +116,7 @@ impl<'a> Twin<'a> {
     /// Where the search cannot be made.
     pub fn new(catalogue: &'a Catalogue, is_exhaustive: bool) -> Result<Self> {
         let grid = Grid::reference();
-        let settings = SearchSettings {
-            heuristic: Heuristic::Sdfm,
-            order: Order::Balance,
-            weights: Weights::default(),
-            seed: 0,
-        };
+        let settings = SearchSettings::default();
         let search = Search::new(&grid, &settings)?.bounded();
         let stability = PhysicalStability::new(PhysicalStabilitySettings::default());
         let planner = Planner::new(

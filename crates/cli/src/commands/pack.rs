@@ -64,7 +64,8 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
     }
     let model = proposals.read_model()?;
     let sources = proposals.sources(&grid, model.as_ref())?;
-    let mut method = arguments.method.method(&sources, conditions)?;
+    let poses = arguments.catalogue.poses;
+    let mut method = arguments.method.method(&sources, conditions, poses)?;
     let (arm, station) = arguments.method.arm.station()?.unzip();
     let simulated = arguments
         .physics

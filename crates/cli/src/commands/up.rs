@@ -120,7 +120,8 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
             "--proposals auto is measured here; say what the stack at --connect is configured with",
         ));
     }
-    let mut method = arguments.method.method(&sources, conditions)?;
+    let poses = arguments.catalogue.poses;
+    let mut method = arguments.method.method(&sources, conditions, poses)?;
     let (arm, station) = arguments.method.arm.station()?.unzip();
     let simulated = arguments
         .physics

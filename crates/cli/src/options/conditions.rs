@@ -4,6 +4,8 @@ use clap::ValueEnum;
 use ppnpack_packing::method::Stability;
 use ppnpack_packing::trial::TrialSettings;
 
+use super::objective::Objective;
+
 /// How items are released and seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Conditions {
@@ -20,6 +22,8 @@ pub(crate) struct Usual {
     pub(crate) yaws: usize,
     pub(crate) stability: Stability,
     pub(crate) trial: TrialSettings,
+    /// The weights for items in so many poses.
+    pub(crate) objective: fn(poses: u32) -> Objective,
     /// How many items may be set aside.
     pub(crate) set_aside: usize,
 }
@@ -32,6 +36,10 @@ impl Conditions {
                 yaws: 8,
                 stability: Stability::None,
                 trial: TrialSettings::default(),
+                objective: |poses| match poses {
+                    0 | 1 => Objective::Low,
+                    _ => Objective::Dense,
+                },
                 set_aside: 20,
             },
             Self::Reference => Usual {
@@ -39,6 +47,7 @@ impl Conditions {
                 yaws: 4,
                 stability: Stability::Published,
                 trial: TrialSettings::off(),
+                objective: |_| Objective::Published,
                 set_aside: 0,
             },
         }

@@ -1,7 +1,8 @@
 //! Options for how placements are found and judged.
 
+use clap::Args;
 use clap::builder::TypedValueParser;
-use clap::{Args, ValueEnum};
+use ppnpack_packing::effort::Effort;
 use ppnpack_packing::look_ahead::LookAheadSettings;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
@@ -9,6 +10,8 @@ use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use super::arm::ArmOptions;
 use super::choice::{Choice, one_of};
 use super::conditions::Conditions;
+use super::effort::parse_effort;
+use super::objective::Objective;
 use super::proposals::ProposalOptions;
 use super::trial::TrialOptions;
 use crate::failure::{Failure, OrInput, Outcome};
@@ -39,13 +42,19 @@ pub(crate) struct MethodOptions {
     #[command(flatten)]
     pub(crate) arm: ArmOptions,
 
-    /// The weights of the objective
-    #[arg(long, value_enum, default_value_t, overrides_with = "objective")]
-    objective: Preset,
+    /// The weights of the objective [default: low, or dense with several --poses, under robot conditions; published under the
+    /// reference's]
+    #[arg(long, value_enum, overrides_with = "objective")]
+    objective: Option<Objective>,
 
     /// A weight of the objective that is another, such as distance=2.5 (may be repeated)
     #[arg(long = "weight", value_name = "NAME=VALUE")]
     pub(crate) weights: Vec<String>,
+
+    /// About how long a step may take, such as 20ms or 1s: how many placements it tries and whether it looks ahead, in place of
+    /// --tries and --futures. It decides the same on every machine
+    #[arg(long, value_name = "TIME", value_parser = parse_effort, conflicts_with_all = ["tries", "futures"])]
+    effort: Option<Effort>,
 
     /// How many futures a step looks ahead through, for each item that it may choose; with 0 it does not
     #[arg(long, value_name = "COUNT", default_value_t = 0)]
@@ -63,25 +72,6 @@ pub(crate) struct MethodOptions {
     /// [default: one to search, one per core to try placements and to look ahead]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=256))]
     pub(crate) threads: Option<u32>,
-}
-
-/// Weights of the objective.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-enum Preset {
-    /// Those of the paper
-    #[default]
-    Published,
-    /// Also low tops: for items in several resting poses
-    Dense,
-}
-
-impl Preset {
-    fn weights(self) -> Weights {
-        match self {
-            Self::Published => Weights::default(),
-            Self::Dense => Weights::dense(),
-        }
-    }
 }
 
 const HEURISTICS: [Choice<Heuristic>; 6] = [
@@ -128,28 +118,36 @@ pub fn parse_stability() -> impl TypedValueParser<Value = Stability> {
 }
 
 impl MethodOptions {
-    /// The method with the first of these sources of proposals, by default that which suits the conditions.
+    /// The method with the first of these sources of proposals, by default that which suits the conditions, for items in so
+    /// many poses.
     pub(crate) fn method(
         &self,
         sources: &[ProposalSource],
         conditions: Conditions,
+        poses: u32,
     ) -> Outcome<Method> {
         let first = sources.first().cloned();
+        let usual = conditions.usual();
+        let objective = self.objective.unwrap_or((usual.objective)(poses));
         let look_ahead = LookAheadSettings {
             futures: self.futures as usize,
             ..LookAheadSettings::default()
         };
         look_ahead.validate().or_input()?;
-        Ok(Method {
+        let method = Method {
             heuristic: self.heuristic,
             order: self.order,
             proposals: first.unwrap_or(ProposalSource::Bounded),
-            stability: self.stability.unwrap_or(conditions.usual().stability),
+            stability: self.stability.unwrap_or(usual.stability),
             trial: self.trial.settings(conditions)?,
-            weights: weights(self.objective.weights(), &self.weights)?,
+            weights: weights(objective.weights(), &self.weights)?,
             look_ahead,
             buffer: self.buffer as usize,
             seed: self.seed,
+        };
+        Ok(match self.effort {
+            Some(effort) => effort.of(method),
+            None => method,
         })
     }
 }

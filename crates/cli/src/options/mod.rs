@@ -3,8 +3,10 @@
 mod arm;
 mod choice;
 mod conditions;
+mod effort;
 mod mapper;
 mod method;
+mod objective;
 mod physics;
 mod proposals;
 mod region;
@@ -28,6 +30,7 @@ pub use conditions::Conditions;
 pub(crate) use mapper::MapperOptions;
 pub(crate) use method::MethodOptions;
 pub use method::parse_stability;
+pub use objective::Objective;
 pub use physics::{PhysicsOptions, Simulated};
 pub use proposals::{Network, PROPOSAL_YAWS, at_least_one, parse_device, read_model};
 pub(crate) use region::parse_region;

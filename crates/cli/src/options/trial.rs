@@ -28,9 +28,14 @@ pub(crate) struct TrialOptions {
     #[arg(long, value_name = "LENGTH", default_value = "20mm", value_parser = parse_distance, allow_hyphen_values = true)]
     disturbance_limit: f64,
 
-    /// Where nothing that is tried stays, make the best of it instead of setting the items aside
-    #[arg(long)]
-    last_resort: bool,
+    /// How many times the limits the best of what was tried may reach to be made where nothing keeps within them; with 1
+    /// nothing is made then
+    #[arg(long, value_name = "FACTOR", default_value_t = TrialSettings::default().leniency, allow_hyphen_values = true)]
+    leniency: f64,
+
+    /// How far above the rim an item may reach as it is placed, if it sinks below the rim when it is tried
+    #[arg(long, value_name = "LENGTH", default_value = "20mm", value_parser = parse_distance, allow_hyphen_values = true)]
+    above_rim: f64,
 }
 
 impl TrialOptions {
@@ -48,7 +53,8 @@ impl TrialOptions {
         let settings = TrialSettings {
             limits,
             tries_per_item: self.tries.unwrap_or(usual.tries_per_item),
-            last_resort: self.last_resort,
+            leniency: self.leniency,
+            above_rim_m: self.above_rim,
             ..usual
         };
         settings.validate().or_input()?;

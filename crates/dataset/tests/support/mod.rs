@@ -120,6 +120,7 @@ pub(crate) fn played(settings: &Settings, sequence: u32) -> (SequenceRecord, Vec
         order: settings.expert.order,
         weights: settings.expert.weights,
         seed: drawn.seed,
+        ..SearchSettings::default()
     };
     let grid = &settings.grid;
     let evaluator = Box::new(Search::new(grid, &search).unwrap());

@@ -1,15 +1,19 @@
 //! What the methods came to.
 
+use ppnpack_chart::{PointSeries, Scatter};
 use serde::Serialize;
 
 use super::apart::Apart;
 use super::{Run, Way};
+use crate::comparison::point;
 use crate::document;
 use crate::statistics::{Mean, percentage, quantiles};
 
 /// All that was found.
 #[derive(Debug, Serialize)]
 pub(super) struct Results<'a> {
+    #[serde(skip)]
+    title: &'static str,
     machine: String,
     workers: usize,
     first_case: u32,
@@ -92,8 +96,9 @@ impl Line {
 }
 
 impl<'a> Results<'a> {
-    pub(super) fn new(ways: &'a [Way], cases: &[u32], workers: usize) -> Self {
+    pub(super) fn new(title: &'static str, ways: &'a [Way], cases: &[u32], workers: usize) -> Self {
         Self {
+            title,
             machine: document::machine(),
             workers,
             first_case: cases.first().copied().unwrap_or(0),
@@ -106,12 +111,12 @@ impl<'a> Results<'a> {
     pub(super) fn markdown(&self) -> String {
         let last = u64::from(self.first_case) + self.cases as u64 - 1;
         let mut text = format!(
-            "# Filling: how full, how steady\n\n\
+            "# {}\n\n\
              Sequences {} to {last} in robot conditions: laid down from 1 cm, an exact scan. *Unsteady* is what toppled by \
              more than 30 degrees, slid by more than 2 cm or left the container when it was placed. Differences are to \
              the first method, sequence by sequence, with 95 % intervals by Student's t. Decision times are of one step on \
              one thread, {} sequences at once. Machine: {}.\n",
-            self.first_case, self.workers, self.machine
+            self.title, self.first_case, self.workers, self.machine
         );
         for table in &self.tables {
             text += &table.markdown();
@@ -120,7 +125,52 @@ impl<'a> Results<'a> {
     }
 }
 
+impl Results<'_> {
+    /// Volume against the share of what did not stay.
+    pub(super) fn steadiness(&self) -> Scatter {
+        self.scatter("Unsteady of what was placed (%)", |line| {
+            line.unsteady_percent
+        })
+    }
+
+    /// Volume against the time of a decision.
+    pub(super) fn times(&self) -> Scatter {
+        self.scatter("Decision, 95 % take no longer (ms)", |line| {
+            line.decision_95_s * 1e3
+        })
+    }
+
+    fn scatter(&self, x_label: &str, x: impl Fn(&Line) -> f64) -> Scatter {
+        let point = |line: &Line| {
+            let x = Mean {
+                mean: x(line),
+                half_width: 0.0,
+            };
+            point(&line.name, &x, &line.meshes_cm3)
+        };
+        let series = self.tables.iter().map(|table| PointSeries {
+            name: table.cell().to_owned(),
+            reference: false,
+            points: table.lines.iter().map(point).collect(),
+        });
+        Scatter {
+            title: self.title.to_owned(),
+            x_label: x_label.to_owned(),
+            y_label: "Mesh volume (cm³)".to_owned(),
+            series: series.collect(),
+        }
+    }
+}
+
 impl Table {
+    /// The cell that it is of, in a few words.
+    fn cell(&self) -> &'static str {
+        match self.apart.friction == 1.0 {
+            true => "the cell is the twin's",
+            false => "the cell is another one",
+        }
+    }
+
     fn markdown(&self) -> String {
         let Apart {
             friction,

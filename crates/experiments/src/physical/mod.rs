@@ -1,5 +1,6 @@
 //! `ppnpack experiment physical`: the paper's robot cell, simulated with its sensors, through the services.
 
+mod contenders;
 mod held;
 mod pictures;
 mod record;
@@ -16,7 +17,6 @@ use clap::Args;
 use ppnpack_bridge::simulated::Scan;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::method::{ProposalSource, Stability};
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_recognition::library::{Library, LibrarySettings};
@@ -27,10 +27,11 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::document;
-use crate::method::sdfm;
 use crate::network::NetworkOptions;
 use crate::runs::{Runs, hash};
+use contenders::{Contender, contenders};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
+use ppnpack_cli::length::parse_length;
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{Network, Simulated, positive};
 use ppnpack_cli::progress;
@@ -46,7 +47,8 @@ use sums::Line;
 const PERCENT: f64 = 20.0;
 
 /// Packs objects that the network was not trained on in the paper's robot cell: seen on a tray by a depth camera,
-/// recognised, planned with the arm, placed, seen again; by the exhaustive search and with the network's proposals.
+/// recognised, planned with the arm, placed, seen again; with the physical stability test, and with placements that are
+/// tried in a simulation before they are made.
 #[derive(Debug, Args)]
 pub(super) struct PhysicalArguments {
     /// A folder of objects that the network was not trained on
@@ -76,6 +78,14 @@ pub(super) struct PhysicalArguments {
     /// How many items wait on the tray
     #[arg(long, value_name = "COUNT", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=16))]
     buffer: u32,
+
+    /// The edge of a grid cell
+    #[arg(long, value_name = "LENGTH", default_value = "5mm", value_parser = parse_length, allow_hyphen_values = true)]
+    cell: f64,
+
+    /// How many yaws, evenly over half a turn
+    #[arg(long, value_name = "COUNT", default_value_t = 8)]
+    yaws: usize,
 
     /// The arm: a name, a parameter file, or `none`
     #[arg(long, value_name = "NAME|FILE|none", default_value = "nachi-mz07l")]
@@ -129,16 +139,8 @@ pub(super) struct PhysicalArguments {
     json: bool,
 }
 
-/// A way to plan.
-struct Contender {
-    name: String,
-    /// What files are named by.
-    key: &'static str,
-    proposals: ProposalSource,
-}
-
 pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outcome {
-    let grid = setup::grid()?;
+    let grid = setup::grid(arguments)?;
     let (catalogue, unseen) = setup::catalogue(arguments, grid.resolution())?;
     let settings = setup::settings(arguments, &grid, &catalogue, unseen)?;
     let strangers = if settings.strangers { unseen } else { 0 };
@@ -152,20 +154,9 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
     let network = arguments.network.with_default(PERCENT);
     let model = network.find(backend, &grid)?;
     let items = catalogue.items();
-    let mut contenders = vec![Contender {
-        name: "exhaustive".to_owned(),
-        key: "exhaustive",
-        proposals: ProposalSource::All,
-    }];
-    if let Ok(model) = &model {
-        let percent = network.percent();
-        contenders.push(Contender {
-            name: format!("network, K = {percent} %"),
-            key: "network",
-            proposals: network.source(&grid, model),
-        });
-    }
     let shipped = model.as_ref().ok();
+    let proposals = shipped.map(|model| network.source(&grid, model));
+    let contenders = contenders(settings.buffer, settings.seed, proposals);
     let network = shipped.map(|model| network.of(backend, model, &items));
     let world = World {
         grid: &grid,
@@ -239,7 +230,7 @@ impl World<'_> {
         contender: &Contender,
         runs: &Runs,
     ) -> Outcome<Vec<RunRecord>> {
-        let key = hash(&contender.proposals, 16)?;
+        let key = hash(&contender.method, 16)?;
         let mut stack = None;
         let mut records = Vec::new();
         let bar = progress::bar("Runs", u64::from(arguments.runs));
@@ -269,14 +260,11 @@ impl World<'_> {
 
     fn start(&self, contender: &Contender) -> Outcome<Stack> {
         let settings = self.settings;
-        let proposals = contender.proposals.clone();
-        let (stability, buffer) = (Stability::Physical, settings.buffer);
-        let method = sdfm(proposals, stability, buffer, settings.seed);
-        let is_network = method.proposals.is_network();
+        let is_network = contender.method.proposals.is_network();
         Stack::start(&Plan {
             cells: vec![cell()?],
             grid: self.grid,
-            method: &method,
+            method: &contender.method,
             poses: 1,
             arm: settings.arm.as_ref(),
             simulated: &Simulated {

@@ -62,12 +62,14 @@ fn markdown(results: &Results<'_>) -> String {
     };
     let mut text = format!(
         "# The robot cell, simulated\n\n\
-         Container 30 x 30 x 16 cm, 1 cm cells, 4 yaws, buffer {}; {} unseen objects and {} other a run{strangers}; arm {}; \
+         Container 30 x 30 x 16 cm, {:.1} mm cells, {} yaws, buffer {}; {} unseen objects and {} other a run{strangers}; arm {}; \
          placement noise {:.1} mm, {:.0} % of picks miss, {:.0} % of items are dropped; depth cameras with 1 mm of noise and 5 % \
          dropouts above container and tray. Seed {}; {}. Intervals are 95 % confidence intervals, by Student's t: of a run's \
          compactness and volume over the runs, of decisions over the decisions.\n\n\
          Objects are drawn from those that fit into the empty container and that the arm can hold in at least 80 % of the cases, \
          by the chances of their resting poses: {} unseen ones and {} others.\n\n",
+        settings.grid.cell_m * 1e3,
+        settings.grid.yaws,
         settings.buffer,
         settings.unseen_count,
         settings.known_count,
@@ -99,7 +101,7 @@ fn markdown(results: &Results<'_>) -> String {
 type Cell = (&'static str, String);
 
 /// What the runs of a contender came to.
-fn came_to(line: &Line) -> [Cell; 21] {
+fn came_to(line: &Line) -> [Cell; 22] {
     let (items, seen, found) = (&line.items, &line.seen, &line.found);
     let count = |name, count: usize| (name, count.to_string());
     let good_found = percent(found.good_poses, found.poses);
@@ -109,6 +111,10 @@ fn came_to(line: &Line) -> [Cell; 21] {
         count("placed", items.placed),
         count("of these outside the container", items.outside),
         count("of these leaning by over 30 degrees", items.toppled),
+        (
+            "leaning, of those placed",
+            percent(items.toppled, items.placed),
+        ),
         count("refused with a reason", items.refused),
         count("dropped beside the container", items.lost),
         count("placements repeated after missed picks", items.repeated),

@@ -3,7 +3,7 @@
 use ppnpack_bridge::simulated::{CameraSettings, FaultSettings, NoiseSettings};
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{self, Catalogue, Source};
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution};
+use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings, Resolution};
 use ppnpack_perception::doubts::DoubtSettings;
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_physics::settings::CellSettings;
@@ -12,13 +12,21 @@ use ppnpack_robot::station::StationSettings;
 use serde::{Deserialize, Serialize};
 
 use super::PhysicalArguments;
+use crate::scene;
 use ppnpack_cli::failure::{Failure, OrInput, Outcome};
 use ppnpack_cli::options;
+
+/// The container of the paper's robot cell.
+const CONTAINER: ContainerSize = ContainerSize {
+    x_m: 0.30,
+    y_m: 0.30,
+    z_m: 0.16,
+};
 
 /// What all runs have in common; with another one they begin anew.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Settings {
-    pub(super) container: ContainerSize,
+    pub(super) grid: GridSettings,
     pub(super) catalogue_hash: String,
     pub(super) unseen: usize,
     pub(super) unseen_count: u32,
@@ -33,14 +41,9 @@ pub(super) struct Settings {
     pub(super) seed: u64,
 }
 
-/// The grid of the paper's robot cell.
-pub(super) fn grid() -> Outcome<Grid> {
-    let container = ContainerSize {
-        x_m: 0.30,
-        y_m: 0.30,
-        z_m: 0.16,
-    };
-    Grid::new(container, Resolution::reference()).or_input()
+/// That container, as finely as is asked for.
+pub(super) fn grid(arguments: &PhysicalArguments) -> Outcome<Grid> {
+    scene::grid(CONTAINER, arguments.cell, arguments.yaws)
 }
 
 /// The unseen objects, then the others; how many are unseen.
@@ -112,7 +115,7 @@ pub(super) fn settings(
             .map_err(|error| Failure::input(format_args!("--arm: {error}; built in: {known:?}")))?;
     }
     Ok(Settings {
-        container: grid.container(),
+        grid: GridSettings::from(grid),
         catalogue_hash: catalogue.content_hash(),
         unseen,
         unseen_count: arguments.unseen_count,

@@ -282,7 +282,7 @@ mod tests {
             ],
             ..RunRecord::default()
         };
-        let line = Line::new("exhaustive", "exhaustive", vec![record]);
+        let line = Line::new("tried", "tried", vec![record]);
         let items = &line.items;
         assert_eq!(
             (items.all, items.placed, items.outside, items.toppled),

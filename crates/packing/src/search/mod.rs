@@ -25,7 +25,8 @@ use pulp::Arch;
 
 use crate::distance::DistanceLevels;
 use crate::evaluator::Evaluator;
-use crate::grid::Grid;
+use crate::grid::{Grid, MAX_UNITS, Units};
+use crate::heightmap::Heightmap;
 use crate::item::ItemView;
 use crate::objective::{Heuristic, Objective, Order, WeightError, Weights};
 use crate::proposals::{CandidateProposals, Proposals, YawRange, possible_count_below_rim};
@@ -43,6 +44,8 @@ use windows::Windows;
 #[derive(Debug)]
 pub struct Search {
     grid: Grid,
+    /// How far above the rim items may reach.
+    above_rim: Units,
     arch: Arch,
     pool: Option<Arc<rayon::ThreadPool>>,
     prepared: Prepared,
@@ -62,6 +65,9 @@ pub struct SearchSettings {
     pub weights: Weights,
     /// Drives [`Heuristic::Random`].
     pub seed: u64,
+    /// How far above the rim an item may reach where it is placed, in metres: of placements that sink below it when they are
+    /// tried.
+    pub above_rim_m: f64,
 }
 
 /// The paper's: SDFM, the items of the buffer together.
@@ -72,6 +78,7 @@ impl Default for SearchSettings {
             order: Order::Balance,
             weights: Weights::default(),
             seed: 0,
+            above_rim_m: 0.0,
         }
     }
 }
@@ -87,6 +94,7 @@ impl Search {
         let needs_distance = settings.heuristic == Heuristic::Sdfm;
         Ok(Self {
             grid: grid.clone(),
+            above_rim: above_rim(grid, settings.above_rim_m),
             arch: Arch::new(),
             pool: None,
             prepared: Prepared {
@@ -125,7 +133,10 @@ impl Search {
 
     /// Makes everything that depends on the container alone current.
     fn update_scene(&mut self, input: &StepInput<'_>) {
-        let (prepared, heightmap) = (&mut self.prepared, input.scene.heightmap());
+        let heightmap = input.scene.heightmap();
+        let walled = self.walled(heightmap);
+        let heightmap = walled.as_ref().unwrap_or(heightmap);
+        let prepared = &mut self.prepared;
         let buffer = input.candidates.iter().map(|held| &*held.item);
         if prepared.resting.update(heightmap, buffer) {
             self.arch.dispatch(UpdateScene {
@@ -135,7 +146,34 @@ impl Search {
         }
     }
 
-    /// Enters the proposed placements of a candidate that stay below the rim.
+    /// The heightmap where something of it reaches the rim and items may reach above it: that is then as high as they may reach,
+    /// so that nothing comes to lie over it. So high are cells that are blocked or not seen.
+    fn walled(&self, heightmap: &Heightmap) -> Option<Heightmap> {
+        let rim = self.grid.rim();
+        if self.above_rim == 0 || heightmap.max() < rim {
+            return None;
+        }
+        let mut walled = heightmap.clone();
+        for x in 0..heightmap.nx() {
+            for (y, height) in heightmap.row(x).iter().enumerate() {
+                if *height >= rim {
+                    walled.raise(x, y, rim + self.above_rim);
+                }
+            }
+        }
+        Some(walled)
+    }
+
+    /// The greatest resting height of a view; below 0 where it is taller than the container.
+    fn highest(&self, view: &ItemView) -> Units {
+        let rim = self.grid.rim();
+        match view.height() {
+            height if height > rim => -1,
+            height => (rim - height + self.above_rim).min(rim - 1),
+        }
+    }
+
+    /// Enters the proposed placements of a candidate that do not reach too high.
     fn enter(&mut self, input: &StepInput<'_>, candidate: usize, proposals: &Proposals) {
         let Some(held) = input.candidates.get(candidate) else {
             return;
@@ -170,7 +208,7 @@ impl Search {
                 candidate,
                 yaw,
                 constant: self.prepared.objective.constant(view),
-                limit: self.grid.rim() - view.height().min(self.grid.rim() + 1),
+                limit: self.highest(view),
                 entrance,
             });
             if entrance != Entrance::All {
@@ -210,6 +248,12 @@ impl Search {
             });
         }
     }
+}
+
+/// A length above the rim, in units.
+fn above_rim(grid: &Grid, above_rim_m: f64) -> Units {
+    let units = (above_rim_m / grid.resolution().height_unit_m()).round();
+    units.clamp(0.0, f64::from(MAX_UNITS - grid.rim())) as Units
 }
 
 impl Evaluator for Search {

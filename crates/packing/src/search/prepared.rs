@@ -40,7 +40,7 @@ pub(super) struct ViewState {
     pub(super) yaw: usize,
     /// The terms of the objective that are the same for all of its placements.
     pub(super) constant: f64,
-    /// The greatest resting height that fits below the rim.
+    /// The greatest resting height at which it does not reach too high.
     pub(super) limit: Units,
     pub(super) entrance: Entrance,
 }

@@ -5,6 +5,7 @@ use ppnpack_packing::search::SearchSettings;
 
 use super::pairs;
 use crate::error::{WireError, needed};
+use crate::limits::checked;
 use crate::v1;
 
 const HEURISTICS: [(v1::Heuristic, Heuristic); 6] = [
@@ -43,7 +44,18 @@ pub fn read_required(
         },
         weights,
         seed: message.seed,
+        above_rim_m: read_above_rim_m(message.above_rim_m)?,
     })
+}
+
+fn read_above_rim_m(above_rim_m: f64) -> Result<f64, WireError> {
+    let is_possible = (0.0..=1.0).contains(&above_rim_m);
+    checked(
+        "objective.above_rim_m",
+        above_rim_m,
+        is_possible,
+        "0 to 1 m are possible",
+    )
 }
 
 fn read_weights(weights: &v1::Weights) -> Weights {
@@ -76,5 +88,6 @@ pub fn write(settings: &SearchSettings) -> v1::Objective {
             top_height: weights.top_height,
         }),
         seed: settings.seed,
+        above_rim_m: settings.above_rim_m,
     }
 }

@@ -1,0 +1,223 @@
+//! The ways to fill containers that are compared.
+
+use std::path::Path;
+
+use clap::ValueEnum;
+use ppnpack_cli::failure::{Failure, Outcome};
+use ppnpack_packing::effort::Effort;
+use ppnpack_packing::grid::GridSettings;
+use ppnpack_packing::method::{Method, ProposalSource, Stability};
+use ppnpack_packing::objective::Weights;
+use ppnpack_packing::trial::{TrialLimits, TrialSettings};
+use serde::{Deserialize, Serialize};
+
+/// The most poses of an object, as of `ppnpack pack`.
+const MOST_POSES: usize = 6;
+
+/// A way to fill containers.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Way {
+    pub(crate) name: String,
+    pub(crate) grid: GridSettings,
+    /// In how many poses an object is offered at most.
+    pub(crate) poses: usize,
+    /// How many items may be set aside.
+    pub(crate) set_aside: usize,
+    /// Threads that try placements.
+    pub(crate) threads: usize,
+    pub(crate) method: Method,
+}
+
+impl Default for Way {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            grid: GridSettings {
+                cell_m: 0.005,
+                yaws: 8,
+                ..GridSettings::default()
+            },
+            poses: 1,
+            set_aside: 0,
+            threads: 1,
+            method: Method {
+                proposals: ProposalSource::Bounded,
+                ..Method::default()
+            },
+        }
+    }
+}
+
+impl Way {
+    /// The default, changed.
+    fn new(name: impl Into<String>, change: impl FnOnce(&mut Self)) -> Self {
+        let mut way = Self {
+            name: name.into(),
+            ..Self::default()
+        };
+        change(&mut way);
+        way
+    }
+
+    /// No placement is tried; a geometric test decides, or none.
+    fn untried(name: &str, stability: Stability) -> Self {
+        Self::new(name, |way| {
+            way.method.stability = stability;
+            way.method.trial = TrialSettings::off();
+        })
+    }
+
+    /// Placements are tried, judged by the weights that suit the number of poses, as `ppnpack pack` does it.
+    fn tried(name: impl Into<String>, change: impl FnOnce(&mut Self)) -> Self {
+        Self::new(name, |way| {
+            change(way);
+            way.method.weights = match way.poses {
+                0 | 1 => Weights::low(),
+                _ => Weights::dense(),
+            };
+        })
+    }
+
+    /// Checks that it is possible, before others are run for long.
+    fn validate(&self) -> Result<(), String> {
+        if !(1..=MOST_POSES).contains(&self.poses) {
+            return Err(format!(
+                "poses must be 1 to {MOST_POSES}, but is {}",
+                self.poses
+            ));
+        }
+        let grid = self.grid.build();
+        grid.map_err(|error| error.to_string())?;
+        let method = self.method.validate();
+        method.map_err(|error| error.to_string())
+    }
+}
+
+/// What is compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Comparison {
+    /// What each stage brings: tries, resting poses, setting aside, looking ahead
+    Stages,
+    /// The efforts that a step may make
+    Efforts,
+    /// The limits of tilt and slide that a tried placement has to keep within
+    Limits,
+}
+
+impl Comparison {
+    /// What its document and its chart are named.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Stages => "filling",
+            Self::Efforts => "effort",
+            Self::Limits => "limits",
+        }
+    }
+
+    /// The heading of its document.
+    pub(super) fn title(self) -> &'static str {
+        match self {
+            Self::Stages => "Filling: how full, how steady",
+            Self::Efforts => "Effort: what more time a step brings",
+            Self::Limits => "Limits: volume against steadiness",
+        }
+    }
+
+    /// What is compared; the others are compared with the first.
+    pub(super) fn ways(self) -> Vec<Way> {
+        let baseline = Way::untried("published test", Stability::Published);
+        let compared = match self {
+            Self::Stages => stages(),
+            Self::Efforts => efforts(),
+            Self::Limits => limits(),
+        };
+        [vec![baseline], compared].concat()
+    }
+}
+
+fn stages() -> Vec<Way> {
+    let aside = |way: &mut Way| way.set_aside = 20;
+    let posed = |way: &mut Way| way.poses = 4;
+    vec![
+        Way::tried("tried", |_| ()),
+        Way::tried("tried, 4 poses", posed),
+        Way::tried("tried, 20 set aside", aside),
+        Way::tried("tried, 4 poses, 20 set aside", |way| {
+            posed(way);
+            aside(way);
+        }),
+        Way::new("tried, published weights", |_| ()),
+        Way::untried("no test", Stability::None),
+        Way::untried("physical test", Stability::Physical),
+        Way::tried("tried, 12 futures", |way| {
+            way.method.look_ahead.futures = 12;
+        }),
+    ]
+}
+
+fn efforts() -> Vec<Way> {
+    let way = |effort: Effort| {
+        let name = format!("{:.0} ms", effort.step_s() * 1e3);
+        Way::tried(name, |way| way.method = effort.of(way.method.clone()))
+    };
+    Effort::ladder().map(way).collect()
+}
+
+fn limits() -> Vec<Way> {
+    let way = |(tilt, slide_mm): (f64, f64)| {
+        Way::tried(format!("{tilt:.0} degrees, {slide_mm:.0} mm"), |way| {
+            way.method.trial.limits = TrialLimits {
+                tilt_rad: tilt.to_radians(),
+                slide_m: slide_mm * 1e-3,
+                ..way.method.trial.limits
+            };
+        })
+    };
+    let limits = [
+        (8.0, 6.0),
+        (15.0, 12.0),
+        (20.0, 15.0),
+        (25.0, 18.0),
+        (35.0, 30.0),
+        (60.0, 60.0),
+    ];
+    limits.map(way).to_vec()
+}
+
+/// The ways of a file.
+pub(super) fn read(path: &Path) -> Outcome<Vec<Way>> {
+    let wrong = |error: &dyn std::fmt::Display| {
+        Failure::input(format_args!("--methods {}: {error}", path.display()))
+    };
+    let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
+    let ways: Vec<Way> = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
+    if ways.is_empty() {
+        return Err(wrong(&"there is no method"));
+    }
+    for way in &ways {
+        let named = |error| wrong(&format_args!("{}: {error}", way.name));
+        way.validate().map_err(named)?;
+    }
+    Ok(ways)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn what_is_compared_is_possible_and_no_way_is_like_another() {
+        for comparison in Comparison::value_variants() {
+            let ways = comparison.ways();
+            let names: BTreeSet<&str> = ways.iter().map(|way| way.name.as_str()).collect();
+            assert_eq!(names.len(), ways.len());
+            for way in &ways {
+                way.validate().unwrap();
+            }
+            assert!(!ways[0].method.trial.is_on());
+        }
+    }
+}

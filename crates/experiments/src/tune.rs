@@ -1,0 +1,141 @@
+//! `ppnpack experiment tune`: weights of the objective, tuned by CMA-ES on sequences that no table uses.
+//!
+//! Each packed sequence is kept when it is finished, and the candidates follow from the seed and the kept runs alone. So a
+//! tuning that was killed goes through what is kept without packing it again, and goes on where it was.
+
+mod arguments;
+mod cma;
+mod fitness;
+mod results;
+mod space;
+
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
+use ppnpack_cli::sequence::SequenceFile;
+use ppnpack_files::write_whole;
+use ppnpack_packing::objective::Weights;
+
+use crate::filling::apart::Apart;
+use crate::filling::{self, Run, Way};
+use crate::runs::{Runs, hash};
+use crate::{document, workers};
+use arguments::Case;
+pub(crate) use arguments::TuneArguments;
+use cma::Cma;
+use fitness::{Fitness, Packed};
+use results::{Candidate, Results};
+use space::Space;
+
+/// The step size at the start: a factor of 1.65 on a weight.
+const START_SIGMA: f64 = 1.0;
+
+/// What all candidates share.
+struct Tuning<'a> {
+    arguments: &'a TuneArguments,
+    /// How sequences are packed, but for the weights.
+    way: Way,
+    catalogue: Catalogue,
+    cases: Vec<Case>,
+    kept: Runs,
+}
+
+pub(crate) fn run(arguments: &TuneArguments) -> Outcome {
+    arguments.validate()?;
+    let space = Space::new(arguments.start.weights(), &arguments.weights)?;
+    let results = Tuning::new(arguments)?.search(&space)?;
+    let methods = serde_json::to_vec_pretty(&results.methods()).or_run()?;
+    write_whole(&arguments.out.join("methods.json"), &methods)?;
+    let markdown = results.markdown();
+    document::publish(&arguments.out, "tune", &results, &markdown, arguments.json)
+}
+
+impl<'a> Tuning<'a> {
+    fn new(arguments: &'a TuneArguments) -> Outcome<Self> {
+        let way = Way {
+            poses: arguments.catalogue.settings().poses,
+            set_aside: arguments.set_aside,
+            ..Way::default()
+        };
+        let resolution = way.grid.resolution().or_input()?;
+        let catalogue = arguments.catalogue.load(&resolution)?;
+        let sequences = SequenceFile::read(&arguments.sequences, &catalogue)?;
+        let cases = arguments.cases(&sequences)?;
+        let folder = arguments.runs.folder(&arguments.out);
+        let kept = Runs::new(&folder, &(catalogue.content_hash(), Apart::default()))?;
+        Ok(Self {
+            arguments,
+            way,
+            catalogue,
+            cases,
+            kept,
+        })
+    }
+
+    /// Tries generation after generation; writes what is found after each.
+    fn search(&self, space: &Space) -> Outcome<Results> {
+        let arguments = self.arguments;
+        let start = self.pack_all(&[space.start()])?.concat();
+        let settings = arguments.settings();
+        let first = self.candidate(space.start(), &start, &start);
+        let mut results = Results::new(settings, arguments.workers, self.way.clone(), first);
+        let population = arguments.population as usize;
+        let mut cma = Cma::new(space.start_point(), START_SIGMA, population, arguments.seed);
+        for _ in 0..arguments.generations {
+            let points = cma.ask();
+            let weights = points.iter().map(|point| space.weights(point));
+            let weights = weights.collect::<Outcome<Vec<Weights>>>()?;
+            let candidates = self.judge(&weights, &start)?;
+            let loss = |candidate: &Candidate| -candidate.fitness.value_percent;
+            let losses: Vec<f64> = candidates.iter().map(loss).collect();
+            cma.tell(&points, &losses);
+            results.add(&candidates, cma.sigma(), space.weights(cma.mean())?);
+            document::save(&arguments.out, "tune", &results, &results.markdown())?;
+        }
+        Ok(results)
+    }
+
+    /// How good weights are, compared with what the start came to.
+    fn judge(&self, weights: &[Weights], start: &[Packed]) -> Outcome<Vec<Candidate>> {
+        let packed = self.pack_all(weights)?;
+        let candidates = weights.iter().zip(&packed);
+        let candidates =
+            candidates.map(|(weights, packed)| self.candidate(*weights, packed, start));
+        Ok(candidates.collect())
+    }
+
+    fn candidate(&self, weights: Weights, packed: &[Packed], start: &[Packed]) -> Candidate {
+        Candidate {
+            weights,
+            fitness: Fitness::of(packed, start, self.arguments.unsteady_limit),
+        }
+    }
+
+    /// Packs all sequences with all of these weights; gives what they came to by weights, then sequence.
+    fn pack_all(&self, weights: &[Weights]) -> Outcome<Vec<Vec<Packed>>> {
+        let with = |weights: &Weights| {
+            let mut way = self.way.clone();
+            way.method.weights = *weights;
+            way
+        };
+        let ways: Vec<Way> = weights.iter().map(with).collect();
+        let jobs: Vec<(&Way, &Case)> = ways
+            .iter()
+            .flat_map(|way| self.cases.iter().map(move |case| (way, case)))
+            .collect();
+        let pack = |(way, case): &(&Way, &Case)| self.pack(way, case);
+        let packed = workers::map("Packing", &jobs, self.arguments.workers, pack)?;
+        let of_ways = packed.chunks(self.cases.len());
+        Ok(of_ways.map(<[Packed]>::to_vec).collect())
+    }
+
+    fn pack(&self, way: &Way, case: &Case) -> Outcome<Packed> {
+        let Case { number, sequence } = case;
+        let is_right = |run: &Run| run.objects == sequence.objects;
+        let name = format!("{}-{number:05}", hash(way, 16)?);
+        let run = self.kept.finish(&name, is_right, || {
+            let seed = u64::from(*number);
+            filling::pack(way, &self.catalogue, sequence, seed, &Apart::default())
+        })?;
+        Ok(Packed::of(&run))
+    }
+}
