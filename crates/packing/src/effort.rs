@@ -4,8 +4,7 @@ use crate::method::Method;
 
 /// How long a step may take, in seconds: 95 % of the steps take no longer on a core of some years ago.
 ///
-/// It stands for numbers of tries and futures, and is not held against a clock: the same effort decides the same on every
-/// machine.
+/// It stands for a number of tries, and is not held against a clock: the same effort decides the same on every machine.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub struct Effort(f64);
 
@@ -18,27 +17,20 @@ pub struct EffortError(f64);
 struct Rung {
     from_s: f64,
     tries_per_item: usize,
-    futures: usize,
 }
 
-/// By rising effort, as measured in `docs/results/effort.md`.
-const LADDER: [Rung; 7] = [
-    rung(0.0, 0, 0),
-    rung(0.030, 1, 0),
-    rung(0.050, 3, 0),
-    rung(0.100, 10, 0),
-    rung(0.250, 40, 0),
-    rung(0.500, 40, 6),
-    rung(1.0, 40, 12),
-];
-
-const fn rung(from_s: f64, tries_per_item: usize, futures: usize) -> Rung {
+/// By rising effort, as measured in `docs/results/effort.md`. There is nothing between: with fewer tries an item is given up
+/// sooner, which costs volume and saves hardly any time; and looking ahead takes longer and fills no more.
+const LADDER: [Rung; 2] = [
     Rung {
-        from_s,
-        tries_per_item,
-        futures,
-    }
-}
+        from_s: 0.001,
+        tries_per_item: 0,
+    },
+    Rung {
+        from_s: 0.150,
+        tries_per_item: 40,
+    },
+];
 
 impl Effort {
     /// An effort of so many seconds.
@@ -52,24 +44,18 @@ impl Effort {
             .ok_or(EffortError(step_s))
     }
 
-    /// The efforts at which a step begins to do more, the least possible one first.
-    pub fn ladder() -> impl Iterator<Item = Self> {
-        LADDER.iter().map(|rung| Self(rung.from_s.max(0.001)))
-    }
-
     /// How long a step may take, in seconds.
     pub fn step_s(self) -> f64 {
         self.0
     }
 
-    /// The method with as many tries and futures as the effort allows.
+    /// The method with as many tries as the effort allows.
     #[must_use]
     pub fn of(self, method: Method) -> Method {
         let mut method = method;
-        let below = LADDER.iter().take_while(|rung| rung.from_s <= self.0);
-        if let Some(rung) = below.last() {
+        let allowed = LADDER.iter().rfind(|rung| rung.from_s <= self.0);
+        if let Some(rung) = allowed {
             method.trial.tries_per_item = rung.tries_per_item;
-            method.look_ahead.futures = rung.futures;
         }
         method
     }
@@ -79,33 +65,23 @@ impl Effort {
 mod tests {
     use super::*;
 
-    fn budgets(step_s: f64) -> (usize, usize) {
+    fn tries(step_s: f64) -> usize {
         let method = Effort::new(step_s).unwrap().of(Method::default());
-        (method.trial.tries_per_item, method.look_ahead.futures)
-    }
-
-    #[test]
-    fn more_effort_never_does_less() {
-        let efforts: Vec<Effort> = Effort::ladder().collect();
-        assert!(efforts.is_sorted());
-        let of_rungs: Vec<_> = efforts
-            .iter()
-            .map(|effort| budgets(effort.step_s()))
-            .collect();
-        assert!(of_rungs.is_sorted());
-        assert!(of_rungs.windows(2).all(|pair| pair[0] != pair[1]));
-        assert_eq!(budgets(0.001), (0, 0));
-        assert_eq!(budgets(3600.0), of_rungs[of_rungs.len() - 1]);
+        method.trial.tries_per_item
     }
 
     #[test]
     fn an_effort_takes_the_last_rung_that_is_not_above_it() {
-        for rung in LADDER.iter().skip(1) {
-            let below = budgets(rung.from_s.next_down());
-            let expected = (rung.tries_per_item, rung.futures);
-            assert_eq!(budgets(rung.from_s), expected);
-            assert_ne!(below, expected);
-        }
+        assert_eq!(tries(0.001), 0);
+        assert_eq!(tries(0.150_f64.next_down()), 0);
+        assert_eq!(tries(0.150), 40);
+        assert_eq!(tries(3600.0), 40);
+    }
+
+    #[test]
+    fn more_effort_never_does_less() {
+        assert!(LADDER.iter().map(|rung| rung.from_s).is_sorted());
+        assert!(LADDER.iter().map(|rung| rung.tries_per_item).is_sorted());
     }
 
     #[test]

@@ -51,9 +51,9 @@ pub(crate) struct MethodOptions {
     #[arg(long = "weight", value_name = "NAME=VALUE")]
     pub(crate) weights: Vec<String>,
 
-    /// About how long a step may take, such as 20ms or 1s: how many placements it tries and whether it looks ahead, in place of
-    /// --tries and --futures. It decides the same on every machine
-    #[arg(long, value_name = "TIME", value_parser = parse_effort, conflicts_with_all = ["tries", "futures"])]
+    /// About how long a step may take, such as 20ms or 1s, and so how many placements of an item it tries, in place of --tries:
+    /// none below 150ms. It decides the same on every machine
+    #[arg(long, value_name = "TIME", value_parser = parse_effort, conflicts_with = "tries")]
     effort: Option<Effort>,
 
     /// How many futures a step looks ahead through, for each item that it may choose; with 0 it does not

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use clap::ValueEnum;
 use ppnpack_cli::failure::{Failure, Outcome};
-use ppnpack_packing::effort::Effort;
 use ppnpack_packing::grid::GridSettings;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
 use ppnpack_packing::objective::Weights;
@@ -99,7 +98,7 @@ impl Way {
 pub(crate) enum Comparison {
     /// What each stage brings: tries, resting poses, setting aside, looking ahead
     Stages,
-    /// The efforts that a step may make
+    /// How much a step does: tries, and looking ahead
     Efforts,
     /// The limits of tilt and slide that a tried placement has to keep within
     Limits,
@@ -119,7 +118,7 @@ impl Comparison {
     pub(super) fn title(self) -> &'static str {
         match self {
             Self::Stages => "Filling: how full, how steady",
-            Self::Efforts => "Effort: what more time a step brings",
+            Self::Efforts => "Effort: what more time brings",
             Self::Limits => "Limits: volume against steadiness",
         }
     }
@@ -157,11 +156,17 @@ fn stages() -> Vec<Way> {
 }
 
 fn efforts() -> Vec<Way> {
-    let way = |effort: Effort| {
-        let name = format!("{:.0} ms", effort.step_s() * 1e3);
-        Way::tried(name, |way| way.method = effort.of(way.method.clone()))
+    let tried = |tries: usize| {
+        Way::tried(format!("{tries} tries"), |way| {
+            way.method.trial.tries_per_item = tries;
+        })
     };
-    Effort::ladder().map(way).collect()
+    let looking_ahead = Way::tried("40 tries, 6 futures", |way| {
+        way.method.look_ahead.futures = 6;
+    });
+    let mut ways: Vec<Way> = [0, 1, 3, 10, 40, 160].map(tried).to_vec();
+    ways.push(looking_ahead);
+    ways
 }
 
 fn limits() -> Vec<Way> {
