@@ -148,12 +148,7 @@ fn item(grid: &Grid, has_surfaces: bool) -> Item {
 }
 
 fn objective() -> v1::Objective {
-    let settings = ppnpack_packing::search::SearchSettings {
-        heuristic: ppnpack_packing::objective::Heuristic::Sdfm,
-        order: ppnpack_packing::objective::Order::Balance,
-        weights: ppnpack_packing::objective::Weights::default(),
-        seed: 0,
-    };
+    let settings = ppnpack_packing::search::SearchSettings::default();
     ppnpack_wire::convert::objective::write(&settings)
 }
 
