@@ -88,6 +88,17 @@ pub trait ValidityCheck: Send {
         Ok(None)
     }
 
+    /// Why it refuses a placement by what it found out about others in this step, where it does. Asked before any check looks into
+    /// the placement; [`judge`](Self::judge) then answers the same.
+    fn refuses_unseen(
+        &self,
+        _input: &StepInput<'_>,
+        _candidate: &Candidate,
+        _resting: &RestingPlacement,
+    ) -> Option<Refusal> {
+        None
+    }
+
     /// Whether the candidate may be placed there.
     fn judge(
         &mut self,

@@ -143,7 +143,7 @@ impl ValidSearch {
                 }
                 Some(Verdict::Refused(_)) => {
                     self.keep_tried(placement);
-                    self.leave_out_what_is_done(input);
+                    self.leave_out_what_the_last_is_done_with(input);
                 }
                 None => return Ok(None),
             }
@@ -165,7 +165,7 @@ impl ValidSearch {
                 Some(Verdict::Accepted(evidence)) => {
                     self.upcoming.push_back((placement, evidence));
                 }
-                Some(Verdict::Refused(_)) => {}
+                Some(Verdict::Refused(_)) => self.leave_out_if_done(input, placement.candidate),
                 None => break,
             }
         }
@@ -198,8 +198,22 @@ impl ValidSearch {
         }
     }
 
+    /// Leaves a candidate out of what is still to be ranked where one of the checks accepts no more of it.
+    fn leave_out_if_done(&mut self, input: &StepInput<'_>, index: usize) {
+        let Some(candidate) = input.candidates.get(index) else {
+            return;
+        };
+        if self
+            .checks
+            .iter()
+            .any(|check| check.is_done_with(candidate))
+        {
+            self.evaluator.leave_out(index);
+        }
+    }
+
     /// Leaves the candidates out of which the last check accepts no more.
-    fn leave_out_what_is_done(&mut self, input: &StepInput<'_>) {
+    fn leave_out_what_the_last_is_done_with(&mut self, input: &StepInput<'_>) {
         let Some(last) = self.checks.last() else {
             return;
         };
@@ -267,7 +281,7 @@ impl ValidSearch {
         while let Some(placement) = self.next_ranked(input)? {
             match self.ask(input, &placement, of)? {
                 Some(Verdict::Accepted(_)) => return Ok(Some(placement)),
-                Some(Verdict::Refused(_)) => {}
+                Some(Verdict::Refused(_)) => self.leave_out_if_done(input, placement.candidate),
                 None => break,
             }
         }
@@ -321,6 +335,12 @@ impl ValidSearch {
         let Some(candidate) = input.candidates.get(placement.candidate) else {
             return Ok(Verdict::Accepted(evidence));
         };
+        let resting = &placement.resting;
+        let mut checks = self.checks.iter();
+        let unseen = checks.find_map(|check| check.refuses_unseen(input, candidate, resting));
+        if let Some(refusal) = unseen {
+            return Ok(Verdict::Refused(refusal));
+        }
         let others = self.checks.len().saturating_sub(1);
         let (skipped, asked) = match of {
             Of::All => (0, self.checks.len()),
@@ -328,7 +348,7 @@ impl ValidSearch {
             Of::Last => (others, 1),
         };
         for check in self.checks.iter_mut().skip(skipped).take(asked) {
-            let verdict = check.judge(input, candidate, &placement.resting);
+            let verdict = check.judge(input, candidate, resting);
             match verdict.map_err(SearchError::Check)? {
                 Verdict::Accepted(found) => evidence.add(found),
                 refused @ Verdict::Refused(_) => return Ok(refused),

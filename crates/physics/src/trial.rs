@@ -139,10 +139,10 @@ impl TrialCheck {
     }
 
     /// Refuses a placement as it, or one like it, goes beyond the limits.
-    fn refusal(&self, like: Option<Settling>) -> Verdict {
+    fn refusal(&self, like: Option<Settling>) -> Refusal {
         let why = like.and_then(|settling| settling.beyond(&self.settings.limits));
         let because = |why| Refusal::because(Cause::Unsteady, why);
-        Verdict::Refused(why.map_or(Cause::Unsteady.into(), because))
+        why.map_or(Cause::Unsteady.into(), because)
     }
 
     fn is_near(&self, input: &StepInput<'_>, place: &Place, other: &Place) -> bool {
@@ -311,6 +311,20 @@ impl ValidityCheck for TrialCheck {
         Ok(())
     }
 
+    fn refuses_unseen(
+        &self,
+        input: &StepInput<'_>,
+        candidate: &Candidate,
+        resting: &RestingPlacement,
+    ) -> Option<Refusal> {
+        let place = Place::of(candidate, resting);
+        if let Some(near) = self.refused_near(input, &place) {
+            return Some(self.refusal(Some(near)));
+        }
+        let is_done = self.is_done_with(candidate);
+        is_done.then(|| self.refusal(self.refused_last(&place)))
+    }
+
     fn judge(
         &mut self,
         input: &StepInput<'_>,
@@ -320,13 +334,10 @@ impl ValidityCheck for TrialCheck {
         if input.scene.content().is_none() {
             return Ok(untried(input, candidate, resting, Vec::new()));
         }
+        if let Some(refusal) = self.refuses_unseen(input, candidate, resting) {
+            return Ok(Verdict::Refused(refusal));
+        }
         let place = Place::of(candidate, resting);
-        if let Some(near) = self.refused_near(input, &place) {
-            return Ok(self.refusal(Some(near)));
-        }
-        if self.is_done_with(candidate) {
-            return Ok(self.refusal(self.refused_last(&place)));
-        }
         let Some(settling) = self.settling(input, candidate, &place)? else {
             let degraded = vec![UNTRIED_ITEM.to_owned()];
             return Ok(untried(input, candidate, resting, degraded));
@@ -334,7 +345,7 @@ impl ValidityCheck for TrialCheck {
         *self.tries.entry(place.arrival).or_default() += 1;
         if settling.beyond(&self.settings.limits).is_some() {
             self.refused.push((place, settling));
-            return Ok(self.refusal(Some(settling)));
+            return Ok(Verdict::Refused(self.refusal(Some(settling))));
         }
         Ok(Verdict::Accepted(self.evidence(&place, settling)))
     }

@@ -9,7 +9,7 @@ use ppnpack_packing::grid::Resolution;
 use ppnpack_packing::item::{Item, ShapeId};
 use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_packing::refusal::{Cause, Refusal as Refused};
-use ppnpack_packing::step::{Candidate, StageError, StepInput};
+use ppnpack_packing::step::{Candidate, StageResult, StepInput};
 
 use crate::cycle::{CycleSettings, PickPlace, PlannedCycle};
 use crate::motion::{PlaceMotion, PlacePlanner, Placing};
@@ -20,6 +20,9 @@ use crate::surface::UpperSurface;
 /// How finely models are sampled where they are held, in metres.
 const SURFACE_PITCH_M: f64 = 0.002;
 
+/// So many cycles of an item may be refused in a step, unless it is told otherwise.
+pub(crate) const REFUSED_CYCLES_PER_ITEM: usize = 100;
+
 /// Pick points that are kept; items that come with heightmaps of their own never come again.
 const PICKS_KEPT: usize = 4096;
 
@@ -28,10 +31,16 @@ const PICKS_KEPT: usize = 4096;
 ///
 /// Where an item is held is looked for once per shape: on its model where that is known, else in its heightmap at the
 /// first yaw.
+///
+/// An item of which it refused so many whole cycles in a step is left out of the step: it may be one that the arm cannot take from
+/// where it lies, and on a fine grid there are ten thousand placements to find that out on.
 #[derive(Debug, Clone)]
 pub struct ArmCheck {
     planner: PlacePlanner,
     cycles: Option<(PickPlace, CycleSettings)>,
+    refused_cycles_per_item: usize,
+    /// Of this step, by arrival and shape: how many cycles were refused, and why the last was.
+    refused_cycles: HashMap<(usize, ShapeId), (usize, Refused)>,
     /// By shape, and whether the model is known.
     picks: HashMap<(ShapeId, bool), Result<PickPoint, NoPickPoint>>,
 }
@@ -42,6 +51,8 @@ impl ArmCheck {
         Self {
             planner,
             cycles: None,
+            refused_cycles_per_item: REFUSED_CYCLES_PER_ITEM,
+            refused_cycles: HashMap::new(),
             picks: HashMap::new(),
         }
     }
@@ -50,6 +61,13 @@ impl ArmCheck {
     #[must_use]
     pub fn with_cycles(mut self, from: PickPlace, settings: CycleSettings) -> Self {
         self.cycles = Some((from, settings));
+        self
+    }
+
+    /// Leaves an item out of a step once so many of its placements were refused for their cycles alone.
+    #[must_use]
+    pub fn with_refused_cycles_per_item(mut self, refused: usize) -> Self {
+        self.refused_cycles_per_item = refused;
         self
     }
 
@@ -155,6 +173,22 @@ impl ArmCheck {
         pose
     }
 
+    /// Notes that a cycle is not possible, and why.
+    fn note(&mut self, candidate: &Candidate, why: &Refusal) {
+        let key = (candidate.arrival, candidate.item.shape());
+        let why = Refused::from(why);
+        let (count, last) = self.refused_cycles.entry(key).or_insert((0, why.clone()));
+        *count += 1;
+        *last = why;
+    }
+
+    /// Why the last cycle of an item was refused in this step, where as many were as may be.
+    fn last_of_too_many(&self, candidate: &Candidate) -> Option<&Refused> {
+        let key = (candidate.arrival, candidate.item.shape());
+        let (count, last) = self.refused_cycles.get(&key)?;
+        (*count >= self.refused_cycles_per_item).then_some(last)
+    }
+
     /// The place motion is tried first: it takes a tenth of the time of a cycle, and finds most of what is not possible.
     fn try_placement(
         &mut self,
@@ -163,7 +197,8 @@ impl ArmCheck {
         resting: &RestingPlacement,
     ) -> Result<Evidence, Refusal> {
         self.plan(input, candidate, resting)?;
-        let cycle = self.cycle(input, candidate, resting)?;
+        let cycle = self.cycle(input, candidate, resting);
+        let cycle = cycle.inspect_err(|why| self.note(candidate, why))?;
         let arm = self.planner.arm().name();
         Ok(Evidence {
             cycle: cycle.map(|cycle| Arc::new(cycle.sampled(arm, &candidate.lying))),
@@ -206,13 +241,27 @@ impl ValidityCheck for ArmCheck {
         Cost::Motion
     }
 
+    fn begin(&mut self, _: &StepInput<'_>) -> StageResult {
+        self.refused_cycles.clear();
+        Ok(())
+    }
+
     fn rules_out(
         &mut self,
         input: &StepInput<'_>,
         candidate: &Candidate,
-    ) -> Result<Option<Refused>, StageError> {
+    ) -> StageResult<Option<Refused>> {
         let lifted = self.lift(candidate, input.grid.resolution());
         Ok(lifted.err().as_ref().map(Refused::from))
+    }
+
+    fn refuses_unseen(
+        &self,
+        _: &StepInput<'_>,
+        candidate: &Candidate,
+        _: &RestingPlacement,
+    ) -> Option<Refused> {
+        self.last_of_too_many(candidate).cloned()
     }
 
     fn judge(
@@ -220,10 +269,17 @@ impl ValidityCheck for ArmCheck {
         input: &StepInput<'_>,
         candidate: &Candidate,
         resting: &RestingPlacement,
-    ) -> Result<Verdict, StageError> {
+    ) -> StageResult<Verdict> {
+        if let Some(last) = self.last_of_too_many(candidate) {
+            return Ok(Verdict::Refused(last.clone()));
+        }
         Ok(match self.try_placement(input, candidate, resting) {
             Ok(evidence) => Verdict::Accepted(evidence),
             Err(refusal) => Verdict::Refused(Refused::from(&refusal)),
         })
+    }
+
+    fn is_done_with(&self, candidate: &Candidate) -> bool {
+        self.last_of_too_many(candidate).is_some()
     }
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use ppnpack_numbers::within;
 use serde::{Deserialize, Serialize};
 
 use crate::arm::Arm;
@@ -9,7 +10,7 @@ use crate::arms;
 use crate::cell::CellSettings;
 use crate::cycle::{CycleSettings, PickPlace};
 use crate::error::ParameterError;
-use crate::feasibility::ArmCheck;
+use crate::feasibility::{ArmCheck, REFUSED_CYCLES_PER_ITEM};
 use crate::motion::PlacePlanner;
 use crate::parameters::{ArmParameters, BaseParameters, GripperParameters};
 
@@ -34,6 +35,8 @@ pub struct StationSettings {
     pub cycle: CycleSettings,
     /// What is around the arm, and how carefully it moves.
     pub cell: CellSettings,
+    /// An item of which so many placements were refused for their cycles alone in a step is left out of the step.
+    pub refused_cycles_per_item: usize,
 }
 
 /// The paper's kind of arm beside the reference container.
@@ -46,6 +49,7 @@ impl Default for StationSettings {
             pick: PickPlace::default(),
             cycle: CycleSettings::default(),
             cell: CellSettings::default(),
+            refused_cycles_per_item: REFUSED_CYCLES_PER_ITEM,
         }
     }
 }
@@ -97,9 +101,16 @@ impl ArmStation {
         let parameters = settings.parameters()?;
         settings.pick.validate()?;
         settings.cycle.validate()?;
+        let count = within("1 to 1000000", 1.0..=1e6);
+        count(
+            "refused_cycles_per_item",
+            settings.refused_cycles_per_item as f64,
+        )?;
         let arm = Arc::new(Arm::new(&parameters)?);
         let planner = PlacePlanner::new(arm, settings.cell.clone())?;
-        let check = ArmCheck::new(planner).with_cycles(settings.pick, settings.cycle);
+        let check = ArmCheck::new(planner)
+            .with_cycles(settings.pick, settings.cycle)
+            .with_refused_cycles_per_item(settings.refused_cycles_per_item);
         Ok(Self { parameters, check })
     }
 

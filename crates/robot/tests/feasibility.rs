@@ -14,14 +14,15 @@ use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::objective::{Heuristic, Order};
 use ppnpack_packing::placement::{Placement, RestingPlacement};
-use ppnpack_packing::plan::{Planner, Reason};
+use ppnpack_packing::plan::{CandidateReport, Planner, Reason};
 use ppnpack_packing::proposals::ProposeAll;
 use ppnpack_packing::refusal::Cause;
 use ppnpack_packing::search::{Search, SearchSettings};
-use ppnpack_packing::step::{Candidate, StepInput};
+use ppnpack_packing::step::{Candidate, Evaluated, StepInput};
 use ppnpack_robot::arm::Arm;
 use ppnpack_robot::arms;
 use ppnpack_robot::cell::{BoxSettings, CellSettings};
+use ppnpack_robot::cycle::{CycleSettings, PickPlace};
 use ppnpack_robot::feasibility::ArmCheck;
 use ppnpack_robot::gripper::GripperPart;
 use ppnpack_robot::motion::PlacePlanner;
@@ -198,29 +199,43 @@ fn an_arm_on_the_ceiling_places_too() {
     assert_eq!(ask(&mut check(&hanging, cell), &empty, 13, 13), Ok(()));
 }
 
-#[test]
-fn the_engine_gives_up_an_item_that_the_arm_cannot_place() {
+/// What a step chooses for a block in an empty container, and what it says of the block.
+fn plan_with(check: ArmCheck) -> (Option<Evaluated>, CandidateReport) {
     let grid = grid();
     let scene = Scene::from_heightmap(Heightmap::empty(&grid));
     let candidates = [Candidate::new(0, block(6, 6, 20))];
     let input = StepInput::new(&grid, &scene, &candidates);
-    let plan_with = |check: ArmCheck| {
-        let settings = SearchSettings {
-            heuristic: Heuristic::Dbl,
-            ..SearchSettings::default()
-        };
-        let search = Search::new(&grid, &settings).unwrap();
-        let checks: Vec<Box<dyn ValidityCheck>> = vec![Box::new(check)];
-        let mut planner = Planner::new(
-            Box::new(ProposeAll),
-            Box::new(search),
-            checks,
-            Order::Arrival,
-            0,
-        );
-        let plan = planner.plan(&input).unwrap();
-        (plan.choice(), plan.candidates()[0].clone())
+    let settings = SearchSettings {
+        heuristic: Heuristic::Dbl,
+        ..SearchSettings::default()
     };
+    let search = Search::new(&grid, &settings).unwrap();
+    let checks: Vec<Box<dyn ValidityCheck>> = vec![Box::new(check)];
+    let mut planner = Planner::new(
+        Box::new(ProposeAll),
+        Box::new(search),
+        checks,
+        Order::Arrival,
+        0,
+    );
+    let first = planner.plan(&input).unwrap();
+    let (choice, report) = (first.choice(), first.candidates()[0].clone());
+    // Nothing is kept from one step to the next.
+    let again = planner.plan(&input).unwrap();
+    assert_eq!(again.choice(), choice);
+    assert_eq!(again.candidates()[0].refusals, report.refusals);
+    (choice, report)
+}
+
+/// An arm that reaches no place of the container.
+fn far() -> ArmParameters {
+    let mut far = parameters();
+    far.base.position_m = [-1.5, 0.16, 0.1];
+    far
+}
+
+#[test]
+fn the_engine_gives_up_an_item_that_the_arm_cannot_place() {
     let (choice, report) = plan_with(check(&parameters(), CellSettings::default()));
     let chosen = choice.unwrap().resting.placement;
     // The deepest bottom left is the corner; the gripper's body keeps clear of the walls.
@@ -229,12 +244,39 @@ fn the_engine_gives_up_an_item_that_the_arm_cannot_place() {
         "{chosen:?}"
     );
     assert!(report.refusals.total() > 0);
-    let mut far = parameters();
-    far.base.position_m = [-1.5, 0.16, 0.1];
-    let (choice, report) = plan_with(check(&far, CellSettings::default()));
+    let (choice, report) = plan_with(check(&far(), CellSettings::default()));
     assert_eq!(choice, None);
     let Some(Reason::Rejected(refusal)) = report.reason else {
         panic!("{report:?}");
     };
     assert_eq!(refusal.cause, Cause::Arm);
+}
+
+#[test]
+fn an_item_that_cannot_be_fetched_from_where_it_lies_is_left_out_of_the_step() {
+    let beyond_reach = PickPlace {
+        position_m: [3.0, 0.0, 0.0],
+        ..PickPlace::default()
+    };
+    for refused in [1, 7, 100] {
+        let check = check(&parameters(), CellSettings::default());
+        let refused_for_the_place = {
+            let (choice, report) = plan_with(check.clone());
+            assert!(choice.is_some());
+            report.refusals.total()
+        };
+        let check = check
+            .with_cycles(beyond_reach, CycleSettings::default())
+            .with_refused_cycles_per_item(refused);
+        let (choice, report) = plan_with(check);
+        assert_eq!(choice, None);
+        let (least, total) = (refused as u64, report.refusals.total());
+        // Those whose place motion is not possible do not count.
+        assert!(total >= refused_for_the_place + least, "{total}");
+        assert!(total < 500, "{total} of 729");
+        assert!(
+            matches!(&report.reason, Some(Reason::Rejected(refusal)) if refusal.cause == Cause::Arm),
+            "{report:?}"
+        );
+    }
 }
