@@ -394,6 +394,7 @@ fn wrong_options_are_refused() {
     refused(&["pack", "--poses", "0"], &["--poses"]);
     refused(&["pack", "--poses", "7"], &["--poses"]);
     refused(&["up", "--poses", "7"], &["--poses"]);
+    refused(&["pack", "--turn-time", "4"], &["--turn-time", "no unit"]);
     refused(&["pack", "--effort", "5"], &["--effort", "no unit of time"]);
     refused(&["pack", "--effort", "0ms"], &["--effort", "from 1 ms"]);
     refused(
@@ -496,7 +497,8 @@ fn an_item_that_is_too_high_as_it_stands_is_packed_lying() {
         let out = folder.path().join(poses);
         let mut arguments = vec!["pack", "--container", "26x12x10cm", "--items"];
         arguments.extend(["crisps_tube", "--stability", "none", "--poses", poses]);
-        arguments.extend(["--json", "--out", out.to_str().unwrap()]);
+        arguments.extend(["--turn-time", "4500ms", "--json"]);
+        arguments.extend(["--out", out.to_str().unwrap()]);
         let summary = json(&ppnpack(&arguments));
         let placements = std::fs::read_to_string(out.join("placements.csv")).unwrap();
         let page = std::fs::read_to_string(out.join("report.html")).unwrap();
@@ -507,12 +509,14 @@ fn an_item_that_is_too_high_as_it_stands_is_packed_lying() {
     let (summary, placements, page) = run("2");
     assert_eq!(summary["items_placed"], 1);
     assert_eq!(summary["items_in_other_pose"], 1);
+    assert_eq!(summary["turning_s"], 4.5);
     assert_eq!(summary["settings"]["poses"], 2);
     let mut lines = placements.lines();
     let field = |line: &str| line.split(',').nth(3).map(str::to_owned);
     assert_eq!(lines.next().and_then(field).as_deref(), Some("pose"));
     assert_eq!(lines.next().and_then(field).as_deref(), Some("1"));
     assert!(page.contains("in another pose than that in which it was offered: 1 of 1 items"));
+    assert!(page.contains("1 of 1 items; turning takes 4.5 s, 4.5 s an item packed"));
 }
 
 /// A cube of 5 cm as ASCII PLY, with replacements to break it.

@@ -15,6 +15,7 @@ pub mod report;
 pub mod sequence;
 pub mod simulation;
 pub mod stack;
+mod time;
 
 use std::process::ExitCode;
 

@@ -22,6 +22,7 @@ use ppnpack_physics::trial;
 use ppnpack_physics::twin::TwinSettings;
 use serde::{Deserialize, Serialize};
 
+use crate::cases::{Case, cases};
 use crate::document;
 use crate::runs::{Runs, RunsOption, hash};
 use crate::workers;
@@ -101,12 +102,11 @@ pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
     if !arguments.not_apart {
         tables.push(("apart", Apart::of_the_published_table()));
     }
-    let cases: Vec<u32> = (arguments.first..).take(arguments.cases as usize).collect();
     let folder = arguments.runs.folder(&arguments.out);
     let compare = arguments.compare;
-    let mut results = Results::new(compare.title(), &ways, &cases, arguments.workers);
+    let mut results = Results::new(compare.title(), &ways, arguments);
     for (name, apart) in tables {
-        let runs = pack_all(arguments, &ways, &cases, &apart, &folder)?;
+        let runs = pack_all(arguments, &ways, &apart, &folder)?;
         results.tables.push(Table::new(name, apart, &ways, &runs));
     }
     let (out, name) = (&arguments.out, compare.name());
@@ -122,7 +122,6 @@ pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
 fn pack_all(
     arguments: &FillingArguments,
     ways: &[Way],
-    cases: &[u32],
     apart: &Apart,
     folder: &Path,
 ) -> Outcome<Vec<Vec<Run>>> {
@@ -130,16 +129,10 @@ fn pack_all(
     for way in ways {
         let catalogue = catalogue(arguments, way)?;
         let sequences = SequenceFile::read(&arguments.sequences, &catalogue)?;
+        let cases = cases(&sequences, arguments.first, arguments.cases)?;
         let kept = Runs::new(folder, &(catalogue.content_hash(), way, apart))?;
-        let pack = |case: &u32| {
-            let sequence = sequences.get(*case as usize)?;
-            let is_right = |run: &Run| run.objects == sequence.objects;
-            let name = format!("{}-{case:05}", hash(way, 8)?);
-            kept.finish(&name, is_right, || {
-                pack(way, &catalogue, &sequence, u64::from(*case), apart)
-            })
-        };
-        of_ways.push(workers::map("Packing", cases, arguments.workers, pack)?);
+        let pack = |case: &Case| pack_kept(&kept, way, &catalogue, case, apart);
+        of_ways.push(workers::map("Packing", &cases, arguments.workers, pack)?);
     }
     Ok(of_ways)
 }
@@ -151,7 +144,22 @@ fn catalogue(arguments: &FillingArguments, way: &Way) -> Outcome<Arc<Catalogue>>
     load(&arguments.catalogue.source(), &settings, &resolution).map(Arc::new)
 }
 
-pub(crate) fn pack(
+/// Packs a sequence, where that was not done before.
+pub(crate) fn pack_kept(
+    kept: &Runs,
+    way: &Way,
+    catalogue: &Catalogue,
+    Case { number, sequence }: &Case,
+    apart: &Apart,
+) -> Outcome<Run> {
+    let is_right = |run: &Run| run.objects == sequence.objects;
+    let name = format!("{}-{number:05}", hash(way, 16)?);
+    kept.finish(&name, is_right, || {
+        pack(way, catalogue, sequence, u64::from(*number), apart)
+    })
+}
+
+fn pack(
     way: &Way,
     catalogue: &Catalogue,
     sequence: &Sequence,

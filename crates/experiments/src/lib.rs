@@ -13,6 +13,7 @@
 
 mod accuracy;
 mod arm;
+mod cases;
 mod comparison;
 mod dataset;
 mod document;

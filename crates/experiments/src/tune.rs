@@ -15,11 +15,11 @@ use ppnpack_cli::sequence::SequenceFile;
 use ppnpack_files::write_whole;
 use ppnpack_packing::objective::Weights;
 
+use crate::cases::{Case, cases};
 use crate::filling::apart::Apart;
-use crate::filling::{self, Run, Way};
-use crate::runs::{Runs, hash};
+use crate::filling::{self, Way};
+use crate::runs::Runs;
 use crate::{document, workers};
-use arguments::Case;
 pub(crate) use arguments::TuneArguments;
 use cma::Cma;
 use fitness::{Fitness, Packed};
@@ -59,7 +59,7 @@ impl<'a> Tuning<'a> {
         let resolution = way.grid.resolution().or_input()?;
         let catalogue = arguments.catalogue.load(&resolution)?;
         let sequences = SequenceFile::read(&arguments.sequences, &catalogue)?;
-        let cases = arguments.cases(&sequences)?;
+        let cases = cases(&sequences, arguments.first, arguments.cases)?;
         let folder = arguments.runs.folder(&arguments.out);
         let kept = Runs::new(&folder, &(catalogue.content_hash(), Apart::default()))?;
         Ok(Self {
@@ -129,13 +129,7 @@ impl<'a> Tuning<'a> {
     }
 
     fn pack(&self, way: &Way, case: &Case) -> Outcome<Packed> {
-        let Case { number, sequence } = case;
-        let is_right = |run: &Run| run.objects == sequence.objects;
-        let name = format!("{}-{number:05}", hash(way, 16)?);
-        let run = self.kept.finish(&name, is_right, || {
-            let seed = u64::from(*number);
-            filling::pack(way, &self.catalogue, sequence, seed, &Apart::default())
-        })?;
+        let run = filling::pack_kept(&self.kept, way, &self.catalogue, case, &Apart::default())?;
         Ok(Packed::of(&run))
     }
 }

@@ -1,8 +1,12 @@
-//! How much a step may compute: one number in place of the budgets of its stages.
+//! How much a step may compute, as a time.
 
-use crate::method::Method;
+use crate::trial::TrialSettings;
 
-/// How long a step may take, in seconds: 95 % of the steps take no longer on a core of some years ago.
+/// From this effort on placements are tried, in seconds: on two cores of an AMD EPYC, 95 % of the steps that try take no longer
+/// (`docs/results/effort.md`).
+const TRYING_FROM_S: f64 = 0.150;
+
+/// About how long a step may take, in seconds.
 ///
 /// It stands for a number of tries, and is not held against a clock: the same effort decides the same on every machine.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
@@ -13,51 +17,26 @@ pub struct Effort(f64);
 #[error("an effort must be from 1 ms to an hour, but is {0} s")]
 pub struct EffortError(f64);
 
-/// What a step does from an effort on.
-struct Rung {
-    from_s: f64,
-    tries_per_item: usize,
-}
-
-/// By rising effort, as measured in `docs/results/effort.md`. There is nothing between: with fewer tries an item is given up
-/// sooner, which costs volume and saves hardly any time; and looking ahead takes longer and fills no more.
-const LADDER: [Rung; 2] = [
-    Rung {
-        from_s: 0.001,
-        tries_per_item: 0,
-    },
-    Rung {
-        from_s: 0.150,
-        tries_per_item: 40,
-    },
-];
-
 impl Effort {
     /// An effort of so many seconds.
     ///
     /// # Errors
     /// [`EffortError`] where it is below a millisecond, above an hour or no number.
     pub fn new(step_s: f64) -> Result<Self, EffortError> {
-        let is_possible = (0.001..=3600.0).contains(&step_s);
-        is_possible
-            .then_some(Self(step_s))
-            .ok_or(EffortError(step_s))
-    }
-
-    /// How long a step may take, in seconds.
-    pub fn step_s(self) -> f64 {
-        self.0
-    }
-
-    /// The method with as many tries as the effort allows.
-    #[must_use]
-    pub fn of(self, method: Method) -> Method {
-        let mut method = method;
-        let allowed = LADDER.iter().rfind(|rung| rung.from_s <= self.0);
-        if let Some(rung) = allowed {
-            method.trial.tries_per_item = rung.tries_per_item;
+        match (0.001..=3600.0).contains(&step_s) {
+            true => Ok(Self(step_s)),
+            false => Err(EffortError(step_s)),
         }
-        method
+    }
+
+    /// How many placements of an item it is enough to try.
+    ///
+    /// That is none or as many as usual: with fewer tries an item is given up sooner, which costs volume and saves hardly any time.
+    pub fn tries_per_item(self) -> usize {
+        match self.0 < TRYING_FROM_S {
+            true => TrialSettings::off().tries_per_item,
+            false => TrialSettings::default().tries_per_item,
+        }
     }
 }
 
@@ -65,23 +44,13 @@ impl Effort {
 mod tests {
     use super::*;
 
-    fn tries(step_s: f64) -> usize {
-        let method = Effort::new(step_s).unwrap().of(Method::default());
-        method.trial.tries_per_item
-    }
-
     #[test]
-    fn an_effort_takes_the_last_rung_that_is_not_above_it() {
+    fn placements_are_tried_from_an_effort_on() {
+        let tries = |step_s: f64| Effort::new(step_s).unwrap().tries_per_item();
         assert_eq!(tries(0.001), 0);
-        assert_eq!(tries(0.150_f64.next_down()), 0);
-        assert_eq!(tries(0.150), 40);
+        assert_eq!(tries(TRYING_FROM_S.next_down()), 0);
+        assert_eq!(tries(TRYING_FROM_S), 40);
         assert_eq!(tries(3600.0), 40);
-    }
-
-    #[test]
-    fn more_effort_never_does_less() {
-        assert!(LADDER.iter().map(|rung| rung.from_s).is_sorted());
-        assert!(LADDER.iter().map(|rung| rung.tries_per_item).is_sorted());
     }
 
     #[test]

@@ -118,6 +118,14 @@ impl Weights {
             ..Self::default()
         }
     }
+
+    /// The weights that fill containers most tightly with items in so many resting poses.
+    pub fn for_poses(poses: usize) -> Self {
+        match poses {
+            0 | 1 => Self::low(),
+            _ => Self::dense(),
+        }
+    }
 }
 
 /// A weight that is negative or not finite.

@@ -8,6 +8,7 @@ use crate::failure::Outcome;
 use crate::options::Conditions;
 use crate::output;
 use crate::report::{self, Packing};
+use crate::time::parse_time;
 
 /// Valid placements kept beside each choice, for the report.
 pub(super) const ALTERNATIVES: u8 = 3;
@@ -37,6 +38,10 @@ pub(super) struct ResultOptions {
     #[arg(long, value_name = "DIR", default_value = "out/pack")]
     out: PathBuf,
 
+    /// How long it takes the robot to bring an item into another resting pose, such as 4s: the report adds it up
+    #[arg(long, value_name = "TIME", value_parser = parse_time)]
+    turn_time: Option<f64>,
+
     /// Print the summary as JSON instead of a table
     #[arg(long)]
     json: bool,
@@ -45,7 +50,7 @@ pub(super) struct ResultOptions {
 impl ResultOptions {
     /// Writes the report and prints the summary.
     pub(super) fn publish(&self, packing: &Packing) -> Outcome {
-        let summary = packing.summary();
+        let summary = packing.summary(self.turn_time);
         report::write(packing, &summary, &self.out)?;
         let page = self.out.join("report.html");
         Ok(output::print(&summary, self.json, || {

@@ -2,9 +2,8 @@
 
 use clap::ValueEnum;
 use ppnpack_packing::method::Stability;
+use ppnpack_packing::objective::Weights;
 use ppnpack_packing::trial::TrialSettings;
-
-use super::objective::Objective;
 
 /// How items are released and seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -23,7 +22,7 @@ pub(crate) struct Usual {
     pub(crate) stability: Stability,
     pub(crate) trial: TrialSettings,
     /// The weights for items in so many poses.
-    pub(crate) objective: fn(poses: u32) -> Objective,
+    pub(crate) weights: fn(poses: usize) -> Weights,
     /// How many items may be set aside.
     pub(crate) set_aside: usize,
 }
@@ -36,10 +35,7 @@ impl Conditions {
                 yaws: 8,
                 stability: Stability::None,
                 trial: TrialSettings::default(),
-                objective: |poses| match poses {
-                    0 | 1 => Objective::Low,
-                    _ => Objective::Dense,
-                },
+                weights: Weights::for_poses,
                 set_aside: 20,
             },
             Self::Reference => Usual {
@@ -47,7 +43,7 @@ impl Conditions {
                 yaws: 4,
                 stability: Stability::Published,
                 trial: TrialSettings::off(),
-                objective: |_| Objective::Published,
+                weights: |_| Weights::default(),
                 set_aside: 0,
             },
         }

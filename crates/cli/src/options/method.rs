@@ -2,7 +2,6 @@
 
 use clap::Args;
 use clap::builder::TypedValueParser;
-use ppnpack_packing::effort::Effort;
 use ppnpack_packing::look_ahead::LookAheadSettings;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
@@ -10,7 +9,6 @@ use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use super::arm::ArmOptions;
 use super::choice::{Choice, one_of};
 use super::conditions::Conditions;
-use super::effort::parse_effort;
 use super::objective::Objective;
 use super::proposals::ProposalOptions;
 use super::trial::TrialOptions;
@@ -50,11 +48,6 @@ pub(crate) struct MethodOptions {
     /// A weight of the objective that is another, such as distance=2.5 (may be repeated)
     #[arg(long = "weight", value_name = "NAME=VALUE")]
     pub(crate) weights: Vec<String>,
-
-    /// About how long a step may take, such as 20ms or 1s, and so how many placements of an item it tries, in place of --tries:
-    /// none below 150ms. It decides the same on every machine
-    #[arg(long, value_name = "TIME", value_parser = parse_effort, conflicts_with = "tries")]
-    effort: Option<Effort>,
 
     /// How many futures a step looks ahead through, for each item that it may choose; with 0 it does not
     #[arg(long, value_name = "COUNT", default_value_t = 0)]
@@ -128,26 +121,23 @@ impl MethodOptions {
     ) -> Outcome<Method> {
         let first = sources.first().cloned();
         let usual = conditions.usual();
-        let objective = self.objective.unwrap_or((usual.objective)(poses));
+        let preset = self.objective.map(Objective::weights);
+        let preset = preset.unwrap_or_else(|| (usual.weights)(poses as usize));
         let look_ahead = LookAheadSettings {
             futures: self.futures as usize,
             ..LookAheadSettings::default()
         };
         look_ahead.validate().or_input()?;
-        let method = Method {
+        Ok(Method {
             heuristic: self.heuristic,
             order: self.order,
             proposals: first.unwrap_or(ProposalSource::Bounded),
             stability: self.stability.unwrap_or(usual.stability),
             trial: self.trial.settings(conditions)?,
-            weights: weights(objective.weights(), &self.weights)?,
+            weights: weights(preset, &self.weights)?,
             look_ahead,
             buffer: self.buffer as usize,
             seed: self.seed,
-        };
-        Ok(match self.effort {
-            Some(effort) => effort.of(method),
-            None => method,
         })
     }
 }

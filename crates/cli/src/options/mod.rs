@@ -3,7 +3,6 @@
 mod arm;
 mod choice;
 mod conditions;
-mod effort;
 mod mapper;
 mod method;
 mod objective;

@@ -1,11 +1,13 @@
 //! Options of the tries that placements go through in a simulation before they are made.
 
 use clap::Args;
+use ppnpack_packing::effort::Effort;
 use ppnpack_packing::trial::{TrialLimits, TrialSettings};
 
 use super::conditions::Conditions;
 use crate::failure::{OrInput, Outcome};
 use crate::length::parse_distance;
+use crate::time::parse_time;
 
 /// How placements are tried in a twin of the cell.
 #[derive(Debug, Clone, Args)]
@@ -15,6 +17,11 @@ pub(crate) struct TrialOptions {
     /// With 0 nothing is tried [default: 40 under robot conditions, 0 under the reference's]
     #[arg(long, value_name = "COUNT")]
     tries: Option<usize>,
+
+    /// About how long a step may take, such as 20ms or 1s, in place of --tries: below 150ms nothing is tried. It decides the same
+    /// on every machine
+    #[arg(long, value_name = "TIME", value_parser = parse_effort, conflicts_with = "tries")]
+    effort: Option<Effort>,
 
     /// The most that an item may tilt, in degrees
     #[arg(long, value_name = "DEGREES", default_value_t = TrialLimits::default().tilt_rad.to_degrees().round(), allow_hyphen_values = true)]
@@ -38,6 +45,10 @@ pub(crate) struct TrialOptions {
     above_rim: f64,
 }
 
+fn parse_effort(text: &str) -> Result<Effort, String> {
+    Effort::new(parse_time(text)?).map_err(|error| error.to_string())
+}
+
 impl TrialOptions {
     /// The settings, by default those that suit the conditions.
     ///
@@ -50,9 +61,10 @@ impl TrialOptions {
             slide_m: self.slide_limit,
             disturbance_m: self.disturbance_limit,
         };
+        let tries = self.tries.or(self.effort.map(Effort::tries_per_item));
         let settings = TrialSettings {
             limits,
-            tries_per_item: self.tries.unwrap_or(usual.tries_per_item),
+            tries_per_item: tries.unwrap_or(usual.tries_per_item),
             leniency: self.leniency,
             above_rim_m: self.above_rim,
             ..usual

@@ -23,6 +23,9 @@ pub(crate) struct Summary {
     pub(crate) items_unsteady: usize,
     /// Placed in another pose than that in which they were offered.
     pub(crate) items_in_other_pose: usize,
+    /// How long bringing them into it takes the robot, where that is known, in seconds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) turning_s: Option<f64>,
     #[serde(flatten)]
     pub(crate) metrics: Metrics,
     pub(crate) height_m: f64,
@@ -134,8 +137,10 @@ impl Spread {
 }
 
 impl Packing {
-    pub(crate) fn summary(&self) -> Summary {
+    /// The figures; bringing an item into another pose takes the robot so long.
+    pub(crate) fn summary(&self, turn_s: Option<f64>) -> Summary {
         let steps = &self.steps;
+        let turned = steps.iter().filter(|step| step.candidate.pose > 0).count();
         let unit_m = self.settings.grid.resolution().height_unit_m();
         let mean = |stage: fn(&Timings) -> Duration| {
             let total: Duration = steps.iter().map(|step| stage(&step.timings)).sum();
@@ -151,7 +156,8 @@ impl Packing {
                 .iter()
                 .filter(|placed| placed.is_unsteady())
                 .count(),
-            items_in_other_pose: steps.iter().filter(|step| step.candidate.pose > 0).count(),
+            items_in_other_pose: turned,
+            turning_s: turn_s.map(|turn_s| turn_s * turned as f64),
             metrics: self.metrics,
             height_m: f64::from(self.scene.heightmap().max()) * unit_m,
             decision_s: Spread::of(steps.iter().map(|step| step.timings.total())),

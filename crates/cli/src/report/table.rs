@@ -115,7 +115,11 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
     }
     if settings.poses > 1 {
         let (turned, placed) = (summary.items_in_other_pose, summary.items_placed);
-        let text = format!("{turned} of {placed} items");
+        let mut text = format!("{turned} of {placed} items");
+        if let Some(turning_s) = summary.turning_s {
+            let an_item_s = turning_s / placed.max(1) as f64;
+            text += &format!("; turning takes {turning_s:.1} s, {an_item_s:.1} s an item packed");
+        }
         figures.push(("In another pose than offered", text));
     }
     figures.extend(summary.arm.iter().flat_map(ArmSummary::figures));

@@ -4,7 +4,7 @@ use ppnpack_chart::{PointSeries, Scatter};
 use serde::Serialize;
 
 use super::apart::Apart;
-use super::{Run, Way};
+use super::{FillingArguments, Run, Way};
 use crate::comparison::point;
 use crate::document;
 use crate::statistics::{Mean, percentage, quantiles};
@@ -17,7 +17,7 @@ pub(super) struct Results<'a> {
     machine: String,
     workers: usize,
     first_case: u32,
-    cases: usize,
+    cases: u32,
     ways: &'a [Way],
     pub(super) tables: Vec<Table>,
 }
@@ -96,20 +96,20 @@ impl Line {
 }
 
 impl<'a> Results<'a> {
-    pub(super) fn new(title: &'static str, ways: &'a [Way], cases: &[u32], workers: usize) -> Self {
+    pub(super) fn new(title: &'static str, ways: &'a [Way], arguments: &FillingArguments) -> Self {
         Self {
             title,
             machine: document::machine(),
-            workers,
-            first_case: cases.first().copied().unwrap_or(0),
-            cases: cases.len(),
+            workers: arguments.workers,
+            first_case: arguments.first,
+            cases: arguments.cases,
             ways,
             tables: Vec::new(),
         }
     }
 
     pub(super) fn markdown(&self) -> String {
-        let last = u64::from(self.first_case) + self.cases as u64 - 1;
+        let last = u64::from(self.first_case) + u64::from(self.cases) - 1;
         let mut text = format!(
             "# {}\n\n\
              Sequences {} to {last} in robot conditions: laid down from 1 cm, an exact scan. *Unsteady* is what toppled by \

@@ -71,10 +71,7 @@ impl Way {
     fn tried(name: impl Into<String>, change: impl FnOnce(&mut Self)) -> Self {
         Self::new(name, |way| {
             change(way);
-            way.method.weights = match way.poses {
-                0 | 1 => Weights::low(),
-                _ => Weights::dense(),
-            };
+            way.method.weights = Weights::for_poses(way.poses);
         })
     }
 

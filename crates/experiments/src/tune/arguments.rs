@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use clap::Args;
 use ppnpack_cli::failure::{Failure, OrInput, Outcome};
 use ppnpack_cli::options::{CatalogueOptions, Objective};
-use ppnpack_cli::sequence::{Sequence, SequenceFile};
 use ppnpack_numbers::within;
 
 use super::results::Settings;
@@ -82,12 +81,6 @@ pub(crate) struct TuneArguments {
     pub(super) json: bool,
 }
 
-/// A sequence that weights are judged by.
-pub(super) struct Case {
-    pub(super) number: u32,
-    pub(super) sequence: Sequence,
-}
-
 impl TuneArguments {
     /// Checks what the parser cannot.
     pub(super) fn validate(&self) -> Outcome {
@@ -100,25 +93,6 @@ impl TuneArguments {
         }
         let percent = within("0 to 100", 0.0..=100.0);
         percent("--unsteady-limit", self.unsteady_limit).or_input()
-    }
-
-    /// The sequences that weights are judged by.
-    pub(super) fn cases(&self, sequences: &SequenceFile) -> Outcome<Vec<Case>> {
-        let count = sequences.count();
-        if u64::from(self.first) + u64::from(self.cases) > count as u64 {
-            return Err(Failure::input(format_args!(
-                "--first {} --cases {}: {} has {count} sequences",
-                self.first,
-                self.cases,
-                self.sequences.display()
-            )));
-        }
-        let case = |number: u32| -> Outcome<Case> {
-            let sequence = sequences.get(number as usize)?;
-            Ok(Case { number, sequence })
-        };
-        let numbers = (self.first..).take(self.cases as usize);
-        numbers.map(case).collect()
     }
 
     /// What the results follow from.
