@@ -36,7 +36,7 @@ mod tests {
         for (text, named) in [
             ("5", "unit"),
             ("5min", "unit"),
-            ("xms", "no time"),
+            ("xms", "unit"),
             ("-5s", "negative"),
             ("1.2.3s", "no time"),
             ("1e999s", "no time"),
