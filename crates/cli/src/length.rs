@@ -2,6 +2,8 @@
 
 use ppnpack_packing::grid::ContainerSize;
 
+use crate::unit::split_unit;
+
 /// Parses a positive length such as `1cm`, `2.5mm`, `0.01m` or `0.01`; gives metres.
 ///
 /// # Errors
@@ -30,8 +32,7 @@ pub fn parse_distance(text: &str) -> Result<f64, String> {
 
 /// Parses the three inner lengths of a container, such as `32x32x30cm`.
 pub(crate) fn parse_size(text: &str) -> Result<ContainerSize, String> {
-    let digits = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
-    let unit = text.get(digits.len()..).unwrap_or("");
+    let (digits, unit) = split_unit(text);
     let sides: Vec<f64> = digits
         .split(['x', 'X'])
         .map(|side| parse_length(&format!("{side}{unit}")))
@@ -50,9 +51,8 @@ pub(crate) fn centimetres(lengths_m: [f64; 3]) -> String {
 
 /// Parses a length of either sign; gives metres.
 pub(crate) fn parse_coordinate(text: &str) -> Result<f64, String> {
-    let text = text.trim();
-    let number = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
-    let metres = match text.get(number.len()..).unwrap_or("") {
+    let (number, unit) = split_unit(text);
+    let metres = match unit {
         "" | "m" => 1.0,
         "cm" => 0.01,
         "mm" => 0.001,

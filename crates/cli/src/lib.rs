@@ -16,6 +16,7 @@ pub mod sequence;
 pub mod simulation;
 pub mod stack;
 mod time;
+mod unit;
 
 use std::process::ExitCode;
 

@@ -1,13 +1,14 @@
 //! Times on the command line: a number with a unit.
 
+use crate::unit::split_unit;
+
 /// Parses a time such as `20ms` or `1s`, of at least 0; gives seconds.
 ///
 /// # Errors
 /// What is wrong with it, in words.
 pub(crate) fn parse_time(text: &str) -> Result<f64, String> {
-    let text = text.trim();
-    let number = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
-    let seconds = match text.get(number.len()..).unwrap_or("") {
+    let (number, unit) = split_unit(text);
+    let seconds = match unit {
         "ms" => 0.001,
         "s" => 1.0,
         unit => return Err(format!("'{unit}' is no unit of time: use ms or s")),

@@ -9,7 +9,10 @@ pub(crate) struct Case {
     pub(crate) sequence: Sequence,
 }
 
-/// So many sequences of a file, from the first on.
+/// `count` sequences of a file, from the one numbered `first` on.
+///
+/// # Errors
+/// How many the file has, where those are more.
 pub(crate) fn cases(sequences: &SequenceFile, first: u32, count: u32) -> Outcome<Vec<Case>> {
     let all = sequences.count();
     if u64::from(first) + u64::from(count) > all as u64 {

@@ -88,8 +88,8 @@ pub trait ValidityCheck: Send {
         Ok(None)
     }
 
-    /// Why it refuses a placement by what it found out about others in this step, where it does. Asked before any check looks into
-    /// the placement; [`judge`](Self::judge) then answers the same.
+    /// Why it refuses a placement by what it found out about others in this step, where it does. Every check is asked this before
+    /// any looks into the placement, and none is asked to [`judge`](Self::judge) what one of them refuses so.
     fn refuses_unseen(
         &self,
         _input: &StepInput<'_>,

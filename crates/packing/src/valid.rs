@@ -1,6 +1,7 @@
 //! The last stage of Algorithm 1: of the placements by increasing value, those that every check accepts.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 use std::time::Instant;
 
 use crate::check::{BoxedCheck, Cost, Evidence, LastResort, Verdict};
@@ -49,6 +50,11 @@ enum Of {
     All,
     Others,
     Last,
+}
+
+/// The candidate of a placement, as a range.
+fn only(placement: &Evaluated) -> Range<usize> {
+    placement.candidate..placement.candidate + 1
 }
 
 /// Valid placements by increasing value: an evaluator, and the checks that its placements have to pass. All checks of
@@ -143,7 +149,7 @@ impl ValidSearch {
                 }
                 Some(Verdict::Refused(_)) => {
                     self.keep_tried(placement);
-                    self.leave_out_what_the_last_is_done_with(input);
+                    self.leave_out_what_is_done(input, 0..input.candidates.len());
                 }
                 None => return Ok(None),
             }
@@ -165,7 +171,7 @@ impl ValidSearch {
                 Some(Verdict::Accepted(evidence)) => {
                     self.upcoming.push_back((placement, evidence));
                 }
-                Some(Verdict::Refused(_)) => self.leave_out_if_done(input, placement.candidate),
+                Some(Verdict::Refused(_)) => self.leave_out_what_is_done(input, only(&placement)),
                 None => break,
             }
         }
@@ -198,27 +204,14 @@ impl ValidSearch {
         }
     }
 
-    /// Leaves a candidate out of what is still to be ranked where one of the checks accepts no more of it.
-    fn leave_out_if_done(&mut self, input: &StepInput<'_>, index: usize) {
-        let Some(candidate) = input.candidates.get(index) else {
-            return;
-        };
-        if self
-            .checks
-            .iter()
-            .any(|check| check.is_done_with(candidate))
-        {
-            self.evaluator.leave_out(index);
-        }
-    }
-
-    /// Leaves the candidates out of which the last check accepts no more.
-    fn leave_out_what_the_last_is_done_with(&mut self, input: &StepInput<'_>) {
-        let Some(last) = self.checks.last() else {
-            return;
-        };
-        for (index, candidate) in input.candidates.iter().enumerate() {
-            if last.is_done_with(candidate) {
+    /// Leaves the candidates of a range out of which a check accepts no more.
+    fn leave_out_what_is_done(&mut self, input: &StepInput<'_>, among: Range<usize>) {
+        for index in among {
+            let Some(candidate) = input.candidates.get(index) else {
+                continue;
+            };
+            let mut checks = self.checks.iter();
+            if checks.any(|check| check.is_done_with(candidate)) {
                 self.evaluator.leave_out(index);
                 self.upcoming
                     .retain(|(placement, _)| placement.candidate != index);
@@ -264,7 +257,7 @@ impl ValidSearch {
         best.map_err(SearchError::Evaluate)
     }
 
-    /// The next placement by increasing value that every check accepts but simulations, which are not asked. It counts for
+    /// The next placement by increasing value that every check accepts but simulations, which only say what they know already. It counts for
     /// no [`Self::last_resort`].
     ///
     /// # Errors
@@ -281,7 +274,7 @@ impl ValidSearch {
         while let Some(placement) = self.next_ranked(input)? {
             match self.ask(input, &placement, of)? {
                 Some(Verdict::Accepted(_)) => return Ok(Some(placement)),
-                Some(Verdict::Refused(_)) => self.leave_out_if_done(input, placement.candidate),
+                Some(Verdict::Refused(_)) => self.leave_out_what_is_done(input, only(&placement)),
                 None => break,
             }
         }

@@ -6,14 +6,13 @@
     reason = "a panic in a test is a failing test"
 )]
 
-use std::iter::repeat_n;
 use std::sync::{Arc, Mutex};
 
 use ppnpack_packing::check::{BoxedCheck, Cost, Evidence, LastResort, ValidityCheck, Verdict};
 use ppnpack_packing::evaluator::Evaluator;
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
-use ppnpack_packing::heightmap::{Heightmap, Scene};
-use ppnpack_packing::item::{Item, ShapeId, ViewSurfaces};
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::item::ShapeId;
 use ppnpack_packing::objective::Order;
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_packing::plan::{Plan, Planner, Reason};
@@ -30,12 +29,10 @@ use proptest::prelude::*;
 mod support;
 
 use support::ProposeCorner;
+use support::blocks::{PLACES, blocks, empty, grid};
 
 /// What is said where the last resort is made.
 const RESORT: &str = "nothing was accepted in the test";
-
-/// The placements of a block in the container of [`grid`].
-const PLACES: usize = 13 * 13;
 
 /// An item, by its arrival, at a place.
 type Place = (usize, RestingPlacement);
@@ -225,28 +222,6 @@ fn planner(
 fn ranked(plan: &Plan) -> Vec<Evaluated> {
     let choice = plan.choice().into_iter();
     choice.chain(plan.alternatives().copied()).collect()
-}
-
-/// 16 x 16 cells, 50 units high, one yaw.
-fn grid() -> Grid {
-    let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(1).unwrap());
-    let container = ContainerSize {
-        x_m: 0.16,
-        y_m: 0.16,
-        z_m: 0.1,
-    };
-    Grid::new(container, resolution.unwrap()).unwrap()
-}
-
-fn empty(grid: &Grid) -> Scene {
-    Scene::from_heightmap(Heightmap::empty(grid))
-}
-
-/// Blocks of 4 x 4 cells, alike but for their arrival.
-fn blocks(count: usize) -> Vec<Candidate> {
-    let view = ViewSurfaces::of_cells(4, 4, vec![10; 16], vec![0; 16]);
-    let block = Arc::new(Item::new("block", vec![view], 0.0).unwrap());
-    Candidate::sequence(repeat_n(block, count))
 }
 
 /// What came of a step, and what the check was asked for it.

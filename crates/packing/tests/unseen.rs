@@ -9,9 +9,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use ppnpack_packing::check::{BoxedCheck, Cost, Evidence, ValidityCheck, Verdict};
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
-use ppnpack_packing::heightmap::{Heightmap, Scene};
-use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::objective::Order;
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_packing::plan::{CandidateReport, Planner};
@@ -20,8 +17,9 @@ use ppnpack_packing::refusal::{Cause, Refusal};
 use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::step::{Candidate, StageResult, StepInput};
 
-/// The block may be at so many places along each side of the container.
-const SIDE: usize = 13;
+mod support;
+
+use support::blocks::{PLACES, SIDE, blocks, empty, grid};
 
 /// Accepts everything, and counts how often it is asked.
 struct Arm(Arc<AtomicUsize>);
@@ -96,17 +94,9 @@ impl ValidityCheck for Trial {
 
 /// What a step chooses and says of its only item, and how often the arm was asked for that.
 fn step(foresight: usize, says_so: bool) -> (Option<Placement>, CandidateReport, usize) {
-    let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(1).unwrap());
-    let container = ContainerSize {
-        x_m: 0.16,
-        y_m: 0.16,
-        z_m: 0.1,
-    };
-    let grid = Grid::new(container, resolution.unwrap()).unwrap();
-    let scene = Scene::from_heightmap(Heightmap::empty(&grid));
-    let view = ViewSurfaces::of_cells(4, 4, vec![10; 16], vec![0; 16]);
-    let block = Arc::new(Item::new("block", vec![view], 0.0).unwrap());
-    let candidates = [Candidate::new(0, block)];
+    let grid = grid();
+    let scene = empty(&grid);
+    let candidates = blocks(1);
     let input = StepInput {
         // So that the step goes on to the last placement.
         alternatives: 1,
@@ -132,7 +122,7 @@ fn step(foresight: usize, says_so: bool) -> (Option<Placement>, CandidateReport,
 fn what_is_refused_unseen_is_not_asked_of_the_arm_and_counts_as_refused() {
     let (choice, report, asked) = step(1, false);
     assert_eq!(choice, Some(ACCEPTED));
-    assert_eq!(asked, SIDE * SIDE);
+    assert_eq!(asked, PLACES);
     for foresight in [1, 4] {
         let (other_choice, other_report, other_asked) = step(foresight, true);
         assert_eq!(other_choice, choice);

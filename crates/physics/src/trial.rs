@@ -334,9 +334,6 @@ impl ValidityCheck for TrialCheck {
         if input.scene.content().is_none() {
             return Ok(untried(input, candidate, resting, Vec::new()));
         }
-        if let Some(refusal) = self.refuses_unseen(input, candidate, resting) {
-            return Ok(Verdict::Refused(refusal));
-        }
         let place = Place::of(candidate, resting);
         let Some(settling) = self.settling(input, candidate, &place)? else {
             let degraded = vec![UNTRIED_ITEM.to_owned()];

@@ -118,7 +118,20 @@ fn verdict_of(
     check.judge(input, &input.candidates[0], resting).unwrap()
 }
 
-/// Has a placement judged that is refused; says whether it was tried before.
+/// What a check says of a placement: by what it knows of others, else by a try.
+fn asked(
+    check: &mut dyn ValidityCheck,
+    input: &StepInput<'_>,
+    held: &Candidate,
+    resting: &RestingPlacement,
+) -> Verdict {
+    match check.refuses_unseen(input, held, resting) {
+        Some(refusal) => Verdict::Refused(refusal),
+        None => check.judge(input, held, resting).unwrap(),
+    }
+}
+
+/// Asks about a placement that is refused; says whether it was tried for that.
 fn is_refused_tried(
     check: &mut TrialCheck,
     input: &StepInput<'_>,
@@ -126,7 +139,7 @@ fn is_refused_tried(
     resting: &RestingPlacement,
 ) -> bool {
     let before = check.tries();
-    match check.judge(input, held, resting).unwrap() {
+    match asked(check, input, held, resting) {
         Verdict::Refused(refusal) => assert_eq!(refusal.cause, Cause::Unsteady),
         Verdict::Accepted(evidence) => panic!("accepted: {evidence:?}"),
     }
@@ -291,7 +304,7 @@ fn verdicts(check: &mut dyn ValidityCheck, input: &StepInput<'_>) -> Vec<Verdict
         let next: Vec<_> = next.collect();
         check.foresee(input, &next).unwrap();
         for (candidate, resting) in next {
-            verdicts.push(check.judge(input, candidate, &resting).unwrap());
+            verdicts.push(asked(check, input, candidate, &resting));
         }
     }
     verdicts

@@ -32,17 +32,41 @@ const PICKS_KEPT: usize = 4096;
 /// Where an item is held is looked for once per shape: on its model where that is known, else in its heightmap at the
 /// first yaw.
 ///
-/// An item of which it refused so many whole cycles in a step is left out of the step: it may be one that the arm cannot take from
-/// where it lies, and on a fine grid there are ten thousand placements to find that out on.
+/// An item of which it refused so many whole cycles in a step, and accepted none before, is left out of the step: the arm cannot
+/// take it from where it lies, and on a fine grid there are ten thousand placements to find that out on.
 #[derive(Debug, Clone)]
 pub struct ArmCheck {
     planner: PlacePlanner,
     cycles: Option<(PickPlace, CycleSettings)>,
     refused_cycles_per_item: usize,
-    /// Of this step, by arrival and shape: how many cycles were refused, and why the last was.
-    refused_cycles: HashMap<(usize, ShapeId), (usize, Refused)>,
+    /// Of this step, by arrival and shape.
+    fetching: HashMap<(usize, ShapeId), Fetching>,
     /// By shape, and whether the model is known.
     picks: HashMap<(ShapeId, bool), Result<PickPoint, NoPickPoint>>,
+}
+
+/// Whether the arm can fetch an item, as far as a step has found out.
+#[derive(Debug, Clone)]
+enum Fetching {
+    /// A cycle was possible.
+    Possible,
+    /// So many cycles were refused, and none was possible before; why the last was refused.
+    Refused(usize, Option<Refused>),
+}
+
+impl Default for Fetching {
+    fn default() -> Self {
+        Self::Refused(0, None)
+    }
+}
+
+impl Fetching {
+    fn refuse(&mut self, why: &Refusal) {
+        if let Self::Refused(count, last) = self {
+            *count += 1;
+            *last = Some(Refused::from(why));
+        }
+    }
 }
 
 impl ArmCheck {
@@ -52,7 +76,7 @@ impl ArmCheck {
             planner,
             cycles: None,
             refused_cycles_per_item: REFUSED_CYCLES_PER_ITEM,
-            refused_cycles: HashMap::new(),
+            fetching: HashMap::new(),
             picks: HashMap::new(),
         }
     }
@@ -64,7 +88,7 @@ impl ArmCheck {
         self
     }
 
-    /// Leaves an item out of a step once so many of its placements were refused for their cycles alone.
+    /// Leaves an item out of a step once so many of its placements were refused for their cycles alone, and none accepted.
     #[must_use]
     pub fn with_refused_cycles_per_item(mut self, refused: usize) -> Self {
         self.refused_cycles_per_item = refused;
@@ -173,20 +197,26 @@ impl ArmCheck {
         pose
     }
 
-    /// Notes that a cycle is not possible, and why.
-    fn note(&mut self, candidate: &Candidate, why: &Refusal) {
+    /// Notes whether a cycle is possible. Once one was, no refusal counts: what else is asked may then depend on how many placements
+    /// are looked at ahead, and whether an item is left out must not.
+    fn note(&mut self, candidate: &Candidate, cycle: &Result<Option<PlannedCycle>, Refusal>) {
         let key = (candidate.arrival, candidate.item.shape());
-        let why = Refused::from(why);
-        let (count, last) = self.refused_cycles.entry(key).or_insert((0, why.clone()));
-        *count += 1;
-        *last = why;
+        let fetching = self.fetching.entry(key);
+        match cycle {
+            Ok(_) => *fetching.or_default() = Fetching::Possible,
+            Err(why) => fetching.or_default().refuse(why),
+        }
     }
 
-    /// Why the last cycle of an item was refused in this step, where as many were as may be.
-    fn last_of_too_many(&self, candidate: &Candidate) -> Option<&Refused> {
+    /// Why the last cycle of an item was refused in this step, where it is left out.
+    fn left_out(&self, candidate: &Candidate) -> Option<&Refused> {
         let key = (candidate.arrival, candidate.item.shape());
-        let (count, last) = self.refused_cycles.get(&key)?;
-        (*count >= self.refused_cycles_per_item).then_some(last)
+        match self.fetching.get(&key)? {
+            Fetching::Refused(count, last) if *count >= self.refused_cycles_per_item => {
+                last.as_ref()
+            }
+            _ => None,
+        }
     }
 
     /// The place motion is tried first: it takes a tenth of the time of a cycle, and finds most of what is not possible.
@@ -198,7 +228,8 @@ impl ArmCheck {
     ) -> Result<Evidence, Refusal> {
         self.plan(input, candidate, resting)?;
         let cycle = self.cycle(input, candidate, resting);
-        let cycle = cycle.inspect_err(|why| self.note(candidate, why))?;
+        self.note(candidate, &cycle);
+        let cycle = cycle?;
         let arm = self.planner.arm().name();
         Ok(Evidence {
             cycle: cycle.map(|cycle| Arc::new(cycle.sampled(arm, &candidate.lying))),
@@ -242,7 +273,7 @@ impl ValidityCheck for ArmCheck {
     }
 
     fn begin(&mut self, _: &StepInput<'_>) -> StageResult {
-        self.refused_cycles.clear();
+        self.fetching.clear();
         Ok(())
     }
 
@@ -261,7 +292,7 @@ impl ValidityCheck for ArmCheck {
         candidate: &Candidate,
         _: &RestingPlacement,
     ) -> Option<Refused> {
-        self.last_of_too_many(candidate).cloned()
+        self.left_out(candidate).cloned()
     }
 
     fn judge(
@@ -270,9 +301,6 @@ impl ValidityCheck for ArmCheck {
         candidate: &Candidate,
         resting: &RestingPlacement,
     ) -> StageResult<Verdict> {
-        if let Some(last) = self.last_of_too_many(candidate) {
-            return Ok(Verdict::Refused(last.clone()));
-        }
         Ok(match self.try_placement(input, candidate, resting) {
             Ok(evidence) => Verdict::Accepted(evidence),
             Err(refusal) => Verdict::Refused(Refused::from(&refusal)),
@@ -280,6 +308,6 @@ impl ValidityCheck for ArmCheck {
     }
 
     fn is_done_with(&self, candidate: &Candidate) -> bool {
-        self.last_of_too_many(candidate).is_some()
+        self.left_out(candidate).is_some()
     }
 }

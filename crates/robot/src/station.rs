@@ -35,7 +35,7 @@ pub struct StationSettings {
     pub cycle: CycleSettings,
     /// What is around the arm, and how carefully it moves.
     pub cell: CellSettings,
-    /// An item of which so many placements were refused for their cycles alone in a step is left out of the step.
+    /// An item of which so many placements were refused for their cycles alone in a step, and none accepted, is left out of the step.
     pub refused_cycles_per_item: usize,
 }
 

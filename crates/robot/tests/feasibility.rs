@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Point2, Vector2, Vector3};
+use nalgebra::{Isometry3, Point2, Vector2, Vector3};
 use ppnpack_packing::check::{Cost, Evidence, ValidityCheck, Verdict};
 use ppnpack_packing::grid::{Grid, Resolution, Units, Yaws};
 use ppnpack_packing::heightmap::{Heightmap, Scene};
@@ -279,4 +279,40 @@ fn an_item_that_cannot_be_fetched_from_where_it_lies_is_left_out_of_the_step() {
             "{report:?}"
         );
     }
+}
+
+#[test]
+fn an_item_that_the_arm_can_fetch_is_not_left_out_whatever_is_refused_later() {
+    let grid = grid();
+    let scene = Scene::from_heightmap(Heightmap::empty(&grid));
+    let near = Candidate::new(0, block(6, 6, 20));
+    let mut far = near.clone();
+    far.lying.waits_at = Some(Isometry3::translation(3.0, 0.0, 0.0));
+    let candidates = [near, far];
+    let [near, far] = &candidates;
+    let input = StepInput::new(&grid, &scene, &candidates);
+    let resting = RestingPlacement {
+        placement: Placement {
+            yaw: 0,
+            x: 13,
+            y: 13,
+        },
+        resting_height: 0,
+    };
+    let mut check = check(&parameters(), CellSettings::default())
+        .with_cycles(PickPlace::default(), CycleSettings::default())
+        .with_refused_cycles_per_item(2);
+    let mut is_accepted = |order: &[&Candidate]| -> (Vec<bool>, bool) {
+        check.begin(&input).unwrap();
+        let verdicts = order
+            .iter()
+            .map(|held| check.judge(&input, held, &resting).unwrap());
+        let accepted = verdicts.map(|verdict| verdict.is_accepted()).collect();
+        (accepted, check.is_done_with(near))
+    };
+    let (refused, is_left_out) = is_accepted(&[far, far]);
+    assert_eq!((refused, is_left_out), (vec![false, false], true));
+    let (accepted, is_left_out) = is_accepted(&[near, far, far, far, near]);
+    assert_eq!(accepted, [true, false, false, false, true]);
+    assert!(!is_left_out);
 }

@@ -137,7 +137,7 @@ impl Spread {
 }
 
 impl Packing {
-    /// The figures; bringing an item into another pose takes the robot so long.
+    /// The figures. `turn_s` is how long it takes the robot to bring an item into another pose, where that is known.
     pub(crate) fn summary(&self, turn_s: Option<f64>) -> Summary {
         let steps = &self.steps;
         let turned = steps.iter().filter(|step| step.candidate.pose > 0).count();

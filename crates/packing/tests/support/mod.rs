@@ -1,6 +1,7 @@
 //! Random grids, containers and items for the tests.
 #![allow(dead_code, reason = "each test file uses some of these")]
 
+pub(crate) mod blocks;
 pub(crate) mod oracle;
 
 use std::sync::Arc;
