@@ -1,5 +1,7 @@
 //! Tables for the terminal.
 
+use ppnpack_packing::grid::Grid;
+
 use super::arm::ArmSummary;
 use super::summary::{EndingSummary, Spread, Unplaceable};
 use super::{Packing, Summary};
@@ -99,7 +101,7 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
                 summary.items_unsteady, summary.items_placed
             ),
         ),
-        ("Height", format!("{:.1} cm", summary.height_m * 100.0)),
+        ("Height", height(&packing.settings.grid, summary.height_m)),
         (
             "Decision per item",
             format!("{mean} mean, {median} median, {max} at most"),
@@ -126,6 +128,16 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
     figures
 }
 
+/// How high the content reaches, and how far above the rim; heightmaps round up to a whole unit.
+fn height(grid: &Grid, height_m: f64) -> String {
+    let above_m = height_m - grid.container().z_m;
+    let text = format!("{:.1} cm", height_m * 100.0);
+    match above_m > 1.5 * grid.resolution().height_unit_m() {
+        true => format!("{text}, {:.1} cm above the rim", above_m * 100.0),
+        false => text,
+    }
+}
+
 /// Where proposals came from; where the fastest source was asked for, what each was measured to cost.
 fn proposals(packing: &Packing) -> String {
     let settings = &packing.settings;
@@ -139,4 +151,18 @@ fn proposals(packing: &Packing) -> String {
     }
     let costs: Vec<String> = settings.costs.iter().map(cost).collect();
     format!("{chosen}, the fastest measured ({})", costs.join("; "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_sticks_out_above_the_rim_is_told_but_for_the_rounding() {
+        let grid = Grid::reference();
+        assert_eq!(height(&grid, 0.298), "29.8 cm");
+        assert_eq!(height(&grid, 0.302), "30.2 cm");
+        assert_eq!(height(&grid, 0.304), "30.4 cm, 0.4 cm above the rim");
+        assert_eq!(height(&grid, 0.326), "32.6 cm, 2.6 cm above the rim");
+    }
 }
