@@ -66,6 +66,15 @@ impl<M: Message + Name> Publisher<M> {
     }
 }
 
+/// A message of a stream.
+#[derive(Debug)]
+pub struct Arrived<M> {
+    /// When it came, whenever it was taken.
+    pub at: Instant,
+    /// The message.
+    pub message: Result<M, WireError>,
+}
+
 /// The newest message of a stream of a cell. Older ones are dropped unread; the reader decodes.
 pub struct Latest<M> {
     slot: Arc<Slot>,
@@ -77,7 +86,7 @@ pub struct Latest<M> {
 
 #[derive(Default)]
 struct Slot {
-    newest: Mutex<Option<ZBytes>>,
+    newest: Mutex<Option<(Instant, ZBytes)>>,
     arrived: Condvar,
 }
 
@@ -100,7 +109,8 @@ impl<M: Message + Name + Default> Latest<M> {
             let slot = slot.clone();
             move |sample: Sample| {
                 received.increment(1);
-                let older = lock(&slot.newest).replace(sample.payload().clone());
+                let newest = (Instant::now(), sample.payload().clone());
+                let older = lock(&slot.newest).replace(newest);
                 slot.arrived.notify_one();
                 if older.is_some() {
                     overwritten.increment(1);
@@ -118,23 +128,25 @@ impl<M: Message + Name + Default> Latest<M> {
     }
 
     /// The newest message, if it was not taken yet.
-    pub fn take(&self) -> Option<Result<M, WireError>> {
-        let payload = lock(&self.slot.newest).take();
-        payload.map(|payload| self.read(&payload))
+    pub fn take(&self) -> Option<Arrived<M>> {
+        let newest = lock(&self.slot.newest).take();
+        newest.map(|newest| self.read(newest))
     }
 
     /// Waits for a message that was not taken yet; `None` where none comes before the deadline.
-    pub fn wait(&self, deadline: Instant) -> Option<Result<M, WireError>> {
+    pub fn wait(&self, deadline: Instant) -> Option<Arrived<M>> {
         let left = deadline.saturating_duration_since(Instant::now());
         let newest = lock(&self.slot.newest);
         let arrived = &self.slot.arrived;
         let waited = arrived.wait_timeout_while(newest, left, |newest| newest.is_none());
-        let payload = waited.unwrap_or_else(PoisonError::into_inner).0.take();
-        payload.map(|payload| self.read(&payload))
+        let newest = waited.unwrap_or_else(PoisonError::into_inner).0.take();
+        newest.map(|newest| self.read(newest))
     }
 
-    fn read(&self, payload: &ZBytes) -> Result<M, WireError> {
-        payload::read(payload, self.limit_bytes).inspect_err(|error| self.malformed.count(error))
+    fn read(&self, (at, payload): (Instant, ZBytes)) -> Arrived<M> {
+        let message = payload::read(&payload, self.limit_bytes);
+        let message = message.inspect_err(|error| self.malformed.count(error));
+        Arrived { at, message }
     }
 }
 

@@ -76,13 +76,13 @@ fn a_reader_of_the_latest_sees_no_older_ones() {
     deliver(&publisher, &all, 21);
     let mut taken = Vec::new();
     while taken.last() != Some(&21) {
-        taken.push(latest.wait(soon()).unwrap().unwrap().step);
+        taken.push(latest.wait(soon()).unwrap().message.unwrap().step);
     }
     // The reader of all may have had the last one before the reader of the latest.
     assert!(taken.len() <= 2, "{taken:?}");
     // Where the last one had to be published again, it comes again; nothing else does.
     while let Some(again) = latest.wait(Instant::now() + Duration::from_millis(50)) {
-        assert_eq!(again.unwrap().step, 21);
+        assert_eq!(again.message.unwrap().step, 21);
     }
     assert!(latest.take().is_none());
 
@@ -91,7 +91,7 @@ fn a_reader_of_the_latest_sees_no_older_ones() {
     let malformed = loop {
         writer.session().put(key, b"\xff\xff").wait().unwrap();
         if let Some(read) = latest.wait(Instant::now() + Duration::from_millis(50)) {
-            break read;
+            break read.message;
         }
     };
     assert!(malformed.is_err());
@@ -99,7 +99,7 @@ fn a_reader_of_the_latest_sees_no_older_ones() {
     deliver(&publisher, &all, 22);
     loop {
         if let Some(read) = small.wait(Instant::now() + Duration::from_millis(50)) {
-            assert!(read.is_err());
+            assert!(read.message.is_err());
             break;
         }
         publisher.put(&session(23)).unwrap();

@@ -286,14 +286,14 @@ fn changes_are_published() {
     let states: Latest<v1::CellState> =
         Latest::subscribe(&rig.caller, &cell(), Stream::State, MAX_MESSAGE_BYTES).unwrap();
     // The last to be subscribed comes: so do the others from here on.
-    let before = states.wait(deadline()).unwrap().unwrap();
+    let before = states.wait(deadline()).unwrap().message.unwrap();
     rig.controller.place(place("p1", before.state_number, 0.16));
-    let outcome = outcomes.wait(deadline()).unwrap().unwrap();
+    let outcome = outcomes.wait(deadline()).unwrap().message.unwrap();
     assert_eq!(outcome, rig.controller.outcome("p1"));
     let seen = |state_number| {
         let until = Instant::now() + PATIENCE;
         loop {
-            let cloud = clouds.wait(until).unwrap().unwrap();
+            let cloud = clouds.wait(until).unwrap().message.unwrap();
             if cloud.state_number == state_number {
                 return cloud;
             }
@@ -307,7 +307,7 @@ fn changes_are_published() {
         (next.sequence, &next.data),
         (cloud.sequence + 1, &cloud.data)
     );
-    while states.wait(deadline()).unwrap().unwrap().state_number != outcome.state_number {}
+    while states.wait(deadline()).unwrap().message.unwrap().state_number != outcome.state_number {}
 }
 
 #[test]

@@ -90,7 +90,7 @@ impl Rig {
     fn points(&self) -> (u64, Vec<u8>) {
         let clouds: Latest<v1::PointCloud> =
             Latest::subscribe(&self.caller, &cell(), Stream::Cloud, MAX_CLOUD_BYTES).unwrap();
-        let cloud = clouds.wait(deadline()).unwrap().unwrap();
+        let cloud = clouds.wait(deadline()).unwrap().message.unwrap();
         (cloud.state_number, cloud.data)
     }
 }

@@ -206,7 +206,7 @@ fn a_cloud_becomes_the_heightmap_that_its_surface_gives() {
     rig.clouds.put(&flat(3, 1));
     let published = std::iter::from_fn(|| heightmaps.wait(deadline()));
     let published = published
-        .map(Result::unwrap)
+        .map(|arrived| arrived.message.unwrap())
         .find(|published| published.state_number == 3);
     assert_eq!(published.unwrap(), rig.ask(3));
 }

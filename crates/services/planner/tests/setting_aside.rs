@@ -166,7 +166,7 @@ fn an_item_that_fits_nowhere_is_set_aside_and_stays_so_over_a_restart() {
     assert_eq!(decision.set_aside, reply.set_aside);
     assert_eq!(decision.stages[0].stage, "set_aside");
     // Who watches learns of it too.
-    let published = rig.decisions.wait(soon()).unwrap().unwrap();
+    let published = rig.decisions.wait(soon()).unwrap().message.unwrap();
     assert_eq!(published.set_aside, reply.set_aside);
 
     let before = rig.session();

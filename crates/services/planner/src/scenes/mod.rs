@@ -7,9 +7,9 @@ use ppnpack_packing::heightmap::Scene;
 use ppnpack_service::ServiceError;
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::Client;
-use ppnpack_service::stream::Latest;
+use ppnpack_service::stream::{Arrived, Latest};
 use ppnpack_wire::keys::{Cell, Stream};
-use ppnpack_wire::{MAX_MESSAGE_BYTES, WireError, convert, v1};
+use ppnpack_wire::{MAX_MESSAGE_BYTES, convert, v1};
 
 /// How long the stream is waited for before perception is asked: streams drop what they cannot deliver at once.
 const STREAM_PATIENCE: Duration = Duration::from_millis(30);
@@ -88,8 +88,8 @@ impl Scenes {
         deadline: Instant,
     ) -> Result<Seen, String> {
         loop {
-            if let Some(message) = self.stream.take() {
-                self.take_over_new(message);
+            if let Some(arrived) = self.stream.take() {
+                self.take_over_new(arrived);
             }
             if let Some(seen) = &self.newest
                 && self.is_usable(seen, least_state_number)
@@ -101,7 +101,7 @@ impl Scenes {
             }
             let until = deadline.min(Instant::now() + STREAM_PATIENCE);
             match self.stream.wait(until) {
-                Some(message) => self.take_over_new(message),
+                Some(arrived) => self.take_over_new(arrived),
                 None => self.ask(least_state_number, deadline),
             }
         }
@@ -125,9 +125,9 @@ impl Scenes {
         }
     }
 
-    /// Takes a heightmap that was published just now.
-    fn take_over_new(&mut self, heightmap: Result<v1::Heightmap, WireError>) {
-        self.take_over(heightmap.map_err(|error| error.to_string()), Duration::ZERO);
+    /// Takes a heightmap that was published; nobody may have looked for it since it came.
+    fn take_over_new(&mut self, Arrived { at, message }: Arrived<v1::Heightmap>) {
+        self.take_over(message.map_err(|error| error.to_string()), at.elapsed());
     }
 
     fn take_over(&mut self, heightmap: Result<v1::Heightmap, String>, age: Duration) {

@@ -47,6 +47,7 @@ fn hand() -> v1::HeightmapQuality {
 struct Rig {
     scenes: Scenes,
     heightmaps: Publisher<v1::Heightmap>,
+    planner: Process,
     perception: Process,
     _hub: Hub,
 }
@@ -63,6 +64,7 @@ impl Rig {
         Self {
             scenes: Scenes::subscribe(&planner, &cell(), &Grid::reference(), limits).unwrap(),
             heightmaps: Publisher::new(&perception, &cell(), Stream::Heightmap).unwrap(),
+            planner,
             perception,
             _hub: hub,
         }
@@ -122,6 +124,30 @@ fn a_heightmap_that_perception_has_had_for_long_is_stale_to_a_new_planner() {
     let mut rig = Rig::new();
     let _listener = rig.answer(old, LIMITS.age / 2);
     assert!(rig.scenes.current(3, in_ms(20_000)).is_ok());
+}
+
+#[test]
+fn a_heightmap_ages_while_nothing_is_planned() {
+    let limits = SceneLimits {
+        age: Duration::from_millis(200),
+        ..LIMITS
+    };
+    let mut rig = Rig::with(limits);
+    // Subscribed after the scenes: what comes here has come there, too.
+    let other: Latest<v1::Heightmap> =
+        Latest::subscribe(&rig.planner, &cell(), Stream::Heightmap, MAX_MESSAGE_BYTES).unwrap();
+    let heightmap = heightmap(1, 3, v1::HeightmapQuality::default());
+    let came = loop {
+        rig.heightmaps.put(&heightmap).unwrap();
+        if let Some(arrived) = other.wait(in_ms(50)) {
+            break arrived.at;
+        }
+    };
+    while came.elapsed() < 2 * limits.age {
+        std::thread::sleep(limits.age);
+    }
+    let refused = rig.scenes.current(3, in_ms(0)).unwrap_err();
+    assert!(refused.contains("the newest heightmap came"), "{refused}");
 }
 
 #[test]
