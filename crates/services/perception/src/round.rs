@@ -13,20 +13,19 @@ impl<T> Round<T> {
         }
     }
 
-    /// Takes a cloud of a sensor; gives the clouds of all sensors once each has sent one. Clouds of an earlier state than
-    /// the others show another scene, and are dropped.
+    /// Takes a cloud of a sensor, in place of its last one; gives the clouds of all sensors once all show the same state.
+    ///
+    /// A state may be lower than one before: where the bridge has lost its journal or had an older one restored, it counts
+    /// from there.
     pub(crate) fn take(&mut self, sensor: usize, state_number: u64, cloud: T) -> Option<Vec<T>> {
-        let mut states = self.clouds.iter().flatten().map(|(state, _)| *state);
-        if states.any(|other| other > state_number) {
-            return None;
-        }
-        for slot in &mut self.clouds {
-            slot.take_if(|(state, _)| *state < state_number);
-        }
         if let Some(slot) = self.clouds.get_mut(sensor) {
             *slot = Some((state_number, cloud));
         }
-        if !self.clouds.iter().all(Option::is_some) {
+        let shows_it = |slot: &Option<(u64, T)>| {
+            slot.as_ref()
+                .is_some_and(|(state, _)| *state == state_number)
+        };
+        if !self.clouds.iter().all(shows_it) {
             return None;
         }
         let clouds = self.clouds.iter_mut().filter_map(Option::take);
@@ -67,5 +66,17 @@ mod tests {
         );
         assert_eq!(round.take(0, 4, 2), None, "late");
         assert_eq!(round.take(0, 5, 3), Some(vec![3, 1]));
+    }
+
+    #[test]
+    fn a_state_that_is_lower_than_one_before_is_taken_once_all_sensors_show_it() {
+        let mut round = Round::new(2);
+        assert_eq!(
+            round.take(0, u64::MAX, 1),
+            None,
+            "of a journal that is lost"
+        );
+        assert_eq!(round.take(1, 3, 1), None);
+        assert_eq!(round.take(0, 3, 2), Some(vec![2, 1]));
     }
 }
