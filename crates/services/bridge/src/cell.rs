@@ -5,7 +5,7 @@ use ppnpack_service::actor::{self, Mailbox};
 use ppnpack_service::process::thread;
 use ppnpack_wire::keys::Cell;
 
-use crate::desk::{self, Desk, Message};
+use crate::desk::{self, Desk, Message, Reach};
 use crate::journal::CellJournal;
 use crate::runner::{JOBS, Job, Runner};
 use crate::streams::Streams;
@@ -29,13 +29,13 @@ impl CellWorks {
         let Some(ledger) = desk::open(&mut self.journal, robot, mailbox) else {
             return;
         };
-        let objects = robot.objects();
+        let reach = Reach::of(robot);
         let (robot, jobs) = actor::mailbox(JOBS);
         robot.send(Job::Show(ledger.head().state_number)).ok();
         let desk = Desk::new(
             ledger,
             self.journal,
-            objects,
+            reach,
             robot,
             self.streams,
             self.shutdown.clone(),

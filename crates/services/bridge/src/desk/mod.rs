@@ -6,12 +6,11 @@
 mod opening;
 mod outcome;
 mod place;
+mod reach;
 mod renew;
 
-use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_service::Shutdown;
 use ppnpack_service::actor::{Actor, Address, PendingRequests};
 use ppnpack_service::rpc::{Done, Incoming};
@@ -25,6 +24,7 @@ use crate::robot::{Body, Finding, RobotError};
 use crate::runner::Job;
 use crate::streams::Streams;
 pub(crate) use opening::open;
+pub(crate) use reach::Reach;
 
 /// Requests that wait for the end of a placement at most.
 const MOST_OUTCOMES: usize = 256;
@@ -63,7 +63,7 @@ struct Unwritten {
 pub(crate) struct Desk {
     ledger: Ledger,
     journal: CellJournal,
-    objects: Option<BTreeMap<String, Bounds>>,
+    reach: Reach,
     robot: Address<Job>,
     streams: Streams,
     /// The end of the whole process, asked for where the robot is gone.
@@ -150,7 +150,7 @@ impl Desk {
     pub(crate) fn new(
         ledger: Ledger,
         journal: CellJournal,
-        objects: Option<BTreeMap<String, Bounds>>,
+        reach: Reach,
         robot: Address<Job>,
         streams: Streams,
         shutdown: Shutdown,
@@ -159,7 +159,7 @@ impl Desk {
         Self {
             ledger,
             journal,
-            objects,
+            reach,
             robot,
             streams,
             shutdown,

@@ -40,11 +40,8 @@ impl Desk {
     }
 
     fn accept(&mut self, incoming: Incoming<v1::PlaceRequest>, placement: Placement) {
-        let object = &placement.object;
-        let objects = self.objects.as_ref();
-        if objects.is_some_and(|objects| !objects.contains_key(object)) {
-            let message = format!("the cell has no object '{object}'");
-            return incoming.refuse(Status::NotFound, message);
+        if let Err((status, message)) = self.reach.check(&placement) {
+            return incoming.refuse(status, message);
         }
         let change = self.ledger.accept(placement.clone());
         let stage = match self.commit(change) {

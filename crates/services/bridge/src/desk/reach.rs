@@ -1,0 +1,124 @@
+//! What a cell can be asked to place, and where.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Point3, Vector3, center};
+use ppnpack_catalogue::mesh::Bounds;
+use ppnpack_packing::grid::ContainerSize;
+use ppnpack_wire::v1::Status;
+
+use crate::robot::{Placement, Robot};
+
+/// How far outside the container the middle of an item may be, in metres: an item may reach above the rim.
+const MARGIN_M: f64 = 0.1;
+
+/// How far outside the own frame of an item may be where its size is not known, in metres.
+const FRAME_MARGIN_M: f64 = 1.0;
+
+/// The objects of a cell, and its container.
+pub(crate) struct Reach {
+    container: ContainerSize,
+    /// By name; `None` where what can be placed does not depend on the object.
+    objects: Option<BTreeMap<String, Bounds>>,
+}
+
+impl Reach {
+    pub(crate) fn of(robot: &dyn Robot) -> Self {
+        Self {
+            container: robot.container(),
+            objects: robot.objects(),
+        }
+    }
+
+    /// Whether a placement is one for this cell.
+    ///
+    /// # Errors
+    /// As what it is refused, and why.
+    pub(super) fn check(&self, placement: &Placement) -> Result<(), (Status, String)> {
+        let object = &placement.object;
+        let Some(objects) = &self.objects else {
+            let origin = Point3::origin();
+            return self.check_at(&placement.container_from_item, &origin, FRAME_MARGIN_M);
+        };
+        let unknown = || {
+            (
+                Status::NotFound,
+                format!("the cell has no object '{object}'"),
+            )
+        };
+        let Bounds { lowest, highest } = objects.get(object).ok_or_else(unknown)?;
+        let middle = center(lowest, highest);
+        self.check_at(&placement.container_from_item, &middle, MARGIN_M)
+    }
+
+    /// Whether a point of an item is in the container, or outside by no more than a margin in metres.
+    fn check_at(
+        &self,
+        container_from_item: &Isometry3<f64>,
+        point: &Point3<f64>,
+        margin_m: f64,
+    ) -> Result<(), (Status, String)> {
+        let ContainerSize { x_m, y_m, z_m } = self.container;
+        let at = (container_from_item * point).coords;
+        let nearest = at.sup(&Vector3::zeros()).inf(&Vector3::new(x_m, y_m, z_m));
+        let outside_m = (at - nearest).norm();
+        if outside_m <= margin_m {
+            return Ok(());
+        }
+        let message =
+            format!("container_from_item: that is {outside_m:.2} m outside the container");
+        Err((Status::Invalid, message))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn placement(object: &str, [x_m, y_m, z_m]: [f64; 3]) -> Placement {
+        Placement {
+            placement_id: "p1".to_owned(),
+            item_id: "i1".to_owned(),
+            object: object.to_owned(),
+            container_from_item: Isometry3::translation(x_m, y_m, z_m),
+            state_number: 1,
+            cycle: None,
+        }
+    }
+
+    fn reach(objects: Option<BTreeMap<String, Bounds>>) -> Reach {
+        Reach {
+            container: ContainerSize::REFERENCE,
+            objects,
+        }
+    }
+
+    #[test]
+    fn the_middle_of_an_object_is_in_the_container_or_close_to_it() {
+        // Its frame is half a metre below its middle.
+        let high = Bounds {
+            lowest: Point3::new(-0.1, -0.1, 0.4),
+            highest: Point3::new(0.1, 0.1, 0.6),
+        };
+        let reach = reach(Some(BTreeMap::from([("high".to_owned(), high)])));
+        let refused = |at| reach.check(&placement("high", at)).err();
+        assert_eq!(refused([0.16, 0.16, -0.35]), None);
+        assert_eq!(refused([0.16, 0.16, -0.11]), None);
+        for outside in [[0.16, 0.16, 0.0], [0.43, 0.16, -0.3], [0.16, -0.11, -0.3]] {
+            let (status, message) = refused(outside).unwrap();
+            assert_eq!(status, Status::Invalid);
+            assert!(message.contains("outside the container"), "{message}");
+        }
+        let (status, _) = reach.check(&placement("other", [0.1; 3])).unwrap_err();
+        assert_eq!(status, Status::NotFound);
+    }
+
+    #[test]
+    fn of_what_is_not_known_the_frame_is_within_a_metre() {
+        let reach = reach(None);
+        assert_eq!(reach.check(&placement("any", [-0.9, 0.1, 0.1])), Ok(()));
+        for outside in [[-1.1, 0.1, 0.1], [0.1, 0.1, 1e6]] {
+            assert!(reach.check(&placement("any", outside)).is_err());
+        }
+    }
+}
