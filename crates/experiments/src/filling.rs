@@ -79,14 +79,14 @@ pub(crate) struct FillingArguments {
 }
 
 /// One packed sequence.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Run {
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(crate) struct Run {
     pub(super) objects: Vec<usize>,
     pub(super) items: usize,
-    pub(super) placed: usize,
-    pub(super) meshes_m3: f64,
+    pub(crate) placed: usize,
+    pub(crate) meshes_m3: f64,
     /// Toppled, slid or fell out, of what was placed.
-    pub(super) unsteady: usize,
+    pub(crate) unsteady: usize,
     pub(super) set_aside: usize,
     pub(super) in_other_pose: usize,
     /// Of each step.

@@ -17,12 +17,12 @@ use ppnpack_packing::objective::Weights;
 
 use crate::cases::{Case, cases};
 use crate::filling::apart::Apart;
-use crate::filling::{self, Way};
+use crate::filling::{self, Run, Way};
 use crate::runs::Runs;
 use crate::{document, workers};
 pub(crate) use arguments::TuneArguments;
 use cma::Cma;
-use fitness::{Fitness, Packed};
+use fitness::Fitness;
 use results::{Candidate, Results};
 use space::Space;
 
@@ -95,7 +95,7 @@ impl<'a> Tuning<'a> {
     }
 
     /// How good weights are, compared with what the start came to.
-    fn judge(&self, weights: &[Weights], start: &[Packed]) -> Outcome<Vec<Candidate>> {
+    fn judge(&self, weights: &[Weights], start: &[Run]) -> Outcome<Vec<Candidate>> {
         let packed = self.pack_all(weights)?;
         let candidates = weights.iter().zip(&packed);
         let candidates =
@@ -103,7 +103,7 @@ impl<'a> Tuning<'a> {
         Ok(candidates.collect())
     }
 
-    fn candidate(&self, weights: Weights, packed: &[Packed], start: &[Packed]) -> Candidate {
+    fn candidate(&self, weights: Weights, packed: &[Run], start: &[Run]) -> Candidate {
         Candidate {
             weights,
             fitness: Fitness::of(packed, start, self.arguments.unsteady_limit),
@@ -111,7 +111,7 @@ impl<'a> Tuning<'a> {
     }
 
     /// Packs all sequences with all of these weights; gives what they came to by weights, then sequence.
-    fn pack_all(&self, weights: &[Weights]) -> Outcome<Vec<Vec<Packed>>> {
+    fn pack_all(&self, weights: &[Weights]) -> Outcome<Vec<Vec<Run>>> {
         let with = |weights: &Weights| {
             let mut way = self.way.clone();
             way.method.weights = *weights;
@@ -125,11 +125,10 @@ impl<'a> Tuning<'a> {
         let pack = |(way, case): &(&Way, &Case)| self.pack(way, case);
         let packed = workers::map("Packing", &jobs, self.arguments.workers, pack)?;
         let of_ways = packed.chunks(self.cases.len());
-        Ok(of_ways.map(<[Packed]>::to_vec).collect())
+        Ok(of_ways.map(<[Run]>::to_vec).collect())
     }
 
-    fn pack(&self, way: &Way, case: &Case) -> Outcome<Packed> {
-        let run = filling::pack_kept(&self.kept, way, &self.catalogue, case, &Apart::default())?;
-        Ok(Packed::of(&run))
+    fn pack(&self, way: &Way, case: &Case) -> Outcome<Run> {
+        filling::pack_kept(&self.kept, way, &self.catalogue, case, &Apart::default())
     }
 }

@@ -8,14 +8,6 @@ use crate::statistics::{Mean, percentage};
 /// What each percent of unsteady placements above the limit costs, in percent of volume.
 const PRICE: f64 = 2.0;
 
-/// A packed sequence, as far as weights are judged by it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Packed {
-    meshes_m3: f64,
-    placed: usize,
-    unsteady: usize,
-}
-
 /// How good weights are.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(super) struct Fitness {
@@ -29,26 +21,16 @@ pub(super) struct Fitness {
     pub(super) placed: usize,
 }
 
-impl Packed {
-    pub(super) fn of(run: &Run) -> Self {
-        Self {
-            meshes_m3: run.meshes_m3,
-            placed: run.placed,
-            unsteady: run.unsteady,
-        }
-    }
-}
-
 impl Fitness {
     /// Of weights that packed the same sequences as the start's. A sequence of which the start packed nothing has no
     /// difference to it and is left out.
-    pub(super) fn of(packed: &[Packed], start: &[Packed], limit_percent: f64) -> Self {
+    pub(super) fn of(packed: &[Run], start: &[Run], limit_percent: f64) -> Self {
         let compared = packed.iter().zip(start);
         let compared = compared.filter(|(_, start)| start.meshes_m3 > 0.0);
         let differences =
             compared.map(|(packed, start)| 100.0 * (packed.meshes_m3 / start.meshes_m3 - 1.0));
         let difference_percent = Mean::of(differences);
-        let sum = |count: fn(&Packed) -> usize| packed.iter().map(count).sum::<usize>();
+        let sum = |count: fn(&Run) -> usize| packed.iter().map(count).sum::<usize>();
         let (unsteady, placed) = (sum(|packed| packed.unsteady), sum(|packed| packed.placed));
         let unsteady_percent = percentage(unsteady, placed);
         Self {
@@ -71,11 +53,12 @@ fn penalty(unsteady_percent: f64, limit_percent: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn packed(meshes_m3: f64, unsteady: usize) -> Packed {
-        Packed {
+    fn packed(meshes_m3: f64, unsteady: usize) -> Run {
+        Run {
             meshes_m3,
             placed: 50,
             unsteady,
+            ..Run::default()
         }
     }
 
@@ -112,11 +95,8 @@ mod tests {
     #[test]
     fn nothing_packed_is_bad_and_still_a_number() {
         let start = [packed(0.010, 0), packed(0.0, 0)];
-        let nothing = Packed {
-            placed: 0,
-            ..packed(0.0, 0)
-        };
-        let fitness = Fitness::of(&[nothing, nothing], &start, 2.0);
+        let nothing = [Run::default(), Run::default()];
+        let fitness = Fitness::of(&nothing, &start, 2.0);
         assert_eq!(fitness.value_percent, -100.0);
     }
 }
