@@ -53,11 +53,12 @@ impl Default for TrialSettings {
     }
 }
 
+/// What of an item that is placed counts as steady is the limit in a try, too.
 impl Default for TrialLimits {
     fn default() -> Self {
         Self {
-            tilt_rad: 25.0_f64.to_radians(),
-            slide_m: 0.018,
+            tilt_rad: 30.0_f64.to_radians(),
+            slide_m: 0.02,
             disturbance_m: 0.02,
         }
     }
@@ -119,7 +120,7 @@ pub struct Settling {
     pub slide_m: f64,
     /// How far the other item that moved most moved, in metres.
     pub disturbance_m: f64,
-    /// How far it sticks out above the rim, in metres.
+    /// How far it, or an item that it has lifted, sticks out above the rim, in metres.
     pub above_rim_m: f64,
     /// Whether the item was at rest at the end.
     pub is_still: bool,

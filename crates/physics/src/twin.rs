@@ -32,8 +32,11 @@ use crate::world::World;
 /// The least time step of a try, in seconds. Half of that changed neither how full containers get nor what stays in them.
 const TIMESTEP_S: f64 = 1.0 / 240.0;
 
+/// What a try lifts by no more than this lies as high as before, in metres.
+const LIFTED_M: f64 = 0.001;
+
 /// How a try is simulated. A rough try, in coarse steps of time, refuses most of what would not stay; what passes it is tried
-/// once more, for longer and under a disturbance.
+/// twice more, for longer and under a disturbance: one way, and the other.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TwinSettings {
@@ -41,7 +44,7 @@ pub struct TwinSettings {
     pub cell: CellSettings,
     /// How the rough try is simulated.
     pub rough: RoughSettings,
-    /// How the second try differs from the plan: the real cell is not quite the twin.
+    /// How these differ from the plan: the real cell is not quite the twin.
     pub disturbance: Disturbance,
     /// Bodies this close to the item's place move in a try, in metres.
     pub reach_m: f64,
@@ -61,7 +64,8 @@ pub struct RoughSettings {
     pub settle_time_s: f64,
 }
 
-/// How a try differs from the plan.
+/// How a try differs from the plan: the item is let go ahead of its place along x and y and turned to the left, or behind it and
+/// turned to the right.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Disturbance {
@@ -71,6 +75,18 @@ pub struct Disturbance {
     pub shift_m: f64,
     /// By how much it is turned about the vertical, in radians.
     pub yaw_rad: f64,
+}
+
+impl Disturbance {
+    /// Where an item is held that is to be let go above its place: one way, and the other.
+    fn held(&self, planned: &Isometry3<f64>) -> [Isometry3<f64>; 2] {
+        [1.0, -1.0].map(|way| {
+            let (shift_m, yaw_rad) = (way * self.shift_m, way * self.yaw_rad);
+            let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
+            let shifted = planned.translation.vector + Vector3::new(shift_m, shift_m, 0.0);
+            Isometry3::from_parts(shifted.into(), turned * planned.rotation)
+        })
+    }
 }
 
 impl Default for RoughSettings {
@@ -86,8 +102,8 @@ impl Default for RoughSettings {
 impl Default for Disturbance {
     fn default() -> Self {
         Self {
-            friction: 0.8,
-            shift_m: 0.002,
+            friction: 0.75,
+            shift_m: 0.003,
             yaw_rad: 1.0_f64.to_radians(),
         }
     }
@@ -157,7 +173,7 @@ impl TwinSettings {
 /// What is known to lie in a container, as bodies.
 pub struct Twin {
     settings: TwinSettings,
-    /// The cells of both tries.
+    /// The cells of rough and of disturbed tries.
     rough: CellSettings,
     disturbed: CellSettings,
     templates: Templates,
@@ -281,18 +297,15 @@ impl Twin {
         let Solid(template) = solid;
         let container = self.settings.cell.container;
         let planned = checked_pose(container, &template.model, container_from_item)?;
-        let rough = self.attempt(template, &planned, &planned, &self.rough, limits);
-        if rough.beyond(limits).is_some() {
-            return Ok(rough);
+        let mut settling = self.attempt(template, &planned, &planned, &self.rough, limits);
+        for held in self.settings.disturbance.held(&planned) {
+            if settling.beyond(limits).is_some() {
+                break;
+            }
+            let disturbed = self.attempt(template, &planned, &held, &self.disturbed, limits);
+            settling = settling.worse(&disturbed);
         }
-        let Disturbance {
-            shift_m, yaw_rad, ..
-        } = self.settings.disturbance;
-        let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
-        let shifted = planned.translation.vector + Vector3::new(shift_m, shift_m, 0.0);
-        let held = Isometry3::from_parts(shifted.into(), turned * planned.rotation);
-        let disturbed = self.attempt(template, &planned, &held, &self.disturbed, limits);
-        Ok(rough.worse(&disturbed))
+        Ok(settling)
     }
 
     /// Lets an item go above where it is held, which may not quite be where it is planned.
@@ -384,10 +397,14 @@ impl Attempt<'_> {
         }
     }
 
-    /// How far the item sticks out above the rim now.
+    /// How far the item, or one that it has lifted, sticks out above the rim now.
     fn above_rim_m(&self, container: ContainerSize) -> f64 {
         let pose = self.world.pose(self.handle).unwrap_or(self.planned);
-        let top_m = self.template.bounds(&pose).highest.z;
+        let lifted_tops = self.movable.iter().filter_map(|Movable { handle, lying }| {
+            let top_m = lying.template.bounds(&self.world.pose(*handle)?).highest.z;
+            (top_m > lying.bounds.highest.z + LIFTED_M).then_some(top_m)
+        });
+        let top_m = lifted_tops.fold(self.template.bounds(&pose).highest.z, f64::max);
         (top_m - container.z_m).max(0.0)
     }
 

@@ -182,8 +182,8 @@ fn a_flat_box_on_the_floor_is_accepted_with_what_became_of_it() {
         panic!("{verdict:?}");
     };
     assert!(settling.tilt_rad < 0.02, "{settling:?}");
-    // It is let go 2.8 mm beside its place in the second try.
-    assert!(settling.slide_m < 5e-3, "{settling:?}");
+    // It is let go 4.2 mm beside its place in the disturbed tries.
+    assert!(settling.slide_m < 6e-3, "{settling:?}");
     assert_eq!(settling.disturbance_m, 0.0);
     assert!(settling.is_still, "{settling:?}");
 }
@@ -626,6 +626,34 @@ fn what_reaches_above_the_rim_is_made_where_it_sinks_below_it() {
                 assert!(!is_accepted);
             }
         }
+    }
+}
+
+/// A plank on a pillar, its middle so high, and a lower pillar 8 mm under its left end.
+fn seesaw(plank_m: f64) -> [(Arc<Model>, Isometry3<f64>); 3] {
+    let pillar = |x_m: f64, height_m: f64| {
+        let model = cuboid([0.02, 0.06, height_m]);
+        (model, at(x_m, 0.16, height_m / 2.0))
+    };
+    let plank = (cuboid([0.2, 0.03, 0.006]), at(0.16, 0.16, plank_m));
+    [
+        pillar(0.16, plank_m - 0.003),
+        pillar(0.07, plank_m - 0.011),
+        plank,
+    ]
+}
+
+#[test]
+fn what_lifts_another_item_above_the_rim_sticks_out_itself() {
+    let item = cuboid([0.03, 0.03, 0.008]);
+    for (plank_m, is_above) in [(0.292, true), (0.26, false)] {
+        let mut twin = new_twin(TwinSettings::default(), &seesaw(plank_m));
+        let on_the_left = at(0.08, 0.16, plank_m + 0.007);
+        let settling = tried(&mut twin, &item, &on_the_left);
+        assert!(settling.tilt_rad > 0.05, "the plank tips: {settling:?}");
+        assert_eq!(settling.above_rim_m > 0.002, is_above, "{settling:?}");
+        let why = settling.beyond(&TrialLimits::default());
+        assert_eq!(why, is_above.then_some("it would stick out above the rim"));
     }
 }
 

@@ -28,7 +28,7 @@ pub(crate) struct TrialOptions {
     tilt_limit: f64,
 
     /// The most that it may slide
-    #[arg(long, value_name = "LENGTH", default_value = "18mm", value_parser = parse_distance, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", default_value = "20mm", value_parser = parse_distance, allow_hyphen_values = true)]
     slide_limit: f64,
 
     /// The most that any other item may be moved by it
