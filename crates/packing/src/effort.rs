@@ -4,7 +4,7 @@ use crate::trial::TrialSettings;
 
 /// From this effort on placements are tried, in seconds: on two cores of an AMD EPYC, 95 % of the steps that try take no longer
 /// (`docs/results/effort.md`).
-const TRYING_FROM_S: f64 = 0.150;
+const TRYING_FROM_S: f64 = 0.250;
 
 /// About how long a step may take, in seconds.
 ///

@@ -53,7 +53,7 @@ impl Default for TrialSettings {
     }
 }
 
-/// What of an item that is placed counts as steady is the limit in a try, too.
+/// In a try an item may do no more than what counts as steady once it is placed: tilt by 30 degrees, slide by 2 cm.
 impl Default for TrialLimits {
     fn default() -> Self {
         Self {

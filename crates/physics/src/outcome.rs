@@ -104,6 +104,9 @@ pub(crate) fn tilt_rad(before: &Isometry3<f64>, after: &Isometry3<f64>) -> f64 {
 mod tests {
     use super::*;
     use nalgebra::UnitQuaternion;
+    use ppnpack_packing::trial::TrialLimits;
+
+    use crate::settings::CellSettings;
 
     #[test]
     fn tilt_ignores_yaw() {
@@ -115,6 +118,14 @@ mod tests {
         };
         assert!(tilt_rad(&turned(0.7, 0.0), &turned(0.7, 2.0)) < 1e-7);
         assert!((tilt_rad(&turned(0.7, 1.0), &turned(1.2, 3.0)) - 0.5).abs() < 1e-7);
+    }
+
+    #[test]
+    fn a_try_allows_what_counts_as_steady_and_no_more() {
+        let limits = TrialLimits::default();
+        assert_eq!(limits.tilt_rad, CellSettings::robot().outcome.topple_rad);
+        assert!(!is_unsteady(false, limits.slide_m, true));
+        assert!(is_unsteady(false, limits.slide_m.next_up(), true));
     }
 
     #[test]

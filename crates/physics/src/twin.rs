@@ -32,7 +32,7 @@ use crate::world::World;
 /// The least time step of a try, in seconds. Half of that changed neither how full containers get nor what stays in them.
 const TIMESTEP_S: f64 = 1.0 / 240.0;
 
-/// What a try lifts by no more than this lies as high as before, in metres.
+/// Bodies that a try lifts by no more than this count as lying where they lay, in metres.
 const LIFTED_M: f64 = 0.001;
 
 /// How a try is simulated. A rough try, in coarse steps of time, refuses most of what would not stay; what passes it is tried
@@ -44,7 +44,7 @@ pub struct TwinSettings {
     pub cell: CellSettings,
     /// How the rough try is simulated.
     pub rough: RoughSettings,
-    /// How these differ from the plan: the real cell is not quite the twin.
+    /// How the tries after the rough one differ from the plan: the real cell is not quite the twin.
     pub disturbance: Disturbance,
     /// Bodies this close to the item's place move in a try, in metres.
     pub reach_m: f64,
@@ -64,8 +64,8 @@ pub struct RoughSettings {
     pub settle_time_s: f64,
 }
 
-/// How a try differs from the plan: the item is let go ahead of its place along x and y and turned to the left, or behind it and
-/// turned to the right.
+/// How two tries of a placement differ from the plan: in one the item is let go beside its place, ahead along x and y, and is turned to
+/// the left; in the other behind and turned to the right. Both have the same friction.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Disturbance {
@@ -78,7 +78,7 @@ pub struct Disturbance {
 }
 
 impl Disturbance {
-    /// Where an item is held that is to be let go above its place: one way, and the other.
+    /// Where the item is held in place of its planned pose: in one try, and in the other.
     fn held(&self, planned: &Isometry3<f64>) -> [Isometry3<f64>; 2] {
         [1.0, -1.0].map(|way| {
             let (shift_m, yaw_rad) = (way * self.shift_m, way * self.yaw_rad);

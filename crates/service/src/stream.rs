@@ -66,13 +66,38 @@ impl<M: Message + Name> Publisher<M> {
     }
 }
 
-/// A message of a stream.
+/// A message of a stream, and when it came to this process, however much later it is looked at.
 #[derive(Debug)]
-pub struct Arrived<M> {
-    /// When it came, whenever it was taken.
+pub struct Arrived<T> {
+    /// When it came.
     pub at: Instant,
-    /// The message.
-    pub message: Result<M, WireError>,
+    /// The message, as it came or as far as it was read.
+    pub message: T,
+}
+
+impl<T> Arrived<T> {
+    /// A message that comes now.
+    pub fn now(message: T) -> Self {
+        let at = Instant::now();
+        Self { at, message }
+    }
+
+    /// The same with the message read further.
+    pub fn map<U>(self, read: impl FnOnce(T) -> U) -> Arrived<U> {
+        let (at, message) = (self.at, read(self.message));
+        Arrived { at, message }
+    }
+}
+
+impl<T, E> Arrived<Result<T, E>> {
+    /// The message, where it could be read.
+    ///
+    /// # Errors
+    /// Why it could not.
+    pub fn transpose(self) -> Result<Arrived<T>, E> {
+        let (at, message) = (self.at, self.message?);
+        Ok(Arrived { at, message })
+    }
 }
 
 /// The newest message of a stream of a cell. Older ones are dropped unread; the reader decodes.
@@ -86,7 +111,7 @@ pub struct Latest<M> {
 
 #[derive(Default)]
 struct Slot {
-    newest: Mutex<Option<(Instant, ZBytes)>>,
+    newest: Mutex<Option<Arrived<ZBytes>>>,
     arrived: Condvar,
 }
 
@@ -109,7 +134,7 @@ impl<M: Message + Name + Default> Latest<M> {
             let slot = slot.clone();
             move |sample: Sample| {
                 received.increment(1);
-                let newest = (Instant::now(), sample.payload().clone());
+                let newest = Arrived::now(sample.payload().clone());
                 let older = lock(&slot.newest).replace(newest);
                 slot.arrived.notify_one();
                 if older.is_some() {
@@ -128,25 +153,23 @@ impl<M: Message + Name + Default> Latest<M> {
     }
 
     /// The newest message, if it was not taken yet.
-    pub fn take(&self) -> Option<Arrived<M>> {
+    pub fn take(&self) -> Option<Arrived<Result<M, WireError>>> {
         let newest = lock(&self.slot.newest).take();
-        newest.map(|newest| self.read(newest))
+        newest.map(|newest| newest.map(|payload| self.read(&payload)))
     }
 
     /// Waits for a message that was not taken yet; `None` where none comes before the deadline.
-    pub fn wait(&self, deadline: Instant) -> Option<Arrived<M>> {
+    pub fn wait(&self, deadline: Instant) -> Option<Arrived<Result<M, WireError>>> {
         let left = deadline.saturating_duration_since(Instant::now());
         let newest = lock(&self.slot.newest);
         let arrived = &self.slot.arrived;
         let waited = arrived.wait_timeout_while(newest, left, |newest| newest.is_none());
         let newest = waited.unwrap_or_else(PoisonError::into_inner).0.take();
-        newest.map(|newest| self.read(newest))
+        newest.map(|newest| newest.map(|payload| self.read(&payload)))
     }
 
-    fn read(&self, (at, payload): (Instant, ZBytes)) -> Arrived<M> {
-        let message = payload::read(&payload, self.limit_bytes);
-        let message = message.inspect_err(|error| self.malformed.count(error));
-        Arrived { at, message }
+    fn read(&self, payload: &ZBytes) -> Result<M, WireError> {
+        payload::read(payload, self.limit_bytes).inspect_err(|error| self.malformed.count(error))
     }
 }
 

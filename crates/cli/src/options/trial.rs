@@ -18,7 +18,7 @@ pub(crate) struct TrialOptions {
     #[arg(long, value_name = "COUNT")]
     tries: Option<usize>,
 
-    /// About how long a step may take, such as 20ms or 1s, in place of --tries: below 150ms nothing is tried. It decides the same
+    /// About how long a step may take, such as 20ms or 1s, in place of --tries: below 250ms nothing is tried. It decides the same
     /// on every machine
     #[arg(long, value_name = "TIME", value_parser = parse_effort, conflicts_with = "tries")]
     effort: Option<Effort>,

@@ -17,7 +17,7 @@ const LINE_PERIOD: Duration = Duration::from_secs(1);
 pub enum Fate {
     /// It became a heightmap.
     Mapped,
-    /// A newer one came before it was looked at.
+    /// A newer one of its sensor came before it was looked at, or before all other sensors showed the same state.
     Replaced,
     /// Its layout, its pose or one of its fields is not possible.
     Malformed,

@@ -6,9 +6,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use ppnpack_service::actor::{self, Address, LatestValues, Mailbox};
-use ppnpack_wire::convert::cloud::CheckedCloud;
+use ppnpack_service::stream::Arrived;
 use ppnpack_wire::keys::Cell;
-use ppnpack_wire::{WireError, v1};
+use ppnpack_wire::v1;
 
 use crate::counts::{Counts, Fate};
 use crate::sensors::Sensors;
@@ -17,24 +17,8 @@ use crate::settings::Settings;
 /// The most cells that one process serves.
 pub(crate) const MAX_CELLS: usize = 64;
 
-/// A cloud and when it came: as it came, or checked.
-pub(crate) struct Arrived<C = v1::PointCloud> {
-    pub(crate) cloud: C,
-    pub(crate) at: Instant,
-}
-
-impl Arrived {
-    /// The cloud, where it is well-formed.
-    pub(crate) fn checked(self) -> Result<Arrived<CheckedCloud>, WireError> {
-        Ok(Arrived {
-            cloud: CheckedCloud::new(self.cloud)?,
-            at: self.at,
-        })
-    }
-}
-
 /// The latest clouds of a cell, by the indices of their sensors.
-pub(crate) type Clouds = LatestValues<usize, Arrived>;
+pub(crate) type Clouds = LatestValues<usize, Arrived<v1::PointCloud>>;
 
 /// The first cloud of a cell has come: its actor is to begin.
 pub(crate) struct Begin {
@@ -99,8 +83,7 @@ impl Router {
             let reason = format!("the cell has no sensor {:?}", cloud.sensor);
             return self.counts.refuse(cell, Fate::Unserved, &reason);
         };
-        let at = Instant::now();
-        if route.clouds.put(sensor, Arrived { cloud, at }).is_some() {
+        if route.clouds.put(sensor, Arrived::now(cloud)).is_some() {
             self.counts.count(Fate::Replaced);
         }
     }

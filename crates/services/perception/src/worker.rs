@@ -9,6 +9,7 @@ use ppnpack_perception::doubts::Doubt;
 use ppnpack_perception::mapper::{Mapped, Mapper};
 use ppnpack_service::actor::{Actor, Address};
 use ppnpack_service::process::Process;
+use ppnpack_service::stream::Arrived;
 use ppnpack_wire::convert::cloud::CheckedCloud;
 use ppnpack_wire::convert::scene;
 use ppnpack_wire::keys::Cell;
@@ -19,7 +20,7 @@ use crate::heightmaps;
 use crate::inspect;
 use crate::order::CloudOrder;
 use crate::round::Round;
-use crate::router::{Arrived, Clouds};
+use crate::router::Clouds;
 use crate::settings::Settings;
 use crate::streams::Streams;
 
@@ -117,15 +118,18 @@ impl Worker {
     }
 
     /// Takes a cloud, and publishes a heightmap where it is the last of its round.
-    fn take(&mut self, sensor: usize, arrived: Arrived) {
+    fn take(&mut self, sensor: usize, arrived: Arrived<v1::PointCloud>) {
         let Some(news) = self.accept(sensor, arrived) else {
             return;
         };
-        let state_number = news.cloud.cloud().state_number();
-        let Some(clouds) = self.round.take(sensor, state_number, news) else {
+        let state_number = news.message.cloud().state_number();
+        let counts = Arc::clone(&self.outputs.counts);
+        if self.round.put(sensor, state_number, news).is_some() {
+            counts.count(Fate::Replaced);
+        }
+        let Some(clouds) = self.round.take(state_number) else {
             return;
         };
-        let counts = Arc::clone(&self.outputs.counts);
         let (heightmap, mapped) = match self.map(state_number, &clouds) {
             Ok(mapped) => (self.write(&clouds, &mapped), mapped),
             Err(error) => return counts.refuse(&self.cell, Fate::Failed, &error),
@@ -138,7 +142,7 @@ impl Worker {
         let first = clouds.into_iter().next();
         let first = first.filter(|_| mapped.doubts.is_empty());
         if let (Some(inspected), Some(first)) = (&self.outputs.inspected, first) {
-            inspected.put(self.cell.clone(), first.cloud);
+            inspected.put(self.cell.clone(), first.message);
         }
         let grid = self.mapper.grid();
         self.streams.tell(&heightmap, grid, &mapped.scene);
@@ -148,13 +152,14 @@ impl Worker {
     }
 
     /// A cloud that is well-formed and newer than those before of its sensor.
-    fn accept(&mut self, sensor: usize, arrived: Arrived) -> Option<News> {
+    fn accept(&mut self, sensor: usize, arrived: Arrived<v1::PointCloud>) -> Option<News> {
         let counts = &self.outputs.counts;
         let news = arrived
-            .checked()
+            .map(CheckedCloud::new)
+            .transpose()
             .inspect_err(|error| counts.refuse(&self.cell, Fate::Malformed, error));
         let news = news.ok()?;
-        let cloud = news.cloud.cloud();
+        let cloud = news.message.cloud();
         let (state_number, sequence) = (cloud.state_number(), cloud.sequence());
         let order = self.orders.get_mut(sensor);
         if order.is_some_and(|order| order.accept(state_number, sequence, news.at)) {
@@ -172,7 +177,7 @@ impl Worker {
         }
         self.mapper.clear();
         for news in clouds {
-            let cloud = news.cloud.cloud();
+            let cloud = news.message.cloud();
             self.mapper
                 .add(cloud.points(), cloud.container_from_sensor());
         }
@@ -183,7 +188,7 @@ impl Worker {
         self.sequence += 1;
         let grid = self.mapper.grid();
         let news = clouds.iter();
-        let captured_at_ns = news.map(|news| news.cloud.cloud().captured_at_ns());
+        let captured_at_ns = news.map(|news| news.message.cloud().captured_at_ns());
         let first_at = clouds.iter().map(|news| news.at).min();
         let processing = first_at.map_or(Duration::ZERO, |at| at.elapsed());
         v1::Heightmap {

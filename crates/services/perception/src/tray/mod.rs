@@ -16,12 +16,12 @@ use ppnpack_recognition::recognise::Recogniser;
 use ppnpack_recognition::segmentation::{SegmentationSettings, segment};
 use ppnpack_service::actor::{Actor, Address, LatestValues, PendingRequests};
 use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_service::stream::Arrived;
 use ppnpack_wire::convert::cloud::{CheckedCloud, Cloud};
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, Status};
 
 use crate::counts::{Counts, Fate};
-use crate::router::Arrived;
 use settings::TraySettings;
 
 /// The most items that one answer has.
@@ -34,7 +34,7 @@ pub(crate) type Message = Incoming<v1::ItemsRequest>;
 #[derive(Clone)]
 pub(crate) struct Clouds {
     cells: Arc<[Cell]>,
-    latest: LatestValues<Cell, Arrived>,
+    latest: LatestValues<Cell, Arrived<v1::PointCloud>>,
     counts: Arc<Counts>,
 }
 
@@ -58,8 +58,7 @@ impl Clouds {
             let reason = "the cell has no tray: set service.trays";
             return self.counts.refuse(cell, Fate::Unserved, &reason);
         }
-        let at = Instant::now();
-        let replaced = self.latest.put(cell.clone(), Arrived { cloud, at });
+        let replaced = self.latest.put(cell.clone(), Arrived::now(cloud));
         if replaced.is_some() {
             self.counts.count(Fate::Replaced);
         }
@@ -139,7 +138,7 @@ impl Actor for Trays {
                 None => format!("no cloud of the tray of cell {cell} has come"),
                 Some(newest) => format!(
                     "no newer cloud of the tray of cell {cell} has come than number {}, {:.1} s ago",
-                    newest.cloud.cloud().sequence(),
+                    newest.message.cloud().sequence(),
                     newest.at.elapsed().as_secs_f64()
                 ),
             }
@@ -167,7 +166,7 @@ impl Trays {
             let Some(tray) = self.trays.get_mut(&cell) else {
                 continue;
             };
-            match arrived.checked() {
+            match arrived.map(CheckedCloud::new).transpose() {
                 Ok(newest) => tray.newest = Some(newest),
                 Err(error) => {
                     let counts = &self.clouds.counts;
@@ -183,7 +182,7 @@ impl Trays {
             let Some(newest) = &tray.newest else {
                 continue;
             };
-            let cloud = newest.cloud.cloud();
+            let cloud = newest.message.cloud();
             let can_be_answered = |incoming: &Message| {
                 incoming.cell() == cell && is_wanted(cloud.sequence(), newest.at, incoming)
             };

@@ -9,7 +9,7 @@ use ppnpack_service::process::Process;
 use ppnpack_service::rpc::Client;
 use ppnpack_service::stream::{Arrived, Latest};
 use ppnpack_wire::keys::{Cell, Stream};
-use ppnpack_wire::{MAX_MESSAGE_BYTES, convert, v1};
+use ppnpack_wire::{MAX_MESSAGE_BYTES, WireError, convert, v1};
 
 /// How long the stream is waited for before perception is asked: streams drop what they cannot deliver at once.
 const STREAM_PATIENCE: Duration = Duration::from_millis(30);
@@ -126,8 +126,9 @@ impl Scenes {
     }
 
     /// Takes a heightmap that was published; nobody may have looked for it since it came.
-    fn take_over_new(&mut self, Arrived { at, message }: Arrived<v1::Heightmap>) {
-        self.take_over(message.map_err(|error| error.to_string()), at.elapsed());
+    fn take_over_new(&mut self, arrived: Arrived<Result<v1::Heightmap, WireError>>) {
+        let heightmap = arrived.message.map_err(|error| error.to_string());
+        self.take_over(heightmap, arrived.at.elapsed());
     }
 
     fn take_over(&mut self, heightmap: Result<v1::Heightmap, String>, age: Duration) {
