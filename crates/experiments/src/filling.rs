@@ -26,7 +26,7 @@ use crate::cases::{Case, cases};
 use crate::document;
 use crate::runs::{Runs, RunsOption, hash};
 use crate::workers;
-use apart::Apart;
+use apart::{Apart, Physics};
 use results::{Results, Table};
 use ways::Comparison;
 pub(crate) use ways::Way;
@@ -58,9 +58,15 @@ pub(crate) struct FillingArguments {
     #[arg(long, value_name = "FILE", conflicts_with = "compare")]
     methods: Option<PathBuf>,
 
-    /// Leave out the table in which the cell's physics are not those of the twin
-    #[arg(long)]
-    not_apart: bool,
+    /// The physics of the cells that are packed in; each has a table of its own
+    #[arg(
+        long,
+        value_enum,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "own,apart"
+    )]
+    physics: Vec<Physics>,
 
     /// Sequences packed at once [default: one per core]
     #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
@@ -98,16 +104,12 @@ pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
         Some(path) => ways::read(path)?,
         None => arguments.compare.ways(),
     };
-    let mut tables = vec![("the twin's", Apart::default())];
-    if !arguments.not_apart {
-        tables.push(("apart", Apart::of_the_published_table()));
-    }
     let folder = arguments.runs.folder(&arguments.out);
     let compare = arguments.compare;
     let mut results = Results::new(compare.title(), &ways, arguments);
-    for (name, apart) in tables {
-        let runs = pack_all(arguments, &ways, &apart, &folder)?;
-        results.tables.push(Table::new(name, apart, &ways, &runs));
+    for physics in &arguments.physics {
+        let runs = pack_all(arguments, &ways, &physics.apart(), &folder)?;
+        results.tables.push(Table::new(*physics, &ways, &runs));
     }
     let (out, name) = (&arguments.out, compare.name());
     let chart = match compare {
@@ -182,7 +184,9 @@ fn pack(
     let mut planner = planner.with_chooser(method.chooser(&grid, &catalogue.items(), pool)?);
     let real = apart.cell(known);
     let cell = SimulatedPackingCell::new(real, &grid, catalogue, Sampling::Greatest).or_input()?;
-    let mut cell = cell.with_pose_error(apart.pose_error);
+    let mut cell = cell
+        .with_pose_error(apart.pose_error)
+        .with_mass_error(apart.mass);
     let how = Play {
         set_aside: way.set_aside,
         ..Play::with_buffer(method.buffer)

@@ -1,4 +1,5 @@
-//! Numbers that are given, checked ([`require`], [`within`]), and normal ones that are drawn ([`gaussian`]).
+//! Numbers that are given, checked ([`require`], [`within`]), and numbers that are drawn: normal ones ([`gaussian`]) and factors
+//! ([`factor_within`]).
 //!
 //! ```
 //! use ppnpack_numbers::within;
@@ -76,6 +77,11 @@ pub fn gaussian(first: f64, second: f64) -> f64 {
     (-2.0 * (1.0 - first).ln()).sqrt() * (std::f64::consts::TAU * second).cos()
 }
 
+/// A factor between `most` and its inverse, from a uniform number in [0, 1): as likely to enlarge as to lessen.
+pub fn factor_within(most: f64, uniform: f64) -> f64 {
+    most.powf(2.0 * uniform - 1.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -99,5 +105,13 @@ mod tests {
         assert!(mean.abs() < 1e-9, "{mean}");
         assert!((variance - 1.0).abs() < 0.01, "{variance}");
         assert!(gaussian(0.0, 0.3).is_finite());
+    }
+
+    #[test]
+    fn factors_reach_from_the_inverse_to_the_most() {
+        assert_eq!(factor_within(1.0, 0.3), 1.0);
+        assert_eq!(factor_within(4.0, 0.0), 0.25);
+        assert_eq!(factor_within(4.0, 0.5), 1.0);
+        assert_eq!(factor_within(4.0, 0.75), 2.0);
     }
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::object::{CatalogueObject, Model};
-use ppnpack_numbers::gaussian;
+use ppnpack_numbers::{factor_within, gaussian};
 use ppnpack_packing::check::Evidence;
 use ppnpack_packing::content::LyingSolid;
 use ppnpack_packing::episode::PackingCell;
@@ -55,8 +55,11 @@ pub struct SimulatedPackingCell {
     models: BTreeMap<ShapeId, Arc<Model>>,
     /// By the numbers of their bodies.
     placed: Vec<Placed>,
+    /// What is known of these bodies; their masses may be other ones.
+    known: Vec<Arc<Model>>,
     sampling: Sampling,
     pose_error: PoseError,
+    mass_error: f64,
     random: ChaCha8Rng,
 }
 
@@ -99,10 +102,12 @@ impl SimulatedPackingCell {
         Ok(Self {
             random: ChaCha8Rng::seed_from_u64(settings.seed),
             pose_error: PoseError::default(),
+            mass_error: 1.0,
             cell: SimulatedCell::new(settings)?,
             grid: grid.clone(),
             models: objects.flat_map(by_shape).collect(),
             placed: Vec::new(),
+            known: Vec::new(),
             sampling,
         })
     }
@@ -111,6 +116,13 @@ impl SimulatedPackingCell {
     #[must_use]
     pub fn with_pose_error(mut self, pose_error: PoseError) -> Self {
         self.pose_error = pose_error;
+        self
+    }
+
+    /// The mass of each item that is placed is another one than is known: by a factor between this and its inverse.
+    #[must_use]
+    pub fn with_mass_error(mut self, factor: f64) -> Self {
+        self.mass_error = factor;
         self
     }
 
@@ -145,7 +157,20 @@ impl SimulatedPackingCell {
         Ok(self.cell.try_place(&model, &container_from_item)?)
     }
 
-    /// The model that is placed, and where its frame shall be.
+    /// The item that is placed, of which a model is known.
+    fn real(&mut self, known: &Arc<Model>) -> Arc<Model> {
+        if self.mass_error == 1.0 {
+            return Arc::clone(known);
+        }
+        let factor = factor_within(self.mass_error, self.random.random());
+        let mass = known.mass.times(factor);
+        Arc::new(Model {
+            mass,
+            ..Model::clone(known)
+        })
+    }
+
+    /// The model that is placed, as far as it is known, and where its frame shall be.
     fn planned(
         &self,
         candidate: &Candidate,
@@ -181,7 +206,10 @@ impl PackingCell for SimulatedPackingCell {
             container_from_item: self
                 .pose_error
                 .disturb(&body.container_from_item, &mut self.random),
-            model: body.model,
+            model: self
+                .known
+                .get(body.id.index())
+                .map_or(body.model, Arc::clone),
         });
         Ok(scene.with_content(known.collect()))
     }
@@ -192,8 +220,10 @@ impl PackingCell for SimulatedPackingCell {
         resting: &RestingPlacement,
         _evidence: &Evidence,
     ) -> Result<(), StageError> {
-        let (model, container_from_item) = self.planned(item, resting)?;
-        let report = self.cell.place(&model, &container_from_item)?;
+        let (known, container_from_item) = self.planned(item, resting)?;
+        let real = self.real(&known);
+        let report = self.cell.place(&real, &container_from_item)?;
+        self.known.push(known);
         self.placed.push(Placed {
             arrival: item.arrival,
             report,

@@ -21,6 +21,7 @@ use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::error::PhysicsError;
+use ppnpack_physics::outcome::BodyState;
 use ppnpack_physics::packing_cell::{PoseError, Sampling, SimulatedPackingCell};
 use ppnpack_physics::settings::CellSettings;
 
@@ -137,13 +138,10 @@ const POSE_ERROR: PoseError = PoseError {
 
 /// A cell with three cubes, of whose poses its scans know only so much.
 fn cell_of_cubes(seed: u64, pose_error: PoseError) -> SimulatedPackingCell {
-    let grid = Grid::reference();
-    let view = ViewSurfaces {
-        origin_from_corner_m: Vector3::repeat(0.02),
-        ..ViewSurfaces::of_cells(4, 4, vec![20; 16], vec![0; 16])
-    };
-    let item = Arc::new(Item::new("cube", vec![view; 4], 0.0).unwrap());
-    let model = cuboid([0.04; 3]);
+    with_cubes(empty_cell(seed).with_pose_error(pose_error))
+}
+
+fn empty_cell(seed: u64) -> SimulatedPackingCell {
     let settings = CellSettings {
         seed,
         ..CellSettings::default()
@@ -152,8 +150,16 @@ fn cell_of_cubes(seed: u64, pose_error: PoseError) -> SimulatedPackingCell {
         objects: Vec::new(),
         resolution: Resolution::reference(),
     };
-    let cell = SimulatedPackingCell::new(settings, &grid, &catalogue, Sampling::Greatest);
-    let mut cell = cell.unwrap().with_pose_error(pose_error);
+    SimulatedPackingCell::new(settings, &Grid::reference(), &catalogue, Sampling::Greatest).unwrap()
+}
+
+fn with_cubes(mut cell: SimulatedPackingCell) -> SimulatedPackingCell {
+    let view = ViewSurfaces {
+        origin_from_corner_m: Vector3::repeat(0.02),
+        ..ViewSurfaces::of_cells(4, 4, vec![20; 16], vec![0; 16])
+    };
+    let item = Arc::new(Item::new("cube", vec![view; 4], 0.0).unwrap());
+    let model = cuboid([0.04; 3]);
     for (arrival, x) in [4, 12, 20].into_iter().enumerate() {
         let cube = Candidate::new(arrival, Arc::clone(&item)).with_model(Arc::clone(&model));
         let resting = RestingPlacement {
@@ -185,6 +191,28 @@ fn a_scan_tells_what_lies_there_and_where() {
     let solids = scene.content().unwrap().solids().iter();
     for (solid, (_, body)) in solids.zip(cell.contents()) {
         assert!(Arc::ptr_eq(&solid.model, &body.model));
+    }
+}
+
+#[test]
+fn masses_that_are_not_quite_known_are_told_as_they_are_known() {
+    let exact = cell_of_cubes(3, PoseError::default());
+    let mut cell = with_cubes(empty_cell(3).with_mass_error(2.0));
+    let masses_kg = |bodies: Vec<(usize, BodyState)>| -> Vec<f64> {
+        let masses = bodies.iter().map(|(_, body)| body.model.mass.mass_kg);
+        masses.collect()
+    };
+    let known_kg = masses_kg(exact.contents())[0];
+    let real_kg = masses_kg(cell.contents());
+    assert!(
+        real_kg
+            .iter()
+            .all(|real| (known_kg / 2.0..=known_kg * 2.0).contains(real))
+    );
+    assert!(real_kg[0] != real_kg[1] && real_kg[1] != real_kg[2]);
+    let scene = cell.scan().unwrap();
+    for solid in scene.content().unwrap().solids() {
+        assert_eq!(solid.model.mass.mass_kg, known_kg);
     }
 }
 

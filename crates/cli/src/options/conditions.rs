@@ -31,8 +31,8 @@ impl Conditions {
     pub(crate) fn usual(self) -> Usual {
         match self {
             Self::Robot => Usual {
-                cell_m: 0.005,
-                yaws: 8,
+                cell_m: 0.0025,
+                yaws: 16,
                 stability: Stability::None,
                 trial: TrialSettings::default(),
                 weights: Weights::for_poses,

@@ -122,7 +122,7 @@ pub struct GridOptions {
     #[arg(long, value_name = "XxYxZ", allow_hyphen_values = true, default_value = "32x32x30cm", value_parser = parse_size)]
     pub(crate) container: ContainerSize,
 
-    /// The edge of a grid cell [default: 5mm under robot conditions, 1cm under the reference's]
+    /// The edge of a grid cell [default: 2.5mm under robot conditions, 1cm under the reference's]
     #[arg(long, value_name = "LENGTH", value_parser = parse_length, allow_hyphen_values = true)]
     pub(crate) cell: Option<f64>,
 
@@ -130,7 +130,7 @@ pub struct GridOptions {
     #[arg(long, value_name = "LENGTH", default_value = "2mm", value_parser = parse_length, allow_hyphen_values = true)]
     pub(crate) height_unit: f64,
 
-    /// How many yaws, evenly over half a turn [default: 8 under robot conditions, 4 under the reference's]
+    /// How many yaws, evenly over half a turn [default: 16 under robot conditions, 4 under the reference's]
     #[arg(long, value_name = "COUNT")]
     pub(crate) yaws: Option<usize>,
 }

@@ -3,7 +3,7 @@
 use ppnpack_chart::{PointSeries, Scatter};
 use serde::Serialize;
 
-use super::apart::Apart;
+use super::apart::{Apart, Physics};
 use super::{FillingArguments, Run, Way};
 use crate::comparison::point;
 use crate::document;
@@ -25,7 +25,8 @@ pub(super) struct Results<'a> {
 /// All methods in one kind of cell.
 #[derive(Debug, Serialize)]
 pub(super) struct Table {
-    physics: &'static str,
+    #[serde(skip)]
+    cell: &'static str,
     apart: Apart,
     lines: Vec<Line>,
 }
@@ -49,17 +50,12 @@ struct Line {
 }
 
 impl Table {
-    pub(super) fn new(
-        physics: &'static str,
-        apart: Apart,
-        ways: &[Way],
-        runs: &[Vec<Run>],
-    ) -> Self {
+    pub(super) fn new(physics: Physics, ways: &[Way], runs: &[Vec<Run>]) -> Self {
         let first = runs.first().map_or(&[][..], Vec::as_slice);
         let lines = ways.iter().zip(runs);
         Self {
-            physics,
-            apart,
+            cell: physics.cell(),
+            apart: physics.apart(),
             lines: lines
                 .map(|(way, runs)| Line::new(way, runs, first))
                 .collect(),
@@ -149,7 +145,7 @@ impl Results<'_> {
             point(&line.name, &x, &line.meshes_cm3)
         };
         let series = self.tables.iter().map(|table| PointSeries {
-            name: table.cell().to_owned(),
+            name: table.cell.to_owned(),
             reference: false,
             points: table.lines.iter().map(point).collect(),
         });
@@ -163,31 +159,8 @@ impl Results<'_> {
 }
 
 impl Table {
-    /// The cell that it is of, in a few words.
-    fn cell(&self) -> &'static str {
-        match self.apart.friction == 1.0 {
-            true => "the cell is the twin's",
-            false => "the cell is another one",
-        }
-    }
-
     fn markdown(&self) -> String {
-        let Apart {
-            friction,
-            pose_error,
-        } = self.apart;
-        let mut text = if friction == 1.0 {
-            "\n## The cell is as the planner thinks it is\n".to_owned()
-        } else {
-            format!(
-                "\n## The cell is another one than the twin\n\nFriction of items and of walls times {:.2} to {friction:.2}, drawn \
-                 once a sequence; the poses of what lies there are known with normal errors of {:.0} mm and {:.0} degree per \
-                 axis.\n",
-                1.0 / friction,
-                pose_error.position_m * 1e3,
-                pose_error.rotation_rad.to_degrees()
-            )
-        };
+        let mut text = self.apart.markdown();
         text += "\n| method | items | mesh volume (cm³) | difference (cm³) | | unsteady | set aside | in another pose | \
                  decision, median | 95 % |\n|---|---|---|---|---|---|---|---|---|---|\n";
         for line in &self.lines {
@@ -208,5 +181,37 @@ impl Table {
             );
         }
         text
+    }
+}
+
+impl Apart {
+    /// The heading of its table, and how the cell differs from the twin.
+    fn markdown(&self) -> String {
+        if self.friction == 1.0 {
+            return "\n## The cell is as the planner thinks it is\n".to_owned();
+        }
+        let is_far = self.mass > 1.0;
+        let mut text = format!(
+            "\n## The cell is {} than the twin\n\nFriction of items and of walls times {:.2} to {:.2}, drawn once a sequence; \
+             the poses of what lies there are known with normal errors of {:.0} mm and {:.0} degree per axis",
+            if is_far {
+                "quite another one"
+            } else {
+                "another one"
+            },
+            1.0 / self.friction,
+            self.friction,
+            self.pose_error.position_m * 1e3,
+            self.pose_error.rotation_rad.to_degrees()
+        );
+        if is_far {
+            text += &format!(
+                "; the mass of each item times {:.2} to {:.2}; restitution of 0 to {:.1}, drawn once a sequence",
+                1.0 / self.mass,
+                self.mass,
+                self.restitution
+            );
+        }
+        text + ".\n"
     }
 }

@@ -135,12 +135,20 @@ impl Comparison {
 fn stages() -> Vec<Way> {
     let aside = |way: &mut Way| way.set_aside = 20;
     let posed = |way: &mut Way| way.poses = 4;
+    let fine = |way: &mut Way| {
+        way.grid.cell_m = 0.0025;
+        way.grid.yaws = 16;
+    };
     vec![
         Way::tried("tried", |_| ()),
         Way::tried("tried, 4 poses", posed),
         Way::tried("tried, 20 set aside", aside),
         Way::tried("tried, 4 poses, 20 set aside", |way| {
             posed(way);
+            aside(way);
+        }),
+        Way::tried("tried, 20 set aside, 2.5 mm and 16 yaws", |way| {
+            fine(way);
             aside(way);
         }),
         Way::new("tried, published weights", |_| ()),
