@@ -2329,6 +2329,10 @@ pub struct Settling {
     /// How far it sticks out above the rim at the end.
     #[prost(double, tag = "5")]
     pub above_rim_m: f64,
+    /// The greatest force with which it presses on any one other item where it came to rest, in newtons; container and floor do not
+    /// count.
+    #[prost(double, tag = "6")]
+    pub load_n: f64,
 }
 impl ::prost::Name for Settling {
     const NAME: &'static str = "Settling";
