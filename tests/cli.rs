@@ -744,6 +744,45 @@ fn broken_cases_are_refused() {
 }
 
 #[test]
+fn the_poses_of_objects_are_listed_with_their_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    // 5 x 5 x 2 cm.
+    let slab = cube_ply(&[
+        ("0 0 0.05\n", "0 0 0.02\n"),
+        ("0.05 0 0.05\n", "0.05 0 0.02\n"),
+        ("0.05 0.05 0.05\n", "0.05 0.05 0.02\n"),
+        ("0 0.05 0.05\n", "0 0.05 0.02\n"),
+    ]);
+    std::fs::write(folder.path().join("slab.ply"), slab).unwrap();
+    let catalogue = folder.path().to_str().unwrap();
+    let list = [
+        "catalogue",
+        "list",
+        "--poses",
+        "4",
+        "--catalogue",
+        catalogue,
+    ];
+    let listed = json(&ppnpack(&[&list[..], &["--json"]].concat()));
+    let poses = &listed[0]["poses"];
+    let (flat, upright) = (&poses[0], &poses[1]);
+    assert_eq!(poses.as_array().unwrap().len(), 2, "{listed}");
+    assert_eq!(
+        (flat["pose"].as_u64(), upright["pose"].as_u64()),
+        (Some(0), Some(1))
+    );
+    assert_eq!(flat["up"].to_string(), "[0.0,0.0,1.0]");
+    assert!(flat["probability"].as_f64() > upright["probability"].as_f64());
+    assert!((upright["extents_m"][2].as_f64().unwrap() - 0.05).abs() < 1e-9);
+    let table = ppnpack(&list);
+    let table = String::from_utf8(table.stdout).unwrap();
+    assert!(
+        table.contains("Probability") && table.contains("0.00 0.00 1.00"),
+        "{table}"
+    );
+}
+
+#[test]
 fn the_builtin_catalogue_is_whole_and_can_be_shown() {
     let folder = tempfile::tempdir().unwrap();
     let sheet = folder.path().join("sheet.png");

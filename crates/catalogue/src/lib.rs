@@ -32,7 +32,7 @@ mod error;
 mod hull;
 pub mod mass;
 pub mod object;
-mod poses;
+pub mod poses;
 pub mod raster;
 pub mod reader;
 pub mod repair;

@@ -1,4 +1,5 @@
-//! The further poses in which objects may be packed.
+//! The poses in which objects may be packed, by their numbers: pose 0 is that in which the catalogue has an object, the others
+//! follow by falling probability.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -61,6 +62,13 @@ pub(crate) fn further(
     found
 }
 
+/// How probable it is that an object that falls comes to rest as it stands, between 0 and 1. All facets on which it lies alike
+/// count together.
+pub fn probability(model: &Model) -> f64 {
+    let standing = all(model).into_iter().next();
+    standing.map_or(0.0, |pose| pose.probability)
+}
+
 /// Whether two items have the same heightmaps at the first yaw.
 fn is_alike(one: &Item, other: &Item) -> bool {
     let views = one.views().first().zip(other.views().first());
@@ -72,6 +80,15 @@ fn is_alike(one: &Item, other: &Item) -> bool {
 
 /// The poses that are likely enough, the most probable first, without that in which a model stands.
 fn distinct(model: &Model) -> Vec<DistinctPose> {
+    let further = all(model).into_iter().skip(1);
+    let likely = further.filter(|pose| pose.probability >= MIN_PROBABILITY);
+    let mut likely: Vec<DistinctPose> = likely.collect();
+    likely.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    likely
+}
+
+/// The poses of a model, that in which it stands first.
+fn all(model: &Model) -> Vec<DistinctPose> {
     let Some(hull) = hull(&model.mesh.vertices) else {
         return Vec::new();
     };
@@ -91,11 +108,7 @@ fn distinct(model: &Model) -> Vec<DistinctPose> {
             None => poses.push(pose),
         }
     }
-    let further = poses.into_iter().skip(1);
-    let likely = further.filter(|pose| pose.probability >= MIN_PROBABILITY);
-    let mut likely: Vec<DistinctPose> = likely.collect();
-    likely.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    likely
+    poses
 }
 
 /// A pose, its footprint turned to fill the least rectangle, and what tells it from others.
@@ -161,6 +174,7 @@ impl DistinctPose {
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;
+    use std::iter::once;
 
     use nalgebra::Isometry3;
 
@@ -200,6 +214,15 @@ mod tests {
         assert_eq!(sizes(&poses(mesh.clone(), 1).1), [[5, 2, 15]]);
         assert!(poses(mesh, 0).1.is_empty());
         assert!(poses(cube(0.05), 5).1.is_empty());
+    }
+
+    #[test]
+    fn the_probabilities_of_a_boxs_poses_are_those_of_its_sides() {
+        let (model, found) = poses(Mesh::cuboid([0.0; 3], [0.05, 0.03, 0.02]), 5);
+        let turned = found.iter().map(|posed| &*posed.model);
+        let all: Vec<f64> = once(&model).chain(turned).map(probability).collect();
+        assert!((all.iter().sum::<f64>() - 1.0).abs() < 1e-6, "{all:?}");
+        assert!(all.is_sorted_by(|one, next| one > next), "{all:?}");
     }
 
     #[test]

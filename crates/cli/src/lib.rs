@@ -5,6 +5,7 @@ mod commands;
 pub mod drawing;
 pub mod failure;
 mod fastest;
+mod force;
 pub mod launcher;
 pub mod length;
 pub mod network;

@@ -2093,6 +2093,11 @@ pub struct Announcement {
     /// item is packed as it lies.
     #[prost(uint32, tag = "7")]
     pub poses: u32,
+    /// The numbers of the resting poses in which alone an object of the catalogue may be packed, as in Decision.pose, each once and
+    /// below `poses` of the planner's cell; empty: the first `poses`. Not together with poses. With heightmaps, or with waits_at, 0
+    /// alone.
+    #[prost(uint32, repeated, tag = "8")]
+    pub allowed_poses: ::prost::alloc::vec::Vec<u32>,
     /// What the item is.
     #[prost(oneof = "announcement::Shape", tags = "2, 3")]
     pub shape: ::core::option::Option<announcement::Shape>,
@@ -2329,6 +2334,10 @@ pub struct Settling {
     /// How far it sticks out above the rim at the end.
     #[prost(double, tag = "5")]
     pub above_rim_m: f64,
+    /// The greatest force with which it presses on any one other item where it came to rest, in newtons; container and floor do not
+    /// count.
+    #[prost(double, tag = "6")]
+    pub load_n: f64,
 }
 impl ::prost::Name for Settling {
     const NAME: &'static str = "Settling";
@@ -2625,12 +2634,15 @@ pub struct SessionItem {
     pub set_aside: ::core::option::Option<ItemReason>,
     #[prost(uint64, tag = "14")]
     pub set_aside_step: u64,
-    /// In how many resting poses it may be packed at most; 0 where it is in one only.
+    /// In how many resting poses it may be packed at most; 0 where it is in one only, or where allowed_poses names them.
     #[prost(uint32, tag = "15")]
     pub poses: u32,
     /// With ITEM_STATE_PACKED: in which of its resting poses, as in Decision.
     #[prost(uint32, tag = "16")]
     pub pose: u32,
+    /// As announced, by increasing number.
+    #[prost(uint32, repeated, tag = "17")]
+    pub allowed_poses: ::prost::alloc::vec::Vec<u32>,
 }
 impl ::prost::Name for SessionItem {
     const NAME: &'static str = "SessionItem";

@@ -1,9 +1,12 @@
 //! `ppnpack catalogue`: what is in a folder, what is wrong with it, and what it looks like.
 
+use std::iter::once;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
+use nalgebra::Vector3;
 use ppnpack_catalogue::object::{CatalogueObject, Model};
+use ppnpack_catalogue::poses::probability;
 use ppnpack_catalogue::report::{ObjectReport, inspect};
 use ppnpack_files::write_whole;
 use ppnpack_packing::grid::Resolution;
@@ -12,7 +15,7 @@ use serde::Serialize;
 
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::length::centimetres;
-use crate::options::CatalogueOptions;
+use crate::options::{CatalogueOptions, Conditions, GridOptions};
 use crate::output::{self, print_line};
 
 /// Look at the objects of a folder or of the built-in set.
@@ -24,8 +27,15 @@ pub(crate) struct CatalogueArguments {
 
 #[derive(Debug, Subcommand)]
 enum CatalogueCommand {
-    /// List the objects with their sizes, volumes and masses
-    List(Listing),
+    /// List the objects with their sizes, volumes and masses; with several --poses, which pose has which number. The numbers are
+    /// those of a cell with this grid
+    List {
+        #[command(flatten)]
+        listing: Listing,
+
+        #[command(flatten)]
+        grid: GridOptions,
+    },
     /// Check every mesh file: what was repaired, what is wrong with it, and what to do
     Check(Listing),
     /// Draw a picture sheet of the objects
@@ -55,7 +65,7 @@ struct Listing {
 
 pub(crate) fn run(arguments: &CatalogueArguments) -> Outcome {
     match &arguments.command {
-        CatalogueCommand::List(listing) => list(listing),
+        CatalogueCommand::List { listing, grid } => list(listing, grid),
         CatalogueCommand::Check(listing) => check(listing),
         CatalogueCommand::Show { options, out, tile } => show(options, out, *tile),
     }
@@ -71,6 +81,34 @@ struct ListedObject {
     triangles: usize,
     convex_pieces: usize,
     resting_poses: usize,
+    /// Those in which it may be packed, by their numbers.
+    poses: Vec<ListedPose>,
+}
+
+/// A pose in which an object may be packed.
+#[derive(Debug, Serialize)]
+struct ListedPose {
+    pose: usize,
+    probability: f64,
+    /// The direction of the object's own frame that points up.
+    up: [f64; 3],
+    extents_m: [f64; 3],
+}
+
+impl ListedPose {
+    fn all(object: &CatalogueObject) -> Vec<Self> {
+        let up = Vector3::z();
+        let further = object.poses.iter();
+        let further = further.map(|posed| (&posed.model, posed.rotation.inverse() * up));
+        let poses = once((&object.model, up)).chain(further);
+        let listed = poses.enumerate().map(|(pose, (model, up))| Self {
+            pose,
+            probability: probability(model),
+            up: up.into(),
+            extents_m: extents_m(model),
+        });
+        listed.collect()
+    }
 }
 
 impl ListedObject {
@@ -85,6 +123,7 @@ impl ListedObject {
             triangles: model.mesh.triangles.len(),
             convex_pieces: model.pieces.len(),
             resting_poses: model.resting_poses.len(),
+            poses: ListedPose::all(object),
         }
     }
 }
@@ -94,11 +133,44 @@ fn extents_m(model: &Model) -> [f64; 3] {
     bounds.map_or([0.0; 3], |bounds| bounds.extents_m().into())
 }
 
-fn list(listing: &Listing) -> Outcome {
-    let catalogue = listing.options.load(&Resolution::reference())?;
+fn list(listing: &Listing, grid: &GridOptions) -> Outcome {
+    let grid = grid.grid(Conditions::Robot)?;
+    let catalogue = listing.options.load(grid.resolution())?;
     let objects = catalogue.objects.iter().enumerate();
     let objects: Vec<ListedObject> = objects.map(ListedObject::new).collect();
+    let table = match listing.options.poses {
+        1 => table,
+        _ => pose_table,
+    };
     Ok(output::print(&objects, listing.json, || table(&objects))?)
+}
+
+/// A line per pose of each object.
+fn pose_table(objects: &[ListedObject]) -> String {
+    let mut table = output::table();
+    table.set_header([
+        "Index",
+        "Name",
+        "Pose",
+        "Probability",
+        "Up in its own frame",
+        "Size",
+    ]);
+    for object in objects {
+        for posed in &object.poses {
+            // No minus before what rounds to 0.
+            let [x, y, z] = posed.up.map(|along| (along * 100.0).round() / 100.0 + 0.0);
+            table.add_row([
+                object.index.to_string(),
+                object.name.clone(),
+                posed.pose.to_string(),
+                format!("{:.0} %", posed.probability * 100.0),
+                format!("{x:.2} {y:.2} {z:.2}"),
+                centimetres(posed.extents_m),
+            ]);
+        }
+    }
+    table.to_string()
 }
 
 fn table(objects: &[ListedObject]) -> String {

@@ -176,8 +176,12 @@ fn progress(session: &v1::Session) -> String {
 fn last_decision(decision: &v1::Decision) -> String {
     let total_ns: u64 = decision.stages.iter().map(|stage| stage.duration_ns).sum();
     let at = decision.placement.unwrap_or_default();
+    let pose = match decision.pose {
+        0 => String::new(),
+        pose => format!("in pose {pose} "),
+    };
     format!(
-        "step {:<4} {} ({}) at yaw {} cell ({}, {}) height {}, value {:.2}, {:.2} ms",
+        "step {:<4} {} ({}) {pose}at yaw {} cell ({}, {}) height {}, value {:.2}, {:.2} ms",
         decision.step,
         decision.item_id,
         decision.object,
@@ -235,6 +239,18 @@ mod tests {
         session.set_end(v1::SessionEnd::OthersSetAside);
         let ended = format!("{shown}, all packed but 1 set aside");
         assert_eq!(progress(&session), ended);
+    }
+
+    #[test]
+    fn a_decision_is_shown_with_its_pose_where_the_item_is_turned() {
+        let mut decision = v1::Decision {
+            item_id: "i".to_owned(),
+            object: "mug".to_owned(),
+            ..v1::Decision::default()
+        };
+        assert!(last_decision(&decision).contains("i (mug) at yaw 0"));
+        decision.pose = 2;
+        assert!(last_decision(&decision).contains("i (mug) in pose 2 at yaw 0"));
     }
 
     #[test]

@@ -6,6 +6,7 @@ use ppnpack_packing::trial::{TrialLimits, TrialSettings};
 
 use super::conditions::Conditions;
 use crate::failure::{OrInput, Outcome};
+use crate::force::parse_force;
 use crate::length::parse_distance;
 use crate::time::parse_time;
 
@@ -35,6 +36,10 @@ pub(crate) struct TrialOptions {
     #[arg(long, value_name = "LENGTH", default_value = "20mm", value_parser = parse_distance, allow_hyphen_values = true)]
     disturbance_limit: f64,
 
+    /// The greatest force with which it may press on any other item, such as 20N [default: as it comes]
+    #[arg(long, value_name = "FORCE", value_parser = parse_force, allow_hyphen_values = true)]
+    load_limit: Option<f64>,
+
     /// How many times the limits the best of what was tried may reach to be made where nothing keeps within them; with 1
     /// nothing is made then
     #[arg(long, value_name = "FACTOR", default_value_t = TrialSettings::default().leniency, allow_hyphen_values = true)]
@@ -60,6 +65,7 @@ impl TrialOptions {
             tilt_rad: self.tilt_limit.to_radians(),
             slide_m: self.slide_limit,
             disturbance_m: self.disturbance_limit,
+            load_n: self.load_limit,
         };
         let tries = self.tries.or(self.effort.map(Effort::tries_per_item));
         let settings = TrialSettings {

@@ -24,6 +24,8 @@ struct Line<'a> {
     look_ahead_s: f64,
     slide_m: f64,
     tilt_rad: f64,
+    /// With what it pressed on another item when it was tried.
+    load_n: Option<f64>,
     toppled: bool,
     inside_at_the_end: bool,
     end_x_m: Option<f64>,
@@ -64,6 +66,7 @@ pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
             look_ahead_s: step.timings.look_ahead.as_secs_f64(),
             slide_m: settled.slide_m,
             tilt_rad: settled.tilt_rad,
+            load_n: step.evidence.settling.map(|settling| settling.load_n),
             toppled: settled.toppled,
             inside_at_the_end: body.is_some_and(|body| body.inside),
             end_x_m: pose.map(|pose| pose.translation.x),

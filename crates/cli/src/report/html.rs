@@ -158,6 +158,8 @@ fn steps(body: &mut String, packing: &Packing, summary: &Summary) {
     let (cell_m, unit_m) = (resolution.cell_m(), resolution.height_unit_m());
     let cycle_head = packing.arm.as_ref();
     let cycle_head = cycle_head.map_or("", |_| "<th class=n>Cycle (s)");
+    let load_head = summary.greatest_load.as_ref();
+    let load_head = load_head.map_or("", |_| "<th class=n>Load (N)");
     let has_poses = packing.settings.poses > 1;
     let pose_head = if has_poses { "<th class=n>Pose" } else { "" };
     let poses = match summary.items_in_other_pose {
@@ -168,12 +170,16 @@ fn steps(body: &mut String, packing: &Packing, summary: &Summary) {
             summary.items_placed
         ),
     };
+    let loads = match summary.greatest_load {
+        Some(_) => " The load is what the item presses with on any one other, as the tries tell.",
+        None => "",
+    };
     body.push_str(&format!(
         "<h2>Steps</h2><p class=sub>Highlighted: toppled, or not inside the container at the end. \
-         Alternatives are the values of the next best valid placements.{poses}</p>\
+         Alternatives are the values of the next best valid placements.{poses}{loads}</p>\
          <div class=scroll><table><tr><th class=n>Step<th class=n>Arrival<th>Item{pose_head}<th class=n>Yaw (°)\
          <th class=n>x (cm)<th class=n>y (cm)<th class=n>z (cm)<th class=n>Value<th>Alternatives\
-         <th class=n>Propose<th class=n>Evaluate<th class=n>Check<th class=n>Slide (mm)<th class=n>Tilt (°){cycle_head}</tr>",
+         <th class=n>Propose<th class=n>Evaluate<th class=n>Check<th class=n>Slide (mm)<th class=n>Tilt (°){load_head}{cycle_head}</tr>",
     ));
     for (step, settled) in packing.steps.iter().zip(&packing.settled) {
         let arrival = step.candidate.arrival;
@@ -186,6 +192,11 @@ fn steps(body: &mut String, packing: &Packing, summary: &Summary) {
             Some(cycle_s) => format!("<td class=n>{cycle_s:.2}"),
             None => "<td>".to_owned(),
         };
+        let load = match step.evidence.settling {
+            _ if summary.greatest_load.is_none() => String::new(),
+            Some(settling) => format!("<td class=n>{:.1}", settling.load_n),
+            None => "<td>".to_owned(),
+        };
         let pose = match step.candidate.pose {
             _ if !has_poses => String::new(),
             pose => format!("<td class=n>{pose}"),
@@ -195,7 +206,7 @@ fn steps(body: &mut String, packing: &Packing, summary: &Summary) {
         body.push_str(&format!(
             "<tr{class}><td class=n>{}<td class=n>{arrival}<td>{}{pose}<td class=n>{:.0}<td class=n>{:.1}\
              <td class=n>{:.1}<td class=n>{:.1}<td class=n>{:.2}<td>{}<td class=n>{}<td class=n>{}\
-             <td class=n>{}<td class=n>{:.1}<td class=n>{:.0}{cycle}</tr>",
+             <td class=n>{}<td class=n>{:.1}<td class=n>{:.0}{load}{cycle}</tr>",
             step.step + 1,
             escape(step.candidate.item.name()),
             packing.yaw_rad(step).unwrap_or_default().to_degrees(),

@@ -26,6 +26,9 @@ pub(crate) struct Summary {
     /// How long bringing them into it takes the robot, where that is known, in seconds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) turning_s: Option<f64>,
+    /// The placement that presses hardest on another item, as the tries tell; absent where nothing was tried.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) greatest_load: Option<Load>,
     #[serde(flatten)]
     pub(crate) metrics: Metrics,
     pub(crate) height_m: f64,
@@ -42,6 +45,15 @@ pub(crate) struct Summary {
     pub(crate) set_aside: Vec<Unplaceable>,
     pub(crate) ending: EndingSummary,
     pub(crate) settings: Settings,
+}
+
+/// With what a placed item presses on another.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct Load {
+    /// From 0.
+    pub(crate) step: u64,
+    pub(crate) item: String,
+    pub(crate) load_n: f64,
 }
 
 /// Decision time per packed item, in seconds.
@@ -158,6 +170,7 @@ impl Packing {
                 .count(),
             items_in_other_pose: turned,
             turning_s: turn_s.map(|turn_s| turn_s * turned as f64),
+            greatest_load: self.greatest_load(),
             metrics: self.metrics,
             height_m: f64::from(self.scene.heightmap().max()) * unit_m,
             decision_s: Spread::of(steps.iter().map(|step| step.timings.total())),
@@ -174,6 +187,19 @@ impl Packing {
             ending: self.ending.clone(),
             settings: self.settings.clone(),
         }
+    }
+
+    fn greatest_load(&self) -> Option<Load> {
+        let loads = self.steps.iter().filter_map(|step| {
+            let settling = step.evidence.settling?;
+            Some((step, settling.load_n))
+        });
+        let greatest = loads.max_by(|(_, one), (_, other)| one.total_cmp(other));
+        greatest.map(|(step, load_n)| Load {
+            step: step.step,
+            item: step.candidate.item.name().to_string(),
+            load_n,
+        })
     }
 
     fn degraded(&self) -> Vec<Degraded> {

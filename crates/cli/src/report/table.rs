@@ -3,7 +3,7 @@
 use ppnpack_packing::grid::Grid;
 
 use super::arm::ArmSummary;
-use super::summary::{EndingSummary, Spread, Unplaceable};
+use super::summary::{EndingSummary, Load, Spread, Unplaceable};
 use super::{Packing, Summary};
 use crate::fastest::Cost;
 use crate::output;
@@ -109,6 +109,10 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
         ("Whole run", duration(summary.took_s)),
         ("Ended because", ending),
     ];
+    if let Some(Load { step, item, load_n }) = &summary.greatest_load {
+        let text = format!("{load_n:.1} N at most: {item} in step {}", step + 1);
+        figures.push(("Presses on what lies below", text));
+    }
     let settings = &packing.settings;
     if settings.set_aside > 0 {
         let count = summary.set_aside.len();

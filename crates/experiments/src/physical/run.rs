@@ -181,10 +181,9 @@ impl Run<'_> {
         let announcement = v1::Announcement {
             item_id: item_id(object.arrival),
             shape: Some(v1::announcement::Shape::Item(heightmaps.clone())),
-            rules: None,
             heightmap_from_item: item.heightmap_from_item,
             waits_at: item.container_from_item,
-            poses: 0,
+            ..v1::Announcement::default()
         };
         let request = v1::AnnounceRequest {
             items: vec![announcement],

@@ -68,7 +68,7 @@ pub struct CellSettings {
     pub set_aside: usize,
     /// In how many resting poses an object of the catalogue may be packed at most: as the catalogue has it, then the most
     /// probable others. Whoever brings items to the robot has to be able to turn them into these. An announcement may allow
-    /// fewer.
+    /// fewer, or name those that it allows.
     pub poses: usize,
     /// Whether perception is asked after each placement how the item lies, and the session is corrected by that.
     pub inspect: bool,

@@ -31,13 +31,15 @@ use ppnpack_wire::{convert, rpc::Request};
 const STATE: u64 = 2;
 
 /// Each object as its mesh stands, by the sides of its box in metres. The container is 32 x 32 cm and 30 cm high.
-const OBJECTS: [(&str, [f64; 3]); 3] = [
+const OBJECTS: [(&str, [f64; 3]); 4] = [
     // Fits only where it lies.
     ("post", [0.03, 0.03, 0.31]),
     // Fits in no pose.
     ("slab", [0.5, 0.4, 0.35]),
     // Nearly as wide as the container one way, and wider than what a post leaves free beside it the other.
     ("plate", [0.27, 0.315, 0.02]),
+    // Fits in each of its three poses.
+    ("brick", [0.2, 0.1, 0.05]),
 ];
 
 /// One yaw: items are turned by their poses alone.
@@ -285,6 +287,82 @@ fn an_announcement_may_allow_fewer_poses_than_the_cell_and_no_more() {
     }
     let session = rig.session();
     assert!(session.items.iter().all(|item| item.poses == 0));
+    rig.finish();
+}
+
+/// An object that may be packed in these poses alone.
+fn allowing(object: &str, allowed_poses: &[u32]) -> v1::Announcement {
+    v1::Announcement {
+        allowed_poses: allowed_poses.to_vec(),
+        ..announcement(object)
+    }
+}
+
+#[test]
+fn an_item_is_packed_in_the_poses_that_its_announcement_names_alone() {
+    let rig = Rig::new(2, 3);
+    // A post fits lying alone, and a brick standing on its end is 20 cm high.
+    rig.announce(vec![allowing("post", &[0]), allowing("brick", &[2])])
+        .unwrap();
+    let explained = rig.explain("post");
+    assert_eq!(explained.reason.unwrap().reason(), Reason::TooLarge);
+    let decision = rig.plan().decision.unwrap();
+    assert_eq!((decision.item_id.as_str(), decision.pose), ("brick", 2));
+    let [high_m, _] = heights_m(&decision);
+    assert!((high_m - 0.2).abs() < 1e-9, "{high_m}");
+
+    // They are part of the announcement, and kept.
+    rig.announce(vec![allowing("post", &[0])]).unwrap();
+    let other = rig.announce(vec![announcement("post")]).unwrap_err();
+    assert_eq!(other.status(), Some(Status::Conflict), "{other}");
+    let session = rig.session();
+    let allowed = session
+        .items
+        .iter()
+        .map(|item| item.allowed_poses.as_slice());
+    assert_eq!(allowed.collect::<Vec<_>>(), [[0], [2]]);
+    let rig = rig.restarted(3);
+    assert_eq!(rig.session(), session);
+    rig.finish();
+}
+
+#[test]
+fn poses_that_an_item_cannot_be_packed_in_are_refused_by_number() {
+    let rig = Rig::new(1, 3);
+    let refused = |item: v1::Announcement, named: &str| {
+        let refusal = rig.announce(vec![item]).unwrap_err();
+        assert_eq!(refusal.status(), Some(Status::Invalid), "{refusal}");
+        let text = refusal.to_string();
+        assert!(text.contains("item post") && text.contains(named), "{text}");
+    };
+    refused(allowing("post", &[1, 3]), "allowed_poses: 3");
+    // It is as wide as it is deep.
+    refused(allowing("post", &[2]), "allowed_poses: 2");
+    refused(allowing("post", &[1, 1]), "allowed_poses: 1 is there twice");
+    let both = v1::Announcement {
+        poses: 2,
+        ..allowing("post", &[1])
+    };
+    refused(both, "give one of them");
+    let lying = |allowed_poses: &[u32]| v1::Announcement {
+        waits_at: Some(convert::pose::write(&nalgebra::Isometry3::identity())),
+        ..allowing("post", allowed_poses)
+    };
+    refused(lying(&[1]), "as it lies");
+    refused(lying(&[0, 1]), "as it lies");
+    rig.announce(vec![lying(&[0])]).unwrap();
+    rig.finish();
+}
+
+#[test]
+fn an_item_whose_only_poses_are_not_known_any_more_is_told_of() {
+    let rig = Rig::new(1, 2);
+    rig.announce(vec![allowing("post", &[1])]).unwrap();
+    assert!(rig.explain("post").best.is_some());
+    let rig = rig.restarted(1);
+    let refusal = rig.call(v1::PlanRequest::default()).unwrap_err();
+    assert_eq!(refusal.status(), Some(Status::Unavailable), "{refusal}");
+    assert!(refusal.to_string().contains("`poses`"), "{refusal}");
     rig.finish();
 }
 

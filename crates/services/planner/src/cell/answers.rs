@@ -13,6 +13,7 @@ use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
 
 use super::decide::Decided;
+use super::poses::PossiblePoses;
 use super::refusal::Refusal;
 use super::{CellPlanner, Message};
 use crate::session::{ItemState, Session, SessionItem, message};
@@ -190,37 +191,38 @@ impl CellPlanner {
                 )));
             }
         };
+        let read = self.possible_poses(item).read(item);
+        let (poses, allowed_poses) =
+            read.map_err(|why| Refusal::invalid(format_args!("item {item_id}: {why}")))?;
         Ok(SessionItem {
             item_id,
             object,
             shape,
             rules,
             lying,
-            poses: self.read_poses(item)?,
+            poses,
+            allowed_poses,
             state: ItemState::Waiting,
             inspection: None,
         })
     }
 
-    /// In how many resting poses an item may be packed at most, by what its announcement says of that.
-    fn read_poses(&self, item: &v1::Announcement) -> Result<usize, Refusal> {
-        let v1::Announcement { item_id, poses, .. } = item;
-        let has_heightmaps = matches!(item.shape, Some(v1::announcement::Shape::Item(_)));
-        if has_heightmaps || item.waits_at.is_some() {
-            return match poses {
-                0 | 1 => Ok(1),
-                _ => Err(Refusal::invalid(format_args!(
-                    "item {item_id}: poses: {poses} where 1 is possible: with heightmaps, or with waits_at, it is packed as it lies"
-                ))),
-            };
-        }
-        let most = self.settings.poses;
-        match usize::try_from(*poses).unwrap_or(usize::MAX) {
-            0 => Ok(most),
-            poses if poses <= most => Ok(poses),
-            poses => Err(Refusal::invalid(format_args!(
-                "item {item_id}: poses: {poses} where {most} is possible: that is `poses` of the planner's cell"
-            ))),
+    /// The resting poses that an announcement can allow.
+    fn possible_poses(&self, item: &v1::Announcement) -> PossiblePoses {
+        match &item.shape {
+            Some(v1::announcement::Shape::Object(name)) if item.waits_at.is_none() => {
+                let object = self.shared.objects.named(&self.settings, name);
+                PossiblePoses {
+                    most: self.settings.poses,
+                    because: "see `poses` of the planner's cell",
+                    known: object.map_or(1, |object| object.poses.len()),
+                }
+            }
+            _ => PossiblePoses {
+                most: 1,
+                because: "with heightmaps, or with waits_at, it is packed as it lies",
+                known: 1,
+            },
         }
     }
 

@@ -57,7 +57,7 @@ impl Prepared {
         self.items.iter().position(|(held, _)| *held == arrival)
     }
 
-    /// The candidates of an item, by its place among the items: as it was announced first.
+    /// The candidates of an item, by its place among the items, in the order of its poses.
     fn poses_of(&self, item: usize) -> Range<usize> {
         let arrival = self.items.get(item).map(|(arrival, _)| *arrival);
         let is_of = |held: &&Candidate| Some(held.arrival) == arrival;
@@ -301,8 +301,7 @@ impl CellPlanner {
         reasons.collect()
     }
 
-    /// Why an item of the buffer has no valid placement: in the pose in which it was announced, where it may be packed in
-    /// several. What only the blocked regions keep out is told apart, by planning on the scene without them.
+    /// Why an item of the buffer has no valid placement: in the first of its poses, where it may be packed in several. What only the blocked regions keep out is told apart, by planning on the scene without them.
     fn reason(
         &mut self,
         prepared: &Prepared,

@@ -6,6 +6,7 @@ mod content;
 mod decide;
 mod footprint;
 mod inspect;
+mod poses;
 mod refusal;
 
 use std::collections::HashMap;
@@ -234,8 +235,9 @@ impl CellPlanner {
         item: &SessionItem,
     ) -> Result<Vec<Candidate>, Refusal> {
         if let Some(known) = self.object(item) {
-            let poses = item.poses.min(self.settings.poses);
-            let posed = known.poses.iter().take(poses).map(|posed| Candidate {
+            let posed = known.poses.iter().take(self.settings.poses);
+            let allowed = posed.filter(|posed| item.may_be_in(posed.pose));
+            let posed = allowed.map(|posed| Candidate {
                 arrival,
                 lying: match posed.pose {
                     0 => item.lying,
@@ -244,7 +246,12 @@ impl CellPlanner {
                 rules: item.rules,
                 ..posed.clone()
             });
-            return Ok(posed.collect());
+            let posed: Vec<Candidate> = posed.collect();
+            if posed.is_empty() {
+                let allowed = &item.allowed_poses;
+                return Err(unknown_poses(item, "may only be packed", allowed));
+            }
+            return Ok(posed);
         }
         let Shape { item: shape, model } = self.shape(item)?;
         Ok(vec![Candidate {
@@ -261,13 +268,7 @@ impl CellPlanner {
             return Ok(self.shape(item)?.item);
         }
         let posed = self.object(item).and_then(|known| known.poses.get(pose));
-        let posed = posed.ok_or_else(|| {
-            let SessionItem { item_id, object, .. } = item;
-            Refusal::unavailable(format_args!(
-                "item {item_id} was packed in pose {pose} of {object}, which is not known any more: `poses` of the cell has \
-                 to be as great as then"
-            ))
-        })?;
+        let posed = posed.ok_or_else(|| unknown_poses(item, "was packed", &[pose]))?;
         Ok(Arc::clone(&posed.item))
     }
 
@@ -318,6 +319,19 @@ impl CellPlanner {
         self.shapes.insert(shape, Arc::clone(&item));
         Ok(item)
     }
+}
+
+/// Refuses what needs poses of an item that the cell does not know.
+fn unknown_poses(item: &SessionItem, what: &str, poses: &[usize]) -> Refusal {
+    let SessionItem {
+        item_id, object, ..
+    } = item;
+    let poses: Vec<String> = poses.iter().map(ToString::to_string).collect();
+    Refusal::unavailable(format_args!(
+        "item {item_id} {what} in pose {} of {object}, which is not known any more: `poses` of the cell has to be as great as \
+         then",
+        poses.join(" or ")
+    ))
 }
 
 /// What is known of an item's shape.

@@ -17,6 +17,8 @@ pub(crate) struct SessionItem {
     pub(crate) lying: Lying,
     /// In how many resting poses it may be packed at most; at least one.
     pub(crate) poses: usize,
+    /// The numbers of those in which it may be packed, by increasing number; where there are none, the first `poses`.
+    pub(crate) allowed_poses: Vec<usize>,
     pub(crate) state: ItemState,
     /// How it was found after it was placed, where that was looked at.
     pub(crate) inspection: Option<v1::Inspection>,
@@ -75,10 +77,21 @@ impl SessionItem {
         }
     }
 
+    /// Whether it may be packed in one of its resting poses.
+    pub(crate) fn may_be_in(&self, pose: usize) -> bool {
+        match self.allowed_poses.as_slice() {
+            [] => pose < self.poses,
+            allowed => allowed.contains(&pose),
+        }
+    }
+
     /// Whether it was announced as the other is. In how many poses it may be packed is what the cell allowed when it was
     /// announced first.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
-        self.shape == other.shape && self.rules == other.rules && self.lying == other.lying
+        self.shape == other.shape
+            && self.rules == other.rules
+            && self.lying == other.lying
+            && self.allowed_poses == other.allowed_poses
     }
 }
 

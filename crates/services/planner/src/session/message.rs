@@ -29,14 +29,14 @@ impl Session {
             step: self.step,
             is_automatic: self.is_automatic,
             keep_out: self.keep_out.iter().map(write_region).collect(),
-            buffer: u32::try_from(buffer).unwrap_or(u32::MAX),
+            buffer: number(buffer),
             end: end.into(),
             reasons,
             failure,
             least_state_number: self.least_state_number,
             settled: self.settled.clone(),
             mean_cycle_s: self.mean_cycle_s().unwrap_or_default(),
-            set_aside_limit: u32::try_from(self.set_aside_limit).unwrap_or(u32::MAX),
+            set_aside_limit: number(self.set_aside_limit),
             set_aside: self.reasons_set_aside().cloned().collect(),
         }
     }
@@ -61,9 +61,19 @@ impl Session {
             end,
             least_state_number: message.least_state_number,
             settled: message.settled,
-            set_aside_limit: usize::try_from(message.set_aside_limit).unwrap_or(usize::MAX),
+            set_aside_limit: count(message.set_aside_limit),
         })
     }
+}
+
+/// A count or index as it is written.
+fn number(count: usize) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
+}
+
+/// A count or index as it is read.
+fn count(number: u32) -> usize {
+    usize::try_from(number).unwrap_or(usize::MAX)
 }
 
 /// A region of a message.
@@ -146,8 +156,13 @@ fn write_item(item: &SessionItem) -> v1::SessionItem {
         waits_at: frame(&item.lying.waits_at),
         poses: match item.poses {
             ..=1 => 0,
-            poses => u32::try_from(poses).unwrap_or(u32::MAX),
+            poses => number(poses),
         },
+        allowed_poses: item
+            .allowed_poses
+            .iter()
+            .map(|pose| number(*pose))
+            .collect(),
         inspection: item.inspection.clone(),
         ..v1::SessionItem::default()
     };
@@ -159,7 +174,7 @@ fn write_item(item: &SessionItem) -> v1::SessionItem {
             container_from_item,
             cycle_s,
         } => {
-            message.pose = u32::try_from(*pose).unwrap_or(u32::MAX);
+            message.pose = number(*pose);
             message.cycle_s = cycle_s.unwrap_or_default();
             message.placement = Some(convert::placement::write_resting(placement));
             message.planned = Some(convert::pose::write(planned));
@@ -192,7 +207,12 @@ fn read_item(message: &v1::SessionItem) -> Result<SessionItem, WireError> {
             message.heightmap_from_item.as_ref(),
             message.waits_at.as_ref(),
         )?,
-        poses: usize::try_from(message.poses).unwrap_or(usize::MAX).max(1),
+        poses: count(message.poses).max(1),
+        allowed_poses: message
+            .allowed_poses
+            .iter()
+            .map(|pose| count(*pose))
+            .collect(),
         state,
         inspection: message.inspection.clone(),
     })
@@ -215,7 +235,7 @@ fn read_packed(message: &v1::SessionItem) -> Result<ItemState, WireError> {
     let pose = |field, pose: &Option<v1::Pose>| convert::pose::read_required(field, pose.as_ref());
     Ok(ItemState::Packed {
         placement: convert::placement::read_resting(placement)?,
-        pose: usize::try_from(message.pose).unwrap_or(usize::MAX),
+        pose: count(message.pose),
         planned: pose("items.planned", &message.planned)?,
         container_from_item: pose("items.container_from_item", &message.container_from_item)?,
         // No cycle takes no time.

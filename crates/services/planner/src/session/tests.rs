@@ -16,6 +16,7 @@ fn announced(item_id: &str) -> SessionItem {
         shape: ItemId::of(&v1::Item::default()),
         rules: Rules::default(),
         poses: 1,
+        allowed_poses: Vec::new(),
         state: ItemState::Waiting,
         inspection: None,
     }
@@ -434,6 +435,26 @@ fn the_poses_of_an_item_are_read_as_they_were_written() {
 }
 
 #[test]
+fn the_poses_that_an_item_is_allowed_are_part_of_its_announcement() {
+    let mut session = Session::begin("s".to_owned(), Vec::new(), false, 0, 0);
+    let item = SessionItem {
+        allowed_poses: vec![0, 2],
+        ..announced("a")
+    };
+    session.announce(vec![item.clone()]).unwrap();
+    assert_eq!(
+        [0, 1, 2, 3].map(|pose| item.may_be_in(pose)),
+        [true, false, true, false]
+    );
+    let message = session.to_message(5);
+    assert_eq!(message.items[0].allowed_poses, [0, 2]);
+    assert_eq!(Session::from_message(message), Ok(session.clone()));
+    session.announce(vec![item]).unwrap();
+    let other = session.announce(vec![announced("a")]);
+    assert_eq!(other, Err(OtherItem("a".into())));
+}
+
+#[test]
 fn an_item_in_one_pose_is_encoded_as_before_there_were_others() {
     let mut session = session_of(&["a", "b"]);
     session.decide(decision("d1", "a")).unwrap();
@@ -441,7 +462,7 @@ fn an_item_in_one_pose_is_encoded_as_before_there_were_others() {
     // Fields that hold their default are not written: what is new takes no bytes.
     let message = session.to_message(5);
     let mut items = message.items.iter();
-    assert!(items.all(|item| item.poses == 0 && item.pose == 0));
+    assert!(items.all(|item| item.poses == 0 && item.pose == 0 && item.allowed_poses.is_empty()));
     let read = Session::from_message(message).unwrap();
     assert!(read.items().iter().all(|item| item.poses == 1));
     assert_eq!(read, session);
