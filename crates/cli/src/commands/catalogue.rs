@@ -135,13 +135,15 @@ fn extents_m(model: &Model) -> [f64; 3] {
 
 fn list(listing: &Listing, grid: &GridOptions) -> Outcome {
     let grid = grid.grid(Conditions::Robot)?;
-    let catalogue = listing.options.load(grid.resolution())?;
+    let has_poses = listing.options.poses > 1;
+    // Pose 0 is the same on every grid, and a coarse one is prepared sooner.
+    let catalogue = match has_poses {
+        true => listing.options.load(grid.resolution())?,
+        false => listing.options.load(&Resolution::reference())?,
+    };
     let objects = catalogue.objects.iter().enumerate();
     let objects: Vec<ListedObject> = objects.map(ListedObject::new).collect();
-    let table = match listing.options.poses {
-        1 => table,
-        _ => pose_table,
-    };
+    let table = if has_poses { pose_table } else { table };
     Ok(output::print(&objects, listing.json, || table(&objects))?)
 }
 
