@@ -2450,7 +2450,8 @@ impl ::prost::Name for ExplainReply {
         "/ppnpack.v1.ExplainReply".into()
     }
 }
-/// rpc/planner/automatic: switches the automatic mode on or off.
+/// rpc/planner/automatic: switches the automatic mode on or off. Switching it on acknowledges a failure (SESSION_END_FAILED); nothing
+/// else does.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct AutomaticRequest {
     #[prost(message, optional, tag = "1")]

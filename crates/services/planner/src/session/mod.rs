@@ -152,6 +152,7 @@ impl Session {
         }
     }
 
+    /// Switches the automatic mode; switching it on acknowledges a failure.
     pub(crate) fn set_automatic(&mut self, is_automatic: bool) -> Result<(), SessionError> {
         self.must_be_under_way()?;
         self.is_automatic = is_automatic;
@@ -179,7 +180,7 @@ impl Session {
             }
             self.items.push(item);
         }
-        self.end = None;
+        self.go_on();
         Ok(())
     }
 
@@ -192,7 +193,7 @@ impl Session {
             }
             _ => return Err(SessionError::NotWaiting(item_id.to_owned())),
         }
-        self.end = None;
+        self.go_on();
         Ok(())
     }
 
@@ -268,7 +269,7 @@ impl Session {
         }
         self.item_mut(&decision.item_id)?.state = ItemState::Decided;
         self.step += 1;
-        self.end = None;
+        self.go_on();
         self.pending = Some(decision);
         Ok(())
     }
@@ -317,6 +318,11 @@ impl Session {
         inspection: v1::Inspection,
     ) -> Result<bool, SessionError> {
         Ok(self.item_mut(item_id)?.inspected(inspection))
+    }
+
+    /// More can be packed after all. A failure stays: the automatic mode goes on when somebody who has looked switches it on.
+    fn go_on(&mut self) {
+        self.end.take_if(|end| !matches!(end, End::Failed(_)));
     }
 
     pub(crate) fn end(&mut self, end: End) {

@@ -408,6 +408,24 @@ fn an_item_lies_as_announced_after_a_restart_and_another_way_is_another_item() {
 }
 
 #[test]
+fn a_failure_stays_whatever_is_announced_or_withdrawn_until_the_automatic_mode_is_switched_on() {
+    let mut session = session_of(&["a", "b"]);
+    session.end(End::Failed("item c was placed, but is missing".into()));
+    session.announce(vec![announced("a")]).unwrap();
+    assert!(session.has_ended());
+    session.announce(vec![announced("d")]).unwrap();
+    assert!(session.has_ended());
+    session.withdraw("b").unwrap();
+    assert!(session.has_ended());
+    session.decide(decision("d1", "a")).unwrap();
+    assert!(session.has_ended());
+    session.set_automatic(false).unwrap();
+    assert!(session.has_ended());
+    session.set_automatic(true).unwrap();
+    assert!(!session.has_ended());
+}
+
+#[test]
 fn the_poses_of_an_item_are_read_as_they_were_written() {
     let mut session = Session::begin("s".to_owned(), Vec::new(), false, 0, 0);
     let items = ["a", "b"].map(|item_id| SessionItem {
