@@ -301,7 +301,8 @@ impl CellPlanner {
         reasons.collect()
     }
 
-    /// Why an item of the buffer has no valid placement: in the first of its poses, where it may be packed in several. What only the blocked regions keep out is told apart, by planning on the scene without them.
+    /// Why an item of the buffer has no valid placement: in the first of its poses, where it may be packed in several. What only
+    /// the blocked regions keep out is told apart, by planning on the scene without them.
     fn reason(
         &mut self,
         prepared: &Prepared,
