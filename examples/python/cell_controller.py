@@ -70,16 +70,26 @@ def place(cell, decision):
         # The motion that was checked, where the cell has an arm.
         cycle=decision.cycle if decision.HasField("cycle") else None,
     )
-    try:
-        execution = cell.ask("bridge", "place", request, bridge_pb2.PlaceReply).execution
-    except Refused as refused:
-        if refused.status != header_pb2.STATUS_STALE:
-            raise
+    without_outcome = {
         # The container is in another state than it was planned on: the placement was never begun.
+        header_pb2.STATUS_STALE: bridge_pb2.OUTCOME_KIND_NOT_PLACED,
+        # The bridge lost what it knew: the placement may have been carried out.
+        header_pb2.STATUS_FORGOTTEN: bridge_pb2.OUTCOME_KIND_UNKNOWN,
+    }
+    while True:
+        try:
+            execution = cell.ask("bridge", "place", request, bridge_pb2.PlaceReply).execution
+            break
+        except Refused as refused:
+            if refused.status == header_pb2.STATUS_HELD:
+                # Until somebody resumes it, however long that takes.
+                time.sleep(0.2)
+                continue
+            if refused.status not in without_outcome:
+                raise
+            kind, failure = without_outcome[refused.status], str(refused)
         state = cell.ask("bridge", "state", bridge_pb2.CellStateRequest(), bridge_pb2.CellStateReply).state
-        return bridge_pb2.Outcome(
-            kind=bridge_pb2.OUTCOME_KIND_NOT_PLACED, failure=str(refused), state_number=state.state_number
-        )
+        return bridge_pb2.Outcome(kind=kind, failure=failure, state_number=state.state_number)
     while execution.phase != bridge_pb2.EXECUTION_PHASE_ENDED:
         request = bridge_pb2.OutcomeRequest(placement_id=decision.decision_id)
         execution = cell.ask("bridge", "outcome", request, bridge_pb2.OutcomeReply).execution

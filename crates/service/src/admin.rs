@@ -2,7 +2,7 @@
 //!
 //! | path | answer |
 //! |---|---|
-//! | `/livez` | 200 while the process runs |
+//! | `/livez` | 200 while all that the process cannot do without works, else 503 |
 //! | `/readyz` | 200 where every check passes, else 503; names each check |
 //! | `/startupz` | 200 once the service has started, else 503 |
 //! | `/metrics` | for Prometheus |
@@ -26,6 +26,7 @@ use crate::health::Health;
 use crate::http;
 use crate::metrics;
 use crate::process::Identity;
+use crate::supervision::Supervisor;
 
 /// How often what was counted is sorted.
 const TIDY_PERIOD: Duration = Duration::from_secs(5);
@@ -39,6 +40,7 @@ pub(crate) struct Told {
     pub(crate) identity: Arc<Identity>,
     pub(crate) health: Health,
     pub(crate) has_started: Arc<AtomicBool>,
+    pub(crate) supervisor: Supervisor,
 }
 
 /// Opens the port and serves it from then on. Returns its address, with the port that the system chose.
@@ -53,7 +55,7 @@ pub(crate) fn serve(
         .map_err(failed)?;
     let address = listener.local_addr().map_err(failed)?;
     let router = axum::Router::new()
-        .route("/livez", get(|| async { "live\n" }))
+        .route("/livez", get(live))
         .route("/readyz", get(ready))
         .route("/startupz", get(started))
         .route("/metrics", get(numbers))
@@ -72,6 +74,14 @@ pub(crate) fn serve(
         }
     });
     Ok(address)
+}
+
+async fn live(State(told): State<Told>) -> impl IntoResponse {
+    let fault = told.supervisor.fault();
+    let text = fault
+        .as_ref()
+        .map_or("live\n".to_owned(), |fault| format!("{fault}\n"));
+    (status(fault.is_none()), text)
 }
 
 async fn ready(State(told): State<Told>) -> impl IntoResponse {
@@ -145,6 +155,7 @@ pub fn ask_ready(listen: SocketAddr) -> Result<(), String> {
 
 #[cfg(test)]
 mod tests {
+    use crate::shutdown::Shutdown;
     use ppnpack_wire::keys::{Instance, Service};
 
     use super::*;
@@ -162,6 +173,7 @@ mod tests {
             identity: Arc::new(identity),
             health: Health::default(),
             has_started: Arc::default(),
+            supervisor: Supervisor::new(Shutdown::default()),
         };
         let store = told.health.check("session_store");
         let any = SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0));
@@ -189,6 +201,8 @@ mod tests {
         assert!(ask("/info").1.contains(r#""configuration":"c0ffee""#));
         assert_eq!(ask("/metrics").0, 200);
         assert_eq!(ask("/other").0, 404);
+        told.supervisor.give_up("a thread is gone".to_owned());
+        assert_eq!(ask("/livez"), (503, "a thread is gone\n".to_owned()));
         let error = serve(runtime.handle(), address, told);
         let error = error.unwrap_err().to_string();
         assert!(error.contains("admin.listen"), "{error}");

@@ -12,6 +12,7 @@ use crate::error::ServiceError;
 use crate::health::Health;
 use crate::process::{Identity, Process};
 use crate::shutdown::Shutdown;
+use crate::supervision::Supervisor;
 
 /// How long the hub may take to say where it listens.
 const LOCATOR_TIMEOUT: Duration = Duration::from_secs(5);
@@ -21,6 +22,7 @@ pub struct Hub {
     session: Session,
     endpoints: Vec<String>,
     shutdown: Shutdown,
+    supervisor: Supervisor,
 }
 
 /// Opens a hub on a loopback port of the system's choice. There is no multicast: only who is told its endpoint finds it.
@@ -55,10 +57,12 @@ pub fn hub_at(listen: &[String]) -> Result<Hub, ServiceError> {
         .wait()
         .map_err(|error| ServiceError::zenoh(action, &error))?;
     let endpoints = locators(&session)?;
+    let shutdown = Shutdown::default();
     Ok(Hub {
         session,
         endpoints,
-        shutdown: Shutdown::default(),
+        supervisor: Supervisor::new(shutdown.clone()),
+        shutdown,
     })
 }
 
@@ -75,6 +79,11 @@ impl Hub {
     /// The wish that all processes on it end.
     pub fn shutdown(&self) -> &Shutdown {
         &self.shutdown
+    }
+
+    /// Why all processes on it end, where they do not as they were asked to.
+    pub fn fault(&self) -> Option<String> {
+        self.supervisor.fault()
     }
 }
 
@@ -111,6 +120,7 @@ pub fn process(hub: &Hub, service: Service, instance: &str) -> Result<Process, S
         Arc::new(identity),
         Health::default(),
         hub.shutdown.clone(),
+        hub.supervisor.clone(),
     )
 }
 

@@ -47,6 +47,7 @@
 //! - [`stream`]: publish data and read it,
 //! - [`alive`]: say that it is there, and see who else is,
 //! - [`health`]: say what it needs, and whether it has it,
+//! - [`supervision`]: end where a thread is dead,
 //! - [`metrics`] of what happens, to be counted.
 //!
 //! [`embedded`] runs several services in one process.
@@ -72,6 +73,7 @@ mod run;
 mod session;
 pub mod shutdown;
 pub mod stream;
+pub mod supervision;
 mod sync;
 mod telemetry;
 

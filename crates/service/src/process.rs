@@ -13,6 +13,7 @@ use crate::error::ServiceError;
 use crate::health::Health;
 use crate::rpc::{self, Listener};
 use crate::shutdown::Shutdown;
+use crate::supervision::Supervisor;
 use crate::sync::lock;
 
 /// What a service runs on: its Zenoh session, name, health, and the wish to end. Cheap to clone.
@@ -26,6 +27,7 @@ struct Inner {
     identity: Arc<Identity>,
     health: Health,
     shutdown: Shutdown,
+    supervisor: Supervisor,
     _answers_health: Listener,
 }
 
@@ -98,6 +100,7 @@ impl Process {
         identity: Arc<Identity>,
         health: Health,
         shutdown: Shutdown,
+        supervisor: Supervisor,
     ) -> Result<Self, ServiceError> {
         let answers_health = rpc::answer_health(&session, &identity, &health)?;
         let inner = Inner {
@@ -105,6 +108,7 @@ impl Process {
             identity,
             health,
             shutdown,
+            supervisor,
             _answers_health: answers_health,
         };
         Ok(Self {
@@ -137,6 +141,11 @@ impl Process {
         &self.inner.shutdown
     }
 
+    /// Who watches its threads.
+    pub fn supervisor(&self) -> &Supervisor {
+        &self.inner.supervisor
+    }
+
     /// The network that it runs, for `/info`.
     pub fn set_model(&self, model: Option<String>) {
         *lock(&self.inner.identity.model) = model;
@@ -159,7 +168,7 @@ impl std::fmt::Debug for Process {
     }
 }
 
-/// Starts a thread with a name.
+/// Starts a thread with a name that the process can do without; see [`Supervisor::thread`].
 ///
 /// # Errors
 /// [`ServiceError::System`] where there can be no more threads.

@@ -22,6 +22,7 @@ use crate::error::ServiceError;
 use crate::health::Health;
 use crate::process::{Identity, Process, thread};
 use crate::shutdown::Shutdown;
+use crate::supervision::Supervisor;
 use crate::telemetry::Telemetry;
 use crate::{logs, metrics, session};
 
@@ -96,6 +97,11 @@ pub fn main<S: ServiceSettings>(
         configuration.to_toml().map_err(anyhow::Error::new)
     } else if arguments.healthcheck {
         check_health(&configuration).map_err(anyhow::Error::msg)
+    } else if arguments.after_restore {
+        configuration
+            .service
+            .after_restore()
+            .map_err(anyhow::Error::msg)
     } else {
         match run(service, configuration, start) {
             Ok(code) => return code,
@@ -169,6 +175,7 @@ fn run_logged<S: ServiceSettings>(
     metrics::install()?;
     let runtime = runtime()?;
     let shutdown = Shutdown::default();
+    let supervisor = Supervisor::new(shutdown.clone());
     signals::watch(&runtime, &shutdown)?;
     let health = Health::default();
     let serving = health.check("service");
@@ -179,6 +186,7 @@ fn run_logged<S: ServiceSettings>(
             identity: identity.clone(),
             health: health.clone(),
             has_started: has_started.clone(),
+            supervisor: supervisor.clone(),
         };
         let address = admin::serve(runtime.handle(), address, told)?;
         tracing::info!(%address, "admin port open");
@@ -188,7 +196,13 @@ fn run_logged<S: ServiceSettings>(
         tracing::info!("asked to end before there was a connection");
         return Ok(());
     };
-    let process = Process::new(session.clone(), identity, health.clone(), shutdown.clone())?;
+    let process = Process::new(
+        session.clone(),
+        identity,
+        health.clone(),
+        shutdown.clone(),
+        supervisor.clone(),
+    )?;
     session::watch(&process, zenoh, connected)?;
     let grace = configuration.shutdown_grace();
     let running = start(&process, configuration.service)?;
@@ -200,7 +214,11 @@ fn run_logged<S: ServiceSettings>(
     health.end_quietly();
     finish(running, grace)?;
     drop(process);
-    close(session)
+    close(session)?;
+    match supervisor.fault() {
+        Some(fault) => Err(anyhow::Error::msg(fault)),
+        None => Ok(()),
+    }
 }
 
 /// One thread is plenty for signals and the admin port.

@@ -50,9 +50,12 @@ pub(crate) fn watch(
     let process = process.weak();
     let look = move || {
         while let Some(process) = process() {
+            let supervisor = process.supervisor();
             if process.session().is_closed() {
-                return latch.fail("the session is closed");
+                latch.fail("the session is closed");
+                return supervisor.give_up("the Zenoh session was closed".to_owned());
             }
+            supervisor.look();
             if !has_needs || is_connected(process.session()) {
                 latch.pass();
             } else {

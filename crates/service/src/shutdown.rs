@@ -1,6 +1,6 @@
 //! The wish that the process ends: asked once, seen by all.
 
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
 use crate::sync::lock;
@@ -15,13 +15,43 @@ pub struct Shutdown {
 struct Shared {
     is_requested: Mutex<bool>,
     changed: Condvar,
+    /// They end with it.
+    parts: Mutex<Vec<Weak<Self>>>,
+}
+
+impl Shared {
+    fn request(&self) {
+        // No part is added after this that does not see it.
+        let parts = {
+            let mut parts = lock(&self.parts);
+            *lock(&self.is_requested) = true;
+            std::mem::take(&mut *parts)
+        };
+        self.changed.notify_all();
+        for part in parts.iter().filter_map(Weak::upgrade) {
+            part.request();
+        }
+    }
 }
 
 impl Shutdown {
     /// Asks for the end. Asking again changes nothing.
     pub fn request(&self) {
-        *lock(&self.shared.is_requested) = true;
-        self.shared.changed.notify_all();
+        self.shared.request();
+    }
+
+    /// The end of a part: asked for with this one's, or alone.
+    #[must_use]
+    pub fn of_part(&self) -> Self {
+        let part = Self::default();
+        let mut parts = lock(&self.shared.parts);
+        parts.retain(|part| part.strong_count() > 0);
+        if self.is_requested() {
+            part.request();
+        } else {
+            parts.push(Arc::downgrade(&part.shared));
+        }
+        part
     }
 
     /// Whether the end was asked for.
@@ -58,5 +88,18 @@ mod tests {
         shutdown.request();
         thread.join().unwrap();
         assert!(shutdown.is_requested() && shutdown.wait_timeout(Duration::from_secs(60)));
+    }
+
+    #[test]
+    fn a_part_ends_alone_or_with_the_whole() {
+        let whole = Shutdown::default();
+        let (one, other) = (whole.of_part(), whole.of_part());
+        one.request();
+        assert!(one.is_requested() && !other.is_requested() && !whole.is_requested());
+        let waiting = other.clone();
+        let thread = std::thread::spawn(move || waiting.wait());
+        whole.request();
+        thread.join().unwrap();
+        assert!(other.is_requested() && whole.of_part().is_requested());
     }
 }

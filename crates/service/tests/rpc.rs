@@ -116,7 +116,7 @@ impl Actor for Echo {
 
 /// Answers in a thread until the mailbox is closed.
 fn echo(mailbox: Mailbox<Incoming<HeightmapRequest>>) -> std::thread::JoinHandle<()> {
-    actor::spawn("echo", Echo, mailbox).unwrap()
+    std::thread::spawn(move || actor::run(Echo, &mailbox))
 }
 
 #[test]

@@ -311,6 +311,10 @@ pub enum Status {
     Unavailable = 9,
     /// It failed for a reason that is the service's.
     Failed = 10,
+    /// The cell is held: nothing moves before somebody resumes it.
+    Held = 11,
+    /// What it names is of a past of which nothing is known here any more: it may have been carried out.
+    Forgotten = 12,
 }
 impl Status {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -330,6 +334,8 @@ impl Status {
             Self::Conflict => "STATUS_CONFLICT",
             Self::Unavailable => "STATUS_UNAVAILABLE",
             Self::Failed => "STATUS_FAILED",
+            Self::Held => "STATUS_HELD",
+            Self::Forgotten => "STATUS_FORGOTTEN",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -346,6 +352,8 @@ impl Status {
             "STATUS_CONFLICT" => Some(Self::Conflict),
             "STATUS_UNAVAILABLE" => Some(Self::Unavailable),
             "STATUS_FAILED" => Some(Self::Failed),
+            "STATUS_HELD" => Some(Self::Held),
+            "STATUS_FORGOTTEN" => Some(Self::Forgotten),
             _ => None,
         }
     }
@@ -369,7 +377,9 @@ pub struct PlaceRequest {
     /// Where the item's own frame shall be.
     #[prost(message, optional, tag = "5")]
     pub container_from_item: ::core::option::Option<Pose>,
-    /// The state of the cell that this was planned on; see CellState. With another one it is refused as stale.
+    /// The state of the cell that this was planned on; see CellState. With a past one it is refused as STATUS_STALE: it was never
+    /// begun. With one that the bridge knows nothing of, as its journal was lost or another bridge answers, it is refused as
+    /// STATUS_FORGOTTEN: it may have been carried out.
     #[prost(uint64, tag = "6")]
     pub state_number: u64,
     /// How the arm does it, as the decision says; a simulated cell needs none.
@@ -474,6 +484,116 @@ impl ::prost::Name for RenewReply {
         "/ppnpack.v1.RenewReply".into()
     }
 }
+/// rpc/bridge/hold: from now on nothing is begun, over restarts too, until the cell is resumed. What is under way is brought to its
+/// end. Answered at once, whatever the robot does. This is no safety-rated stop.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct HoldRequest {
+    #[prost(message, optional, tag = "1")]
+    pub header: ::core::option::Option<RequestHeader>,
+    /// Why, for people: at most 4,096 bytes. Where the cell is held already, the first reason stays.
+    #[prost(string, tag = "2")]
+    pub reason: ::prost::alloc::string::String,
+    /// Whether what is under way is to be broken off, where the robot can: an item that it has not touched stays where it is.
+    #[prost(bool, tag = "3")]
+    pub is_aborting: bool,
+}
+impl ::prost::Name for HoldRequest {
+    const NAME: &'static str = "HoldRequest";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.HoldRequest".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.HoldRequest".into()
+    }
+}
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct HoldReply {
+    #[prost(message, optional, tag = "1")]
+    pub header: ::core::option::Option<ReplyHeader>,
+    #[prost(message, optional, tag = "2")]
+    pub state: ::core::option::Option<CellState>,
+}
+impl ::prost::Name for HoldReply {
+    const NAME: &'static str = "HoldReply";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.HoldReply".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.HoldReply".into()
+    }
+}
+/// rpc/bridge/resume: the cell goes on. Where it is not held nothing changes.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct ResumeRequest {
+    #[prost(message, optional, tag = "1")]
+    pub header: ::core::option::Option<RequestHeader>,
+}
+impl ::prost::Name for ResumeRequest {
+    const NAME: &'static str = "ResumeRequest";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.ResumeRequest".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.ResumeRequest".into()
+    }
+}
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct ResumeReply {
+    #[prost(message, optional, tag = "1")]
+    pub header: ::core::option::Option<ReplyHeader>,
+    #[prost(message, optional, tag = "2")]
+    pub state: ::core::option::Option<CellState>,
+}
+impl ::prost::Name for ResumeReply {
+    const NAME: &'static str = "ResumeReply";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.ResumeReply".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.ResumeReply".into()
+    }
+}
+/// rpc/bridge/changed: somebody had a hand in the container. Its state counts up: it has to be seen again, and what was planned
+/// before is stale. Not while something is under way (STATUS_BUSY): hold first, and wait for its end.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct ChangedRequest {
+    #[prost(message, optional, tag = "1")]
+    pub header: ::core::option::Option<RequestHeader>,
+    /// The items that were taken out: at most 1,000. Those that are not in the container are left as they are.
+    #[prost(string, repeated, tag = "2")]
+    pub removed_item_ids: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+}
+impl ::prost::Name for ChangedRequest {
+    const NAME: &'static str = "ChangedRequest";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.ChangedRequest".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.ChangedRequest".into()
+    }
+}
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct ChangedReply {
+    #[prost(message, optional, tag = "1")]
+    pub header: ::core::option::Option<ReplyHeader>,
+    #[prost(message, optional, tag = "2")]
+    pub state: ::core::option::Option<CellState>,
+}
+impl ::prost::Name for ChangedReply {
+    const NAME: &'static str = "ChangedReply";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.ChangedReply".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.ChangedReply".into()
+    }
+}
 /// How far a placement is.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Execution {
@@ -548,6 +668,12 @@ pub struct CellState {
     /// Whether the cell is simulated.
     #[prost(bool, tag = "4")]
     pub is_simulated: bool,
+    /// Why nothing is begun; absent where the cell is not held.
+    #[prost(message, optional, tag = "5")]
+    pub hold: ::core::option::Option<Hold>,
+    /// The first state of which the bridge knows what was done on it: it was begun with it, or restored.
+    #[prost(uint64, tag = "6")]
+    pub first_state_number: u64,
 }
 impl ::prost::Name for CellState {
     const NAME: &'static str = "CellState";
@@ -557,6 +683,23 @@ impl ::prost::Name for CellState {
     }
     fn type_url() -> ::prost::alloc::string::String {
         "/ppnpack.v1.CellState".into()
+    }
+}
+/// A cell that is held.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct Hold {
+    /// Why, for people.
+    #[prost(string, tag = "1")]
+    pub reason: ::prost::alloc::string::String,
+}
+impl ::prost::Name for Hold {
+    const NAME: &'static str = "Hold";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.Hold".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.Hold".into()
     }
 }
 /// Something that was placed in the container.
@@ -1977,13 +2120,14 @@ impl InspectionKind {
         }
     }
 }
-/// rpc/planner/begin: begins the packing of a container; what was known of the one before is put away.
+/// rpc/planner/begin: begins the packing of a container; what was known of the one before is put away. While a decision of that awaits
+/// its outcome it is refused as STATUS_CONFLICT, unless gives_up_pending is set.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct BeginRequest {
     #[prost(message, optional, tag = "1")]
     pub header: ::core::option::Option<RequestHeader>,
     /// Names the session: 1 to 64 characters as in a request id. Beginning a session that is already under way changes
-    /// nothing.
+    /// nothing; one that was before that is refused as STATUS_CONFLICT, so that a request that comes late puts nothing away.
     #[prost(string, tag = "2")]
     pub session_id: ::prost::alloc::string::String,
     /// Regions of the container's floor that stay free, from the floor to the rim. At most 256.
@@ -2000,6 +2144,9 @@ pub struct BeginRequest {
     /// setting for the cell.
     #[prost(uint32, optional, tag = "6")]
     pub set_aside: ::core::option::Option<u32>,
+    /// Whether a decision of the session before that awaits its outcome is given up: nobody will report it.
+    #[prost(bool, tag = "7")]
+    pub gives_up_pending: bool,
 }
 impl ::prost::Name for BeginRequest {
     const NAME: &'static str = "BeginRequest";
@@ -2564,6 +2711,9 @@ pub struct Session {
     /// The items that are set aside, in the order in which they were announced, and why.
     #[prost(message, repeated, tag = "15")]
     pub set_aside: ::prost::alloc::vec::Vec<ItemReason>,
+    /// The sessions before this one, which are not begun again; the last 64.
+    #[prost(string, repeated, tag = "16")]
+    pub past_session_ids: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
 }
 impl ::prost::Name for Session {
     const NAME: &'static str = "Session";

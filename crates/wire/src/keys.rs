@@ -204,6 +204,12 @@ chunks! {
         Outcome = "outcome",
         /// Of the bridge: [`RenewRequest`](crate::v1::RenewRequest).
         Renew = "renew",
+        /// Of the bridge: [`HoldRequest`](crate::v1::HoldRequest).
+        Hold = "hold",
+        /// Of the bridge: [`ResumeRequest`](crate::v1::ResumeRequest).
+        Resume = "resume",
+        /// Of the bridge: [`ChangedRequest`](crate::v1::ChangedRequest).
+        Changed = "changed",
         /// Of the bridge: [`CellStateRequest`](crate::v1::CellStateRequest).
         State = "state",
         /// Of the planner: [`BeginRequest`](crate::v1::BeginRequest).

@@ -73,6 +73,9 @@ requests! {
     PlaceRequest -> PlaceReply: Some(Service::Bridge), Place;
     OutcomeRequest -> OutcomeReply: Some(Service::Bridge), Outcome;
     RenewRequest -> RenewReply: Some(Service::Bridge), Renew;
+    HoldRequest -> HoldReply: Some(Service::Bridge), Hold;
+    ResumeRequest -> ResumeReply: Some(Service::Bridge), Resume;
+    ChangedRequest -> ChangedReply: Some(Service::Bridge), Changed;
     CellStateRequest -> CellStateReply: Some(Service::Bridge), State;
     BeginRequest -> BeginReply: Some(Service::Planner), Begin;
     AnnounceRequest -> AnnounceReply: Some(Service::Planner), Announce;

@@ -31,6 +31,9 @@ struct Arguments {
 /// How long a service may be away, restarts included.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// How long to wait before a cell that is held is asked again.
+const HELD_PAUSE: Duration = Duration::from_millis(200);
+
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
     let controller = Controller {
@@ -106,18 +109,29 @@ impl Controller {
 
     /// Has the bridge carry a decision out. Safe to repeat: it is executed once.
     fn place(&self, decision: &v1::Decision) -> Result<v1::Outcome> {
-        let request = v1::PlaceRequest::from(decision);
-        let mut execution = match self.ask(request) {
-            // The container is in another state than it was planned on: the placement was never begun.
-            Err(error) if error.status() == Some(Status::Stale) => {
-                return Ok(v1::Outcome {
-                    kind: OutcomeKind::NotPlaced.into(),
-                    failure: error.to_string(),
-                    state_number: self.state_number()?,
-                    ..v1::Outcome::default()
-                });
-            }
-            reply => reply?.execution.unwrap_or_default(),
+        let mut execution = loop {
+            let error = match self.ask(v1::PlaceRequest::from(decision)) {
+                Ok(reply) => break reply.execution.unwrap_or_default(),
+                Err(error) => error,
+            };
+            let kind = match error.status() {
+                // Until somebody resumes it, however long that takes.
+                Some(Status::Held) => {
+                    std::thread::sleep(HELD_PAUSE);
+                    continue;
+                }
+                // The container is in another state than it was planned on: the placement was never begun.
+                Some(Status::Stale) => OutcomeKind::NotPlaced,
+                // The bridge lost what it knew: the placement may have been carried out.
+                Some(Status::Forgotten) => OutcomeKind::Unknown,
+                _ => return Err(error.into()),
+            };
+            return Ok(v1::Outcome {
+                kind: kind.into(),
+                failure: error.to_string(),
+                state_number: self.state_number()?,
+                ..v1::Outcome::default()
+            });
         };
         while execution.phase() != ExecutionPhase::Ended {
             let request = v1::OutcomeRequest {

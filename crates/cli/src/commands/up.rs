@@ -240,7 +240,12 @@ fn serve(stack: Stack, plan: &stack::Plan<'_>) -> Outcome {
     print_line(&format!("Zenoh: {}", stack.endpoint()))?;
     print_line("Ready. `ppnpack status` and `ppnpack watch` show what goes on; Ctrl-C ends it.")?;
     stack.shutdown().wait();
-    stack.finish()
+    let fault = stack.fault();
+    stack.finish()?;
+    match fault {
+        Some(fault) => Err(anyhow::Error::msg(fault).into()),
+        None => Ok(()),
+    }
 }
 
 /// Packs one sequence through the services of a cell.

@@ -137,6 +137,8 @@ fn picture(cell: &Cell, view: &CellView) -> String {
             state.state_number,
             state.bodies.len()
         ));
+        let held = state.hold.iter();
+        lines.extend(held.map(|hold| format!("HELD     {}", hold.reason)));
     }
     if let Some(decision) = &view.decision {
         lines.push(last_decision(decision));
@@ -239,6 +241,24 @@ mod tests {
         session.set_end(v1::SessionEnd::OthersSetAside);
         let ended = format!("{shown}, all packed but 1 set aside");
         assert_eq!(progress(&session), ended);
+    }
+
+    #[test]
+    fn a_held_cell_says_why() {
+        let cell = Cell::new("c1").unwrap();
+        let hold = v1::Hold {
+            reason: "a door is open".to_owned(),
+        };
+        let mut view = CellView {
+            state: Some(v1::CellState {
+                hold: Some(hold),
+                ..v1::CellState::default()
+            }),
+            ..CellView::default()
+        };
+        assert!(picture(&cell, &view).contains("HELD     a door is open"));
+        view.state = Some(v1::CellState::default());
+        assert!(!picture(&cell, &view).contains("HELD"));
     }
 
     #[test]

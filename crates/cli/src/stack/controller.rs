@@ -124,6 +124,8 @@ impl Controller {
             session_id: session_id.to_owned(),
             least_state_number: self.state()?.state_number,
             set_aside,
+            // Of a packing that was cut off; nobody else controls the cell.
+            gives_up_pending: true,
             ..v1::BeginRequest::default()
         };
         self.ask("planner", request, REQUEST_LIMIT)?;

@@ -147,6 +147,11 @@ impl Stack {
         self.hub.shutdown()
     }
 
+    /// Why the stack ends, where it does not as it was asked to.
+    pub(crate) fn fault(&self) -> Option<String> {
+        self.hub.fault()
+    }
+
     /// Ends all services, those first that ask others.
     pub fn finish(self) -> Outcome {
         let deadline = Instant::now() + GRACE;

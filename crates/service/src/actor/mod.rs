@@ -39,6 +39,8 @@
 //! }
 //!
 //! # fn main() -> Result<(), ppnpack_service::ServiceError> {
+//! # let hub = ppnpack_service::embedded::hub()?;
+//! # let process = ppnpack_service::embedded::process(&hub, ppnpack_wire::keys::Service::Planner, "sum")?;
 //! let (address, mailbox) = actor::mailbox(16);
 //! let measured = LatestValues::new(&address);
 //! let sum = Sum {
@@ -46,7 +48,7 @@
 //!     sum: 0,
 //!     next_report: Instant::now(),
 //! };
-//! let thread = actor::spawn("sum", sum, mailbox)?;
+//! let thread = actor::spawn(&process, "sum", sum, mailbox)?;
 //! assert!(address.send(1).is_ok());
 //! measured.put("scales", 2);
 //! // Without an address nothing more can come, and the actor ends.
@@ -68,7 +70,8 @@ pub use mailbox::{Address, Closed, Mailbox, WeakAddress, mailbox};
 pub use pending::PendingRequests;
 
 use crate::error::ServiceError;
-use crate::process::thread;
+use crate::process::Process;
+use crate::supervision::Pulse;
 
 /// What an actor does.
 pub trait Actor {
@@ -93,13 +96,22 @@ pub trait Actor {
 }
 
 /// Works as an actor until it ends, or nobody has its address any more.
-pub fn run<A: Actor>(mut actor: A, mailbox: &Mailbox<A::Message>) {
+pub fn run<A: Actor>(actor: A, mailbox: &Mailbox<A::Message>) {
+    work(actor, mailbox, None);
+}
+
+/// Works as an actor; the pulse tells while it does not wait.
+fn work<A: Actor>(mut actor: A, mailbox: &Mailbox<A::Message>, pulse: Option<&Pulse>) {
     loop {
+        pulse.inspect(|pulse| pulse.begin());
         actor.tick();
         if actor.has_ended() {
             return;
         }
-        match mailbox.receive(actor.next_tick()) {
+        pulse.inspect(|pulse| pulse.rest());
+        let received = mailbox.receive(actor.next_tick());
+        pulse.inspect(|pulse| pulse.begin());
+        match received {
             Ok(Some(message)) => actor.handle(message),
             Ok(None) => {}
             Err(Closed) => return,
@@ -107,11 +119,13 @@ pub fn run<A: Actor>(mut actor: A, mailbox: &Mailbox<A::Message>) {
     }
 }
 
-/// Starts the thread of an actor, which [`run`]s it.
+/// Starts the thread of an actor that the process cannot do without: it ends where that ends by a panic, or never comes back from a
+/// message.
 ///
 /// # Errors
 /// [`ServiceError::System`] where there can be no more threads.
 pub fn spawn<A>(
+    process: &Process,
     name: &str,
     actor: A,
     mailbox: Mailbox<A::Message>,
@@ -120,7 +134,9 @@ where
     A: Actor + Send + 'static,
     A::Message: Send + 'static,
 {
-    thread(name, move || run(actor, &mailbox))
+    let pulse = process.supervisor().pulse(name);
+    let supervisor = process.supervisor();
+    supervisor.thread(name, move || work(actor, &mailbox, Some(&pulse)))
 }
 
 #[cfg(test)]
@@ -159,7 +175,8 @@ mod tests {
         let (address, mailbox) = mailbox(1);
         let (told, ticks) = std::sync::mpsc::channel();
         let clock = Clock { ticks: 0, told };
-        spawn("clock", clock, mailbox).unwrap().join().unwrap();
+        let work = move || run(clock, &mailbox);
+        std::thread::spawn(work).join().unwrap();
         assert_eq!(ticks.iter().collect::<Vec<_>>(), [1, 2, 3]);
         assert_eq!(address.send(()), Err(Closed));
     }

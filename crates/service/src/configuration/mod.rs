@@ -70,6 +70,15 @@ pub trait ServiceSettings: Serialize + DeserializeOwned + Default {
     /// Where a value is not possible.
     fn validate(&self) -> Result<(), String>;
 
+    /// Prepares what the service keeps on disk after a backup of it was put back: what was done since then is not known. Gives what
+    /// was done, for people.
+    ///
+    /// # Errors
+    /// Where it keeps nothing, or that cannot be read or written.
+    fn after_restore(&self) -> Result<String, String> {
+        Err("this service keeps nothing that could be restored".to_owned())
+    }
+
     /// How Zenoh is reached where the configuration does not say it.
     fn zenoh() -> ZenohSettings {
         ZenohSettings::default()

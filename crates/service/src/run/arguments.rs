@@ -27,6 +27,9 @@ pub(super) struct Arguments {
     /// Asks a running process with this configuration, at its admin port, whether it is ready: exit code 0 or 1.
     #[arg(long, group = "instead")]
     pub(super) healthcheck: bool,
+    /// Prepares what is on disk after a backup of it was put back, while the service does not run, and ends: exit code 0 or 1.
+    #[arg(long, group = "instead")]
+    pub(super) after_restore: bool,
 }
 
 impl Arguments {

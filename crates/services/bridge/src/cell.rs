@@ -2,7 +2,7 @@
 
 use ppnpack_service::Shutdown;
 use ppnpack_service::actor::{self, Mailbox};
-use ppnpack_service::process::thread;
+use ppnpack_service::supervision::Supervisor;
 use ppnpack_wire::keys::Cell;
 
 use crate::desk::{self, Desk, Message, Reach};
@@ -16,8 +16,7 @@ pub(crate) struct CellWorks {
     pub(crate) runner: Runner,
     pub(crate) journal: CellJournal,
     pub(crate) streams: Streams,
-    /// The end of the whole process.
-    pub(crate) shutdown: Shutdown,
+    pub(crate) supervisor: Supervisor,
     /// The end of the service, at once.
     pub(crate) cut_off: Shutdown,
 }
@@ -38,20 +37,17 @@ impl CellWorks {
             reach,
             robot,
             self.streams,
-            self.shutdown.clone(),
             self.cut_off,
         );
         let work = move || self.runner.run(&jobs);
-        match thread(&format!("robot-{}", self.name), work) {
+        let name = format!("robot-{}", self.name);
+        match self.supervisor.thread(&name, work) {
             Ok(runner) => {
                 actor::run(desk, mailbox);
                 // Without a desk it has no more jobs and ends. A panic of its was told when it happened.
                 runner.join().ok();
             }
-            Err(error) => {
-                tracing::error!(%error, "the robot's thread cannot be started: the process ends");
-                self.shutdown.request();
-            }
+            Err(error) => self.supervisor.give_up(error.to_string()),
         }
     }
 }

@@ -27,7 +27,7 @@ use std::time::{Duration, Instant};
 
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_service::actor::{self, Address};
-use ppnpack_service::process::{self, Process};
+use ppnpack_service::process::Process;
 use ppnpack_service::rpc::Listener;
 use ppnpack_service::{HealthLatch, Running, ServiceError, Shutdown, alive};
 use ppnpack_wire::keys::Cell;
@@ -59,7 +59,7 @@ pub struct Bridge {
 /// Takes the requests for a cell, until it is dropped.
 struct Input {
     _alive: alive::Token,
-    _listeners: [Listener; 4],
+    _listeners: [Listener; 7],
 }
 
 /// Starts the service with simulated cells.
@@ -129,9 +129,9 @@ impl Bridge {
         let works = CellWorks {
             streams: Streams::new(process, cell, robot.as_ref(), settings)?,
             name: cell.clone(),
-            runner: Runner::new(robot, address.clone(), camera, self.cut_off.clone()),
+            runner: Runner::new(robot, address.clone(), camera),
             journal,
-            shutdown: process.shutdown().clone(),
+            supervisor: process.supervisor().clone(),
             cut_off: self.cut_off.clone(),
         };
         self.inputs.push(Input {
@@ -139,13 +139,18 @@ impl Bridge {
                 address.listen(process, Some(cell), Message::Place)?,
                 address.listen(process, Some(cell), Message::Outcome)?,
                 address.listen(process, Some(cell), Message::Renew)?,
+                address.listen(process, Some(cell), Message::Hold)?,
+                address.listen(process, Some(cell), Message::Resume)?,
+                address.listen(process, Some(cell), Message::Changed)?,
                 address.listen(process, Some(cell), Message::State)?,
             ],
             _alive: alive::announce(process, Some(cell))?,
         });
         let work = move || works.run(&mailbox);
-        self.threads
-            .push(process::thread(&format!("bridge-{cell}"), work)?);
+        let thread = process
+            .supervisor()
+            .thread(&format!("bridge-{cell}"), work)?;
+        self.threads.push(thread);
         self.desks.push(address);
         Ok(())
     }

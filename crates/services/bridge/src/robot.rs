@@ -131,11 +131,13 @@ pub trait Robot: Send {
     /// depend on the object.
     fn objects(&self) -> Option<BTreeMap<String, Bounds>>;
 
-    /// Told once, before anything else is asked: what the journal says lies in the container. Gives what does.
-    fn resume(&mut self, bodies: Vec<Body>) -> Vec<Body>;
+    /// Told before anything else is asked, and whenever people changed it: what lies in the container, as far as is known.
+    /// Gives what does.
+    fn take_over(&mut self, bodies: Vec<Body>) -> Vec<Body>;
 
     /// Places an item, by the placement's motion where it has one, and comes back when that has ended. Where `cut_off` is
-    /// requested before anything in the cell was touched, it gives up. What goes wrong is a finding.
+    /// requested before anything in the cell was touched, it gives up. Where that comes later, a robot that can stop sooner than
+    /// at the end does, and its finding says what became of the item. What goes wrong is a finding.
     ///
     /// # Errors
     /// [`CutOff`] where it gave up.

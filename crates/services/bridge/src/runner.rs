@@ -7,17 +7,19 @@ use ppnpack_service::actor::{self, Actor, Address, Mailbox};
 
 use crate::camera::Camera;
 use crate::desk::Message;
-use crate::robot::{CutOff, Placement, Robot};
+use crate::robot::{Body, CutOff, Placement, Robot};
 
 /// Jobs that wait at most: a desk gives the next one when it has heard of the last.
 pub(crate) const JOBS: usize = 4;
 
 /// What a robot is told.
 pub(crate) enum Job {
-    /// Place an item.
-    Place(Placement),
+    /// Place an item, unless that is broken off.
+    Place(Placement, Shutdown),
     /// Bring an empty container.
     Renew,
+    /// People changed what lies in the container.
+    Changed(Vec<Body>),
     /// The content of the container is written down as this state: it may be shown.
     Show(u64),
 }
@@ -27,7 +29,6 @@ pub(crate) struct Runner {
     pub(crate) robot: Box<dyn Robot>,
     desk: Address<Message>,
     camera: Camera,
-    cut_off: Shutdown,
     /// The state that is shown. Until a change is written down, nothing is shown of it.
     shown: Option<u64>,
     next_cloud: Instant,
@@ -45,7 +46,8 @@ impl Actor for Runner {
                 self.shown = Some(state_number);
                 return;
             }
-            Job::Place(placement) => self.place(&placement),
+            Job::Place(placement, break_off) => self.place(&placement, &break_off),
+            Job::Changed(bodies) => Message::TakenOver(self.robot.take_over(bodies)),
             Job::Renew => Message::Renewed(self.robot.renew(), self.robot.bodies()),
         };
         // A desk that is gone needs to be told nothing.
@@ -67,17 +69,11 @@ impl Actor for Runner {
 }
 
 impl Runner {
-    pub(crate) fn new(
-        robot: Box<dyn Robot>,
-        desk: Address<Message>,
-        camera: Camera,
-        cut_off: Shutdown,
-    ) -> Self {
+    pub(crate) fn new(robot: Box<dyn Robot>, desk: Address<Message>, camera: Camera) -> Self {
         Self {
             robot,
             desk,
             camera,
-            cut_off,
             shown: None,
             next_cloud: Instant::now(),
         }
@@ -89,8 +85,8 @@ impl Runner {
         actor::run(self, jobs);
     }
 
-    fn place(&mut self, placement: &Placement) -> Message {
-        match self.robot.place(placement, &self.cut_off) {
+    fn place(&mut self, placement: &Placement, break_off: &Shutdown) -> Message {
+        match self.robot.place(placement, break_off) {
             Ok(finding) => Message::Placed(finding, self.robot.bodies()),
             Err(CutOff) => Message::CutOff,
         }

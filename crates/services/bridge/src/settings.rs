@@ -11,6 +11,7 @@ use ppnpack_service::configuration::in_range;
 use ppnpack_wire::keys::Cell;
 use serde::{Deserialize, Serialize};
 
+use crate::journal;
 use crate::simulated::SimulatedSettings;
 
 /// Settings of the bridge service.
@@ -78,6 +79,14 @@ impl ServiceSettings for Settings {
         in_range("queue", self.queue, 1..=65_536)?;
         in_range("cloud_rate_hz", self.cloud_rate_hz, 0.01..=1000.0)?;
         in_range("state_period_s", self.state_period_s, 0.01..=3600.0)
+    }
+
+    fn after_restore(&self) -> Result<String, String> {
+        let path = self.journal.as_deref();
+        let path = path.ok_or("service.journal is not given: there is nothing to be restored")?;
+        let held = journal::after_restore(path).map_err(|error| error.to_string())?;
+        let list = held.join(", ");
+        Ok(format!("held until somebody has looked: {list}"))
     }
 }
 

@@ -56,6 +56,8 @@ impl Streams {
             executing_placement_id: executing,
             bodies: head.bodies.iter().map(message::write_body).collect(),
             is_simulated: self.is_simulated,
+            hold: head.hold.clone().map(|reason| v1::Hold { reason }),
+            first_state_number: head.first_state_number,
         }
     }
 

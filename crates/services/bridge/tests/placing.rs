@@ -9,69 +9,18 @@
 
 mod common;
 
-use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use common::{Controller, PATIENCE, Script, catalogue, cell, deadline, place, renew, scripted};
-use ppnpack_bridge::robot::Robot;
+use common::{PATIENCE, Rig, cell, deadline, place, renew};
 use ppnpack_bridge::simulated::SimulatedSettings;
-use ppnpack_bridge::{Bridge, Settings};
 use ppnpack_packing::motion::{Cycle, JointPoint, Leg, LegKind};
 use ppnpack_service::Running;
-use ppnpack_service::embedded::{self, Hub};
-use ppnpack_service::process::Process;
 use ppnpack_service::rpc::CallError;
 use ppnpack_service::stream::Latest;
 use ppnpack_wire::convert;
-use ppnpack_wire::keys::{Service, Stream};
+use ppnpack_wire::keys::Stream;
 use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
 use ppnpack_wire::{MAX_CLOUD_BYTES, MAX_MESSAGE_BYTES};
-
-/// A bridge, and a controller that asks it.
-struct Rig {
-    controller: Controller,
-    bridge: Option<Bridge>,
-    process: Process,
-    caller: Process,
-    _hub: Hub,
-}
-
-impl Rig {
-    fn new(start: impl FnOnce(&Process) -> Bridge) -> Self {
-        let hub = embedded::hub().unwrap();
-        let process = embedded::process(&hub, Service::Bridge, "bridge-1").unwrap();
-        let bridge = start(&process);
-        let caller = embedded::process(&hub, Service::Planner, "test").unwrap();
-        Self {
-            controller: Controller::new(caller.session()),
-            bridge: Some(bridge),
-            process,
-            caller,
-            _hub: hub,
-        }
-    }
-
-    fn simulated(settings: SimulatedSettings) -> Self {
-        let settings = Settings {
-            cells: BTreeMap::from([(cell().to_string(), settings)]),
-            ..Settings::default()
-        };
-        Self::new(|process| ppnpack_bridge::start(process, &settings, &catalogue()).unwrap())
-    }
-
-    fn scripted(is_simulated: bool, journal: Option<PathBuf>) -> (Self, Script) {
-        let (robot, script) = scripted(is_simulated);
-        let settings = Settings {
-            journal,
-            ..Settings::default()
-        };
-        let robots: BTreeMap<_, Box<dyn Robot>> = BTreeMap::from([(cell(), Box::new(robot) as _)]);
-        let rig =
-            Self::new(|process| ppnpack_bridge::start_robots(process, &settings, robots).unwrap());
-        (rig, script)
-    }
-}
 
 fn outcome_request(placement_id: &str) -> v1::OutcomeRequest {
     v1::OutcomeRequest {
@@ -149,11 +98,14 @@ fn an_id_stands_for_one_placement() {
 fn what_was_planned_on_another_state_is_stale() {
     let rig = Rig::simulated(SimulatedSettings::default());
     let state = rig.controller.state_number();
-    for stale in [state - 1, state + 1, 0] {
-        assert_eq!(
-            rig.controller.refused(place("p1", stale, 0.16)),
-            Status::Stale
-        );
+    // No state that the bridge ever told.
+    for (other, status) in [
+        (state - 1, Status::Forgotten),
+        (state + 1, Status::Forgotten),
+        (0, Status::Stale),
+    ] {
+        let refused = rig.controller.refused(place("p1", other, 0.16));
+        assert_eq!(refused, status);
     }
     rig.controller.place(place("p1", state, 0.1));
     rig.controller.outcome("p1");
@@ -399,6 +351,8 @@ fn a_robot_that_panics_ends_the_process() {
     rig.controller.place(request);
     script.go.send(()).unwrap();
     assert!(rig.process.shutdown().wait_timeout(PATIENCE));
+    let fault = rig.process.supervisor().fault().unwrap();
+    assert!(fault.contains("robot-cell-1"), "{fault}");
 }
 
 #[test]

@@ -157,7 +157,7 @@ fn a_renewal_outlives_a_kill() {
 }
 
 #[test]
-fn with_a_lost_or_damaged_journal_every_earlier_plan_is_stale() {
+fn with_a_lost_or_damaged_journal_nothing_is_said_of_earlier_placements() {
     let rig = Rig::new();
     let journal = rig.folder.path().join("journal/bridge.redb");
     let bridge = rig.start(0.0);
@@ -175,7 +175,7 @@ fn with_a_lost_or_damaged_journal_every_earlier_plan_is_stale() {
         .for_each(|byte| *byte ^= 0x5a);
     std::fs::write(&journal, &bytes).unwrap();
     let bridge = rig.start(0.0);
-    assert_eq!(rig.controller.refused(request.clone()), Status::Stale);
+    assert_eq!(rig.controller.refused(request.clone()), Status::Forgotten);
     let after = rig.controller.state();
     assert!(after.bodies.is_empty() && after.state_number > request.state_number + 1);
     let names = std::fs::read_dir(journal.parent().unwrap()).unwrap();
@@ -188,6 +188,6 @@ fn with_a_lost_or_damaged_journal_every_earlier_plan_is_stale() {
 
     std::fs::remove_file(&journal).unwrap();
     let _bridge = rig.start(0.0);
-    assert_eq!(rig.controller.refused(request), Status::Stale);
+    assert_eq!(rig.controller.refused(request), Status::Forgotten);
     assert_ne!(rig.controller.state_number(), after.state_number);
 }

@@ -130,12 +130,12 @@ fn a_robot_that_goes_on_sees_what_the_one_before_saw() {
     let settings = SimulatedSettings::default();
     let mut before = filled(&settings, &catalogue);
     let mut after = SimulatedRobot::new(settings, &catalogue).unwrap();
-    assert_eq!(after.resume(before.bodies()), before.bodies());
+    assert_eq!(after.take_over(before.bodies()), before.bodies());
     assert_eq!(after.capture().unwrap(), before.capture().unwrap());
 
     let mut unknown = before.bodies();
     unknown[2].object = "anvil".to_owned();
-    let left = after.resume(unknown);
+    let left = after.take_over(unknown);
     assert_eq!(left.len(), ITEMS.len() - 1);
     assert_eq!(left[2].item_id, "item-3");
 }

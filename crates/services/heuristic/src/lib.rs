@@ -47,7 +47,7 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Heuristic, Servic
         let (address, mailbox) = actor::mailbox(settings.queue.max(1));
         let worker = Worker::new(Arc::clone(&items), Arc::clone(&planners), settings)?;
         let name = format!("heuristic-{index}");
-        workers.push(actor::spawn(&name, worker, mailbox)?);
+        workers.push(actor::spawn(process, &name, worker, mailbox)?);
         addresses.push(address);
     }
     let routes: Arc<[Address<Message>]> = addresses.into();

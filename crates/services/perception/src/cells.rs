@@ -6,6 +6,7 @@ use std::thread::JoinHandle;
 
 use ppnpack_service::actor::{self, Actor};
 use ppnpack_service::process::Process;
+use ppnpack_service::supervision::Supervisor;
 use ppnpack_wire::keys::Cell;
 
 use crate::counts::{Counts, Fate};
@@ -23,6 +24,7 @@ pub(crate) struct Cells {
     /// Told of cells whose actors could not begin. Weak, as it keeps this one from ending.
     router: Weak<Router>,
     counts: Arc<Counts>,
+    supervisor: Supervisor,
     threads: Vec<JoinHandle<()>>,
 }
 
@@ -49,7 +51,7 @@ impl Actor for Cells {
                 actor::run(unserved, &mailbox);
             }
         };
-        match std::thread::Builder::new().name(name).spawn(work) {
+        match self.supervisor.thread(&name, work) {
             Ok(thread) => self.threads.push(thread),
             Err(error) => {
                 if let Some(router) = self.router.upgrade() {
@@ -77,19 +79,26 @@ impl Cells {
         router: &Arc<Router>,
     ) -> Self {
         let counts = Arc::clone(&outputs.counts);
+        let supervisor = process.supervisor().clone();
         let (process, settings) = (process.clone(), settings.clone());
         let epoch = rand::random();
         let build = move |cell: &Cell, clouds: Clouds| {
             Worker::new(&process, &settings, cell, epoch, clouds, outputs.clone())
         };
-        Self::with(Arc::new(build), router, counts)
+        Self::with(Arc::new(build), router, counts, supervisor)
     }
 
-    fn with(build: Arc<Build>, router: &Arc<Router>, counts: Arc<Counts>) -> Self {
+    fn with(
+        build: Arc<Build>,
+        router: &Arc<Router>,
+        counts: Arc<Counts>,
+        supervisor: Supervisor,
+    ) -> Self {
         Self {
             build,
             router: Arc::downgrade(router),
             counts,
+            supervisor,
             threads: Vec::new(),
         }
     }
@@ -121,6 +130,7 @@ impl Actor for Unserved {
 mod tests {
     use std::sync::{Barrier, Mutex, mpsc};
 
+    use ppnpack_service::Shutdown;
     use ppnpack_wire::v1;
 
     use super::*;
@@ -142,8 +152,9 @@ mod tests {
         let (address, mailbox) = actor::mailbox(MAX_CELLS);
         let router = Router::new(&Settings::default(), address, Arc::clone(&counts));
         let router = Arc::new(router);
-        let cells = Cells::with(Arc::new(build), &router, Arc::clone(&counts));
-        let thread = actor::spawn("cells", cells, mailbox).unwrap();
+        let supervisor = Supervisor::new(Shutdown::default());
+        let cells = Cells::with(Arc::new(build), &router, Arc::clone(&counts), supervisor);
+        let thread = std::thread::spawn(move || actor::run(cells, &mailbox));
         let [first, second] = ["c1", "c2"].map(|name| Cell::new(name).unwrap());
         // Nothing is released yet, so these return while the cells are being built: one does not wait for the other.
         router.route(&first, v1::PointCloud::default());

@@ -131,10 +131,20 @@ fn start_actors(
     let looking = Trays::new(known_trays, tray_clouds.clone(), most);
     let inspecting = Inspections::new(library, settings.inspection, inspected);
     let threads = vec![
-        actor::spawn("perception-cells", cells, cells_mailbox)?,
-        actor::spawn("perception-heightmaps", answering, heightmaps_mailbox)?,
-        actor::spawn("perception-trays", looking, trays_mailbox)?,
-        actor::spawn("perception-inspections", inspecting, inspections_mailbox)?,
+        actor::spawn(process, "perception-cells", cells, cells_mailbox)?,
+        actor::spawn(
+            process,
+            "perception-heightmaps",
+            answering,
+            heightmaps_mailbox,
+        )?,
+        actor::spawn(process, "perception-trays", looking, trays_mailbox)?,
+        actor::spawn(
+            process,
+            "perception-inspections",
+            inspecting,
+            inspections_mailbox,
+        )?,
     ];
     let actors = Actors {
         router,

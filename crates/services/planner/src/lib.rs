@@ -80,7 +80,7 @@ pub fn start(
         let (address, mailbox) = actor::mailbox(settings.queue.max(1));
         let planner =
             CellPlanner::new(process, &cell, cell_settings, &shared, address.downgrade())?;
-        let thread = actor::spawn(&format!("cell-{cell}"), planner, mailbox)?;
+        let thread = actor::spawn(process, &format!("cell-{cell}"), planner, mailbox)?;
         service.threads.push(thread);
         service.listen(process, &cell, &address)?;
     }

@@ -13,6 +13,8 @@ use ppnpack_service::configuration::in_range;
 use ppnpack_wire::keys::Cell;
 use serde::{Deserialize, Serialize};
 
+use crate::store::Store;
+
 /// Settings of the planner service.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -173,6 +175,14 @@ impl ServiceSettings for Settings {
                 .map_err(|error| format!("cells.{name}.{error}"))?;
         }
         in_range("queue", self.queue, 1..=65_536)
+    }
+
+    fn after_restore(&self) -> Result<String, String> {
+        let path = self.store.as_deref();
+        let path = path.ok_or("service.store is not given: there is nothing to be restored")?;
+        let ended = Store::after_restore(path).map_err(|error| error.to_string())?;
+        let list = ended.join(", ");
+        Ok(format!("sessions that somebody has to look at: {list}"))
     }
 }
 

@@ -9,7 +9,9 @@ use ppnpack_wire::keys::Cell;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 use prost::Message;
 use redb::backends::InMemoryBackend;
-use redb::{Database, DatabaseError, ReadableDatabase, StorageError, TableDefinition};
+use redb::{
+    Database, DatabaseError, ReadableDatabase, ReadableTable, StorageError, TableDefinition,
+};
 
 use crate::session::Session;
 
@@ -18,6 +20,15 @@ const SESSIONS: TableDefinition<&str, &[u8]> = TableDefinition::new("sessions");
 
 /// Per cell and id: heightmaps of items that were announced with them.
 const SHAPES: TableDefinition<(&str, &[u8]), &[u8]> = TableDefinition::new("shapes");
+
+/// Under [`VERSION_KEY`]: the version of all that is in the file, where it is one after the first.
+const FORMAT: TableDefinition<&str, u64> = TableDefinition::new("format");
+
+/// The only key of [`FORMAT`].
+const VERSION_KEY: &str = "version";
+
+/// The newest version that this program knows.
+const VERSION: u64 = 1;
 
 type Shapes<'a> = redb::Table<'a, (&'static str, &'static [u8]), &'static [u8]>;
 
@@ -30,6 +41,12 @@ pub(crate) enum StoreError {
     /// It cannot be read or written.
     #[error("the session store cannot be used: {0}")]
     Disk(String),
+    /// It is of a newer program, which alone knows what it says.
+    #[error(
+        "the session store was written by a newer version of this program (format {0}, where up to {VERSION} are known): run that \
+         version, or put back a backup of this one's"
+    )]
+    Newer(u64),
     /// What it holds is no session.
     #[error("the session store holds something unreadable for cell {cell}: {reason}")]
     Content { cell: String, reason: String },
@@ -52,6 +69,7 @@ impl Store {
                 .map_err(|error| StoreError::Disk(error.to_string()))?,
             Some(path) => open_or_put_aside(path)?,
         };
+        check_version(&database)?;
         Ok(Self {
             file: file.map(Path::to_owned),
             database: Mutex::new(Some(database)),
@@ -101,6 +119,42 @@ impl Store {
         self.write(cell, session, |table| {
             table.retain(|(of, _), _| of != cell.as_str())?;
             Ok(())
+        })
+    }
+
+    /// Ends the sessions of a store that is a backup, as it is not known what was packed since. Gives their cells.
+    ///
+    /// # Errors
+    /// [`StoreError`] where there is no such file, or it cannot be read or written.
+    pub(crate) fn after_restore(path: &Path) -> Result<Vec<String>, StoreError> {
+        if !path.is_file() {
+            return Err(StoreError::Open {
+                path: path.to_owned(),
+                reason: "there is no such file".to_owned(),
+            });
+        }
+        let store = Self::open(Some(path))?;
+        let cells = store.cells()?;
+        for cell in &cells {
+            let mut session = store.session(cell)?;
+            session.restored();
+            store.save(cell, &session, &[])?;
+        }
+        Ok(cells.iter().map(ToString::to_string).collect())
+    }
+
+    /// The cells that have sessions.
+    fn cells(&self) -> Result<Vec<Cell>, StoreError> {
+        self.with(|database| {
+            let table = match database.begin_read()?.open_table(SESSIONS) {
+                Err(redb::TableError::TableDoesNotExist(_)) => return Ok(Vec::new()),
+                table => table?,
+            };
+            let mut cells = Vec::new();
+            for entry in table.iter()? {
+                cells.extend(Cell::new(entry?.0.value()).ok());
+            }
+            Ok(cells)
         })
     }
 
@@ -176,6 +230,21 @@ impl Store {
     }
 }
 
+/// Whether this program knows what the store says.
+fn check_version(database: &Database) -> Result<(), StoreError> {
+    let read = || -> Result<Option<u64>, redb::Error> {
+        let table = match database.begin_read()?.open_table(FORMAT) {
+            Err(redb::TableError::TableDoesNotExist(_)) => return Ok(None),
+            table => table?,
+        };
+        Ok(table.get(VERSION_KEY)?.map(|found| found.value()))
+    };
+    match read().map_err(|error| StoreError::Disk(error.to_string()))? {
+        Some(version) if version > VERSION => Err(StoreError::Newer(version)),
+        _ => Ok(()),
+    }
+}
+
 fn open_or_put_aside(path: &Path) -> Result<Database, StoreError> {
     let failed = |reason: String| StoreError::Open {
         path: path.to_owned(),
@@ -201,9 +270,7 @@ fn open_or_put_aside(path: &Path) -> Result<Database, StoreError> {
 
 fn is_damage(error: &DatabaseError) -> bool {
     match error {
-        DatabaseError::Storage(StorageError::Corrupted(_))
-        | DatabaseError::RepairAborted
-        | DatabaseError::UpgradeRequired(_) => true,
+        DatabaseError::Storage(StorageError::Corrupted(_)) | DatabaseError::RepairAborted => true,
         // A file with other content is told as an input error.
         DatabaseError::Storage(StorageError::Io(error)) => {
             let kind = error.kind();

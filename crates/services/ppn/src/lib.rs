@@ -19,7 +19,7 @@ use ppnpack_packing::step::StageError;
 use ppnpack_service::Running;
 use ppnpack_service::actor;
 use ppnpack_service::alive::Alive;
-use ppnpack_service::process::{Process, thread};
+use ppnpack_service::process::Process;
 use ppnpack_service::rpc::Listener;
 use ppnpack_service::{HealthLatch, ServiceError, alive, join};
 use ppnpack_wire::keys::Service;
@@ -94,7 +94,9 @@ pub fn start(
     process.set_model(Some(network.model().to_owned()));
     let mut worker = Worker::new(network, planners, settings);
     worker.warm_up().map_err(StartError::Network)?;
-    let thread = thread("network", move || worker.run(&mailbox))?;
+    let thread = process
+        .supervisor()
+        .thread("network", move || worker.run(&mailbox))?;
     let listener = address.listen(process, None, |incoming| incoming)?;
     let alive = alive::announce(process, None)?;
     ready.pass();

@@ -37,8 +37,8 @@ messages! {
     // arm.proto
     ArmCycle ArmLeg Trajectory
     // bridge.proto
-    PlaceRequest PlaceReply OutcomeRequest OutcomeReply RenewRequest RenewReply Execution Outcome CellState Body
-    CellStateRequest CellStateReply
+    PlaceRequest PlaceReply OutcomeRequest OutcomeReply RenewRequest RenewReply HoldRequest HoldReply
+    ResumeRequest ResumeReply ChangedRequest ChangedReply Execution Outcome CellState Hold Body CellStateRequest CellStateReply
     // cloud.proto
     PointCloud PackedField
     // geometry.proto

@@ -3,6 +3,7 @@
 //! A request is written to the journal before the robot is told of it, and an outcome before anybody is told of it.
 //! While the journal cannot be written, nothing is begun, and outcomes wait.
 
+mod hold;
 mod opening;
 mod outcome;
 mod place;
@@ -20,7 +21,7 @@ use ppnpack_wire::v1::{self, Status};
 
 use crate::journal::{CellJournal, JournalError};
 use crate::ledger::{Change, Ledger, Record};
-use crate::robot::{Body, Finding, RobotError};
+use crate::robot::{Body, Ending, Finding, RobotError};
 use crate::runner::Job;
 use crate::streams::Streams;
 pub(crate) use opening::open;
@@ -35,16 +36,24 @@ const MOST_RENEWALS: usize = 64;
 /// How long to wait before a journal that cannot be written is tried again.
 const RETRY_AFTER: Duration = Duration::from_millis(500);
 
+/// Of a placement that was aborted.
+const BROKEN_OFF: &str = "it was broken off before anything was touched";
+
 /// What a desk is told.
 pub(crate) enum Message {
     Place(Incoming<v1::PlaceRequest>),
     Outcome(Incoming<v1::OutcomeRequest>),
     Renew(Incoming<v1::RenewRequest>),
+    Hold(Incoming<v1::HoldRequest>),
+    Resume(Incoming<v1::ResumeRequest>),
+    Changed(Incoming<v1::ChangedRequest>),
     State(Incoming<v1::CellStateRequest>),
     /// A placement has ended; what lies in the container now.
     Placed(Finding, Vec<Body>),
     /// The robot gave up before it touched anything.
     CutOff,
+    /// The robot took over what people changed; what lies in the container now.
+    TakenOver(Vec<Body>),
     /// A renewal has ended; what lies in the container now.
     Renewed(Result<(), RobotError>, Vec<Body>),
     /// The robot's thread is gone.
@@ -66,10 +75,10 @@ pub(crate) struct Desk {
     reach: Reach,
     robot: Address<Job>,
     streams: Streams,
-    /// The end of the whole process, asked for where the robot is gone.
-    shutdown: Shutdown,
     /// The end of this service, at once.
     cut_off: Shutdown,
+    /// By which the last placement can be broken off.
+    break_off: Option<Shutdown>,
     is_robot_busy: bool,
     is_ending: bool,
     unwritten: Option<Unwritten>,
@@ -87,6 +96,10 @@ impl Actor for Desk {
             Message::Place(incoming) => self.work_in_time(incoming, Self::place),
             Message::Outcome(incoming) => self.work_on(incoming, Self::outcome),
             Message::Renew(incoming) => self.work_in_time(incoming, Self::renew),
+            // Late or not, it is better held.
+            Message::Hold(incoming) => self.work_on(incoming, Self::hold),
+            Message::Resume(incoming) => self.work_in_time(incoming, Self::resume),
+            Message::Changed(incoming) => self.work_in_time(incoming, Self::changed),
             Message::State(incoming) => self.work_on(incoming, Self::state),
             Message::Placed(finding, bodies) => {
                 self.is_robot_busy = false;
@@ -100,14 +113,10 @@ impl Actor for Desk {
                 self.is_robot_busy = false;
                 self.end(self.ledger.abandon_renewal(bodies), Some(error.to_string()));
             }
-            Message::CutOff => self.is_robot_busy = false,
-            Message::RobotIsGone => {
-                tracing::error!(
-                    "the robot's thread ended by a panic: the process ends, to begin anew"
-                );
-                self.is_robot_busy = false;
-                self.shutdown.request();
-            }
+            Message::TakenOver(bodies) => self.find(bodies),
+            Message::CutOff => self.was_cut_off(),
+            // The process ends.
+            Message::RobotIsGone => self.is_robot_busy = false,
             Message::End => self.is_ending = true,
         }
     }
@@ -153,7 +162,6 @@ impl Desk {
         reach: Reach,
         robot: Address<Job>,
         streams: Streams,
-        shutdown: Shutdown,
         cut_off: Shutdown,
     ) -> Self {
         Self {
@@ -162,8 +170,8 @@ impl Desk {
             reach,
             robot,
             streams,
-            shutdown,
             cut_off,
+            break_off: None,
             is_robot_busy: false,
             is_ending: false,
             unwritten: None,
@@ -221,6 +229,28 @@ impl Desk {
                 self.trouble = Some((error.clone(), again));
                 Err(error)
             }
+        }
+    }
+
+    /// The robot gave up before it touched anything: as it was told to, or as the service ends, which settles it at its next start.
+    fn was_cut_off(&mut self) {
+        self.is_robot_busy = false;
+        if !self.cut_off.is_requested() {
+            let finding = Finding::failed(Ending::NotPlaced, BROKEN_OFF);
+            let bodies = self.ledger.head().bodies.clone();
+            self.end(self.ledger.end_placement(finding, bodies), None);
+        }
+    }
+
+    /// Takes over what lies in the container by the robot.
+    fn find(&mut self, bodies: Vec<Body>) {
+        if bodies == self.ledger.head().bodies {
+            return;
+        }
+        // Where it cannot be written down, the bodies are told with the next change.
+        if self.commit(self.ledger.find_bodies(bodies)).is_ok() {
+            self.streams.tell_state(&self.ledger);
+            self.send(Job::Show(self.ledger.head().state_number));
         }
     }
 

@@ -25,7 +25,7 @@ pub(crate) fn open(
     persist(mailbox, || journal.write(&ledger, &change))?;
     ledger.apply(change);
 
-    let bodies = robot.resume(ledger.head().bodies.clone());
+    let bodies = robot.take_over(ledger.head().bodies.clone());
     if bodies != ledger.head().bodies {
         let change = ledger.find_bodies(bodies);
         persist(mailbox, || journal.write(&ledger, &change))?;
@@ -55,6 +55,9 @@ fn refuse_for(span: Duration, mailbox: &Mailbox<Message>, error: &JournalError) 
             Some(Message::Place(incoming)) => refuse(incoming, error),
             Some(Message::Outcome(incoming)) => refuse(incoming, error),
             Some(Message::Renew(incoming)) => refuse(incoming, error),
+            Some(Message::Hold(incoming)) => refuse(incoming, error),
+            Some(Message::Resume(incoming)) => refuse(incoming, error),
+            Some(Message::Changed(incoming)) => refuse(incoming, error),
             Some(Message::State(incoming)) => refuse(incoming, error),
             Some(Message::End) => return None,
             Some(_) => {}

@@ -35,6 +35,15 @@ impl Desk {
                 );
                 incoming.refuse(Status::Stale, message);
             }
+            PlacementVerdict::Forgotten => {
+                let message = format!(
+                    "it was planned on state {} of the cell, of which nothing is known here: whether it was carried out has to be \
+                     seen",
+                    placement.state_number
+                );
+                incoming.refuse(Status::Forgotten, message);
+            }
+            PlacementVerdict::Held(reason) => refuse_held(incoming, reason),
             PlacementVerdict::New => self.accept(incoming, placement),
         }
     }
@@ -50,7 +59,8 @@ impl Desk {
         };
         let execution = message::execution(&placement, None);
         self.is_robot_busy = true;
-        self.send(Job::Place(placement));
+        let break_off = self.new_break_off();
+        self.send(Job::Place(placement, break_off));
         let done = Done {
             stages: vec![stage],
             ..Done::default()
@@ -73,6 +83,11 @@ impl Desk {
         };
         incoming.refuse(Status::Busy, message);
     }
+}
+
+/// Refuses what would begin something.
+pub(super) fn refuse_held<R: Request>(incoming: Incoming<R>, reason: &str) {
+    incoming.refuse(Status::Held, format!("the cell is held: {reason}"));
 }
 
 fn reply(execution: v1::Execution) -> v1::PlaceReply {

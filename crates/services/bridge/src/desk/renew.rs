@@ -4,6 +4,7 @@ use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::v1::{self, Status};
 
 use super::Desk;
+use super::place::refuse_held;
 use crate::ledger::RenewalVerdict;
 use crate::runner::Job;
 
@@ -16,6 +17,7 @@ impl Desk {
             }
             RenewalVerdict::UnderWay => self.renewals.keep_or_refuse(incoming),
             RenewalVerdict::Busy => self.refuse_busy(incoming),
+            RenewalVerdict::Held(reason) => refuse_held(incoming, reason),
             RenewalVerdict::New => {
                 let change = self.ledger.begin_renewal(request_id);
                 if let Err(error) = self.commit(change) {

@@ -1,27 +1,40 @@
 //! Ledgers as tables.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
 use std::sync::Arc;
 
 use ppnpack_packing::motion::Cycle;
 use redb::{
-    Database, Error, ReadTransaction, ReadableDatabase, Table, TableDefinition, TableError,
-    WriteTransaction,
+    Database, Error, ReadTransaction, ReadableDatabase, ReadableTable, Table, TableDefinition,
+    TableError, WriteTransaction,
 };
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
 use crate::ledger::{Change, Head, Ledger, Record};
+use crate::robot::Body;
 
 /// Per cell: its [`Head`]. The names of the tables count the versions of what is in them.
-const HEADS: TableDefinition<&str, &[u8]> = TableDefinition::new("heads-1");
+const HEADS: TableDefinition<&str, &[u8]> = TableDefinition::new("heads-2");
+
+/// Per cell: its [`FirstHead`], of which a new one is made where there is none.
+const FIRST_HEADS: TableDefinition<&str, &[u8]> = TableDefinition::new("heads-1");
 
 /// Per cell and number: its [`Record`]s.
 const RECORDS: TableDefinition<(&str, u64), &[u8]> = TableDefinition::new("records-1");
 
 /// Per cell: the number of its last placement with a motion, and the motion.
 const CYCLES: TableDefinition<&str, &[u8]> = TableDefinition::new("cycles-1");
+
+/// Under [`VERSION_KEY`]: the version of all that is in the file, where it is one after the first.
+const FORMAT: TableDefinition<&str, u64> = TableDefinition::new("format");
+
+/// The only key of [`FORMAT`].
+const VERSION_KEY: &str = "version";
+
+/// The newest version that this program knows, which it writes.
+const VERSION: u64 = 2;
 
 /// Why the database did not do what was asked.
 #[derive(Debug, thiserror::Error)]
@@ -32,6 +45,12 @@ pub(super) enum Fault {
     /// The disk says so.
     #[error(transparent)]
     Disk(#[from] std::io::Error),
+    /// It is of a newer program, which alone knows what it says.
+    #[error(
+        "it was written by a newer version of this program (format {0}, where up to {VERSION} are known): run that version, or \
+         put back a backup of this one's"
+    )]
+    Newer(u64),
     /// What it holds is not what was written.
     #[error("it holds something that is no part of a ledger: {0}")]
     Content(#[from] postcard::Error),
@@ -57,13 +76,7 @@ impl Fault {
     /// Whether the file is of no use any more. Everything else may pass.
     pub(super) fn is_damage(&self) -> bool {
         match self {
-            Self::Database(
-                Error::Corrupted(_)
-                | Error::RepairAborted
-                | Error::UpgradeRequired(_)
-                | Error::TableTypeMismatch { .. }
-                | Error::TypeDefinitionChanged { .. },
-            )
+            Self::Database(Error::Corrupted(_) | Error::RepairAborted)
             | Self::Content(_)
             | Self::Panic => true,
             // A file that was cut off, or is no database at all.
@@ -71,15 +84,58 @@ impl Fault {
                 let kind = error.kind();
                 matches!(kind, ErrorKind::InvalidData | ErrorKind::UnexpectedEof)
             }
-            Self::Database(_) | Self::Disk(_) => false,
+            // What another version wrote is left as it is.
+            Self::Database(_) | Self::Disk(_) | Self::Newer(_) => false,
         }
     }
+}
+
+/// A head as it was written before there were holds.
+#[derive(Deserialize)]
+struct FirstHead {
+    state_number: u64,
+    next: u64,
+    bodies: Vec<Body>,
+}
+
+impl From<FirstHead> for Head {
+    /// What was forgotten before is not known: all is from now on.
+    fn from(first: FirstHead) -> Self {
+        Self {
+            state_number: first.state_number,
+            first_state_number: first.state_number,
+            hold: None,
+            next: first.next,
+            bodies: first.bodies,
+        }
+    }
+}
+
+/// The cells that have ledgers.
+pub(super) fn cells(database: &Database) -> Result<Vec<String>, Fault> {
+    let transaction = database.begin_read()?;
+    let mut cells = BTreeSet::new();
+    for table in [HEADS, FIRST_HEADS] {
+        let table = match transaction.open_table(table) {
+            Err(TableError::TableDoesNotExist(_)) => continue,
+            table => table?,
+        };
+        for entry in table.iter()? {
+            cells.insert(entry?.0.value().to_owned());
+        }
+    }
+    Ok(cells.into_iter().collect())
 }
 
 /// The ledger of a cell, if it has one.
 pub(super) fn load(database: &Database, cell: &str) -> Result<Option<Ledger>, Fault> {
     let transaction = database.begin_read()?;
-    let Some(head) = load_one::<Head>(&transaction, HEADS, cell)? else {
+    check_version(&transaction)?;
+    let head = match load_one::<Head>(&transaction, HEADS, cell)? {
+        Some(head) => Some(head),
+        None => load_one::<FirstHead>(&transaction, FIRST_HEADS, cell)?.map(Head::from),
+    };
+    let Some(head) = head else {
         return Ok(None);
     };
     let mut records = load_records(&transaction, cell)?;
@@ -92,6 +148,18 @@ pub(super) fn load(database: &Database, cell: &str) -> Result<Option<Ledger>, Fa
         placement.cycle = Some(Arc::new(cycle));
     }
     Ok(Some(Ledger::of(head, records)))
+}
+
+/// Whether this program knows what the file says.
+fn check_version(transaction: &ReadTransaction) -> Result<(), Fault> {
+    let table = match transaction.open_table(FORMAT) {
+        Err(TableError::TableDoesNotExist(_)) => return Ok(()),
+        table => table?,
+    };
+    match table.get(VERSION_KEY)?.map(|found| found.value()) {
+        Some(version) if version > VERSION => Err(Fault::Newer(version)),
+        _ => Ok(()),
+    }
 }
 
 /// What a table has for a cell.
@@ -128,7 +196,12 @@ pub(super) fn write(
 ) -> Result<(), Fault> {
     let mut transaction = database.begin_write()?;
     transaction.set_two_phase_commit(true);
+    transaction
+        .open_table(FORMAT)?
+        .insert(VERSION_KEY, VERSION)?;
     write_one(&transaction, HEADS, cell, &change.head)?;
+    // Whoever reads that alone must not go on from a state that is past.
+    transaction.open_table(FIRST_HEADS)?.remove(cell)?;
     write_records(&transaction, cell, whole, change)?;
     if let Some((number, Record::Placement { placement, .. })) = &change.written
         && let Some(cycle) = &placement.cycle

@@ -17,7 +17,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use ppnpack_service::HealthLatch;
+use ppnpack_service::{Health, HealthLatch};
 use ppnpack_wire::keys::Cell;
 use redb::Database;
 
@@ -167,6 +167,34 @@ impl CellJournal {
             Ok(generation)
         })?;
         Ok(())
+    }
+}
+
+/// Settles the ledgers of a journal that is a backup: what was done since is not known. Gives the cells, which are held.
+///
+/// # Errors
+/// [`JournalError`] where there is no such file, or it cannot be read or written.
+pub(crate) fn after_restore(path: &Path) -> Result<Vec<String>, JournalError> {
+    let unusable = |reason: &str| JournalError {
+        path: path.to_owned(),
+        reason: reason.to_owned(),
+    };
+    if !path.is_file() {
+        return Err(unusable("there is no such file"));
+    }
+    let journal = Journal::new(path, Health::default().check("journal"));
+    let cells = journal.with(|database, _| {
+        let cells = database::cells(database)?;
+        for cell in &cells {
+            if let Some(ledger) = database::load(database, cell)? {
+                database::write(database, cell, None, &ledger.restored())?;
+            }
+        }
+        Ok(cells)
+    })?;
+    match cells.is_empty() {
+        true => Err(unusable("it has no cell, or was damaged and put aside")),
+        false => Ok(cells),
     }
 }
 

@@ -66,6 +66,14 @@ impl StorageBackend for Disk {
     }
 }
 
+/// Changes what is in a journal, as another version would.
+fn change(disk: &Disk, change: impl FnOnce(&redb::WriteTransaction)) {
+    let database = Builder::new().create_with_backend(disk.clone()).unwrap();
+    let transaction = database.begin_write().unwrap();
+    change(&transaction);
+    transaction.commit().unwrap();
+}
+
 fn cell(name: &str) -> Cell {
     Cell::new(name).unwrap()
 }
@@ -224,7 +232,7 @@ fn damaged_files_are_put_aside() {
         let stale = placement("p1", before.head().state_number);
         assert_eq!(
             ledger.judge(&stale),
-            PlacementVerdict::Stale,
+            PlacementVerdict::Forgotten,
             "damage {index}"
         );
         place(&mut own, &mut ledger, "p2");
@@ -266,4 +274,75 @@ fn without_a_file_nothing_is_kept() {
     let mut ledger = own.load().unwrap();
     place(&mut own, &mut ledger, "p1");
     assert_ne!(own.load().unwrap(), ledger);
+}
+
+#[test]
+fn the_journal_of_a_newer_version_is_refused_and_left_as_it_is() {
+    let disk = Disk::default();
+    let (kept, _) = journal(&disk);
+    let (mut own, ledger) = begin(&kept, "c1");
+    own.write(&ledger, &ledger.no_change()).unwrap();
+    drop((own, kept));
+    let format: redb::TableDefinition<'_, &str, u64> = redb::TableDefinition::new("format");
+    let set = |version: u64| {
+        change(&disk, |transaction| {
+            let mut table = transaction.open_table(format).unwrap();
+            table.insert("version", version).unwrap();
+        });
+    };
+    set(3);
+    let (newer, health) = journal(&disk);
+    let refused = CellJournal::new(Some(newer), cell("c1")).load();
+    let text = refused.unwrap_err().to_string();
+    assert!(
+        text.contains("newer version") && text.contains("format 3"),
+        "{text}"
+    );
+    assert!(!health.is_ready());
+    set(2);
+    let (again, _) = journal(&disk);
+    assert_eq!(begin(&again, "c1").1, ledger);
+}
+
+#[test]
+fn a_journal_from_before_there_were_holds_is_read_and_gone_on_with() {
+    /// As it was written then.
+    #[derive(serde::Serialize)]
+    struct FirstHead {
+        state_number: u64,
+        next: u64,
+        bodies: Vec<crate::robot::Body>,
+    }
+    let disk = Disk::default();
+    let heads: redb::TableDefinition<'_, &str, &[u8]> = redb::TableDefinition::new("heads-1");
+    let records: redb::TableDefinition<'_, (&str, u64), &[u8]> =
+        redb::TableDefinition::new("records-1");
+    let head = FirstHead {
+        state_number: 77,
+        next: 5,
+        bodies: vec![body("a")],
+    };
+    change(&disk, |transaction| {
+        let bytes = postcard::to_stdvec(&head).unwrap();
+        let mut table = transaction.open_table(heads).unwrap();
+        table.insert("c1", bytes.as_slice()).unwrap();
+        transaction.open_table(records).unwrap();
+    });
+    for _ in 0..2 {
+        let (kept, _) = journal(&disk);
+        let (mut own, ledger) = begin(&kept, "c1");
+        assert_eq!((ledger.head().state_number, ledger.head().next), (77, 5));
+        assert_eq!(ledger.head().bodies, [body("a")]);
+        assert_eq!(
+            ledger.judge(&placement("p", 76)),
+            PlacementVerdict::Forgotten
+        );
+        own.write(&ledger, &ledger.no_change()).unwrap();
+    }
+    // An older program finds nothing there, and begins at a state of its own.
+    change(&disk, |transaction| {
+        use redb::ReadableTable;
+        let table = transaction.open_table(heads).unwrap();
+        assert!(table.get("c1").unwrap().is_none());
+    });
 }

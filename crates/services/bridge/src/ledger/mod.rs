@@ -5,7 +5,10 @@
 //!
 //! Placements are executed at most once for two reasons. Their ids are remembered, and each names the state of the cell
 //! that it was planned on: whatever changes the container counts the state up, so that a placement whose id was
-//! forgotten, or lost with the journal, is stale. A ledger without a past begins at a state that no earlier one had.
+//! forgotten, or lost with the journal, is of a past state. A ledger without a past begins at a state that no earlier one had.
+//!
+//! Of a placement that it does not know, a ledger says that it was never begun only where it knows all that was done on the
+//! state that it was planned on: from [`Head::first_state_number`] on.
 
 use std::collections::{BTreeMap, HashMap};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -19,6 +22,24 @@ pub(crate) const MAX_RECORDS: usize = 10_000;
 
 /// How many low bits of a first state number are random; the milliseconds since 1970 stand above them.
 const RANDOM_BITS: u32 = 20;
+
+/// More changes than a cell makes between a backup and its restoring.
+const MOST_CHANGES: u64 = 1 << 32;
+
+/// How many high bits of what a restored state number is moved on by are 0; thousands of restorings find room.
+const RESTORE_SHIFT: u32 = 12;
+
+/// Why a cell is held whose placement was cut off.
+const PLACEMENT_CUT_OFF: &str = "the bridge was restarted while a placement was carried out: look where the item is and what \
+     the robot holds, say what changed, then resume";
+
+/// Why a cell is held whose renewal was cut off.
+const RENEWAL_CUT_OFF: &str = "the bridge was restarted while the container was renewed: look which container is there, resume, \
+     and renew it where it is not empty";
+
+/// Why a cell is held whose journal was restored.
+const RESTORED: &str = "the journal was restored from a backup: look what the container holds and what the robot does, renew the \
+     container or say what changed, then resume";
 
 /// How a placement ended, and the state of the cell afterwards.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -47,6 +68,10 @@ pub(crate) enum Record {
 pub(crate) struct Head {
     /// Counts the changes of the container's content.
     pub(crate) state_number: u64,
+    /// The first state of which every placement is known.
+    pub(crate) first_state_number: u64,
+    /// Why nothing is begun, where the cell is held.
+    pub(crate) hold: Option<String>,
     /// The number of the next record.
     pub(crate) next: u64,
     /// What lies in the container.
@@ -68,6 +93,12 @@ impl Change {
             written: None,
             forgotten: Vec::new(),
         }
+    }
+
+    /// The same, after which the cell is held; where it is already, the first reason stays.
+    fn holding(mut self, reason: &str) -> Self {
+        self.head.hold.get_or_insert_with(|| reason.to_owned());
+        self
     }
 }
 
@@ -91,21 +122,27 @@ pub(crate) enum PlacementVerdict<'a> {
     Conflict,
     /// Something else is under way.
     Busy,
-    /// It was planned on another state.
+    /// It was planned on a past state, and was never begun.
     Stale,
+    /// It was planned on a state of which it is not known what was done on it.
+    Forgotten,
+    /// Nothing is begun, for this reason.
+    Held(&'a str),
     /// It can be executed.
     New,
 }
 
 /// What is to be done about a renewal.
 #[derive(Debug, PartialEq)]
-pub(crate) enum RenewalVerdict {
+pub(crate) enum RenewalVerdict<'a> {
     /// It has happened; the state afterwards.
     Done(u64),
     /// It is under way.
     UnderWay,
     /// Something else is under way.
     Busy,
+    /// Nothing is begun, for this reason.
+    Held(&'a str),
     /// It can begin.
     New,
 }
@@ -118,9 +155,12 @@ impl Ledger {
         let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
         let milliseconds = since_1970.map_or(0, |since_1970| since_1970.as_millis() as u64);
         let random = rand::random::<u64>() >> (u64::BITS - RANDOM_BITS);
+        let state_number = milliseconds << RANDOM_BITS | random;
         Self::of(
             Head {
-                state_number: milliseconds << RANDOM_BITS | random,
+                state_number,
+                first_state_number: state_number,
+                hold: None,
                 next: 1,
                 bodies: Vec::new(),
             },
@@ -171,14 +211,24 @@ impl Ledger {
         match self.placement(&asked.placement_id) {
             Some((known, outcome)) if known.is_same(asked) => PlacementVerdict::Known(outcome),
             Some(_) => PlacementVerdict::Conflict,
-            None if self.under_way.is_some() => PlacementVerdict::Busy,
+            None if !self.knows_all_of(asked.state_number) => PlacementVerdict::Forgotten,
             None if asked.state_number != self.head.state_number => PlacementVerdict::Stale,
-            None => PlacementVerdict::New,
+            None if self.under_way.is_some() => PlacementVerdict::Busy,
+            None => match &self.head.hold {
+                Some(reason) => PlacementVerdict::Held(reason),
+                None => PlacementVerdict::New,
+            },
         }
     }
 
+    /// Whether all placements that were begun on a state are known. On state 0, which sensors send that know none, none ever is.
+    fn knows_all_of(&self, state_number: u64) -> bool {
+        let known = self.head.first_state_number..=self.head.state_number;
+        state_number == 0 || known.contains(&state_number)
+    }
+
     /// What is to be done about a renewal.
-    pub(crate) fn judge_renewal(&self, request_id: &str) -> RenewalVerdict {
+    pub(crate) fn judge_renewal(&self, request_id: &str) -> RenewalVerdict<'_> {
         let number = self.renewals.get(request_id);
         match number.and_then(|number| self.records.get(number)) {
             Some(Record::Renewal {
@@ -187,7 +237,10 @@ impl Ledger {
             }) => RenewalVerdict::Done(*state_number),
             Some(_) => RenewalVerdict::UnderWay,
             None if self.under_way.is_some() => RenewalVerdict::Busy,
-            None => RenewalVerdict::New,
+            None => match &self.head.hold {
+                Some(reason) => RenewalVerdict::Held(reason),
+                None => RenewalVerdict::New,
+            },
         }
     }
 
@@ -247,6 +300,26 @@ impl Ledger {
         Change::of(self.head_with(bodies, true))
     }
 
+    /// Nothing is begun from now on. Where the cell is held already, the first reason stays.
+    pub(crate) fn hold(&self, reason: &str) -> Change {
+        Change::of(self.head.clone()).holding(reason)
+    }
+
+    /// The cell is held no longer.
+    pub(crate) fn resume(&self) -> Change {
+        Change::of(Head {
+            hold: None,
+            ..self.head.clone()
+        })
+    }
+
+    /// Somebody had a hand in the container, and took some items out.
+    pub(crate) fn change_by_hand(&self, removed: &[String]) -> Change {
+        let bodies = self.head.bodies.iter();
+        let left = bodies.filter(|body| !removed.contains(&body.item_id));
+        self.find_bodies(left.cloned().collect())
+    }
+
     /// Nothing: to try whether it can be written down.
     pub(crate) fn no_change(&self) -> Change {
         Change::of(self.head.clone())
@@ -254,7 +327,8 @@ impl Ledger {
 
     /// What was under way when the bridge was cut off; `None` where nothing was.
     ///
-    /// A simulated cell is what was written down, so that it did not happen there. What another cell did is not known.
+    /// A simulated cell is what was written down, so that it did not happen there. What another cell did is not known: it is held
+    /// until somebody has looked, and its container counts as holding what it held before.
     pub(crate) fn recover(&self, is_simulated: bool) -> Option<Change> {
         let bodies = self.head.bodies.clone();
         Some(match (self.under_way()?, is_simulated) {
@@ -264,11 +338,37 @@ impl Ledger {
             }
             (Record::Placement { .. }, false) => {
                 let failure = "the bridge was restarted while it was carried out";
-                self.end_placement(Finding::failed(Ending::Unknown, failure), bodies)
+                let finding = Finding::failed(Ending::Unknown, failure);
+                self.end_placement(finding, bodies)
+                    .holding(PLACEMENT_CUT_OFF)
             }
             (Record::Renewal { .. }, true) => self.abandon_renewal(bodies),
-            (Record::Renewal { .. }, false) => self.abandon_renewal(Vec::new()),
+            (Record::Renewal { .. }, false) => {
+                self.abandon_renewal(bodies).holding(RENEWAL_CUT_OFF)
+            }
         })
+    }
+
+    /// What a ledger is that was read from a backup: what was done since then is not known. It goes on at a state that none had, which
+    /// is the first of which all is known, and the cell is held.
+    pub(crate) fn restored(&self) -> Change {
+        let bodies = self.head.bodies.clone();
+        let settled = match self.under_way() {
+            Some(Record::Placement { .. }) => {
+                let finding = Finding::failed(Ending::Unknown, RESTORED);
+                self.end_placement(finding, bodies)
+            }
+            Some(Record::Renewal { .. }) => self.abandon_renewal(bodies),
+            None => self.no_change(),
+        };
+        let mut change = settled.holding(RESTORED);
+        let last = self.head.state_number.max(change.head.state_number);
+        // By the time alone, where the clock was set back, it could be a state that the cell had after the backup.
+        let beyond = last + MOST_CHANGES + (rand::random::<u64>() >> RESTORE_SHIFT);
+        let state_number = Self::new().head.state_number.max(beyond);
+        change.head.state_number = state_number;
+        change.head.first_state_number = state_number;
+        change
     }
 
     /// Takes a step that was written down.
@@ -296,8 +396,8 @@ impl Ledger {
     fn head_with(&self, bodies: Vec<Body>, is_changed: bool) -> Head {
         Head {
             state_number: self.head.state_number + u64::from(is_changed),
-            next: self.head.next,
             bodies,
+            ..self.head.clone()
         }
     }
 
@@ -310,13 +410,14 @@ impl Ledger {
         });
         let surplus = self.records.len().saturating_sub(MAX_RECORDS);
         let oldest = self.records.iter().take(surplus);
-        let is_of_now = |record: &Record| match record {
-            Record::Placement { placement, .. } => placement.state_number == head.state_number,
-            Record::Renewal { .. } => false,
-        };
-        // Forgotten, it must not be executed again: the state that it was planned on has to be past.
-        if oldest.clone().any(|(_, record)| is_of_now(record)) {
-            head.state_number += 1;
+        let states = oldest.clone().filter_map(|(_, record)| match record {
+            Record::Placement { placement, .. } => Some(placement.state_number),
+            Record::Renewal { .. } => None,
+        });
+        // Of the states that forgotten placements were planned on not all is known any more, and they have to be past.
+        if let Some(last) = states.max() {
+            head.first_state_number = head.first_state_number.max(last + 1);
+            head.state_number = head.state_number.max(head.first_state_number);
         }
         Change {
             head,

@@ -108,16 +108,63 @@ fn what_was_under_way_is_settled_after_a_restart() {
             (ending, after)
         );
         assert_eq!(ledger.under_way(), None);
+        // Of a real robot nobody knows what it holds.
+        assert_eq!(ledger.head().hold.is_some(), !is_simulated);
     }
-
-    let mut ledger = Ledger::new();
-    ledger.apply(ledger.begin_renewal("r".to_owned()));
-    ledger.apply(ledger.recover(false).unwrap());
-    assert_eq!(ledger.judge_renewal("r"), RenewalVerdict::New);
 }
 
 #[test]
-fn what_is_forgotten_is_stale() {
+fn an_interrupted_renewal_leaves_what_is_known_and_a_real_cell_held() {
+    let mut ledger = Ledger::new();
+    ledger.apply(ledger.find_bodies(vec![body("a")]));
+    ledger.apply(ledger.begin_renewal("r".to_owned()));
+    for is_simulated in [true, false] {
+        let mut ledger = ledger.clone();
+        let before = ledger.head().state_number;
+        ledger.apply(ledger.recover(is_simulated).unwrap());
+        let head = ledger.head();
+        assert_eq!(
+            (head.state_number, &head.bodies[..]),
+            (before + 1, &[body("a")][..])
+        );
+        assert_eq!(head.hold.is_some(), !is_simulated);
+        ledger.apply(ledger.resume());
+        assert_eq!(ledger.judge_renewal("r"), RenewalVerdict::New);
+    }
+}
+
+#[test]
+fn a_held_cell_begins_nothing_and_answers_for_what_was_done() {
+    let mut ledger = Ledger::new();
+    let state = ledger.head().state_number;
+    ledger.apply(ledger.accept(placement("a", state)));
+    ledger.apply(ledger.hold("a door is open"));
+    ledger.apply(ledger.hold("another reason"));
+    assert_eq!(
+        ledger.judge(&placement("a", state)),
+        PlacementVerdict::Known(None)
+    );
+    ledger.apply(ledger.end_placement(placed(), vec![body("item-a"), body("item-b")]));
+    let new = placement("b", state + 1);
+    let held = "a door is open";
+    assert_eq!(ledger.judge(&new), PlacementVerdict::Held(held));
+    assert_eq!(ledger.judge_renewal("r"), RenewalVerdict::Held(held));
+    assert!(matches!(
+        ledger.judge(&placement("a", state)),
+        PlacementVerdict::Known(Some(_))
+    ));
+    ledger.apply(ledger.change_by_hand(&["item-a".to_owned(), "item-c".to_owned()]));
+    assert_eq!(ledger.head().bodies, [body("item-b")]);
+    ledger.apply(ledger.resume());
+    assert_eq!(ledger.judge(&new), PlacementVerdict::Stale);
+    assert_eq!(
+        ledger.judge(&placement("b", state + 2)),
+        PlacementVerdict::New
+    );
+}
+
+#[test]
+fn of_what_is_forgotten_nothing_is_said() {
     let mut ledger = Ledger::new();
     let first = placement("first", ledger.head().state_number);
     let fail = |ledger: &mut Ledger, placement: Placement| {
@@ -131,7 +178,10 @@ fn what_is_forgotten_is_stale() {
         fail(&mut ledger, next);
     }
     assert_eq!(ledger.records().count(), MAX_RECORDS);
-    assert_eq!(ledger.judge(&first), PlacementVerdict::Stale);
+    assert_eq!(ledger.judge(&first), PlacementVerdict::Forgotten);
+    // No sensor and no planner has it from this ledger.
+    let other = placement("other", ledger.head().state_number + 1);
+    assert_eq!(ledger.judge(&other), PlacementVerdict::Forgotten);
 }
 
 #[test]
@@ -142,6 +192,23 @@ fn a_ledger_without_a_past_begins_at_a_state_of_its_own() {
     distinct.dedup();
     assert_eq!(distinct.len(), states.len());
     assert!(states.iter().all(|state| *state > 1 << 60));
+}
+
+#[test]
+fn a_restored_ledger_goes_on_at_a_state_of_its_own_whatever_the_clock_says() {
+    // Far in the future: what the clock says now is a state that the cell had, or has had since the backup.
+    let head = Head {
+        state_number: 1 << 62,
+        ..Ledger::new().head().clone()
+    };
+    let backup = Ledger::of(head, BTreeMap::new());
+    let mut since = backup.clone();
+    for _ in 0..1_000 {
+        since.apply(since.find_bodies(Vec::new()));
+    }
+    let states: Vec<u64> = (0..50).map(|_| backup.restored().head.state_number).collect();
+    assert!(states.iter().all(|state| *state > since.head().state_number));
+    assert!(states.iter().any(|state| *state != states[0]));
 }
 
 /// What happens to a bridge.
@@ -157,10 +224,20 @@ enum Event {
     End(Ending),
     /// An empty container is asked for.
     Renew(u8),
+    /// The cell is held.
+    Hold,
+    /// It goes on.
+    Resume,
+    /// Somebody has a hand in the container, where nothing is under way.
+    Hand,
     /// The bridge is killed, and reads what it wrote.
     Restart(bool),
     /// The journal is lost.
     Lose,
+    /// A backup of the journal is made.
+    Back,
+    /// The last backup is put back, and prepared.
+    Restore,
 }
 
 fn any_event() -> impl Strategy<Value = Event> {
@@ -176,8 +253,13 @@ fn any_event() -> impl Strategy<Value = Event> {
         1 => any::<prop::sample::Index>().prop_map(Event::Forge),
         6 => ending.prop_map(Event::End),
         1 => (0..4_u8).prop_map(Event::Renew),
+        1 => Just(Event::Hold),
+        2 => Just(Event::Resume),
+        1 => Just(Event::Hand),
         1 => any::<bool>().prop_map(Event::Restart),
         1 => Just(Event::Lose),
+        1 => Just(Event::Back),
+        1 => Just(Event::Restore),
     ]
 }
 
@@ -188,6 +270,7 @@ struct World {
     /// How often each of them was begun.
     begun: Vec<usize>,
     states: Vec<u64>,
+    backup: Ledger,
 }
 
 impl World {
@@ -195,6 +278,7 @@ impl World {
         let ledger = Ledger::new();
         Self {
             states: vec![ledger.head().state_number],
+            backup: ledger.clone(),
             ledger,
             planned: Vec::new(),
             begun: Vec::new(),
@@ -209,10 +293,16 @@ impl World {
 
     fn ask(&mut self, index: usize) {
         let asked = self.planned[index].clone();
-        if self.ledger.judge(&asked) == PlacementVerdict::New {
-            assert_eq!(asked.state_number, self.ledger.head().state_number);
-            self.begun[index] += 1;
-            self.apply(self.ledger.accept(asked));
+        match self.ledger.judge(&asked) {
+            PlacementVerdict::New => {
+                assert_eq!(asked.state_number, self.ledger.head().state_number);
+                assert_eq!(self.ledger.head().hold, None);
+                self.begun[index] += 1;
+                self.apply(self.ledger.accept(asked));
+            }
+            // Its item may be planned again.
+            PlacementVerdict::Stale => assert_eq!(self.begun[index], 0),
+            _ => {}
         }
     }
 
@@ -255,6 +345,20 @@ impl World {
                     self.apply(self.ledger.begin_renewal(id));
                 }
             }
+            Event::Hold => {
+                let before = self.ledger.head().hold.clone();
+                self.apply(self.ledger.hold("as the test asked"));
+                let held = self.ledger.head().hold.clone();
+                assert!(held.is_some() && before.is_none_or(|before| Some(before) == held));
+            }
+            Event::Resume => self.apply(self.ledger.resume()),
+            Event::Hand => {
+                let before = self.ledger.head().state_number;
+                if self.ledger.under_way().is_none() {
+                    self.apply(self.ledger.change_by_hand(&[]));
+                    assert_eq!(self.ledger.head().state_number, before + 1);
+                }
+            }
             Event::Restart(is_simulated) => {
                 let records = self.ledger.records();
                 let records = records.map(|(number, record)| (number, record.clone()));
@@ -264,6 +368,17 @@ impl World {
                     self.apply(recovered);
                 }
                 assert_eq!(self.ledger.under_way(), None);
+            }
+            Event::Back => self.backup = self.ledger.clone(),
+            Event::Restore => {
+                self.ledger = self.backup.clone();
+                self.apply(self.ledger.restored());
+                let head = self.ledger.head();
+                assert_eq!(self.ledger.under_way(), None);
+                assert_eq!(head.state_number, head.first_state_number);
+                assert!(head.hold.is_some());
+                let earlier = self.states.split_last().unwrap().1;
+                assert!(!earlier.contains(&head.state_number));
             }
             Event::Lose => {
                 self.ledger = Ledger::new();

@@ -189,7 +189,7 @@ impl Robot for SimulatedRobot {
         Some(outlines.collect())
     }
 
-    fn resume(&mut self, bodies: Vec<Body>) -> Vec<Body> {
+    fn take_over(&mut self, bodies: Vec<Body>) -> Vec<Body> {
         let known = bodies.into_iter().filter_map(|body| {
             let Some(model) = self.models.get(&body.object) else {
                 tracing::error!(

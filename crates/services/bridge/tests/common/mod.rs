@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test file uses some of it")]
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -10,15 +10,19 @@ use std::time::{Duration, Instant};
 use nalgebra::Isometry3;
 use nalgebra::Point3;
 use ppnpack_bridge::robot::{Body, CutOff, Ending, Finding, Placement, Robot, RobotError, View};
+use ppnpack_bridge::simulated::SimulatedSettings;
+use ppnpack_bridge::{Bridge, Settings as BridgeSettings};
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
 use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_packing::grid::{ContainerSize, Resolution};
 use ppnpack_packing::motion::Cycle;
 use ppnpack_service::Shutdown;
+use ppnpack_service::embedded::{self, Hub};
+use ppnpack_service::process::Process;
 use ppnpack_service::rpc::{CallError, Client};
 use ppnpack_wire::convert::pose;
-use ppnpack_wire::keys::Cell;
+use ppnpack_wire::keys::{Cell, Service};
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, Status};
 
@@ -143,12 +147,75 @@ impl Controller {
     }
 }
 
+/// Holds the cell.
+pub(crate) fn hold(reason: &str, is_aborting: bool) -> v1::HoldRequest {
+    v1::HoldRequest {
+        header: None,
+        reason: reason.to_owned(),
+        is_aborting,
+    }
+}
+
+/// Says that a hand was in the container.
+pub(crate) fn changed(removed_item_ids: &[&str]) -> v1::ChangedRequest {
+    let removed = removed_item_ids.iter().map(|id| (*id).to_owned());
+    v1::ChangedRequest {
+        header: None,
+        removed_item_ids: removed.collect(),
+    }
+}
+
 pub(crate) fn renew(request_id: &str) -> v1::RenewRequest {
     v1::RenewRequest {
         header: Some(v1::RequestHeader {
             request_id: request_id.to_owned(),
             ..v1::RequestHeader::default()
         }),
+    }
+}
+
+/// A bridge, and a controller that asks it.
+pub(crate) struct Rig {
+    pub(crate) controller: Controller,
+    pub(crate) bridge: Option<Bridge>,
+    pub(crate) process: Process,
+    pub(crate) caller: Process,
+    _hub: Hub,
+}
+
+impl Rig {
+    pub(crate) fn new(start: impl FnOnce(&Process) -> Bridge) -> Self {
+        let hub = embedded::hub().unwrap();
+        let process = embedded::process(&hub, Service::Bridge, "bridge-1").unwrap();
+        let bridge = start(&process);
+        let caller = embedded::process(&hub, Service::Planner, "test").unwrap();
+        Self {
+            controller: Controller::new(caller.session()),
+            bridge: Some(bridge),
+            process,
+            caller,
+            _hub: hub,
+        }
+    }
+
+    pub(crate) fn simulated(settings: SimulatedSettings) -> Self {
+        let settings = BridgeSettings {
+            cells: BTreeMap::from([(cell().to_string(), settings)]),
+            ..BridgeSettings::default()
+        };
+        Self::new(|process| ppnpack_bridge::start(process, &settings, &catalogue()).unwrap())
+    }
+
+    pub(crate) fn scripted(is_simulated: bool, journal: Option<PathBuf>) -> (Self, Script) {
+        let (robot, script) = scripted(is_simulated);
+        let settings = BridgeSettings {
+            journal,
+            ..BridgeSettings::default()
+        };
+        let robots: BTreeMap<_, Box<dyn Robot>> = BTreeMap::from([(cell(), Box::new(robot) as _)]);
+        let rig =
+            Self::new(|process| ppnpack_bridge::start_robots(process, &settings, robots).unwrap());
+        (rig, script)
     }
 }
 
@@ -204,7 +271,7 @@ impl Robot for ScriptedRobot {
         None
     }
 
-    fn resume(&mut self, bodies: Vec<Body>) -> Vec<Body> {
+    fn take_over(&mut self, bodies: Vec<Body>) -> Vec<Body> {
         self.bodies = bodies;
         self.bodies.clone()
     }

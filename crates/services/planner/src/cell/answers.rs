@@ -87,6 +87,9 @@ impl CellPlanner {
                 request.least_state_number,
                 self.read_set_aside(request.set_aside)?,
             );
+            let session = self
+                .session
+                .followed_by(session, request.gives_up_pending)?;
             let saved = self.shared.store.begin(&self.cell, &session);
             self.saved(saved)?;
             self.session = session;

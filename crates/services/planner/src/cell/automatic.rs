@@ -23,6 +23,9 @@ const BRIDGE_LIMIT: Duration = Duration::from_secs(1);
 /// How long to wait before something that failed is tried again.
 const PAUSE: Duration = Duration::from_millis(100);
 
+/// How long to wait before a cell that is held is asked to go on again.
+const HELD_PAUSE: Duration = Duration::from_millis(200);
+
 /// How often the bridge is asked for an outcome that should have come by itself.
 const ASK_EVERY: Duration = Duration::from_millis(500);
 
@@ -36,6 +39,8 @@ pub(crate) struct Automatic {
     placing: Option<Placing>,
     /// Not before this is anything tried again.
     resume_at: Option<Instant>,
+    /// Whether the bridge held the cell when it was asked last.
+    is_held: bool,
     /// The item that was not placed the last time, and how often in a row.
     refused: (String, u32),
 }
@@ -145,7 +150,9 @@ impl CellPlanner {
     }
 
     fn place(&mut self, decision: &v1::Decision) -> Result<(), Refusal> {
-        match self.ask_bridge(v1::PlaceRequest::from(decision), BRIDGE_LIMIT) {
+        let asked = self.ask_bridge(v1::PlaceRequest::from(decision), BRIDGE_LIMIT);
+        let was_held = std::mem::take(&mut self.automatic.is_held);
+        match asked {
             Ok(reply) => {
                 if let Some(placing) = &mut self.automatic.placing {
                     placing.is_accepted = true;
@@ -153,7 +160,17 @@ impl CellPlanner {
                 }
                 self.look_at(decision, reply.execution.as_ref())
             }
-            Err(error) if error.status() == Some(Status::Stale) => self.replan(decision),
+            Err(error) if error.status() == Some(Status::Held) => {
+                self.wait_until_resumed(&error, was_held);
+                Ok(())
+            }
+            Err(error) if error.status() == Some(Status::Stale) => {
+                let why = "the container changed before the placement began";
+                self.settle_here(decision, OutcomeKind::NotPlaced, why)
+            }
+            Err(error) if error.status() == Some(Status::Forgotten) => {
+                self.settle_here(decision, OutcomeKind::Unknown, &error.to_string())
+            }
             Err(error) if is_final(&error) => self.finish(End::Failed(format!(
                 "the bridge refuses the placement: {error}"
             ))),
@@ -161,15 +178,31 @@ impl CellPlanner {
         }
     }
 
-    /// The bridge never took the placement, as the container is in another state: it is planned again on that one.
-    fn replan(&mut self, decision: &v1::Decision) -> Result<(), Refusal> {
+    /// The cell is held: the decision waits as it is, however long that takes.
+    fn wait_until_resumed(&mut self, error: &CallError, was_held: bool) {
+        if !was_held {
+            tracing::info!(cell = %self.cell, reason = %error, "waiting until the cell is resumed");
+        }
+        self.automatic.is_held = true;
+        self.automatic.placing = None;
+        self.automatic.pause(HELD_PAUSE);
+    }
+
+    /// Enters what became of a decision of which the bridge has no outcome. What comes next is planned on the state that it
+    /// has now.
+    fn settle_here(
+        &mut self,
+        decision: &v1::Decision,
+        kind: OutcomeKind,
+        failure: &str,
+    ) -> Result<(), Refusal> {
         let asked = self.ask_bridge(v1::CellStateRequest::default(), BRIDGE_LIMIT);
         let reply = asked.map_err(|error| silent(&error))?;
         let outcome = v1::Outcome {
             placement_id: decision.decision_id.clone(),
             item_id: decision.item_id.clone(),
-            kind: OutcomeKind::NotPlaced.into(),
-            failure: "the container changed before the placement began".to_owned(),
+            kind: kind.into(),
+            failure: failure.to_owned(),
             state_number: reply.state.unwrap_or_default().state_number,
             ..v1::Outcome::default()
         };

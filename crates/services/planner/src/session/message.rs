@@ -38,12 +38,18 @@ impl Session {
             mean_cycle_s: self.mean_cycle_s().unwrap_or_default(),
             set_aside_limit: number(self.set_aside_limit),
             set_aside: self.reasons_set_aside().cloned().collect(),
+            past_session_ids: self.past.clone(),
         }
     }
 
     /// The session of a message.
     pub(crate) fn from_message(message: v1::Session) -> Result<Self, WireError> {
-        let end = match message.end() {
+        let known = v1::SessionEnd::try_from(message.end);
+        let end = known.map_err(|_| {
+            let reason = "it is none that this version knows: a newer one wrote it";
+            WireError::invalid("end", reason)
+        })?;
+        let end = match end {
             v1::SessionEnd::Unspecified => None,
             v1::SessionEnd::AllPacked => Some(End::AllPacked),
             v1::SessionEnd::OthersSetAside => Some(End::OthersSetAside),
@@ -62,6 +68,7 @@ impl Session {
             least_state_number: message.least_state_number,
             settled: message.settled,
             set_aside_limit: count(message.set_aside_limit),
+            past: message.past_session_ids,
         })
     }
 }
@@ -196,7 +203,11 @@ fn read_item(message: &v1::SessionItem) -> Result<SessionItem, WireError> {
         v1::ItemState::Withdrawn => ItemState::Withdrawn,
         v1::ItemState::Packed => read_packed(message)?,
         v1::ItemState::SetAside => read_set_aside(message)?,
-        v1::ItemState::Gone | v1::ItemState::Unspecified => ItemState::Gone,
+        v1::ItemState::Gone => ItemState::Gone,
+        v1::ItemState::Unspecified => {
+            let reason = "it is none that this version knows: a newer one wrote it";
+            return Err(WireError::invalid("items.state", reason));
+        }
     };
     Ok(SessionItem {
         item_id: message.item_id.clone(),

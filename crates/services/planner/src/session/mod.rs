@@ -17,6 +17,13 @@ const MAX_ITEMS: usize = 1_000;
 /// Decisions remembered after their outcome, to tell a repeated report or request from a new one.
 const SETTLED_KEPT: usize = 64;
 
+/// How a session ends that was restored.
+const RESTORED: &str = "the session was restored from a backup, and what was packed since is not known: withdraw what is in the \
+     container, or begin a new session with an empty one";
+
+/// Sessions remembered after their end, so that a late request begins none of them again.
+const PAST_KEPT: usize = 64;
+
 /// Why an operation was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum SessionError {
@@ -34,6 +41,10 @@ pub(crate) enum SessionError {
     AsideFull(usize),
     #[error("decision {0} awaits its outcome: report that first")]
     Pending(String),
+    #[error("decision {0} awaits its outcome: report that first, or begin with gives_up_pending")]
+    PendingBefore(String),
+    #[error("session {0} was before this one, and is not begun again: use a new id")]
+    Past(String),
     #[error("the request was answered before with decision {0}, which has its outcome")]
     Answered(String),
     #[error("decision {0} was reported before with another outcome")]
@@ -68,6 +79,8 @@ pub(crate) struct Session {
     settled: Vec<v1::SettledDecision>,
     /// The most items that may be set aside.
     set_aside_limit: usize,
+    /// The ids of the sessions before.
+    past: Vec<String>,
 }
 
 impl Session {
@@ -87,6 +100,27 @@ impl Session {
             set_aside_limit,
             ..Self::default()
         }
+    }
+
+    /// The next session in place of this one. Where a decision awaits its outcome that has to be given up.
+    pub(crate) fn followed_by(
+        &self,
+        next: Self,
+        gives_up_pending: bool,
+    ) -> Result<Self, SessionError> {
+        if self.past.contains(&next.id) {
+            return Err(SessionError::Past(next.id));
+        }
+        if let Some(pending) = self.pending.as_ref().filter(|_| !gives_up_pending) {
+            return Err(SessionError::PendingBefore(pending.decision_id.clone()));
+        }
+        let own = Some(self.id.clone()).filter(|id| !id.is_empty());
+        let past = self.past.iter().cloned().chain(own);
+        let surplus = past.clone().count().saturating_sub(PAST_KEPT);
+        Ok(Self {
+            past: past.skip(surplus).collect(),
+            ..next
+        })
     }
 
     pub(crate) fn id(&self) -> &str {
@@ -274,7 +308,8 @@ impl Session {
         Ok(())
     }
 
-    /// Enters the outcome of a decision. The same report again changes nothing.
+    /// Enters the outcome of a decision. The same report again changes nothing. Where nobody knows where the item is, the
+    /// automatic mode comes to its end: it may lie in the robot's way.
     pub(crate) fn report(
         &mut self,
         decision_id: &str,
@@ -300,6 +335,9 @@ impl Session {
         };
         self.item_mut(&decision.item_id)?.state = ItemState::after(&decision, outcome);
         self.least_state_number = self.least_state_number.max(outcome.state_number);
+        if self.is_automatic && matches!(kind, v1::OutcomeKind::Lost | v1::OutcomeKind::Unknown) {
+            self.end = Some(End::Failed(gone(&decision.item_id, outcome)));
+        }
         if self.settled.len() >= SETTLED_KEPT {
             self.settled.remove(0);
         }
@@ -325,6 +363,13 @@ impl Session {
         self.end.take_if(|end| !matches!(end, End::Failed(_)));
     }
 
+    /// It was read from a backup: what was packed since then is not known.
+    pub(crate) fn restored(&mut self) {
+        if !self.id.is_empty() {
+            self.end = Some(End::Failed(RESTORED.to_owned()));
+        }
+    }
+
     pub(crate) fn end(&mut self, end: End) {
         self.end = Some(end);
     }
@@ -343,6 +388,18 @@ impl Session {
             Ok(())
         }
     }
+}
+
+/// Why the automatic mode ends where an item is not where it should be.
+fn gone(item_id: &str, outcome: &v1::Outcome) -> String {
+    let what = match outcome.kind() {
+        v1::OutcomeKind::Lost => "left the cell",
+        _ => "may lie anywhere",
+    };
+    format!(
+        "item {item_id} {what}: {}; look for it, then switch the automatic mode on again",
+        outcome.failure
+    )
 }
 
 #[cfg(test)]

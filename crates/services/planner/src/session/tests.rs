@@ -3,8 +3,8 @@ use ppnpack_wire::convert;
 use ppnpack_wire::item_id::ItemId;
 
 use super::SessionError::{
-    Answered, AsideFull, NoKind, NoSession, NotWaiting, OtherItem, OtherOutcome, Pending,
-    UnknownDecision, UnknownItem,
+    Answered, AsideFull, NoKind, NoSession, NotWaiting, OtherItem, OtherOutcome, Past, Pending,
+    PendingBefore, UnknownDecision, UnknownItem,
 };
 use super::*;
 
@@ -135,6 +135,80 @@ fn an_item_that_was_not_placed_waits_again_and_a_lost_one_is_gone() {
     session.decide(decision("d2", "a")).unwrap();
     report(&mut session, "d2", v1::OutcomeKind::Lost);
     assert_eq!(session.items()[0].state, ItemState::Gone);
+}
+
+#[test]
+fn where_nobody_knows_where_an_item_is_the_automatic_mode_ends_until_it_is_switched_on_again() {
+    for (kind, text) in [
+        (v1::OutcomeKind::Lost, "left the cell"),
+        (v1::OutcomeKind::Unknown, "may lie anywhere"),
+    ] {
+        let mut session = session_of(&["a", "b"]);
+        session.set_automatic(true).unwrap();
+        session.decide(decision("d1", "a")).unwrap();
+        report(&mut session, "d1", kind);
+        let end = session.end.clone().unwrap();
+        assert!(
+            matches!(&end, End::Failed(failure) if failure.contains(text)),
+            "{end:?}"
+        );
+        report(&mut session, "d1", kind);
+        session.announce(vec![announced("c")]).unwrap();
+        assert_eq!(session.end, Some(end));
+        session.set_automatic(true).unwrap();
+        assert_eq!(session.end, None);
+
+        // A controller that plans by request decides itself what to do.
+        let mut session = session_of(&["a"]);
+        session.decide(decision("d1", "a")).unwrap();
+        report(&mut session, "d1", kind);
+        assert_eq!(session.end, None);
+    }
+    let mut session = session_of(&["a"]);
+    session.set_automatic(true).unwrap();
+    session.decide(decision("d1", "a")).unwrap();
+    report(&mut session, "d1", v1::OutcomeKind::NotPlaced);
+    assert_eq!(session.end, None);
+}
+
+#[test]
+fn a_session_is_put_away_once_and_no_pending_decision_with_it_unasked() {
+    let next = |id: &str| Session::begin(id.to_owned(), Vec::new(), false, 0, 0);
+    let mut session = session_of(&["a"]);
+    session.decide(decision("d1", "a")).unwrap();
+    assert_eq!(
+        session.followed_by(next("t"), false),
+        Err(PendingBefore("d1".into()))
+    );
+    let second = session.followed_by(next("t"), true).unwrap();
+    assert_eq!((second.id(), second.pending()), ("t", None));
+    report(&mut session, "d1", v1::OutcomeKind::Placed);
+    assert_eq!(session.followed_by(next("t"), false), Ok(second.clone()));
+    assert_eq!(
+        Session::from_message(second.to_message(5)),
+        Ok(second.clone())
+    );
+
+    // A request for the first one comes late.
+    assert_eq!(second.followed_by(next("s"), true), Err(Past("s".into())));
+    let mut last = second;
+    for number in 0..PAST_KEPT {
+        last = last.followed_by(next(&number.to_string()), false).unwrap();
+        assert!(last.past.len() <= PAST_KEPT);
+    }
+    assert!(last.followed_by(next("s"), false).is_ok());
+    assert!(last.followed_by(next("0"), false).is_err());
+}
+
+#[test]
+fn a_restored_session_has_failed_and_one_that_never_began_has_not() {
+    let mut session = session_of(&["a"]);
+    session.set_automatic(true).unwrap();
+    session.restored();
+    assert!(matches!(session.end, Some(End::Failed(_))));
+    let mut none = Session::default();
+    none.restored();
+    assert_eq!(none, Session::default());
 }
 
 #[test]

@@ -1,0 +1,107 @@
+//! Requests that stop a cell, let it go on, and say what people did in it.
+
+use ppnpack_service::Shutdown;
+use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_wire::v1::{self, Status};
+use ppnpack_wire::{WireError, header};
+
+use super::Desk;
+use crate::journal::JournalError;
+use crate::ledger::Change;
+use crate::runner::Job;
+
+/// The most items that one request may say were taken out.
+const MOST_REMOVED: usize = 1_000;
+
+impl Desk {
+    /// Holds the cell, whatever becomes of the journal: that it cannot be written is told.
+    pub(super) fn hold(&mut self, incoming: Incoming<v1::HoldRequest>) {
+        let v1::HoldRequest {
+            reason,
+            is_aborting,
+            ..
+        } = incoming.message();
+        let reason = match reason.is_empty() {
+            true => "it was asked for".to_owned(),
+            false => header::text(reason),
+        };
+        if *is_aborting && let Some(break_off) = &self.break_off {
+            break_off.request();
+        }
+        tracing::warn!(reason, is_aborting, "the cell is held");
+        let change = self.ledger.hold(&reason);
+        let written = self.commit(change.clone());
+        if let Err(error) = written {
+            self.ledger.apply(change);
+            self.streams.tell_state(&self.ledger);
+            let message = format!("the cell is held, but a restart would forget it: {error}");
+            return incoming.refuse(Status::Unavailable, message);
+        }
+        self.streams.tell_state(&self.ledger);
+        let reply = v1::HoldReply {
+            header: None,
+            state: Some(self.streams.state_of(&self.ledger)),
+        };
+        incoming.reply(reply, Done::default());
+    }
+
+    pub(super) fn resume(&mut self, incoming: Incoming<v1::ResumeRequest>) {
+        if let Err(error) = self.change(self.ledger.resume()) {
+            return incoming.refuse(Status::Unavailable, error.to_string());
+        }
+        tracing::info!("the cell goes on");
+        let reply = v1::ResumeReply {
+            header: None,
+            state: Some(self.streams.state_of(&self.ledger)),
+        };
+        incoming.reply(reply, Done::default());
+    }
+
+    pub(super) fn changed(&mut self, incoming: Incoming<v1::ChangedRequest>) {
+        let removed = match read_removed(incoming.message()) {
+            Ok(removed) => removed,
+            Err(error) => return incoming.refuse(Status::Invalid, error.to_string()),
+        };
+        if self.ledger.under_way().is_some() {
+            return self.refuse_busy(incoming);
+        }
+        let change = self.ledger.change_by_hand(&removed);
+        if let Err(error) = self.change(change) {
+            return incoming.refuse(Status::Unavailable, error.to_string());
+        }
+        tracing::info!(?removed, "the container was changed by hand");
+        let head = self.ledger.head();
+        self.send(Job::Changed(head.bodies.clone()));
+        self.send(Job::Show(head.state_number));
+        let reply = v1::ChangedReply {
+            header: None,
+            state: Some(self.streams.state_of(&self.ledger)),
+        };
+        incoming.reply(reply, Done::default());
+    }
+
+    /// Writes down a change, makes it and tells of it.
+    fn change(&mut self, change: Change) -> Result<(), JournalError> {
+        self.commit(change)?;
+        self.streams.tell_state(&self.ledger);
+        Ok(())
+    }
+
+    /// By which the next placement can be broken off.
+    pub(super) fn new_break_off(&mut self) -> Shutdown {
+        let break_off = self.cut_off.of_part();
+        self.break_off = Some(break_off.clone());
+        break_off
+    }
+}
+
+fn read_removed(message: &v1::ChangedRequest) -> Result<Vec<String>, WireError> {
+    let field = "removed_item_ids";
+    let ids = &message.removed_item_ids;
+    if ids.len() > MOST_REMOVED {
+        let reason = format_args!("{} where at most {MOST_REMOVED} are possible", ids.len());
+        return Err(WireError::invalid(field, reason));
+    }
+    let ids = ids.iter().map(|id| Ok(header::id(field, id)?.to_owned()));
+    ids.collect()
+}
