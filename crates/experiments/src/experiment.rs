@@ -6,7 +6,7 @@ use ppnpack_cli::network::Backend;
 
 use crate::accuracy::{calibration, heightmap, inspection, recognition};
 use crate::arm::{holding, oracle, proposals};
-use crate::{filling, pareto, physical, stability, table1, table3, table4, transfer, tune};
+use crate::{filling, pareto, physical, stability, table1, table3, table4, transfer, tune, value};
 
 /// Reproduce the paper's tables and test the engine's models.
 #[derive(Debug, Args)]
@@ -31,6 +31,8 @@ enum Experiment {
     Filling(filling::FillingArguments),
     /// The weights of the objective, tuned by CMA-ES with tried placements on sequences that no table uses
     Tune(tune::TuneArguments),
+    /// The value of what a placement leaves, learned from packings on sequences that no table uses
+    Value(value::ValueArguments),
     /// The paper's robot cell, simulated with its sensors: a tray, an arm, recognition, noise
     Physical(physical::PhysicalArguments),
     /// Both stability tests against what the simulated cell does
@@ -64,6 +66,7 @@ pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Out
         Experiment::Pareto(arguments) => pareto::run(arguments, prepared()),
         Experiment::Filling(arguments) => filling::run(arguments),
         Experiment::Tune(arguments) => tune::run(arguments),
+        Experiment::Value(arguments) => value::run(arguments),
         Experiment::Physical(arguments) => physical::run(arguments, prepared()),
         Experiment::Stability(arguments) => stability::run(arguments),
         Experiment::Heightmap(arguments) => heightmap::run(arguments),

@@ -12,7 +12,7 @@ use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
 use ppnpack_cli::options::{CatalogueOptions, load};
 use ppnpack_cli::sequence::{Sequence, SequenceFile};
-use ppnpack_packing::episode::{Play, play};
+use ppnpack_packing::episode::{Observer, Play, play};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::method::Method;
 use ppnpack_physics::outcome::is_unsteady;
@@ -157,16 +157,19 @@ pub(crate) fn pack_kept(
     let is_right = |run: &Run| run.objects == sequence.objects;
     let name = format!("{}-{number:05}", hash(way, 16)?);
     kept.finish(&name, is_right, || {
-        pack(way, catalogue, sequence, u64::from(*number), apart)
+        let seed = u64::from(*number);
+        pack(way, catalogue, sequence, seed, apart, &mut ())
     })
 }
 
-fn pack(
+/// Packs a sequence; the observer sees its steps.
+pub(crate) fn pack(
     way: &Way,
     catalogue: &Catalogue,
     sequence: &Sequence,
     seed: u64,
     apart: &Apart,
+    observer: &mut dyn Observer,
 ) -> Outcome<Run> {
     let grid: Grid = way.grid.build().or_input()?;
     let method = Method {
@@ -192,7 +195,7 @@ fn pack(
         ..Play::with_buffer(method.buffer)
     };
     let items = sequence.candidates(catalogue);
-    let episode = play(&grid, &mut planner, &mut cell, items, how, &mut ()).or_run()?;
+    let episode = play(&grid, &mut planner, &mut cell, items, how, observer).or_run()?;
     let reports = || cell.placed().iter().map(|placed| &placed.report);
     let steps = || episode.steps.iter();
     Ok(Run {

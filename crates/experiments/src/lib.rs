@@ -34,6 +34,7 @@ mod table4;
 mod train;
 mod transfer;
 mod tune;
+mod value;
 mod workers;
 
 use clap::Subcommand;

@@ -11,6 +11,7 @@ mod space;
 
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
+use ppnpack_cli::options::Conditions;
 use ppnpack_cli::sequence::SequenceFile;
 use ppnpack_files::write_whole;
 use ppnpack_packing::objective::Weights;
@@ -52,6 +53,7 @@ pub(crate) fn run(arguments: &TuneArguments) -> Outcome {
 impl<'a> Tuning<'a> {
     fn new(arguments: &'a TuneArguments) -> Outcome<Self> {
         let way = Way {
+            grid: arguments.grid.settings(Conditions::Robot),
             poses: arguments.catalogue.settings().poses,
             set_aside: arguments.set_aside,
             ..Way::default()

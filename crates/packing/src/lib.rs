@@ -60,6 +60,7 @@ pub mod rectangle;
 pub mod refusal;
 pub mod resting;
 pub mod rules;
+pub mod scene_value;
 pub mod search;
 pub mod stability;
 pub mod step;

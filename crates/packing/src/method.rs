@@ -8,12 +8,14 @@ use serde::{Deserialize, Serialize};
 use crate::check::{BoxedCheck, Cost};
 use crate::chooser::BoxedChooser;
 use crate::coarse::{CoarseGrid, CoarseGridError, CoarseToFine, Coarsening};
+use crate::evaluator::Evaluator;
 use crate::grid::Grid;
 use crate::item::{Item, ItemError};
 use crate::look_ahead::{LookAhead, LookAheadSettings};
 use crate::objective::{Heuristic, Order, WeightError, Weights};
 use crate::plan::Planner;
 use crate::proposals::{OrExhaustive, Percent, PercentError, ProposeAll, ProposeRandom, Proposer};
+use crate::scene_value::{Farsighted, SceneValue};
 use crate::search::{Search, SearchSettings};
 use crate::stability::{PhysicalStability, PhysicalStabilitySettings, PublishedStability};
 use crate::step::StageError;
@@ -42,6 +44,8 @@ pub struct Method {
     pub trial: TrialSettings,
     /// The weights of the objective.
     pub weights: Weights,
+    /// How much the value of what a placement leaves counts beside the objective.
+    pub scene_value: SceneValue,
     /// How a step looks ahead before it chooses.
     pub look_ahead: LookAheadSettings,
     /// How many of the waiting items may be chosen from.
@@ -156,6 +160,7 @@ impl Default for Method {
             stability: Stability::None,
             trial: TrialSettings::default(),
             weights: Weights::default(),
+            scene_value: SceneValue::default(),
             look_ahead: LookAheadSettings::default(),
             buffer: 5,
             seed: 0,
@@ -171,6 +176,7 @@ impl Method {
     pub fn validate(&self) -> Result<(), MethodError> {
         self.weights.validate()?;
         self.trial.validate()?;
+        self.scene_value.validate()?;
         self.look_ahead.validate()?;
         Ok(())
     }
@@ -221,7 +227,7 @@ impl Method {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads as usize);
             search = search.with_pool(Arc::new(pool.build()?));
         }
-        let evaluator = Box::new(search);
+        let evaluator = self.farsighted(Box::new(search));
         let mut all = self.stability.checks();
         all.extend(checks);
         let is_simulated = all.iter().any(|check| check.cost() == Cost::Simulation);
@@ -231,6 +237,14 @@ impl Method {
         Ok(Planner::new(
             proposer, evaluator, all, self.order, self.seed,
         ))
+    }
+
+    /// An evaluator whose best placements are ranked anew by what they leave, where that counts.
+    pub fn farsighted(&self, evaluator: Box<dyn Evaluator>) -> Box<dyn Evaluator> {
+        match self.scene_value.is_on() && self.order == Order::Balance {
+            true => Box::new(Farsighted::new(evaluator, &self.scene_value)),
+            false => evaluator,
+        }
     }
 
     /// What looks ahead over items like those of `mix`, on the threads of a pool; `None` of a method that does not.
@@ -252,6 +266,7 @@ impl Method {
             proposals: ProposalSource::Bounded,
             stability: Stability::Published,
             trial: TrialSettings::off(),
+            scene_value: SceneValue::default(),
             look_ahead: LookAheadSettings::default(),
             ..self.clone()
         };

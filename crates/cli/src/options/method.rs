@@ -5,6 +5,7 @@ use clap::builder::TypedValueParser;
 use ppnpack_packing::look_ahead::LookAheadSettings;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::scene_value::SceneValue;
 
 use super::arm::ArmOptions;
 use super::choice::{Choice, one_of};
@@ -48,6 +49,11 @@ pub(crate) struct MethodOptions {
     /// A weight of the objective that is another, such as distance=2.5 (may be repeated)
     #[arg(long = "weight", value_name = "NAME=VALUE")]
     pub(crate) weights: Vec<String>,
+
+    /// What a litre that may still be packed after a placement is worth, in the objective's units, by a learned value of what it
+    /// leaves; with 0 the objective alone counts [default: 0; 30 fills most tightly]
+    #[arg(long, value_name = "NUMBER", default_value_t = 0.0)]
+    pub(crate) scene_value: f64,
 
     /// How many futures a step looks ahead through, for each item that it may choose; with 0 it does not
     #[arg(long, value_name = "COUNT", default_value_t = 0)]
@@ -128,6 +134,11 @@ impl MethodOptions {
             ..LookAheadSettings::default()
         };
         look_ahead.validate().or_input()?;
+        let scene_value = SceneValue {
+            weight: self.scene_value,
+            ..SceneValue::default()
+        };
+        scene_value.validate().or_input()?;
         Ok(Method {
             heuristic: self.heuristic,
             order: self.order,
@@ -135,6 +146,7 @@ impl MethodOptions {
             stability: self.stability.unwrap_or(usual.stability),
             trial: self.trial.settings(conditions)?,
             weights: weights(preset, &self.weights)?,
+            scene_value,
             look_ahead,
             buffer: self.buffer as usize,
             seed: self.seed,

@@ -141,14 +141,18 @@ impl GridOptions {
     /// # Errors
     /// Why there is no such grid.
     pub fn grid(&self, conditions: Conditions) -> Outcome<Grid> {
+        self.settings(conditions).build().or_input()
+    }
+
+    /// What the grid is made of.
+    pub fn settings(&self, conditions: Conditions) -> GridSettings {
         let usual = conditions.usual();
-        let settings = GridSettings {
+        GridSettings {
             container: self.container,
             cell_m: self.cell.unwrap_or(usual.cell_m),
             height_unit_m: self.height_unit,
             yaws: self.yaws.unwrap_or(usual.yaws),
-        };
-        settings.build().or_input()
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use ppnpack_cli::failure::{Failure, OrInput, Outcome};
-use ppnpack_cli::options::{CatalogueOptions, Objective};
+use ppnpack_cli::options::{CatalogueOptions, GridOptions, Objective};
 use ppnpack_numbers::within;
 
 use super::results::Settings;
@@ -19,6 +19,9 @@ const FIRST_FOR_TUNING: u32 = 100;
 pub(crate) struct TuneArguments {
     #[command(flatten)]
     pub(super) catalogue: CatalogueOptions,
+
+    #[command(flatten)]
+    pub(super) grid: GridOptions,
 
     /// A .npy file of sequences, int64 [sequences, length], of object indices
     #[arg(long, value_name = "FILE")]

@@ -85,6 +85,7 @@ impl Planning {
         };
         let chooser = method.chooser(&grid, mix, helpers.threads.clone());
         let chooser = chooser.map_err(|error| error.to_string())?;
+        let evaluator = method.farsighted(evaluator);
         let planner = Planner::new(proposer, evaluator, checks, method.order, method.seed);
         Ok(Self {
             grid,

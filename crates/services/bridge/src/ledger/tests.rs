@@ -206,8 +206,14 @@ fn a_restored_ledger_goes_on_at_a_state_of_its_own_whatever_the_clock_says() {
     for _ in 0..1_000 {
         since.apply(since.find_bodies(Vec::new()));
     }
-    let states: Vec<u64> = (0..50).map(|_| backup.restored().head.state_number).collect();
-    assert!(states.iter().all(|state| *state > since.head().state_number));
+    let states: Vec<u64> = (0..50)
+        .map(|_| backup.restored().head.state_number)
+        .collect();
+    assert!(
+        states
+            .iter()
+            .all(|state| *state > since.head().state_number)
+    );
     assert!(states.iter().any(|state| *state != states[0]));
 }
 

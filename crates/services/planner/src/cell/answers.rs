@@ -93,6 +93,8 @@ impl CellPlanner {
             let saved = self.shared.store.begin(&self.cell, &session);
             self.saved(saved)?;
             self.session = session;
+            // The container may be another one since the last picture.
+            self.container_changed(None);
             self.to_inspect = None;
             self.shapes.clear();
             self.posed_models.clear();
@@ -306,7 +308,7 @@ impl CellPlanner {
         let was_pending = self.session.pending().is_some();
         self.change(|session| session.report(decision_id, outcome))?;
         if was_pending && self.session.pending().is_none() {
-            self.scenes.changed();
+            self.container_changed(Some(outcome.state_number).filter(|number| *number > 0));
             self.has_ended(decision_id, outcome);
         }
         Ok(())

@@ -39,7 +39,7 @@ pub(crate) struct Automatic {
     placing: Option<Placing>,
     /// Not before this is anything tried again.
     resume_at: Option<Instant>,
-    /// Whether the bridge held the cell when it was asked last.
+    /// Whether the bridge held the cell when it was asked last; then nothing is planned until it does not.
     is_held: bool,
     /// The item that was not placed the last time, and how often in a row.
     refused: (String, u32),
@@ -89,6 +89,9 @@ impl CellPlanner {
             return;
         }
         self.automatic.resume_at = None;
+        if self.automatic.is_held && !self.is_resumed() {
+            return;
+        }
         let went = match self.session.pending().cloned() {
             Some(decision) => self.pursue(&decision),
             None => tracing::info_span!("step", cell = %self.cell).in_scope(|| self.next_step()),
@@ -150,9 +153,7 @@ impl CellPlanner {
     }
 
     fn place(&mut self, decision: &v1::Decision) -> Result<(), Refusal> {
-        let asked = self.ask_bridge(v1::PlaceRequest::from(decision), BRIDGE_LIMIT);
-        let was_held = std::mem::take(&mut self.automatic.is_held);
-        match asked {
+        match self.ask_bridge(v1::PlaceRequest::from(decision), BRIDGE_LIMIT) {
             Ok(reply) => {
                 if let Some(placing) = &mut self.automatic.placing {
                     placing.is_accepted = true;
@@ -160,9 +161,11 @@ impl CellPlanner {
                 }
                 self.look_at(decision, reply.execution.as_ref())
             }
+            // Nobody knows what is done in the cell until it goes on: then it is seen and planned anew.
             Err(error) if error.status() == Some(Status::Held) => {
-                self.wait_until_resumed(&error, was_held);
-                Ok(())
+                tracing::info!(cell = %self.cell, reason = %error, "waiting until the cell is resumed");
+                self.automatic.is_held = true;
+                self.settle_here(decision, OutcomeKind::NotPlaced, &error.to_string())
             }
             Err(error) if error.status() == Some(Status::Stale) => {
                 let why = "the container changed before the placement began";
@@ -178,14 +181,19 @@ impl CellPlanner {
         }
     }
 
-    /// The cell is held: the decision waits as it is, however long that takes.
-    fn wait_until_resumed(&mut self, error: &CallError, was_held: bool) {
-        if !was_held {
-            tracing::info!(cell = %self.cell, reason = %error, "waiting until the cell is resumed");
+    /// Whether the cell that was held goes on; where it does not, it is asked again after a pause.
+    fn is_resumed(&mut self) -> bool {
+        let asked = self.ask_bridge(v1::CellStateRequest::default(), BRIDGE_LIMIT);
+        let state = asked.ok().and_then(|reply| reply.state);
+        let is_resumed = state.is_some_and(|state| state.hold.is_none());
+        if is_resumed {
+            tracing::info!(cell = %self.cell, "the cell goes on");
+            self.automatic.is_held = false;
+            self.container_changed(None);
+        } else {
+            self.automatic.pause(HELD_PAUSE);
         }
-        self.automatic.is_held = true;
-        self.automatic.placing = None;
-        self.automatic.pause(HELD_PAUSE);
+        is_resumed
     }
 
     /// Enters what became of a decision of which the bridge has no outcome. What comes next is planned on the state that it
@@ -206,6 +214,7 @@ impl CellPlanner {
             state_number: reply.state.unwrap_or_default().state_number,
             ..v1::Outcome::default()
         };
+        self.automatic.placing = None;
         self.enter_outcome(&decision.decision_id, &outcome)
     }
 

@@ -1,7 +1,7 @@
 //! What lies in the container, as solids: what placements are tried among.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use nalgebra::Isometry3;
 use ppnpack_packing::content::{Content, LyingBody, LyingSolid};
@@ -10,12 +10,6 @@ use ppnpack_wire::{convert, v1};
 
 use super::CellPlanner;
 use crate::session::{ItemState, SessionItem};
-
-/// How long the bridge may take to say what lies in the container.
-const PATIENCE: Duration = Duration::from_millis(100);
-
-/// A bridge that did not say is left alone for so long.
-const LEFT_ALONE: Duration = Duration::from_secs(30);
 
 impl CellPlanner {
     /// What lies in the container: where the bridge knows it, else where the session last knew each packed item. `None`
@@ -36,27 +30,10 @@ impl CellPlanner {
 
     /// What the bridge says that lies in the container now, where it does.
     fn bodies(&mut self, deadline: Instant) -> Option<Vec<v1::Body>> {
-        let now = Instant::now();
-        let is_left_alone = self
-            .bridge_left_alone_until
-            .is_some_and(|until| now < until);
-        if is_left_alone {
-            return None;
-        }
-        let until = deadline.min(now + PATIENCE);
-        let request = v1::CellStateRequest::default();
-        let reply = self.shared.helpers.client.call(&self.cell, request, until);
-        let least = self.session.least_state_number();
-        match reply.ok().and_then(|reply| reply.state) {
-            Some(state) => {
-                let is_told = state.is_simulated || !state.bodies.is_empty();
-                (is_told && state.state_number >= least).then_some(state.bodies)
-            }
-            None => {
-                self.bridge_left_alone_until = Some(now + LEFT_ALONE);
-                None
-            }
-        }
+        let state = self.bridge_state(deadline)?;
+        let is_told = state.is_simulated || !state.bodies.is_empty();
+        let is_now = state.state_number >= self.session.least_state_number();
+        (is_told && is_now).then_some(state.bodies)
     }
 
     /// The solid of a body where the bridge says that it is. A body that is another object than its item of the session

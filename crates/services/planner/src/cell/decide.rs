@@ -183,9 +183,7 @@ impl CellPlanner {
         for (arrival, item) in &items {
             candidates.extend(self.candidates(*arrival, item)?);
         }
-        let least = self.session.least_state_number();
-        let seen = self.scenes.current(least, deadline);
-        let mut seen = seen.map_err(Refusal::unavailable)?;
+        let mut seen = self.seen(deadline)?;
         if let Some(content) = self.content(deadline) {
             seen.scene = seen.scene.with_content(content);
         }

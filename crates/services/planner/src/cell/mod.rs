@@ -8,6 +8,7 @@ mod footprint;
 mod inspect;
 mod poses;
 mod refusal;
+mod seen;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -81,8 +82,10 @@ pub(crate) struct CellPlanner {
     /// Wait until it is inspected.
     plans: PendingRequests<Incoming<v1::PlanRequest>>,
     automatic: Automatic,
-    /// The bridge did not say what lies in the container, and is not asked again before.
+    /// The bridge did not say in which state the cell is, and is not asked again before.
     bridge_left_alone_until: Option<Instant>,
+    /// The state of the cell since the scenes were last told of a change, where that is known.
+    shown_state: Option<u64>,
     /// Where it is reached itself.
     own: WeakAddress<Message>,
 }
@@ -142,7 +145,9 @@ impl CellPlanner {
             age: Duration::from_secs_f64(settings.heightmap_age_limit_s),
             sensor_latency: Duration::from_secs_f64(settings.sensor_latency_s),
         };
-        let scenes = Scenes::subscribe(process, cell, planning.grid(), limits)?;
+        let mut scenes = Scenes::subscribe(process, cell, planning.grid(), limits)?;
+        // What was done last, before this process was there, may not be in a picture that was on its way.
+        scenes.changed();
         let session = shared.store.session(cell).map_err(ServiceError::start)?;
         Ok(Self {
             cell: cell.clone(),
@@ -164,6 +169,7 @@ impl CellPlanner {
             plans: PendingRequests::new(MOST_PLANS),
             automatic: Automatic::default(),
             bridge_left_alone_until: None,
+            shown_state: None,
             own,
         })
     }

@@ -1,0 +1,108 @@
+//! Cells whose sensor does not know their states.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "a panic in a test is a failing test"
+)]
+
+mod common;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use common::{announcement, block, cell, soon};
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::{Scene, Surface};
+use ppnpack_packing::trial::TrialSettings;
+use ppnpack_planner::{CellSettings, Where};
+use ppnpack_service::embedded;
+use ppnpack_service::rpc::{self, Client, Done, Incoming};
+use ppnpack_wire::convert;
+use ppnpack_wire::keys::Service;
+use ppnpack_wire::v1::{self, PlanResult};
+
+/// How long a cloud may be on its way.
+const LATENCY: Duration = Duration::from_millis(300);
+
+#[test]
+fn a_decision_is_of_the_bridges_state_on_a_picture_that_surely_shows_it() {
+    let hub = embedded::hub().unwrap();
+    let perception = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
+    let sequence = AtomicU64::new(1);
+    // Each request is answered with a heightmap of just now.
+    let heightmap = move |incoming: Incoming<v1::HeightmapRequest>| {
+        let grid = Grid::reference();
+        let scene = Scene::from_surface(&grid, Surface::empty(&grid)).unwrap();
+        let heightmap = v1::Heightmap {
+            id: Some(v1::HeightmapId {
+                epoch: 1,
+                sequence: sequence.fetch_add(1, Ordering::Relaxed),
+            }),
+            scene: Some(convert::scene::write(&grid, &scene)),
+            ..v1::Heightmap::default()
+        };
+        let reply = v1::HeightmapReply {
+            heightmap: Some(heightmap),
+            ..v1::HeightmapReply::default()
+        };
+        incoming.reply(reply, Done::default());
+    };
+    let _perception = rpc::listen(&perception, None, heightmap).unwrap();
+    let bridge = embedded::process(&hub, Service::Bridge, "bridge-1").unwrap();
+    let state_number = Arc::new(AtomicU64::new(70));
+    let told = Arc::clone(&state_number);
+    let state = move |incoming: Incoming<v1::CellStateRequest>| {
+        let state = v1::CellState {
+            state_number: told.load(Ordering::Relaxed),
+            ..v1::CellState::default()
+        };
+        let reply = v1::CellStateReply {
+            state: Some(state),
+            ..v1::CellStateReply::default()
+        };
+        incoming.reply(reply, Done::default());
+    };
+    let _bridge = rpc::listen(&bridge, None, state).unwrap();
+    let mut settings = CellSettings {
+        evaluate: Where::InProcess,
+        sensor_latency_s: LATENCY.as_secs_f64(),
+        ..CellSettings::default()
+    };
+    settings.method.trial = TrialSettings::off();
+    let _planner = common::start(&hub, &common::settings(settings), &[]);
+    let client = Client::new(&embedded::session(&hub).unwrap());
+
+    let begin = v1::BeginRequest {
+        session_id: "s".to_owned(),
+        ..v1::BeginRequest::default()
+    };
+    client.call(&cell(), begin, soon()).unwrap();
+    let begun = Instant::now();
+    let announce = v1::AnnounceRequest {
+        items: vec![announcement("a", block()), announcement("b", block())],
+        ..v1::AnnounceRequest::default()
+    };
+    client.call(&cell(), announce, soon()).unwrap();
+    let decide = || {
+        let reply = client
+            .call(&cell(), v1::PlanRequest::default(), soon())
+            .unwrap();
+        assert_eq!(reply.result(), PlanResult::Decided, "{reply:?}");
+        reply.decision.unwrap()
+    };
+    let first = decide();
+    assert_eq!(first.state_number, 70);
+    assert!(begun.elapsed() >= LATENCY);
+
+    // Somebody has a hand in the container after the report: the picture has to be newer than when that was heard of.
+    let mut report = common::placed(&first, 71);
+    report.outcome.as_mut().unwrap().kind = v1::OutcomeKind::NotPlaced.into();
+    client.call(&cell(), report, soon()).unwrap();
+    state_number.store(75, Ordering::Relaxed);
+    let reported = Instant::now();
+    assert_eq!(decide().state_number, 75);
+    assert!(reported.elapsed() >= LATENCY);
+}
