@@ -105,6 +105,10 @@ fn survives(folder: &Path, fault: &str, break_it: impl FnOnce(), mend_it: impl F
     let place = v1::PlaceRequest::from(&decision);
     let refused = cell.ask(place).unwrap_err();
     assert_eq!(refused.status(), Some(Status::Unavailable), "{refused}");
+    // Held it is all the same.
+    let refused = cell.ask(v1::HoldRequest::default()).unwrap_err();
+    assert_eq!(refused.status(), Some(Status::Unavailable), "{refused}");
+    assert!(cell.state().unwrap().hold.is_some());
     let report = v1::ReportRequest {
         decision_id: decision.decision_id.clone(),
         outcome: Some(v1::Outcome {
@@ -120,6 +124,9 @@ fn survives(folder: &Path, fault: &str, break_it: impl FnOnce(), mend_it: impl F
 
     mend_it();
     assert_serves_again(&cell, Instant::now(), fault);
+    let refused = cell.ask(v1::PlaceRequest::from(&decision)).unwrap_err();
+    assert_eq!(refused.status(), Some(Status::Held), "{refused}");
+    cell.ask(v1::ResumeRequest::default()).unwrap();
     let outcome = cell.place(&decision).unwrap();
     cell.report(&decision, outcome).unwrap();
     assert!(cell.step().unwrap().is_some());

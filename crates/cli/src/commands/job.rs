@@ -7,8 +7,8 @@ use clap::Args;
 use crate::failure::Outcome;
 use crate::options::Conditions;
 use crate::output;
+use crate::quantity::parse_time;
 use crate::report::{self, Packing};
-use crate::time::parse_time;
 
 /// Valid placements kept beside each choice, for the report.
 pub(super) const ALTERNATIVES: u8 = 3;

@@ -6,9 +6,8 @@ use ppnpack_packing::trial::{TrialLimits, TrialSettings};
 
 use super::conditions::Conditions;
 use crate::failure::{OrInput, Outcome};
-use crate::force::parse_force;
 use crate::length::parse_distance;
-use crate::time::parse_time;
+use crate::quantity::{parse_force, parse_time};
 
 /// How placements are tried in a twin of the cell.
 #[derive(Debug, Clone, Args)]

@@ -1,5 +1,7 @@
 //! The actors of a cell.
 
+use std::time::Duration;
+
 use ppnpack_service::Shutdown;
 use ppnpack_service::actor::{self, Mailbox};
 use ppnpack_service::supervision::Supervisor;
@@ -19,6 +21,8 @@ pub(crate) struct CellWorks {
     pub(crate) supervisor: Supervisor,
     /// The end of the service, at once.
     pub(crate) cut_off: Shutdown,
+    /// How much longer than its motion a placement may take.
+    pub(crate) overdue: Duration,
 }
 
 impl CellWorks {
@@ -38,6 +42,7 @@ impl CellWorks {
             robot,
             self.streams,
             self.cut_off,
+            self.overdue,
         );
         let work = move || self.runner.run(&jobs);
         let name = format!("robot-{}", self.name);

@@ -133,6 +133,7 @@ impl Bridge {
             journal,
             supervisor: process.supervisor().clone(),
             cut_off: self.cut_off.clone(),
+            overdue: settings.overdue(),
         };
         self.inputs.push(Input {
             _listeners: [

@@ -31,6 +31,8 @@ pub struct Settings {
     pub cloud_rate_hz: f64,
     /// How often the state is published while it does not change, in seconds.
     pub state_period_s: f64,
+    /// A placement that takes so much longer than its motion has the cell held, in seconds; with 0 none does.
+    pub overdue_s: f64,
     /// Whether streams for people to look at are published too.
     pub debug_streams: bool,
 }
@@ -44,6 +46,7 @@ impl Default for Settings {
             queue: 64,
             cloud_rate_hz: 2.0,
             state_period_s: 2.0,
+            overdue_s: 30.0,
             debug_streams: false,
         }
     }
@@ -64,6 +67,10 @@ impl Settings {
         Duration::try_from_secs_f64(1.0 / self.cloud_rate_hz).unwrap_or(Duration::MAX)
     }
 
+    pub(crate) fn overdue(&self) -> Duration {
+        Duration::try_from_secs_f64(self.overdue_s).unwrap_or(Duration::MAX)
+    }
+
     pub(crate) fn state_period(&self) -> Duration {
         Duration::try_from_secs_f64(self.state_period_s).unwrap_or(Duration::MAX)
     }
@@ -78,7 +85,8 @@ impl ServiceSettings for Settings {
         }
         in_range("queue", self.queue, 1..=65_536)?;
         in_range("cloud_rate_hz", self.cloud_rate_hz, 0.01..=1000.0)?;
-        in_range("state_period_s", self.state_period_s, 0.01..=3600.0)
+        in_range("state_period_s", self.state_period_s, 0.01..=3600.0)?;
+        in_range("overdue_s", self.overdue_s, 0.0..=86_400.0)
     }
 
     fn after_restore(&self) -> Result<String, String> {
@@ -105,6 +113,7 @@ mod tests {
         };
         assert!(refused(|s| s.cloud_rate_hz = 0.0).contains("cloud_rate_hz"));
         assert!(refused(|s| s.state_period_s = f64::NAN).contains("state_period_s"));
+        assert!(refused(|s| s.overdue_s = -1.0).contains("overdue_s"));
         assert!(refused(|s| s.queue = 0).contains("queue"));
         let named = refused(|s| {
             let cell = SimulatedSettings::default();

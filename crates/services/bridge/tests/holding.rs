@@ -11,10 +11,12 @@ mod common;
 use std::time::Duration;
 
 use common::{Rig, changed, deadline, hold, place, renew};
+use ppnpack_bridge::Settings;
 use ppnpack_bridge::simulated::SimulatedSettings;
 use ppnpack_service::rpc::CallError;
 use ppnpack_service::stream::Latest;
 use ppnpack_wire::MAX_CLOUD_BYTES;
+use ppnpack_wire::convert;
 use ppnpack_wire::keys::Stream;
 use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
 
@@ -142,6 +144,38 @@ fn a_hand_in_the_container_makes_earlier_plans_stale_and_has_it_seen_anew() {
     let outcome = controller.outcome("p4");
     assert_eq!(outcome.kind(), OutcomeKind::Placed);
     assert!(outcome.slide_m < 0.01 && outcome.tilt_rad < 0.1);
+}
+
+#[test]
+fn a_robot_that_takes_longer_than_its_motion_has_the_cell_held() {
+    let settings = Settings {
+        overdue_s: 0.1,
+        ..Settings::default()
+    };
+    let (rig, script) = Rig::scripted_with(false, settings);
+    let controller = &rig.controller;
+    let states: Latest<v1::CellState> =
+        Latest::subscribe(&rig.caller, &common::cell(), Stream::State, MAX_CLOUD_BYTES).unwrap();
+    let state = controller.state_number();
+    let mut with_motion = place("p1", state, 0.16);
+    with_motion.cycle = Some(Box::new(convert::cycle::write(&common::cycle(0.2))));
+    controller.place(with_motion);
+    let reason = loop {
+        let told = states.wait(deadline()).unwrap().message.unwrap();
+        if let Some(hold) = told.hold {
+            break hold.reason;
+        }
+    };
+    assert!(
+        reason.contains("p1") && reason.contains("longer"),
+        "{reason}"
+    );
+    script.go.send(()).unwrap();
+    assert_eq!(controller.outcome("p1").kind(), OutcomeKind::Placed);
+    assert_eq!(
+        controller.refused(place("p2", state + 1, 0.16)),
+        Status::Held
+    );
 }
 
 #[test]

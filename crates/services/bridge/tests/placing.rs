@@ -13,7 +13,6 @@ use std::time::{Duration, Instant};
 
 use common::{PATIENCE, Rig, cell, deadline, place, renew};
 use ppnpack_bridge::simulated::SimulatedSettings;
-use ppnpack_packing::motion::{Cycle, JointPoint, Leg, LegKind};
 use ppnpack_service::Running;
 use ppnpack_service::rpc::CallError;
 use ppnpack_service::stream::Latest;
@@ -358,22 +357,7 @@ fn a_robot_that_panics_ends_the_process() {
 #[test]
 fn the_cycle_of_a_decision_reaches_the_robot_whose_placement_it_is() {
     let (rig, script) = Rig::scripted(true, None);
-    let point = |time_s: f64| JointPoint {
-        time_s,
-        position_rad: [0.1, -0.2, time_s, 3.0, -6.0, 12.5],
-    };
-    let cycle = Cycle {
-        arm: "an arm".to_owned(),
-        cycle_s: 2.5,
-        container_from_item_at_pick: nalgebra::Isometry3::translation(0.1, -0.35, 0.02),
-        grasp_yaw_rad: 0.75,
-        grip_s: 0.2,
-        release_s: 0.15,
-        legs: vec![Leg {
-            kind: LegKind::Descend,
-            points: vec![point(0.0), point(0.5)],
-        }],
-    };
+    let cycle = common::cycle(2.5);
     let asked = place("one", rig.controller.state_number(), 0.16);
     let decision = v1::Decision {
         decision_id: asked.placement_id.clone(),

@@ -1,5 +1,8 @@
 //! Requests that stop a cell, let it go on, and say what people did in it.
 
+use std::time::{Duration, Instant};
+
+use ppnpack_packing::motion::Cycle;
 use ppnpack_service::Shutdown;
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::v1::{self, Status};
@@ -7,7 +10,7 @@ use ppnpack_wire::{WireError, header};
 
 use super::Desk;
 use crate::journal::JournalError;
-use crate::ledger::Change;
+use crate::ledger::{Change, Record};
 use crate::runner::Job;
 
 /// The most items that one request may say were taken out.
@@ -28,21 +31,56 @@ impl Desk {
         if *is_aborting && let Some(break_off) = &self.break_off {
             break_off.request();
         }
-        tracing::warn!(reason, is_aborting, "the cell is held");
-        let change = self.ledger.hold(&reason);
-        let written = self.commit(change.clone());
-        if let Err(error) = written {
-            self.ledger.apply(change);
-            self.streams.tell_state(&self.ledger);
+        if let Err(error) = self.hold_for(&reason) {
             let message = format!("the cell is held, but a restart would forget it: {error}");
             return incoming.refuse(Status::Unavailable, message);
         }
-        self.streams.tell_state(&self.ledger);
         let reply = v1::HoldReply {
             header: None,
             state: Some(self.streams.state_of(&self.ledger)),
         };
         incoming.reply(reply, Done::default());
+    }
+
+    /// Holds the cell, also where that cannot be written down.
+    fn hold_for(&mut self, reason: &str) -> Result<(), JournalError> {
+        tracing::warn!(reason, "the cell is held");
+        let change = self.ledger.hold(reason);
+        let written = self.commit(change.clone());
+        if written.is_err() {
+            self.ledger.apply(change);
+        }
+        self.streams.tell_state(&self.ledger);
+        written.map(drop)
+    }
+
+    /// From now on the placement may take so long.
+    pub(super) fn watch_over(&mut self, cycle: Option<&Cycle>) {
+        let longest = cycle.and_then(|cycle| Duration::try_from_secs_f64(cycle.cycle_s).ok());
+        let longest = longest.filter(|_| !self.overdue.is_zero());
+        self.overdue_at = longest.map(|longest| Instant::now() + longest + self.overdue);
+    }
+
+    /// Holds the cell where the robot takes longer than its motion says: it may stand before something.
+    pub(super) fn hold_where_overdue(&mut self) {
+        if self
+            .overdue_at
+            .take_if(|at| *at <= Instant::now())
+            .is_none()
+        {
+            return;
+        }
+        let Some(Record::Placement { placement, .. }) = self.ledger.under_way() else {
+            return;
+        };
+        let reason = format!(
+            "placement {} takes {} s longer than its motion: look what the robot does",
+            placement.placement_id,
+            self.overdue.as_secs_f64()
+        );
+        if let Err(error) = self.hold_for(&reason) {
+            tracing::error!(%error, "a restart would forget that the cell is held");
+        }
     }
 
     pub(super) fn resume(&mut self, incoming: Incoming<v1::ResumeRequest>) {

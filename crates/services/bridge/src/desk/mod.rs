@@ -62,10 +62,13 @@ pub(crate) enum Message {
     End,
 }
 
-/// An end that could not be written down yet.
-struct Unwritten {
-    change: Change,
-    failure: Option<String>,
+/// How something ended, and what lies in the container then.
+#[derive(Debug, Clone)]
+enum Ended {
+    Placement(Finding, Vec<Body>),
+    Renewal(Vec<Body>),
+    /// A renewal that did not happen, and why.
+    NoRenewal(String, Vec<Body>),
 }
 
 /// A desk at work.
@@ -79,9 +82,13 @@ pub(crate) struct Desk {
     cut_off: Shutdown,
     /// By which the last placement can be broken off.
     break_off: Option<Shutdown>,
+    /// How much longer than its motion a placement may take; and when that under way has taken so long.
+    overdue: Duration,
+    overdue_at: Option<Instant>,
     is_robot_busy: bool,
     is_ending: bool,
-    unwritten: Option<Unwritten>,
+    /// An end that could not be written down yet.
+    unwritten: Option<Ended>,
     /// Why the journal cannot be written, and when to try again.
     trouble: Option<(JournalError, Instant)>,
     outcomes: PendingRequests<Incoming<v1::OutcomeRequest>>,
@@ -103,15 +110,15 @@ impl Actor for Desk {
             Message::State(incoming) => self.work_on(incoming, Self::state),
             Message::Placed(finding, bodies) => {
                 self.is_robot_busy = false;
-                self.end(self.ledger.end_placement(finding, bodies), None);
+                self.end(Ended::Placement(finding, bodies));
             }
             Message::Renewed(Ok(()), bodies) => {
                 self.is_robot_busy = false;
-                self.end(self.ledger.end_renewal(bodies), None);
+                self.end(Ended::Renewal(bodies));
             }
             Message::Renewed(Err(error), bodies) => {
                 self.is_robot_busy = false;
-                self.end(self.ledger.abandon_renewal(bodies), Some(error.to_string()));
+                self.end(Ended::NoRenewal(error.to_string(), bodies));
             }
             Message::TakenOver(bodies) => self.find(bodies),
             Message::CutOff => self.was_cut_off(),
@@ -125,7 +132,7 @@ impl Actor for Desk {
         let trouble = self.trouble.as_ref();
         if trouble.is_some_and(|(_, again)| *again <= Instant::now()) {
             match self.unwritten.take() {
-                Some(unwritten) => self.end(unwritten.change, unwritten.failure),
+                Some(ended) => self.end(ended),
                 // Tells whether the journal can be written again; the health check says so.
                 None => drop(self.commit(self.ledger.no_change())),
             }
@@ -133,6 +140,7 @@ impl Actor for Desk {
         for incoming in self.outcomes.take_expired() {
             self.refuse_outcome(incoming);
         }
+        self.hold_where_overdue();
         let why = |_: &Incoming<_>| "the container is still being renewed".to_owned();
         self.renewals.refuse_expired(why);
         self.streams.tell_due_state(&self.ledger);
@@ -143,6 +151,7 @@ impl Actor for Desk {
             self.outcomes.next_expiry(),
             self.renewals.next_expiry(),
             self.trouble.as_ref().map(|(_, again)| *again),
+            self.overdue_at,
         ];
         let first = expiries.into_iter().flatten();
         Some(first.fold(self.streams.next_state, Instant::min))
@@ -163,6 +172,7 @@ impl Desk {
         robot: Address<Job>,
         streams: Streams,
         cut_off: Shutdown,
+        overdue: Duration,
     ) -> Self {
         Self {
             ledger,
@@ -172,6 +182,8 @@ impl Desk {
             streams,
             cut_off,
             break_off: None,
+            overdue,
+            overdue_at: None,
             is_robot_busy: false,
             is_ending: false,
             unwritten: None,
@@ -238,7 +250,7 @@ impl Desk {
         if !self.cut_off.is_requested() {
             let finding = Finding::failed(Ending::NotPlaced, BROKEN_OFF);
             let bodies = self.ledger.head().bodies.clone();
-            self.end(self.ledger.end_placement(finding, bodies), None);
+            self.end(Ended::Placement(finding, bodies));
         }
     }
 
@@ -255,23 +267,27 @@ impl Desk {
     }
 
     /// Writes down the end of what was under way, and tells it.
-    fn end(&mut self, change: Change, failure: Option<String>) {
-        let unwritten = Unwritten {
-            change: change.clone(),
-            failure,
+    fn end(&mut self, ended: Ended) {
+        self.overdue_at = None;
+        // Of the ledger as it is now: it may have been held since.
+        let change = match ended.clone() {
+            Ended::Placement(finding, bodies) => self.ledger.end_placement(finding, bodies),
+            Ended::Renewal(bodies) => self.ledger.end_renewal(bodies),
+            Ended::NoRenewal(_, bodies) => self.ledger.abandon_renewal(bodies),
         };
-        let ended = change.written.clone();
+        let record = change.written.clone().map(|(_, record)| record);
         if self.commit(change).is_err() {
-            self.unwritten = Some(unwritten);
+            self.unwritten = Some(ended);
             return;
         }
         self.unwritten = None;
-        match ended {
-            Some((_, Record::Placement { placement, outcome })) => {
+        match (record, ended) {
+            (Some(Record::Placement { placement, outcome }), _) => {
                 self.tell_outcome(&placement, outcome.as_ref());
             }
-            Some((_, Record::Renewal { state_number, .. })) => self.tell_renewed(state_number),
-            None => self.tell_not_renewed(&unwritten.failure.unwrap_or_default()),
+            (Some(Record::Renewal { state_number, .. }), _) => self.tell_renewed(state_number),
+            (None, Ended::NoRenewal(failure, _)) => self.tell_not_renewed(&failure),
+            (None, _) => {}
         }
         self.streams.tell_state(&self.ledger);
         self.send(Job::Show(self.ledger.head().state_number));

@@ -59,6 +59,7 @@ impl Desk {
         };
         let execution = message::execution(&placement, None);
         self.is_robot_busy = true;
+        self.watch_over(placement.cycle.as_deref());
         let break_off = self.new_break_off();
         self.send(Job::Place(placement, break_off));
         let done = Done {

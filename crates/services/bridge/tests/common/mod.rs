@@ -16,7 +16,7 @@ use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
 use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_packing::grid::{ContainerSize, Resolution};
-use ppnpack_packing::motion::Cycle;
+use ppnpack_packing::motion::{Cycle, JointPoint, Leg, LegKind};
 use ppnpack_service::Shutdown;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::process::Process;
@@ -147,6 +147,26 @@ impl Controller {
     }
 }
 
+/// A motion that takes so long.
+pub(crate) fn cycle(cycle_s: f64) -> Cycle {
+    let point = |time_s: f64| JointPoint {
+        time_s,
+        position_rad: [0.1, -0.2, time_s, 3.0, -6.0, 12.5],
+    };
+    Cycle {
+        arm: "an arm".to_owned(),
+        cycle_s,
+        container_from_item_at_pick: Isometry3::translation(0.1, -0.35, 0.02),
+        grasp_yaw_rad: 0.75,
+        grip_s: 0.2,
+        release_s: 0.15,
+        legs: vec![Leg {
+            kind: LegKind::Descend,
+            points: vec![point(0.0), point(0.5)],
+        }],
+    }
+}
+
 /// Holds the cell.
 pub(crate) fn hold(reason: &str, is_aborting: bool) -> v1::HoldRequest {
     v1::HoldRequest {
@@ -207,11 +227,15 @@ impl Rig {
     }
 
     pub(crate) fn scripted(is_simulated: bool, journal: Option<PathBuf>) -> (Self, Script) {
-        let (robot, script) = scripted(is_simulated);
         let settings = BridgeSettings {
             journal,
             ..BridgeSettings::default()
         };
+        Self::scripted_with(is_simulated, settings)
+    }
+
+    pub(crate) fn scripted_with(is_simulated: bool, settings: BridgeSettings) -> (Self, Script) {
+        let (robot, script) = scripted(is_simulated);
         let robots: BTreeMap<_, Box<dyn Robot>> = BTreeMap::from([(cell(), Box::new(robot) as _)]);
         let rig =
             Self::new(|process| ppnpack_bridge::start_robots(process, &settings, robots).unwrap());

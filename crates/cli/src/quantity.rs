@@ -1,0 +1,105 @@
+//! Times and forces on the command line: a number with a unit.
+
+use crate::unit::split_unit;
+
+/// A kind of quantity.
+struct Quantity {
+    name: &'static str,
+    /// Each with how much of the first it is; the first is what is given.
+    units: &'static [(&'static str, f64)],
+    /// For who wrote another unit.
+    use_units: &'static str,
+    example: &'static str,
+}
+
+const TIME: Quantity = Quantity {
+    name: "time",
+    units: &[("s", 1.0), ("ms", 0.001)],
+    use_units: "ms or s",
+    example: "20ms or 1s",
+};
+
+const FORCE: Quantity = Quantity {
+    name: "force",
+    units: &[("N", 1.0), ("", 1.0)],
+    use_units: "N",
+    example: "20N",
+};
+
+/// Parses a time such as `20ms` or `1s`, of at least 0; gives seconds.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub(crate) fn parse_time(text: &str) -> Result<f64, String> {
+    TIME.parse(text)
+}
+
+/// Parses a force such as `20N` or `20`, of at least 0; gives newtons.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub(crate) fn parse_force(text: &str) -> Result<f64, String> {
+    FORCE.parse(text)
+}
+
+impl Quantity {
+    fn parse(&self, text: &str) -> Result<f64, String> {
+        let Self {
+            name,
+            use_units,
+            example,
+            ..
+        } = self;
+        let (number, unit) = split_unit(text);
+        let mut units = self.units.iter();
+        let known = units.find(|(known, _)| *known == unit);
+        let unknown = || format!("'{unit}' is no unit of {name}: use {use_units}");
+        let (_, factor) = known.ok_or_else(unknown)?;
+        match number.parse::<f64>().map(|number| number * factor) {
+            Ok(value) if value < 0.0 => Err(format!("'{text}' must not be negative")),
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => Err(format!("'{text}' is no {name}: write it like {example}")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_and_forces_are_read_with_their_units() {
+        assert_eq!(parse_time("250ms"), Ok(0.25));
+        assert_eq!(parse_time(" 2s "), Ok(2.0));
+        assert_eq!(parse_time("0s"), Ok(0.0));
+        assert_eq!(parse_force("20N"), Ok(20.0));
+        assert_eq!(parse_force(" 0.5 "), Ok(0.5));
+        assert_eq!(parse_force("0"), Ok(0.0));
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let times = [
+            ("5", "unit"),
+            ("5min", "unit"),
+            ("xms", "unit"),
+            ("-5s", "negative"),
+            ("1.2.3s", "no time"),
+            ("1e999s", "no time"),
+        ];
+        let forces = [
+            ("5kg", "unit"),
+            ("-5N", "negative"),
+            ("N", "no force"),
+            ("1e999", "no force"),
+        ];
+        for (text, named) in times {
+            let refused = parse_time(text).unwrap_err();
+            assert!(refused.contains(named), "{text}: {refused}");
+        }
+        for (text, named) in forces {
+            let refused = parse_force(text).unwrap_err();
+            assert!(refused.contains(named), "{text}: {refused}");
+        }
+    }
+}
