@@ -11,6 +11,7 @@ use ppnpack_packing::item::Item;
 use ppnpack_packing::look_ahead::LookAheadSettings;
 use ppnpack_packing::method::{Method, OpenNetwork, ProposalSource};
 use ppnpack_packing::plan::{Candidate, Planner};
+use ppnpack_packing::scene_value::SceneValue;
 use ppnpack_packing::step::StepInput;
 use ppnpack_packing::trial::TrialSettings;
 use ppnpack_robot::station::ArmStation;
@@ -50,10 +51,11 @@ pub(crate) fn choose(
         return Ok(Vec::new());
     }
     let planner = |source: &ProposalSource| -> Outcome<Planner> {
-        // To try placements and to look ahead costs the same with every source.
+        // To try placements, to value what they leave and to look ahead costs the same with every source.
         let of_source = Method {
             proposals: source.clone(),
             trial: TrialSettings::off(),
+            scene_value: SceneValue::default(),
             look_ahead: LookAheadSettings::default(),
             ..method.clone()
         };

@@ -3,6 +3,7 @@
 use clap::ValueEnum;
 use ppnpack_packing::method::Stability;
 use ppnpack_packing::objective::Weights;
+use ppnpack_packing::scene_value::SceneValue;
 use ppnpack_packing::trial::TrialSettings;
 
 /// How items are released and seen.
@@ -23,6 +24,8 @@ pub(crate) struct Usual {
     pub(crate) trial: TrialSettings,
     /// The weights for items in so many poses.
     pub(crate) weights: fn(poses: usize) -> Weights,
+    /// How much the value of what a placement leaves counts.
+    pub(crate) scene_value: SceneValue,
     /// How many items may be set aside.
     pub(crate) set_aside: usize,
 }
@@ -36,6 +39,7 @@ impl Conditions {
                 stability: Stability::None,
                 trial: TrialSettings::default(),
                 weights: Weights::for_poses,
+                scene_value: SceneValue::built_in(),
                 set_aside: 20,
             },
             Self::Reference => Usual {
@@ -44,6 +48,7 @@ impl Conditions {
                 stability: Stability::Published,
                 trial: TrialSettings::off(),
                 weights: |_| Weights::default(),
+                scene_value: SceneValue::default(),
                 set_aside: 0,
             },
         }

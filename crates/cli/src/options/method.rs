@@ -51,9 +51,9 @@ pub(crate) struct MethodOptions {
     pub(crate) weights: Vec<String>,
 
     /// What a litre that may still be packed after a placement is worth, in the objective's units, by a learned value of what it
-    /// leaves; with 0 the objective alone counts [default: 0; 30 fills most tightly]
-    #[arg(long, value_name = "NUMBER", default_value_t = 0.0)]
-    pub(crate) scene_value: f64,
+    /// leaves; with 0 the objective alone counts [default: 30 under robot conditions, 0 under the reference's]
+    #[arg(long, value_name = "NUMBER")]
+    pub(crate) scene_value: Option<f64>,
 
     /// How many futures a step looks ahead through, for each item that it may choose; with 0 it does not
     #[arg(long, value_name = "COUNT", default_value_t = 0)]
@@ -135,8 +135,8 @@ impl MethodOptions {
         };
         look_ahead.validate().or_input()?;
         let scene_value = SceneValue {
-            weight: self.scene_value,
-            ..SceneValue::default()
+            weight: self.scene_value.unwrap_or(usual.scene_value.weight),
+            ..usual.scene_value
         };
         scene_value.validate().or_input()?;
         Ok(Method {
