@@ -9,7 +9,7 @@ use crate::refusal::Refusals;
 use crate::scene_value::{SceneValue, Squares, figures};
 use crate::step::{Evaluated, PlacementCounts, Shortfall, StageResult, StepInput};
 
-/// So many placements of each candidate are valued.
+/// So many placements of each item are valued, in all of its poses together.
 const VALUED: usize = 15;
 
 /// So many are looked at for that: the others lie next to one that is valued.
@@ -46,22 +46,21 @@ impl Farsighted {
         }
     }
 
-    /// The best placements of a candidate that are not next to one another.
+    /// The best placements of an item, in the poses that these candidates are, that are not next to one another.
     fn best_of(
         &mut self,
         input: &StepInput<'_>,
-        candidate: usize,
+        poses: &[usize],
         proposals: &Proposals,
     ) -> StageResult<Vec<Evaluated>> {
-        self.inner.rank(input, &[candidate], proposals)?;
+        self.inner.rank(input, poses, proposals)?;
         let mut best: Vec<Evaluated> = Vec::with_capacity(VALUED);
         for _ in 0..LOOKED_AT {
             let Some(next) = self.inner.next_best(input)? else {
                 break;
             };
-            let at = next.resting.placement;
             let mut others = best.iter();
-            if !others.any(|other| are_near(input, at, other.resting.placement)) {
+            if !others.any(|other| are_near(input, &next, other)) {
                 best.push(next);
             }
             if best.len() >= VALUED {
@@ -92,13 +91,15 @@ impl Farsighted {
 }
 
 /// Whether two placements of an item leave much the same.
-fn are_near(input: &StepInput<'_>, one: Placement, other: Placement) -> bool {
+fn are_near(input: &StepInput<'_>, one: &Evaluated, other: &Evaluated) -> bool {
+    let is_same_pose = one.candidate == other.candidate;
+    let (one, other) = (one.resting.placement, other.resting.placement);
     let resolution = input.grid.resolution();
     let apart_m = |a: usize, b: usize| a.abs_diff(b) as f64 * resolution.cell_m();
     let turned = one.yaw.abs_diff(other.yaw);
     let turned = turned.min(resolution.yaws().count() - turned);
     let (x_m, y_m) = (apart_m(one.x, other.x), apart_m(one.y, other.y));
-    turned <= 1 && x_m.max(y_m) < APART_M - 1e-9
+    is_same_pose && turned <= 1 && x_m.max(y_m) < APART_M - 1e-9
 }
 
 impl Evaluator for Farsighted {
@@ -111,8 +112,9 @@ impl Evaluator for Farsighted {
         self.given.clear();
         let before = Squares::of(input.grid, input.scene.heightmap());
         let mut valued: Vec<(f64, Evaluated)> = Vec::new();
-        for candidate in group {
-            for placement in self.best_of(input, *candidate, proposals)? {
+        let arrival = |index: &usize| input.candidates.get(*index).map(|held| held.arrival);
+        for poses in group.chunk_by(|one, next| arrival(one) == arrival(next)) {
+            for placement in self.best_of(input, poses, proposals)? {
                 valued.push((self.worth(input, &before, &placement), placement));
             }
         }

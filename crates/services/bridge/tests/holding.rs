@@ -152,7 +152,7 @@ fn a_robot_that_takes_longer_than_its_motion_has_the_cell_held() {
         overdue_s: 0.1,
         ..Settings::default()
     };
-    let (rig, script) = Rig::scripted_with(false, settings);
+    let (rig, script) = Rig::scripted_with(false, &settings);
     let controller = &rig.controller;
     let states: Latest<v1::CellState> =
         Latest::subscribe(&rig.caller, &common::cell(), Stream::State, MAX_CLOUD_BYTES).unwrap();

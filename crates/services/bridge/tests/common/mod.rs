@@ -231,14 +231,14 @@ impl Rig {
             journal,
             ..BridgeSettings::default()
         };
-        Self::scripted_with(is_simulated, settings)
+        Self::scripted_with(is_simulated, &settings)
     }
 
-    pub(crate) fn scripted_with(is_simulated: bool, settings: BridgeSettings) -> (Self, Script) {
+    pub(crate) fn scripted_with(is_simulated: bool, settings: &BridgeSettings) -> (Self, Script) {
         let (robot, script) = scripted(is_simulated);
         let robots: BTreeMap<_, Box<dyn Robot>> = BTreeMap::from([(cell(), Box::new(robot) as _)]);
         let rig =
-            Self::new(|process| ppnpack_bridge::start_robots(process, &settings, robots).unwrap());
+            Self::new(|process| ppnpack_bridge::start_robots(process, settings, robots).unwrap());
         (rig, script)
     }
 }
