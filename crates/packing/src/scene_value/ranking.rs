@@ -9,7 +9,7 @@ use crate::refusal::Refusals;
 use crate::scene_value::{SceneValue, Squares, figures};
 use crate::step::{Evaluated, PlacementCounts, Shortfall, StageResult, StepInput};
 
-/// So many placements of each item are valued, in all of its poses together.
+/// So many placements of each candidate are valued: of each pose of an item.
 const VALUED: usize = 15;
 
 /// So many are looked at for that: the others lie next to one that is valued.
@@ -46,21 +46,22 @@ impl Farsighted {
         }
     }
 
-    /// The best placements of an item, in the poses that these candidates are, that are not next to one another.
+    /// The best placements of a candidate that are not next to one another.
     fn best_of(
         &mut self,
         input: &StepInput<'_>,
-        poses: &[usize],
+        candidate: usize,
         proposals: &Proposals,
     ) -> StageResult<Vec<Evaluated>> {
-        self.inner.rank(input, poses, proposals)?;
+        self.inner.rank(input, &[candidate], proposals)?;
         let mut best: Vec<Evaluated> = Vec::with_capacity(VALUED);
         for _ in 0..LOOKED_AT {
             let Some(next) = self.inner.next_best(input)? else {
                 break;
             };
+            let at = next.resting.placement;
             let mut others = best.iter();
-            if !others.any(|other| are_near(input, &next, other)) {
+            if !others.any(|other| are_near(input, at, other.resting.placement)) {
                 best.push(next);
             }
             if best.len() >= VALUED {
@@ -91,15 +92,13 @@ impl Farsighted {
 }
 
 /// Whether two placements of an item leave much the same.
-fn are_near(input: &StepInput<'_>, one: &Evaluated, other: &Evaluated) -> bool {
-    let is_same_pose = one.candidate == other.candidate;
-    let (one, other) = (one.resting.placement, other.resting.placement);
+fn are_near(input: &StepInput<'_>, one: Placement, other: Placement) -> bool {
     let resolution = input.grid.resolution();
     let apart_m = |a: usize, b: usize| a.abs_diff(b) as f64 * resolution.cell_m();
     let turned = one.yaw.abs_diff(other.yaw);
     let turned = turned.min(resolution.yaws().count() - turned);
     let (x_m, y_m) = (apart_m(one.x, other.x), apart_m(one.y, other.y));
-    is_same_pose && turned <= 1 && x_m.max(y_m) < APART_M - 1e-9
+    turned <= 1 && x_m.max(y_m) < APART_M - 1e-9
 }
 
 impl Evaluator for Farsighted {
@@ -112,9 +111,8 @@ impl Evaluator for Farsighted {
         self.given.clear();
         let before = Squares::of(input.grid, input.scene.heightmap());
         let mut valued: Vec<(f64, Evaluated)> = Vec::new();
-        let arrival = |index: &usize| input.candidates.get(*index).map(|held| held.arrival);
-        for poses in group.chunk_by(|one, next| arrival(one) == arrival(next)) {
-            for placement in self.best_of(input, poses, proposals)? {
+        for candidate in group {
+            for placement in self.best_of(input, *candidate, proposals)? {
                 valued.push((self.worth(input, &before, &placement), placement));
             }
         }
