@@ -23,12 +23,17 @@ pub(crate) struct TrialOptions {
     #[arg(long, value_name = "TIME", value_parser = parse_effort, conflicts_with = "tries")]
     effort: Option<Effort>,
 
-    /// The most that an item may tilt, in degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = TrialLimits::default().tilt_rad.to_degrees().round(), allow_hyphen_values = true)]
+    /// The most that an item may tilt as it is tried, in degrees. What counts as steady in the end is 30 degrees and 20 mm
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        default_value_t = 25.0,
+        allow_hyphen_values = true
+    )]
     tilt_limit: f64,
 
     /// The most that it may slide
-    #[arg(long, value_name = "LENGTH", default_value = "20mm", value_parser = parse_distance, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", default_value = "18mm", value_parser = parse_distance, allow_hyphen_values = true)]
     slide_limit: f64,
 
     /// The most that any other item may be moved by it
