@@ -56,7 +56,12 @@ pub(crate) struct ValueArguments {
     set_aside: usize,
 
     /// The weight of the value by which the sequences are packed, of coefficients that are built in; with 0 the objective alone
-    #[arg(long, value_name = "NUMBER", default_value_t = 0.0)]
+    #[arg(
+        long,
+        value_name = "NUMBER",
+        default_value_t = 0.0,
+        allow_hyphen_values = true
+    )]
     scene_value: f64,
 
     /// Sequences packed at once [default: one per core]

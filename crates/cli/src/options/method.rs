@@ -52,7 +52,7 @@ pub(crate) struct MethodOptions {
 
     /// What a litre that may still be packed after a placement is worth, in the objective's units, by a learned value of what it
     /// leaves; with 0 the objective alone counts [default: 30 under robot conditions, 0 under the reference's]
-    #[arg(long, value_name = "NUMBER")]
+    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
     pub(crate) scene_value: Option<f64>,
 
     /// How many futures a step looks ahead through, for each item that it may choose; with 0 it does not

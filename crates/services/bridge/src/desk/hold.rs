@@ -58,7 +58,9 @@ impl Desk {
     pub(super) fn watch_over(&mut self, cycle: Option<&Cycle>) {
         let longest = cycle.and_then(|cycle| Duration::try_from_secs_f64(cycle.cycle_s).ok());
         let longest = longest.filter(|_| !self.overdue.is_zero());
-        self.overdue_at = longest.map(|longest| Instant::now() + longest + self.overdue);
+        let longest = longest.map(|longest| longest.saturating_add(self.overdue));
+        // What is longer than the clock can count is never overdue.
+        self.overdue_at = longest.and_then(|longest| Instant::now().checked_add(longest));
     }
 
     /// Holds the cell where the robot takes longer than its motion says: it may stand before something.

@@ -364,7 +364,8 @@ impl Ledger {
         let mut change = settled.holding(RESTORED);
         let last = self.head.state_number.max(change.head.state_number);
         // By the time alone, where the clock was set back, it could be a state that the cell had after the backup.
-        let beyond = last + MOST_CHANGES + (rand::random::<u64>() >> RESTORE_SHIFT);
+        let moved_on = MOST_CHANGES + (rand::random::<u64>() >> RESTORE_SHIFT);
+        let beyond = last.saturating_add(moved_on);
         let state_number = Self::new().head.state_number.max(beyond);
         change.head.state_number = state_number;
         change.head.first_state_number = state_number;
