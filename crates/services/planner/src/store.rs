@@ -13,7 +13,7 @@ use redb::{
     Database, DatabaseError, ReadableDatabase, ReadableTable, StorageError, TableDefinition,
 };
 
-use crate::session::Session;
+use ppnpack_protocol::session::Session;
 
 /// Per cell: its session.
 const SESSIONS: TableDefinition<&str, &[u8]> = TableDefinition::new("sessions");
