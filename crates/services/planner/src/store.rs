@@ -13,7 +13,7 @@ use redb::{
     Database, DatabaseError, ReadableDatabase, ReadableTable, StorageError, TableDefinition,
 };
 
-use ppnpack_protocol::session::Session;
+use ppnpack_protocol::session::{FROM_BACKUP, Session};
 
 /// Per cell: its session.
 const SESSIONS: TableDefinition<&str, &[u8]> = TableDefinition::new("sessions");
@@ -136,11 +136,19 @@ impl Store {
         let store = Self::open(Some(path))?;
         let cells = store.cells()?;
         for cell in &cells {
-            let mut session = store.session(cell)?;
-            session.restored();
-            store.save(cell, &session, &[])?;
+            store.settle(cell, FROM_BACKUP)?;
         }
         Ok(cells.iter().map(ToString::to_string).collect())
+    }
+
+    /// Settles the session of a cell of which not all is known any more, for this reason.
+    ///
+    /// # Errors
+    /// [`StoreError`] where it cannot be read or written.
+    pub(crate) fn settle(&self, cell: &Cell, reason: &str) -> Result<(), StoreError> {
+        let mut session = self.session(cell)?;
+        session.restored(reason);
+        self.save(cell, &session, &[])
     }
 
     /// The cells that have sessions.
