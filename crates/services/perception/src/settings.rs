@@ -227,7 +227,8 @@ mod tests {
         assert!(named.contains("a b"));
         let many = refused(|s| {
             let names = (0..=MAX_CELLS).map(|number| format!("c{number}"));
-            s.cells.extend(names.map(|name| (name, GridSettings::default())));
+            s.cells
+                .extend(names.map(|name| (name, GridSettings::default())));
         });
         assert!(many.contains("the number of cells is 65"), "{many}");
         let hall = refused(|s| {

@@ -4,6 +4,7 @@
 //! [`packing`](ppnpack_packing); here its stages ask the services that are alive, and do without those that are not.
 
 mod cell;
+mod interruption;
 mod objects;
 mod planning;
 mod remote;
@@ -23,13 +24,14 @@ use ppnpack_service::actor::{self, Address};
 use ppnpack_service::alive::Alive;
 use ppnpack_service::lease::{self, Lease};
 use ppnpack_service::process::Process;
-use ppnpack_service::rpc::{Client, Listener};
+use ppnpack_service::rpc::{Client, Incoming, Listener};
 use ppnpack_service::stream::{self, Subscription};
 use ppnpack_service::{HealthLatch, ServiceError, join};
 use ppnpack_wire::keys::{Cell, Service, Stream};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 
-use cell::{CellPlanner, Message, Shared};
+use cell::{CellPlanner, Message, Own, Shared};
+use interruption::Interruption;
 use objects::Objects;
 use planning::Helpers;
 pub use settings::{CellSettings, Settings, Where};
@@ -85,11 +87,15 @@ pub fn start(
         }
         service.leases.push(lease);
         let (address, mailbox) = actor::mailbox(settings.queue.max(1));
-        let planner =
-            CellPlanner::new(process, &cell, cell_settings, &shared, address.downgrade())?;
+        let interruption = Interruption::default();
+        let own = Own {
+            address: address.downgrade(),
+            interruption: interruption.clone(),
+        };
+        let planner = CellPlanner::new(process, &cell, cell_settings, &shared, own)?;
         let thread = actor::spawn(process, &format!("cell-{cell}"), planner, mailbox)?;
         service.threads.push(thread);
-        service.listen(process, &cell, &address)?;
+        service.listen(process, &cell, &address, interruption)?;
     }
     service.ready.pass();
     Ok(service)
@@ -102,6 +108,7 @@ impl PlannerService {
         process: &Process,
         cell: &Cell,
         address: &Address<Message>,
+        interruption: Interruption,
     ) -> Result<(), ServiceError> {
         self.listeners.extend([
             address.listen(process, Some(cell), Message::Begin)?,
@@ -110,7 +117,15 @@ impl PlannerService {
             address.listen(process, Some(cell), Message::Plan)?,
             address.listen(process, Some(cell), Message::Report)?,
             address.listen(process, Some(cell), Message::Explain)?,
-            address.listen(process, Some(cell), Message::Automatic)?,
+            address.listen(
+                process,
+                Some(cell),
+                move |incoming: Incoming<v1::AutomaticRequest>| {
+                    let is_off = !incoming.message().is_automatic;
+                    let interrupting = is_off.then(|| interruption.begin());
+                    Message::Automatic(incoming, interrupting)
+                },
+            )?,
             address.listen(process, Some(cell), Message::Session)?,
         ]);
         let outcomes = address.clone();

@@ -18,6 +18,7 @@ use ppnpack_service::alive::Alive;
 use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::Cell;
 
+use crate::interruption::Interruption;
 use crate::remote::{Peers, RemoteProposer, SharedEvaluator};
 use crate::settings::{CellSettings, Where};
 
@@ -47,6 +48,7 @@ impl Planning {
         settings: &CellSettings,
         helpers: &Helpers,
         mix: &[Arc<Item>],
+        interruption: &Interruption,
     ) -> Result<Self, String> {
         let grid = settings.grid.build().map_err(|error| error.to_string())?;
         let method = &settings.method;
@@ -60,6 +62,7 @@ impl Planning {
         let proposer = method.proposer_or_exhaustive(&grid, Some(&network));
         let proposer = proposer.map_err(|error| error.to_string())?;
         let mut checks = rules::checks();
+        checks.push(Box::new(interruption.clone()));
         if let Some(station) = settings.station().map_err(|error| error.to_string())? {
             // The planner asks the arm itself, last, going through the placements by increasing value: it is asked for
             // a handful of placements, and a heuristic service would need the arm, what is around it and the items'

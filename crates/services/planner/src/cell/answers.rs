@@ -43,7 +43,11 @@ impl CellPlanner {
             Message::Explain(incoming) => self.carry_out(incoming, |planner, request| {
                 planner.explain(&request.message().item_id, request.deadline())
             }),
-            Message::Automatic(incoming) => self.carry_out(incoming, Self::switch),
+            Message::Automatic(incoming, interrupting) => {
+                // No plan is being made any more.
+                drop(interrupting);
+                self.carry_out(incoming, Self::switch);
+            }
             Message::Session(incoming) => self.carry_out(incoming, |planner, _| {
                 let session = Some(planner.message());
                 Ok(v1::SessionReply {

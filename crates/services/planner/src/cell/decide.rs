@@ -16,6 +16,7 @@ use super::CellPlanner;
 use super::counts;
 use super::footprint::footprint;
 use super::refusal::Refusal;
+use crate::interruption::INTERRUPTED;
 use crate::planning::Step;
 use crate::scenes::Seen;
 use ppnpack_protocol::session::{ItemState, SessionItem};
@@ -231,7 +232,11 @@ impl CellPlanner {
 
     fn plan(&mut self, step: &Step<'_>) -> Result<Plan, Refusal> {
         let plan = self.planning.plan(step);
-        let plan = plan.map_err(|error| Refusal::new(Status::Failed, error))?;
+        let is_interrupted = self.own.interruption.is_asked_for();
+        let plan = plan.map_err(|error| match is_interrupted {
+            true => Refusal::unavailable(INTERRUPTED),
+            false => Refusal::new(Status::Failed, error),
+        })?;
         if plan.choice().is_none() && plan.is_cut() {
             let late =
                 "the time limit passed before a valid placement was found: give it more time";

@@ -208,7 +208,7 @@ impl CellPlanner {
             Err(reason) => return Err(NotInspected::Yet(reason)),
         }
         let client = self.shared.helpers.client.clone();
-        let (cell, own) = (self.cell.clone(), self.own.clone());
+        let (cell, own) = (self.cell.clone(), self.own.address.clone());
         let (decision_id, request) = (it.decision_id.clone(), it.request.clone());
         let ask = move || {
             let answer = client.call(&cell, request, Instant::now() + ANSWER_LIMIT);

@@ -30,6 +30,7 @@ use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1;
 
+use crate::interruption::{Interrupting, Interruption};
 use crate::objects::{Object, Objects};
 use crate::planning::{Helpers, Planning};
 use crate::scenes::{SceneLimits, Scenes};
@@ -54,7 +55,8 @@ pub(crate) enum Message {
     Plan(Incoming<v1::PlanRequest>),
     Report(Incoming<v1::ReportRequest>),
     Explain(Incoming<v1::ExplainRequest>),
-    Automatic(Incoming<v1::AutomaticRequest>),
+    /// Where it is switched off, the plan that is being made is interrupted until this is dropped.
+    Automatic(Incoming<v1::AutomaticRequest>, Option<Interrupting>),
     Session(Incoming<v1::SessionRequest>),
     /// The bridge says how a placement ended.
     Outcome(v1::Outcome),
@@ -88,8 +90,13 @@ pub(crate) struct CellPlanner {
     bridge_left_alone_until: Option<Instant>,
     /// The state of the cell since the scenes were last told of a change, where that is known.
     shown_state: Option<u64>,
-    /// Where it is reached itself.
-    own: WeakAddress<Message>,
+    own: Own,
+}
+
+/// Where a cell is reached itself, and interrupted.
+pub(crate) struct Own {
+    pub(crate) address: WeakAddress<Message>,
+    pub(crate) interruption: Interruption,
 }
 
 /// What is published after the request that led to it is answered.
@@ -134,20 +141,22 @@ impl CellPlanner {
         cell: &Cell,
         settings: &CellSettings,
         shared: &Arc<Shared>,
-        own: WeakAddress<Message>,
+        own: Own,
     ) -> Result<Self, ServiceError> {
         let planning = Planning::new(
             cell,
             settings,
             &shared.helpers,
             shared.objects.items(settings),
+            &own.interruption,
         )
         .map_err(ServiceError::start)?;
         let limits = SceneLimits {
             age: Duration::from_secs_f64(settings.heightmap_age_limit_s),
             sensor_latency: Duration::from_secs_f64(settings.sensor_latency_s),
         };
-        let mut scenes = Scenes::subscribe(process, cell, planning.grid(), limits)?;
+        let mut scenes =
+            Scenes::subscribe(process, cell, planning.grid(), limits, &own.interruption)?;
         // What was done last, before this process was there, may not be in a picture that was on its way.
         scenes.changed();
         let session = shared.store.session(cell).map_err(ServiceError::start)?;

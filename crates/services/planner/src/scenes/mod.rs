@@ -11,6 +11,8 @@ use ppnpack_service::stream::{Arrived, Latest};
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, WireError, convert, v1};
 
+use crate::interruption::{INTERRUPTED, Interruption};
+
 /// How long the stream is waited for before perception is asked: streams drop what they cannot deliver at once.
 const STREAM_PATIENCE: Duration = Duration::from_millis(30);
 
@@ -36,6 +38,7 @@ pub(crate) struct Scenes {
     stream: Latest<v1::Heightmap>,
     client: Client,
     limits: SceneLimits,
+    interruption: Interruption,
     newest: Option<Seen>,
     /// Heightmaps without a state number show what was done last when their clouds came after this.
     shown_after: Option<Instant>,
@@ -60,6 +63,7 @@ impl Scenes {
         cell: &Cell,
         grid: &Grid,
         limits: SceneLimits,
+        interruption: &Interruption,
     ) -> Result<Self, ServiceError> {
         Ok(Self {
             cell: cell.clone(),
@@ -67,6 +71,7 @@ impl Scenes {
             stream: Latest::subscribe(process, cell, Stream::Heightmap, MAX_MESSAGE_BYTES)?,
             client: Client::new(process.session()),
             limits,
+            interruption: interruption.clone(),
             newest: None,
             shown_after: None,
             complaint: "none has come yet".to_owned(),
@@ -95,6 +100,9 @@ impl Scenes {
                 && self.is_usable(seen, least_state_number)
             {
                 return Ok(seen.clone());
+            }
+            if self.interruption.is_asked_for() {
+                return Err(INTERRUPTED.to_owned());
             }
             if Instant::now() >= deadline {
                 return Err(self.why(least_state_number));

@@ -62,7 +62,14 @@ impl Rig {
         let planner = embedded::process(&hub, Service::Planner, "planner-1").unwrap();
         let perception = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
         Self {
-            scenes: Scenes::subscribe(&planner, &cell(), &Grid::reference(), limits).unwrap(),
+            scenes: Scenes::subscribe(
+                &planner,
+                &cell(),
+                &Grid::reference(),
+                limits,
+                &Interruption::default(),
+            )
+            .unwrap(),
             heightmaps: Publisher::new(&perception, &cell(), Stream::Heightmap).unwrap(),
             planner,
             perception,
