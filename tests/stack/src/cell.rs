@@ -12,6 +12,10 @@ use ppnpack_wire::v1::{self, ExecutionPhase, ItemState, PlanResult};
 /// How long a request may take, restarts of services included.
 const LIMIT: Duration = Duration::from_secs(20);
 
+/// How long something may be tried again, and how often.
+const PATIENCE: Duration = Duration::from_secs(60);
+const PAUSE: Duration = Duration::from_millis(100);
+
 /// Asks the services of one cell.
 #[derive(Clone)]
 pub struct CellClient {
@@ -32,6 +36,22 @@ impl CellClient {
     /// The cell.
     pub fn cell(&self) -> &Cell {
         &self.cell
+    }
+
+    /// Does something, and again where a request is refused or not answered, for a minute: services may be away.
+    ///
+    /// # Errors
+    /// Of the last time; at once where no request failed.
+    pub fn patiently<T>(&self, work: impl Fn(&Self) -> Result<T>) -> Result<T> {
+        let until = Instant::now() + PATIENCE;
+        loop {
+            match work(self) {
+                Err(error) if error.is::<CallError>() && Instant::now() < until => {
+                    std::thread::sleep(PAUSE);
+                }
+                done => return done,
+            }
+        }
     }
 
     /// Sends a request.

@@ -4,8 +4,10 @@
 //! `scripts/bench-stack` do.
 
 pub mod cell;
+pub mod faults;
 pub mod latency;
 mod process;
+pub mod records;
 pub mod soak;
 mod stack;
 

@@ -1,5 +1,6 @@
 //! Automatic packing, container after container, for a long time: what it costs at the start and at the end.
 
+use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -64,15 +65,19 @@ fn decided(decision: &v1::Decision, at: Duration) -> Decided {
     }
 }
 
-/// Packs one container in automatic mode, then has an empty one brought; gives how many items were packed.
+/// Packs one container in automatic mode, then has an empty one brought; gives the items that were packed.
 ///
 /// # Errors
 /// Where the automatic mode failed, or what the planner acknowledged is not what lies in the container.
-pub fn pack_container(cell: &CellClient, session_id: &str, objects: &[&str]) -> Result<usize> {
-    cell.begin(session_id, objects, true)?;
+pub fn pack_container(
+    cell: &CellClient,
+    session_id: &str,
+    objects: &[&str],
+) -> Result<BTreeSet<String>> {
+    cell.patiently(|cell| cell.begin(session_id, objects, true))?;
     let until = Instant::now() + CONTAINER_LIMIT;
     let session = loop {
-        let session = cell.session()?;
+        let session = cell.patiently(CellClient::session)?;
         if session.end() != SessionEnd::Unspecified {
             break session;
         }
@@ -87,10 +92,12 @@ pub fn pack_container(cell: &CellClient, session_id: &str, objects: &[&str]) -> 
         "{session_id} failed: {}",
         session.failure
     );
-    cell.check_consistent()
+    cell.patiently(CellClient::check_consistent)
         .with_context(|| session_id.to_owned())?;
     let is_packed = |item: &&v1::SessionItem| item.state() == ItemState::Packed;
-    let packed = session.items.iter().filter(is_packed).count();
-    cell.renew().context("no new container")?;
+    let packed = session.items.iter().filter(is_packed);
+    let packed = packed.map(|item| item.item_id.clone()).collect();
+    cell.patiently(CellClient::renew)
+        .context("no new container")?;
     Ok(packed)
 }

@@ -1,6 +1,6 @@
 //! `soak-stack`: automatic packing over several cells for a long time, every service its own process.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -9,10 +9,13 @@ use anyhow::{Result, ensure};
 use clap::Parser;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_packing::grid::Resolution;
+use ppnpack_stack_tests::cell::CellClient;
+use ppnpack_stack_tests::faults::{Faults, strike};
 use ppnpack_stack_tests::latency::Times;
 use ppnpack_stack_tests::soak::{Decided, note_decisions, pack_container};
-use ppnpack_stack_tests::{Options, Stack};
+use ppnpack_stack_tests::{Options, Signal, Stack, records};
 use ppnpack_wire::keys::Service;
+use rand::RngExt;
 use serde::Serialize;
 
 /// Packs container after container in automatic mode, and says what latency and memory were at the start and at the
@@ -39,6 +42,10 @@ struct Arguments {
     #[arg(long, default_value_t = 16.0)]
     growth: f64,
 
+    /// Seconds between two faults, about: processes that are killed or stopped, cells that are held; without, nothing fails
+    #[arg(long, value_name = "SECONDS")]
+    faults: Option<f64>,
+
     /// Print JSON instead of tables
     #[arg(long)]
     json: bool,
@@ -47,6 +54,9 @@ struct Arguments {
 /// Between two looks at the memory.
 const LOOK: Duration = Duration::from_secs(10);
 
+/// After a fault has ended, fresh requests succeed within so many seconds.
+const RECOVERY_S: f64 = 5.0;
+
 #[derive(Debug, Serialize)]
 struct Report {
     seconds: f64,
@@ -54,6 +64,8 @@ struct Report {
     containers: usize,
     items: usize,
     degraded: usize,
+    /// What was done to the stack.
+    faults: Faults,
     /// Lines of the logs that warn or tell of an error, per process.
     complaints: BTreeMap<String, usize>,
     /// Decision times of each tenth of the time.
@@ -95,7 +107,7 @@ fn main() -> Result<()> {
             format!("service.cells.{cell}.place_duration_s={duration:?}"),
         )
     });
-    let stack = Stack::start(&Options {
+    let mut stack = Stack::start(&Options {
         cells: cells.clone(),
         settings: robots.collect(),
         ..Options::default()
@@ -103,23 +115,31 @@ fn main() -> Result<()> {
     let start = Instant::now();
     let noted = note_decisions(&stack, start)?;
     let all = Duration::from_secs(arguments.seconds);
-    let (packed, samples) = run(&stack, &catalogue, &arguments, start, all)?;
+    let clients = (0..cells.len()).map(|cell| stack.cell(cell));
+    let clients = clients.collect::<Result<Vec<CellClient>>>()?;
+    let ran = run(&mut stack, &clients, &catalogue, &arguments, start, all)?;
+    let complaints = complaints(&stack)?;
+    stack.signal("bridge-1", Signal::Terminate)?;
+    check_records(&stack, &cells, &ran.packed)?;
     let decisions = noted.lock().unwrap_or_else(PoisonError::into_inner).clone();
     let seconds = start.elapsed();
-    let memory: BTreeMap<String, Memory> = samples
+    let containers = ran.packed.iter().flatten();
+    let memory: BTreeMap<String, Memory> = ran
+        .samples
         .into_iter()
         .map(|(name, samples)| (name, Memory::new(&samples, all)))
         .collect();
     let report = Report {
         seconds: seconds.as_secs_f64(),
         cells: cells.len(),
-        containers: packed.len(),
-        items: packed.iter().sum(),
+        containers: containers.clone().count(),
+        items: containers.map(BTreeSet::len).sum(),
         degraded: decisions
             .iter()
             .filter(|decided| decided.is_degraded)
             .count(),
-        complaints: complaints(&stack)?,
+        faults: ran.faults,
+        complaints,
         decisions: (0..10)
             .map(|tenth| Tenth::new(&decisions, all, tenth))
             .collect(),
@@ -134,8 +154,14 @@ fn main() -> Result<()> {
         let grown = last.zip(first).map_or(0.0, |(last, first)| last - first);
         ensure!(grown <= arguments.growth, "{name} grew by {grown:.1} MiB");
     }
+    let most_s = report.faults.values().map(|fault| fault.longest_s);
+    let most_s = most_s.fold(0.0, f64::max);
     ensure!(
-        report.degraded == 0,
+        most_s <= RECOVERY_S,
+        "once it took {most_s:.1} s to serve again"
+    );
+    ensure!(
+        arguments.faults.is_some() || report.degraded == 0,
         "{} decisions were degraded",
         report.degraded
     );
@@ -144,36 +170,62 @@ fn main() -> Result<()> {
 
 type Samples = BTreeMap<String, Vec<(Duration, f64)>>;
 
-/// Packs in every cell until the time is over; gives the items of each container, and the memory of each process.
+/// The items of each container.
+type Packed = Vec<BTreeSet<String>>;
+
+/// What came of it.
+struct Ran {
+    /// Per cell.
+    packed: Vec<Packed>,
+    /// The memory of each process.
+    samples: Samples,
+    faults: Faults,
+}
+
+/// Packs in every cell until the time is over; looks at the memory, and lets things fail, meanwhile.
 fn run(
-    stack: &Stack,
+    stack: &mut Stack,
+    clients: &[CellClient],
     catalogue: &Catalogue,
     arguments: &Arguments,
     start: Instant,
     all: Duration,
-) -> Result<(Vec<usize>, Samples)> {
+) -> Result<Ran> {
     let has_failed = AtomicBool::new(false);
     let goes_on = || start.elapsed() < all && !has_failed.load(Ordering::Relaxed);
     std::thread::scope(|scope| {
-        let pack = |cell: usize| {
-            let packed = pack_cell(stack, catalogue, arguments, cell, &goes_on);
-            if packed.is_err() {
+        let pack = |cell: usize, client: &CellClient| {
+            let packed = pack_cell(client, catalogue, arguments, cell, &goes_on);
+            if let Err(error) = &packed {
+                eprintln!("\ncell {cell}: {error:#}");
                 has_failed.store(true, Ordering::Relaxed);
             }
             packed
         };
-        let threads: Vec<_> = (0..arguments.cells)
-            .map(|cell| scope.spawn(move || pack(cell)))
+        let clients_of = clients.iter().enumerate();
+        let threads: Vec<_> = clients_of
+            .map(|(cell, client)| scope.spawn(move || pack(cell, client)))
             .collect();
         let mut samples = Samples::new();
+        let mut faults = Faults::new();
+        let mut next_look = Instant::now();
         while goes_on() {
-            for name in stack.names() {
-                let sample = (start.elapsed(), stack.resident_mib(name)?);
-                samples.entry(name.to_owned()).or_default().push(sample);
+            if next_look <= Instant::now() {
+                sample(stack, start, &mut samples)?;
+                next_look += LOOK;
             }
             let left = all.saturating_sub(start.elapsed());
             eprint!("\r{:.0} s left  ", left.as_secs_f64());
-            std::thread::sleep(LOOK.min(left));
+            match arguments.faults {
+                None => std::thread::sleep(LOOK.min(left)),
+                Some(seconds) => {
+                    let pause = seconds * rand::rng().random_range(0.5..1.5);
+                    std::thread::sleep(Duration::try_from_secs_f64(pause)?.min(left));
+                    let struck = strike(stack, clients, &mut faults);
+                    has_failed.fetch_or(struck.is_err(), Ordering::Relaxed);
+                    struck?;
+                }
+            }
         }
         eprintln!();
         let mut packed = Vec::new();
@@ -181,26 +233,37 @@ fn run(
             let of_cell = thread
                 .join()
                 .map_err(|_| anyhow::anyhow!("a thread panicked"))?;
-            packed.extend(of_cell?);
+            packed.push(of_cell?);
         }
-        Ok((packed, samples))
+        Ok(Ran {
+            packed,
+            samples,
+            faults,
+        })
     })
 }
 
+fn sample(stack: &Stack, start: Instant, samples: &mut Samples) -> Result<()> {
+    for name in stack.names() {
+        let sample = (start.elapsed(), stack.resident_mib(name)?);
+        samples.entry(name.to_owned()).or_default().push(sample);
+    }
+    Ok(())
+}
+
 fn pack_cell(
-    stack: &Stack,
+    client: &CellClient,
     catalogue: &Catalogue,
     arguments: &Arguments,
     cell: usize,
     goes_on: &dyn Fn() -> bool,
-) -> Result<Vec<usize>> {
-    let client = stack.cell(cell)?;
+) -> Result<Packed> {
     let names: Vec<&str> = catalogue
         .objects
         .iter()
         .map(|object| &**object.item.name())
         .collect();
-    let mut packed = Vec::new();
+    let mut packed = Packed::new();
     while goes_on() {
         let container = packed.len();
         let objects = names
@@ -210,12 +273,36 @@ fn pack_cell(
             .skip(container * 17 + cell * 5);
         let objects: Vec<&str> = objects.take(arguments.objects).collect();
         packed.push(pack_container(
-            &client,
+            client,
             &format!("soak-{cell}-{container}"),
             &objects,
         )?);
     }
     Ok(packed)
+}
+
+/// Compares what the planner acknowledged with what the bridge's journal says, read without the bridge. Where it has forgotten
+/// the first containers, the last ones.
+fn check_records(stack: &Stack, cells: &[String], packed: &[Packed]) -> Result<()> {
+    let journal = stack.folder().join("bridge.redb");
+    for (cell, packed) in cells.iter().zip(packed) {
+        let recorded = records::containers(&journal, cell)?;
+        let recorded = recorded.iter().map(|items| items.iter().cloned().collect());
+        let recorded: Packed = recorded.collect();
+        let packed: Vec<_> = packed.iter().filter(|items| !items.is_empty()).collect();
+        // The first that is left may be known in part.
+        let known = recorded.len().saturating_sub(1).min(packed.len());
+        let last = |count: usize| count - known;
+        let is_same = recorded
+            .iter()
+            .skip(last(recorded.len()))
+            .eq(packed.iter().copied().skip(last(packed.len())));
+        ensure!(
+            known > 0 && is_same,
+            "{cell}: the journal does not say what was acknowledged"
+        );
+    }
+    Ok(())
 }
 
 fn complaints(stack: &Stack) -> Result<BTreeMap<String, usize>> {
@@ -269,6 +356,7 @@ fn print_tables(report: &Report) {
         "{} containers with {} items in {} cells, {:.0} s; {} decisions degraded.\n",
         report.containers, report.items, report.cells, report.seconds, report.degraded
     );
+    print_faults(&report.faults);
     println!("| tenth of the time | decisions | p50 (ms) | p99 (ms) | max (ms) |");
     println!("|---|---|---|---|---|");
     for (index, tenth) in report.decisions.iter().enumerate() {
@@ -294,4 +382,19 @@ fn print_tables(report: &Report) {
             memory.max_mib
         );
     }
+}
+
+fn print_faults(faults: &Faults) {
+    if faults.is_empty() {
+        return;
+    }
+    println!("| fault | times | served again after, at most (s) |");
+    println!("|---|---|---|");
+    for (what, recovered) in faults {
+        println!(
+            "| {what} | {} | {:.2} |",
+            recovered.count, recovered.longest_s
+        );
+    }
+    println!();
 }
