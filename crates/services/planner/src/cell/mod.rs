@@ -207,6 +207,8 @@ impl CellPlanner {
                 self.shared.store_health.pass();
                 Ok(())
             }
+            // The disk is as good as before.
+            Err(error @ StoreError::TooManyShapes { .. }) => Err(error.into()),
             Err(error) => {
                 tracing::error!(cell = %self.cell, %error, "nothing is acknowledged");
                 self.shared.store_health.fail(error.to_string());
