@@ -80,12 +80,14 @@ impl Fault {
     }
 }
 
+/// An id and the heightmaps of that id, as they are encoded.
+type Shape = (Vec<u8>, Vec<u8>);
+
 /// What is kept of a cell.
 pub(super) struct Kept {
     pub(super) cell: Cell,
     session: Vec<u8>,
-    /// By their ids.
-    shapes: Vec<(Vec<u8>, Vec<u8>)>,
+    shapes: Vec<Shape>,
 }
 
 /// What becomes of the heightmaps when a session is written.
@@ -189,7 +191,7 @@ pub(super) fn first_version(root: &Database) -> Result<Vec<Kept>, Fault> {
     Ok(kept)
 }
 
-fn shapes_of(transaction: &ReadTransaction, cell: &Cell) -> Result<Vec<(Vec<u8>, Vec<u8>)>, Fault> {
+fn shapes_of(transaction: &ReadTransaction, cell: &Cell) -> Result<Vec<Shape>, Fault> {
     let mut shapes = Vec::new();
     for entry in transaction.open_table(SHAPES)?.iter()? {
         let (key, shape) = entry?;

@@ -245,4 +245,6 @@ fn open_root(path: &Path) -> Result<(Database, Vec<Kept>), Fault> {
 }
 
 #[cfg(test)]
+mod formats;
+#[cfg(test)]
 mod tests;

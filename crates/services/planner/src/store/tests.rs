@@ -15,12 +15,12 @@ const ENOUGH: u64 = 1 << 20;
 /// Bytes of a page of the database.
 const PAGE: usize = 4096;
 
-fn cell(name: &str) -> Cell {
+pub(super) fn cell(name: &str) -> Cell {
     Cell::new(name).unwrap()
 }
 
 /// A block of so many cells a side.
-fn shape(side: usize) -> v1::Item {
+pub(super) fn shape(side: usize) -> v1::Item {
     let cells = side * side;
     let view = ViewSurfaces {
         origin_from_corner_m: Vector3::new(0.1, 0.1, 0.0),
@@ -29,7 +29,7 @@ fn shape(side: usize) -> v1::Item {
     convert::item::write(&Item::new("block", vec![view; 2], 0.001).unwrap())
 }
 
-fn item(item_id: &str, shape: &v1::Item) -> SessionItem {
+pub(super) fn item(item_id: &str, shape: &v1::Item) -> SessionItem {
     SessionItem {
         lying: Lying::default(),
         item_id: item_id.to_owned(),
@@ -61,7 +61,7 @@ fn fill(store: &Store, cell: &Cell, items: usize) -> Session {
 }
 
 /// A folder for stores, on a disk that is quick where there is one.
-fn folder() -> TempDir {
+pub(super) fn folder() -> TempDir {
     let quick = Path::new("/dev/shm");
     match quick.is_dir() {
         true => tempfile::tempdir_in(quick).unwrap(),
@@ -69,7 +69,7 @@ fn folder() -> TempDir {
     }
 }
 
-fn open(path: &Path) -> Store {
+pub(super) fn open(path: &Path) -> Store {
     Store::open(Some(path), ENOUGH).unwrap()
 }
 
