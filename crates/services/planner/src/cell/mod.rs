@@ -8,6 +8,7 @@ mod footprint;
 mod inspect;
 mod poses;
 mod refusal;
+mod reported;
 mod seen;
 
 use std::collections::HashMap;
