@@ -206,12 +206,19 @@ impl CellPlanner {
     ) -> Result<(), Refusal> {
         let asked = self.ask_bridge(v1::CellStateRequest::default(), BRIDGE_LIMIT);
         let reply = asked.map_err(|error| silent(&error))?;
+        let state = reply.state.unwrap_or_default();
+        // A bridge that does not know all since then, or does not say so, as older ones do not, may have done it and forgotten.
+        let is_known = (1..=decision.state_number).contains(&state.first_state_number);
+        let kind = match kind {
+            OutcomeKind::NotPlaced if !is_known => OutcomeKind::Unknown,
+            kind => kind,
+        };
         let outcome = v1::Outcome {
             placement_id: decision.decision_id.clone(),
             item_id: decision.item_id.clone(),
             kind: kind.into(),
             failure: failure.to_owned(),
-            state_number: reply.state.unwrap_or_default().state_number,
+            state_number: state.state_number,
             ..v1::Outcome::default()
         };
         self.automatic.placing = None;
