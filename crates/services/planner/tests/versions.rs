@@ -195,7 +195,7 @@ fn an_outcome_of_a_kind_that_is_not_known_here_ends_the_automatic_mode() {
 fn what_an_older_bridge_leaves_out_of_an_outcome_is_not_needed() {
     let kind = OutcomeKind::Placed.into();
     let rig = Rig::new(v1::CellState::default(), move |incoming| {
-        ended(incoming, kind)
+        ended(incoming, kind);
     });
     let session = rig.wait(|session| session.end != 0);
     assert_eq!(session.end(), SessionEnd::AllPacked);
