@@ -1,14 +1,17 @@
 """Makes the access control of the router (JSON5) of access.toml: whatever is not allowed there is denied.
 
-    python3 access.py            prints it
-    python3 access.py --check    only checks access.toml
-    python3 access.py --names    prints the identities
+    python3 access.py               prints it
+    python3 access.py --check       only checks access.toml
+    python3 access.py --names       prints the identities
+    python3 access.py --services    prints those of them that are services
 
-Names of streams, services and methods, and which service has which method, are read from the wire's sources, so that
-the table cannot name what does not exist, nor forget what does.
+The variable ACCESS names another table. Names of streams, services and methods, and which service has which method, are
+read from the wire's sources, and which streams a service publishes and reads from its own, so that the table cannot name
+what does not exist, nor forget what does.
 """
 
 import json
+import os
 import pathlib
 import re
 import sys
@@ -19,12 +22,17 @@ except ModuleNotFoundError:
     sys.exit("[access] this needs Python 3.11 or newer, for tomllib; found " + sys.version.split()[0])
 
 HERE = pathlib.Path(__file__).resolve().parent
-WIRE = HERE.parent.parent / "crates" / "wire" / "src"
+CRATES = HERE.parent.parent / "crates"
+WIRE = CRATES / "wire" / "src"
+SERVICES = CRATES / "services"
+TABLE = pathlib.Path(os.environ.get("ACCESS") or HERE / "access.toml")
 ENTRIES = ("serves", "publishes", "subscribes", "puts", "reads", "asks", "checks", "watches", "cells")
 # Answers for itself: what it says passes no access control.
 ROUTER = "router"
 # Health is asked for under any cell, and under `all`.
 ANY_CELL = ["*"]
+# What may be asked in every cell at once: requests that change nothing.
+LOOKS = ("explain", "heightmap", "outcome", "session", "state")
 
 
 class Wrong(Exception):
@@ -68,8 +76,8 @@ class Wire:
         key = f"{self.prefix}/{cell}/rpc/{service}/{method}"
         return [key, f"{key}/*"]
 
-    def alive(self, service):
-        return f"{self.prefix}/*/@live/{service}/*"
+    def alive(self, service, cell="*"):
+        return f"{self.prefix}/{cell}/@live/{service}/*"
 
     def anything_alive(self):
         return f"{self.prefix}/*/@live/**"
@@ -113,32 +121,68 @@ def watched(wire, name, entry):
     return pick(entry.get("watches", []), wire.methods, f"{name}.watches")
 
 
-def rules_of(wire, name, entry):
-    """The rules of an identity: (what for, messages to the router, messages from the router, keys)."""
-    cells = entry.get("cells", ["*"])
+def cells_of(name, entry):
+    """The cells of an identity, which it has to name; every one only where it changes nothing there by itself."""
+    cells = entry.get("cells", [])
+    if not cells or not all(re.fullmatch(r"[a-z0-9_-]{1,64}|\*", cell) for cell in cells):
+        raise Wrong(f'{name}: name its cells, such as cells = ["cell-1"]; found {cells}')
+    return cells
 
-    def keys(what):
+
+def changes(wire, name, entry):
+    """What an identity publishes, and what it asks for that changes something."""
+    asks = [f"{service}/{method}" for service, method in asked(wire, name, entry) if method not in (*LOOKS, "health")]
+    return [*streams(wire, name, entry, "publishes"), *entry.get("puts", []), *asks]
+
+
+def streams_in_sources(wire, service):
+    """Which streams the sources of a service publish, and which they read."""
+    found = {"publishes": set(), "subscribes": set()}
+    for path in (SERVICES / service / "src").rglob("*.rs"):
+        if path.name == "tests.rs":
+            continue
+        text = path.read_text().split("#[cfg(test)]\nmod")[0]
+        for what, call in (("publishes", r"Publisher::new"), ("subscribes", r"\bsubscribe")):
+            found[what] |= {wire.streams[name] for name in re.findall(call + r"\([^;{]*?\bStream::(\w+)", text)}
+    return found
+
+
+def rules_of(wire, name, entry):
+    """The rules of an identity: (what for, "ingress" or "egress" as the router sees it, messages, keys)."""
+    cells = cells_of(name, entry)
+
+    def stream_keys(what, cells=cells):
         return [wire.stream(cell, stream) for cell in cells for stream in streams(wire, name, entry, what)]
 
-    # A publisher is told who subscribes, and who asks is told who answers.
-    yield "publishes", ["put"], ["declare_subscriber"], keys("publishes") + beside(wire, name, entry, "puts")
-    yield "subscribes", ["declare_subscriber"], ["put"], keys("subscribes") + beside(wire, name, entry, "reads")
-    requests = [
-        key
-        for service, method in asked(wire, name, entry)
-        for cell in (ANY_CELL if method == "health" else cells)
-        for key in wire.request(cell, service, method)
-    ]
-    yield "asks", ["query"], ["reply", "declare_queryable"], requests
+    def request_keys(requests, cells=cells):
+        return [
+            key
+            for service, method in requests
+            for cell in (ANY_CELL if method == "health" else cells)
+            for key in wire.request(cell, service, method)
+        ]
+
+    # A publisher is told who subscribes, and who asks is told who answers: for all cells, as others may do so for all in
+    # one expression.
+    puts, reads = beside(wire, name, entry, "puts"), beside(wire, name, entry, "reads")
+    yield "publishes", "ingress", ["put"], stream_keys("publishes") + puts
+    yield "publishes", "egress", ["declare_subscriber"], stream_keys("publishes", ANY_CELL) + puts
+    yield "subscribes", "ingress", ["declare_subscriber"], stream_keys("subscribes") + reads
+    yield "subscribes", "egress", ["put"], stream_keys("subscribes") + reads
+    asks = list(asked(wire, name, entry))
+    yield "asks", "ingress", ["query"], request_keys(asks)
+    yield "asks", "egress", ["reply"], request_keys(asks)
+    yield "finds", "egress", ["declare_queryable"], request_keys(asks, ANY_CELL)
     services = watched(wire, name, entry)
     # Whoever watches every service may say so in one expression.
     alive = [wire.anything_alive()] if set(services) == set(wire.methods) else [wire.alive(name) for name in services]
-    yield "watches", ["declare_liveliness_subscriber", "liveliness_query"], ["liveliness_token"], alive
+    yield "watches", "ingress", ["declare_liveliness_subscriber", "liveliness_query"], alive
+    yield "watches", "egress", ["liveliness_token"], alive
     for service in pick([entry["serves"]] if "serves" in entry else [], wire.methods, f"{name}.serves"):
-        methods = [*wire.methods[service], "health"]
-        answered = [key for method in methods for key in wire.request("*", service, method)]
-        yield "answers", ["declare_queryable", "reply"], ["query"], answered
-        yield "is alive", ["liveliness_token"], [], [wire.alive(service)]
+        answered = request_keys((service, method) for method in [*wire.methods[service], "health"])
+        yield "answers", "ingress", ["declare_queryable", "reply"], answered
+        yield "answers", "egress", ["query"], answered
+        yield "is alive", "ingress", ["liveliness_token"], [wire.alive(service, cell) for cell in cells]
 
 
 def check(wire, table):
@@ -148,6 +192,12 @@ def check(wire, table):
             raise Wrong(f"{name}: '{key}' is no entry; there are {', '.join(ENTRIES)}")
         for what in ("puts", "reads"):
             beside(wire, name, entry, what)
+        if "*" in cells_of(name, entry) and (changed := changes(wire, name, entry)):
+            raise Wrong(f"{name}: name its cells, as it changes what is in them, by {', '.join(changed)}")
+        if "serves" in entry:
+            for what, own in streams_in_sources(wire, entry["serves"]).items():
+                if own != (listed := set(streams(wire, name, entry, what))):
+                    raise Wrong(f"{name}.{what} lists {sorted(listed)}, its sources have {sorted(own)}")
     unused = []
     for what in ("publishes", "subscribes"):
         used = {stream for name, entry in table.items() for stream in streams(wire, name, entry, what)}
@@ -166,11 +216,10 @@ def access_control(wire, table):
     rules, policies = [], []
     for name, entry in table.items():
         own = []
-        for what, incoming, outgoing, keys in rules_of(wire, name, entry):
-            for flow, messages in (("ingress", incoming), ("egress", outgoing)):
-                if keys and messages:
-                    rule = {"id": f"{name} {what}, {flow}", "permission": "allow", "flows": [flow]}
-                    own.append(rule | {"messages": messages, "key_exprs": keys})
+        for what, flow, messages, keys in rules_of(wire, name, entry):
+            if keys:
+                rule = {"id": f"{name} {what}, {flow}", "permission": "allow", "flows": [flow]}
+                own.append(rule | {"messages": messages, "key_exprs": keys})
         rules += own
         policies.append({"id": name, "subjects": [name], "rules": [rule["id"] for rule in own]})
     subjects = [{"id": name, "cert_common_names": [name], "link_protocols": ["tls"]} for name in table]
@@ -186,7 +235,7 @@ def access_control(wire, table):
 
 
 def main():
-    wire, table = Wire(WIRE), tomllib.loads((HERE / "access.toml").read_text())
+    wire, table = Wire(WIRE), tomllib.loads(TABLE.read_text())
     check(wire, table)
     made = access_control(wire, table)
     match sys.argv[1:]:
@@ -194,6 +243,8 @@ def main():
             print(json.dumps(made, indent=2))
         case ["--names"]:
             print("\n".join(table))
+        case ["--services"]:
+            print("\n".join(name for name, entry in table.items() if "serves" in entry))
         case ["--check"]:
             print(f"[access] {len(table)} identities, {len(made['access_control']['rules'])} rules")
         case _:

@@ -75,15 +75,25 @@ metrics! {
     PublishedTotal: Counter = "ppnpack_published_total",
         "Messages published. Labels: stream.";
     ReceivedTotal: Counter = "ppnpack_received_total",
-        "Messages received from streams. Labels: stream.";
+        "Messages received from streams. Labels: stream; cell where the newest of one cell is read.";
     CloudsTotal: Counter = "ppnpack_clouds_total",
         "Clouds by what became of them. Labels: fate (mapped, replaced, malformed, late, unserved, failed).";
     DoubtsTotal: Counter = "ppnpack_doubts_total",
         "Heightmaps that nothing is planned on. Labels: cell, kind (of the doubt).";
+    StaleScenesTotal: Counter = "ppnpack_stale_scenes_total",
+        "Plans that failed because no heightmap came that may be planned on. Labels: cell.";
+    DecisionsTotal: Counter = "ppnpack_decisions_total",
+        "Decisions. Labels: cell, is_degraded (true, false).";
+    SessionsEndedTotal: Counter = "ppnpack_sessions_ended_total",
+        "Sessions that came to their end. Labels: cell, end.";
+    OutcomesTotal: Counter = "ppnpack_outcomes_total",
+        "Placements that ended. Labels: cell, kind (of the outcome).";
     OverwrittenTotal: Counter = "ppnpack_overwritten_total",
         "Messages that a newer one replaced before they were read. Labels: stream.";
     Ready: Gauge = "ppnpack_ready",
         "1 while the process is ready, else 0.";
+    CertificateEnds: Gauge = "ppnpack_certificate_ends",
+        "When a certificate of this process ends, in seconds since 1970. Labels: of (certificate, root_ca).";
 }
 
 fn key(metric: Metric, labels: &[(&'static str, &str)]) -> Key {

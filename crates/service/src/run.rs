@@ -20,6 +20,7 @@ use crate::configuration::{
 };
 use crate::error::ServiceError;
 use crate::health::Health;
+use crate::metrics::Metric;
 use crate::process::{Identity, Process, thread};
 use crate::shutdown::Shutdown;
 use crate::supervision::Supervisor;
@@ -173,6 +174,9 @@ fn run_logged<S: ServiceSettings>(
     start: impl FnOnce(&Process, S) -> anyhow::Result<Box<dyn Running>>,
 ) -> anyhow::Result<()> {
     metrics::install()?;
+    for (of, end_s) in configuration.zenoh.tls.ends()? {
+        metrics::gauge(Metric::CertificateEnds, &[("of", of)]).set(end_s as f64);
+    }
     let runtime = runtime()?;
     let shutdown = Shutdown::default();
     let supervisor = Supervisor::new(shutdown.clone());

@@ -127,9 +127,9 @@ impl<M: Message + Name + Default> Latest<M> {
         limit_bytes: usize,
     ) -> Result<Self, ServiceError> {
         let slot = Arc::new(Slot::default());
-        let labels = [("stream", stream.as_str())];
+        let labels @ [of_stream, _] = [("stream", stream.as_str()), ("cell", cell.as_str())];
         let received = metrics::counter(Metric::ReceivedTotal, &labels);
-        let overwritten = metrics::counter(Metric::OverwrittenTotal, &labels);
+        let overwritten = metrics::counter(Metric::OverwrittenTotal, &[of_stream]);
         let callback = {
             let slot = slot.clone();
             move |sample: Sample| {

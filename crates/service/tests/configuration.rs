@@ -119,6 +119,20 @@ fn nothing_given_is_a_client_on_this_machine() {
 }
 
 #[test]
+fn a_link_is_closed_when_its_certificate_ends() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("certificate.pem");
+    std::fs::write(&path, include_str!("certificate.pem")).unwrap();
+    let given = format!("zenoh.tls.certificate={}", path.display());
+    for (assignments, closes) in [(vec![given.as_str()], "true"), (vec![], "null")] {
+        let zenoh = load(None, &[], &assignments).unwrap().zenoh;
+        let zenoh = zenoh.to_zenoh().unwrap();
+        let said = zenoh.get_json("transport/link/tls/close_link_on_expiration");
+        assert_eq!(said.unwrap(), closes);
+    }
+}
+
+#[test]
 fn wrong_settings_are_refused_with_key_and_origin() {
     type Case = (
         Option<&'static str>,

@@ -226,6 +226,30 @@ fn a_process_serves_and_ends_with_0() {
     assert!(alive.wait(soon, |now| now.is_empty()));
 }
 
+#[test]
+fn a_process_tells_when_its_certificates_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("certificate.pem");
+    std::fs::write(&path, include_str!("certificate.pem")).unwrap();
+    let given = ["certificate", "root_ca"].map(|of| format!("zenoh.tls.{of}={}", path.display()));
+    let mut tiny = Tiny::start("tls/127.0.0.1:1", &[&given[0], &given[1]]);
+    let opened = tiny.await_line("admin port open");
+    let metrics = get(opened["address"].as_str().unwrap(), "/metrics").1;
+    for of in ["certificate", "root_ca"] {
+        // As `openssl x509 -enddate` says: 16 July 2051, 14:53:59.
+        let line = format!("ppnpack_certificate_ends{{of=\"{of}\"}} 2573132039");
+        assert!(metrics.contains(&line), "{metrics}");
+    }
+    std::fs::write(&path, "no certificate").unwrap();
+    let output = run(&["--validate-config", "--set", &given[0]]);
+    let error = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(64));
+    assert!(
+        error.contains("zenoh.tls.certificate") && error.contains("is no certificate"),
+        "{error}"
+    );
+}
+
 /// A router at this endpoint.
 fn router(endpoint: &str) -> zenoh::Session {
     let mut config = zenoh::Config::default();

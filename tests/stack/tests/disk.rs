@@ -127,8 +127,14 @@ fn survives(folder: &Path, fault: &str, break_it: impl FnOnce(), mend_it: impl F
     let refused = cell.ask(v1::PlaceRequest::from(&decision)).unwrap_err();
     assert_eq!(refused.status(), Some(Status::Held), "{refused}");
     cell.ask(v1::ResumeRequest::default()).unwrap();
-    let outcome = cell.place(&decision).unwrap();
-    cell.report(&decision, outcome).unwrap();
+    let refused = cell.ask(v1::PlaceRequest::from(&decision)).unwrap_err();
+    assert_eq!(refused.status(), Some(Status::Stale), "{refused}");
+    let not_placed = v1::Outcome {
+        kind: v1::OutcomeKind::NotPlaced.into(),
+        state_number: cell.state().unwrap().state_number,
+        ..v1::Outcome::default()
+    };
+    cell.report(&decision, not_placed).unwrap();
     assert!(cell.step().unwrap().is_some());
     assert_consistent(&cell, "afterwards");
 }

@@ -1,10 +1,12 @@
 //! How Zenoh is reached: `[zenoh]`.
 
+use std::fmt::Display;
 use std::path::PathBuf;
 
 use ppnpack_wire::MAX_CLOUD_BYTES;
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Value, json};
+use x509_parser::pem::Pem;
 
 use super::{ConfigurationError, Secret, check};
 
@@ -172,6 +174,7 @@ impl ZenohSettings {
                 return Err(ConfigurationError::invalid(key, reason));
             }
         }
+        self.tls.ends()?;
         self.to_zenoh().map(drop)
     }
 
@@ -241,6 +244,36 @@ impl ZenohSettings {
 }
 
 impl TlsSettings {
+    /// When the first of the certificates of each file ends, in seconds since 1970, with the name of the setting.
+    ///
+    /// # Errors
+    /// [`ConfigurationError::Invalid`] where a file has no certificate.
+    pub(crate) fn ends(&self) -> Result<Vec<(&'static str, i64)>, ConfigurationError> {
+        let files = [
+            ("certificate", &self.certificate),
+            ("root_ca", &self.root_ca),
+        ];
+        let given = files
+            .into_iter()
+            .filter_map(|(name, path)| Some((name, path.as_ref()?)));
+        let ends = given.map(|(name, path)| {
+            let refused = |reason: &dyn Display| {
+                let reason = format!("{} is no certificate: {reason}", path.display());
+                ConfigurationError::invalid(format!("zenoh.tls.{name}"), reason)
+            };
+            let text = std::fs::read(path).map_err(|error| refused(&error))?;
+            let ends = Pem::iter_from_buffer(&text).map(|pem| {
+                let pem = pem.map_err(|error| refused(&error))?;
+                let certificate = pem.parse_x509().map_err(|error| refused(&error))?;
+                Ok(certificate.validity().not_after.timestamp())
+            });
+            let ends: Vec<i64> = ends.collect::<Result<_, _>>()?;
+            let first = ends.into_iter().min();
+            Ok((name, first.ok_or_else(|| refused(&"it is empty"))?))
+        });
+        ends.collect()
+    }
+
     fn entries(&self) -> impl Iterator<Item = Entry> {
         let is_mutual = self.certificate.as_ref().map(|_| true);
         let entries = [
@@ -252,6 +285,8 @@ impl TlsSettings {
                 json!(self.certificate),
             ),
             ("certificate", "enable_mtls", json!(is_mutual)),
+            // Who could not connect any more does not stay connected either.
+            ("certificate", "close_link_on_expiration", json!(is_mutual)),
             ("private_key", "listen_private_key", json!(self.private_key)),
             (
                 "private_key",

@@ -12,8 +12,6 @@ mod cell;
 mod debug_scene;
 mod desk;
 mod journal;
-mod ledger;
-mod message;
 pub mod robot;
 mod runner;
 mod settings;

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use ppnpack_service::ServiceError;
+use ppnpack_service::metrics::{self, Metric};
 use ppnpack_service::process::Process;
 use ppnpack_service::stream::Publisher;
 use ppnpack_wire::keys::{Cell, Stream};
@@ -10,12 +11,13 @@ use ppnpack_wire::v1;
 
 use crate::Settings;
 use crate::debug_scene::DebugScene;
-use crate::ledger::{Ledger, Record};
-use crate::message;
 use crate::robot::Robot;
+use ppnpack_protocol::ledger::{Ledger, Record};
+use ppnpack_protocol::message;
 
 /// Publishes states and outcomes.
 pub(crate) struct Streams {
+    cell: Cell,
     states: Publisher<v1::CellState>,
     outcomes: Publisher<v1::Outcome>,
     debug_scene: Option<DebugScene>,
@@ -32,9 +34,14 @@ impl Streams {
         robot: &dyn Robot,
         settings: &Settings,
     ) -> Result<Self, ServiceError> {
+        // From 0, so that the first of a kind is an increase.
+        for kind in (1..).map_while(|kind| v1::OutcomeKind::try_from(kind).ok()) {
+            count_outcomes(cell, kind, 0);
+        }
         let has_debug_streams = settings.debug_streams;
         let debug_scene = has_debug_streams.then(|| DebugScene::new(process, cell, robot));
         Ok(Self {
+            cell: cell.clone(),
             states: Publisher::new(process, cell, Stream::State)?,
             outcomes: Publisher::new(process, cell, Stream::Outcome)?,
             debug_scene: debug_scene.transpose()?,
@@ -80,8 +87,14 @@ impl Streams {
 
     /// Publishes how a placement ended.
     pub(crate) fn tell_outcome(&self, outcome: &v1::Outcome) {
+        count_outcomes(&self.cell, outcome.kind(), 1);
         warn(self.outcomes.put(outcome));
     }
+}
+
+fn count_outcomes(cell: &Cell, kind: v1::OutcomeKind, count: u64) {
+    let labels = [("cell", cell.as_str()), ("kind", kind.as_str_name())];
+    metrics::counter(Metric::OutcomesTotal, &labels).increment(count);
 }
 
 /// Nothing depends on a stream: what it says can be asked for.

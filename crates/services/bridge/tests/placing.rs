@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 use common::{PATIENCE, Rig, cell, deadline, place, renew};
 use ppnpack_bridge::simulated::SimulatedSettings;
 use ppnpack_service::Running;
+use ppnpack_service::metrics;
 use ppnpack_service::rpc::CallError;
 use ppnpack_service::stream::Latest;
 use ppnpack_wire::convert;
@@ -50,6 +51,29 @@ fn a_placement_is_carried_out_and_its_outcome_told() {
     assert_eq!(
         after.bodies[0].container_from_item,
         outcome.container_from_item
+    );
+}
+
+#[test]
+fn outcomes_are_counted_by_cell() {
+    metrics::install().unwrap();
+    let rig = Rig::simulated(SimulatedSettings::default());
+    let line = r#"ppnpack_outcomes_total{cell="cell-1",kind="OUTCOME_KIND_PLACED"}"#;
+    let lost = r#"ppnpack_outcomes_total{cell="cell-1",kind="OUTCOME_KIND_LOST"} 0"#;
+    let text = metrics::render();
+    assert!(
+        text.contains(&format!("{line} 0\n")) && text.contains(lost),
+        "{text}"
+    );
+    let state = rig.controller.state_number();
+    rig.controller.place(place("p1", state, 0.16));
+    rig.controller.outcome("p1");
+    // Counted before the new state is told.
+    assert_eq!(rig.controller.state_number(), state + 1);
+    let text = metrics::render();
+    assert!(
+        text.contains(&format!("{line} 1\n")) && text.contains(lost),
+        "{text}"
     );
 }
 

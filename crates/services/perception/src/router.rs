@@ -15,7 +15,7 @@ use crate::room::{Budget, Held, Room};
 use crate::sensors::Sensors;
 use crate::settings::Settings;
 
-/// The most cells that one process serves.
+/// The most cells that one process serves, those that are listed among them.
 pub(crate) const MAX_CELLS: usize = 64;
 
 /// The latest clouds of a cell, by the indices of their sensors.
@@ -132,11 +132,16 @@ impl Router {
 
     /// Has the actor of a cell begin. What takes time is left to it.
     fn begin(&self, open: &Open, cell: &Cell) -> Result<Route, String> {
-        if open.routes.len() >= MAX_CELLS {
-            return Err(format!("{MAX_CELLS} cells are served already"));
-        }
         if self.settings.grid_of(cell).is_none() {
             return Err("it is not among the cells served".to_owned());
+        }
+        // Those that are listed always find room, whatever cells a sensor names.
+        let is_unlisted = |cell: &Cell| !self.settings.cells.contains_key(cell.as_str());
+        let most = MAX_CELLS.saturating_sub(self.settings.cells.len());
+        if is_unlisted(cell) && open.routes.keys().filter(|own| is_unlisted(own)).count() >= most {
+            return Err(format!(
+                "{most} cells that are not listed are served already"
+            ));
         }
         let (actor, mailbox) = actor::mailbox(1);
         let clouds = LatestValues::new(&actor);
@@ -163,6 +168,24 @@ impl Router {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_sensor_of_many_cells_leaves_those_that_are_listed_their_room() {
+        let counts = Arc::new(Counts::new());
+        let (address, mailbox) = actor::mailbox(MAX_CELLS);
+        let mut settings = Settings::default();
+        let grid = settings.grid.clone();
+        settings.cells.insert("listed".to_owned(), grid);
+        let router = Router::new(&settings, address, Arc::clone(&counts));
+        for number in 0..MAX_CELLS {
+            let cell = Cell::new(&format!("c{number}")).unwrap();
+            router.route(&cell, v1::PointCloud::default());
+        }
+        assert_eq!(counts.of(Fate::Unserved), 1);
+        router.route(&Cell::new("listed").unwrap(), v1::PointCloud::default());
+        assert_eq!(counts.of(Fate::Unserved), 1);
+        assert_eq!(mailbox.take_waiting().count(), MAX_CELLS);
+    }
 
     #[test]
     fn a_cell_whose_actor_could_not_begin_begins_anew_with_its_next_cloud() {

@@ -13,6 +13,7 @@ use ppnpack_wire::keys::Cell;
 use serde::{Deserialize, Serialize};
 
 use crate::ros::settings::{self as ros, RosCamera};
+use crate::router::MAX_CELLS;
 use crate::sensors::Sensors;
 use crate::tray::settings::TraySettings;
 
@@ -165,6 +166,7 @@ impl ServiceSettings for Settings {
             validate_grid(grid, &self.mapper).map_err(|error| format!("cells.{name}: {error}"))?;
         }
         validate_grid(&self.grid, &self.mapper).map_err(|error| format!("grid: {error}"))?;
+        in_range("the number of cells", self.cells.len(), 0..=MAX_CELLS)?;
         if self.cells.is_empty() && !self.has_unlisted_cells {
             return Err(
                 "no cell is served: list one in cells, or set has_unlisted_cells".to_owned(),

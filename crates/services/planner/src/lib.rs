@@ -8,7 +8,6 @@ mod objects;
 mod planning;
 mod remote;
 mod scenes;
-mod session;
 mod settings;
 mod store;
 

@@ -10,8 +10,8 @@ use ppnpack_wire::{WireError, header};
 
 use super::Desk;
 use crate::journal::JournalError;
-use crate::ledger::{Change, Record};
 use crate::runner::Job;
+use ppnpack_protocol::ledger::{Change, Record};
 
 /// The most items that one request may say were taken out.
 const MOST_REMOVED: usize = 1_000;
@@ -31,7 +31,7 @@ impl Desk {
         if *is_aborting && let Some(break_off) = &self.break_off {
             break_off.request();
         }
-        if let Err(error) = self.hold_for(&reason) {
+        if let Err(error) = self.hold_with(self.ledger.hold(&reason)) {
             let message = format!("the cell is held, but a restart would forget it: {error}");
             return incoming.refuse(Status::Unavailable, message);
         }
@@ -43,9 +43,9 @@ impl Desk {
     }
 
     /// Holds the cell, also where that cannot be written down.
-    fn hold_for(&mut self, reason: &str) -> Result<(), JournalError> {
+    fn hold_with(&mut self, change: Change) -> Result<(), JournalError> {
+        let reason = change.head.hold.as_deref();
         tracing::warn!(reason, "the cell is held");
-        let change = self.ledger.hold(reason);
         let written = self.commit(change.clone());
         if written.is_err() {
             self.ledger.apply(change);
@@ -80,7 +80,7 @@ impl Desk {
             placement.placement_id,
             self.overdue.as_secs_f64()
         );
-        if let Err(error) = self.hold_for(&reason) {
+        if let Err(error) = self.hold_with(self.ledger.hold_besides(&reason)) {
             tracing::error!(%error, "a restart would forget that the cell is held");
         }
     }
@@ -90,6 +90,9 @@ impl Desk {
             return incoming.refuse(Status::Unavailable, error.to_string());
         }
         tracing::info!("the cell goes on");
+        if self.ledger.under_way().is_none() {
+            self.send(Job::Show(self.ledger.head().state_number));
+        }
         let reply = v1::ResumeReply {
             header: None,
             state: Some(self.streams.state_of(&self.ledger)),

@@ -20,11 +20,11 @@ use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, Status};
 
 use crate::journal::{CellJournal, JournalError};
-use crate::ledger::{Change, Ledger, Record};
 use crate::robot::{Body, Ending, Finding, RobotError};
 use crate::runner::Job;
 use crate::streams::Streams;
 pub(crate) use opening::open;
+use ppnpack_protocol::ledger::{Change, Ledger, Record};
 pub(crate) use reach::Reach;
 
 /// Requests that wait for the end of a placement at most.

@@ -9,8 +9,8 @@ use ppnpack_wire::v1::Status;
 
 use super::{Message, RETRY_AFTER};
 use crate::journal::{CellJournal, JournalError};
-use crate::ledger::Ledger;
 use crate::robot::Robot;
+use ppnpack_protocol::ledger::Ledger;
 
 /// Reads the ledger of a cell, settles what was cut off, and has the robot go on from there. Until the journal can be
 /// read and written, requests are refused. `None` where the end is asked for before that.

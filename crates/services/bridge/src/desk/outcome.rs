@@ -5,9 +5,9 @@ use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{header, rpc};
 
 use super::Desk;
-use crate::ledger::Outcome;
-use crate::message;
 use crate::robot::Placement;
+use ppnpack_protocol::ledger::Outcome;
+use ppnpack_protocol::message;
 
 impl Desk {
     pub(super) fn outcome(&mut self, incoming: Incoming<v1::OutcomeRequest>) {

@@ -5,10 +5,10 @@ use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, Status};
 
 use super::Desk;
-use crate::ledger::{PlacementVerdict, Record};
-use crate::message;
 use crate::robot::Placement;
 use crate::runner::Job;
+use ppnpack_protocol::ledger::{PlacementVerdict, Record};
+use ppnpack_protocol::message;
 
 impl Desk {
     pub(super) fn place(&mut self, incoming: Incoming<v1::PlaceRequest>) {

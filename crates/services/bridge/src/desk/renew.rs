@@ -5,8 +5,8 @@ use ppnpack_wire::v1::{self, Status};
 
 use super::Desk;
 use super::place::refuse_held;
-use crate::ledger::RenewalVerdict;
 use crate::runner::Job;
+use ppnpack_protocol::ledger::RenewalVerdict;
 
 impl Desk {
     pub(super) fn renew(&mut self, incoming: Incoming<v1::RenewRequest>) {

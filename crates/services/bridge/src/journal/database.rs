@@ -12,8 +12,8 @@ use redb::{
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::ledger::{Change, Head, Ledger, Record};
 use crate::robot::Body;
+use ppnpack_protocol::ledger::{Change, Head, Ledger, Record};
 
 /// Per cell: its [`Head`]. The names of the tables count the versions of what is in them.
 const HEADS: TableDefinition<&str, &[u8]> = TableDefinition::new("heads-2");

@@ -7,15 +7,15 @@ use std::fs;
 
 use nalgebra::Isometry3;
 use ppnpack_packing::motion::{Cycle, JointPoint, Leg, LegKind};
+use ppnpack_protocol::ledger::{Head, Outcome, PlacementVerdict, Record};
+use ppnpack_protocol::placing::{Body, Placement};
 use ppnpack_service::Health;
 use redb::TableDefinition;
 use serde::Serialize;
 use tempfile::TempDir;
 
+use super::tests::{body, placed};
 use super::*;
-use crate::ledger::tests::{body, placed};
-use crate::ledger::{Head, Outcome, PlacementVerdict, Record};
-use crate::robot::{Body, Placement};
 
 /// The cell in each of them.
 const CELL: &str = "cell-1";

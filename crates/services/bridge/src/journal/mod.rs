@@ -6,7 +6,7 @@
 //!
 //! A file that is damaged is put aside under a new name, for people to look at, and a new one begun. With it goes the
 //! knowledge of which placements were executed; so that none is executed again, a cell without a ledger begins at a
-//! state number that no placement was planned on (see [`ledger`](crate::ledger)). The container of a simulated cell
+//! state number that no placement was planned on (see [`ledger`](ppnpack_protocol::ledger)). The container of a simulated cell
 //! is empty then; a real one has to be seen again. Commits are made in two phases, so that damage is never taken for a
 //! crash, after which the commit before the last would count.
 
@@ -22,7 +22,7 @@ use ppnpack_wire::keys::Cell;
 use redb::Database;
 
 use self::database::Fault;
-use crate::ledger::{Change, Ledger};
+use ppnpack_protocol::ledger::{Change, Ledger};
 
 /// Opens the database: the file, or what a test has in its place.
 type Open = Box<dyn Fn() -> Result<Database, Fault> + Send + Sync>;
@@ -142,7 +142,7 @@ impl CellJournal {
     /// The ledger of the cell as it was written down; a new one where there is none.
     pub(crate) fn load(&mut self) -> Result<Ledger, JournalError> {
         let Some(journal) = &self.journal else {
-            return Ok(Ledger::new());
+            return Ok(Ledger::without_past());
         };
         let (known, generation) = journal.with(|database, generation| {
             let known = database::load(database, self.cell.as_str())?;
@@ -151,7 +151,7 @@ impl CellJournal {
         self.generation = generation;
         Ok(known.unwrap_or_else(|| {
             tracing::info!(cell = %self.cell, "the journal knows nothing of the cell: it begins empty");
-            Ledger::new()
+            Ledger::without_past()
         }))
     }
 

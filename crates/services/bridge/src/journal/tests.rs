@@ -1,12 +1,41 @@
 use std::io::{Error, ErrorKind};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use nalgebra::Isometry3;
+use ppnpack_protocol::ledger::{Outcome, PlacementVerdict};
+use ppnpack_protocol::placing::{Body, Ending, Finding, Placement};
 use ppnpack_service::Health;
 use redb::{Builder, StorageBackend};
 
 use super::*;
-use crate::ledger::tests::{body, placed, placement};
-use crate::ledger::{Outcome, PlacementVerdict};
+
+fn placement(id: &str, state_number: u64) -> Placement {
+    Placement {
+        placement_id: id.to_owned(),
+        item_id: format!("item-{id}"),
+        object: "box".to_owned(),
+        container_from_item: Isometry3::translation(0.1, 0.2, 0.3),
+        state_number,
+        cycle: None,
+    }
+}
+
+pub(super) fn placed() -> Finding {
+    Finding {
+        container_from_item: Some(Isometry3::translation(0.1, 0.2, 0.25)),
+        is_inside: true,
+        ..Finding::failed(Ending::Placed, "")
+    }
+}
+
+pub(super) fn body(item_id: &str) -> Body {
+    Body {
+        item_id: item_id.to_owned(),
+        object: "box".to_owned(),
+        container_from_item: Isometry3::translation(0.1, 0.2, 0.25),
+        is_inside: true,
+    }
+}
 
 /// A disk in memory that can be full.
 #[derive(Debug, Clone, Default)]

@@ -16,8 +16,8 @@ use super::decide::Decided;
 use super::poses::PossiblePoses;
 use super::refusal::Refusal;
 use super::{CellPlanner, Message};
-use crate::session::{ItemState, Session, SessionItem, message};
 use crate::settings::set_aside_in_range;
+use ppnpack_protocol::session::{ItemState, Session, SessionItem, message};
 
 /// Regions that one session keeps free at most.
 const MAX_REGIONS: usize = 256;
@@ -87,9 +87,12 @@ impl CellPlanner {
                 request.least_state_number,
                 self.read_set_aside(request.set_aside)?,
             );
-            let session = self
+            let mut session = self
                 .session
                 .followed_by(session, request.gives_up_pending)?;
+            if !self.session.is_settled() {
+                session.needs_state(self.void_decisions(incoming.deadline())?);
+            }
             let saved = self.shared.store.begin(&self.cell, &session);
             self.saved(saved)?;
             self.session = session;
@@ -320,7 +323,15 @@ impl CellPlanner {
         incoming: &Incoming<v1::AutomaticRequest>,
     ) -> Result<v1::AutomaticReply, Refusal> {
         let is_automatic = incoming.message().is_automatic;
-        self.change(|session| session.set_automatic(is_automatic))?;
+        // Whoever acknowledges a failure has looked, and may have had a hand in the cell.
+        let changed = match is_automatic && self.session.has_failed() {
+            true => self.void_decisions(incoming.deadline())?,
+            false => None,
+        };
+        self.change(|session| {
+            session.needs_state(changed);
+            session.set_automatic(is_automatic)
+        })?;
         Ok(v1::AutomaticReply {
             session: Some(self.message()),
             ..v1::AutomaticReply::default()

@@ -5,14 +5,15 @@
 
 use std::time::{Duration, Instant};
 
+use ppnpack_protocol::pursuit::{self, Next};
+use ppnpack_protocol::session::{End, Session};
 use ppnpack_service::rpc::CallError;
 use ppnpack_wire::rpc::Request;
-use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
+use ppnpack_wire::v1::{self, OutcomeKind, Status};
 
 use super::CellPlanner;
 use super::decide::Decided;
 use super::refusal::Refusal;
-use crate::session::{End, Session};
 
 /// How long planning one step may take, with the wait for a heightmap.
 const PLAN_LIMIT: Duration = Duration::from_secs(2);
@@ -153,31 +154,45 @@ impl CellPlanner {
     }
 
     fn place(&mut self, decision: &v1::Decision) -> Result<(), Refusal> {
-        match self.ask_bridge(v1::PlaceRequest::from(decision), BRIDGE_LIMIT) {
-            Ok(reply) => {
-                if let Some(placing) = &mut self.automatic.placing {
-                    placing.is_accepted = true;
-                    placing.asked = Instant::now();
-                }
-                self.look_at(decision, reply.execution.as_ref())
+        let answer = self.ask_bridge(v1::PlaceRequest::from(decision), BRIDGE_LIMIT);
+        if let (Ok(_), Some(placing)) = (&answer, &mut self.automatic.placing) {
+            placing.is_accepted = true;
+            placing.asked = Instant::now();
+        }
+        if let Err(error) = &answer
+            && error.status() == Some(Status::Held)
+        {
+            tracing::info!(cell = %self.cell, reason = %error, "waiting until the cell is resumed");
+            self.automatic.is_held = true;
+        }
+        let answer = answer.map(|reply| reply.execution);
+        self.go_on_with(decision, &answer, pursuit::after_place)
+    }
+
+    /// Does what comes next about a decision by what the bridge answered.
+    fn go_on_with(
+        &mut self,
+        decision: &v1::Decision,
+        answer: &Result<Option<v1::Execution>, CallError>,
+        next: impl FnOnce(pursuit::Answer<'_>) -> Next,
+    ) -> Result<(), Refusal> {
+        let refused = answer.as_ref().err();
+        let refused = refused.map_or_else(String::new, ToString::to_string);
+        match next(answer.as_ref().map(Option::as_ref).map_err(status)) {
+            Next::Wait => Ok(()),
+            Next::Settle(outcome) => {
+                self.settle(&decision.item_id, &decision.decision_id, &outcome)
             }
-            // Nobody knows what is done in the cell until it goes on: then it is seen and planned anew.
-            Err(error) if error.status() == Some(Status::Held) => {
-                tracing::info!(cell = %self.cell, reason = %error, "waiting until the cell is resumed");
-                self.automatic.is_held = true;
-                self.settle_here(decision, OutcomeKind::NotPlaced, &error.to_string())
+            Next::SettleAs(kind) => self.settle_here(decision, kind, &refused),
+            Next::PlaceAgain => {
+                self.automatic.placing = None;
+                Ok(())
             }
-            Err(error) if error.status() == Some(Status::Stale) => {
-                let why = "the container changed before the placement began";
-                self.settle_here(decision, OutcomeKind::NotPlaced, why)
+            Next::AskAgain => Err(Refusal::unavailable(format_args!("bridge: {refused}"))),
+            Next::GiveUp => {
+                let failure = format!("the bridge refuses the placement: {refused}");
+                self.finish(End::Failed(failure))
             }
-            Err(error) if error.status() == Some(Status::Forgotten) => {
-                self.settle_here(decision, OutcomeKind::Unknown, &error.to_string())
-            }
-            Err(error) if is_final(&error) => self.finish(End::Failed(format!(
-                "the bridge refuses the placement: {error}"
-            ))),
-            Err(error) => Err(silent(&error)),
         }
     }
 
@@ -205,22 +220,10 @@ impl CellPlanner {
         failure: &str,
     ) -> Result<(), Refusal> {
         let asked = self.ask_bridge(v1::CellStateRequest::default(), BRIDGE_LIMIT);
-        let reply = asked.map_err(|error| silent(&error))?;
-        let state = reply.state.unwrap_or_default();
-        // A bridge that does not know all since then, or does not say so, as older ones do not, may have done it and forgotten.
-        let is_known = (1..=decision.state_number).contains(&state.first_state_number);
-        let kind = match kind {
-            OutcomeKind::NotPlaced if !is_known => OutcomeKind::Unknown,
-            kind => kind,
-        };
-        let outcome = v1::Outcome {
-            placement_id: decision.decision_id.clone(),
-            item_id: decision.item_id.clone(),
-            kind: kind.into(),
-            failure: failure.to_owned(),
-            state_number: state.state_number,
-            ..v1::Outcome::default()
-        };
+        let silent = |error| Refusal::unavailable(format_args!("bridge: {error}"));
+        let state = asked.map_err(silent)?.state.unwrap_or_default();
+        let kind = pursuit::as_known(kind, decision, &state);
+        let outcome = pursuit::settled_as(decision, kind, failure, state.state_number);
         self.automatic.placing = None;
         self.enter_outcome(&decision.decision_id, &outcome)
     }
@@ -238,30 +241,9 @@ impl CellPlanner {
             placement_id: decision.decision_id.clone(),
             ..v1::OutcomeRequest::default()
         };
-        match self.ask_bridge(request, BRIDGE_LIMIT / 10) {
-            Ok(reply) => self.look_at(decision, reply.execution.as_ref()),
-            // A bridge that lost the placement never carried it out under this id: it may be sent again.
-            Err(error) if error.status() == Some(Status::NotFound) => {
-                self.automatic.placing = None;
-                Ok(())
-            }
-            // The robot still moves; whichever of the two clocks said so first.
-            Err(CallError::TimedOut) => Ok(()),
-            Err(error) if error.status() == Some(Status::TimedOut) => Ok(()),
-            Err(error) => Err(silent(&error)),
-        }
-    }
-
-    fn look_at(
-        &mut self,
-        decision: &v1::Decision,
-        execution: Option<&v1::Execution>,
-    ) -> Result<(), Refusal> {
-        let ended = execution.filter(|execution| execution.phase() == ExecutionPhase::Ended);
-        match ended.and_then(|execution| execution.outcome.as_ref()) {
-            Some(outcome) => self.settle(&decision.item_id, &decision.decision_id, outcome),
-            None => Ok(()),
-        }
+        let answer = self.ask_bridge(request, BRIDGE_LIMIT / 10);
+        let answer = answer.map(|reply| reply.execution);
+        self.go_on_with(decision, &answer, pursuit::after_outcome)
     }
 
     /// The bridge told of an outcome by itself.
@@ -306,15 +288,10 @@ impl CellPlanner {
     }
 }
 
-/// The bridge did not answer.
-fn silent(error: &CallError) -> Refusal {
-    Refusal::unavailable(format_args!("bridge: {error}"))
-}
-
-/// Whether asking again cannot help.
-fn is_final(error: &CallError) -> bool {
-    matches!(
-        error.status(),
-        Some(Status::Invalid | Status::NotFound | Status::Conflict)
-    )
+/// As what the bridge refused; `None` where it did not answer in time.
+fn status(error: &CallError) -> Option<Status> {
+    match error {
+        CallError::TimedOut => Some(Status::TimedOut),
+        _ => error.status(),
+    }
 }

@@ -9,7 +9,7 @@ use ppnpack_packing::model::Model;
 use ppnpack_wire::{convert, v1};
 
 use super::CellPlanner;
-use crate::session::{ItemState, SessionItem};
+use ppnpack_protocol::session::{ItemState, SessionItem};
 
 impl CellPlanner {
     /// What lies in the container: where the bridge knows it, else where the session last knew each packed item. `None`

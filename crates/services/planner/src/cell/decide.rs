@@ -13,11 +13,12 @@ use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
 
 use super::CellPlanner;
+use super::counts;
 use super::footprint::footprint;
 use super::refusal::Refusal;
 use crate::planning::Step;
 use crate::scenes::Seen;
-use crate::session::{ItemState, SessionItem};
+use ppnpack_protocol::session::{ItemState, SessionItem};
 
 /// What planning a step led to.
 pub(crate) enum Decided {
@@ -121,6 +122,7 @@ impl CellPlanner {
         decision
             .stages
             .push(header::stage("save", saving.elapsed()));
+        counts::decisions(&self.cell, !decision.degraded.is_empty(), 1);
         self.will_inspect(&decision, &prepared.seen.scene);
         self.news.decisions.push(decision.clone());
         Ok(Decided::Decision(Box::new(decision)))

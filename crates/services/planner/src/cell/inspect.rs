@@ -12,7 +12,7 @@ use ppnpack_wire::convert;
 use ppnpack_wire::v1::{self, InspectionKind, OutcomeKind, Status};
 
 use super::{CellPlanner, Message};
-use crate::session::End;
+use ppnpack_protocol::session::End;
 
 /// How long one attempt waits for a heightmap that shows the placement.
 const SCENE_LIMIT: Duration = Duration::from_millis(300);

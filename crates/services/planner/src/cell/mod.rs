@@ -3,7 +3,9 @@
 mod answers;
 mod automatic;
 mod content;
+mod counts;
 mod decide;
+mod fence;
 mod footprint;
 mod inspect;
 mod poses;
@@ -32,11 +34,11 @@ use ppnpack_wire::v1;
 use crate::objects::{Object, Objects};
 use crate::planning::{Helpers, Planning};
 use crate::scenes::{SceneLimits, Scenes};
-use crate::session::{Session, SessionError, SessionItem};
 use crate::settings::CellSettings;
 use crate::store::{Store, StoreError};
 use automatic::Automatic;
 use inspect::ToInspect;
+use ppnpack_protocol::session::{Session, SessionError, SessionItem};
 use refusal::Refusal;
 
 /// How long the actor sleeps at most, so that a lost message of the bridge is made up for.
@@ -150,6 +152,7 @@ impl CellPlanner {
         // What was done last, before this process was there, may not be in a picture that was on its way.
         scenes.changed();
         let session = shared.store.session(cell).map_err(ServiceError::start)?;
+        counts::begin(cell);
         Ok(Self {
             cell: cell.clone(),
             settings: settings.clone(),
@@ -196,7 +199,11 @@ impl CellPlanner {
         }
         let saved = self.shared.store.save(&self.cell, &next, shapes);
         self.saved(saved)?;
+        let had_ended = self.session.has_ended();
         self.session = next;
+        if self.session.has_ended() && !had_ended {
+            counts::sessions_ended(&self.cell, self.message().end(), 1);
+        }
         self.news.is_session_new = true;
         Ok(())
     }

@@ -3,8 +3,8 @@
 use ppnpack_wire::WireError;
 use ppnpack_wire::v1::Status;
 
-use crate::session::SessionError;
 use crate::store::StoreError;
+use ppnpack_protocol::session::SessionError;
 
 /// Why a request is not carried out.
 #[derive(Debug)]

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use ppnpack_wire::v1;
 
 use super::CellPlanner;
+use super::counts;
 use super::refusal::Refusal;
 use crate::scenes::Seen;
 
@@ -23,6 +24,7 @@ impl CellPlanner {
         let least = self.session.least_state_number();
         loop {
             let seen = self.scenes.current(least, deadline);
+            let seen = seen.inspect_err(|_| counts::stale_scenes(&self.cell, 1));
             let mut seen = seen.map_err(Refusal::unavailable)?;
             if seen.state_number != 0 {
                 return Ok(seen);

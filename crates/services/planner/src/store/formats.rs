@@ -4,12 +4,12 @@
 
 use std::fs;
 
+use ppnpack_protocol::session::ItemState;
 use redb::{ReadableDatabase, TableDefinition};
 use tempfile::TempDir;
 
 use super::tests::{cell, folder, item, open, shape};
 use super::*;
-use crate::session::ItemState;
 
 /// A session of the first version: of one item that was packed, one that is decided on and two that wait.
 fn first() -> v1::Session {
@@ -181,7 +181,8 @@ fn assert_goes_on(path: &Path, expected: v1::Session) {
             let known = store.shape(&a, ItemId::of(&shape(side))).unwrap();
             assert_eq!(known, Some(shape(side)));
         }
-        let waiting = |item: &&crate::session::SessionItem| item.state == ItemState::Waiting;
+        let waiting =
+            |item: &&ppnpack_protocol::session::SessionItem| item.state == ItemState::Waiting;
         assert_eq!(session.items().iter().filter(waiting).count(), 2 + round);
         let new = item(&format!("new-{round}"), &shape(5 + round));
         session.announce(vec![new]).unwrap();

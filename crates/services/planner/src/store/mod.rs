@@ -16,6 +16,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use ppnpack_protocol::session::Session;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
@@ -23,7 +24,6 @@ use prost::Message;
 use redb::Database;
 
 use self::database::{Change, Fault, Kept};
-use crate::session::Session;
 
 /// Why the store did not do what was asked.
 #[derive(Debug, thiserror::Error)]

@@ -2,12 +2,12 @@ use std::fs;
 
 use nalgebra::Vector3;
 use ppnpack_packing::item::{Item, ViewSurfaces};
+use ppnpack_protocol::session::{ItemState, Lying, Rules, SessionItem};
 use ppnpack_wire::convert;
 use redb::TableDefinition;
 use tempfile::TempDir;
 
 use super::*;
-use crate::session::{ItemState, Lying, Rules, SessionItem};
 
 /// Room for all shapes here.
 const ENOUGH: u64 = 1 << 20;

@@ -10,7 +10,7 @@ use super::{End, ItemState, Lying, Rules, Session, SessionItem};
 
 impl Session {
     /// The session as a message; `buffer` is how many of its waiting items may be chosen from.
-    pub(crate) fn to_message(&self, buffer: usize) -> v1::Session {
+    pub fn to_message(&self, buffer: usize) -> v1::Session {
         let (end, reasons, failure) = match &self.end {
             None => (v1::SessionEnd::Unspecified, Vec::new(), String::new()),
             Some(End::AllPacked) => (v1::SessionEnd::AllPacked, Vec::new(), String::new()),
@@ -43,7 +43,7 @@ impl Session {
     }
 
     /// The session of a message.
-    pub(crate) fn from_message(message: v1::Session) -> Result<Self, WireError> {
+    pub fn from_message(message: v1::Session) -> Result<Self, WireError> {
         let known = v1::SessionEnd::try_from(message.end);
         let end = known.map_err(|_| {
             let reason = "it is none that this version knows: a newer one wrote it";
@@ -84,7 +84,7 @@ fn count(number: u32) -> usize {
 }
 
 /// A region of a message.
-pub(crate) fn read_region(region: &v1::Region) -> BlockedRegion {
+pub fn read_region(region: &v1::Region) -> BlockedRegion {
     BlockedRegion {
         x_min_m: region.x_min_m,
         y_min_m: region.y_min_m,
@@ -103,7 +103,7 @@ fn write_region(region: &BlockedRegion) -> v1::Region {
 }
 
 /// The rules of a message; none where it has none.
-pub(crate) fn read_rules(rules: Option<&v1::ItemRules>) -> Rules {
+pub fn read_rules(rules: Option<&v1::ItemRules>) -> Rules {
     rules.map_or_else(Rules::default, |rules| Rules {
         is_fragile: rules.is_fragile,
         is_bottom_only: rules.is_bottom_only,
@@ -115,7 +115,7 @@ pub(crate) fn read_rules(rules: Option<&v1::ItemRules>) -> Rules {
 const SAME_ORIGIN_M: f64 = 1e-6;
 
 /// How an item lies, by the poses of its announcement.
-pub(crate) fn read_lying(
+pub fn read_lying(
     heightmap_from_item: Option<&v1::Pose>,
     waits_at: Option<&v1::Pose>,
 ) -> Result<Lying, WireError> {

@@ -1,46 +1,57 @@
 //! The items of a session.
 
 use nalgebra::Isometry3;
-pub(crate) use ppnpack_packing::candidate::{Lying, Rules};
+pub use ppnpack_packing::candidate::{Lying, Rules};
 use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{convert, v1};
 
 /// An item of a session.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct SessionItem {
-    pub(crate) item_id: String,
-    pub(crate) object: String,
-    pub(crate) shape: ItemId,
-    pub(crate) rules: Rules,
+pub struct SessionItem {
+    /// Names the item.
+    pub item_id: String,
+    /// What it is.
+    pub object: String,
+    /// Its heightmaps.
+    pub shape: ItemId,
+    /// What has to be respected.
+    pub rules: Rules,
     /// As it was announced.
-    pub(crate) lying: Lying,
+    pub lying: Lying,
     /// In how many resting poses it may be packed at most; at least one.
-    pub(crate) poses: usize,
+    pub poses: usize,
     /// The numbers of those in which it may be packed, by increasing number; where there are none, the first `poses`.
-    pub(crate) allowed_poses: Vec<usize>,
-    pub(crate) state: ItemState,
+    pub allowed_poses: Vec<usize>,
+    /// Where it is on its way.
+    pub state: ItemState,
     /// How it was found after it was placed, where that was looked at.
-    pub(crate) inspection: Option<v1::Inspection>,
+    pub inspection: Option<v1::Inspection>,
 }
 
 /// Where an item is on its way into the container.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum ItemState {
+pub enum ItemState {
+    /// It can be chosen.
     Waiting,
+    /// It is on its way by the pending decision.
     Decided,
+    /// It is in the container.
     Packed {
+        /// Where it was planned to be, on the grid.
         placement: RestingPlacement,
         /// In which of its resting poses.
         pose: usize,
-        /// Where it was planned to be, and where it is by what was reported.
+        /// Where its own frame was planned to be.
         planned: Isometry3<f64>,
+        /// Where it is, by what was reported and found.
         container_from_item: Isometry3<f64>,
         /// The planned time of the arm's cycle, in seconds, where the cell has one.
         cycle_s: Option<f64>,
     },
     /// Lost, or in an unknown place.
     Gone,
+    /// It was taken out before it was decided on.
     Withdrawn,
     /// Left for the next container.
     SetAside {
@@ -53,7 +64,7 @@ pub(crate) enum ItemState {
 
 impl SessionItem {
     /// Enters how it was found: where it is, or that it is gone. Says whether it was packed.
-    pub(crate) fn inspected(&mut self, inspection: v1::Inspection) -> bool {
+    pub fn inspected(&mut self, inspection: v1::Inspection) -> bool {
         let found = inspection.container_from_item.as_ref();
         let found = found.and_then(|pose| convert::pose::read_required("pose", Some(pose)).ok());
         match &mut self.state {
@@ -71,14 +82,14 @@ impl SessionItem {
     }
 
     /// Has it wait again where it was set aside.
-    pub(crate) fn wait_again(&mut self) {
+    pub fn wait_again(&mut self) {
         if let ItemState::SetAside { .. } = self.state {
             self.state = ItemState::Waiting;
         }
     }
 
     /// Whether it may be packed in one of its resting poses.
-    pub(crate) fn may_be_in(&self, pose: usize) -> bool {
+    pub fn may_be_in(&self, pose: usize) -> bool {
         match self.allowed_poses.as_slice() {
             [] => pose < self.poses,
             allowed => allowed.contains(&pose),
@@ -87,7 +98,7 @@ impl SessionItem {
 
     /// Whether it was announced as the other is. In how many poses it may be packed is what the cell allowed when it was
     /// announced first.
-    pub(crate) fn is_same(&self, other: &Self) -> bool {
+    pub fn is_same(&self, other: &Self) -> bool {
         self.shape == other.shape
             && self.rules == other.rules
             && self.lying == other.lying
@@ -97,7 +108,7 @@ impl SessionItem {
 
 impl ItemState {
     /// The state of a decision's item after its outcome.
-    pub(crate) fn after(decision: &v1::Decision, outcome: &v1::Outcome) -> Self {
+    pub fn after(decision: &v1::Decision, outcome: &v1::Outcome) -> Self {
         match outcome.kind() {
             v1::OutcomeKind::Placed => Self::packed(decision, outcome).unwrap_or(Self::Gone),
             v1::OutcomeKind::NotPlaced => Self::Waiting,

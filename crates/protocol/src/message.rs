@@ -6,10 +6,10 @@ use ppnpack_wire::convert::{cycle, pose};
 use ppnpack_wire::{WireError, header, limits, v1};
 
 use crate::ledger::Outcome;
-use crate::robot::{Body, Ending, Placement};
+use crate::placing::{Body, Ending, Placement};
 
 /// Reads what a placement request asks for.
-pub(crate) fn read_placement(message: &v1::PlaceRequest) -> Result<Placement, WireError> {
+pub fn read_placement(message: &v1::PlaceRequest) -> Result<Placement, WireError> {
     let pose = message.container_from_item.as_ref();
     let cycle = message.cycle.as_deref().map(cycle::read);
     Ok(Placement {
@@ -23,7 +23,7 @@ pub(crate) fn read_placement(message: &v1::PlaceRequest) -> Result<Placement, Wi
 }
 
 /// How far a placement is.
-pub(crate) fn execution(placement: &Placement, outcome: Option<&Outcome>) -> v1::Execution {
+pub fn execution(placement: &Placement, outcome: Option<&Outcome>) -> v1::Execution {
     let phase = match outcome {
         Some(_) => v1::ExecutionPhase::Ended,
         None => v1::ExecutionPhase::Accepted,
@@ -36,7 +36,7 @@ pub(crate) fn execution(placement: &Placement, outcome: Option<&Outcome>) -> v1:
 }
 
 /// How a placement ended.
-pub(crate) fn write_outcome(placement: &Placement, outcome: &Outcome) -> v1::Outcome {
+pub fn write_outcome(placement: &Placement, outcome: &Outcome) -> v1::Outcome {
     let finding = &outcome.finding;
     v1::Outcome {
         placement_id: placement.placement_id.clone(),
@@ -61,7 +61,7 @@ fn kind(ending: Ending) -> v1::OutcomeKind {
 }
 
 /// Something that lies in the container.
-pub(crate) fn write_body(body: &Body) -> v1::Body {
+pub fn write_body(body: &Body) -> v1::Body {
     v1::Body {
         item_id: body.item_id.clone(),
         object: body.object.clone(),

@@ -13,12 +13,13 @@
 use std::collections::{BTreeMap, HashMap};
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use ppnpack_wire::v1::Status;
 use serde::{Deserialize, Serialize};
 
-use crate::robot::{Body, Ending, Finding, Placement};
+use crate::placing::{Body, Ending, Finding, Placement};
 
 /// How many placements and renewals are remembered.
-pub(crate) const MAX_RECORDS: usize = 10_000;
+pub const MAX_RECORDS: usize = 10_000;
 
 /// How many low bits of a first state number are random; the milliseconds since 1970 stand above them.
 const RANDOM_BITS: u32 = 20;
@@ -43,47 +44,56 @@ const RESTORED: &str = "the journal was restored from a backup: look what the co
 
 /// How a placement ended, and the state of the cell afterwards.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Outcome {
-    pub(crate) finding: Finding,
-    pub(crate) state_number: u64,
+pub struct Outcome {
+    /// How it ended.
+    pub finding: Finding,
+    /// The state of the cell afterwards.
+    pub state_number: u64,
 }
 
 /// Something that was asked for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) enum Record {
+pub enum Record {
     /// A placement; without an outcome while it is executed.
     Placement {
+        /// What was asked for.
         placement: Box<Placement>,
+        /// How it ended, where it has.
         outcome: Option<Outcome>,
     },
     /// A renewal of the container; without a state number while it is under way.
     Renewal {
+        /// Names the renewal.
         request_id: String,
+        /// The state of the cell afterwards, where it has happened.
         state_number: Option<u64>,
     },
 }
 
 /// What is known of the cell as it is now.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Head {
+pub struct Head {
     /// Counts the changes of the container's content.
-    pub(crate) state_number: u64,
+    pub state_number: u64,
     /// The first state of which every placement is known.
-    pub(crate) first_state_number: u64,
+    pub first_state_number: u64,
     /// Why nothing is begun, where the cell is held.
-    pub(crate) hold: Option<String>,
+    pub hold: Option<String>,
     /// The number of the next record.
-    pub(crate) next: u64,
+    pub next: u64,
     /// What lies in the container.
-    pub(crate) bodies: Vec<Body>,
+    pub bodies: Vec<Body>,
 }
 
 /// A step of a ledger, to be written down and then applied.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Change {
-    pub(crate) head: Head,
-    pub(crate) written: Option<(u64, Record)>,
-    pub(crate) forgotten: Vec<u64>,
+pub struct Change {
+    /// The cell after the step.
+    pub head: Head,
+    /// The record that is new or has changed, with its number.
+    pub written: Option<(u64, Record)>,
+    /// The numbers of the records that are forgotten.
+    pub forgotten: Vec<u64>,
 }
 
 impl Change {
@@ -95,16 +105,20 @@ impl Change {
         }
     }
 
-    /// The same, after which the cell is held; where it is already, the first reason stays.
+    /// The same, after which the cell is held for this reason too: whoever resumes it has to know all of them.
     fn holding(mut self, reason: &str) -> Self {
-        self.head.hold.get_or_insert_with(|| reason.to_owned());
+        self.head.hold = Some(match self.head.hold {
+            None => reason.to_owned(),
+            Some(first) if first.ends_with(reason) => first,
+            Some(first) => format!("{first}; and {reason}"),
+        });
         self
     }
 }
 
 /// The records of a cell and its content, as the journal has them.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Ledger {
+pub struct Ledger {
     head: Head,
     records: BTreeMap<u64, Record>,
     placements: HashMap<String, u64>,
@@ -115,7 +129,7 @@ pub(crate) struct Ledger {
 
 /// What is to be done about a placement.
 #[derive(Debug, PartialEq)]
-pub(crate) enum PlacementVerdict<'a> {
+pub enum PlacementVerdict<'a> {
     /// It was asked for before; how it ended, if it did.
     Known(Option<&'a Outcome>),
     /// Its id was used for another one.
@@ -134,7 +148,7 @@ pub(crate) enum PlacementVerdict<'a> {
 
 /// What is to be done about a renewal.
 #[derive(Debug, PartialEq)]
-pub(crate) enum RenewalVerdict<'a> {
+pub enum RenewalVerdict<'a> {
     /// It has happened; the state afterwards.
     Done(u64),
     /// It is under way.
@@ -147,15 +161,38 @@ pub(crate) enum RenewalVerdict<'a> {
     New,
 }
 
+/// The number of a state that no placement was planned on.
+///
+/// The time alone would do where clocks only go forward; the random bits are for those that do not.
+fn new_state_number() -> u64 {
+    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
+    let milliseconds = since_1970.map_or(0, |since_1970| since_1970.as_millis() as u64);
+    let random = rand::random::<u64>() >> (u64::BITS - RANDOM_BITS);
+    milliseconds << RANDOM_BITS | random
+}
+
+impl PlacementVerdict<'_> {
+    /// As what the placement is refused; `None` where it is not.
+    pub fn refusal(&self) -> Option<Status> {
+        match self {
+            Self::Known(_) | Self::New => None,
+            Self::Conflict => Some(Status::Conflict),
+            Self::Busy => Some(Status::Busy),
+            Self::Stale => Some(Status::Stale),
+            Self::Forgotten => Some(Status::Forgotten),
+            Self::Held(_) => Some(Status::Held),
+        }
+    }
+}
+
 impl Ledger {
     /// A ledger without a past: an empty container, at a state that no placement was planned on.
-    ///
-    /// The time alone would do where clocks only go forward; the random bits are for those that do not.
-    pub(crate) fn new() -> Self {
-        let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
-        let milliseconds = since_1970.map_or(0, |since_1970| since_1970.as_millis() as u64);
-        let random = rand::random::<u64>() >> (u64::BITS - RANDOM_BITS);
-        let state_number = milliseconds << RANDOM_BITS | random;
+    pub fn without_past() -> Self {
+        Self::beginning_at(new_state_number())
+    }
+
+    /// A ledger without a past that begins at this state: one that no placement was planned on.
+    pub fn beginning_at(state_number: u64) -> Self {
         Self::of(
             Head {
                 state_number,
@@ -169,7 +206,7 @@ impl Ledger {
     }
 
     /// A ledger as it was written down.
-    pub(crate) fn of(head: Head, records: BTreeMap<u64, Record>) -> Self {
+    pub fn of(head: Head, records: BTreeMap<u64, Record>) -> Self {
         let mut ledger = Self {
             head,
             records: BTreeMap::new(),
@@ -183,23 +220,25 @@ impl Ledger {
         ledger
     }
 
-    pub(crate) fn head(&self) -> &Head {
+    /// The cell as it is now.
+    pub fn head(&self) -> &Head {
         &self.head
     }
 
-    pub(crate) fn records(&self) -> impl Iterator<Item = (u64, &Record)> {
+    /// The records with their numbers, in their order.
+    pub fn records(&self) -> impl Iterator<Item = (u64, &Record)> {
         self.records
             .iter()
             .map(|(number, record)| (*number, record))
     }
 
     /// What is being done.
-    pub(crate) fn under_way(&self) -> Option<&Record> {
+    pub fn under_way(&self) -> Option<&Record> {
         self.records.get(&self.under_way?)
     }
 
     /// A placement, and how it ended, if it did.
-    pub(crate) fn placement(&self, id: &str) -> Option<(&Placement, Option<&Outcome>)> {
+    pub fn placement(&self, id: &str) -> Option<(&Placement, Option<&Outcome>)> {
         match self.records.get(self.placements.get(id)?)? {
             Record::Placement { placement, outcome } => Some((placement, outcome.as_ref())),
             Record::Renewal { .. } => None,
@@ -207,7 +246,7 @@ impl Ledger {
     }
 
     /// What is to be done about a placement.
-    pub(crate) fn judge(&self, asked: &Placement) -> PlacementVerdict<'_> {
+    pub fn judge(&self, asked: &Placement) -> PlacementVerdict<'_> {
         match self.placement(&asked.placement_id) {
             Some((known, outcome)) if known.is_same(asked) => PlacementVerdict::Known(outcome),
             Some(_) => PlacementVerdict::Conflict,
@@ -228,7 +267,7 @@ impl Ledger {
     }
 
     /// What is to be done about a renewal.
-    pub(crate) fn judge_renewal(&self, request_id: &str) -> RenewalVerdict<'_> {
+    pub fn judge_renewal(&self, request_id: &str) -> RenewalVerdict<'_> {
         let number = self.renewals.get(request_id);
         match number.and_then(|number| self.records.get(number)) {
             Some(Record::Renewal {
@@ -245,7 +284,7 @@ impl Ledger {
     }
 
     /// A placement is accepted.
-    pub(crate) fn accept(&self, placement: Placement) -> Change {
+    pub fn accept(&self, placement: Placement) -> Change {
         self.begin(Record::Placement {
             placement: Box::new(placement),
             outcome: None,
@@ -253,7 +292,7 @@ impl Ledger {
     }
 
     /// A renewal begins.
-    pub(crate) fn begin_renewal(&self, request_id: String) -> Change {
+    pub fn begin_renewal(&self, request_id: String) -> Change {
         self.begin(Record::Renewal {
             request_id,
             state_number: None,
@@ -261,7 +300,7 @@ impl Ledger {
     }
 
     /// What is under way has ended with this finding, and the container holds these bodies.
-    pub(crate) fn end_placement(&self, finding: Finding, bodies: Vec<Body>) -> Change {
+    pub fn end_placement(&self, finding: Finding, bodies: Vec<Body>) -> Change {
         let head = self.head_with(bodies, finding.ending != Ending::NotPlaced);
         let state_number = head.state_number;
         self.end(head, |record| {
@@ -277,7 +316,7 @@ impl Ledger {
     }
 
     /// The renewal under way has happened.
-    pub(crate) fn end_renewal(&self, bodies: Vec<Body>) -> Change {
+    pub fn end_renewal(&self, bodies: Vec<Body>) -> Change {
         let head = self.head_with(bodies, true);
         let after = head.state_number;
         self.end(head, |record| {
@@ -288,7 +327,7 @@ impl Ledger {
     }
 
     /// The renewal under way has failed, or nobody knows: it can be asked for again.
-    pub(crate) fn abandon_renewal(&self, bodies: Vec<Body>) -> Change {
+    pub fn abandon_renewal(&self, bodies: Vec<Body>) -> Change {
         Change {
             forgotten: self.under_way.into_iter().collect(),
             ..self.find_bodies(bodies)
@@ -296,32 +335,42 @@ impl Ledger {
     }
 
     /// The container turned out to hold other bodies than was thought.
-    pub(crate) fn find_bodies(&self, bodies: Vec<Body>) -> Change {
+    pub fn find_bodies(&self, bodies: Vec<Body>) -> Change {
         Change::of(self.head_with(bodies, true))
     }
 
     /// Nothing is begun from now on. Where the cell is held already, the first reason stays.
-    pub(crate) fn hold(&self, reason: &str) -> Change {
-        Change::of(self.head.clone()).holding(reason)
+    pub fn hold(&self, reason: &str) -> Change {
+        match self.head.hold {
+            Some(_) => self.no_change(),
+            None => self.no_change().holding(reason),
+        }
     }
 
-    /// The cell is held no longer.
-    pub(crate) fn resume(&self) -> Change {
+    /// Nothing is begun from now on, for a reason of the software's own, beside that for which the cell is held already.
+    pub fn hold_besides(&self, reason: &str) -> Change {
+        self.no_change().holding(reason)
+    }
+
+    /// The cell is held no longer, and goes on at a new state: a placement that was refused while it was held counts as not
+    /// placed, and its request may still come late.
+    pub fn resume(&self) -> Change {
+        let is_held = self.head.hold.is_some();
         Change::of(Head {
             hold: None,
-            ..self.head.clone()
+            ..self.head_with(self.head.bodies.clone(), is_held)
         })
     }
 
     /// Somebody had a hand in the container, and took some items out.
-    pub(crate) fn change_by_hand(&self, removed: &[String]) -> Change {
+    pub fn change_by_hand(&self, removed: &[String]) -> Change {
         let bodies = self.head.bodies.iter();
         let left = bodies.filter(|body| !removed.contains(&body.item_id));
         self.find_bodies(left.cloned().collect())
     }
 
     /// Nothing: to try whether it can be written down.
-    pub(crate) fn no_change(&self) -> Change {
+    pub fn no_change(&self) -> Change {
         Change::of(self.head.clone())
     }
 
@@ -329,7 +378,7 @@ impl Ledger {
     ///
     /// A simulated cell is what was written down, so that it did not happen there. What another cell did is not known: it is held
     /// until somebody has looked, and its container counts as holding what it held before.
-    pub(crate) fn recover(&self, is_simulated: bool) -> Option<Change> {
+    pub fn recover(&self, is_simulated: bool) -> Option<Change> {
         let bodies = self.head.bodies.clone();
         Some(match (self.under_way()?, is_simulated) {
             (Record::Placement { .. }, true) => {
@@ -351,7 +400,15 @@ impl Ledger {
 
     /// What a ledger is that was read from a backup: what was done since then is not known. It goes on at a state that none had, which
     /// is the first of which all is known, and the cell is held.
-    pub(crate) fn restored(&self) -> Change {
+    pub fn restored(&self) -> Change {
+        // By the time alone, where the clock was set back, it could be a state that the cell had after the backup.
+        let moved_on = MOST_CHANGES + (rand::random::<u64>() >> RESTORE_SHIFT);
+        let beyond = self.head.state_number.saturating_add(moved_on);
+        self.restored_at(new_state_number().max(beyond))
+    }
+
+    /// As [`Self::restored`], at this state: one that the cell never had.
+    pub fn restored_at(&self, state_number: u64) -> Change {
         let bodies = self.head.bodies.clone();
         let settled = match self.under_way() {
             Some(Record::Placement { .. }) => {
@@ -362,18 +419,13 @@ impl Ledger {
             None => self.no_change(),
         };
         let mut change = settled.holding(RESTORED);
-        let last = self.head.state_number.max(change.head.state_number);
-        // By the time alone, where the clock was set back, it could be a state that the cell had after the backup.
-        let moved_on = MOST_CHANGES + (rand::random::<u64>() >> RESTORE_SHIFT);
-        let beyond = last.saturating_add(moved_on);
-        let state_number = Self::new().head.state_number.max(beyond);
         change.head.state_number = state_number;
         change.head.first_state_number = state_number;
         change
     }
 
     /// Takes a step that was written down.
-    pub(crate) fn apply(&mut self, change: Change) {
+    pub fn apply(&mut self, change: Change) {
         self.head = change.head;
         for number in change.forgotten {
             self.remove(number);
@@ -467,4 +519,4 @@ impl Ledger {
 }
 
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;

@@ -3,7 +3,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-pub(crate) fn placement(id: &str, state_number: u64) -> Placement {
+fn placement(id: &str, state_number: u64) -> Placement {
     Placement {
         placement_id: id.to_owned(),
         item_id: format!("item-{id}"),
@@ -17,7 +17,7 @@ pub(crate) fn placement(id: &str, state_number: u64) -> Placement {
     }
 }
 
-pub(crate) fn placed() -> Finding {
+fn placed() -> Finding {
     Finding {
         ending: Ending::Placed,
         failure: String::new(),
@@ -28,7 +28,7 @@ pub(crate) fn placed() -> Finding {
     }
 }
 
-pub(crate) fn body(item_id: &str) -> Body {
+fn body(item_id: &str) -> Body {
     Body {
         item_id: item_id.to_owned(),
         object: "box".to_owned(),
@@ -40,7 +40,7 @@ pub(crate) fn body(item_id: &str) -> Body {
 #[test]
 fn a_placement_is_executed_once() {
     use PlacementVerdict::{Busy, Conflict, Known, New, Stale};
-    let mut ledger = Ledger::new();
+    let mut ledger = Ledger::without_past();
     let state = ledger.head().state_number;
     let asked = placement("a", state);
     assert_eq!(ledger.judge(&asked), New);
@@ -62,7 +62,7 @@ fn a_placement_is_executed_once() {
 
 #[test]
 fn what_was_not_placed_leaves_the_state_as_it_is() {
-    let mut ledger = Ledger::new();
+    let mut ledger = Ledger::without_past();
     let state = ledger.head().state_number;
     for (id, ending, after) in [
         ("a", Ending::NotPlaced, state),
@@ -77,7 +77,7 @@ fn what_was_not_placed_leaves_the_state_as_it_is() {
 
 #[test]
 fn a_renewal_happens_once() {
-    let mut ledger = Ledger::new();
+    let mut ledger = Ledger::without_past();
     let state = ledger.head().state_number;
     assert_eq!(ledger.judge_renewal("r"), RenewalVerdict::New);
     ledger.apply(ledger.begin_renewal("r".to_owned()));
@@ -91,7 +91,7 @@ fn a_renewal_happens_once() {
 
 #[test]
 fn what_was_under_way_is_settled_after_a_restart() {
-    let mut ledger = Ledger::new();
+    let mut ledger = Ledger::without_past();
     let state = ledger.head().state_number;
     assert_eq!(ledger.recover(true), None);
     ledger.apply(ledger.accept(placement("a", state)));
@@ -115,7 +115,7 @@ fn what_was_under_way_is_settled_after_a_restart() {
 
 #[test]
 fn an_interrupted_renewal_leaves_what_is_known_and_a_real_cell_held() {
-    let mut ledger = Ledger::new();
+    let mut ledger = Ledger::without_past();
     ledger.apply(ledger.find_bodies(vec![body("a")]));
     ledger.apply(ledger.begin_renewal("r".to_owned()));
     for is_simulated in [true, false] {
@@ -135,7 +135,7 @@ fn an_interrupted_renewal_leaves_what_is_known_and_a_real_cell_held() {
 
 #[test]
 fn a_held_cell_begins_nothing_and_answers_for_what_was_done() {
-    let mut ledger = Ledger::new();
+    let mut ledger = Ledger::without_past();
     let state = ledger.head().state_number;
     ledger.apply(ledger.accept(placement("a", state)));
     ledger.apply(ledger.hold("a door is open"));
@@ -158,14 +158,45 @@ fn a_held_cell_begins_nothing_and_answers_for_what_was_done() {
     ledger.apply(ledger.resume());
     assert_eq!(ledger.judge(&new), PlacementVerdict::Stale);
     assert_eq!(
-        ledger.judge(&placement("b", state + 2)),
+        ledger.judge(&placement("b", state + 3)),
         PlacementVerdict::New
     );
 }
 
 #[test]
+fn what_was_refused_while_the_cell_was_held_never_begins_however_late_it_comes() {
+    let mut ledger = Ledger::without_past();
+    let refused = placement("a", ledger.head().state_number);
+    ledger.apply(ledger.hold("a door is open"));
+    assert_eq!(
+        ledger.judge(&refused),
+        PlacementVerdict::Held("a door is open")
+    );
+    ledger.apply(ledger.resume());
+    assert_eq!(ledger.judge(&refused), PlacementVerdict::Stale);
+    // A cell that is not held is left as it is.
+    let before = ledger.clone();
+    ledger.apply(ledger.resume());
+    assert_eq!(ledger, before);
+}
+
+#[test]
+fn a_cell_that_was_held_already_is_held_for_what_the_bridge_finds_too() {
+    let mut ledger = Ledger::without_past();
+    ledger.apply(ledger.accept(placement("a", ledger.head().state_number)));
+    ledger.apply(ledger.hold("a door is open"));
+    ledger.apply(ledger.recover(false).unwrap());
+    let reason = ledger.head().hold.clone().unwrap();
+    assert!(reason.starts_with("a door is open; and "), "{reason}");
+    assert!(reason.ends_with(PLACEMENT_CUT_OFF), "{reason}");
+    ledger.apply(ledger.hold_besides(PLACEMENT_CUT_OFF));
+    ledger.apply(ledger.hold("another reason"));
+    assert_eq!(ledger.head().hold.as_deref(), Some(reason.as_str()));
+}
+
+#[test]
 fn of_what_is_forgotten_nothing_is_said() {
-    let mut ledger = Ledger::new();
+    let mut ledger = Ledger::without_past();
     let first = placement("first", ledger.head().state_number);
     let fail = |ledger: &mut Ledger, placement: Placement| {
         ledger.apply(ledger.accept(placement));
@@ -186,7 +217,9 @@ fn of_what_is_forgotten_nothing_is_said() {
 
 #[test]
 fn a_ledger_without_a_past_begins_at_a_state_of_its_own() {
-    let states: Vec<u64> = (0..50).map(|_| Ledger::new().head().state_number).collect();
+    let states: Vec<u64> = (0..50)
+        .map(|_| Ledger::without_past().head().state_number)
+        .collect();
     let mut distinct = states.clone();
     distinct.sort_unstable();
     distinct.dedup();
@@ -199,7 +232,7 @@ fn a_restored_ledger_goes_on_at_a_state_of_its_own_whatever_the_clock_says() {
     // Far in the future: what the clock says now is a state that the cell had, or has had since the backup.
     let head = Head {
         state_number: 1 << 62,
-        ..Ledger::new().head().clone()
+        ..Ledger::without_past().head().clone()
     };
     let backup = Ledger::of(head, BTreeMap::new());
     let mut since = backup.clone();
@@ -281,7 +314,7 @@ struct World {
 
 impl World {
     fn new() -> Self {
-        let ledger = Ledger::new();
+        let ledger = Ledger::without_past();
         Self {
             states: vec![ledger.head().state_number],
             backup: ledger.clone(),
@@ -387,7 +420,7 @@ impl World {
                 assert!(!earlier.contains(&head.state_number));
             }
             Event::Lose => {
-                self.ledger = Ledger::new();
+                self.ledger = Ledger::without_past();
                 let state_number = self.ledger.head().state_number;
                 assert!(!self.states.contains(&state_number));
                 self.states.push(state_number);

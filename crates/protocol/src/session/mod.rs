@@ -4,12 +4,12 @@
 //! caller keeps a copy until the change is on disk.
 
 mod item;
-pub(crate) mod message;
+pub mod message;
 
 use ppnpack_packing::blocked::BlockedRegion;
 use ppnpack_wire::v1;
 
-pub(crate) use item::{ItemState, Lying, Rules, SessionItem};
+pub use item::{ItemState, Lying, Rules, SessionItem};
 
 /// The most items of a session.
 const MAX_ITEMS: usize = 1_000;
@@ -26,48 +26,64 @@ const PAST_KEPT: usize = 64;
 
 /// Why an operation was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum SessionError {
+pub enum SessionError {
+    /// Nothing was begun.
     #[error("no session is under way: begin one first")]
     NoSession,
+    /// No item has this id.
     #[error("there is no item {0} in this session")]
     UnknownItem(String),
+    /// No decision has this id.
     #[error("there is no decision {0} in this session")]
     UnknownDecision(String),
+    /// The item has an id that another one has.
     #[error("item {0} was announced before as something else")]
     OtherItem(String),
+    /// The item cannot be chosen or taken out.
     #[error("item {0} does not wait: it was decided on, set aside or withdrawn")]
     NotWaiting(String),
+    /// As many are set aside as may be.
     #[error("no more than {0} items may be set aside in this session")]
     AsideFull(usize),
+    /// Another decision is made only after this one has its outcome.
     #[error("decision {0} awaits its outcome: report that first")]
     Pending(String),
+    /// Of the session before, whose decision has no outcome.
     #[error("decision {0} awaits its outcome: report that first, or begin with gives_up_pending")]
     PendingBefore(String),
+    /// The id is that of an earlier session.
     #[error("session {0} was before this one, and is not begun again: use a new id")]
     Past(String),
+    /// The request was carried out, and its decision is settled.
     #[error("the request was answered before with decision {0}, which has its outcome")]
     Answered(String),
+    /// The decision was settled as something else.
     #[error("decision {0} was reported before with another outcome")]
     OtherOutcome(String),
+    /// There is no room for more items.
     #[error("a session holds at most {MAX_ITEMS} items")]
     Full,
+    /// What is reported says nothing.
     #[error("the outcome has no kind")]
     NoKind,
 }
 
 /// How a session ended.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum End {
+pub enum End {
+    /// Every item is in the container.
     AllPacked,
     /// All packed but for what is set aside.
     OthersSetAside,
+    /// No item of the buffer has a place, each for this reason.
     NothingFits(Vec<v1::ItemReason>),
+    /// Somebody has to look, for this reason.
     Failed(String),
 }
 
 /// A packing session; the default is that of a cell before its first one.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Session {
+pub struct Session {
     id: String,
     items: Vec<SessionItem>,
     pending: Option<v1::Decision>,
@@ -85,7 +101,7 @@ pub(crate) struct Session {
 
 impl Session {
     /// A new session, which replaces the one before.
-    pub(crate) fn begin(
+    pub fn begin(
         id: String,
         keep_out: Vec<BlockedRegion>,
         is_automatic: bool,
@@ -103,11 +119,7 @@ impl Session {
     }
 
     /// The next session in place of this one. Where a decision awaits its outcome that has to be given up.
-    pub(crate) fn followed_by(
-        &self,
-        next: Self,
-        gives_up_pending: bool,
-    ) -> Result<Self, SessionError> {
+    pub fn followed_by(&self, next: Self, gives_up_pending: bool) -> Result<Self, SessionError> {
         if self.past.contains(&next.id) {
             return Err(SessionError::Past(next.id));
         }
@@ -123,40 +135,65 @@ impl Session {
         })
     }
 
-    pub(crate) fn id(&self) -> &str {
+    /// Its name; empty before the first session.
+    pub fn id(&self) -> &str {
         &self.id
     }
 
-    pub(crate) fn step(&self) -> u64 {
+    /// The number of decisions that were made.
+    pub fn step(&self) -> u64 {
         self.step
     }
 
-    pub(crate) fn pending(&self) -> Option<&v1::Decision> {
+    /// The decision that awaits its outcome.
+    pub fn pending(&self) -> Option<&v1::Decision> {
         self.pending.as_ref()
     }
 
-    pub(crate) fn is_automatic(&self) -> bool {
+    /// Whether the planner has its decisions carried out by itself.
+    pub fn is_automatic(&self) -> bool {
         self.is_automatic
     }
 
-    pub(crate) fn has_ended(&self) -> bool {
+    /// Whether nothing more is planned by itself.
+    pub fn has_ended(&self) -> bool {
         self.end.is_some()
     }
 
-    pub(crate) fn keep_out(&self) -> &[BlockedRegion] {
+    /// Whether somebody has to look before anything goes on by itself.
+    pub fn has_failed(&self) -> bool {
+        matches!(self.end, Some(End::Failed(_)))
+    }
+
+    /// Whether what became of all that was decided in it is known: not where a decision awaits its outcome, and not where no session
+    /// is known, as its store was lost or never was.
+    pub fn is_settled(&self) -> bool {
+        !self.id.is_empty() && self.pending.is_none()
+    }
+
+    /// Nothing is planned on an earlier state of the cell than this one any more.
+    pub fn needs_state(&mut self, state_number: Option<u64>) {
+        let least = state_number.unwrap_or_default();
+        self.least_state_number = self.least_state_number.max(least);
+    }
+
+    /// The regions of the floor that stay free.
+    pub fn keep_out(&self) -> &[BlockedRegion] {
         &self.keep_out
     }
 
-    pub(crate) fn least_state_number(&self) -> u64 {
+    /// The least state of the cell that may be planned on.
+    pub fn least_state_number(&self) -> u64 {
         self.least_state_number
     }
 
-    pub(crate) fn items(&self) -> &[SessionItem] {
+    /// The items in the order of their arrival.
+    pub fn items(&self) -> &[SessionItem] {
         &self.items
     }
 
     /// The mean planned cycle time of the packed items, in seconds; `None` where no arm packed any.
-    pub(crate) fn mean_cycle_s(&self) -> Option<f64> {
+    pub fn mean_cycle_s(&self) -> Option<f64> {
         let cycles_s = self.items.iter().filter_map(|item| match item.state {
             ItemState::Packed { cycle_s, .. } => cycle_s,
             _ => None,
@@ -167,7 +204,7 @@ impl Session {
     }
 
     /// The first `count` waiting items, each with its place in the order of arrivals.
-    pub(crate) fn buffer(&self, count: usize) -> impl Iterator<Item = (usize, &SessionItem)> {
+    pub fn buffer(&self, count: usize) -> impl Iterator<Item = (usize, &SessionItem)> {
         let items = self.items.iter().enumerate();
         items
             .filter(|(_, item)| item.state == ItemState::Waiting)
@@ -175,7 +212,7 @@ impl Session {
     }
 
     /// A waiting item by its id, with its place in the order of arrivals.
-    pub(crate) fn waiting(&self, item_id: &str) -> Result<(usize, &SessionItem), SessionError> {
+    pub fn waiting(&self, item_id: &str) -> Result<(usize, &SessionItem), SessionError> {
         let mut items = self.items.iter().enumerate();
         let (arrival, item) = items
             .find(|(_, item)| item.item_id == item_id)
@@ -187,7 +224,7 @@ impl Session {
     }
 
     /// Switches the automatic mode; switching it on acknowledges a failure.
-    pub(crate) fn set_automatic(&mut self, is_automatic: bool) -> Result<(), SessionError> {
+    pub fn set_automatic(&mut self, is_automatic: bool) -> Result<(), SessionError> {
         self.must_be_under_way()?;
         self.is_automatic = is_automatic;
         if is_automatic {
@@ -198,7 +235,7 @@ impl Session {
 
     /// Adds waiting items in their order; those that were announced before are left as they are, but for those that are
     /// set aside: they wait again.
-    pub(crate) fn announce(&mut self, waiting: Vec<SessionItem>) -> Result<(), SessionError> {
+    pub fn announce(&mut self, waiting: Vec<SessionItem>) -> Result<(), SessionError> {
         self.must_be_under_way()?;
         for item in waiting {
             let mut items = self.items.iter_mut();
@@ -219,7 +256,7 @@ impl Session {
     }
 
     /// Takes an item out that waits or is set aside. One that is withdrawn already stays so.
-    pub(crate) fn withdraw(&mut self, item_id: &str) -> Result<(), SessionError> {
+    pub fn withdraw(&mut self, item_id: &str) -> Result<(), SessionError> {
         let item = self.item_mut(item_id)?;
         match item.state {
             ItemState::Waiting | ItemState::Withdrawn | ItemState::SetAside { .. } => {
@@ -232,12 +269,12 @@ impl Session {
     }
 
     /// Whether one more item may be set aside.
-    pub(crate) fn may_set_aside(&self) -> bool {
+    pub fn may_set_aside(&self) -> bool {
         self.reasons_set_aside().count() < self.set_aside_limit
     }
 
     /// Sets a waiting item aside at the present step, as it has no valid placement.
-    pub(crate) fn set_aside(&mut self, reason: v1::ItemReason) -> Result<(), SessionError> {
+    pub fn set_aside(&mut self, reason: v1::ItemReason) -> Result<(), SessionError> {
         if !self.may_set_aside() {
             return Err(SessionError::AsideFull(self.set_aside_limit));
         }
@@ -251,7 +288,7 @@ impl Session {
     }
 
     /// Of each item that is set aside: why.
-    pub(crate) fn reasons_set_aside(&self) -> impl Iterator<Item = &v1::ItemReason> {
+    pub fn reasons_set_aside(&self) -> impl Iterator<Item = &v1::ItemReason> {
         let items = self.items.iter();
         items.filter_map(|item| match &item.state {
             ItemState::SetAside { reason, .. } => Some(reason),
@@ -260,7 +297,7 @@ impl Session {
     }
 
     /// Of each item that was set aside at the present step: why.
-    pub(crate) fn reasons_set_aside_now(&self) -> Vec<v1::ItemReason> {
+    pub fn reasons_set_aside_now(&self) -> Vec<v1::ItemReason> {
         let items = self.items.iter();
         let reasons = items.filter_map(|item| match &item.state {
             ItemState::SetAside { reason, step } if *step == self.step => Some(reason.clone()),
@@ -270,7 +307,7 @@ impl Session {
     }
 
     /// How it ends where no item waits any more.
-    pub(crate) fn end_of_items(&self) -> End {
+    pub fn end_of_items(&self) -> End {
         match self.reasons_set_aside().next() {
             Some(_) => End::OthersSetAside,
             None => End::AllPacked,
@@ -278,7 +315,7 @@ impl Session {
     }
 
     /// The decision that a request was answered with before, if it was.
-    pub(crate) fn answered(&self, request_id: &str) -> Result<Option<&v1::Decision>, SessionError> {
+    pub fn answered(&self, request_id: &str) -> Result<Option<&v1::Decision>, SessionError> {
         self.must_be_under_way()?;
         if let Some(pending) = &self.pending {
             return if pending.request_id == request_id {
@@ -297,7 +334,7 @@ impl Session {
     }
 
     /// Enters a decision, which then awaits its outcome.
-    pub(crate) fn decide(&mut self, decision: v1::Decision) -> Result<(), SessionError> {
+    pub fn decide(&mut self, decision: v1::Decision) -> Result<(), SessionError> {
         if let Some(pending) = &self.pending {
             return Err(SessionError::Pending(pending.decision_id.clone()));
         }
@@ -310,11 +347,7 @@ impl Session {
 
     /// Enters the outcome of a decision. The same report again changes nothing. Where nobody knows where the item is, the
     /// automatic mode comes to its end: it may lie in the robot's way.
-    pub(crate) fn report(
-        &mut self,
-        decision_id: &str,
-        outcome: &v1::Outcome,
-    ) -> Result<(), SessionError> {
+    pub fn report(&mut self, decision_id: &str, outcome: &v1::Outcome) -> Result<(), SessionError> {
         let kind = outcome.kind();
         if kind == v1::OutcomeKind::Unspecified {
             return Err(SessionError::NoKind);
@@ -350,7 +383,7 @@ impl Session {
     }
 
     /// Enters how a packed item was found; says whether it was packed.
-    pub(crate) fn inspected(
+    pub fn inspected(
         &mut self,
         item_id: &str,
         inspection: v1::Inspection,
@@ -364,13 +397,14 @@ impl Session {
     }
 
     /// It was read from a backup: what was packed since then is not known.
-    pub(crate) fn restored(&mut self) {
+    pub fn restored(&mut self) {
         if !self.id.is_empty() {
             self.end = Some(End::Failed(RESTORED.to_owned()));
         }
     }
 
-    pub(crate) fn end(&mut self, end: End) {
+    /// The session has ended, in this way.
+    pub fn end(&mut self, end: End) {
         self.end = Some(end);
     }
 

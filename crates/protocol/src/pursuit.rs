@@ -1,0 +1,85 @@
+//! What the planner makes of what the bridge says about a decision. A controller that carries decisions out does the same.
+//!
+//! A decision is settled only as what the bridge knows for certain: as the outcome that it wrote down, as not placed where
+//! the placement can never begin any more, or as unknown.
+
+use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
+
+/// What comes next about a decision.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Next {
+    /// The bridge carries it out: its end is waited for.
+    Wait,
+    /// It has ended in this way.
+    Settle(v1::Outcome),
+    /// The bridge has no outcome of it, and never will: it is settled as this, at the state that the cell has now.
+    SettleAs(OutcomeKind),
+    /// The placement is sent again.
+    PlaceAgain,
+    /// The same is asked again after a while.
+    AskAgain,
+    /// Asking again cannot help: somebody has to look.
+    GiveUp,
+}
+
+/// What the bridge answered: how far the placement is, or as what it refused; `None` where no answer came.
+pub type Answer<'a> = Result<Option<&'a v1::Execution>, Option<Status>>;
+
+/// After the placement was sent.
+pub fn after_place(answer: Answer<'_>) -> Next {
+    match answer {
+        Ok(execution) => of_execution(execution),
+        // Nobody knows what is done in the cell until it goes on: then it is seen and planned anew.
+        Err(Some(Status::Held | Status::Stale)) => Next::SettleAs(OutcomeKind::NotPlaced),
+        Err(Some(Status::Forgotten)) => Next::SettleAs(OutcomeKind::Unknown),
+        Err(Some(Status::Invalid | Status::NotFound | Status::Conflict)) => Next::GiveUp,
+        Err(_) => Next::AskAgain,
+    }
+}
+
+/// After the outcome was asked for.
+pub fn after_outcome(answer: Answer<'_>) -> Next {
+    match answer {
+        Ok(execution) => of_execution(execution),
+        // A bridge that lost the placement says so when it is sent again.
+        Err(Some(Status::NotFound)) => Next::PlaceAgain,
+        // The robot still moves; whichever of the two clocks said so first.
+        Err(Some(Status::TimedOut)) => Next::Wait,
+        Err(_) => Next::AskAgain,
+    }
+}
+
+fn of_execution(execution: Option<&v1::Execution>) -> Next {
+    let ended = execution.filter(|execution| execution.phase() == ExecutionPhase::Ended);
+    match ended.and_then(|execution| execution.outcome.clone()) {
+        Some(outcome) => Next::Settle(outcome),
+        None => Next::Wait,
+    }
+}
+
+/// What a decision is settled as with a bridge in this state: one that does not know all that was done since the decision, or
+/// does not say so, as older ones do not, may have carried it out and forgotten.
+pub fn as_known(kind: OutcomeKind, decision: &v1::Decision, state: &v1::CellState) -> OutcomeKind {
+    let is_known = (1..=decision.state_number).contains(&state.first_state_number);
+    match kind {
+        OutcomeKind::NotPlaced if !is_known => OutcomeKind::Unknown,
+        kind => kind,
+    }
+}
+
+/// The outcome of a decision of which the bridge has none; `state_number` is that of the cell as it is now.
+pub fn settled_as(
+    decision: &v1::Decision,
+    kind: OutcomeKind,
+    failure: &str,
+    state_number: u64,
+) -> v1::Outcome {
+    v1::Outcome {
+        placement_id: decision.decision_id.clone(),
+        item_id: decision.item_id.clone(),
+        kind: kind.into(),
+        failure: failure.to_owned(),
+        state_number,
+        ..v1::Outcome::default()
+    }
+}

@@ -1,0 +1,48 @@
+//! Random orders of larger worlds.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::{Action, Broken, Configuration, World};
+
+/// A way through a world.
+#[derive(Debug)]
+pub struct Way {
+    /// What happened, in its order.
+    pub story: Vec<Action>,
+    /// The promise that it broke, if it did.
+    pub broken: Option<Broken>,
+    /// Whether everything was packed at its end.
+    pub packs: bool,
+}
+
+/// Goes one random way of so many steps at most, and then looks whether it goes on.
+pub fn wander(configuration: &Configuration, seed: u64, most_steps: usize) -> Way {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut world = World::new(configuration);
+    let mut story = Vec::new();
+    while story.len() < most_steps && world.broken().is_none() {
+        let mut actions = world.actions(configuration);
+        let next = loop {
+            if actions.is_empty() {
+                break None;
+            }
+            let action = actions.swap_remove(random.random_range(0..actions.len()));
+            if let Some(next) = world.after(action, configuration) {
+                break Some((action, next));
+            }
+        };
+        let Some((action, next)) = next else { break };
+        story.push(action);
+        world = next;
+    }
+    let broken = match world.broken() {
+        None if !world.goes_on(configuration) => Some(Broken::Stuck),
+        broken => broken,
+    };
+    Way {
+        story,
+        broken,
+        packs: world.is_packed(),
+    }
+}
