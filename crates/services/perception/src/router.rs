@@ -169,6 +169,11 @@ impl Router {
 mod tests {
     use super::*;
 
+    fn route(router: &Router, cell: &Cell) {
+        let room = router.room(cell, 100).unwrap();
+        router.route(cell, room.with(v1::PointCloud::default()));
+    }
+
     #[test]
     fn a_sensor_of_many_cells_leaves_those_that_are_listed_their_room() {
         let counts = Arc::new(Counts::new());
@@ -179,10 +184,10 @@ mod tests {
         let router = Router::new(&settings, address, Arc::clone(&counts));
         for number in 0..MAX_CELLS {
             let cell = Cell::new(&format!("c{number}")).unwrap();
-            router.route(&cell, v1::PointCloud::default());
+            route(&router, &cell);
         }
         assert_eq!(counts.of(Fate::Unserved), 1);
-        router.route(&Cell::new("listed").unwrap(), v1::PointCloud::default());
+        route(&router, &Cell::new("listed").unwrap());
         assert_eq!(counts.of(Fate::Unserved), 1);
         assert_eq!(mailbox.take_waiting().count(), MAX_CELLS);
     }
@@ -194,8 +199,7 @@ mod tests {
         let router = Router::new(&Settings::default(), address, Arc::clone(&counts));
         let cell = Cell::new("c1").unwrap();
         for unserved in 1..=2 {
-            let room = router.room(&cell, 100).unwrap();
-            router.route(&cell, room.with(v1::PointCloud::default()));
+            route(&router, &cell);
             assert_eq!(mailbox.take_waiting().count(), 1, "its actor is to begin");
             router.give_up(&cell, &"there are no more threads");
             assert_eq!(counts.of(Fate::Unserved), unserved);

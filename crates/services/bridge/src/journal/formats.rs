@@ -8,13 +8,12 @@ use std::fs;
 use nalgebra::Isometry3;
 use ppnpack_packing::motion::{Cycle, JointPoint, Leg, LegKind};
 use ppnpack_protocol::ledger::{Head, Outcome, PlacementVerdict, Record};
-use ppnpack_protocol::placing::{Body, Placement};
+use ppnpack_protocol::placing::{Body, Ending, Finding, Placement};
 use ppnpack_service::Health;
 use redb::TableDefinition;
 use serde::Serialize;
 use tempfile::TempDir;
 
-use super::tests::{body, placed};
 use super::*;
 
 /// The cell in each of them.
@@ -31,6 +30,26 @@ fn placement(id: &str, state_number: u64) -> Placement {
         container_from_item: Isometry3::translation(0.1, 0.2, 0.25),
         state_number,
         cycle: None,
+    }
+}
+
+fn placed() -> Finding {
+    Finding {
+        ending: Ending::Placed,
+        failure: String::new(),
+        container_from_item: Some(Isometry3::translation(0.1, 0.2, 0.25)),
+        is_inside: true,
+        slide_m: 0.01,
+        tilt_rad: 0.02,
+    }
+}
+
+fn body(item_id: &str) -> Body {
+    Body {
+        item_id: item_id.to_owned(),
+        object: "box".to_owned(),
+        container_from_item: Isometry3::translation(0.1, 0.2, 0.25),
+        is_inside: true,
     }
 }
 

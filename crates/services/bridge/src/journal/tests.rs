@@ -20,7 +20,7 @@ fn placement(id: &str, state_number: u64) -> Placement {
     }
 }
 
-pub(super) fn placed() -> Finding {
+fn placed() -> Finding {
     Finding {
         container_from_item: Some(Isometry3::translation(0.1, 0.2, 0.25)),
         is_inside: true,
@@ -28,7 +28,7 @@ pub(super) fn placed() -> Finding {
     }
 }
 
-pub(super) fn body(item_id: &str) -> Body {
+fn body(item_id: &str) -> Body {
     Body {
         item_id: item_id.to_owned(),
         object: "box".to_owned(),
