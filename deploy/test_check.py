@@ -36,7 +36,7 @@ class Check(unittest.TestCase):
         return "\n".join(getattr(self.check, check)())
 
     def test_the_files_are_as_they_should_be(self):
-        for check in ("of_configuration", "of_kubernetes", "of_tags"):
+        for check in ("of_configuration", "of_kubernetes", "of_tags", "of_passwords"):
             self.assertEqual(list(getattr(self.check, check)()), [], check)
 
     def test_cells_are_those_of_the_planner_and_of_the_access_table(self):
@@ -69,10 +69,21 @@ class Check(unittest.TestCase):
 
     def test_images_are_named_by_digests(self):
         path = "kubernetes/images/kustomization.yaml"
-        told = self.told("of_services", path, f'digest: "sha256:{"0" * 64}"', "newTag: v1")
+        told = self.told("of_services", path, 'digest: "sha256:', 'newTag: latest, old: "sha256:')
         self.assertIn(f"{path} lacks router", told)
-        told = self.told("of_tags", path, "newTag: v1", "newTag: latest")
-        self.assertIn(f"{path} names an image latest", told)
+        self.assertEqual(list(self.check.of_tags()), [f"{path} names an image latest"])
+
+    def test_no_password_has_a_default(self):
+        told = self.told("of_passwords", "compose.observability.yaml", "${GRAFANA_PASSWORD:?", "${GRAFANA_PASSWORD:-")
+        self.assertIn("lets in who knows no password: GF_SECURITY_ADMIN_PASSWORD", told)
+
+    def test_every_process_is_missed(self):
+        told = self.told("of_services", "observability/alerts.yaml", 'process="planner"', 'process="other"')
+        self.assertIn("observability/alerts.yaml lacks planner", told)
+
+    def test_every_alert_has_a_test(self):
+        told = self.told("of_alerts", "observability/alerts_test.yaml", "alertname: SessionFailed\n", "alertname: Other\n")
+        self.assertIn("alerts_test.yaml never has SessionFailed fire", told)
 
 
 if __name__ == "__main__":

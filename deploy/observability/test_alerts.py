@@ -39,7 +39,7 @@ SHORTER = {
     "prometheus.yaml": {"scrape_interval: 5s": "scrape_interval: 1s", "evaluation_interval: 15s": "evaluation_interval: 1s",
                         "refresh_interval: 10s": "refresh_interval: 1s"},
     "alerts.yaml": {"for: 30s": "for: 2s"},
-    "alertmanager.yaml": {"group_wait: 10s": "group_wait: 0s"},
+    "alertmanager.yaml": {"group_wait: 10s": "group_wait: 0s", "group_interval: 1m": "group_interval: 1s"},
 }
 
 
@@ -74,6 +74,7 @@ services:
     image: debian:bookworm-slim
     volumes:
       - {programs["prometheus-alertmanager"]}:/usr/local/bin/alertmanager:ro
+      - /usr/share/prometheus/alertmanager:/usr/share/prometheus/alertmanager:ro
       - {folder}/alertmanager.yaml:/etc/alertmanager.yaml:ro
 """)
 
@@ -129,6 +130,10 @@ class Prometheus:
         loaded = {rule["name"] for rule in rules if rule["health"] == "ok"}
         return set(re.findall(r"- alert: (\w+)", (HERE / "alerts.yaml").read_text())) - loaded
 
+    def alerts_left(self):
+        """Before the first scrape everything is gone."""
+        return [alert["labels"] for alert in self.get("alerts")["alerts"]]
+
     def counts_missing(self):
         return [query for query in COUNTED if not self.get("query", query=query)["result"]]
 
@@ -150,6 +155,9 @@ def main():
     prometheus.await_that("not everything is scraped", prometheus.targets_missing)
     prometheus.await_that("not all rules are evaluated", prometheus.rules_missing)
     prometheus.await_that("the cell is not counted", prometheus.counts_missing)
+    prometheus.await_that("something else is wrong", prometheus.alerts_left)
+    while not told.empty():
+        told.get()
     run("stop", "--timeout", "12", "perception")
     stopped, heard = time.monotonic(), []
     wanted = {"alertname": "ProcessGone", "job": "ppnpack", "process": "perception"}

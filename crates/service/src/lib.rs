@@ -46,6 +46,7 @@
 //! - [`rpc`]: answer requests and make them,
 //! - [`stream`]: publish data and read it,
 //! - [`alive`]: say that it is there, and see who else is,
+//! - [`lease`]: serve a cell that no other instance serves,
 //! - [`health`]: say what it needs, and whether it has it,
 //! - [`supervision`]: end where a thread is dead,
 //! - [`metrics`] of what happens, to be counted.
@@ -64,6 +65,7 @@ pub mod embedded;
 pub mod error;
 pub mod health;
 mod http;
+pub mod lease;
 mod logs;
 pub mod metrics;
 mod payload;

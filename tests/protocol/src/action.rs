@@ -153,10 +153,10 @@ impl World {
             TakeUp(controller) => self.take_up(controller),
             Finish => self.finish(),
             Ask(who) => self.ask(who),
-            Arrive(who) => self.arrive(who),
+            Arrive(who) => self.arrive(who, configuration),
             Receive(who) => self.receive(who),
             GiveUp(who) => self.give_up(who, configuration),
-            ArriveLate(decision) => self.arrive_late(decision),
+            ArriveLate(decision) => self.arrive_late(decision, configuration),
             Hear(decision) => self.hear(decision),
             Report(controller) => self.report(controller),
             Move => self.begin_motion(),
@@ -174,11 +174,11 @@ impl World {
             RestoreStore => self.restore_store(configuration),
             Hold => self.hold(configuration),
             TakeOut(item) => self.take_out(item, configuration),
-            Resume => self.resume(),
-            Acknowledge => self.acknowledge(),
-            BeginAnew => self.begin_anew(),
+            Resume => self.resume(configuration),
+            Acknowledge => self.acknowledge(configuration),
+            BeginAnew => self.begin_anew(configuration),
             Renew => self.renew(configuration),
-            BeginNext => self.begin_next(),
+            BeginNext => self.begin_next(configuration),
         }
     }
 }

@@ -1,13 +1,13 @@
 //! The bridge: its ledger, its robot, which goes on whoever watches it, and its disk.
 
 use nalgebra::Isometry3;
-use ppnpack_protocol::ledger::{Ledger, PlacementVerdict, Record, RenewalVerdict};
+use ppnpack_protocol::ledger::{FROM_BACKUP, Ledger, PlacementVerdict, Record, RenewalVerdict};
 use ppnpack_protocol::message;
 use ppnpack_protocol::placing::{Body, Ending, Finding};
 use ppnpack_wire::v1::{self, Status};
 
 use crate::action::Who;
-use crate::configuration::{Configuration, Fault};
+use crate::configuration::{Configuration, Fault, Sabotage};
 use crate::driver::{Answer, Ask, Call};
 use crate::world::{Broken, Job, Motion, Whereabouts, World};
 
@@ -27,7 +27,7 @@ impl World {
         Some(())
     }
 
-    pub(crate) fn arrive(&mut self, who: Who) -> Option<()> {
+    pub(crate) fn arrive(&mut self, who: Who, configuration: &Configuration) -> Option<()> {
         if !self.bridge.is_up {
             return None;
         }
@@ -36,7 +36,7 @@ impl World {
             return None;
         }
         let answer = match call.ask {
-            Ask::Place(decision) => self.place(decision)?,
+            Ask::Place(decision) => self.place(decision, configuration)?,
             Ask::Outcome(decision) => self.outcome(decision)?,
             Ask::State => Answer::State {
                 state_number: self.bridge.ledger.head().state_number,
@@ -48,17 +48,21 @@ impl World {
     }
 
     /// Nobody waits for the answer any more: it counts where the placement is begun.
-    pub(crate) fn arrive_late(&mut self, decision: u8) -> Option<()> {
+    pub(crate) fn arrive_late(
+        &mut self,
+        decision: u8,
+        configuration: &Configuration,
+    ) -> Option<()> {
         let decision = usize::from(decision);
         if !self.bridge.is_up || !self.decided.get(decision)?.is_sent {
             return None;
         }
         let before = self.bridge.ledger.head().next;
-        self.place(decision)?;
+        self.place(decision, configuration)?;
         (self.bridge.ledger.head().next != before).then_some(())
     }
 
-    fn place(&mut self, number: usize) -> Option<Answer> {
+    fn place(&mut self, number: usize, configuration: &Configuration) -> Option<Answer> {
         let decided = self.decided.get(number)?;
         let request = v1::PlaceRequest::from(&decided.decision);
         let Ok(placement) = message::read_placement(&request) else {
@@ -66,8 +70,18 @@ impl World {
         };
         let ledger = &self.bridge.ledger;
         let verdict = ledger.judge(&placement);
-        if let Some(status) = verdict.refusal() {
-            return Some(Answer::Refused(status));
+        let is_let_through = match verdict {
+            PlacementVerdict::Stale => configuration.lacks(Sabotage::AnyState),
+            PlacementVerdict::Held(_) => configuration.lacks(Sabotage::BeginsWhileHeld),
+            _ => false,
+        };
+        if let Some(status) = verdict.refusal().filter(|_| !is_let_through) {
+            let is_forgotten = status == Status::Forgotten;
+            let is_lacking = configuration.lacks(Sabotage::ForgottenIsNotPlaced);
+            return Some(Answer::Refused(match is_forgotten && is_lacking {
+                true => Status::Stale,
+                false => status,
+            }));
         }
         if let PlacementVerdict::Known(outcome) = verdict {
             let execution = message::execution(&placement, outcome);
@@ -75,7 +89,10 @@ impl World {
         }
         let execution = message::execution(&placement, None);
         let is_held = ledger.head().hold.is_some();
-        let is_settled = decided.settled.is_some();
+        // What is unknown may have been carried out, now or before.
+        let is_settled = decided
+            .settled
+            .is_some_and(|kind| kind != v1::OutcomeKind::Unknown);
         let change = ledger.accept(placement);
         self.bridge.ledger.apply(change);
         self.bridge.job = Some(Job::Place(number));
@@ -200,16 +217,19 @@ impl World {
         self.bridge.job = None;
         if configuration.is_simulated {
             self.motion = None;
+            self.forget_under_way();
         }
         Some(())
     }
 
     pub(crate) fn start_bridge(&mut self, configuration: &Configuration) -> Option<()> {
-        if self.bridge.is_up {
+        if self.bridge.is_up || configuration.lacks(Sabotage::NeverStarts) {
             return None;
         }
         self.bridge.is_up = true;
-        if let Some(change) = self.bridge.ledger.recover(configuration.is_simulated) {
+        let counts_as_simulated =
+            configuration.is_simulated || configuration.lacks(Sabotage::CutOffIsNotPlaced);
+        if let Some(change) = self.bridge.ledger.recover(counts_as_simulated) {
             self.bridge.ledger.apply(change);
         }
         if configuration.is_simulated {
@@ -218,19 +238,24 @@ impl World {
         Some(())
     }
 
-    /// A simulated cell is what its ledger says. What was under way has not happened; of what was forgotten nothing is there.
+    /// In a simulated cell, what was not written down has not happened.
+    fn forget_under_way(&mut self) {
+        if let Some(Record::Placement { placement, .. }) = self.bridge.ledger.under_way()
+            && let Some(item) = self.item_no(&placement.item_id)
+            && let Some(whereabouts) = self.items.get_mut(usize::from(item))
+        {
+            *whereabouts = Whereabouts::Waiting;
+        }
+    }
+
+    /// A simulated cell is what its ledger says: of what that has forgotten nothing is there.
     fn take_over(&mut self) {
         let bodies = &self.bridge.ledger.head().bodies;
-        let published = &self.published;
         for (item, whereabouts) in self.items.iter_mut().enumerate() {
             let id = item_id(item);
-            let is_placed = |outcome: &v1::Outcome| {
-                outcome.item_id == id && outcome.kind() == v1::OutcomeKind::Placed
-            };
             *whereabouts = match *whereabouts {
                 _ if bodies.iter().any(|body| body.item_id == id) => Whereabouts::Inside,
-                Whereabouts::Inside if published.iter().any(is_placed) => Whereabouts::Elsewhere,
-                Whereabouts::Inside => Whereabouts::Waiting,
+                Whereabouts::Inside => Whereabouts::Elsewhere,
                 other => other,
             };
         }
@@ -261,7 +286,7 @@ impl World {
         }
         let backup = self.bridge.backup.clone()?;
         self.count(Fault::Restore, configuration)?;
-        let change = backup.restored_at(self.fresh_state());
+        let change = backup.restored_at(self.fresh_state(), FROM_BACKUP);
         self.bridge.ledger = backup;
         self.bridge.ledger.apply(change);
         Some(())

@@ -17,6 +17,8 @@ pub struct Configuration {
     pub may_fail: bool,
     /// Of how many worlds one is followed, to see whether it goes on when all faults have ended.
     pub followed: u64,
+    /// What is taken out of the software, to see that it is missed.
+    pub sabotage: Option<Sabotage>,
     /// How often something may happen, by [`Fault`].
     pub most: [u8; Fault::COUNT],
 }
@@ -49,6 +51,27 @@ impl Fault {
     pub const COUNT: usize = 9;
 }
 
+/// A safeguard that is taken out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sabotage {
+    /// The bridge carries out what was planned on any state.
+    AnyState,
+    /// The bridge begins placements while the cell is held.
+    BeginsWhileHeld,
+    /// A cell that is resumed goes on at the state at which it was held.
+    SameStateAfterHold,
+    /// What was decided before is not voided where somebody begins anew or acknowledges a failure.
+    NothingIsVoided,
+    /// What the bridge knows nothing of counts as not placed.
+    ForgottenIsNotPlaced,
+    /// A placement that was cut off counts as not placed in a real cell.
+    CutOffIsNotPlaced,
+    /// A session that was restored goes on by itself.
+    RestoredGoesOn,
+    /// A bridge that was killed does not go on with what was asked for.
+    NeverStarts,
+}
+
 impl Configuration {
     /// One planner that packs by itself.
     pub fn automatic(name: &'static str) -> Self {
@@ -60,8 +83,141 @@ impl Configuration {
             is_simulated: false,
             may_fail: false,
             followed: 1,
+            sabotage: None,
             most: [0; Fault::COUNT],
         }
+    }
+
+    /// The worlds that are gone through from end to end, each in less than a minute.
+    pub fn small() -> Vec<Self> {
+        use Fault::*;
+        let automatic = Self::automatic;
+        vec![
+            automatic("nothing fails"),
+            automatic("kills")
+                .with(KillBridge, 2)
+                .with(KillPlanner, 1)
+                .with(TimeOut, 2),
+            automatic("holds")
+                .with(Hold, 2)
+                .with(Hand, 1)
+                .with(TimeOut, 2),
+            automatic("kills and holds")
+                .with(Hold, 1)
+                .with(Hand, 1)
+                .with(KillBridge, 1)
+                .with(TimeOut, 1),
+            automatic("lost disks")
+                .with(KillBridge, 1)
+                .with(KillPlanner, 1)
+                .with(LoseJournal, 1)
+                .with(LoseStore, 1)
+                .with(TimeOut, 1),
+            automatic("backups")
+                .with(KillBridge, 1)
+                .with(KillPlanner, 1)
+                .with(Restore, 1)
+                .with(TimeOut, 1)
+                .following(64),
+            automatic("renewals")
+                .with(KillBridge, 1)
+                .with(Renew, 1)
+                .with(Hold, 1)
+                .with(TimeOut, 1),
+            automatic("a robot that fails")
+                .failing()
+                .with(KillBridge, 1)
+                .with(TimeOut, 1),
+            automatic("a simulated cell")
+                .simulated()
+                .with(KillBridge, 2)
+                .with(KillPlanner, 1)
+                .with(TimeOut, 1),
+            automatic("two controllers")
+                .by_controllers(2)
+                .with(KillBridge, 1)
+                .with(Hold, 1)
+                .with(TimeOut, 1)
+                .following(64),
+        ]
+    }
+
+    /// Worlds that are too large for that: everything in them at once.
+    pub fn large() -> Vec<Self> {
+        use Fault::*;
+        let all = |world: Self| {
+            let faults = [
+                KillBridge,
+                KillPlanner,
+                TimeOut,
+                LoseJournal,
+                LoseStore,
+                Restore,
+                Hold,
+                Hand,
+                Renew,
+            ];
+            let world = Self {
+                items: 4,
+                decisions: 8,
+                ..world.failing()
+            };
+            faults
+                .into_iter()
+                .fold(world, |world, fault| world.with(fault, 3))
+        };
+        vec![
+            all(Self::automatic("everything, by itself")),
+            all(Self::automatic("everything, simulated").simulated()),
+            all(Self::automatic("everything, by three controllers").by_controllers(3)),
+        ]
+    }
+
+    /// The same, in which the robot may fail.
+    #[must_use]
+    pub fn failing(self) -> Self {
+        Self {
+            may_fail: true,
+            ..self
+        }
+    }
+
+    /// The same in a simulated cell.
+    #[must_use]
+    pub fn simulated(self) -> Self {
+        Self {
+            is_simulated: true,
+            ..self
+        }
+    }
+
+    /// The same, in which so many controllers carry decisions out, in place of the planner.
+    #[must_use]
+    pub fn by_controllers(self, controllers: u8) -> Self {
+        Self {
+            controllers,
+            ..self
+        }
+    }
+
+    /// The same, in which one of so many worlds is followed.
+    #[must_use]
+    pub fn following(self, followed: u64) -> Self {
+        Self { followed, ..self }
+    }
+
+    /// The same without a safeguard.
+    #[must_use]
+    pub fn without(self, sabotage: Sabotage) -> Self {
+        Self {
+            sabotage: Some(sabotage),
+            ..self
+        }
+    }
+
+    /// Whether a safeguard is taken out.
+    pub(crate) fn lacks(&self, sabotage: Sabotage) -> bool {
+        self.sabotage == Some(sabotage)
     }
 
     /// The same, in which something may happen so often.

@@ -2,11 +2,10 @@
 //! ask of them, and no more.
 
 use ppnpack_protocol::ledger::RenewalVerdict;
-use ppnpack_protocol::session::Session;
 use ppnpack_wire::v1;
 
 use crate::bridge::item_id;
-use crate::configuration::{Configuration, Fault};
+use crate::configuration::{Configuration, Fault, Sabotage};
 use crate::planner;
 use crate::world::{Whereabouts, World};
 
@@ -41,7 +40,7 @@ impl World {
 
     /// Who held the cell lets it go on. Where the software held it, somebody waits until the robot stands, and says what the
     /// container holds.
-    pub(crate) fn resume(&mut self) -> Option<()> {
+    pub(crate) fn resume(&mut self, configuration: &Configuration) -> Option<()> {
         let reason = self.bridge.ledger.head().hold.clone()?;
         if !self.bridge.is_up {
             return None;
@@ -60,14 +59,20 @@ impl World {
             let change = self.bridge.ledger.change_by_hand(&missing);
             self.bridge.ledger.apply(change);
         }
-        let change = self.bridge.ledger.resume();
+        let mut change = self.bridge.ledger.resume();
+        if configuration.lacks(Sabotage::SameStateAfterHold) {
+            change.head.state_number = self.bridge.ledger.head().state_number;
+        }
         self.bridge.ledger.apply(change);
         Some(())
     }
 
     /// What was decided before begins no more, as the planner has the bridge count the state up; `None` where it cannot.
-    fn void_decisions(&mut self) -> Option<u64> {
+    fn void_decisions(&mut self, configuration: &Configuration) -> Option<u64> {
         let ledger = &self.bridge.ledger;
+        if configuration.lacks(Sabotage::NothingIsVoided) {
+            return Some(0);
+        }
         if !self.bridge.is_up || ledger.under_way().is_some() {
             return None;
         }
@@ -77,13 +82,16 @@ impl World {
     }
 
     /// Somebody looks where everything is, takes out of the session what does not wait any more, and switches on again.
-    pub(crate) fn acknowledge(&mut self) -> Option<()> {
+    pub(crate) fn acknowledge(&mut self, configuration: &Configuration) -> Option<()> {
         let session = &self.planner.session;
-        let is_due = session.has_failed() || (self.must_look && !self.controllers.is_empty());
+        let is_due = match self.controllers.is_empty() {
+            true => session.has_failed(),
+            false => self.must_look,
+        };
         if !self.planner.is_up || !is_due || self.motion.is_some() {
             return None;
         }
-        let voided = self.void_decisions()?;
+        let voided = self.void_decisions(configuration)?;
         let gone = self.items_not_waiting();
         let session = &mut self.planner.session;
         for item in gone {
@@ -106,26 +114,29 @@ impl World {
     }
 
     /// Where the planner knows nothing, somebody announces what still waits.
-    pub(crate) fn begin_anew(&mut self) -> Option<()> {
-        let is_lost = self.planner.session == Session::default();
+    pub(crate) fn begin_anew(&mut self, configuration: &Configuration) -> Option<()> {
+        let is_lost = self.planner.session.id().is_empty();
         if !self.planner.is_up || !is_lost || self.motion.is_some() {
             return None;
         }
-        let voided = self.void_decisions()?;
-        self.begin(voided)
+        self.begin(0, configuration)
     }
 
     /// Where an empty container was brought, a session begins with it.
-    pub(crate) fn begin_next(&mut self) -> Option<()> {
+    pub(crate) fn begin_next(&mut self, configuration: &Configuration) -> Option<()> {
         let state_number = self.renewed_at()?;
         let is_begun = self.planner.session.least_state_number() >= state_number;
         if !self.planner.is_up || is_begun || self.planner.session.pending().is_some() {
             return None;
         }
-        self.begin(state_number)
+        self.begin(state_number, configuration)
     }
 
-    fn begin(&mut self, least_state_number: u64) -> Option<()> {
+    fn begin(&mut self, least_state_number: u64, configuration: &Configuration) -> Option<()> {
+        let least_state_number = match self.planner.session.is_settled() {
+            true => least_state_number,
+            false => least_state_number.max(self.void_decisions(configuration)?),
+        };
         let is_automatic = self.controllers.is_empty();
         let next = planner::begun(self.sessions, is_automatic, least_state_number, &self.items);
         self.planner.session = self.planner.session.followed_by(next, false).ok()?;

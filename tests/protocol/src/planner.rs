@@ -3,16 +3,16 @@
 use nalgebra::Isometry3;
 use ppnpack_packing::grid::Units;
 use ppnpack_packing::placement::{Placement, RestingPlacement};
-use ppnpack_protocol::session::{End, ItemState, Lying, Rules, Session, SessionItem};
+use ppnpack_protocol::session::{End, FROM_BACKUP, ItemState, Lying, Rules, Session, SessionItem};
 use ppnpack_wire::convert;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::v1::{self, OutcomeKind};
 
 use crate::action::Who;
 use crate::bridge::item_id;
-use crate::configuration::{Configuration, Fault};
+use crate::configuration::{Configuration, Fault, Sabotage};
 use crate::driver::{Driver, Settled};
-use crate::world::{Broken, Decided, Whereabouts, World};
+use crate::world::{Broken, Decided, Motion, Whereabouts, World};
 
 /// A session in which all items are announced that wait.
 pub(crate) fn begun(
@@ -216,6 +216,10 @@ impl World {
         if kind == OutcomeKind::Placed && waits {
             self.break_promise(Broken::NotPacked);
         }
+        let moves = number.is_some_and(|number| self.motion == Some(Motion::Place(number)));
+        if kind == OutcomeKind::NotPlaced && (!waits || moves) {
+            self.break_promise(Broken::WasPlaced);
+        }
         if matches!(kind, OutcomeKind::Lost | OutcomeKind::Unknown) {
             self.must_look = true;
         }
@@ -270,7 +274,14 @@ impl World {
         let backup = self.planner.backup.clone()?;
         self.count(Fault::Restore, configuration)?;
         self.planner.session = backup;
-        self.planner.session.restored();
+        if !configuration.lacks(Sabotage::RestoredGoesOn) {
+            let pending = self.planner.session.pending();
+            let pending = pending.and_then(|decision| self.decision_no(&decision.decision_id));
+            self.planner.session.restored(FROM_BACKUP);
+            if let Some(decided) = pending.and_then(|number| self.decided.get_mut(number)) {
+                decided.settled.get_or_insert(OutcomeKind::Unknown);
+            }
+        }
         self.must_look = true;
         Some(())
     }

@@ -1,36 +1,40 @@
 //! Whether it goes on when all faults have ended.
 
 use ppnpack_protocol::placing::Ending;
+use ppnpack_protocol::session::ItemState;
 
 use crate::action::Who;
-use crate::{Action, Configuration, World};
+use crate::{Action, Broken, Configuration, World};
 
 /// Steps in which a decision comes to its end at the latest, once nothing fails any more.
-const MOST_STEPS: usize = 60;
+const MOST_STEPS: usize = 400;
 
 impl World {
     /// Whether everything was packed, and the session says so.
     pub fn is_packed(&self) -> bool {
         let session = &self.planner.session;
-        let packed = session.items().iter();
-        let mut packed = packed.map(|item| {
-            matches!(
-                item.state,
-                ppnpack_protocol::session::ItemState::Packed { .. }
-            )
-        });
-        !session.items().is_empty() && packed.all(|is_packed| is_packed)
+        let mut items = session.items().iter();
+        !session.items().is_empty()
+            && items.all(|item| matches!(item.state, ItemState::Packed { .. }))
+    }
+
+    /// The promise that was broken; also that it goes on when all faults have ended.
+    pub fn end(&self, configuration: &Configuration) -> Option<Broken> {
+        match self.broken() {
+            None if !self.goes_on(configuration) => Some(Broken::Stuck),
+            broken => broken,
+        }
     }
 
     /// Whether what is pending comes to its end, and an item that waits is decided on, once nothing fails any more and people do what
     /// is asked of them.
-    pub fn goes_on(&self, configuration: &Configuration) -> bool {
+    pub(crate) fn goes_on(&self, configuration: &Configuration) -> bool {
         let mut world = self.clone();
         for _ in 0..MOST_STEPS {
             if world.is_at_rest(configuration) {
                 return true;
             }
-            let next = world.mended(configuration);
+            let next = world.mended();
             let mut next = next.into_iter();
             let Some(after) = next.find_map(|action| world.after(action, configuration)) else {
                 return false;
@@ -54,7 +58,7 @@ impl World {
     }
 
     /// What happens next where nothing fails, in the order in which it is tried.
-    fn mended(&self, configuration: &Configuration) -> Vec<Action> {
+    fn mended(&self) -> Vec<Action> {
         use Action::*;
         let mut actions = vec![
             StartBridge,
@@ -83,7 +87,6 @@ impl World {
                     .map(|who| Decide(who, state, content)),
             );
         }
-        let _ = configuration;
         actions.push(Finish);
         actions
     }

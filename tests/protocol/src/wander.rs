@@ -36,13 +36,9 @@ pub fn wander(configuration: &Configuration, seed: u64, most_steps: usize) -> Wa
         story.push(action);
         world = next;
     }
-    let broken = match world.broken() {
-        None if !world.goes_on(configuration) => Some(Broken::Stuck),
-        broken => broken,
-    };
     Way {
         story,
-        broken,
+        broken: world.end(configuration),
         packs: world.is_packed(),
     }
 }

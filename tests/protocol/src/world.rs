@@ -30,7 +30,7 @@ pub enum Broken {
     BegunTwice,
     /// A placement was begun for an item that does not wait any more.
     ItemPlacedTwice,
-    /// A placement was begun that had been settled as not placed, or given up.
+    /// A placement was begun that had been settled, but not as unknown, or given up.
     BegunAfterItWasSettled,
     /// A placement was begun on another content than the one that its picture showed.
     OtherContent,
@@ -40,6 +40,8 @@ pub enum Broken {
     NobodyLooked,
     /// A session says that an item was packed which was not.
     NotPacked,
+    /// A session says that an item was not placed which was, or which the robot still has.
+    WasPlaced,
     /// All faults have ended, and the packing does not go on.
     Stuck,
     /// Two ends of the protocol did not understand each other.

@@ -1,127 +1,150 @@
-//! Small worlds, in which everything is gone through that can happen.
+//! Small worlds, in which everything is gone through that can happen; and the same without one of the safeguards, which is missed.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a panic in a test is a failing test"
+)]
 
 use std::time::Duration;
 
-use ppnpack_protocol_tests::Configuration;
-use ppnpack_protocol_tests::configuration::Fault;
+use ppnpack_protocol_tests::configuration::{Configuration, Fault, Sabotage};
 use ppnpack_protocol_tests::exhaust::exhaust;
-use ppnpack_protocol_tests::shrink::{shrink, tell, written};
+use ppnpack_protocol_tests::shrink::{end_of, shrink, written};
+use ppnpack_protocol_tests::wander::wander;
+use ppnpack_protocol_tests::{Action, Broken};
 
-fn check(configuration: &Configuration) {
-    let found = exhaust(configuration, Duration::from_secs(600), 2);
-    println!(
-        "{}: {} worlds, {} steps, {} deep",
-        configuration.name, found.worlds, found.steps, found.depth
-    );
+/// Longer than any of them takes; it is here so that one that grows is noticed.
+const LIMIT: Duration = Duration::from_secs(300);
+
+/// How a story ends, and the story, as short as it can be.
+fn told(story: &[Action], configuration: &Configuration) -> (Option<Broken>, String) {
+    let story = shrink(story, configuration);
+    (end_of(&story, configuration), written(&story))
+}
+
+/// Goes through a small world, in which every promise is kept.
+fn exhausted(name: &str) {
+    let small = Configuration::small();
+    let configuration = small.iter().find(|world| world.name == name).unwrap();
+    let found = exhaust(configuration, LIMIT, 1);
     if let Some(story) = &found.broken {
-        let story = shrink(story, configuration);
-        let end = tell(&story, configuration).and_then(|world| world.broken());
-        panic!("{end:?} after {}", written(&story));
+        let (end, story) = told(story, configuration);
+        panic!("{end:?} after {story}");
     }
-    assert!(found.is_complete && found.packs);
+    assert!(found.is_complete && found.packs, "{found:?}");
 }
 
 #[test]
-fn nothing_fails() {
-    check(&Configuration::automatic("quiet"));
+fn where_nothing_fails_everything_is_packed() {
+    exhausted("nothing fails");
 }
 
 #[test]
-fn kills_and_late_requests() {
-    let world = Configuration::automatic("kills")
-        .with(Fault::KillBridge, 1)
-        .with(Fault::KillPlanner, 1)
-        .with(Fault::TimeOut, 1);
-    check(&world);
+fn kills_and_late_requests_break_nothing() {
+    exhausted("kills");
 }
 
 #[test]
-fn holds() {
-    let world = Configuration::automatic("holds")
-        .with(Fault::Hold, 1)
-        .with(Fault::Hand, 1)
-        .with(Fault::TimeOut, 1);
-    check(&world);
+fn holds_and_hands_break_nothing() {
+    exhausted("holds");
 }
 
 #[test]
-fn kills_and_holds() {
-    let world = Configuration::automatic("kills and holds")
-        .with(Fault::Hold, 1)
-        .with(Fault::Hand, 1)
-        .with(Fault::KillBridge, 1)
-        .with(Fault::TimeOut, 1);
-    check(&world);
+fn kills_of_held_cells_break_nothing() {
+    exhausted("kills and holds");
 }
 
 #[test]
-fn lost_disks() {
-    let world = Configuration::automatic("lost disks")
-        .with(Fault::KillBridge, 1)
-        .with(Fault::KillPlanner, 1)
-        .with(Fault::LoseJournal, 1)
-        .with(Fault::LoseStore, 1)
-        .with(Fault::TimeOut, 1);
-    check(&world);
+fn lost_disks_break_nothing() {
+    exhausted("lost disks");
 }
 
 #[test]
-fn restored() {
-    let world = Configuration {
-        followed: 64,
-        ..Configuration::automatic("restored")
-    };
-    let world = world
-        .with(Fault::KillBridge, 1)
-        .with(Fault::KillPlanner, 1)
-        .with(Fault::Restore, 1)
-        .with(Fault::TimeOut, 1);
-    check(&world);
+fn backups_that_are_put_back_break_nothing() {
+    exhausted("backups");
 }
 
 #[test]
-fn renewed() {
-    let world = Configuration::automatic("renewed")
-        .with(Fault::KillBridge, 1)
-        .with(Fault::Renew, 1)
-        .with(Fault::TimeOut, 1);
-    check(&world);
+fn renewals_break_nothing() {
+    exhausted("renewals");
 }
 
 #[test]
-fn failing_robot() {
-    let world = Configuration {
-        may_fail: true,
-        ..Configuration::automatic("failing")
-    };
-    check(&world.with(Fault::KillBridge, 1).with(Fault::TimeOut, 1));
+fn a_robot_that_fails_breaks_nothing() {
+    exhausted("a robot that fails");
 }
 
 #[test]
-fn controllers() {
-    let world = Configuration {
-        controllers: 2,
-        followed: 64,
-        ..Configuration::automatic("controllers")
-    };
-    check(
-        &world
-            .with(Fault::KillBridge, 1)
-            .with(Fault::TimeOut, 1)
-            .with(Fault::Hold, 1),
-    );
+fn a_simulated_cell_breaks_nothing() {
+    exhausted("a simulated cell");
 }
 
 #[test]
-fn simulated() {
-    let world = Configuration {
-        is_simulated: true,
-        ..Configuration::automatic("simulated")
-    };
-    check(
-        &world
-            .with(Fault::KillBridge, 2)
-            .with(Fault::KillPlanner, 1)
-            .with(Fault::TimeOut, 1),
-    );
+fn two_controllers_break_nothing() {
+    exhausted("two controllers");
+}
+
+/// What breaks in this world without this safeguard.
+fn broken_without(sabotage: Sabotage, world: Configuration) -> Broken {
+    let configuration = world.without(sabotage);
+    let found = exhaust(&configuration, LIMIT, 1);
+    let story = found
+        .broken
+        .unwrap_or_else(|| panic!("{sabotage:?} is not missed"));
+    told(&story, &configuration).0.unwrap()
+}
+
+#[test]
+fn each_safeguard_is_missed_where_it_is_taken_out() {
+    use Fault::*;
+    use Sabotage::*;
+    let world = || Configuration::automatic("sabotaged");
+    let held = || world().with(Hold, 1).with(TimeOut, 1);
+    let killed = || world().with(KillBridge, 1).with(TimeOut, 1);
+    let restarted = || killed().with(KillPlanner, 1).following(1_000);
+    for (sabotage, world) in [
+        (AnyState, held()),
+        (BeginsWhileHeld, held()),
+        (SameStateAfterHold, held()),
+        (NothingIsVoided, restarted().with(LoseStore, 1)),
+        (ForgottenIsNotPlaced, killed().with(LoseJournal, 1)),
+        (CutOffIsNotPlaced, killed()),
+        (RestoredGoesOn, restarted().with(Restore, 1)),
+        (NeverStarts, killed()),
+    ] {
+        let broken = broken_without(sabotage, world);
+        let expected: &[Broken] = match sabotage {
+            BeginsWhileHeld => &[Broken::BegunWhileHeld],
+            NeverStarts => &[Broken::Stuck],
+            _ => &[
+                Broken::ItemPlacedTwice,
+                Broken::WasPlaced,
+                Broken::BegunAfterItWasSettled,
+            ],
+        };
+        assert!(expected.contains(&broken), "{sabotage:?}: {broken}");
+    }
+}
+
+#[test]
+fn random_ways_through_large_worlds_break_nothing() {
+    for configuration in Configuration::large() {
+        let mut packed = 0;
+        for seed in 0..3_000 {
+            let way = wander(&configuration, seed, 150);
+            if let Some(broken) = way.broken {
+                let (_, story) = told(&way.story, &configuration);
+                panic!(
+                    "{}, seed {seed}: {broken} after {story}",
+                    configuration.name
+                );
+            }
+            packed += usize::from(way.packs);
+        }
+        assert!(
+            packed > 0,
+            "{}: nothing was ever packed",
+            configuration.name
+        );
+    }
 }

@@ -10,6 +10,7 @@ use ppnpack_service::alive::Alive;
 use ppnpack_service::configuration::{Endpoints, ZenohSettings};
 use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::{Cell, Instance, Service};
+use ppnpack_wire::v1;
 use zenoh::Wait;
 
 use crate::cell::CellClient;
@@ -101,6 +102,15 @@ impl Stack {
         Ok(stack)
     }
 
+    /// Starts one more instance of a service, with files of its own, as by mistake; gives its name.
+    ///
+    /// # Errors
+    /// Where it does not start.
+    pub fn add_second(&mut self, service: Service, options: &Options) -> Result<String> {
+        self.add(service, 2, options)?;
+        Ok(format!("{service}-2"))
+    }
+
     fn add(&mut self, service: Service, index: usize, options: &Options) -> Result<()> {
         let name = format!("{service}-{index}");
         let mut settings = vec![
@@ -109,11 +119,17 @@ impl Stack {
             "admin.listen=127.0.0.1:0".to_owned(),
             "log.format=human".to_owned(),
         ];
-        let path = |file: &str| self.folder.path().join(file).display().to_string();
+        let path = |file: &str| {
+            let file = match index {
+                1 => format!("{file}.redb"),
+                _ => format!("{file}-{index}.redb"),
+            };
+            self.folder.path().join(file).display().to_string()
+        };
         let cells = options.cells.iter();
         match service {
             Service::Planner => {
-                settings.push(format!("service.store={}", path("sessions.redb")));
+                settings.push(format!("service.store={}", path("sessions")));
                 let from = match options.has_network {
                     true => "{from=\"network\",percent=5.0,coarsening={cells=1,yaws=1}}",
                     false => "{from=\"all\"}",
@@ -130,7 +146,7 @@ impl Stack {
                 ));
             }
             Service::Bridge => {
-                settings.push(format!("service.journal={}", path("bridge.redb")));
+                settings.push(format!("service.journal={}", path("bridge")));
                 settings.push(format!(
                     "service.cells={{{}}}",
                     cells
@@ -251,6 +267,16 @@ impl Stack {
         let process = process.with_context(|| format!("there is no {name}"))?;
         ensure!(!process.is_running(), "{name} runs already");
         process.start()
+    }
+
+    /// What an instance says of its health.
+    ///
+    /// # Errors
+    /// Where it does not answer.
+    pub fn health(&self, service: Service, name: &str) -> Result<v1::HealthReply> {
+        let client = Client::new(&self.session);
+        let deadline = Instant::now() + START_LIMIT;
+        Ok(client.health(service, &Instance::new(name)?, deadline)?)
     }
 
     /// Waits until an instance is alive and ready.

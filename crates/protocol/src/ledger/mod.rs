@@ -38,8 +38,12 @@ const PLACEMENT_CUT_OFF: &str = "the bridge was restarted while a placement was 
 const RENEWAL_CUT_OFF: &str = "the bridge was restarted while the container was renewed: look which container is there, resume, \
      and renew it where it is not empty";
 
+/// Why a cell is held that another bridge served meanwhile.
+pub const AFTER_ANOTHER: &str = "another bridge served the cell: look what the container holds and what the robot does, renew the container \
+     or say what changed, then resume";
+
 /// Why a cell is held whose journal was restored.
-const RESTORED: &str = "the journal was restored from a backup: look what the container holds and what the robot does, renew the \
+pub const FROM_BACKUP: &str = "the journal was restored from a backup: look what the container holds and what the robot does, renew the \
      container or say what changed, then resume";
 
 /// How a placement ended, and the state of the cell afterwards.
@@ -398,27 +402,27 @@ impl Ledger {
         })
     }
 
-    /// What a ledger is that was read from a backup: what was done since then is not known. It goes on at a state that none had, which
-    /// is the first of which all is known, and the cell is held.
-    pub fn restored(&self) -> Change {
+    /// What a ledger is that does not know all that was done since it was written, for this reason, such as [`FROM_BACKUP`]. It goes
+    /// on at a state that none had, which is the first of which all is known, and the cell is held.
+    pub fn restored(&self, reason: &str) -> Change {
         // By the time alone, where the clock was set back, it could be a state that the cell had after the backup.
         let moved_on = MOST_CHANGES + (rand::random::<u64>() >> RESTORE_SHIFT);
         let beyond = self.head.state_number.saturating_add(moved_on);
-        self.restored_at(new_state_number().max(beyond))
+        self.restored_at(new_state_number().max(beyond), reason)
     }
 
     /// As [`Self::restored`], at this state: one that the cell never had.
-    pub fn restored_at(&self, state_number: u64) -> Change {
+    pub fn restored_at(&self, state_number: u64, reason: &str) -> Change {
         let bodies = self.head.bodies.clone();
         let settled = match self.under_way() {
             Some(Record::Placement { .. }) => {
-                let finding = Finding::failed(Ending::Unknown, RESTORED);
+                let finding = Finding::failed(Ending::Unknown, reason);
                 self.end_placement(finding, bodies)
             }
             Some(Record::Renewal { .. }) => self.abandon_renewal(bodies),
             None => self.no_change(),
         };
-        let mut change = settled.holding(RESTORED);
+        let mut change = settled.holding(reason);
         change.head.state_number = state_number;
         change.head.first_state_number = state_number;
         change

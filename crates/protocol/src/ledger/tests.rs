@@ -240,7 +240,7 @@ fn a_restored_ledger_goes_on_at_a_state_of_its_own_whatever_the_clock_says() {
         since.apply(since.find_bodies(Vec::new()));
     }
     let states: Vec<u64> = (0..50)
-        .map(|_| backup.restored().head.state_number)
+        .map(|_| backup.restored(FROM_BACKUP).head.state_number)
         .collect();
     assert!(
         states
@@ -411,7 +411,7 @@ impl World {
             Event::Back => self.backup = self.ledger.clone(),
             Event::Restore => {
                 self.ledger = self.backup.clone();
-                self.apply(self.ledger.restored());
+                self.apply(self.ledger.restored(FROM_BACKUP));
                 let head = self.ledger.head();
                 assert_eq!(self.ledger.under_way(), None);
                 assert_eq!(head.state_number, head.first_state_number);

@@ -9,6 +9,8 @@ pub mod message;
 use ppnpack_packing::blocked::BlockedRegion;
 use ppnpack_wire::v1;
 
+use crate::pursuit;
+
 pub use item::{ItemState, Lying, Rules, SessionItem};
 
 /// The most items of a session.
@@ -17,8 +19,12 @@ const MAX_ITEMS: usize = 1_000;
 /// Decisions remembered after their outcome, to tell a repeated report or request from a new one.
 const SETTLED_KEPT: usize = 64;
 
+/// How a session ends where another planner planned meanwhile.
+pub const AFTER_ANOTHER: &str = "another planner planned for the cell, and what was packed meanwhile is not known: withdraw what is in \
+     the container, or begin a new session with an empty one";
+
 /// How a session ends that was restored.
-const RESTORED: &str = "the session was restored from a backup, and what was packed since is not known: withdraw what is in the \
+pub const FROM_BACKUP: &str = "the session was restored from a backup, and what was packed since is not known: withdraw what is in the \
      container, or begin a new session with an empty one";
 
 /// Sessions remembered after their end, so that a late request begins none of them again.
@@ -366,7 +372,16 @@ impl Session {
         else {
             return Err(SessionError::UnknownDecision(decision_id.to_owned()));
         };
-        self.item_mut(&decision.item_id)?.state = ItemState::after(&decision, outcome);
+        self.settle(decision, outcome);
+        Ok(())
+    }
+
+    /// Enters what became of the decision that was pending.
+    fn settle(&mut self, decision: v1::Decision, outcome: &v1::Outcome) {
+        let kind = outcome.kind();
+        if let Ok(item) = self.item_mut(&decision.item_id) {
+            item.state = ItemState::after(&decision, outcome);
+        }
         self.least_state_number = self.least_state_number.max(outcome.state_number);
         if self.is_automatic && matches!(kind, v1::OutcomeKind::Lost | v1::OutcomeKind::Unknown) {
             self.end = Some(End::Failed(gone(&decision.item_id, outcome)));
@@ -379,7 +394,6 @@ impl Session {
             request_id: decision.request_id,
             kind: kind.into(),
         });
-        Ok(())
     }
 
     /// Enters how a packed item was found; says whether it was packed.
@@ -396,11 +410,17 @@ impl Session {
         self.end.take_if(|end| !matches!(end, End::Failed(_)));
     }
 
-    /// It was read from a backup: what was packed since then is not known.
-    pub fn restored(&mut self) {
-        if !self.id.is_empty() {
-            self.end = Some(End::Failed(RESTORED.to_owned()));
+    /// What was packed since it was written is not known, for this reason, such as [`FROM_BACKUP`]; neither what became of the decision
+    /// that was pending. Its item may have been placed by a later one.
+    pub fn restored(&mut self, reason: &str) {
+        if self.id.is_empty() {
+            return;
         }
+        if let Some(decision) = self.pending.take() {
+            let unknown = pursuit::settled_as(&decision, v1::OutcomeKind::Unknown, reason, 0);
+            self.settle(decision, &unknown);
+        }
+        self.end = Some(End::Failed(reason.to_owned()));
     }
 
     /// The session has ended, in this way.

@@ -204,10 +204,20 @@ fn a_session_is_put_away_once_and_no_pending_decision_with_it_unasked() {
 fn a_restored_session_has_failed_and_one_that_never_began_has_not() {
     let mut session = session_of(&["a"]);
     session.set_automatic(true).unwrap();
-    session.restored();
+    session.restored(FROM_BACKUP);
     assert!(matches!(session.end, Some(End::Failed(_))));
+    // A decision that was pending then may have been carried out, or its item by a later one.
+    let mut session = session_of(&["a", "b"]);
+    session.decide(decision("d1", "a")).unwrap();
+    session.restored(FROM_BACKUP);
+    assert_eq!(session.pending(), None);
+    assert_eq!(session.items()[0].state, ItemState::Gone);
+    assert_eq!(
+        session.report("d1", &outcome(v1::OutcomeKind::Placed)),
+        Err(OtherOutcome("d1".to_owned()))
+    );
     let mut none = Session::default();
-    none.restored();
+    none.restored(FROM_BACKUP);
     assert_eq!(none, Session::default());
 }
 

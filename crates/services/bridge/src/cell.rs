@@ -21,6 +21,8 @@ pub(crate) struct CellWorks {
     pub(crate) supervisor: Supervisor,
     /// The end of the service, at once.
     pub(crate) cut_off: Shutdown,
+    /// Whether another bridge served the cell before this one did.
+    pub(crate) is_after_another: bool,
     /// How much longer than its motion a placement may take.
     pub(crate) overdue: Duration,
 }
@@ -29,7 +31,8 @@ impl CellWorks {
     /// Works as the desk until the end is asked for. The robot's actor works meanwhile, and tells it what came of that.
     pub(crate) fn run(mut self, mailbox: &Mailbox<Message>) {
         let robot = self.runner.robot.as_mut();
-        let Some(ledger) = desk::open(&mut self.journal, robot, mailbox) else {
+        let Some(ledger) = desk::open(&mut self.journal, robot, mailbox, self.is_after_another)
+        else {
             return;
         };
         let reach = Reach::of(robot);

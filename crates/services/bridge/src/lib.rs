@@ -25,9 +25,10 @@ use std::time::{Duration, Instant};
 
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_service::actor::{self, Address};
+use ppnpack_service::lease::{self, Lease};
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::Listener;
-use ppnpack_service::{HealthLatch, Running, ServiceError, Shutdown, alive};
+use ppnpack_service::{HealthLatch, Running, ServiceError, Shutdown};
 use ppnpack_wire::keys::Cell;
 
 use camera::Camera;
@@ -56,14 +57,15 @@ pub struct Bridge {
 
 /// Takes the requests for a cell, until it is dropped.
 struct Input {
-    _alive: alive::Token,
+    _lease: Lease,
     _listeners: [Listener; 7],
 }
 
 /// Starts the service with simulated cells.
 ///
 /// # Errors
-/// [`ServiceError`] where a cell cannot be simulated, or the session or threads cannot be had. A journal that cannot be
+/// [`ServiceError`] where a cell cannot be simulated, or the session or threads cannot be had. Where another bridge serves a cell
+/// this waits until that has ended. A journal that cannot be
 /// used is no error: requests are refused until it can, and the health check `journal` says why.
 pub fn start(
     process: &Process,
@@ -122,6 +124,7 @@ impl Bridge {
         journal: CellJournal,
         robot: Box<dyn Robot>,
     ) -> Result<(), ServiceError> {
+        let lease = lease::take(process, cell)?;
         let (address, mailbox) = actor::mailbox(settings.queue.max(1));
         let camera = Camera::new(process, cell, settings)?;
         let works = CellWorks {
@@ -131,6 +134,7 @@ impl Bridge {
             journal,
             supervisor: process.supervisor().clone(),
             cut_off: self.cut_off.clone(),
+            is_after_another: lease.is_after_another,
             overdue: settings.overdue(),
         };
         self.inputs.push(Input {
@@ -143,7 +147,7 @@ impl Bridge {
                 address.listen(process, Some(cell), Message::Changed)?,
                 address.listen(process, Some(cell), Message::State)?,
             ],
-            _alive: alive::announce(process, Some(cell))?,
+            _lease: lease,
         });
         let work = move || works.run(&mailbox);
         let thread = process

@@ -179,8 +179,7 @@ mod tests {
         let counts = Arc::new(Counts::new());
         let (address, mailbox) = actor::mailbox(MAX_CELLS);
         let mut settings = Settings::default();
-        let grid = settings.grid.clone();
-        settings.cells.insert("listed".to_owned(), grid);
+        settings.cells.insert("listed".to_owned(), settings.grid);
         let router = Router::new(&settings, address, Arc::clone(&counts));
         for number in 0..MAX_CELLS {
             let cell = Cell::new(&format!("c{number}")).unwrap();

@@ -230,6 +230,12 @@ mod tests {
             s.cells.insert("a b".to_owned(), GridSettings::default());
         });
         assert!(named.contains("a b"));
+        let many = refused(|s| {
+            let names = (0..=MAX_CELLS).map(|number| format!("c{number}"));
+            s.cells
+                .extend(names.map(|name| (name, GridSettings::default())));
+        });
+        assert!(many.contains("the number of cells is 65"), "{many}");
         let hall = refused(|s| {
             (s.grid.container.x_m, s.grid.container.y_m) = (10.0, 10.0);
         });

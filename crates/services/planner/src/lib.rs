@@ -17,9 +17,11 @@ use std::time::Instant;
 
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_physics::trial;
+use ppnpack_protocol::session::AFTER_ANOTHER;
 use ppnpack_service::Running;
 use ppnpack_service::actor::{self, Address};
-use ppnpack_service::alive::{self, Alive};
+use ppnpack_service::alive::Alive;
+use ppnpack_service::lease::{self, Lease};
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::{Client, Listener};
 use ppnpack_service::stream::{self, Subscription};
@@ -35,7 +37,7 @@ use store::Store;
 
 /// The running service.
 pub struct PlannerService {
-    alive: Vec<alive::Token>,
+    leases: Vec<Lease>,
     listeners: Vec<Listener>,
     outcomes: Vec<Subscription>,
     threads: Vec<JoinHandle<()>>,
@@ -70,7 +72,7 @@ pub fn start(
     shared.store_health.pass();
     let shared = Arc::new(shared);
     let mut service = PlannerService {
-        alive: Vec::new(),
+        leases: Vec::new(),
         listeners: Vec::new(),
         outcomes: Vec::new(),
         threads: Vec::new(),
@@ -78,6 +80,12 @@ pub fn start(
     };
     for (name, cell_settings) in &settings.cells {
         let cell = Cell::new(name)?;
+        let lease = lease::take(process, &cell)?;
+        if lease.is_after_another {
+            let settled = shared.store.settle(&cell, AFTER_ANOTHER);
+            settled.map_err(ServiceError::start)?;
+        }
+        service.leases.push(lease);
         let (address, mailbox) = actor::mailbox(settings.queue.max(1));
         let planner =
             CellPlanner::new(process, &cell, cell_settings, &shared, address.downgrade())?;
@@ -120,7 +128,6 @@ impl PlannerService {
                 }
             },
         )?);
-        self.alive.push(alive::announce(process, Some(cell))?);
         Ok(())
     }
 }
@@ -128,7 +135,7 @@ impl PlannerService {
 impl Running for PlannerService {
     fn finish(self: Box<Self>, deadline: Instant) -> Result<(), String> {
         // Without these nobody has the cells' addresses: they end when their mailboxes are empty.
-        drop((self.alive, self.listeners, self.outcomes));
+        drop((self.leases, self.listeners, self.outcomes));
         join(self.threads, deadline)
     }
 }

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use ppnpack_protocol::ledger::{AFTER_ANOTHER, Ledger};
 use ppnpack_service::actor::Mailbox;
 use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::rpc::Request;
@@ -10,18 +11,23 @@ use ppnpack_wire::v1::Status;
 use super::{Message, RETRY_AFTER};
 use crate::journal::{CellJournal, JournalError};
 use crate::robot::Robot;
-use ppnpack_protocol::ledger::Ledger;
 
 /// Reads the ledger of a cell, settles what was cut off, and has the robot go on from there. Until the journal can be
-/// read and written, requests are refused. `None` where the end is asked for before that.
+/// read and written, requests are refused. Where another bridge served the cell, what that did is not known. `None` where the end is asked for before that.
 pub(crate) fn open(
     journal: &mut CellJournal,
     robot: &mut dyn Robot,
     mailbox: &Mailbox<Message>,
+    is_after_another: bool,
 ) -> Option<Ledger> {
     let mut ledger = persist(mailbox, || journal.load())?;
-    let settled = ledger.recover(robot.is_simulated());
-    let change = settled.unwrap_or_else(|| ledger.no_change());
+    let change = match is_after_another {
+        true => ledger.restored(AFTER_ANOTHER),
+        false => {
+            let settled = ledger.recover(robot.is_simulated());
+            settled.unwrap_or_else(|| ledger.no_change())
+        }
+    };
     persist(mailbox, || journal.write(&ledger, &change))?;
     ledger.apply(change);
 

@@ -22,7 +22,7 @@ use ppnpack_wire::keys::Cell;
 use redb::Database;
 
 use self::database::Fault;
-use ppnpack_protocol::ledger::{Change, Ledger};
+use ppnpack_protocol::ledger::{Change, FROM_BACKUP, Ledger};
 
 /// Opens the database: the file, or what a test has in its place.
 type Open = Box<dyn Fn() -> Result<Database, Fault> + Send + Sync>;
@@ -187,7 +187,7 @@ pub(crate) fn after_restore(path: &Path) -> Result<Vec<String>, JournalError> {
         let cells = database::cells(database)?;
         for cell in &cells {
             if let Some(ledger) = database::load(database, cell)? {
-                database::write(database, cell, None, &ledger.restored())?;
+                database::write(database, cell, None, &ledger.restored(FROM_BACKUP))?;
             }
         }
         Ok(cells)

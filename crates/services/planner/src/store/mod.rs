@@ -16,7 +16,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use ppnpack_protocol::session::Session;
+use ppnpack_protocol::session::{FROM_BACKUP, Session};
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
@@ -169,11 +169,19 @@ impl Store {
         let store = Self::open(Some(path), 0)?;
         let cells = file::cells(path).map_err(|error| failed(error.to_string()))?;
         for cell in &cells {
-            let mut session = store.session(cell)?;
-            session.restored();
-            store.save(cell, &session, &[])?;
+            store.settle(cell, FROM_BACKUP)?;
         }
         Ok(cells.iter().map(ToString::to_string).collect())
+    }
+
+    /// Settles the session of a cell of which not all is known any more, for this reason.
+    ///
+    /// # Errors
+    /// [`StoreError`] where it cannot be read or written.
+    pub(crate) fn settle(&self, cell: &Cell, reason: &str) -> Result<(), StoreError> {
+        let mut session = self.session(cell)?;
+        session.restored(reason);
+        self.save(cell, &session, &[])
     }
 
     fn write(&self, cell: &Cell, session: &Session, change: &Change<'_>) -> Result<(), StoreError> {
