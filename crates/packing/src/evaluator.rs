@@ -31,6 +31,11 @@ pub trait Evaluator: Send {
     /// evaluators that have checks asked where placements are evaluated.
     fn add_refusals(&self, _candidate: usize, _refusals: &mut Refusals) {}
 
+    /// About how many bytes it holds for this ranking and the next; 0 where that is little.
+    fn held_bytes(&self) -> usize {
+        0
+    }
+
     /// What was done otherwise than was asked for since the last call of [`rank`](Self::rank).
     fn shortfall(&self) -> Option<&Shortfall> {
         None

@@ -91,6 +91,11 @@ pub(crate) struct BlockOffsets {
 }
 
 impl BlockOffsets {
+    /// Bytes that it holds.
+    pub(crate) fn bytes(&self) -> usize {
+        self.offsets.capacity() * size_of::<u32>()
+    }
+
     pub(crate) fn update(&mut self, container: &PaddedMap, view: &ItemView) {
         let stride = container.stride as u32;
         let blocks = view.layout.blocks.iter();

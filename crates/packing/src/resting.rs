@@ -1,5 +1,7 @@
 //! Resting heights of all placements of an item, kept from step to step.
 
+use std::time::Instant;
+
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
@@ -8,6 +10,7 @@ use crate::heightmap::Heightmap;
 use crate::item::{Item, ItemView, ShapeId};
 use crate::kernel::{LANES, PaddedMap, resting_heights};
 use crate::proposals::YawRange;
+use crate::search::limits::Clock;
 
 /// Shapes kept beyond those of the current buffer: the ones it held just before.
 const SPARE_SHAPES: usize = 4;
@@ -155,8 +158,21 @@ impl RestingHeights {
 
     /// The resting heights of an item, one map per yaw.
     pub fn of(&mut self, item: &Item) -> impl Iterator<Item = &RestingMap> {
-        self.prepare(item, YawRange::all(item), None);
+        self.prepare(item, YawRange::all(item), None, None);
         self.views(item.shape()).iter()
+    }
+
+    /// The resting height of one placement of a view, by the footprint's first cell; `None` where that leaves the container.
+    pub fn at(&self, view: &ItemView, x: usize, y: usize) -> Option<Units> {
+        let (placed_x, placed_y) = view.corners(self.container.size());
+        if x >= placed_x || y >= placed_y {
+            return None;
+        }
+        let gap = |(dx, dy, bottom, _): (usize, usize, Units, Units)| {
+            let height = self.container.row(x + dx).get(y + dy)?;
+            Some(height - bottom)
+        };
+        Some(view.cells().filter_map(gap).fold(0, Units::max))
     }
 
     /// The maps of a prepared shape, one per yaw.
@@ -188,12 +204,21 @@ impl RestingHeights {
         }
     }
 
-    /// Makes the maps of an item's views at some yaws current, in parallel where a pool is given.
+    /// Bytes that the maps hold.
+    pub(crate) fn held_bytes(&self) -> usize {
+        let maps = self.shapes.iter().flat_map(|shape| &shape.views);
+        maps.map(|map| map.heights.capacity() * size_of::<Units>())
+            .sum()
+    }
+
+    /// Makes the maps of an item's views at some yaws current, in parallel where a pool is given. Those that are not when the
+    /// time is over are of no use until they are made anew.
     pub(crate) fn prepare(
         &mut self,
         item: &Item,
         yaws: YawRange,
         pool: Option<&rayon::ThreadPool>,
+        deadline: Option<Instant>,
     ) {
         self.admit(item);
         let Self {
@@ -215,13 +240,14 @@ impl RestingHeights {
             if change.is_none() {
                 map.reset(container, view);
             }
-            arch.dispatch(Fill {
+            let is_filled = arch.dispatch(Fill {
                 container,
                 view,
                 map,
                 change,
+                clock: Clock::new(deadline),
             });
-            map.version = *version;
+            map.version = if is_filled { *version } else { 0 };
         };
         let maps = maps.views.get_mut(yaws.first..).unwrap_or(&mut []);
         let views = item.views().get(yaws.first..).unwrap_or(&[]);
@@ -241,18 +267,21 @@ struct Fill<'a> {
     view: &'a ItemView,
     map: &'a mut RestingMap,
     change: Option<Change>,
+    clock: Clock,
 }
 
 impl WithSimd for Fill<'_> {
-    type Output = ();
+    /// Whether there was time for all.
+    type Output = bool;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
+    fn with_simd<S: Simd>(self, _simd: S) -> bool {
         let Self {
             container,
             view,
             map,
             change,
+            mut clock,
         } = self;
         let affected = |change: (usize, usize), footprint: usize, placements: usize| {
             let first = (change.0 + 1).saturating_sub(footprint);
@@ -266,7 +295,11 @@ impl WithSimd for Fill<'_> {
             ),
         };
         let blocks = columns.start / LANES..columns.end.div_ceil(LANES);
+        let footprint = view.nx() * view.ny();
         for x in rows {
+            if clock.is_over_before(blocks.len() * footprint) {
+                return false;
+            }
             let row = x * map.stride;
             for block in blocks.clone() {
                 let start = block * LANES;
@@ -277,6 +310,7 @@ impl WithSimd for Fill<'_> {
                 }
             }
         }
+        true
     }
 }
 
@@ -295,10 +329,13 @@ mod tests {
         heightmap.raise(7, 9, 10);
         let mut resting = RestingHeights::new(&grid);
         resting.update(&heightmap, std::iter::once(&item));
-        let maps: Vec<_> = resting.of(&item).collect();
+        let maps: Vec<_> = resting.of(&item).cloned().collect();
         assert_eq!(maps.len(), yaws);
         assert_eq!((maps[0].nx, maps[0].ny), (31, 32));
         let rows: Vec<_> = maps[0].rows().collect();
         assert_eq!((rows[7][9], rows[6][9], rows[8][9]), (10, 7, 0));
+        let at = |x, y| resting.at(&item.views()[0], x, y);
+        assert_eq!((at(7, 9), at(6, 9), at(8, 9)), (Some(10), Some(7), Some(0)));
+        assert_eq!((at(31, 0), at(0, 32)), (None, None));
     }
 }

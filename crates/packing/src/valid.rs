@@ -406,6 +406,11 @@ impl ValidSearch {
             .chain([&self.shortfall])
     }
 
+    /// About how many bytes its evaluator holds for this ranking and the next.
+    pub fn held_bytes(&self) -> usize {
+        self.evaluator.held_bytes()
+    }
+
     /// Time spent since the search started; none of it on proposing.
     pub fn timings(&self) -> Timings {
         self.timings

@@ -57,6 +57,16 @@ fn of_execution(execution: Option<&v1::Execution>) -> Next {
     }
 }
 
+/// What a decision is settled as with a bridge in this state: one that does not know all that was done since the decision, or
+/// does not say so, as older ones do not, may have carried it out and forgotten.
+pub fn as_known(kind: OutcomeKind, decision: &v1::Decision, state: &v1::CellState) -> OutcomeKind {
+    let is_known = (1..=decision.state_number).contains(&state.first_state_number);
+    match kind {
+        OutcomeKind::NotPlaced if !is_known => OutcomeKind::Unknown,
+        kind => kind,
+    }
+}
+
 /// The outcome of a decision of which the bridge has none; `state_number` is that of the cell as it is now.
 pub fn settled_as(
     decision: &v1::Decision,

@@ -188,6 +188,46 @@ pub fn subscribe<M: Message + Name + Default + 'static>(
     limit_bytes: usize,
     on_message: impl Fn(Cell, M) + Send + Sync + 'static,
 ) -> Result<Subscription, ServiceError> {
+    let on_unread = move |cell: Cell, unread: Unread<'_, M>| {
+        if let Some(message) = unread.read() {
+            on_message(cell, message);
+        }
+    };
+    subscribe_unread(session, cell, stream, limit_bytes, on_unread)
+}
+
+/// A message of a stream as it came: no memory was taken for it yet.
+pub struct Unread<'a, M> {
+    payload: &'a ZBytes,
+    limit_bytes: usize,
+    malformed: &'a Malformed,
+    message: PhantomData<fn() -> M>,
+}
+
+impl<M: Message + Name + Default> Unread<'_, M> {
+    /// Its size as it is encoded.
+    pub fn bytes(&self) -> usize {
+        self.payload.len()
+    }
+
+    /// The message; `None` where it is too large or malformed, which is counted.
+    pub fn read(self) -> Option<M> {
+        let read = payload::read(self.payload, self.limit_bytes);
+        read.inspect_err(|error| self.malformed.count(error)).ok()
+    }
+}
+
+/// As [`subscribe`], for who looks at a message's size before it is read.
+///
+/// # Errors
+/// [`ServiceError::Zenoh`] where the session is closed.
+pub fn subscribe_unread<M: Message + Name + Default + 'static>(
+    session: &Session,
+    cell: Option<&Cell>,
+    stream: Stream,
+    limit_bytes: usize,
+    on_message: impl Fn(Cell, Unread<'_, M>) + Send + Sync + 'static,
+) -> Result<Subscription, ServiceError> {
     let received = metrics::counter(Metric::ReceivedTotal, &[("stream", stream.as_str())]);
     let malformed = Malformed::new(stream.to_string());
     let callback = move |sample: Sample| {
@@ -197,10 +237,13 @@ pub fn subscribe<M: Message + Name + Default + 'static>(
             Ok(_) => return,
             Err(error) => return malformed.count(&error),
         };
-        match payload::read(sample.payload(), limit_bytes) {
-            Ok(message) => on_message(cell, message),
-            Err(error) => malformed.count(&error),
-        }
+        let unread = Unread {
+            payload: sample.payload(),
+            limit_bytes,
+            malformed: &malformed,
+            message: PhantomData,
+        };
+        on_message(cell, unread);
     };
     let key = match cell {
         Some(cell) => Key::Stream(cell.clone(), stream).to_string(),

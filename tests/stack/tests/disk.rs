@@ -59,11 +59,11 @@ impl Drop for Disk {
 }
 
 /// What planner and bridge write.
-const FILES: [&str; 2] = ["sessions.redb", "bridge.redb"];
+const FILES: [&str; 3] = ["sessions.redb", "bridge.redb", "sessions.cells/cell-1.redb"];
 
 /// A stack whose planner and bridge write to this folder.
 fn stack(folder: &Path) -> Stack {
-    let [sessions, journal] = FILES.map(|name| folder.join(name).display().to_string());
+    let [sessions, journal, _] = FILES.map(|name| folder.join(name).display().to_string());
     let settings = vec![
         (Service::Planner, format!("service.store={sessions}")),
         (Service::Bridge, format!("service.journal={journal}")),
@@ -157,6 +157,7 @@ fn a_full_disk_keeps_nothing_from_being_true() {
 fn a_disk_that_cannot_be_written_to_keeps_nothing_from_being_true() {
     let folder = tempfile::tempdir().unwrap();
     let files = FILES.map(|name| folder.path().join(name));
+    std::fs::create_dir(folder.path().join("sessions.cells")).unwrap();
     for file in &files {
         std::fs::write(file, "").unwrap();
     }

@@ -317,13 +317,14 @@ fn a_damaged_session_store_is_put_aside_and_a_new_session_begins() {
     cell.begin("damaged", &OBJECTS, false).unwrap();
     cell.step().unwrap().unwrap();
     stack.signal("planner-1", Signal::Terminate).unwrap();
-    std::fs::write(stack.folder().join("sessions.redb"), vec![0x5a; 20_000]).unwrap();
+    let sessions = stack.folder().join("sessions.cells");
+    std::fs::write(sessions.join("cell-1.redb"), vec![0x5a; 20_000]).unwrap();
     stack.restart("planner-1").unwrap();
     let ended = Instant::now();
     stack.wait_ready("planner-1").unwrap();
     assert_eq!(cell.session().unwrap().session_id, "");
     assert_recovered(ended, "a damaged session store");
-    let aside = std::fs::read_dir(stack.folder()).unwrap();
+    let aside = std::fs::read_dir(sessions).unwrap();
     let aside = aside.filter(|entry| {
         let name = entry.as_ref().unwrap().file_name();
         name.to_string_lossy().contains("damaged")

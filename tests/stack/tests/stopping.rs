@@ -157,7 +157,8 @@ fn restored_backups_are_held_and_nothing_old_is_carried_out() {
     cell.step().unwrap().unwrap();
     let old = cell.plan().unwrap().unwrap();
     let programs = ["bridge-1", "planner-1"];
-    let files = ["bridge.redb", "sessions.redb"].map(|file| stack.folder().join(file));
+    let files = ["bridge.redb", "sessions.redb", "sessions.cells/cell-1.redb"];
+    let files = files.map(|file| stack.folder().join(file));
     let backups = files.clone().map(|file| file.with_extension("backup"));
     for name in programs {
         stack.signal(name, Signal::Kill).unwrap();

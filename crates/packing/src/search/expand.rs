@@ -6,6 +6,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::enter::add;
+use super::limits::Clock;
 use super::open::{Extent, Node, OpenList};
 use super::prepared::Ranking;
 use crate::kernel::distance_sum;
@@ -13,6 +14,15 @@ use crate::step::PlacementCounts;
 
 /// Placements evaluated together where there is a pool of threads.
 const PARALLEL_BATCH: usize = 1024;
+
+/// Why a ranking does not go on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Stopped {
+    /// The time is over.
+    Late,
+    /// More is open than may be.
+    Full,
+}
 
 /// Opens nodes until the least is a placement whose value is known, or none is left.
 pub(super) struct Expand<'a> {
@@ -23,24 +33,34 @@ pub(super) struct Expand<'a> {
     pub(super) fresh: &'a mut Vec<Node>,
     pub(super) arch: Arch,
     pub(super) pool: Option<&'a rayon::ThreadPool>,
+    pub(super) clock: Clock,
+    /// Nodes that may be open at most.
+    pub(super) most_open: usize,
 }
 
 impl WithSimd for Expand<'_> {
-    type Output = ();
+    type Output = Result<(), Stopped>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, _simd: S) {
+    fn with_simd<S: Simd>(mut self, _simd: S) -> Self::Output {
         while let Some(least) = self.open.peek().copied() {
+            if self.clock.is_over_before(self.ranking.footprint(&least)) {
+                return Err(Stopped::Late);
+            }
+            if self.open.len() > self.most_open {
+                return Err(Stopped::Full);
+            }
             match least.extent {
-                Extent::Valued => return,
+                Extent::Valued => return Ok(()),
                 Extent::Block { exponent: 1.. } => self.cut(least),
                 Extent::Block { .. } => {
                     let valued = self.ranking.valued(least);
                     self.replace_least(Some(valued));
                 }
-                Extent::Level => self.evaluate_levels(),
+                Extent::Level => self.evaluate_levels()?,
             }
         }
+        Ok(())
     }
 }
 
@@ -105,7 +125,7 @@ impl Expand<'_> {
     /// Evaluates the placements of the least node, a level; with a pool those of the next levels too, so that there is
     /// work for it.
     #[inline(always)]
-    fn evaluate_levels(&mut self) {
+    fn evaluate_levels(&mut self) -> Result<(), Stopped> {
         let batch = if self.pool.is_some() {
             PARALLEL_BATCH
         } else {
@@ -116,24 +136,43 @@ impl Expand<'_> {
             && least.extent == Extent::Level
         {
             self.collect(least);
+            if self.open.len() + self.fresh.len() > self.most_open {
+                return Err(Stopped::Full);
+            }
         }
         let ranking = self.ranking;
+        let clock = &mut self.clock;
         match self.pool {
             Some(pool) if self.fresh.len() > PARALLEL_BATCH / 4 => {
                 let share = self.fresh.len().div_ceil(2 * pool.current_num_threads());
                 let chunks = self.fresh.par_chunks_mut(share.max(1));
                 let arch = self.arch;
                 pool.install(|| {
-                    chunks.for_each(|chunk| arch.dispatch(Evaluate { ranking, chunk }));
+                    chunks.for_each(|chunk| {
+                        let clock = clock.clone();
+                        arch.dispatch(Evaluate {
+                            ranking,
+                            chunk,
+                            clock,
+                        });
+                    });
                 });
             }
             _ => {
                 for node in &mut *self.fresh {
+                    if clock.is_over_before(ranking.footprint(node)) {
+                        return Err(Stopped::Late);
+                    }
                     *node = ranking.valued(*node);
                 }
             }
         }
+        // What other threads left out for want of time has no value.
+        if self.pool.is_some() && self.clock.is_over_now() {
+            return Err(Stopped::Late);
+        }
         self.open.extend(self.fresh.drain(..));
+        Ok(())
     }
 
     /// Takes the placements of the least node, a level; the view's next level takes its place.
@@ -154,18 +193,22 @@ impl Expand<'_> {
     }
 }
 
-/// Computes the values of some placements.
+/// Computes the values of some placements, until the time is over.
 struct Evaluate<'a> {
     ranking: Ranking<'a>,
     chunk: &'a mut [Node],
+    clock: Clock,
 }
 
 impl WithSimd for Evaluate<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
+    fn with_simd<S: Simd>(mut self, _simd: S) {
         for node in self.chunk {
+            if self.clock.is_over_before(self.ranking.footprint(node)) {
+                return;
+            }
             *node = self.ranking.valued(*node);
         }
     }

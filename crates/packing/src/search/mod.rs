@@ -11,6 +11,7 @@
 
 mod enter;
 mod expand;
+pub(crate) mod limits;
 mod open;
 mod passes;
 mod prepared;
@@ -28,17 +29,23 @@ use crate::evaluator::Evaluator;
 use crate::grid::{Grid, MAX_UNITS, Units};
 use crate::heightmap::Heightmap;
 use crate::item::ItemView;
+use crate::kernel::BlockOffsets;
 use crate::objective::{Heuristic, Objective, Order, WeightError, Weights};
 use crate::proposals::{CandidateProposals, Proposals, YawRange, possible_count_below_rim};
 use crate::resting::RestingHeights;
-use crate::step::{Evaluated, PlacementCounts, StageResult, StepInput};
+use crate::step::{Evaluated, PlacementCounts, Shortfall, StageResult, StepInput};
 use enter::Enter;
-use expand::Expand;
+use expand::{Expand, Stopped};
+pub use limits::TooMuchMemory;
+use limits::{CUT, Clock, container_bytes, nodes_bytes, view_bytes};
 use open::{Extent, Node, OpenList};
 use prepared::{Entrance, Prepared, Ranking, UpdateScene, ViewState};
 pub use propose::ProposeBest;
 use proposed::{Lower, Proposed};
 use windows::Windows;
+
+/// About how many blocks a view enters with, single placements where there are no blocks.
+const LARGEST_BLOCKS: usize = 64;
 
 /// Evaluates a heuristic over proposals on this machine.
 #[derive(Debug)]
@@ -52,6 +59,11 @@ pub struct Search {
     counts: Vec<PlacementCounts>,
     open: OpenList,
     fresh: Vec<Node>,
+    /// The most memory that it may take.
+    limit_bytes: usize,
+    /// What the ranking took of it before anything was opened.
+    entered_bytes: usize,
+    shortfall: Shortfall,
 }
 
 /// What a search is made for.
@@ -110,7 +122,52 @@ impl Search {
             counts: Vec::new(),
             open: OpenList::new(),
             fresh: Vec::new(),
+            limit_bytes: usize::MAX,
+            entered_bytes: 0,
+            shortfall: Shortfall::default(),
         })
+    }
+
+    /// About how many bytes a bounded search on a grid takes before anything is ranked.
+    pub fn least_bytes(grid: &Grid, heuristic: Heuristic) -> usize {
+        container_bytes(grid, heuristic, Windows::exponents(grid))
+    }
+
+    /// Fails with [`TooMuchMemory`], in place of taking more memory than about this many bytes.
+    #[must_use]
+    pub fn within_bytes(mut self, limit_bytes: usize) -> Self {
+        self.limit_bytes = limit_bytes;
+        self
+    }
+
+    /// Bytes that a ranking takes before anything is opened.
+    fn entered_bytes(
+        &self,
+        input: &StepInput<'_>,
+        group: &[usize],
+        proposals: &Proposals,
+    ) -> usize {
+        let of_candidate = |candidate: &usize| {
+            let held = input.candidates.get(*candidate)?;
+            let is_some = matches!(proposals.of(*candidate), CandidateProposals::Some(_));
+            let is_whole = !is_some && self.prepared.windows.is_none();
+            let views = held.item.views().iter();
+            let bytes = views.map(|view| view_bytes(&self.grid, view, is_whole));
+            Some(bytes.sum::<usize>())
+        };
+        self.container_bytes() + group.iter().filter_map(of_candidate).sum::<usize>()
+    }
+
+    /// Bytes of the maps of the container.
+    fn container_bytes(&self) -> usize {
+        let windows = self.prepared.windows.as_ref();
+        let windows = windows.map_or(0, |windows| usize::from(windows.largest_exponent));
+        container_bytes(&self.grid, self.prepared.objective.heuristic, windows)
+    }
+
+    /// How many nodes may be open beside what a ranking took before.
+    fn most_open(&self) -> usize {
+        self.limit_bytes.saturating_sub(self.entered_bytes) / nodes_bytes(1)
     }
 
     /// Spreads the work over the threads of a pool; the result is the same, bit for bit.
@@ -173,11 +230,18 @@ impl Search {
         }
     }
 
-    /// Enters the proposed placements of a candidate that do not reach too high.
-    fn enter(&mut self, input: &StepInput<'_>, candidate: usize, proposals: &Proposals) {
+    /// Enters the proposed placements of a candidate that do not reach too high; says what kept it from that.
+    fn enter(
+        &mut self,
+        input: &StepInput<'_>,
+        candidate: usize,
+        proposals: &Proposals,
+        most_open: usize,
+    ) -> Result<(), Stopped> {
         let Some(held) = input.candidates.get(candidate) else {
-            return;
+            return Ok(());
         };
+        let mut clock = Clock::new(input.deadline);
         let item = &*held.item;
         let proposals = proposals.of(candidate);
         let yaws = match proposals {
@@ -193,7 +257,8 @@ impl Search {
             (_, Some(_)) => Entrance::Blocks,
             (_, None) => {
                 let pool = self.pool.as_deref();
-                self.prepared.resting.prepare(item, yaws, pool);
+                let deadline = input.deadline;
+                self.prepared.resting.prepare(item, yaws, pool, deadline);
                 Entrance::All
             }
         };
@@ -203,12 +268,16 @@ impl Search {
         };
         let views = item.views().iter().enumerate();
         for (yaw, view) in views.take(yaws.end).skip(yaws.first) {
+            if clock.is_over_before(LARGEST_BLOCKS * view.nx() * view.ny()) {
+                return Err(Stopped::Late);
+            }
             let index = self.prepared.views.len();
             self.prepared.views.push(ViewState {
                 candidate,
                 yaw,
                 constant: self.prepared.objective.constant(view),
                 limit: self.highest(view),
+                footprint: view.nx() * view.ny(),
                 entrance,
             });
             if entrance != Entrance::All {
@@ -224,9 +293,33 @@ impl Search {
             });
             counts.proposed += proposed;
             counts.fitting += fitting;
+            if self.fresh.len() > most_open {
+                return Err(Stopped::Full);
+            }
         }
         if let Some(entry) = self.counts.get_mut(candidate) {
             *entry = counts;
+        }
+        Ok(())
+    }
+
+    /// Ends a ranking before its end.
+    fn stop(&mut self, stopped: Stopped) -> StageResult {
+        // Memory of its own is given back: it may be all that there is.
+        self.open = OpenList::new();
+        self.fresh = Vec::new();
+        match stopped {
+            Stopped::Late => {
+                self.shortfall.cut(CUT.to_owned());
+                Ok(())
+            }
+            Stopped::Full => Err(self.too_much().into()),
+        }
+    }
+
+    fn too_much(&self) -> TooMuchMemory {
+        TooMuchMemory {
+            limit_bytes: self.limit_bytes,
         }
     }
 
@@ -263,16 +356,24 @@ impl Evaluator for Search {
         group: &[usize],
         proposals: &Proposals,
     ) -> StageResult {
-        self.update_scene(input);
         self.prepared.views.clear();
         self.open.clear();
         self.fresh.clear();
+        self.shortfall.clear();
         self.counts.clear();
         self.counts
             .resize(input.candidates.len(), PlacementCounts::default());
+        self.entered_bytes = self.entered_bytes(input, group, proposals);
+        if self.entered_bytes > self.limit_bytes {
+            return Err(self.too_much().into());
+        }
+        self.update_scene(input);
+        let most_open = self.most_open();
         // In the order of the candidates, as equal values come in the order of the views.
         for candidate in (0..input.candidates.len()).filter(|held| group.contains(held)) {
-            self.enter(input, candidate, proposals);
+            if let Err(stopped) = self.enter(input, candidate, proposals, most_open) {
+                return self.stop(stopped);
+            }
         }
         // Together, which is sooner than one by one.
         self.open.extend(self.fresh.drain(..));
@@ -283,14 +384,20 @@ impl Evaluator for Search {
         let least = self.open.peek();
         // More often than not the next value is known already.
         if least.is_some_and(|least| least.extent != Extent::Valued) {
-            self.arch.dispatch(Expand {
+            let most_open = self.most_open();
+            let expanded = self.arch.dispatch(Expand {
                 ranking: Ranking::new(&self.prepared, input),
                 open: &mut self.open,
                 counts: &mut self.counts,
                 fresh: &mut self.fresh,
                 arch: self.arch,
                 pool: self.pool.as_deref(),
+                clock: Clock::new(input.deadline),
+                most_open,
             });
+            if let Err(stopped) = expanded {
+                return self.stop(stopped).map(|()| None);
+            }
         }
         let best = self.open.pop();
         Ok(best.and_then(|best| self.prepared.evaluated(&best)))
@@ -307,5 +414,17 @@ impl Evaluator for Search {
 
     fn counts(&self, candidate: usize) -> PlacementCounts {
         self.counts.get(candidate).copied().unwrap_or_default()
+    }
+
+    fn held_bytes(&self) -> usize {
+        let offsets = self.prepared.offsets.iter().map(BlockOffsets::bytes);
+        self.container_bytes()
+            + self.prepared.resting.held_bytes()
+            + offsets.sum::<usize>()
+            + nodes_bytes(self.open.capacity() + self.fresh.capacity())
+    }
+
+    fn shortfall(&self) -> Option<&Shortfall> {
+        Some(&self.shortfall)
     }
 }

@@ -42,6 +42,8 @@ pub(super) struct ViewState {
     pub(super) constant: f64,
     /// The greatest resting height at which it does not reach too high.
     pub(super) limit: Units,
+    /// Cells of the footprint.
+    pub(super) footprint: usize,
     pub(super) entrance: Entrance,
 }
 
@@ -139,6 +141,13 @@ impl<'a> Ranking<'a> {
         let state = self.prepared.views.get(index)?;
         let held = self.candidates.get(state.candidate)?;
         Some((state, held, held.item.views().get(state.yaw)?))
+    }
+
+    /// How many cells the footprint of a node's view has.
+    #[inline(always)]
+    pub(super) fn footprint(&self, node: &Node) -> usize {
+        let state = self.prepared.views.get(node.view as usize);
+        state.map_or(0, |state| state.footprint)
     }
 
     /// The resting heights of a view that enters as levels.

@@ -31,8 +31,7 @@ impl Windows {
     /// For objectives whose bounds tell placements apart; others must look everywhere.
     pub(super) fn new(grid: &Grid, heuristic: Heuristic) -> Option<Self> {
         let map = || PaddedMap::new(grid.nx(), grid.ny());
-        let largest = grid.nx().max(grid.ny()) / LARGEST_SHARE;
-        let exponents = largest.checked_ilog2().unwrap_or(0);
+        let exponents = Self::exponents(grid);
         let of_distance = match heuristic {
             Heuristic::Sdfm => exponents,
             Heuristic::Dbl | Heuristic::Hm => 0,
@@ -46,6 +45,12 @@ impl Windows {
                 .collect(),
             row: vec![0; grid.ny()],
         })
+    }
+
+    /// In how many sizes there are blocks of more than one placement.
+    pub(super) fn exponents(grid: &Grid) -> usize {
+        let largest = grid.nx().max(grid.ny()) / LARGEST_SHARE;
+        largest.checked_ilog2().unwrap_or(0) as usize
     }
 
     /// The container's least heights in the windows of blocks of more than one placement.

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use ppnpack_packing::grid::Grid;
 use ppnpack_packing::proposals::{Proposals, YawRange};
 use ppnpack_packing::step::{Candidate, Evaluated, StepInput};
 use ppnpack_packing::valid::ValidSearch;
@@ -36,6 +37,7 @@ pub(crate) fn evaluate(
         }
     });
     let candidates: Vec<Candidate> = candidates.collect();
+    check_work(&request.parts, &grid, worker.most_placements())?;
     let (group, proposals) = read_parts(&request.parts, &candidates)?;
     let settings = convert::objective::read_required("objective", request.objective.as_ref())?;
     let after = request.after.as_ref().map(convert::placement::read_ranked);
@@ -49,6 +51,7 @@ pub(crate) fn evaluate(
     let ranking = worker.ranking(incoming.cell(), &grid, &settings, &request.checks)?;
     let input = StepInput {
         step: request.step,
+        deadline: Some(incoming.answer_by()),
         ..StepInput::new(&grid, &scene, &candidates)
     };
     let read = Instant::now();
@@ -110,6 +113,10 @@ impl Asked<'_> {
                 None => is_complete = true,
             }
         }
+        if search.is_cut() {
+            // The ranking is not gone on with, and what was found of it may not be the best.
+            return Err(Refusal::Late);
+        }
         let last = placements.last().copied().or(self.after);
         *given = self.content.zip(last).map(|(content, last)| Given {
             content,
@@ -128,6 +135,9 @@ impl Asked<'_> {
             if valid.placement == *after {
                 return Ok(());
             }
+        }
+        if search.is_cut() {
+            return Err(Refusal::Late);
         }
         let unknown = "after: this is no valid placement of the ranking";
         Err(Refusal::Invalid(unknown.to_owned()))
@@ -169,6 +179,22 @@ fn read_ids(candidates: &[v1::CandidateItem]) -> Result<Vec<ItemId>, Refusal> {
     }
     let id = |held: &v1::CandidateItem| ItemId::from_bytes("candidates.item_id", &held.item_id);
     Ok(candidates.iter().map(id).collect::<Result<_, _>>()?)
+}
+
+/// Refuses parts that are more work than may be asked for at once.
+fn check_work(parts: &[v1::SearchPart], grid: &Grid, most: usize) -> Result<(), Refusal> {
+    let yaws = parts.iter().map(|part| match &part.proposals {
+        Some(_) => 1,
+        None => u64::from(part.yaw_count),
+    });
+    let cells = (grid.nx() * grid.ny()) as u64;
+    let work = cells.saturating_mul(yaws.sum());
+    if work <= most as u64 {
+        return Ok(());
+    }
+    Err(Refusal::Invalid(format!(
+        "parts: {cells} cells times the yaws of all candidates are {work} placements where {most} are possible: ask for fewer          candidates or yaws at once, or set most_placements"
+    )))
 }
 
 /// The candidates that are searched, and what is proposed for each.

@@ -18,6 +18,12 @@ pub struct Settings {
     pub items_kept_mib: usize,
     /// Searches that a worker keeps, one per cell, grid and objective.
     pub searches_kept: usize,
+    /// The memory that the searches of a worker may take together, in MiB: half for those that are kept, of which the longest
+    /// unused go first, and half for the one at work; a request that needs more is refused.
+    pub searches_mib: usize,
+    /// The most work of one request: cells of the container times the yaws that are searched, of all candidates together. More
+    /// is refused before it is begun.
+    pub most_placements: usize,
 }
 
 impl Default for Settings {
@@ -28,6 +34,8 @@ impl Default for Settings {
             threads_per_search: 1,
             items_kept_mib: 128,
             searches_kept: 16,
+            searches_mib: 256,
+            most_placements: 1 << 30,
         }
     }
 }
@@ -38,6 +46,8 @@ impl ServiceSettings for Settings {
         in_range("queue", self.queue, 1..=65_536)?;
         in_range("threads_per_search", self.threads_per_search, 1..=256)?;
         in_range("items_kept_mib", self.items_kept_mib, 1..=65_536)?;
-        in_range("searches_kept", self.searches_kept, 1..=4_096)
+        in_range("searches_kept", self.searches_kept, 1..=4_096)?;
+        in_range("searches_mib", self.searches_mib, 1..=65_536)?;
+        in_range("most_placements", self.most_placements, 1..=1 << 48)
     }
 }

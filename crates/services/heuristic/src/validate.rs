@@ -40,20 +40,20 @@ pub(crate) fn validate(
     };
     let mut resting = RestingHeights::new(&grid);
     resting.update(scene.heightmap(), std::iter::once(&*candidate.item));
-    let maps: Vec<Vec<Vec<i16>>> = resting
-        .of(&candidate.item)
-        .map(|view| view.rows().map(<[i16]>::to_vec).collect())
-        .collect();
     let height = |placement: &Placement| {
-        let map: &Vec<Vec<i16>> = maps.get(placement.yaw)?;
-        map.get(placement.x)?.get(placement.y).copied()
+        let view = candidate.item.views().get(placement.yaw)?;
+        resting.at(view, placement.x, placement.y)
     };
     let input = StepInput::new(&grid, &scene, &candidates);
     let mut checks = convert::check::read_all(&request.checks)?;
     checks.push(Box::new(Fits));
     checks.sort_by_key(|check| check.cost());
     let mut validities = Vec::with_capacity(placements.len());
+    let answer_by = incoming.answer_by();
     for placement in placements {
+        if Instant::now() >= answer_by {
+            return Err(Refusal::Late);
+        }
         let Some(resting_height) = height(&placement) else {
             validities.push(v1::Validity::default());
             continue;

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::{Item, YawsMismatch};
-use ppnpack_packing::search::{Search, SearchSettings};
+use ppnpack_packing::search::{Search, SearchSettings, TooMuchMemory};
 use ppnpack_packing::step::{Candidate, Evaluated};
 use ppnpack_packing::valid::{SearchError, ValidSearch};
 use ppnpack_service::ServiceError;
@@ -33,6 +33,8 @@ pub(crate) enum Message {
 pub(crate) enum Refusal {
     Invalid(String),
     Missing(MissingItems),
+    /// The time limit passed during the work.
+    Late,
     Failed(String),
 }
 
@@ -44,8 +46,16 @@ impl From<YawsMismatch> for Refusal {
 
 impl From<SearchError> for Refusal {
     fn from(error: SearchError) -> Self {
-        Self::Failed(error.to_string())
+        match error {
+            SearchError::Evaluate(error) if error.is::<TooMuchMemory>() => too_much(&*error),
+            error => Self::Failed(error.to_string()),
+        }
     }
+}
+
+/// Refuses what would need as much if it was asked for again.
+fn too_much(error: &dyn std::error::Error) -> Refusal {
+    Refusal::Invalid(format!("{error}; or set searches_mib"))
 }
 
 impl From<WireError> for Refusal {
@@ -62,8 +72,12 @@ pub(crate) struct Worker {
     items: Arc<Mutex<ItemStore>>,
     planners: Arc<Alive>,
     pool: Option<Arc<rayon::ThreadPool>>,
+    /// The last used first.
     searches: VecDeque<KeptSearch>,
     searches_kept: usize,
+    /// The most that searches may hold together.
+    searches_bytes: usize,
+    most_placements: usize,
 }
 
 struct KeptSearch {
@@ -139,7 +153,14 @@ impl Worker {
             pool,
             searches: VecDeque::new(),
             searches_kept: settings.searches_kept.max(1),
+            searches_bytes: settings.searches_mib << 20,
+            most_placements: settings.most_placements,
         })
+    }
+
+    /// The most work of one request: cells times yaws.
+    pub(crate) fn most_placements(&self) -> usize {
+        self.most_placements
     }
 
     /// `lacking` is the reply that names items which the service does not have.
@@ -158,6 +179,11 @@ impl Worker {
                 incoming.reply(reply, Done { stages, model });
             }
             Err(Refusal::Invalid(message)) => incoming.refuse(Status::Invalid, message),
+            Err(Refusal::Late) => {
+                let message =
+                    "the time limit passed during the work: give it more time, or ask for less";
+                incoming.refuse(Status::TimedOut, message);
+            }
             Err(Refusal::Failed(message)) => incoming.refuse(Status::Failed, message),
             Err(Refusal::Missing(missing)) => {
                 let message = missing.to_string();
@@ -198,16 +224,35 @@ impl Worker {
                 && kept.checks == checks
         };
         let kept = self.searches.iter().position(is_same);
-        let kept = match kept.and_then(|index| self.searches.remove(index)) {
+        let kept = kept.and_then(|index| self.searches.remove(index));
+        self.searches.truncate(self.searches_kept - 1);
+        self.make_room();
+        let kept = match kept {
             Some(kept) => kept,
             None => self.new_search(cell, grid, settings, checks)?,
         };
-        self.searches.truncate(self.searches_kept - 1);
         self.searches.push_front(kept);
         match self.searches.front_mut() {
             Some(kept) => Ok(&mut kept.ranking),
             None => Err(Refusal::Failed("the search was lost".to_owned())),
         }
+    }
+
+    /// The most that one search may take: half of the memory, as the other half is for those that are kept.
+    fn bytes_of_one(&self) -> usize {
+        self.searches_bytes / 2
+    }
+
+    /// Lets kept searches go, those longest unused first, until one more has room.
+    fn make_room(&mut self) {
+        let room = self.searches_bytes - self.bytes_of_one();
+        let mut held = 0;
+        let mut fits = |kept: &KeptSearch| {
+            held += kept.ranking.search.held_bytes();
+            held <= room
+        };
+        let left = self.searches.iter().take_while(|kept| fits(kept)).count();
+        self.searches.truncate(left);
     }
 
     fn new_search(
@@ -218,9 +263,14 @@ impl Worker {
         checks: &[i32],
     ) -> Result<KeptSearch, Refusal> {
         let boxed = convert::check::read_all(checks)?;
+        let limit_bytes = self.bytes_of_one();
+        if Search::least_bytes(grid, settings.heuristic) > limit_bytes {
+            return Err(too_much(&TooMuchMemory { limit_bytes }));
+        }
         let mut search = Search::new(grid, settings)
             .map_err(|error| Refusal::Invalid(error.to_string()))?
-            .bounded();
+            .bounded()
+            .within_bytes(limit_bytes);
         if let Some(pool) = &self.pool {
             search = search.with_pool(Arc::clone(pool));
         }

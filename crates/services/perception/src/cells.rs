@@ -157,10 +157,14 @@ mod tests {
         let thread = std::thread::spawn(move || actor::run(cells, &mailbox));
         let [first, second] = ["c1", "c2"].map(|name| Cell::new(name).unwrap());
         // Nothing is released yet, so these return while the cells are being built: one does not wait for the other.
-        router.route(&first, v1::PointCloud::default());
-        router.route(&second, v1::PointCloud::default());
+        let route = |cell: &Cell| {
+            let room = router.room(cell, 100).unwrap();
+            router.route(cell, room.with(v1::PointCloud::default()));
+        };
+        route(&first);
+        route(&second);
         both_build.wait();
-        router.route(&first, v1::PointCloud::default());
+        route(&first);
         assert_eq!(counts.of(Fate::Replaced), 1, "the newer one waits");
         assert_eq!(counts.of(Fate::Unserved), 0);
         drop(release);

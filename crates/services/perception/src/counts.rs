@@ -27,6 +27,8 @@ pub enum Fate {
     Unserved,
     /// No heightmap could be made of it.
     Failed,
+    /// The clouds that are held left no room for it.
+    NoRoom,
 }
 
 impl Fate {
@@ -38,6 +40,7 @@ impl Fate {
         Self::Late,
         Self::Unserved,
         Self::Failed,
+        Self::NoRoom,
     ];
 
     /// As it stands in the label of the metric.
@@ -49,6 +52,7 @@ impl Fate {
             Self::Late => "late",
             Self::Unserved => "unserved",
             Self::Failed => "failed",
+            Self::NoRoom => "no_room",
         }
     }
 }

@@ -17,6 +17,8 @@ use ppnpack_wire::convert::{pose, scene};
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, InspectionKind, Status};
 
+use crate::room::Held;
+
 /// Requests that come and that are pending at most: each holds a heightmap, and a cell's planner makes one at a time.
 pub(crate) const MOST_PENDING: usize = 16;
 
@@ -27,7 +29,7 @@ const NO_CATALOGUE: &str = "perception has no catalogue: set service.catalogue";
 pub(crate) type Message = Incoming<v1::InspectRequest>;
 
 /// The latest cloud of each container that a heightmap was made of. Of several sensors it is one's.
-pub(crate) type Clouds = LatestValues<Cell, CheckedCloud>;
+pub(crate) type Clouds = LatestValues<Cell, Held<CheckedCloud>>;
 
 /// Answers how placed items lie.
 pub(crate) struct Inspections {
@@ -35,7 +37,7 @@ pub(crate) struct Inspections {
     library: Option<Arc<Library>>,
     settings: InspectionSettings,
     clouds: Clouds,
-    latest: BTreeMap<Cell, CheckedCloud>,
+    latest: BTreeMap<Cell, Held<CheckedCloud>>,
     pending: PendingRequests<Message>,
 }
 

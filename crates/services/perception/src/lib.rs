@@ -7,9 +7,11 @@
 
 mod cells;
 mod counts;
+mod delay;
 mod heightmaps;
 mod inspect;
 mod order;
+mod room;
 mod ros;
 mod round;
 mod router;
@@ -28,7 +30,7 @@ use ppnpack_recognition::library::Library;
 use ppnpack_service::actor::{self, Address, LatestValues};
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::Listener;
-use ppnpack_service::stream::{self, Subscription};
+use ppnpack_service::stream::{self, Subscription, Unread};
 use ppnpack_service::{Running, ServiceError, alive};
 use ppnpack_wire::MAX_CLOUD_BYTES;
 use ppnpack_wire::keys::{Cell, Stream};
@@ -40,6 +42,7 @@ use counts::Counts;
 pub use counts::Fate;
 use heightmaps::Heightmaps;
 use inspect::Inspections;
+use room::Held;
 pub use ros::settings::RosCamera;
 use router::Router;
 pub use settings::Settings;
@@ -185,20 +188,12 @@ impl Input {
                 .listen(process, cell, |incoming| incoming)?,
         ];
         let clouds = [
-            stream::subscribe(
-                process.session(),
-                cell,
-                Stream::Cloud,
-                MAX_CLOUD_BYTES,
-                move |cell, cloud: v1::PointCloud| router.route(&cell, cloud),
-            )?,
-            stream::subscribe(
-                process.session(),
-                cell,
-                Stream::TrayCloud,
-                MAX_CLOUD_BYTES,
-                move |cell, cloud: v1::PointCloud| tray_clouds.put(&cell, cloud),
-            )?,
+            subscribe(process, cell, Stream::Cloud, &actors.router, {
+                move |cell, cloud| router.route(cell, cloud)
+            })?,
+            subscribe(process, cell, Stream::TrayCloud, &actors.router, {
+                move |cell, cloud| tray_clouds.put(cell, cloud)
+            })?,
         ];
         Ok(Self {
             _listeners: listeners,
@@ -206,6 +201,25 @@ impl Input {
             _alive: alive::announce(process, cell)?,
         })
     }
+}
+
+/// Calls `on_cloud` with every cloud of a stream that there is room for.
+fn subscribe(
+    process: &Process,
+    cell: Option<&Cell>,
+    stream: Stream,
+    router: &Arc<Router>,
+    on_cloud: impl Fn(&Cell, Held<v1::PointCloud>) + Send + Sync + 'static,
+) -> Result<Subscription, ServiceError> {
+    let router = Arc::clone(router);
+    let on_unread = move |cell: Cell, unread: Unread<'_, v1::PointCloud>| {
+        if let Some(room) = router.room(&cell, unread.bytes())
+            && let Some(cloud) = unread.read()
+        {
+            on_cloud(&cell, room.with(cloud));
+        }
+    };
+    stream::subscribe_unread(process.session(), cell, stream, MAX_CLOUD_BYTES, on_unread)
 }
 
 impl Perception {

@@ -11,6 +11,7 @@ use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
 
 use crate::counts::{Counts, Fate};
+use crate::room::{Budget, Held, Room};
 use crate::sensors::Sensors;
 use crate::settings::Settings;
 
@@ -18,7 +19,7 @@ use crate::settings::Settings;
 pub(crate) const MAX_CELLS: usize = 64;
 
 /// The latest clouds of a cell, by the indices of their sensors.
-pub(crate) type Clouds = LatestValues<usize, Arrived<v1::PointCloud>>;
+pub(crate) type Clouds = LatestValues<usize, Arrived<Held<v1::PointCloud>>>;
 
 /// The first cloud of a cell has come: its actor is to begin.
 pub(crate) struct Begin {
@@ -32,6 +33,7 @@ pub(crate) struct Begin {
 pub(crate) struct Router {
     settings: Settings,
     counts: Arc<Counts>,
+    budget: Budget,
     /// `None` once it is closed.
     open: Mutex<Option<Open>>,
 }
@@ -56,6 +58,7 @@ impl Router {
         Self {
             settings: settings.clone(),
             counts,
+            budget: Budget::new(settings.clouds_mib << 20),
             open: Mutex::new(Some(Open {
                 cells,
                 routes: BTreeMap::new(),
@@ -63,9 +66,22 @@ impl Router {
         }
     }
 
+    /// Room for a cloud of so many bytes, before memory is taken for it; one that has none is counted as dropped.
+    pub(crate) fn room(&self, cell: &Cell, bytes: usize) -> Option<Room> {
+        let room = self.budget.room(bytes);
+        if room.is_none() {
+            let reason = format!(
+                "a cloud of {bytes} bytes has no room beside those that are held: {} MiB are for all (clouds_mib)",
+                self.settings.clouds_mib
+            );
+            self.counts.refuse(cell, Fate::NoRoom, &reason);
+        }
+        room
+    }
+
     /// Takes a cloud. Runs on Zenoh's thread: it only puts the cloud where the cell's actor finds it, and waits for
     /// nothing but a lock that is held as briefly.
-    pub(crate) fn route(&self, cell: &Cell, cloud: v1::PointCloud) {
+    pub(crate) fn route(&self, cell: &Cell, cloud: Held<v1::PointCloud>) {
         let mut guard = self.lock();
         let Some(open) = guard.as_mut() else {
             return;
@@ -153,6 +169,11 @@ impl Router {
 mod tests {
     use super::*;
 
+    fn route(router: &Router, cell: &Cell) {
+        let room = router.room(cell, 100).unwrap();
+        router.route(cell, room.with(v1::PointCloud::default()));
+    }
+
     #[test]
     fn a_sensor_of_many_cells_leaves_those_that_are_listed_their_room() {
         let counts = Arc::new(Counts::new());
@@ -162,10 +183,10 @@ mod tests {
         let router = Router::new(&settings, address, Arc::clone(&counts));
         for number in 0..MAX_CELLS {
             let cell = Cell::new(&format!("c{number}")).unwrap();
-            router.route(&cell, v1::PointCloud::default());
+            route(&router, &cell);
         }
         assert_eq!(counts.of(Fate::Unserved), 1);
-        router.route(&Cell::new("listed").unwrap(), v1::PointCloud::default());
+        route(&router, &Cell::new("listed").unwrap());
         assert_eq!(counts.of(Fate::Unserved), 1);
         assert_eq!(mailbox.take_waiting().count(), MAX_CELLS);
     }
@@ -177,7 +198,7 @@ mod tests {
         let router = Router::new(&Settings::default(), address, Arc::clone(&counts));
         let cell = Cell::new("c1").unwrap();
         for unserved in 1..=2 {
-            router.route(&cell, v1::PointCloud::default());
+            route(&router, &cell);
             assert_eq!(mailbox.take_waiting().count(), 1, "its actor is to begin");
             router.give_up(&cell, &"there are no more threads");
             assert_eq!(counts.of(Fate::Unserved), unserved);

@@ -44,6 +44,9 @@ pub struct Settings {
     /// A sensor that sent nothing for this long, in seconds, is said to be silent. What comes then may count anew: before,
     /// a cloud that is older than the last one is refused.
     pub sensor_restart_after_s: f64,
+    /// The memory that clouds may take which are held at once, in MiB: of all cells and trays, those that wait, are looked at
+    /// or are kept to be looked at again. One that has no room is dropped.
+    pub clouds_mib: usize,
     /// Requests that wait for a heightmap at most; more are refused.
     pub queue: usize,
     /// Whether streams for people to look at are published too.
@@ -68,6 +71,7 @@ impl Default for Settings {
             sensors: BTreeMap::new(),
             mapper: MapperSettings::default(),
             sensor_restart_after_s: 2.0,
+            clouds_mib: 192,
             queue: 256,
             debug_streams: false,
             ros: Vec::new(),
@@ -175,6 +179,7 @@ impl ServiceSettings for Settings {
             .map_err(|error| format!("inspection.{error}"))?;
         let restart_s = self.sensor_restart_after_s;
         in_range("sensor_restart_after_s", restart_s, 0.0..=3600.0)?;
+        in_range("clouds_mib", self.clouds_mib, 1..=65_536)?;
         in_range("queue", self.queue, 1..=65_536)?;
         ros::validate(&self.ros, |cell| {
             self.grid_of(cell).map(|_| self.sensors_of(cell))

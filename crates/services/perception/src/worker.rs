@@ -16,9 +16,11 @@ use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, DoubtKind};
 
 use crate::counts::{Counts, Fate};
+use crate::delay::Delays;
 use crate::heightmaps;
 use crate::inspect;
 use crate::order::CloudOrder;
+use crate::room::Held;
 use crate::round::Round;
 use crate::router::Clouds;
 use crate::settings::Settings;
@@ -34,6 +36,8 @@ pub(crate) struct Worker {
     mapper: Mapper,
     /// Of each sensor.
     orders: Vec<CloudOrder>,
+    /// Of each sensor.
+    delays: Vec<Delays>,
     round: Round<News>,
     /// The state that the last heightmap shows.
     state_number: u64,
@@ -56,7 +60,7 @@ pub(crate) struct Outputs {
 }
 
 /// A cloud that is newer than those before of its sensor.
-type News = Arrived<CheckedCloud>;
+type News = Arrived<Held<CheckedCloud>>;
 
 impl Actor for Worker {
     type Message = Infallible;
@@ -107,6 +111,7 @@ impl Worker {
             clouds,
             mapper: mapper.map_err(|error| error.to_string())?,
             orders: vec![order; sensors],
+            delays: vec![Delays::default(); sensors],
             round: Round::new(sensors),
             state_number: 0,
             epoch,
@@ -118,7 +123,7 @@ impl Worker {
     }
 
     /// Takes a cloud, and publishes a heightmap where it is the last of its round.
-    fn take(&mut self, sensor: usize, arrived: Arrived<v1::PointCloud>) {
+    fn take(&mut self, sensor: usize, arrived: Arrived<Held<v1::PointCloud>>) {
         let Some(news) = self.accept(sensor, arrived) else {
             return;
         };
@@ -151,22 +156,25 @@ impl Worker {
         self.outputs.heightmaps.send(message).ok();
     }
 
-    /// A cloud that is well-formed and newer than those before of its sensor.
-    fn accept(&mut self, sensor: usize, arrived: Arrived<v1::PointCloud>) -> Option<News> {
+    /// A cloud that is well-formed and newer than those before of its sensor, as one that came when it should have.
+    fn accept(&mut self, sensor: usize, arrived: Arrived<Held<v1::PointCloud>>) -> Option<News> {
         let counts = &self.outputs.counts;
         let news = arrived
-            .map(CheckedCloud::new)
+            .map(|cloud| cloud.read(CheckedCloud::new))
             .transpose()
             .inspect_err(|error| counts.refuse(&self.cell, Fate::Malformed, error));
         let news = news.ok()?;
         let cloud = news.message.cloud();
         let (state_number, sequence) = (cloud.state_number(), cloud.sequence());
         let order = self.orders.get_mut(sensor);
-        if order.is_some_and(|order| order.accept(state_number, sequence, news.at)) {
-            return Some(news);
+        if !order.is_some_and(|order| order.accept(state_number, sequence, news.at)) {
+            counts.count(Fate::Late);
+            return None;
         }
-        counts.count(Fate::Late);
-        None
+        let captured_at_ns = cloud.captured_at_ns();
+        let delays = self.delays.get_mut(sensor)?;
+        let at = delays.undelayed(captured_at_ns, news.at);
+        Some(Arrived { at, ..news })
     }
 
     /// What the clouds of a round show.

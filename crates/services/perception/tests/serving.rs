@@ -475,3 +475,29 @@ fn a_heightmap_that_is_asked_for_tells_its_age() {
     });
     assert!(0 < ages[0] && ages[0] < ages[1], "{ages:?}");
 }
+
+#[test]
+fn clouds_that_have_no_room_are_dropped_and_those_that_have_are_mapped() {
+    let rig = Rig::connected(&Settings {
+        clouds_mib: 1,
+        ..settings()
+    });
+    let large = {
+        let mut cloud = flat(2, 1);
+        cloud.data = cloud.data.repeat(6);
+        cloud
+    };
+    assert!(large.encoded_len() > 1 << 20);
+    for _ in 0..10 {
+        rig.send_refused(&large, Fate::NoRoom);
+    }
+    for state_number in 2..20 {
+        rig.clouds.put(&flat(state_number, 1));
+        rig.ask(state_number);
+    }
+    assert_eq!(
+        rig.perception.clouds(Fate::NoRoom),
+        10,
+        "room is given back"
+    );
+}

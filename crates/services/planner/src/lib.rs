@@ -58,8 +58,10 @@ pub fn start(
     let store_health = process.health().check("session_store");
     let cells_health = process.health().check("cells");
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let shape_bytes = (settings.shapes_mib as u64) << 20;
+    let store = Store::open(settings.store.as_deref(), shape_bytes);
     let shared = Shared {
-        store: Store::open(settings.store.as_deref()).map_err(ServiceError::start)?,
+        store: store.map_err(ServiceError::start)?,
         store_health,
         objects: Objects::new(catalogues),
         helpers: Helpers {

@@ -27,6 +27,9 @@ pub struct Settings {
     pub catalogue: String,
     /// Requests that wait for a cell at most; more are refused.
     pub queue: usize,
+    /// The most that the heightmaps may take that items of one session were announced with, in MiB as they are encoded. An
+    /// announcement with more is refused.
+    pub shapes_mib: usize,
 }
 
 /// The most items that a session may set aside.
@@ -98,6 +101,7 @@ impl Default for Settings {
             store: None,
             catalogue: ppnpack_household::BUILTIN.to_owned(),
             queue: 64,
+            shapes_mib: 64,
         }
     }
 }
@@ -174,7 +178,8 @@ impl ServiceSettings for Settings {
             cell.validate()
                 .map_err(|error| format!("cells.{name}.{error}"))?;
         }
-        in_range("queue", self.queue, 1..=65_536)
+        in_range("queue", self.queue, 1..=65_536)?;
+        in_range("shapes_mib", self.shapes_mib, 1..=65_536)
     }
 
     fn after_restore(&self) -> Result<String, String> {

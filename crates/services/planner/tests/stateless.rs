@@ -22,13 +22,14 @@ use ppnpack_service::embedded;
 use ppnpack_service::rpc::{self, Client, Done, Incoming};
 use ppnpack_wire::convert;
 use ppnpack_wire::keys::Service;
-use ppnpack_wire::v1::{self, PlanResult};
+use ppnpack_wire::v1::{self, PlanResult, Status};
 
 /// How long a cloud may be on its way.
 const LATENCY: Duration = Duration::from_millis(300);
 
 #[test]
-fn a_decision_is_of_the_bridges_state_on_a_picture_that_surely_shows_it() {
+fn a_decision_is_of_the_bridges_state_on_a_picture_that_surely_shows_it_and_reports_of_others_are_refused()
+ {
     let hub = embedded::hub().unwrap();
     let perception = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
     let sequence = AtomicU64::new(1);
@@ -100,6 +101,20 @@ fn a_decision_is_of_the_bridges_state_on_a_picture_that_surely_shows_it() {
     // Somebody has a hand in the container after the report: the picture has to be newer than when that was heard of.
     let mut report = common::placed(&first, 71);
     report.outcome.as_mut().unwrap().kind = v1::OutcomeKind::NotPlaced.into();
+    let session = client.call(&cell(), v1::SessionRequest::default(), soon());
+    // The cell was never in these after the decision: no picture of them comes, or one of the past would do.
+    for never in [1, 69, 72, u64::MAX] {
+        let mut report = report.clone();
+        report.outcome.as_mut().unwrap().state_number = never;
+        let refused = client.call(&cell(), report, soon()).unwrap_err();
+        assert_eq!(refused.status(), Some(Status::Conflict), "{refused}");
+        assert!(refused.to_string().contains("state_number"), "{refused}");
+    }
+    let again = client.call(&cell(), v1::SessionRequest::default(), soon());
+    assert_eq!(again.unwrap().session, session.unwrap().session);
+    client.call(&cell(), report.clone(), soon()).unwrap();
+    // Sent again it changes nothing, whatever it says.
+    report.outcome.as_mut().unwrap().state_number = 1;
     client.call(&cell(), report, soon()).unwrap();
     state_number.store(75, Ordering::Relaxed);
     let reported = Instant::now();

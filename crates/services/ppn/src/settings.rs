@@ -22,6 +22,11 @@ pub struct Settings {
     pub items_kept_mib: usize,
     /// Grids that the network is kept ready for.
     pub grids_kept: usize,
+    /// The most cells of a container's grid that the network is made ready for.
+    pub most_cells: usize,
+    /// The most work of one request: cells of the container times yaws times candidates, which is also what its memory grows
+    /// with. More is refused before it is begun.
+    pub most_placements: usize,
 }
 
 /// Where a network runs.
@@ -43,6 +48,8 @@ impl Default for Settings {
             batch: 8,
             items_kept_mib: 128,
             grids_kept: 4,
+            most_cells: 1 << 16,
+            most_placements: 1 << 22,
         }
     }
 }
@@ -52,6 +59,8 @@ impl ServiceSettings for Settings {
         in_range("queue", self.queue, 1..=65_536)?;
         in_range("batch", self.batch, 1..=4_096)?;
         in_range("items_kept_mib", self.items_kept_mib, 1..=65_536)?;
-        in_range("grids_kept", self.grids_kept, 1..=256)
+        in_range("grids_kept", self.grids_kept, 1..=256)?;
+        in_range("most_cells", self.most_cells, 1..=1 << 22)?;
+        in_range("most_placements", self.most_placements, 1..=1 << 40)
     }
 }

@@ -35,6 +35,8 @@ pub(crate) struct Worker {
     items: ItemStore,
     batch: usize,
     grids_kept: usize,
+    most_cells: usize,
+    most_placements: usize,
 }
 
 /// A request that was read.
@@ -74,6 +76,8 @@ impl Worker {
             items: ItemStore::new(settings.items_kept_mib << 20),
             batch: settings.batch.max(1),
             grids_kept: settings.grids_kept.max(1),
+            most_cells: settings.most_cells,
+            most_placements: settings.most_placements,
         }
     }
 
@@ -136,6 +140,7 @@ impl Worker {
         }
         let share = Percent::new(request.percent)?;
         let (grid, scene) = convert::scene::read_required("scene", request.scene.as_ref())?;
+        self.check_work(&grid, request.item_ids.len())?;
         let ids = request.item_ids.iter();
         let ids = ids.map(|id| ItemId::from_bytes("item_ids", id));
         let ids = ids.collect::<Result<Vec<_>, _>>()?;
@@ -152,9 +157,38 @@ impl Worker {
         })
     }
 
-    /// Scores requests on one grid together and answers them.
+    /// Refuses what is more work, or takes more memory, than may be asked for at once.
+    fn check_work(&self, grid: &Grid, candidates: usize) -> Result<(), Refusal> {
+        let cells = grid.nx() * grid.ny();
+        if cells > self.most_cells {
+            let most = self.most_cells;
+            return Err(Refusal::Invalid(format!(
+                "scene.grid: {cells} cells where {most} are possible: propose on a coarser grid, or set most_cells"
+            )));
+        }
+        let yaws = grid.resolution().yaws().count();
+        let work = cells.saturating_mul(yaws).saturating_mul(candidates);
+        if work > self.most_placements {
+            let most = self.most_placements;
+            return Err(Refusal::Invalid(format!(
+                "item_ids: {cells} cells, {yaws} yaws and {candidates} candidates are {work} placements where {most} are \
+                 possible: ask for fewer candidates, propose on a coarser grid, or set most_placements"
+            )));
+        }
+        Ok(())
+    }
+
+    /// Scores requests on one grid together and answers them; those whose callers stopped to wait meanwhile are refused.
     fn score(&mut self, grid: &Grid, ready: Vec<Ready>) {
         let started = Instant::now();
+        let ready = ready.into_iter().filter_map(|ready| {
+            let incoming = ready.incoming.still_wanted(&self.planners)?;
+            Some(Ready { incoming, ..ready })
+        });
+        let ready: Vec<Ready> = ready.collect();
+        if ready.is_empty() {
+            return;
+        }
         let items: Vec<Vec<&Item>> = ready
             .iter()
             .map(|ready| ready.step.items.iter().map(|item| &**item).collect())

@@ -199,4 +199,6 @@ pub(crate) fn after_restore(path: &Path) -> Result<Vec<String>, JournalError> {
 }
 
 #[cfg(test)]
+mod formats;
+#[cfg(test)]
 mod tests;

@@ -38,10 +38,13 @@ pub(crate) fn subscribe(
     let sequence = AtomicU64::new(1);
     let callback = move |sample: Sample| {
         received.increment(1);
+        let Some(room) = router.room(&camera.cell, sample.payload().len()) else {
+            return;
+        };
         match read(&sample, &sequence, &camera.container_from_sensor) {
             Ok(mut cloud) => {
                 cloud.sensor.clone_from(&camera.sensor);
-                router.route(&camera.cell, cloud);
+                router.route(&camera.cell, room.with(cloud));
             }
             Err(error) => {
                 let reason = format!("{}: {error}", sample.key_expr());

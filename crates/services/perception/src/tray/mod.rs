@@ -22,6 +22,8 @@ use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, Status};
 
 use crate::counts::{Counts, Fate};
+use crate::delay::Delays;
+use crate::room::Held;
 use settings::TraySettings;
 
 /// The most items that one answer has.
@@ -34,7 +36,7 @@ pub(crate) type Message = Incoming<v1::ItemsRequest>;
 #[derive(Clone)]
 pub(crate) struct Clouds {
     cells: Arc<[Cell]>,
-    latest: LatestValues<Cell, Arrived<v1::PointCloud>>,
+    latest: LatestValues<Cell, Arrived<Held<v1::PointCloud>>>,
     counts: Arc<Counts>,
 }
 
@@ -53,7 +55,7 @@ impl Clouds {
     }
 
     /// Puts a cloud. Runs on Zenoh's thread, and waits for nothing but a lock that is held as briefly.
-    pub(crate) fn put(&self, cell: &Cell, cloud: v1::PointCloud) {
+    pub(crate) fn put(&self, cell: &Cell, cloud: Held<v1::PointCloud>) {
         if !self.cells.contains(cell) {
             let reason = "the cell has no tray: set service.trays";
             return self.counts.refuse(cell, Fate::Unserved, &reason);
@@ -71,7 +73,8 @@ pub(crate) struct Tray {
     recogniser: Recogniser,
     /// That of the cell's grid.
     resolution: Resolution,
-    newest: Option<Arrived<CheckedCloud>>,
+    delays: Delays,
+    newest: Option<Arrived<Held<CheckedCloud>>>,
 }
 
 impl Tray {
@@ -84,6 +87,7 @@ impl Tray {
             segmentation: settings.segmentation,
             recogniser: Recogniser::new(Arc::clone(library), settings.recognition),
             resolution,
+            delays: Delays::default(),
             newest: None,
         }
     }
@@ -166,8 +170,13 @@ impl Trays {
             let Some(tray) = self.trays.get_mut(&cell) else {
                 continue;
             };
-            match arrived.map(CheckedCloud::new).transpose() {
-                Ok(newest) => tray.newest = Some(newest),
+            let read = arrived.map(|cloud| cloud.read(CheckedCloud::new));
+            match read.transpose() {
+                Ok(newest) => {
+                    let captured_at_ns = newest.message.cloud().captured_at_ns();
+                    let at = tray.delays.undelayed(captured_at_ns, newest.at);
+                    tray.newest = Some(Arrived { at, ..newest });
+                }
                 Err(error) => {
                     let counts = &self.clouds.counts;
                     counts.refuse(&cell, Fate::Malformed, &error);

@@ -221,9 +221,9 @@ impl CellPlanner {
     ) -> Result<(), Refusal> {
         let asked = self.ask_bridge(v1::CellStateRequest::default(), BRIDGE_LIMIT);
         let silent = |error| Refusal::unavailable(format_args!("bridge: {error}"));
-        let reply = asked.map_err(silent)?;
-        let state_number = reply.state.unwrap_or_default().state_number;
-        let outcome = pursuit::settled_as(decision, kind, failure, state_number);
+        let state = asked.map_err(silent)?.state.unwrap_or_default();
+        let kind = pursuit::as_known(kind, decision, &state);
+        let outcome = pursuit::settled_as(decision, kind, failure, state.state_number);
         self.automatic.placing = None;
         self.enter_outcome(&decision.decision_id, &outcome)
     }

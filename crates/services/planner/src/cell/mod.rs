@@ -10,6 +10,7 @@ mod footprint;
 mod inspect;
 mod poses;
 mod refusal;
+mod reported;
 mod seen;
 
 use std::collections::HashMap;
@@ -223,6 +224,8 @@ impl CellPlanner {
                 self.shared.store_health.pass();
                 Ok(())
             }
+            // The disk is as good as before.
+            Err(error @ StoreError::TooManyShapes { .. }) => Err(error.into()),
             Err(error) => {
                 tracing::error!(cell = %self.cell, %error, "nothing is acknowledged");
                 self.shared.store_health.fail(error.to_string());

@@ -45,7 +45,10 @@ impl From<SessionError> for Refusal {
 
 impl From<StoreError> for Refusal {
     fn from(error: StoreError) -> Self {
-        Self::unavailable(error)
+        match error {
+            StoreError::TooManyShapes { .. } => Self::invalid(error),
+            error => Self::unavailable(error),
+        }
     }
 }
 

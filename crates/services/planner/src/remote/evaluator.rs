@@ -287,7 +287,7 @@ impl SharedEvaluator {
         after: Option<&Evaluated>,
     ) -> Result<(), StageError> {
         let search = self.searching_here();
-        self.local.rank(search, input, &share)?;
+        self.local.rank(search, &with_reserve(input), &share)?;
         let number = self.sources.len();
         self.sources
             .push(Source::new(share, Searcher::Here(search)));
@@ -317,7 +317,7 @@ impl SharedEvaluator {
         let Searcher::Here(search) = source.searcher else {
             return Ok(());
         };
-        let next = self.local.next(search, input)?;
+        let next = self.local.next(search, &with_reserve(input))?;
         let is_last = next.is_none();
         source.extend(next, is_last);
         if is_last && self.local.is_cut(search) {
@@ -396,6 +396,15 @@ impl SharedEvaluator {
                 Searcher::Gone => None,
             }
         })
+    }
+}
+
+/// The step as it is searched here: it stops early enough for the rest of the step.
+fn with_reserve<'a>(input: &StepInput<'a>) -> StepInput<'a> {
+    let stops = |deadline: Instant| deadline.checked_sub(RESERVE).unwrap_or(deadline);
+    StepInput {
+        deadline: input.deadline.map(stops),
+        ..*input
     }
 }
 

@@ -1,0 +1,137 @@
+//! Clouds that were held up on their way.
+
+use std::time::{Duration, Instant};
+
+/// How much longer than before the way of a cloud may take without being held up, for each cloud since: clocks drift apart, and a
+/// way may become longer for good.
+const DRIFT_NS: i128 = 2_000_000;
+
+/// Clouds that have to come as they were captured, one after another, before a delay is believed: what others put there may be no
+/// time at all.
+const STEADY_CLOUDS: u32 = 8;
+
+/// How exactly these have to come as they were captured.
+const STEADY_NS: i128 = 50_000_000;
+
+/// Tells when a cloud of a sensor would have come if nothing had held it up.
+///
+/// What is held up, by a process that was stopped or a network that was away, comes long after it was captured. The clock of the
+/// sensor is another one, and may be set at any time: only how much more time passed between two clouds here than there counts,
+/// as long as the times of capture grow, and have grown with the time here.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Delays {
+    last: Option<Last>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Last {
+    /// When the first cloud came.
+    began: Instant,
+    captured_at_ns: i64,
+    /// From the capture, by the sensor's clock, to the arrival since `began`, where nothing holds a cloud up.
+    way_ns: i128,
+    /// How many clouds before came as they were captured.
+    steady: u32,
+}
+
+impl Delays {
+    /// When a cloud would have come that came then. The clouds of a sensor come in their order.
+    pub(crate) fn undelayed(&mut self, captured_at_ns: i64, at: Instant) -> Instant {
+        let began = self.last.map_or(at, |last| last.began);
+        let since_ns = i128::try_from(at.saturating_duration_since(began).as_nanos());
+        let way_ns = since_ns.unwrap_or_default() - i128::from(captured_at_ns);
+        let known = self.last.filter(|last| {
+            let longer_ns = way_ns - last.way_ns;
+            captured_at_ns > last.captured_at_ns
+                && (last.steady >= STEADY_CLOUDS || longer_ns <= STEADY_NS)
+        });
+        let expected_ns = known.map_or(way_ns, |last| way_ns.min(last.way_ns + DRIFT_NS));
+        let steady = known.map_or(0, |last| last.steady.saturating_add(1));
+        self.last = Some(Last {
+            began,
+            captured_at_ns,
+            way_ns: expected_ns,
+            steady,
+        });
+        if steady <= STEADY_CLOUDS {
+            return at;
+        }
+        let delay_ns = u64::try_from(way_ns - expected_ns).unwrap_or(u64::MAX);
+        let undelayed = at.checked_sub(Duration::from_nanos(delay_ns));
+        undelayed.unwrap_or(began)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A time of capture by a clock of its own, in milliseconds.
+    fn captured_ms(ms: i64) -> i64 {
+        (1_700_000_000_000 + ms) * 1_000_000
+    }
+
+    /// Delays of clouds, by when they were captured and when they came, in milliseconds.
+    fn delays_ms(clouds: impl IntoIterator<Item = (i64, u64)>) -> Vec<u128> {
+        let (mut delays, start) = (Delays::default(), Instant::now());
+        let delay = |(captured, came): (i64, u64)| {
+            let at = start + Duration::from_millis(came);
+            let undelayed = delays.undelayed(captured_ms(captured), at);
+            (at - undelayed).as_millis()
+        };
+        clouds.into_iter().map(delay).collect()
+    }
+
+    /// Ten clouds a second that take 20 ms each, for two seconds.
+    fn steady() -> impl Iterator<Item = (i64, u64)> {
+        (0..20).map(|number| (number * 100, number as u64 * 100 + 20))
+    }
+
+    #[test]
+    fn clouds_that_queued_while_the_process_was_stopped_are_as_old_as_they_are() {
+        let queued = [
+            (2_000, 7_000),
+            (2_100, 7_001),
+            (2_800, 7_002),
+            (7_000, 7_020),
+            (7_100, 7_120),
+        ];
+        let found = delays_ms(steady().chain(queued)).split_off(20);
+        for (found, expected) in found.iter().zip([4_980, 4_881, 4_182, 0, 0]) {
+            assert!(found.abs_diff(expected) <= 50, "{found} is not {expected}");
+        }
+    }
+
+    #[test]
+    fn a_clock_that_is_set_delays_nothing() {
+        let hour = 3_600_000;
+        let set = [
+            (hour, 2_120),
+            (hour + 100, 2_220),
+            (-hour, 2_320),
+            (-hour + 100, 2_420),
+            (400 * 24 * hour, 2_520),
+            (520, 2_620),
+        ];
+        assert_eq!(delays_ms(steady().chain(set)), [0; 26]);
+    }
+
+    #[test]
+    fn what_is_no_time_says_nothing() {
+        assert_eq!(delays_ms([(0, 0), (0, 1_000), (0, 60_000)]), [0; 3]);
+        let counts = (0..1_000).map(|number| (number, number as u64 * 33));
+        assert_eq!(delays_ms(counts), [0; 1_000]);
+        let mut delays = Delays::default();
+        let now = Instant::now();
+        for captured_at_ns in [i64::MIN, i64::MAX, 0, i64::MIN] {
+            assert_eq!(delays.undelayed(captured_at_ns, now), now);
+        }
+    }
+
+    #[test]
+    fn a_clock_that_goes_slow_by_a_hundredth_delays_nothing() {
+        let clouds = (0..10_000).map(|number| (number * 99, number as u64 * 100));
+        let found = delays_ms(clouds);
+        assert!(found.iter().all(|delay_ms| *delay_ms == 0));
+    }
+}

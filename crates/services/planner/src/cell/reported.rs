@@ -1,0 +1,54 @@
+//! Which state of the cell a controller may report.
+
+use std::time::Instant;
+
+use ppnpack_wire::v1::{self, Status};
+
+use super::CellPlanner;
+use super::refusal::Refusal;
+
+impl CellPlanner {
+    /// Refuses an outcome of a state that the cell cannot be in: one from before the state that the decision was made on, or one
+    /// that the cell did not come to. After it the planner would use pictures of the past, or none that will ever come.
+    ///
+    /// A placement counts the state up by one. What is beyond that the bridge has to know of; where none answers, the report is
+    /// believed.
+    pub(super) fn check_reported_state(
+        &mut self,
+        decision_id: &str,
+        outcome: &v1::Outcome,
+        deadline: Instant,
+    ) -> Result<(), Refusal> {
+        let reported = outcome.state_number;
+        let pending = self.session.pending();
+        let Some(decision) = pending.filter(|pending| pending.decision_id == decision_id) else {
+            return Ok(());
+        };
+        let decided_on = decision.state_number;
+        if reported == 0 || decided_on == 0 {
+            return Ok(());
+        }
+        if reported < decided_on {
+            return Err(Refusal::new(
+                Status::Conflict,
+                format_args!(
+                    "outcome.state_number: {reported} is before state {decided_on}, which the decision was made on: report the \
+                     state of the cell after it"
+                ),
+            ));
+        }
+        if reported <= decided_on.saturating_add(1) {
+            return Ok(());
+        }
+        match self.bridge_state(deadline) {
+            Some(state) if reported > state.state_number => Err(Refusal::new(
+                Status::Conflict,
+                format_args!(
+                    "outcome.state_number: the cell is in state {}, and was never in {reported}",
+                    state.state_number
+                ),
+            )),
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,271 @@
+//! Sessions as tables.
+
+use std::io::ErrorKind;
+
+use ppnpack_wire::item_id::ItemId;
+use ppnpack_wire::keys::Cell;
+use ppnpack_wire::v1;
+use prost::Message;
+use redb::{
+    Database, Error, Key, ReadTransaction, ReadableDatabase, ReadableTable, TableDefinition,
+    TableError, WriteTransaction,
+};
+
+/// Per cell: its session.
+const SESSIONS: TableDefinition<&str, &[u8]> = TableDefinition::new("sessions");
+
+/// Per cell and id: heightmaps of items that were announced with them.
+const SHAPES: TableDefinition<(&str, &[u8]), &[u8]> = TableDefinition::new("shapes");
+
+/// Under [`VERSION_KEY`]: the version of all that is in the file, where it is one after the first.
+const FORMAT: TableDefinition<&str, u64> = TableDefinition::new("format");
+
+/// The only key of [`FORMAT`].
+const VERSION_KEY: &str = "version";
+
+/// The newest version that this program knows, which it writes. The first had one file for all cells.
+pub(super) const VERSION: u64 = 2;
+
+/// Why the database did not do what was asked.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Fault {
+    /// The database says so.
+    #[error(transparent)]
+    Database(Error),
+    /// The disk says so.
+    #[error(transparent)]
+    Disk(#[from] std::io::Error),
+    /// It is of a newer program, which alone knows what it says.
+    #[error(
+        "it was written by a newer version of this program (format {0}, where up to {VERSION} are known): run that version, or \
+         put back a backup of this one's"
+    )]
+    Newer(u64),
+    /// The heightmaps of a session would take too much.
+    #[error("heightmaps of {bytes} bytes where {most} are possible")]
+    TooManyShapes { bytes: u64, most: u64 },
+    /// It gave up.
+    #[error("the database gave up on its file")]
+    Panic,
+}
+
+/// What the database's calls fail with.
+macro_rules! faults {
+    ($($error:ident)*) => {
+        $(impl From<redb::$error> for Fault {
+            fn from(error: redb::$error) -> Self {
+                Self::Database(error.into())
+            }
+        })*
+    };
+}
+
+faults! { CommitError DatabaseError StorageError TableError TransactionError }
+
+impl Fault {
+    /// Whether the file is of no use any more. Everything else may pass.
+    pub(super) fn is_damage(&self) -> bool {
+        match self {
+            Self::Database(Error::Corrupted(_) | Error::RepairAborted) | Self::Panic => true,
+            // A file that was cut off, or is no database at all.
+            Self::Database(Error::Io(error)) => {
+                let kind = error.kind();
+                matches!(kind, ErrorKind::InvalidData | ErrorKind::UnexpectedEof)
+            }
+            // What another version wrote is left as it is.
+            Self::Database(_) | Self::Disk(_) | Self::Newer(_) | Self::TooManyShapes { .. } => {
+                false
+            }
+        }
+    }
+}
+
+/// An id and the heightmaps of that id, as they are encoded.
+type Shape = (Vec<u8>, Vec<u8>);
+
+/// What is kept of a cell.
+pub(super) struct Kept {
+    pub(super) cell: Cell,
+    session: Vec<u8>,
+    shapes: Vec<Shape>,
+}
+
+/// What becomes of the heightmaps when a session is written.
+pub(super) enum Change<'a> {
+    /// Some are added, where all together then have no more bytes than may be.
+    Add {
+        shapes: &'a [v1::Item],
+        most_bytes: u64,
+    },
+    /// All are forgotten.
+    Forget,
+}
+
+/// The session of a cell, as it is encoded.
+pub(super) fn session(database: &Database, cell: &Cell) -> Result<Option<Vec<u8>>, Fault> {
+    let transaction = database.begin_read()?;
+    check_version(&transaction)?;
+    read(&transaction, SESSIONS, cell.as_str())
+}
+
+/// The heightmaps of this id, as they are encoded.
+pub(super) fn shape(
+    database: &Database,
+    cell: &Cell,
+    id: ItemId,
+) -> Result<Option<Vec<u8>>, Fault> {
+    let key = (cell.as_str(), id.to_bytes());
+    read(&database.begin_read()?, SHAPES, (key.0, key.1.as_slice()))
+}
+
+/// Writes a session, as it is encoded, and what becomes of the heightmaps.
+pub(super) fn write(
+    database: &Database,
+    cell: &Cell,
+    session: &[u8],
+    change: &Change<'_>,
+) -> Result<(), Fault> {
+    let transaction = begin_write(database)?;
+    transaction
+        .open_table(SESSIONS)?
+        .insert(cell.as_str(), session)?;
+    match change {
+        Change::Forget => transaction
+            .open_table(SHAPES)?
+            .retain(|(of, _), _| of != cell.as_str())?,
+        Change::Add { shapes: [], .. } => {}
+        Change::Add { shapes, most_bytes } => add(&transaction, cell, shapes, *most_bytes)?,
+    }
+    transaction.commit()?;
+    Ok(())
+}
+
+/// Adds heightmaps. Those that are there already stay as they are.
+fn add(
+    transaction: &WriteTransaction,
+    cell: &Cell,
+    shapes: &[v1::Item],
+    most: u64,
+) -> Result<(), Fault> {
+    let mut table = transaction.open_table(SHAPES)?;
+    let mut bytes = 0;
+    for entry in table.iter()? {
+        bytes += entry?.1.value().len() as u64;
+    }
+    for shape in shapes {
+        let id = ItemId::of(shape).to_bytes();
+        let key = (cell.as_str(), id.as_slice());
+        if table.get(key)?.is_some() {
+            continue;
+        }
+        bytes += shape.encoded_len() as u64;
+        if bytes > most {
+            return Err(Fault::TooManyShapes { bytes, most });
+        }
+        table.insert(key, shape.encode_to_vec().as_slice())?;
+    }
+    Ok(())
+}
+
+/// What is in the file of a store of the first version; nothing in one of this version, or in a new file.
+pub(super) fn first_version(root: &Database) -> Result<Vec<Kept>, Fault> {
+    let transaction = root.begin_read()?;
+    if check_version(&transaction)?.is_some() {
+        return Ok(Vec::new());
+    }
+    let table = match transaction.open_table(SESSIONS) {
+        Err(TableError::TableDoesNotExist(_)) => return Ok(Vec::new()),
+        table => table?,
+    };
+    let mut kept = Vec::new();
+    for entry in table.iter()? {
+        let (cell, session) = entry?;
+        if let Ok(cell) = Cell::new(cell.value()) {
+            kept.push(Kept {
+                shapes: shapes_of(&transaction, &cell)?,
+                session: session.value().to_vec(),
+                cell,
+            });
+        }
+    }
+    Ok(kept)
+}
+
+fn shapes_of(transaction: &ReadTransaction, cell: &Cell) -> Result<Vec<Shape>, Fault> {
+    let mut shapes = Vec::new();
+    for entry in transaction.open_table(SHAPES)?.iter()? {
+        let (key, shape) = entry?;
+        let (of, id) = key.value();
+        if of == cell.as_str() {
+            shapes.push((id.to_vec(), shape.value().to_vec()));
+        }
+    }
+    Ok(shapes)
+}
+
+/// Writes what a store of the first version had of a cell into the file of that cell.
+pub(super) fn write_kept(database: &Database, kept: &Kept) -> Result<(), Fault> {
+    let transaction = begin_write(database)?;
+    {
+        let cell = kept.cell.as_str();
+        let mut sessions = transaction.open_table(SESSIONS)?;
+        sessions.insert(cell, kept.session.as_slice())?;
+        let mut shapes = transaction.open_table(SHAPES)?;
+        for (id, shape) in &kept.shapes {
+            shapes.insert((cell, id.as_slice()), shape.as_slice())?;
+        }
+    }
+    transaction.commit()?;
+    Ok(())
+}
+
+/// Makes the file of a store one of this version: what it said before is in the files of the cells.
+pub(super) fn begin_version(root: &Database) -> Result<(), Fault> {
+    if check_version(&root.begin_read()?)? == Some(VERSION) {
+        return Ok(());
+    }
+    let transaction = begin_write(root)?;
+    transaction.delete_table(SESSIONS)?;
+    transaction.delete_table(SHAPES)?;
+    transaction.commit()?;
+    Ok(())
+}
+
+/// The version that wrote a file, where it is one after the first.
+fn check_version(transaction: &ReadTransaction) -> Result<Option<u64>, Fault> {
+    match read_version(transaction)? {
+        Some(version) if version > VERSION => Err(Fault::Newer(version)),
+        version => Ok(version),
+    }
+}
+
+fn read_version(transaction: &ReadTransaction) -> Result<Option<u64>, Fault> {
+    let table = match transaction.open_table(FORMAT) {
+        Err(TableError::TableDoesNotExist(_)) => return Ok(None),
+        table => table?,
+    };
+    Ok(table.get(VERSION_KEY)?.map(|found| found.value()))
+}
+
+/// The value of a key; `None` where nothing was written to its table yet.
+fn read<K: Key + 'static>(
+    transaction: &ReadTransaction,
+    table: TableDefinition<'static, K, &'static [u8]>,
+    key: K::SelfType<'_>,
+) -> Result<Option<Vec<u8>>, Fault> {
+    let table = match transaction.open_table(table) {
+        Err(TableError::TableDoesNotExist(_)) => return Ok(None),
+        table => table?,
+    };
+    Ok(table.get(key)?.map(|value| value.value().to_vec()))
+}
+
+/// Begins to write, with the version.
+fn begin_write(database: &Database) -> Result<WriteTransaction, Fault> {
+    let mut transaction = database.begin_write()?;
+    transaction.set_two_phase_commit(true);
+    transaction
+        .open_table(FORMAT)?
+        .insert(VERSION_KEY, VERSION)?;
+    Ok(transaction)
+}

@@ -1,0 +1,258 @@
+//! Packing sessions on disk.
+//!
+//! What was saved is on disk when the call returns. Each cell has a file of its own, so that the damage of one is not another's. A
+//! file that is damaged is put aside under a new name, for people to look at, and a new one begun: with its session lost, the next
+//! thing that a caller asks is answered with "no session", and nothing is packed twice. Commits are made in two phases, so that
+//! damage is never taken for a crash, after which the commit before the last would count.
+//!
+//! The file that the settings name says which version wrote the others. In the first version it held the sessions of all cells;
+//! these are given files of their own when it is opened.
+
+mod database;
+mod file;
+
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use ppnpack_protocol::session::{FROM_BACKUP, Session};
+use ppnpack_wire::item_id::ItemId;
+use ppnpack_wire::keys::Cell;
+use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
+use prost::Message;
+use redb::Database;
+
+use self::database::{Change, Fault, Kept};
+
+/// Why the store did not do what was asked.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum StoreError {
+    /// It cannot be opened.
+    #[error("the session store {path} cannot be opened: {reason}")]
+    Open { path: PathBuf, reason: String },
+    /// It cannot be read or written.
+    #[error("the session store cannot be used: {0}")]
+    Unusable(String),
+    /// What it holds is no session.
+    #[error("the session store holds something unreadable for cell {cell}: {reason}")]
+    Content { cell: String, reason: String },
+    /// The heightmaps of a session would take too much.
+    #[error(
+        "the heightmaps that items of this session were announced with would take {bytes} bytes where {most} are possible: announce \
+         objects by name, begin a new session, or set shapes_mib"
+    )]
+    TooManyShapes { bytes: u64, most: u64 },
+}
+
+impl From<Fault> for StoreError {
+    fn from(fault: Fault) -> Self {
+        match fault {
+            Fault::TooManyShapes { bytes, most } => Self::TooManyShapes { bytes, most },
+            fault => Self::Unusable(fault.to_string()),
+        }
+    }
+}
+
+/// Keeps the sessions of all cells of this planner.
+pub(crate) struct Store {
+    /// `None` where it is in memory.
+    path: Option<PathBuf>,
+    /// Says the version; open as long as the store is, so that no other process has it. `None` in memory.
+    _root: Option<Database>,
+    /// Those that are open: after an error of the disk a file is opened again when it is next needed, so that a disk that
+    /// recovered serves again.
+    cells: Mutex<BTreeMap<Cell, Database>>,
+    /// The most bytes of heightmaps in a session, as they are encoded.
+    most_shape_bytes: u64,
+}
+
+impl Store {
+    /// Opens the store of a file, or one in memory. `most_shape_bytes` is how much the heightmaps may take that items of a session
+    /// were announced with.
+    ///
+    /// # Errors
+    /// [`StoreError`] where it cannot be read or written, or is of a newer version.
+    pub(crate) fn open(path: Option<&Path>, most_shape_bytes: u64) -> Result<Self, StoreError> {
+        let store = Self {
+            path: path.map(Path::to_owned),
+            _root: None,
+            cells: Mutex::default(),
+            most_shape_bytes,
+        };
+        let Some(path) = path else {
+            return Ok(store);
+        };
+        let failed = |fault: Fault| StoreError::Open {
+            path: path.to_owned(),
+            reason: fault.to_string(),
+        };
+        let (root, kept) = open_root(path).map_err(failed)?;
+        // What goes wrong before the end is done again: the root says the first version until then.
+        for kept in &kept {
+            store.with(&kept.cell, |database| database::write_kept(database, kept))?;
+        }
+        database::begin_version(&root).map_err(failed)?;
+        Ok(Self {
+            _root: Some(root),
+            ..store
+        })
+    }
+
+    /// The session of a cell; that of a cell before its first one where there is none.
+    ///
+    /// # Errors
+    /// [`StoreError`] where it cannot be read, or is none that this version knows.
+    pub(crate) fn session(&self, cell: &Cell) -> Result<Session, StoreError> {
+        let Some(bytes) = self.with(cell, |database| database::session(database, cell))? else {
+            return Ok(Session::default());
+        };
+        let content = |reason: String| StoreError::Content {
+            cell: cell.to_string(),
+            reason,
+        };
+        let message: v1::Session = ppnpack_wire::decode(&bytes, MAX_MESSAGE_BYTES)
+            .map_err(|error| content(error.to_string()))?;
+        Session::from_message(message).map_err(|error| content(error.to_string()))
+    }
+
+    /// The heightmaps of an item of a cell's session that was announced with them; `None` where they are not there, or others
+    /// than were written.
+    ///
+    /// # Errors
+    /// [`StoreError`] where they cannot be read.
+    pub(crate) fn shape(&self, cell: &Cell, id: ItemId) -> Result<Option<v1::Item>, StoreError> {
+        let bytes = self.with(cell, |database| database::shape(database, cell, id))?;
+        let read = |bytes: Vec<u8>| ppnpack_wire::decode::<v1::Item>(&bytes, MAX_MESSAGE_BYTES);
+        let shape = bytes.and_then(|bytes| read(bytes).ok());
+        Ok(shape.filter(|shape| ItemId::of(shape) == id))
+    }
+
+    /// Saves the session of a cell, and the heightmaps of items that it newly refers to.
+    ///
+    /// # Errors
+    /// [`StoreError`] where it cannot be written, or there are too many heightmaps; nothing is saved then.
+    pub(crate) fn save(
+        &self,
+        cell: &Cell,
+        session: &Session,
+        shapes: &[v1::Item],
+    ) -> Result<(), StoreError> {
+        let change = Change::Add {
+            shapes,
+            most_bytes: self.most_shape_bytes,
+        };
+        self.write(cell, session, &change)
+    }
+
+    /// Saves a new session of a cell and forgets the heightmaps of the one before.
+    ///
+    /// # Errors
+    /// [`StoreError`] where it cannot be written.
+    pub(crate) fn begin(&self, cell: &Cell, session: &Session) -> Result<(), StoreError> {
+        self.write(cell, session, &Change::Forget)
+    }
+
+    /// Ends the sessions of a store that is a backup, as it is not known what was packed since. Gives their cells.
+    ///
+    /// # Errors
+    /// [`StoreError`] where there is no such file, or it cannot be read or written.
+    pub(crate) fn after_restore(path: &Path) -> Result<Vec<String>, StoreError> {
+        let failed = |reason: String| StoreError::Open {
+            path: path.to_owned(),
+            reason,
+        };
+        if !path.is_file() {
+            return Err(failed("there is no such file".to_owned()));
+        }
+        // No heightmaps are added.
+        let store = Self::open(Some(path), 0)?;
+        let cells = file::cells(path).map_err(|error| failed(error.to_string()))?;
+        for cell in &cells {
+            store.settle(cell, FROM_BACKUP)?;
+        }
+        Ok(cells.iter().map(ToString::to_string).collect())
+    }
+
+    /// Settles the session of a cell of which not all is known any more, for this reason.
+    ///
+    /// # Errors
+    /// [`StoreError`] where it cannot be read or written.
+    pub(crate) fn settle(&self, cell: &Cell, reason: &str) -> Result<(), StoreError> {
+        let mut session = self.session(cell)?;
+        session.restored(reason);
+        self.save(cell, &session, &[])
+    }
+
+    fn write(&self, cell: &Cell, session: &Session, change: &Change<'_>) -> Result<(), StoreError> {
+        let bytes = session.to_message(0).encode_to_vec();
+        self.with(cell, |database| {
+            database::write(database, cell, &bytes, change)
+        })
+    }
+
+    /// Works with the database of a cell. Where that is damaged, it is put aside, and the work done with a new one.
+    fn with<T>(
+        &self,
+        cell: &Cell,
+        mut work: impl FnMut(&Database) -> Result<T, Fault>,
+    ) -> Result<T, StoreError> {
+        // An error leaves no database, and a panic is caught: the guarded value is whole at any time.
+        let mut cells = self.cells.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut result = self.attempt(&mut cells, cell, &mut work);
+        if let (Err(fault), Some(path)) = (&result, self.file_of(cell))
+            && fault.is_damage()
+        {
+            result = file::put_aside(&path, fault)
+                .and_then(|()| self.attempt(&mut cells, cell, &mut work));
+        }
+        result.map_err(StoreError::from)
+    }
+
+    fn attempt<T>(
+        &self,
+        cells: &mut BTreeMap<Cell, Database>,
+        cell: &Cell,
+        work: &mut impl FnMut(&Database) -> Result<T, Fault>,
+    ) -> Result<T, Fault> {
+        let database = match cells.remove(cell) {
+            Some(database) => database,
+            None => file::open(self.file_of(cell).as_deref())?,
+        };
+        // It may panic on a file that something else wrote to while it was open.
+        let result = catch_unwind(AssertUnwindSafe(|| work(&database)));
+        let result = result.unwrap_or(Err(Fault::Panic));
+        // In memory there is nothing to be opened again.
+        if result.is_ok() || self.path.is_none() {
+            cells.insert(cell.clone(), database);
+        }
+        result
+    }
+
+    fn file_of(&self, cell: &Cell) -> Option<PathBuf> {
+        let path = self.path.as_deref()?;
+        Some(file::of_cell(path, cell))
+    }
+}
+
+/// Opens the file that says the version, and begins it where there is none; with what is in it of the first version.
+fn open_root(path: &Path) -> Result<(Database, Vec<Kept>), Fault> {
+    let attempt = || -> Result<_, Fault> {
+        let root = file::open(Some(path))?;
+        let read = catch_unwind(AssertUnwindSafe(|| database::first_version(&root)));
+        let kept = read.unwrap_or(Err(Fault::Panic))?;
+        Ok((root, kept))
+    };
+    match attempt() {
+        Err(fault) if fault.is_damage() => {
+            file::put_aside(path, &fault)?;
+            attempt()
+        }
+        opened => opened,
+    }
+}
+
+#[cfg(test)]
+mod formats;
+#[cfg(test)]
+mod tests;

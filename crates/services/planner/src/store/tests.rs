@@ -1,0 +1,262 @@
+use std::fs;
+
+use nalgebra::Vector3;
+use ppnpack_packing::item::{Item, ViewSurfaces};
+use ppnpack_protocol::session::{ItemState, Lying, Rules, SessionItem};
+use ppnpack_wire::convert;
+use redb::TableDefinition;
+use tempfile::TempDir;
+
+use super::*;
+
+/// Room for all shapes here.
+const ENOUGH: u64 = 1 << 20;
+
+/// Bytes of a page of the database.
+const PAGE: usize = 4096;
+
+pub(super) fn cell(name: &str) -> Cell {
+    Cell::new(name).unwrap()
+}
+
+/// A block of so many cells a side.
+pub(super) fn shape(side: usize) -> v1::Item {
+    let cells = side * side;
+    let view = ViewSurfaces {
+        origin_from_corner_m: Vector3::new(0.1, 0.1, 0.0),
+        ..ViewSurfaces::of_cells(side, side, vec![20; cells], vec![0; cells])
+    };
+    convert::item::write(&Item::new("block", vec![view; 2], 0.001).unwrap())
+}
+
+pub(super) fn item(item_id: &str, shape: &v1::Item) -> SessionItem {
+    SessionItem {
+        lying: Lying::default(),
+        item_id: item_id.to_owned(),
+        object: "block".to_owned(),
+        shape: ItemId::of(shape),
+        rules: Rules::default(),
+        poses: 1,
+        allowed_poses: Vec::new(),
+        state: ItemState::Waiting,
+        inspection: None,
+    }
+}
+
+fn session(id: &str) -> Session {
+    Session::begin(id.to_owned(), Vec::new(), false, 7, 0)
+}
+
+/// A session of a cell that was saved once for each of its items, with their heightmaps.
+fn fill(store: &Store, cell: &Cell, items: usize) -> Session {
+    let mut session = session(&format!("session-of-{cell}"));
+    store.begin(cell, &session).unwrap();
+    for number in 0..items {
+        let shape = shape(3 + number);
+        let item = item(&format!("item-{number}"), &shape);
+        session.announce(vec![item]).unwrap();
+        store.save(cell, &session, &[shape]).unwrap();
+    }
+    session
+}
+
+/// A folder for stores, on a disk that is quick where there is one.
+pub(super) fn folder() -> TempDir {
+    let quick = Path::new("/dev/shm");
+    match quick.is_dir() {
+        true => tempfile::tempdir_in(quick).unwrap(),
+        false => tempfile::tempdir().unwrap(),
+    }
+}
+
+pub(super) fn open(path: &Path) -> Store {
+    Store::open(Some(path), ENOUGH).unwrap()
+}
+
+/// How many files were put aside in a folder.
+fn put_aside(folder: &Path) -> usize {
+    let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
+    names
+        .filter(|entry| entry.file_name().to_string_lossy().contains(".damaged-"))
+        .count()
+}
+
+#[test]
+fn sessions_and_heightmaps_are_there_again() {
+    let folder = folder();
+    let path = folder.path().join("new/sessions.redb");
+    let [a, b] = ["a", "b"].map(cell);
+    let store = open(&path);
+    assert_eq!(store.session(&a).unwrap(), Session::default());
+    let (of_a, of_b) = (fill(&store, &a, 2), fill(&store, &b, 3));
+    drop(store);
+    let store = open(&path);
+    assert_eq!(store.session(&a).unwrap(), of_a);
+    assert_eq!(store.session(&b).unwrap(), of_b);
+    let third = shape(5);
+    let id = ItemId::of(&third);
+    assert_eq!(store.shape(&a, id).unwrap(), None);
+    assert_eq!(store.shape(&b, id).unwrap(), Some(third));
+    store.begin(&b, &session("next")).unwrap();
+    assert_eq!(store.shape(&b, id).unwrap(), None);
+    assert_eq!(store.session(&b).unwrap(), session("next"));
+}
+
+#[test]
+fn in_memory_the_same_is_kept_as_long_as_the_store() {
+    let store = Store::open(None, ENOUGH).unwrap();
+    let kept = fill(&store, &cell("a"), 2);
+    assert_eq!(store.session(&cell("a")).unwrap(), kept);
+    assert_eq!(store.session(&cell("b")).unwrap(), Session::default());
+    assert!(
+        store
+            .shape(&cell("a"), ItemId::of(&shape(3)))
+            .unwrap()
+            .is_some()
+    );
+}
+
+#[test]
+fn a_session_has_no_more_heightmaps_than_it_may() {
+    let shapes: Vec<v1::Item> = (3..20).map(shape).collect();
+    let most: usize = shapes.iter().take(4).map(Message::encoded_len).sum();
+    let store = Store::open(None, most as u64).unwrap();
+    let [a, b] = ["a", "b"].map(cell);
+    store.save(&a, &session("one"), &shapes[..4]).unwrap();
+    // Those that are there already take nothing.
+    store.save(&a, &session("two"), &shapes[..4]).unwrap();
+    let refused = store
+        .save(&a, &session("three"), &shapes[4..5])
+        .unwrap_err();
+    assert!(matches!(refused, StoreError::TooManyShapes { .. }));
+    assert!(refused.to_string().contains("shapes_mib"), "{refused}");
+    assert_eq!(
+        store.session(&a).unwrap(),
+        session("two"),
+        "nothing was saved"
+    );
+    assert_eq!(store.shape(&a, ItemId::of(&shapes[4])).unwrap(), None);
+    // Another cell's session and the next one have room of their own.
+    store.save(&b, &session("of b"), &shapes[4..5]).unwrap();
+    store.begin(&a, &session("next")).unwrap();
+    store.save(&a, &session("next"), &shapes[4..5]).unwrap();
+}
+
+#[test]
+fn heightmaps_that_are_not_those_that_were_written_are_not_given() {
+    let store = Store::open(None, ENOUGH).unwrap();
+    let a = cell("a");
+    fill(&store, &a, 1);
+    let cells = store.cells.lock().unwrap();
+    let transaction = cells[&a].begin_write().unwrap();
+    {
+        let shapes: TableDefinition<'_, (&str, &[u8]), &[u8]> = TableDefinition::new("shapes");
+        let mut table = transaction.open_table(shapes).unwrap();
+        let id = ItemId::of(&shape(3)).to_bytes();
+        let other = shape(4).encode_to_vec();
+        table
+            .insert(("a", id.as_slice()), other.as_slice())
+            .unwrap();
+    }
+    transaction.commit().unwrap();
+    drop(cells);
+    assert_eq!(store.shape(&a, ItemId::of(&shape(3))).unwrap(), None);
+}
+
+/// Ways to damage a page of a file.
+const DAMAGES: [fn(&mut [u8], usize); 4] = [
+    |file, at| file[at..at + PAGE].fill(0),
+    |file, at| file[at..at + PAGE].fill(0x5a),
+    // One bit.
+    |file, at| {
+        let length = file[at..at + PAGE].iter().rposition(|byte| *byte != 0);
+        file[at + length.unwrap_or(0) / 2] ^= 4;
+    },
+    // What was meant for another place.
+    |file, at| {
+        let from = (at + 3 * PAGE) % file.len();
+        file.copy_within(from..(from + PAGE).min(file.len()), at);
+    },
+];
+
+/// Damages each page of a file in each way, or cuts the file off there, and looks at what a store makes of it.
+fn with_each_damage(store: &Path, file: &Path, look: impl Fn(&Store, &str)) {
+    let whole = fs::read(file).unwrap();
+    for at in (0..whole.len()).step_by(PAGE) {
+        let damaged = DAMAGES.iter().map(|damage| {
+            let mut bytes = whole.clone();
+            damage(&mut bytes, at);
+            bytes
+        });
+        let cut = whole[..at].to_vec();
+        for (way, bytes) in damaged.chain([cut]).enumerate() {
+            if bytes == whole {
+                continue;
+            }
+            fs::write(file, bytes).unwrap();
+            look(&open(store), &format!("page {}, damage {way}", at / PAGE));
+        }
+    }
+}
+
+#[test]
+fn every_page_of_a_cells_file_may_be_damaged() {
+    let folder = folder();
+    let path = folder.path().join("sessions.redb");
+    let [a, b] = ["a", "b"].map(cell);
+    let store = open(&path);
+    let (of_a, of_b) = (fill(&store, &a, 4), fill(&store, &b, 2));
+    drop(store);
+    let own = path.with_extension("cells");
+    with_each_damage(&path, &file::of_cell(&path, &a), |store, damage| {
+        let before = put_aside(&own);
+        // As it was, or lost: never as it was some time before.
+        let found = store.session(&a).unwrap();
+        if found != of_a {
+            assert_eq!(found, Session::default(), "{damage}");
+            assert!(
+                put_aside(&own) > before || damage.starts_with("page 0, damage 4"),
+                "{damage}"
+            );
+        }
+        for side in 3..7 {
+            let known = store.shape(&a, ItemId::of(&shape(side))).unwrap();
+            assert!(known.is_none_or(|known| known == shape(side)), "{damage}");
+        }
+        store.begin(&a, &session("after")).unwrap();
+        assert_eq!(store.session(&a).unwrap(), session("after"), "{damage}");
+        assert_eq!(store.session(&b).unwrap(), of_b, "{damage}");
+    });
+}
+
+#[test]
+fn every_page_of_the_file_that_says_the_version_may_be_damaged() {
+    let folder = folder();
+    let path = folder.path().join("sessions.redb");
+    let [a, b] = ["a", "b"].map(cell);
+    let store = open(&path);
+    let (of_a, of_b) = (fill(&store, &a, 2), fill(&store, &b, 2));
+    drop(store);
+    with_each_damage(&path, &path, |store, damage| {
+        assert_eq!(store.session(&a).unwrap(), of_a, "{damage}");
+        assert_eq!(store.session(&b).unwrap(), of_b, "{damage}");
+    });
+}
+
+#[test]
+fn a_file_that_is_damaged_while_it_is_open_is_put_aside() {
+    let folder = folder();
+    let path = folder.path().join("sessions.redb");
+    let a = cell("a");
+    let store = open(&path);
+    let mut session = fill(&store, &a, 4);
+    fs::write(file::of_cell(&path, &a), b"something else altogether").unwrap();
+    for number in 4..8 {
+        let shape = shape(3 + number);
+        let item = item(&format!("item-{number}"), &shape);
+        session.announce(vec![item]).unwrap();
+        store.save(&a, &session, &[shape]).unwrap();
+    }
+    drop(store);
+    assert_eq!(open(&path).session(&a).unwrap(), session);
+}
