@@ -39,6 +39,10 @@ impl World {
             Ask::Place(decision) => self.place(decision, configuration)?,
             Ask::Outcome(decision) => self.outcome(decision)?,
             Ask::State => Answer::State {
+                first_state_number: match configuration.lacks(Sabotage::KnowsAll) {
+                    true => 1,
+                    false => self.bridge.ledger.head().first_state_number,
+                },
                 state_number: self.bridge.ledger.head().state_number,
                 is_held: self.bridge.ledger.head().hold.is_some(),
             },
@@ -77,7 +81,7 @@ impl World {
         };
         if let Some(status) = verdict.refusal().filter(|_| !is_let_through) {
             let is_forgotten = status == Status::Forgotten;
-            let is_lacking = configuration.lacks(Sabotage::ForgottenIsNotPlaced);
+            let is_lacking = configuration.lacks(Sabotage::KnowsAll);
             return Some(Answer::Refused(match is_forgotten && is_lacking {
                 true => Status::Stale,
                 false => status,

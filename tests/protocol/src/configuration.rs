@@ -62,8 +62,8 @@ pub enum Sabotage {
     SameStateAfterHold,
     /// What was decided before is not voided where somebody begins anew or acknowledges a failure.
     NothingIsVoided,
-    /// What the bridge knows nothing of counts as not placed.
-    ForgottenIsNotPlaced,
+    /// The bridge says that it knows all that was done, and that what it knows nothing of was not.
+    KnowsAll,
     /// A placement that was cut off counts as not placed in a real cell.
     CutOffIsNotPlaced,
     /// A session that was restored goes on by itself.

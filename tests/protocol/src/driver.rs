@@ -18,7 +18,11 @@ pub(crate) enum Ask {
 pub(crate) enum Answer {
     Execution(v1::Execution),
     Refused(Status),
-    State { state_number: u64, is_held: bool },
+    State {
+        first_state_number: u64,
+        state_number: u64,
+        is_held: bool,
+    },
 }
 
 impl Eq for Answer {}
@@ -33,9 +37,10 @@ impl Hash for Answer {
             }
             Self::Refused(status) => (1_u8, status).hash(state),
             Self::State {
+                first_state_number,
                 state_number,
                 is_held,
-            } => (2_u8, state_number, is_held).hash(state),
+            } => (2_u8, first_state_number, state_number, is_held).hash(state),
         }
     }
 }
@@ -108,12 +113,18 @@ impl Driver {
             (
                 Ask::State,
                 Answer::State {
+                    first_state_number,
                     state_number,
                     is_held,
                 },
             ) => {
                 match (self.settling.take(), decision) {
                     (Some(kind), Some(decision)) => {
+                        let state = v1::CellState {
+                            first_state_number,
+                            ..v1::CellState::default()
+                        };
+                        let kind = pursuit::as_known(kind, decision, &state);
                         let outcome = pursuit::settled_as(decision, kind, "", state_number);
                         self.outcome = Some(Settled(outcome));
                     }

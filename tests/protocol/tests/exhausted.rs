@@ -107,7 +107,7 @@ fn each_safeguard_is_missed_where_it_is_taken_out() {
         (BeginsWhileHeld, held()),
         (SameStateAfterHold, held()),
         (NothingIsVoided, restarted().with(LoseStore, 1)),
-        (ForgottenIsNotPlaced, killed().with(LoseJournal, 1)),
+        (KnowsAll, killed().with(LoseJournal, 1)),
         (CutOffIsNotPlaced, killed()),
         (RestoredGoesOn, restarted().with(Restore, 1)),
         (NeverStarts, killed()),

@@ -2,6 +2,7 @@
 
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
 use ppnpack_packing::objective::Weights;
+use ppnpack_packing::scene_value::SceneValue;
 use ppnpack_packing::trial::TrialSettings;
 
 use crate::method::sdfm;
@@ -24,8 +25,8 @@ impl Contender {
     }
 }
 
-/// The physical stability test, which the others are compared with; then placements that are tried, also with the
-/// network's proposals where there are any.
+/// The physical stability test, which the others are compared with; then placements that are tried, also with other weights, with
+/// the value of what is left, and with the network's proposals where there are any.
 pub(super) fn contenders(
     buffer: usize,
     seed: u64,
@@ -42,10 +43,15 @@ pub(super) fn contenders(
         weights: Weights::dense(),
         ..tried(ProposalSource::Bounded)
     };
+    let valued = Method {
+        scene_value: SceneValue::built_in(),
+        ..tried(ProposalSource::Bounded)
+    };
     let mut contenders = vec![
         Contender::new("physical test", "physical-test", tested),
         Contender::new("tried", "tried", tried(ProposalSource::Bounded)),
         Contender::new("tried, dense", "tried-dense", dense),
+        Contender::new("tried, valued", "tried-valued", valued),
     ];
     if let Some(proposals) = network {
         let name = format!("tried, {proposals}");
@@ -66,17 +72,17 @@ mod tests {
         let network = ProposalSource::Random { percent: 20.0 };
         let all = contenders(3, 7, Some(network));
         let tries: Vec<bool> = all.iter().map(|one| one.method.trial.is_on()).collect();
-        assert_eq!(tries, [false, true, true, true]);
+        assert_eq!(tries, [false, true, true, true, true]);
         let keys: BTreeSet<&str> = all.iter().map(|one| one.key).collect();
         let kept: BTreeSet<String> = all
             .iter()
             .map(|one| hash(&one.method, 16).unwrap())
             .collect();
-        assert_eq!((keys.len(), kept.len()), (4, 4));
+        assert_eq!((keys.len(), kept.len()), (5, 5));
         for contender in &all {
             contender.method.validate().unwrap();
             assert_eq!((contender.method.buffer, contender.method.seed), (3, 7));
         }
-        assert_eq!(contenders(3, 7, None).len(), 3);
+        assert_eq!(contenders(3, 7, None).len(), 4);
     }
 }
