@@ -119,6 +119,12 @@ impl Configuration {
                 .with(Restore, 1)
                 .with(TimeOut, 1)
                 .following(64),
+            automatic("a backup, then a new container")
+                .with(KillPlanner, 1)
+                .with(Restore, 1)
+                .with(Renew, 1)
+                .with(TimeOut, 1)
+                .following(64),
             automatic("renewals")
                 .with(KillBridge, 1)
                 .with(Renew, 1)

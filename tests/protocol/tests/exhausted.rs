@@ -65,6 +65,11 @@ fn backups_that_are_put_back_break_nothing() {
 }
 
 #[test]
+fn a_new_container_after_a_backup_was_put_back_breaks_nothing() {
+    exhausted("a backup, then a new container");
+}
+
+#[test]
 fn renewals_break_nothing() {
     exhausted("renewals");
 }

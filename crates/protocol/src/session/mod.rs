@@ -171,10 +171,10 @@ impl Session {
         matches!(self.end, Some(End::Failed(_)))
     }
 
-    /// Whether what became of all that was decided in it is known: not where a decision awaits its outcome, and not where no session
-    /// is known, as its store was lost or never was.
+    /// Whether what became of all that was decided in it is known: not where a decision awaits its outcome, where it failed, as one
+    /// does that was read from a backup, or where no session is known, as its store was lost or never was.
     pub fn is_settled(&self) -> bool {
-        !self.id.is_empty() && self.pending.is_none()
+        !self.id.is_empty() && self.pending.is_none() && !self.has_failed()
     }
 
     /// Nothing is planned on an earlier state of the cell than this one any more.
