@@ -32,10 +32,13 @@ class Cell:
 
     def __init__(self, session, name, patience_s):
         self.session, self.name, self.patience_s = session, name, patience_s
+        # The packing session that requests are meant for: once another controller has begun another one they are refused.
+        self.packing = ""
 
     def ask(self, service, method, request, reply_type, limit_s=5.0):
         """Sends a request until it is answered; the same request, so it must be safe to repeat: all of these are."""
         request.header.request_id = uuid.uuid4().hex
+        request.header.session_id = self.packing
         request.header.time_limit_us = int(limit_s * 1e6)
         key = f"ppnpack/v1/{self.name}/rpc/{service}/{method}"
         give_up = time.monotonic() + self.patience_s
@@ -69,6 +72,8 @@ def place(cell, decision):
         state_number=decision.state_number,
         # The motion that was checked, where the cell has an arm.
         cycle=decision.cycle if decision.HasField("cycle") else None,
+        # A decision that is too old is refused as stale.
+        decided_at_ns=decision.decided_at_ns,
     )
     without_outcome = {
         # The container is in another state than it was planned on: the placement was never begun.
@@ -118,6 +123,7 @@ def pack(cell, session_id, objects):
     state = cell.ask("bridge", "state", bridge_pb2.CellStateRequest(), bridge_pb2.CellStateReply).state
     begin = planner_pb2.BeginRequest(session_id=session_id, least_state_number=state.state_number)
     cell.ask("planner", "begin", begin, planner_pb2.BeginReply)
+    cell.packing = session_id
     items = [planner_pb2.Announcement(item_id=f"item-{i}", object=name) for i, name in enumerate(objects)]
     cell.ask("planner", "announce", planner_pb2.AnnounceRequest(items=items), planner_pb2.AnnounceReply)
     while (decision := next_decision(cell)) is not None:

@@ -199,6 +199,11 @@ pub struct RequestHeader {
     /// its planner has gone is dropped.
     #[prost(string, tag = "3")]
     pub caller: ::prost::alloc::string::String,
+    /// The packing session that a request to the planner is meant for; empty: whichever is under way. Where another one is under way
+    /// it is refused as STATUS_CONFLICT: a controller whose session another one has replaced hears of that. In a BeginRequest the
+    /// session that is to be replaced.
+    #[prost(string, tag = "4")]
+    pub session_id: ::prost::alloc::string::String,
 }
 impl ::prost::Name for RequestHeader {
     const NAME: &'static str = "RequestHeader";
@@ -385,6 +390,10 @@ pub struct PlaceRequest {
     /// How the arm does it, as the decision says; a simulated cell needs none.
     #[prost(message, optional, boxed, tag = "7")]
     pub cycle: ::core::option::Option<::prost::alloc::boxed::Box<ArmCycle>>,
+    /// When it was decided, as the decision says. Longer ago than the bridge's decision_age_limit_s, or later than now, it is refused
+    /// as STATUS_STALE, and the cell's state counts up. 0: that is not known, and not checked.
+    #[prost(uint64, tag = "8")]
+    pub decided_at_ns: u64,
 }
 impl ::prost::Name for PlaceRequest {
     const NAME: &'static str = "PlaceRequest";
@@ -674,6 +683,10 @@ pub struct CellState {
     /// The first state of which the bridge knows what was done on it: it was begun with it, or restored.
     #[prost(uint64, tag = "6")]
     pub first_state_number: u64,
+    /// The bridge's clock, by which decisions age: nanoseconds since 1970 by the time of day when the bridge started, and from then on
+    /// by time passed.
+    #[prost(uint64, tag = "7")]
+    pub clock_ns: u64,
 }
 impl ::prost::Name for CellState {
     const NAME: &'static str = "CellState";
@@ -833,7 +846,8 @@ pub struct PointCloud {
     /// Counts the clouds of one sensor, from 1.
     #[prost(uint64, tag = "1")]
     pub sequence: u64,
-    /// When it was captured, in nanoseconds since 1970, for people and recordings.
+    /// When it was captured, in nanoseconds on the sensor's clock, since 1970 where that tells the time of day. How far apart two
+    /// stamps are says how long clouds were on their way, beyond the shortest way; nothing depends on what time it is.
     #[prost(int64, tag = "2")]
     pub captured_at_ns: i64,
     /// The state of the cell when it was captured, where the sensor knows it; see CellState.state_number.
@@ -2452,6 +2466,10 @@ pub struct Decision {
     /// heightmaps in this pose, and the turn is in container_from_item.
     #[prost(uint32, tag = "20")]
     pub pose: u32,
+    /// When it was decided, by the clock of the bridge (CellState.clock_ns); 0 where that has not told it. It is not carried out later
+    /// than the bridge's decision_age_limit_s after this.
+    #[prost(uint64, tag = "21")]
+    pub decided_at_ns: u64,
 }
 impl ::prost::Name for Decision {
     const NAME: &'static str = "Decision";

@@ -22,13 +22,15 @@ pub struct RequestHeader {
     pub time_limit: Duration,
     /// The planner that asks; none where another does.
     pub caller: Option<Instance>,
+    /// The packing session that it is meant for; none where it is for any.
+    pub session_id: Option<String>,
 }
 
 impl RequestHeader {
     /// Reads a header.
     ///
     /// # Errors
-    /// [`WireError`] where it is missing, or the id, the time limit or the caller is not possible.
+    /// [`WireError`] where it is missing, or the id, the time limit, the caller or the session is not possible.
     pub fn read(header: Option<&v1::RequestHeader>) -> Result<Self, WireError> {
         let header = needed("header", header)?;
         let time_limit = Duration::from_micros(header.time_limit_us);
@@ -38,8 +40,11 @@ impl RequestHeader {
         checked(field, header.time_limit_us, is_possible, range)?;
         let caller = (!header.caller.is_empty()).then(|| Instance::new(&header.caller));
         let caller = caller.transpose();
+        let session_id = Some(&header.session_id).filter(|session_id| !session_id.is_empty());
+        let session_id = session_id.map(|text| id("header.session_id", text));
         Ok(Self {
             caller: caller.map_err(|error| WireError::invalid("header.caller", error))?,
+            session_id: session_id.transpose()?.map(str::to_owned),
             request_id: id("header.request_id", &header.request_id)?.to_owned(),
             time_limit,
         })
@@ -53,6 +58,7 @@ impl RequestHeader {
             request_id: self.request_id.clone(),
             time_limit_us: u64::try_from(micros).unwrap_or(u64::MAX).max(1),
             caller: caller.map_or_else(String::new, Instance::to_string),
+            session_id: self.session_id.clone().unwrap_or_default(),
         }
     }
 }

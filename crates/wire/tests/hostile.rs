@@ -455,9 +455,11 @@ fn headers() {
         request_id: "a-Z_0.9:".to_owned(),
         time_limit: Duration::from_secs(600),
         caller: Some(Instance::new("planner-1").unwrap()),
+        session_id: Some("monday-1".to_owned()),
     };
     let nobody = RequestHeader {
         caller: None,
+        session_id: None,
         ..valid.clone()
     };
     for header in [&valid, &nobody] {
@@ -471,6 +473,9 @@ fn headers() {
         |header| RequestHeader::read(header.as_ref()),
         &[
             ("header", |header| *header = None),
+            ("header.session_id", |header| {
+                header.as_mut().unwrap().session_id = "no name".to_owned();
+            }),
             ("header.request_id", |header| {
                 header.as_mut().unwrap().request_id.clear();
             }),

@@ -17,6 +17,7 @@ fn names<R: Request>() -> [String; 2] {
         request_id: "a".to_owned(),
         time_limit_us: 1,
         caller: String::new(),
+        ..v1::RequestHeader::default()
     };
     let mut request = R::default();
     request.set_header(header.clone());

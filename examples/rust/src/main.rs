@@ -36,7 +36,7 @@ const HELD_PAUSE: Duration = Duration::from_millis(200);
 
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
-    let controller = Controller {
+    let mut controller = Controller {
         client: Client::new(&open(&arguments.connect)?),
         cell: Cell::new(&arguments.cell)?,
     };
@@ -63,12 +63,14 @@ struct Controller {
 
 impl Controller {
     /// Packs objects in one session; gives how many are in the container.
-    fn pack(&self, session_id: &str, objects: &[String]) -> Result<usize> {
+    fn pack(&mut self, session_id: &str, objects: &[String]) -> Result<usize> {
         self.ask(v1::BeginRequest {
             session_id: session_id.to_owned(),
             least_state_number: self.state_number()?,
             ..v1::BeginRequest::default()
         })?;
+        // Once another controller has begun another session, this one is refused.
+        self.client = self.client.clone().of_session(session_id);
         let items = (1..)
             .zip(objects)
             .map(|(arrival, object)| v1::Announcement {

@@ -14,6 +14,7 @@
 
 mod common;
 
+use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 use common::{
@@ -240,6 +241,38 @@ fn a_stopped_perception_delays_plans_and_none_is_made_on_an_old_heightmap() {
     let ended = Instant::now();
     assert!(cell.step().unwrap().is_some());
     assert_serves_again(&cell, ended, "a stopped perception goes on");
+    assert_consistent(&cell, "afterwards");
+}
+
+#[test]
+fn clouds_that_queued_while_perception_was_stopped_show_nothing_that_was_done_meanwhile() {
+    let settings = [
+        (Service::Bridge, "service.cells.cell-1.is_stateless=true"),
+        (Service::Bridge, "service.cloud_rate_hz=20"),
+    ];
+    let settings = settings.map(|(service, setting)| (service, setting.to_owned()));
+    let stack = Stack::start(&Options {
+        settings: settings.to_vec(),
+        ..Options::default()
+    })
+    .unwrap();
+    let cell = stack.cell(0).unwrap();
+    cell.begin("queued", &["toy_brick"; 20], false).unwrap();
+    let mut poses = BTreeSet::new();
+    for _ in 0..4 {
+        let decision = cell.plan().unwrap().unwrap();
+        stack.signal("perception-1", Signal::Stop).unwrap();
+        // The first of the clouds that queue show the cell as it was.
+        let outcome = cell.place(&decision).unwrap();
+        cell.report(&decision, outcome).unwrap();
+        let refused = cell.ask_within(v1::PlanRequest::default(), Duration::from_secs(1));
+        assert!(refused.is_err(), "planned while perception was stopped");
+        stack.signal("perception-1", Signal::Continue).unwrap();
+        // All are alike: planned on a picture from before, the next one would go where this one lies.
+        let placement = decision.placement.unwrap();
+        let place = format!("{placement:?}");
+        assert!(poses.insert(place), "{placement:?} was planned twice");
+    }
     assert_consistent(&cell, "afterwards");
 }
 

@@ -12,11 +12,13 @@ mod common;
 
 use std::path::Path;
 use std::process::{Command, Output};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use common::{OBJECTS, assert_consistent, count, slow_robot, wait_for};
 use ppnpack_stack_tests::cell::CellClient;
 use ppnpack_stack_tests::{Options, Signal, Stack, beside};
+use ppnpack_wire::keys::Service;
 use ppnpack_wire::v1::{self, ItemState, OutcomeKind, SessionEnd, Status};
 
 /// How soon a hold is answered, whatever the robot does.
@@ -93,6 +95,44 @@ fn a_held_cell_stands_still_and_goes_on_by_itself_when_it_is_resumed() {
     let session = wait_for(&cell, |session| session.end != 0);
     assert_eq!(session.end(), SessionEnd::AllPacked, "{}", session.failure);
     assert_eq!(cell.state().unwrap().bodies.len(), session.items.len() - 1);
+}
+
+#[test]
+fn a_decision_that_nobody_carried_out_in_time_is_planned_anew() {
+    let limit = Duration::from_millis(500);
+    let setting = format!("service.decision_age_limit_s={:?}", limit.as_secs_f64());
+    let stack = Stack::start(&Options {
+        settings: vec![(Service::Bridge, setting)],
+        ..Options::default()
+    })
+    .unwrap();
+    let cell = stack.cell(0).unwrap();
+    cell.begin("late", &OBJECTS, false).unwrap();
+    let decision = cell.plan().unwrap().unwrap();
+    let state = cell.state().unwrap();
+    assert!(decision.decided_at_ns <= state.clock_ns);
+    // This is what is waited for: that it is too old.
+    thread::sleep(limit);
+    let refused = cell.ask(v1::PlaceRequest::from(&decision)).unwrap_err();
+    assert_eq!(refused.status(), Some(Status::Stale), "{refused}");
+    assert!(refused.to_string().contains("decided"), "{refused}");
+    let not_placed = v1::Outcome {
+        kind: v1::OutcomeKind::NotPlaced.into(),
+        state_number: cell.state().unwrap().state_number,
+        ..v1::Outcome::default()
+    };
+    cell.report(&decision, not_placed).unwrap();
+    assert!(cell.step().unwrap().is_some());
+
+    // By itself the planner is in time.
+    let on = v1::AutomaticRequest {
+        is_automatic: true,
+        ..v1::AutomaticRequest::default()
+    };
+    cell.ask(on).unwrap();
+    let session = wait_for(&cell, |session| session.end != 0);
+    assert_ne!(session.end(), SessionEnd::Failed, "{}", session.failure);
+    assert_consistent(&cell, "afterwards");
 }
 
 #[test]

@@ -39,6 +39,7 @@ static REQUESTS: AtomicU64 = AtomicU64::new(0);
 pub struct Client {
     session: Session,
     caller: Option<Instance>,
+    session_id: Option<String>,
 }
 
 impl Client {
@@ -47,6 +48,7 @@ impl Client {
         Self {
             session: session.clone(),
             caller: None,
+            session_id: None,
         }
     }
 
@@ -54,6 +56,13 @@ impl Client {
     #[must_use]
     pub fn of_planner(mut self, planner: &Instance) -> Self {
         self.caller = Some(planner.clone());
+        self
+    }
+
+    /// Asks planners as the controller of this packing session: they refuse it once another session is under way.
+    #[must_use]
+    pub fn of_session(mut self, session_id: &str) -> Self {
+        self.session_id = Some(session_id.to_owned());
         self
     }
 
@@ -187,6 +196,7 @@ impl Client {
             request_id: request_id.clone(),
             time_limit,
             caller: self.caller.clone(),
+            session_id: self.session_id.clone(),
         };
         request.set_header(header.to_message());
         request_id

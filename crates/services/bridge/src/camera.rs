@@ -59,7 +59,7 @@ impl Camera {
         let capture = Capture {
             sequence: self.sequence,
             captured_at_ns,
-            state_number,
+            state_number: if view.is_of_now { state_number } else { 0 },
             container_from_sensor: view.container_from_sensor,
         };
         let message = cloud::write(&capture, &view.points_m);

@@ -1,13 +1,11 @@
 //! The actors of a cell.
 
-use std::time::Duration;
-
 use ppnpack_service::Shutdown;
 use ppnpack_service::actor::{self, Mailbox};
 use ppnpack_service::supervision::Supervisor;
 use ppnpack_wire::keys::Cell;
 
-use crate::desk::{self, Desk, Message, Reach};
+use crate::desk::{self, Desk, Message, Reach, TimeLimits};
 use crate::journal::CellJournal;
 use crate::runner::{JOBS, Job, Runner};
 use crate::streams::Streams;
@@ -23,8 +21,7 @@ pub(crate) struct CellWorks {
     pub(crate) cut_off: Shutdown,
     /// Whether another bridge served the cell before this one did.
     pub(crate) is_after_another: bool,
-    /// How much longer than its motion a placement may take.
-    pub(crate) overdue: Duration,
+    pub(crate) limits: TimeLimits,
 }
 
 impl CellWorks {
@@ -45,7 +42,7 @@ impl CellWorks {
             robot,
             self.streams,
             self.cut_off,
-            self.overdue,
+            self.limits,
         );
         let work = move || self.runner.run(&jobs);
         let name = format!("robot-{}", self.name);

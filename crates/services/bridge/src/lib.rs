@@ -9,6 +9,7 @@
 
 mod camera;
 mod cell;
+mod clock;
 mod debug_scene;
 mod desk;
 mod journal;
@@ -33,7 +34,7 @@ use ppnpack_wire::keys::Cell;
 
 use camera::Camera;
 use cell::CellWorks;
-use desk::Message;
+use desk::{Message, TimeLimits};
 use journal::{CellJournal, Journal};
 use robot::Robot;
 use runner::Runner;
@@ -135,7 +136,7 @@ impl Bridge {
             supervisor: process.supervisor().clone(),
             cut_off: self.cut_off.clone(),
             is_after_another: lease.is_after_another,
-            overdue: settings.overdue(),
+            limits: TimeLimits::of(settings),
         };
         self.inputs.push(Input {
             _listeners: [

@@ -15,6 +15,8 @@ pub struct View {
     pub points_m: Vec<Point3<f32>>,
     /// Where the sensor is.
     pub container_from_sensor: Isometry3<f64>,
+    /// Whether it is known that they show the cell as it is now: cameras that run by themselves may have looked before.
+    pub is_of_now: bool,
 }
 
 /// A robot was told to stop before it touched anything in the cell.

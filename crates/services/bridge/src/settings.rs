@@ -33,6 +33,8 @@ pub struct Settings {
     pub state_period_s: f64,
     /// A placement that takes so much longer than its motion has the cell held, in seconds; with 0 none does.
     pub overdue_s: f64,
+    /// A placement that was decided longer ago than this is not begun, in seconds; with 0 that is not asked.
+    pub decision_age_limit_s: f64,
     /// Whether streams for people to look at are published too.
     pub debug_streams: bool,
 }
@@ -47,6 +49,7 @@ impl Default for Settings {
             cloud_rate_hz: 2.0,
             state_period_s: 2.0,
             overdue_s: 30.0,
+            decision_age_limit_s: 60.0,
             debug_streams: false,
         }
     }
@@ -71,6 +74,10 @@ impl Settings {
         Duration::try_from_secs_f64(self.overdue_s).unwrap_or(Duration::MAX)
     }
 
+    pub(crate) fn decision_age_limit(&self) -> Duration {
+        Duration::try_from_secs_f64(self.decision_age_limit_s).unwrap_or(Duration::MAX)
+    }
+
     pub(crate) fn state_period(&self) -> Duration {
         Duration::try_from_secs_f64(self.state_period_s).unwrap_or(Duration::MAX)
     }
@@ -86,7 +93,9 @@ impl ServiceSettings for Settings {
         in_range("queue", self.queue, 1..=65_536)?;
         in_range("cloud_rate_hz", self.cloud_rate_hz, 0.01..=1000.0)?;
         in_range("state_period_s", self.state_period_s, 0.01..=3600.0)?;
-        in_range("overdue_s", self.overdue_s, 0.0..=86_400.0)
+        in_range("overdue_s", self.overdue_s, 0.0..=86_400.0)?;
+        let limit_s = self.decision_age_limit_s;
+        in_range("decision_age_limit_s", limit_s, 0.0..=86_400.0)
     }
 
     fn after_restore(&self) -> Result<String, String> {
@@ -114,6 +123,8 @@ mod tests {
         assert!(refused(|s| s.cloud_rate_hz = 0.0).contains("cloud_rate_hz"));
         assert!(refused(|s| s.state_period_s = f64::NAN).contains("state_period_s"));
         assert!(refused(|s| s.overdue_s = -1.0).contains("overdue_s"));
+        let endless = refused(|s| s.decision_age_limit_s = f64::INFINITY);
+        assert!(endless.contains("decision_age_limit_s"));
         assert!(refused(|s| s.queue = 0).contains("queue"));
         let named = refused(|s| {
             let cell = SimulatedSettings::default();

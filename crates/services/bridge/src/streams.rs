@@ -10,6 +10,7 @@ use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1;
 
 use crate::Settings;
+use crate::clock;
 use crate::debug_scene::DebugScene;
 use crate::robot::Robot;
 use ppnpack_protocol::ledger::{Ledger, Record};
@@ -65,6 +66,7 @@ impl Streams {
             is_simulated: self.is_simulated,
             hold: head.hold.clone().map(|reason| v1::Hold { reason }),
             first_state_number: head.first_state_number,
+            clock_ns: clock::now_ns(),
         }
     }
 

@@ -19,7 +19,7 @@ use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::Cell;
 
 use crate::interruption::Interruption;
-use crate::remote::{Peers, RemoteProposer, SharedEvaluator};
+use crate::remote::{LocalSearches, Peers, RemoteProposer, SharedEvaluator};
 use crate::settings::{CellSettings, Where};
 
 /// The services that take part in planning.
@@ -77,13 +77,15 @@ impl Planning {
             Where::Fastest | Where::Services => {
                 let peers = peers(&helpers.heuristic, settings.evaluate_limit_s);
                 let is_sooner_taken = settings.evaluate == Where::Fastest;
-                let shared = SharedEvaluator::new(peers, &grid, method, is_sooner_taken);
-                Box::new(shared.map_err(|error| error.to_string())?)
+                let local = LocalSearches::new(&grid, method, settings.search_bytes());
+                let local = local.map_err(|error| error.to_string())?;
+                Box::new(SharedEvaluator::new(peers, local, is_sooner_taken))
             }
             Where::InProcess => {
                 checks.extend(method.stability.checks());
                 let search = Search::new(&grid, &method.search_settings());
-                Box::new(search.map_err(|error| error.to_string())?.bounded())
+                let search = search.map_err(|error| error.to_string())?;
+                Box::new(search.bounded().within_bytes(settings.search_bytes()))
             }
         };
         let chooser = method.chooser(&grid, mix, helpers.threads.clone());

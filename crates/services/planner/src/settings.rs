@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use ppnpack_packing::grid::GridSettings;
+use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_packing::method::{Method, ProposalSource};
+use ppnpack_packing::search::Search;
 use ppnpack_physics::twin::TwinSettings;
 use ppnpack_robot::error::ParameterError;
 use ppnpack_robot::station::{ArmStation, StationSettings};
@@ -79,6 +80,8 @@ pub struct CellSettings {
     pub inspect: bool,
     /// The longest that the bridge may take to carry out a placement in automatic mode, in seconds.
     pub place_limit_s: f64,
+    /// The most memory that a search in the planner may take, in MiB; a step that needs more is refused.
+    pub search_mib: usize,
 }
 
 /// Where placements are evaluated.
@@ -122,6 +125,7 @@ impl Default for CellSettings {
             poses: 1,
             inspect: false,
             place_limit_s: 120.0,
+            search_mib: 256,
         }
     }
 }
@@ -132,8 +136,28 @@ impl CellSettings {
         self.arm.as_ref().map(ArmStation::new).transpose()
     }
 
+    /// The most bytes that a search may take.
+    pub(crate) fn search_bytes(&self) -> usize {
+        self.search_mib << 20
+    }
+
+    /// Whether a search has room for what every one takes.
+    fn validate_search(&self, grid: &Grid) -> Result<(), String> {
+        in_range("search_mib", self.search_mib, 1..=65_536)?;
+        let least_bytes = Search::least_bytes(grid, self.method.heuristic);
+        if least_bytes <= self.search_bytes() {
+            return Ok(());
+        }
+        let least_mib = least_bytes.div_ceil(1 << 20);
+        Err(format!(
+            "search_mib: a search on this grid takes at least {least_mib}, and {} are given",
+            self.search_mib
+        ))
+    }
+
     fn validate(&self) -> Result<(), String> {
-        self.grid.build().map_err(|error| error.to_string())?;
+        let grid = self.grid.build().map_err(|error| error.to_string())?;
+        self.validate_search(&grid)?;
         self.station().map_err(|error| format!("arm: {error}"))?;
         let method = &self.method;
         let possible = method.validate();
@@ -196,6 +220,21 @@ mod tests {
     use ppnpack_packing::objective::Weights;
 
     use super::*;
+
+    #[test]
+    fn a_search_has_room_for_what_every_one_takes() {
+        let mut cell = CellSettings::default();
+        cell.grid.cell_m = 0.000_5;
+        cell.search_mib = 1;
+        let refused = cell.validate().unwrap_err();
+        assert!(refused.starts_with("search_mib"), "{refused}");
+        let least_mib = refused.split_whitespace().find_map(|word| {
+            let number = word.trim_end_matches(',');
+            number.parse().ok()
+        });
+        cell.search_mib = least_mib.unwrap();
+        cell.validate().unwrap();
+    }
 
     #[test]
     fn the_keys_of_grid_and_method_stand_among_the_others() {

@@ -58,6 +58,7 @@ fn a_decision_is_of_the_bridges_state_on_a_picture_that_surely_shows_it_and_repo
     let state = move |incoming: Incoming<v1::CellStateRequest>| {
         let state = v1::CellState {
             state_number: told.load(Ordering::Relaxed),
+            clock_ns: 1_000,
             ..v1::CellState::default()
         };
         let reply = v1::CellStateReply {
@@ -96,6 +97,9 @@ fn a_decision_is_of_the_bridges_state_on_a_picture_that_surely_shows_it_and_repo
     };
     let first = decide();
     assert_eq!(first.state_number, 70);
+    // As the bridge told it, and what passed since.
+    let aged_ns = u64::try_from(begun.elapsed().as_nanos()).unwrap();
+    assert!((1_000..=1_000 + aged_ns).contains(&first.decided_at_ns));
     assert!(begun.elapsed() >= LATENCY);
 
     // Somebody has a hand in the container after the report: the picture has to be newer than when that was heard of.
@@ -109,6 +113,16 @@ fn a_decision_is_of_the_bridges_state_on_a_picture_that_surely_shows_it_and_repo
         let refused = client.call(&cell(), report, soon()).unwrap_err();
         assert_eq!(refused.status(), Some(Status::Conflict), "{refused}");
         assert!(refused.to_string().contains("state_number"), "{refused}");
+    }
+    // What was placed or lost changed the state.
+    for kind in [v1::OutcomeKind::Placed, v1::OutcomeKind::Lost] {
+        for as_before in [0, 70] {
+            let mut report = common::placed(&first, as_before);
+            report.outcome.as_mut().unwrap().kind = kind.into();
+            let refused = client.call(&cell(), report, soon()).unwrap_err();
+            assert_eq!(refused.status(), Some(Status::Conflict), "{refused}");
+            assert!(refused.to_string().contains("state 71"), "{refused}");
+        }
     }
     let again = client.call(&cell(), v1::SessionRequest::default(), soon());
     assert_eq!(again.unwrap().session, session.unwrap().session);

@@ -13,6 +13,7 @@ impl From<&v1::Decision> for v1::PlaceRequest {
             container_from_item: decision.container_from_item,
             state_number: decision.state_number,
             cycle: decision.cycle.clone(),
+            decided_at_ns: decision.decided_at_ns,
             ..Self::default()
         }
     }

@@ -57,8 +57,8 @@ impl Desk {
     /// From now on the placement may take so long.
     pub(super) fn watch_over(&mut self, cycle: Option<&Cycle>) {
         let longest = cycle.and_then(|cycle| Duration::try_from_secs_f64(cycle.cycle_s).ok());
-        let longest = longest.filter(|_| !self.overdue.is_zero());
-        let longest = longest.map(|longest| longest.saturating_add(self.overdue));
+        let longest = longest.filter(|_| !self.limits.overdue.is_zero());
+        let longest = longest.map(|longest| longest.saturating_add(self.limits.overdue));
         // What is longer than the clock can count is never overdue.
         self.overdue_at = longest.and_then(|longest| Instant::now().checked_add(longest));
     }
@@ -78,7 +78,7 @@ impl Desk {
         let reason = format!(
             "placement {} takes {} s longer than its motion: look what the robot does",
             placement.placement_id,
-            self.overdue.as_secs_f64()
+            self.limits.overdue.as_secs_f64()
         );
         if let Err(error) = self.hold_with(self.ledger.hold_besides(&reason)) {
             tracing::error!(%error, "a restart would forget that the cell is held");
@@ -124,7 +124,7 @@ impl Desk {
     }
 
     /// Writes down a change, makes it and tells of it.
-    fn change(&mut self, change: Change) -> Result<(), JournalError> {
+    pub(super) fn change(&mut self, change: Change) -> Result<(), JournalError> {
         self.commit(change)?;
         self.streams.tell_state(&self.ledger);
         Ok(())

@@ -3,6 +3,7 @@
 //! A request is written to the journal before the robot is told of it, and an outcome before anybody is told of it.
 //! While the journal cannot be written, nothing is begun, and outcomes wait.
 
+mod expiry;
 mod hold;
 mod opening;
 mod outcome;
@@ -23,6 +24,7 @@ use crate::journal::{CellJournal, JournalError};
 use crate::robot::{Body, Ending, Finding, RobotError};
 use crate::runner::Job;
 use crate::streams::Streams;
+pub(crate) use expiry::TimeLimits;
 pub(crate) use opening::open;
 use ppnpack_protocol::ledger::{Change, Ledger, Record};
 pub(crate) use reach::Reach;
@@ -82,8 +84,8 @@ pub(crate) struct Desk {
     cut_off: Shutdown,
     /// By which the last placement can be broken off.
     break_off: Option<Shutdown>,
-    /// How much longer than its motion a placement may take; and when that under way has taken so long.
-    overdue: Duration,
+    limits: TimeLimits,
+    /// When the placement under way takes too long.
     overdue_at: Option<Instant>,
     is_robot_busy: bool,
     is_ending: bool,
@@ -172,7 +174,7 @@ impl Desk {
         robot: Address<Job>,
         streams: Streams,
         cut_off: Shutdown,
-        overdue: Duration,
+        limits: TimeLimits,
     ) -> Self {
         Self {
             ledger,
@@ -182,7 +184,7 @@ impl Desk {
             streams,
             cut_off,
             break_off: None,
-            overdue,
+            limits,
             overdue_at: None,
             is_robot_busy: false,
             is_ending: false,

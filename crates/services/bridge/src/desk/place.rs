@@ -44,8 +44,25 @@ impl Desk {
                 incoming.refuse(Status::Forgotten, message);
             }
             PlacementVerdict::Held(reason) => refuse_held(incoming, reason),
-            PlacementVerdict::New => self.accept(incoming, placement),
+            PlacementVerdict::New => match self.limits.expired(incoming.message().decided_at_ns) {
+                Some(reason) => self.refuse_expired(incoming, reason),
+                None => self.accept(incoming, placement),
+            },
         }
+    }
+
+    /// Refuses a decision that is too old. The cell's state counts up: it begins never more, also where a clock is set back.
+    fn refuse_expired(&mut self, incoming: Incoming<v1::PlaceRequest>, reason: String) {
+        if let Err(error) = self.change(self.ledger.change_by_hand(&[])) {
+            return incoming.refuse(Status::Unavailable, error.to_string());
+        }
+        self.send(Job::Show(self.ledger.head().state_number));
+        tracing::info!(
+            placement = incoming.message().placement_id,
+            reason,
+            "not begun"
+        );
+        incoming.refuse(Status::Stale, reason);
     }
 
     fn accept(&mut self, incoming: Incoming<v1::PlaceRequest>, placement: Placement) {

@@ -245,8 +245,11 @@ impl Robot for SimulatedRobot {
     }
 
     fn capture(&mut self) -> Result<RobotView, RobotError> {
-        self.view
-            .of(&mut self.cell)
-            .map_err(|error| RobotError(error.to_string()))
+        let view = self.view.of(&mut self.cell);
+        let view = view.map_err(|error| RobotError(error.to_string()))?;
+        Ok(RobotView {
+            is_of_now: !self.settings.is_stateless,
+            ..view
+        })
     }
 }

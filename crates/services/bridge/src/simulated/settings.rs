@@ -33,6 +33,8 @@ pub struct SimulatedSettings {
     pub scan_pitch_m: f64,
     /// With a camera: what it is like.
     pub camera: CameraSettings,
+    /// Whether the sensor does not know the state of the cell, as cameras of ROS 2 do not.
+    pub is_stateless: bool,
 }
 
 /// What goes wrong on purpose, drawn per placement.
@@ -115,6 +117,7 @@ impl Default for SimulatedSettings {
             scan: Scan::default(),
             scan_pitch_m: MAX_PITCH_M,
             camera: CameraSettings::default(),
+            is_stateless: false,
         }
     }
 }

@@ -62,6 +62,7 @@ impl View {
                 Ok(RobotView {
                     points_m: points.copied().collect(),
                     container_from_sensor: camera.world_from_camera,
+                    is_of_now: true,
                 })
             }
         }
@@ -120,6 +121,7 @@ fn scan(cell: &mut SimulatedCell, grid: &Grid) -> Result<RobotView, SimulatedErr
     Ok(RobotView {
         points_m: points.collect(),
         container_from_sensor: Isometry3::identity(),
+        is_of_now: true,
     })
 }
 

@@ -83,6 +83,7 @@ pub(crate) fn place(placement_id: &str, state_number: u64, x_m: f64) -> v1::Plac
         container_from_item: Some(pose::write(&Isometry3::translation(x_m, 0.16, 0.02))),
         state_number,
         cycle: None,
+        decided_at_ns: 0,
     }
 }
 
@@ -344,6 +345,7 @@ impl Robot for ScriptedRobot {
         Ok(View {
             points_m: Vec::new(),
             container_from_sensor: Isometry3::identity(),
+            is_of_now: true,
         })
     }
 }

@@ -7,7 +7,9 @@ use nalgebra::{Isometry3, Vector3};
 use ppnpack_packing::blocked::BlockedRegion;
 use ppnpack_packing::item::Item;
 use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_wire::header::RequestHeader;
 use ppnpack_wire::item_id::ItemId;
+use ppnpack_wire::keys::Method;
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
@@ -69,6 +71,12 @@ impl CellPlanner {
             incoming.refuse(Status::TimedOut, "the time limit passed in the queue");
             return;
         }
+        // One that begins may have been carried out: then the session under way is its own.
+        if R::METHOD != Method::Begin
+            && let Err(refusal) = self.must_be_meant(incoming.header())
+        {
+            return incoming.refuse(refusal.status, refusal.message);
+        }
         let started = Instant::now();
         let span = incoming.span().clone();
         match span.in_scope(|| work(self, &incoming)) {
@@ -79,10 +87,22 @@ impl CellPlanner {
         }
     }
 
+    /// Refuses what is meant for another session than that under way, such as by a controller whose session another one replaced.
+    fn must_be_meant(&self, header: &RequestHeader) -> Result<(), Refusal> {
+        match (&header.session_id, self.session.id()) {
+            (Some(meant), own) if meant != own => Err(Refusal::new(
+                Status::Conflict,
+                format_args!("it is meant for session {meant}, and session {own} is under way"),
+            )),
+            _ => Ok(()),
+        }
+    }
+
     fn begin(&mut self, incoming: &Incoming<v1::BeginRequest>) -> Result<v1::BeginReply, Refusal> {
         let request = incoming.message();
         let id = header::id("session_id", &request.session_id)?;
         if id != self.session.id() {
+            self.must_be_meant(incoming.header())?;
             let keep_out = read_regions(&request.keep_out)?;
             let session = Session::begin(
                 id.to_owned(),

@@ -235,7 +235,7 @@ impl CellPlanner {
         let is_interrupted = self.own.interruption.is_asked_for();
         let plan = plan.map_err(|error| match is_interrupted {
             true => Refusal::unavailable(INTERRUPTED),
-            false => Refusal::new(Status::Failed, error),
+            false => error.into(),
         })?;
         if plan.choice().is_none() && plan.is_cut() {
             let late =
@@ -246,7 +246,7 @@ impl CellPlanner {
     }
 
     fn decision(
-        &self,
+        &mut self,
         request_id: &str,
         prepared: &Prepared,
         choice: &Evaluated,
@@ -296,6 +296,7 @@ impl CellPlanner {
                 .and_then(|found| found.settling.as_ref())
                 .map(convert::settling::write),
             pose: u32::try_from(held.pose).unwrap_or(u32::MAX),
+            decided_at_ns: self.bridge_clock.now_ns(),
         })
     }
 

@@ -2,6 +2,7 @@
 
 mod answers;
 mod automatic;
+mod bridge_clock;
 mod content;
 mod counts;
 mod decide;
@@ -38,6 +39,7 @@ use crate::scenes::{SceneLimits, Scenes};
 use crate::settings::CellSettings;
 use crate::store::{Store, StoreError};
 use automatic::Automatic;
+use bridge_clock::BridgeClock;
 use inspect::ToInspect;
 use ppnpack_protocol::session::{Session, SessionError, SessionItem};
 use refusal::Refusal;
@@ -91,6 +93,7 @@ pub(crate) struct CellPlanner {
     bridge_left_alone_until: Option<Instant>,
     /// The state of the cell since the scenes were last told of a change, where that is known.
     shown_state: Option<u64>,
+    bridge_clock: BridgeClock,
     own: Own,
 }
 
@@ -183,6 +186,7 @@ impl CellPlanner {
             automatic: Automatic::default(),
             bridge_left_alone_until: None,
             shown_state: None,
+            bridge_clock: BridgeClock::subscribe(process, cell)?,
             own,
         })
     }

@@ -1,5 +1,9 @@
 //! Why a request is not carried out.
 
+use std::error::Error;
+
+use ppnpack_packing::plan::PlanError;
+use ppnpack_packing::search::TooMuchMemory;
 use ppnpack_wire::WireError;
 use ppnpack_wire::v1::Status;
 
@@ -50,6 +54,27 @@ impl From<StoreError> for Refusal {
             error => Self::unavailable(error),
         }
     }
+}
+
+impl From<PlanError> for Refusal {
+    fn from(error: PlanError) -> Self {
+        if is_too_much(&error) {
+            return Self::invalid(format_args!("{error}; or set search_mib of the cell"));
+        }
+        Self::new(Status::Failed, error)
+    }
+}
+
+/// Whether a plan would need as much memory again if it was asked for again.
+fn is_too_much(error: &PlanError) -> bool {
+    let mut cause = Some(error as &(dyn Error + 'static));
+    while let Some(error) = cause {
+        if error.is::<TooMuchMemory>() {
+            return true;
+        }
+        cause = error.source();
+    }
+    false
 }
 
 impl From<WireError> for Refusal {

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use ppnpack_wire::v1::{self, Status};
+use ppnpack_wire::v1::{self, OutcomeKind, Status};
 
 use super::CellPlanner;
 use super::refusal::Refusal;
@@ -11,8 +11,8 @@ impl CellPlanner {
     /// Refuses an outcome of a state that the cell cannot be in: one from before the state that the decision was made on, or one
     /// that the cell did not come to. After it the planner would use pictures of the past, or none that will ever come.
     ///
-    /// A placement counts the state up by one. What is beyond that the bridge has to know of; where none answers, the report is
-    /// believed.
+    /// An item that left the robot counts the state up: after that the cell is in a later one. What is more than one further the bridge
+    /// has to know of; where none answers, the report is believed.
     pub(super) fn check_reported_state(
         &mut self,
         decision_id: &str,
@@ -25,15 +25,17 @@ impl CellPlanner {
             return Ok(());
         };
         let decided_on = decision.state_number;
-        if reported == 0 || decided_on == 0 {
+        let has_changed = matches!(outcome.kind(), OutcomeKind::Placed | OutcomeKind::Lost);
+        if decided_on == 0 || (reported == 0 && !has_changed) {
             return Ok(());
         }
-        if reported < decided_on {
+        let least = decided_on.saturating_add(u64::from(has_changed));
+        if reported < least {
             return Err(Refusal::new(
                 Status::Conflict,
                 format_args!(
-                    "outcome.state_number: {reported} is before state {decided_on}, which the decision was made on: report the \
-                     state of the cell after it"
+                    "outcome.state_number is {reported}: the decision was made on state {decided_on}, and the cell is in state {least} \
+                     after it, or a later one: report that"
                 ),
             ));
         }

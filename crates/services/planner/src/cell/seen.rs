@@ -57,8 +57,9 @@ impl CellPlanner {
         let request = v1::CellStateRequest::default();
         let reply = self.shared.helpers.client.call(&self.cell, request, until);
         let state = reply.ok().and_then(|reply| reply.state);
-        if state.is_none() {
-            self.bridge_left_alone_until = Some(now + LEFT_ALONE);
+        match &state {
+            Some(state) => self.bridge_clock.heard(state),
+            None => self.bridge_left_alone_until = Some(now + LEFT_ALONE),
         }
         state
     }

@@ -4,10 +4,8 @@
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::evaluator::Evaluator;
-use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::Item;
-use ppnpack_packing::method::{Method, Stability};
-use ppnpack_packing::objective::WeightError;
+use ppnpack_packing::method::Stability;
 use ppnpack_packing::proposals::{
     Proposals, YawRange, possible_count_at, possible_count_below_rim,
 };
@@ -89,18 +87,10 @@ impl Found {
 
 impl SharedEvaluator {
     /// Searches in this process what is found sooner that way, where `is_sooner_taken`.
-    ///
-    /// # Errors
-    /// [`WeightError`] where a weight is negative or not finite.
-    pub(crate) fn new(
-        peers: Peers,
-        grid: &Grid,
-        method: &Method,
-        is_sooner_taken: bool,
-    ) -> Result<Self, WeightError> {
-        Ok(Self {
+    pub(crate) fn new(peers: Peers, local: LocalSearches, is_sooner_taken: bool) -> Self {
+        Self {
             peers,
-            local: LocalSearches::new(grid, method)?,
+            local,
             pace: Pace::default(),
             is_sooner_taken,
             items: ItemMessages::default(),
@@ -109,7 +99,7 @@ impl SharedEvaluator {
             sources: Vec::new(),
             possible: Vec::new(),
             shortfall: Shortfall::default(),
-        })
+        }
     }
 
     /// Has everything searched: by services, or here.

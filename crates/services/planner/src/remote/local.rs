@@ -19,18 +19,38 @@ pub(crate) const MAX_SEARCHES: usize = 16;
 pub(crate) struct LocalSearches {
     grid: Grid,
     method: Method,
+    /// The most that each may take.
+    limit_bytes: usize,
     searches: Vec<ValidSearch>,
 }
 
 impl LocalSearches {
+    /// Searches that take at most so many bytes each.
+    ///
     /// # Errors
     /// [`WeightError`] where a weight is negative or not finite.
-    pub(crate) fn new(grid: &Grid, method: &Method) -> Result<Self, WeightError> {
-        Ok(Self {
+    pub(crate) fn new(
+        grid: &Grid,
+        method: &Method,
+        limit_bytes: usize,
+    ) -> Result<Self, WeightError> {
+        let mut searches = Self {
             grid: grid.clone(),
             method: method.clone(),
-            searches: vec![search(grid, method)?],
-        })
+            limit_bytes,
+            searches: Vec::new(),
+        };
+        searches.add()?;
+        Ok(searches)
+    }
+
+    fn add(&mut self) -> Result<(), WeightError> {
+        let search = Search::new(&self.grid, &self.method.search_settings())?;
+        let search = search.bounded().within_bytes(self.limit_bytes);
+        let checks = self.method.stability.checks();
+        self.searches
+            .push(ValidSearch::new(Box::new(search), checks));
+        Ok(())
     }
 
     /// The method that they follow.
@@ -46,7 +66,7 @@ impl LocalSearches {
         parts: &[Part],
     ) -> Result<(), StageError> {
         while self.searches.len() <= number {
-            self.searches.push(search(&self.grid, &self.method)?);
+            self.add()?;
         }
         let mut proposals = Proposals::default();
         for candidate in 0..input.candidates.len() {
@@ -88,12 +108,4 @@ impl LocalSearches {
         let search = self.searches.get(number)?;
         Some(search.tally(candidate))
     }
-}
-
-fn search(grid: &Grid, method: &Method) -> Result<ValidSearch, WeightError> {
-    let search = Search::new(grid, &method.search_settings())?.bounded();
-    Ok(ValidSearch::new(
-        Box::new(search),
-        method.stability.checks(),
-    ))
 }

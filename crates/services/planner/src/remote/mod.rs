@@ -10,5 +10,6 @@ mod source;
 mod split;
 
 pub(crate) use evaluator::SharedEvaluator;
+pub(crate) use local::LocalSearches;
 pub(crate) use peers::Peers;
 pub(crate) use proposer::RemoteProposer;

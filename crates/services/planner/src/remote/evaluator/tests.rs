@@ -53,7 +53,8 @@ fn evaluator(hub: &Hub) -> SharedEvaluator {
         stability: Stability::None,
         ..Method::default()
     };
-    SharedEvaluator::new(peers, &Grid::reference(), &method, false).unwrap()
+    let local = LocalSearches::new(&Grid::reference(), &method, usize::MAX).unwrap();
+    SharedEvaluator::new(peers, local, false)
 }
 
 /// The whole ranking, and one placement more where it does not end.
