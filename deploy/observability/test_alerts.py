@@ -75,7 +75,7 @@ services:
     volumes:
       - {programs["prometheus-alertmanager"]}:/usr/local/bin/alertmanager:ro
       - /usr/share/prometheus/alertmanager:/usr/share/prometheus/alertmanager:ro
-      - {folder}/alertmanager.yaml:/etc/alertmanager.yaml:ro
+      - {folder}/alertmanager.yaml:/etc/alertmanager/alertmanager.yaml:ro
 """)
 
 
