@@ -321,6 +321,7 @@ fn malformed_requests_are_refused() {
             request_id: request_id.to_owned(),
             time_limit_us,
             caller: String::new(),
+            ..RequestHeader::default()
         };
         HeightmapRequest {
             header: Some(header),

@@ -251,7 +251,7 @@ fn clouds_that_queued_while_perception_was_stopped_show_nothing_that_was_done_me
         (Service::Bridge, "service.cloud_rate_hz=20"),
     ];
     let settings = settings.map(|(service, setting)| (service, setting.to_owned()));
-    let stack = Stack::start(&Options {
+    let mut stack = Stack::start(&Options {
         settings: settings.to_vec(),
         ..Options::default()
     })

@@ -54,6 +54,7 @@ fn target<R: Request>(cell: &CellClient, mut request: R) -> (String, Vec<u8>) {
         request_id: "hostile".to_owned(),
         time_limit_us: 50_000,
         caller: "planner-1".to_owned(),
+        ..v1::RequestHeader::default()
     });
     let service = R::SERVICE.unwrap();
     let key = Key::Request(Some(cell.cell().clone()), service, R::METHOD, None);

@@ -1,7 +1,9 @@
 use std::sync::Arc;
 
+use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::ViewSurfaces;
+use ppnpack_packing::method::Method;
 use ppnpack_packing::step::Candidate;
 use ppnpack_service::alive::{self, Alive};
 use ppnpack_service::embedded::{self, Hub};
