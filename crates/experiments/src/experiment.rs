@@ -6,7 +6,9 @@ use ppnpack_cli::network::Backend;
 
 use crate::accuracy::{calibration, heightmap, inspection, recognition};
 use crate::arm::{holding, oracle, proposals};
-use crate::{filling, pareto, physical, stability, table1, table3, table4, transfer, tune, value};
+use crate::{
+    filling, pareto, physical, stability, stream, table1, table3, table4, transfer, tune, value,
+};
 
 /// Reproduce the paper's tables and test the engine's models.
 #[derive(Debug, Args)]
@@ -29,6 +31,8 @@ enum Experiment {
     Pareto(pareto::ParetoArguments),
     /// How full containers get and what topples or slides, with placements tried in a simulation, resting poses, setting aside
     Filling(filling::FillingArguments),
+    /// How full containers are closed that are packed from one stream, with one and with several open at the same time
+    Stream(stream::StreamArguments),
     /// The weights of the objective, tuned by CMA-ES with tried placements on sequences that no table uses
     Tune(tune::TuneArguments),
     /// The value of what a placement leaves, learned from packings on sequences that no table uses
@@ -65,6 +69,7 @@ pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Out
         Experiment::Transfer(arguments) => transfer::run(arguments, prepared()),
         Experiment::Pareto(arguments) => pareto::run(arguments, prepared()),
         Experiment::Filling(arguments) => filling::run(arguments),
+        Experiment::Stream(arguments) => stream::run(arguments),
         Experiment::Tune(arguments) => tune::run(arguments),
         Experiment::Value(arguments) => value::run(arguments),
         Experiment::Physical(arguments) => physical::run(arguments, prepared()),

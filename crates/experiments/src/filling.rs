@@ -1,25 +1,19 @@
 //! `ppnpack experiment filling`: how full containers get, and what topples or slides, under robot conditions.
 
 pub(crate) mod apart;
+mod bench;
 mod results;
 mod ways;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
-use ppnpack_cli::options::{CatalogueOptions, load};
+use ppnpack_cli::failure::{OrRun, Outcome};
+use ppnpack_cli::options::CatalogueOptions;
 use ppnpack_cli::sequence::{Sequence, SequenceFile};
 use ppnpack_packing::episode::{Observer, Play, play};
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::method::Method;
 use ppnpack_physics::outcome::is_unsteady;
-use ppnpack_physics::packing_cell::{Sampling, SimulatedPackingCell};
-use ppnpack_physics::settings::CellSettings;
-use ppnpack_physics::trial;
-use ppnpack_physics::twin::TwinSettings;
 use serde::{Deserialize, Serialize};
 
 use crate::cases::{Case, cases};
@@ -27,6 +21,7 @@ use crate::document;
 use crate::runs::{Runs, RunsOption, hash};
 use crate::workers;
 use apart::{Apart, Physics};
+pub(crate) use bench::{Bench, catalogue};
 use results::{Results, Table};
 use ways::Comparison;
 pub(crate) use ways::Way;
@@ -129,7 +124,7 @@ fn pack_all(
 ) -> Outcome<Vec<Vec<Run>>> {
     let mut of_ways = Vec::new();
     for way in ways {
-        let catalogue = catalogue(arguments, way)?;
+        let catalogue = catalogue(&arguments.catalogue, way)?;
         let sequences = SequenceFile::read(&arguments.sequences, &catalogue)?;
         let cases = cases(&sequences, arguments.first, arguments.cases)?;
         let kept = Runs::new(folder, &(catalogue.content_hash(), way, apart))?;
@@ -137,13 +132,6 @@ fn pack_all(
         of_ways.push(workers::map("Packing", &cases, arguments.workers, pack)?);
     }
     Ok(of_ways)
-}
-
-fn catalogue(arguments: &FillingArguments, way: &Way) -> Outcome<Arc<Catalogue>> {
-    let mut settings = arguments.catalogue.settings();
-    settings.poses = way.poses;
-    let resolution = way.grid.resolution().or_input()?;
-    load(&arguments.catalogue.source(), &settings, &resolution).map(Arc::new)
 }
 
 /// Packs a sequence, where that was not done before.
@@ -171,28 +159,14 @@ pub(crate) fn pack(
     apart: &Apart,
     observer: &mut dyn Observer,
 ) -> Outcome<Run> {
-    let grid: Grid = way.grid.build().or_input()?;
-    let method = Method {
-        seed,
-        ..way.method.clone()
-    };
-    let known = CellSettings {
-        container: grid.container(),
-        seed,
-        ..CellSettings::robot()
-    };
-    let pool = trial::pool(way.threads).or_run()?;
-    let check = trial::check(method.trial, TwinSettings::of(&known), pool.clone()).or_input()?;
-    let planner = method.build_with(&grid, method.proposer(&grid, None)?, check, 1)?;
-    let mut planner = planner.with_chooser(method.chooser(&grid, &catalogue.items(), pool)?);
-    let real = apart.cell(known);
-    let cell = SimulatedPackingCell::new(real, &grid, catalogue, Sampling::Greatest).or_input()?;
-    let mut cell = cell
-        .with_pose_error(apart.pose_error)
-        .with_mass_error(apart.mass);
+    let Bench {
+        grid,
+        mut planner,
+        mut cell,
+    } = Bench::new(way, catalogue, seed, apart)?;
     let how = Play {
         set_aside: way.set_aside,
-        ..Play::with_buffer(method.buffer)
+        ..Play::with_buffer(way.method.buffer)
     };
     let items = sequence.candidates(catalogue);
     let episode = play(&grid, &mut planner, &mut cell, items, how, observer).or_run()?;

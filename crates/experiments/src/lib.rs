@@ -28,6 +28,7 @@ mod scene;
 mod shares;
 mod stability;
 mod statistics;
+mod stream;
 mod table1;
 mod table3;
 mod table4;

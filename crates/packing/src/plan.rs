@@ -199,6 +199,11 @@ impl Planner {
         self
     }
 
+    /// Whether its choice is the valid placement with the best value, so that choices can be compared by it.
+    pub fn is_by_value(&self) -> bool {
+        self.order == Order::Balance && self.chooser.is_none() && self.search.is_by_value()
+    }
+
     /// Plans one step. To learn why an item of the buffer cannot be placed although another can, plan with it as the
     /// only candidate.
     ///
@@ -265,7 +270,8 @@ impl Planner {
 
         self.arrange(input);
         self.search_all(input)?;
-        let is_fruitless = self.plan.choice().is_none() && !self.plan.is_cut();
+        let is_over = self.plan.is_cut() || input.below.is_some();
+        let is_fruitless = self.plan.choice().is_none() && !is_over;
         if is_fruitless && self.proposals.is_pruned() {
             // Better late than not at all: an item is given up only where no placement is valid.
             self.proposals.widen();
@@ -274,7 +280,7 @@ impl Planner {
         }
         self.choose(input)?;
         if self.plan.choice().is_none()
-            && !self.plan.is_cut()
+            && !is_over
             && let Some((placement, reason)) = self.search.last_resort(input)
         {
             self.plan.ranked.push(placement);
@@ -412,7 +418,7 @@ impl Planner {
         for shortfall in search.shortfalls() {
             plan.shortfall.add(shortfall);
         }
-        let is_decided = is_exhausted && !search.is_cut();
+        let is_decided = is_exhausted && !search.is_cut() && input.below.is_none();
         for candidate in group {
             let Some(report) = plan.candidates.get_mut(*candidate) else {
                 continue;

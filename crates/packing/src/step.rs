@@ -1,5 +1,6 @@
 //! What the parts of Algorithm 1 exchange in a step.
 
+use std::ops::AddAssign;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
@@ -17,8 +18,8 @@ pub type StageResult<T = ()> = Result<T, StageError>;
 
 /// What one step is planned on, and what is asked of it.
 ///
-/// All that its stages need to know of a step is in here: they keep nothing of it beside. A step over several
-/// containers is one input each, with the same candidates; their choices are compared by value.
+/// All that its stages need to know of a step is in here: they keep nothing of it beside. A step over several containers is one
+/// input each ([`containers`](crate::containers)).
 #[derive(Debug, Clone, Copy)]
 pub struct StepInput<'a> {
     /// The container's grid.
@@ -33,6 +34,8 @@ pub struct StepInput<'a> {
     pub alternatives: usize,
     /// When the answer has to be there; `None` where it is waited for as long as it takes.
     pub deadline: Option<Instant>,
+    /// Only placements with a value below this are wanted: another container offers one with it.
+    pub below: Option<f64>,
 }
 
 impl<'a> StepInput<'a> {
@@ -45,7 +48,13 @@ impl<'a> StepInput<'a> {
             step: 0,
             alternatives: 0,
             deadline: None,
+            below: None,
         }
+    }
+
+    /// Whether a placement is wanted.
+    pub fn wants(&self, placement: &Evaluated) -> bool {
+        self.below.is_none_or(|below| placement.value < below)
     }
 
     /// How many valid placements are wanted.
@@ -137,6 +146,15 @@ pub struct Timings {
     /// Looking ahead.
     #[serde(default)]
     pub look_ahead: Duration,
+}
+
+impl AddAssign for Timings {
+    fn add_assign(&mut self, other: Self) {
+        self.propose += other.propose;
+        self.evaluate += other.evaluate;
+        self.check += other.check;
+        self.look_ahead += other.look_ahead;
+    }
 }
 
 impl Timings {

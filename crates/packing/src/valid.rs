@@ -243,7 +243,12 @@ impl ValidSearch {
         Some((valid, reason))
     }
 
-    /// The next placement by increasing value, before any check; `None` after the last.
+    /// Whether placements come by their values.
+    pub fn is_by_value(&self) -> bool {
+        self.evaluator.is_by_value()
+    }
+
+    /// The next placement by increasing value, before any check; `None` after the last that is wanted.
     ///
     /// # Errors
     /// [`SearchError::Evaluate`] where the evaluator failed.
@@ -254,7 +259,8 @@ impl ValidSearch {
         let started = Instant::now();
         let best = self.evaluator.next_best(input);
         self.timings.evaluate += started.elapsed();
-        best.map_err(SearchError::Evaluate)
+        let best = best.map_err(SearchError::Evaluate)?;
+        Ok(best.filter(|best| !self.is_by_value() || input.wants(best)))
     }
 
     /// The next placement by increasing value that every check accepts but simulations, which only say what they know already. It counts for

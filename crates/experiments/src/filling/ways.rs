@@ -59,6 +59,23 @@ impl Way {
         way
     }
 
+    /// As `ppnpack pack` does it on 5 mm and 8 yaws, nothing set aside.
+    pub(crate) fn usual() -> Self {
+        Self::tried("tried", |_| ())
+    }
+
+    /// The only one of a file.
+    pub(crate) fn read_one(path: &Path) -> Outcome<Self> {
+        let mut ways = read(path)?;
+        match (ways.pop(), ways.is_empty()) {
+            (Some(way), true) => Ok(way),
+            _ => Err(Failure::input(format_args!(
+                "{}: one method is needed, not several",
+                path.display()
+            ))),
+        }
+    }
+
     /// No placement is tried; a geometric test decides, or none.
     fn untried(name: &str, stability: Stability) -> Self {
         Self::new(name, |way| {
@@ -140,7 +157,7 @@ fn stages() -> Vec<Way> {
         way.grid.yaws = 16;
     };
     vec![
-        Way::tried("tried", |_| ()),
+        Way::usual(),
         Way::tried("tried, 4 poses", posed),
         Way::tried("tried, 20 set aside", aside),
         Way::tried("tried, 4 poses, 20 set aside", |way| {

@@ -7,6 +7,8 @@
 
 mod common;
 
+use std::ops::Range;
+
 use common::{announcement, cell, soon};
 use nalgebra::Vector3;
 use ppnpack_packing::grid::GridSettings;
@@ -21,7 +23,10 @@ use ppnpack_wire::keys::Service;
 use ppnpack_wire::v1::{self, PlanResult, Status};
 
 /// Items that can be chosen from.
-const BUFFER: usize = 1_000;
+const BUFFER: usize = 300;
+
+/// Items in one request.
+const AT_ONCE: usize = 100;
 
 /// A fine grid.
 fn fine() -> GridSettings {
@@ -67,15 +72,15 @@ fn a_step_that_needs_more_memory_than_is_set_is_refused_by_name_and_smaller_ones
             ..v1::BeginRequest::default()
         };
         client.call(&cell(), begin, soon()).unwrap();
-        let announce = |count: usize| {
-            let items = (0..count).map(|item| announcement(&format!("item-{item}"), block()));
+        let announce = |items: Range<usize>| {
+            let items = items.map(|item| announcement(&format!("item-{item}"), block()));
             let announce = v1::AnnounceRequest {
                 items: items.collect(),
                 ..v1::AnnounceRequest::default()
             };
             client.call(&cell(), announce, soon()).unwrap();
         };
-        announce(1);
+        announce(0..1);
         let planned = client.call(&cell(), v1::PlanRequest::default(), soon());
         let decision = planned.unwrap().decision.unwrap();
         let mut not_placed = common::placed(&decision, 1);
@@ -83,7 +88,9 @@ fn a_step_that_needs_more_memory_than_is_set_is_refused_by_name_and_smaller_ones
         outcome.kind = v1::OutcomeKind::NotPlaced.into();
         client.call(&cell(), not_placed, soon()).unwrap();
 
-        announce(BUFFER);
+        for first in (1..BUFFER).step_by(AT_ONCE) {
+            announce(first..BUFFER.min(first + AT_ONCE));
+        }
         let planned = client.call(&cell(), v1::PlanRequest::default(), soon());
         let refused = planned.unwrap_err();
         assert_eq!(refused.status(), Some(Status::Invalid), "{refused}");

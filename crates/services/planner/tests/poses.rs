@@ -70,7 +70,7 @@ fn catalogue(poses: usize) -> Arc<Catalogue> {
 fn heightmap(incoming: Incoming<v1::HeightmapRequest>) {
     let grid = grid().build().unwrap();
     let surface = Surface::empty(&grid);
-    common::show(incoming, &grid, surface, STATE);
+    common::show_from(incoming, &grid, surface, STATE);
 }
 
 /// An object that arrives; the id of the item is the object's name.
@@ -180,7 +180,7 @@ impl Rig {
     }
 
     fn report_placed(&self, decision: &v1::Decision) {
-        self.ask(placed(decision, STATE));
+        self.ask(placed(decision, decision.state_number + 1));
     }
 }
 

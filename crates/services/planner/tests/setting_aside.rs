@@ -35,7 +35,7 @@ fn slab(mesh_volume_m3: f64) -> v1::Item {
 fn heightmap(incoming: Incoming<v1::HeightmapRequest>) {
     let grid = Grid::reference();
     let surface = Surface::empty(&grid);
-    common::show(incoming, &grid, surface, STATE);
+    common::show_from(incoming, &grid, surface, STATE);
 }
 
 /// A planner that keeps its sessions in a file, and can be started again.
@@ -125,7 +125,7 @@ impl Rig {
     }
 
     fn report_placed(&self, decision: &v1::Decision) {
-        self.call(placed(decision, STATE));
+        self.call(placed(decision, decision.state_number + 1));
     }
 
     /// The session when its automatic mode has ended.

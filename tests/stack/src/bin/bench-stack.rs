@@ -9,6 +9,7 @@ use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_packing::grid::Resolution;
 use ppnpack_stack_tests::latency::{Measured, Times, Twin, measure};
 use ppnpack_stack_tests::{Options, Stack};
+use ppnpack_wire::keys::Service;
 use serde::Serialize;
 
 /// Where a stack evaluates if nothing else is said.
@@ -92,11 +93,22 @@ fn main() -> Result<()> {
     Ok(())
 }
 
+/// Placements pass a geometric test and are not tried: a try takes longer than all that is measured here.
+fn untried(mut options: Options) -> Options {
+    for cell in &options.cells {
+        for setting in ["trial.tries_per_item=0", "stability=\"physical\""] {
+            let setting = format!("service.cells.{cell}.{setting}");
+            options.settings.push((Service::Planner, setting));
+        }
+    }
+    options
+}
+
 fn exhaustive(arguments: &Arguments, catalogue: &Catalogue, evaluate: &'static str) -> Result<Row> {
-    let stack = Stack::start(&Options {
+    let stack = Stack::start(&untried(Options {
         evaluate,
         ..Options::default()
-    })?;
+    }))?;
     let mut twin = Twin::new(catalogue, true)?;
     let measured = pack(&stack, 0, arguments, catalogue, Some(&mut twin))?;
     let what = format!("exhaustive search, evaluate = {evaluate}, one cell");
@@ -104,11 +116,11 @@ fn exhaustive(arguments: &Arguments, catalogue: &Catalogue, evaluate: &'static s
 }
 
 fn with_network(arguments: &Arguments, catalogue: &Catalogue) -> Result<Row> {
-    let options = Options {
+    let options = untried(Options {
         has_network: true,
         evaluate: FASTEST,
         ..Options::default()
-    };
+    });
     let stack =
         Stack::start(&options).context("with the network; --without-network leaves it out")?;
     let measured = pack(&stack, 0, arguments, catalogue, None)?;
@@ -117,11 +129,11 @@ fn with_network(arguments: &Arguments, catalogue: &Catalogue) -> Result<Row> {
 
 fn four_cells(arguments: &Arguments, catalogue: &Catalogue) -> Result<Vec<Row>> {
     let cells: Vec<String> = (1..=4).map(|number| format!("cell-{number}")).collect();
-    let options = Options {
+    let options = untried(Options {
         cells: cells.clone(),
         evaluate: FASTEST,
         ..Options::default()
-    };
+    });
     let stack = Stack::start(&options)?;
     let measured: Vec<Result<Measured>> = std::thread::scope(|scope| {
         let threads: Vec<_> = (0..cells.len())

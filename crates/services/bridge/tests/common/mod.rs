@@ -125,6 +125,14 @@ impl Controller {
         reply.state.unwrap()
     }
 
+    /// The state as it is at any time.
+    pub(crate) fn state_apart_from_time(&self) -> v1::CellState {
+        v1::CellState {
+            clock_ns: 0,
+            ..self.state()
+        }
+    }
+
     pub(crate) fn state_number(&self) -> u64 {
         self.state().state_number
     }

@@ -94,6 +94,17 @@ pub(crate) fn show(
     incoming.reply(reply, Done::default());
 }
 
+/// Answers with a heightmap of a state of the cell, or of the later one that is asked for.
+pub(crate) fn show_from(
+    incoming: Incoming<v1::HeightmapRequest>,
+    grid: &Grid,
+    surface: Surface,
+    state_number: u64,
+) {
+    let state_number = state_number.max(incoming.message().least_state_number);
+    show(incoming, grid, surface, state_number);
+}
+
 /// Reports a decision's item as placed as planned, in a state of the cell.
 pub(crate) fn placed(decision: &v1::Decision, state_number: u64) -> v1::ReportRequest {
     v1::ReportRequest {

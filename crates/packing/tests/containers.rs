@@ -1,0 +1,238 @@
+//! Steps over several open containers, and streams that are packed into them.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    reason = "a panic in a test is a failing test"
+)]
+
+mod support;
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use ppnpack_packing::candidate::Candidate;
+use ppnpack_packing::containers::{ContainerChoice, OpenContainer, OpenContainers};
+use ppnpack_packing::episode::{Ending, IdealCell, PackingCell, Play, play};
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::item::Item;
+use ppnpack_packing::objective::{Heuristic, Order};
+use ppnpack_packing::plan::{Planner, StageError, StepInput};
+use ppnpack_packing::proposals::ProposeAll;
+use ppnpack_packing::search::{Search, SearchSettings};
+use ppnpack_packing::stability::PublishedStability;
+use ppnpack_packing::stream::{ContainerSupply, StreamPlay, play_stream};
+use proptest::prelude::*;
+
+const HEURISTICS: [Heuristic; 3] = [Heuristic::Sdfm, Heuristic::Dbl, Heuristic::Hm];
+
+fn planner(grid: &Grid, heuristic: Heuristic) -> Planner {
+    let settings = SearchSettings {
+        heuristic,
+        ..SearchSettings::default()
+    };
+    let search = Search::new(grid, &settings).unwrap().bounded();
+    Planner::new(
+        Box::new(ProposeAll),
+        Box::new(search),
+        vec![Box::new(PublishedStability::default())],
+        Order::Balance,
+        0,
+    )
+}
+
+/// What a step over containers has to choose: of what each container alone would choose the best, or what the fullest one would
+/// that has any choice. Container, arrival and value.
+fn expected(
+    grid: &Grid,
+    heuristic: Heuristic,
+    scenes: &[(Scene, f64)],
+    candidates: &[Candidate],
+    choice: ContainerChoice,
+) -> Option<(usize, usize, f64)> {
+    let mut offers = Vec::new();
+    for (container, (scene, filled_m3)) in scenes.iter().enumerate() {
+        let mut planner = planner(grid, heuristic);
+        let plan = planner.plan(&StepInput::new(grid, scene, candidates));
+        if let Some(at) = plan.unwrap().choice() {
+            let arrival = candidates[at.candidate].arrival;
+            offers.push((*filled_m3, (container, arrival, at.value)));
+        }
+    }
+    // The first of equal ones.
+    let best = match choice {
+        ContainerChoice::Best => offers
+            .iter()
+            .min_by(|(_, (_, _, a)), (_, (_, _, b))| a.total_cmp(b)),
+        ContainerChoice::Fullest => offers.iter().min_by(|(a, _), (b, _)| b.total_cmp(a)),
+    };
+    best.map(|(_, offer)| *offer)
+}
+
+/// A grid, items that arrive, and what three containers hold.
+fn cases() -> impl Strategy<Value = (Grid, Vec<Arc<Item>>, Vec<Scene>)> {
+    support::grids().prop_flat_map(|grid| {
+        let items =
+            proptest::collection::vec(support::items(grid.resolution().yaws().count()), 4..14);
+        let scene = support::heightmaps(&grid).prop_map(Scene::from_heightmap);
+        let scenes = proptest::collection::vec(scene, 3);
+        (Just(grid), items, scenes)
+    })
+}
+
+proptest! {
+    #[test]
+    fn the_choice_is_that_of_a_search_of_every_container_from_the_beginning(
+        (grid, items, scenes) in cases(),
+        heuristic in proptest::sample::select(&HEURISTICS[..]),
+        is_best in any::<bool>(),
+    ) {
+        let choice = match is_best {
+            true => ContainerChoice::Best,
+            false => ContainerChoice::Fullest,
+        };
+        let mut open = OpenContainers::default();
+        let mut cells = Vec::new();
+        for scene in scenes {
+            open.open(planner(&grid, heuristic));
+            cells.push(IdealCell::holding(&grid, scene));
+        }
+        let mut filled_m3 = vec![0.0, 1.0, 0.5];
+        let mut waiting: Vec<Candidate> = Candidate::sequence(items);
+        let mut step = 0;
+        while !waiting.is_empty() {
+            let buffer: Vec<Candidate> = waiting.iter().take(3).cloned().collect();
+            let scenes: Vec<(Scene, f64)> = cells
+                .iter_mut()
+                .map(|cell| cell.scan().unwrap())
+                .zip(filled_m3.clone())
+                .collect();
+            let containers: Vec<OpenContainer<'_>> = scenes
+                .iter()
+                .map(|(scene, filled_m3)| OpenContainer { grid: &grid, scene, filled_m3: *filled_m3 })
+                .collect();
+            let input = StepInput { step, ..StepInput::new(&grid, &scenes[0].0, &buffer) };
+            let (chosen, effort) = open.plan(&containers, &input, choice).unwrap();
+            let found = chosen.as_ref().map(|chosen| {
+                let arrival = buffer[chosen.placement.candidate].arrival;
+                (chosen.container, arrival, chosen.placement.value)
+            });
+            prop_assert_eq!(found, expected(&grid, heuristic, &scenes, &buffer, choice));
+            prop_assert!(effort.searched <= containers.len());
+            step += 1;
+            let Some(chosen) = chosen else {
+                waiting.remove(0);
+                continue;
+            };
+            let taken = &buffer[chosen.placement.candidate];
+            let cell = &mut cells[chosen.container];
+            cell.place(taken, &chosen.placement.resting, &chosen.evidence).unwrap();
+            open.changed(chosen.container);
+            filled_m3[chosen.container] += 0.1;
+            waiting.retain(|held| held.arrival != taken.arrival);
+        }
+    }
+
+    #[test]
+    fn every_item_of_a_stream_is_in_one_container_or_fits_nowhere(
+        (grid, items, _) in cases(),
+        open in 1_usize..4,
+        buffer in 1_usize..4,
+    ) {
+        let count = items.len();
+        let mut supply = Ideal { grid: grid.clone() };
+        let how = StreamPlay { open, buffer, choice: ContainerChoice::Fullest };
+        let stream = play_stream(&grid, &mut supply, Candidate::sequence(items), how).unwrap();
+        prop_assert_eq!(stream.open.len(), open);
+        let all = || stream.closed.iter().chain(&stream.open);
+        let placed = all().flat_map(|filled| filled.steps.iter().map(|step| step.candidate.arrival));
+        let unplaceable = stream.unplaceable.iter().map(|held| held.arrival);
+        let known: Vec<usize> = placed.chain(unplaceable).collect();
+        prop_assert_eq!(known.len(), count);
+        prop_assert_eq!(known.into_iter().collect::<BTreeSet<_>>().len(), count);
+        for filled in all() {
+            prop_assert_eq!(filled.packed(&grid).items, filled.steps.len());
+        }
+        let numbers: BTreeSet<usize> = all().map(|filled| filled.number).collect();
+        prop_assert_eq!(numbers, (0..stream.closed.len() + open).collect());
+    }
+
+    #[test]
+    fn with_one_open_container_a_stream_is_one_episode_after_another(
+        (grid, items, _) in cases(),
+        buffer in 1_usize..4,
+    ) {
+        let mut left = Candidate::sequence(items);
+        let how = StreamPlay { open: 1, buffer, choice: ContainerChoice::Fullest };
+        let mut supply = Ideal { grid: grid.clone() };
+        let stream = play_stream(&grid, &mut supply, left.clone(), how).unwrap();
+        let mut containers = stream.closed.iter().chain(&stream.open);
+        let fits_nowhere: Vec<usize> = stream.unplaceable.iter().map(|held| held.arrival).collect();
+        left.retain(|held| !fits_nowhere.contains(&held.arrival));
+        if !fits_nowhere.is_empty() {
+            // They are left out while a container is empty, and hold others up before.
+            return Ok(());
+        }
+        while !left.is_empty() {
+            let mut cell = IdealCell::new(&grid);
+            let mut planner = planner(&grid, Heuristic::Sdfm);
+            let how = Play::with_buffer(buffer);
+            let episode = play(&grid, &mut planner, &mut cell, left.clone(), how, &mut ()).unwrap();
+            let arrivals = |steps: &[ppnpack_packing::episode::Step]| -> Vec<usize> {
+                steps.iter().map(|step| step.candidate.arrival).collect()
+            };
+            let packed = arrivals(&episode.steps);
+            prop_assert_eq!(&arrivals(&containers.next().unwrap().steps), &packed);
+            left.retain(|held| !packed.contains(&held.arrival));
+            prop_assert_eq!(left.is_empty(), matches!(episode.ending, Ending::AllPacked));
+        }
+        prop_assert!(containers.next().is_none());
+    }
+}
+
+/// Containers without physics.
+struct Ideal {
+    grid: Grid,
+}
+
+impl ContainerSupply for Ideal {
+    type Cell = IdealCell;
+
+    fn next(&mut self, _number: usize) -> Result<(Planner, IdealCell), StageError> {
+        let planner = planner(&self.grid, Heuristic::Sdfm);
+        Ok((planner, IdealCell::new(&self.grid)))
+    }
+}
+
+#[test]
+fn a_container_that_did_not_change_is_searched_for_new_items_alone() {
+    let grid = support::blocks::grid();
+    let candidates = support::blocks::blocks(4);
+    let mut open = OpenContainers::default();
+    let mut cells = vec![IdealCell::new(&grid), IdealCell::new(&grid)];
+    for _ in &cells {
+        open.open(planner(&grid, Heuristic::Sdfm));
+    }
+    let mut plan = |cells: &mut [IdealCell], buffer: &[Candidate]| {
+        let scenes: Vec<Scene> = cells.iter_mut().map(|cell| cell.scan().unwrap()).collect();
+        let containers = scenes.iter().map(|scene| OpenContainer {
+            grid: &grid,
+            scene,
+            filled_m3: 0.0,
+        });
+        let containers: Vec<_> = containers.collect();
+        let input = StepInput::new(&grid, &scenes[0], buffer);
+        open.plan(&containers, &input, ContainerChoice::Best)
+            .unwrap()
+    };
+    let (_, effort) = plan(&mut cells, &candidates[..3]);
+    assert_eq!(effort.searched, 2);
+    // Nothing is new.
+    let (again, effort) = plan(&mut cells, &candidates[..3]);
+    assert!(again.is_some());
+    assert_eq!(effort.searched, 0);
+    // The last item is.
+    let (_, effort) = plan(&mut cells, &candidates);
+    assert_eq!(effort.searched, 2);
+}
