@@ -154,7 +154,7 @@ impl Tray {
         }
     }
 
-    /// Lays objects down where there is room; says whether there is something new.
+    /// Lays objects down where there is room, but for those that are too large; says whether there is something new.
     fn lay(&mut self) -> bool {
         let mut is_new = false;
         for (place, middle_m) in self.places.iter_mut().zip(PLACES_M) {
@@ -163,7 +163,6 @@ impl Tray {
             {
                 *place = tossed(item_id, model, middle_m);
                 is_new |= place.is_some();
-                self.unrecognised += usize::from(place.is_none());
             }
         }
         is_new
