@@ -59,6 +59,8 @@ pub struct Recovered {
     pub count: usize,
     /// The longest, in seconds.
     pub longest_s: f64,
+    /// The service that was waited for the longest then.
+    pub waited_for: &'static str,
 }
 
 /// What was done to a stack, and to whom.
@@ -136,13 +138,19 @@ impl Faults {
             Fault::Clock => self.set_clock()?,
         };
         let ended = Instant::now();
-        for cell in cells {
-            let served = serves(cell);
-            served.with_context(|| format!("{what}, then {}", cell.cell()))?;
-        }
+        let waits = cells.iter().map(|cell| {
+            let waits = waits_of(cell);
+            waits.with_context(|| format!("{what}, then {}", cell.cell()))
+        });
+        let waits = waits.collect::<Result<Vec<_>>>()?;
+        let longest = waits.into_iter().flatten().max_by_key(|(_, wait)| *wait);
+        let took_s = ended.elapsed().as_secs_f64();
         let recovered = self.struck.entry(what).or_default();
         recovered.count += 1;
-        recovered.longest_s = recovered.longest_s.max(ended.elapsed().as_secs_f64());
+        if took_s > recovered.longest_s {
+            recovered.longest_s = took_s;
+            recovered.waited_for = longest.map_or("", |(service, _)| service);
+        }
         Ok(())
     }
 
@@ -194,12 +202,20 @@ impl Faults {
     }
 }
 
-/// Whether all services that are asked about a cell answer.
-fn serves(cell: &CellClient) -> Result<()> {
+/// How long each service that is asked about a cell takes to answer.
+fn waits_of(cell: &CellClient) -> Result<[(&'static str, Duration); 3]> {
+    let begun = Instant::now();
     cell.session()?;
+    let planner = begun.elapsed();
     cell.state()?;
+    let bridge = begun.elapsed();
     cell.ask(v1::HeightmapRequest::default())?;
-    Ok(())
+    let perception = begun.elapsed();
+    Ok([
+        ("planner", planner),
+        ("bridge", bridge - planner),
+        ("perception", perception - bridge),
+    ])
 }
 
 /// How long something lasts.

@@ -49,7 +49,7 @@ const SET_ASIDE: usize = 40;
 const CAMERA: [&str; 3] = [
     "scan=\"camera\"",
     "camera={noise={sigma_m=0.001,dropout=0.05}}",
-    "faults={missed_picks=0.02,drops=0.005}",
+    "faults={missed_picks=0.02,drops=0.02}",
 ];
 
 /// How perception takes the clouds of such a camera.

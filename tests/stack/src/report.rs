@@ -162,7 +162,8 @@ impl Report {
             let longest_s = recovered.longest_s;
             ensure!(
                 longest_s <= RECOVERY_S,
-                "{what}: once it took {longest_s:.1} s to serve again"
+                "{what}: once it took {longest_s:.1} s to serve again, the longest of it {}",
+                recovered.waited_for
             );
         }
         ensure!(
@@ -218,10 +219,15 @@ impl Report {
         if self.faults.is_empty() {
             return;
         }
-        println!("| fault | times | served again after, at most (s) |");
-        println!("|---|---|---|");
-        for (what, Recovered { count, longest_s }) in &self.faults {
-            println!("| {what} | {count} | {longest_s:.2} |");
+        println!("| fault | times | served again after, at most (s) | waited for |");
+        println!("|---|---|---|---|");
+        for (what, recovered) in &self.faults {
+            let Recovered {
+                count,
+                longest_s,
+                waited_for,
+            } = recovered;
+            println!("| {what} | {count} | {longest_s:.2} | {waited_for} |");
         }
         println!();
     }
