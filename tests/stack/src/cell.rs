@@ -42,8 +42,20 @@ impl CellClient {
     ///
     /// # Errors
     /// Of the last time; at once where no request failed.
-    pub fn patiently<T>(&self, mut work: impl FnMut(&Self) -> Result<T>) -> Result<T> {
-        let until = Instant::now() + PATIENCE;
+    pub fn patiently<T>(&self, work: impl FnMut(&Self) -> Result<T>) -> Result<T> {
+        self.with_patience(PATIENCE, work)
+    }
+
+    /// The same with other patience.
+    ///
+    /// # Errors
+    /// Of the last time; at once where no request failed.
+    pub fn with_patience<T>(
+        &self,
+        patience: Duration,
+        mut work: impl FnMut(&Self) -> Result<T>,
+    ) -> Result<T> {
+        let until = Instant::now() + patience;
         loop {
             match work(self) {
                 Err(error) if error.is::<CallError>() && Instant::now() < until => {

@@ -14,9 +14,6 @@ use crate::soak::{Container, Decided};
 /// The memory of each process at some moments since the start, in MiB.
 pub type Samples = BTreeMap<String, Vec<(Duration, f64)>>;
 
-/// After a fault has ended, fresh requests succeed within so many seconds.
-const RECOVERY_S: f64 = 5.0;
-
 /// What a long run comes to.
 #[derive(Debug, Serialize)]
 pub struct Report {
@@ -146,11 +143,12 @@ fn tenth_of(at: Duration, all: Duration) -> usize {
 }
 
 impl Report {
-    /// Checks that nothing kept growing by more than so many MiB, all served again in time, and without faults nothing was degraded.
+    /// Checks that nothing kept growing by more than so many MiB, all served again within so many seconds, and without faults
+    /// nothing was degraded.
     ///
     /// # Errors
     /// The first that is not so.
-    pub fn check(&self, most_growth_mib: f64) -> Result<()> {
+    pub fn check(&self, most_growth_mib: f64, recovery_s: f64) -> Result<()> {
         for (name, memory) in &self.memory {
             let grown_mib = memory.grown_mib();
             ensure!(
@@ -161,7 +159,7 @@ impl Report {
         for (what, recovered) in &self.faults {
             let longest_s = recovered.longest_s;
             ensure!(
-                longest_s <= RECOVERY_S,
+                longest_s <= recovery_s,
                 "{what}: once it took {longest_s:.1} s to serve again, the longest of it {}",
                 recovered.waited_for
             );

@@ -55,6 +55,9 @@ const SAME_M: f64 = 0.11;
 /// How long perception may take to say what lies there, before another cloud is published.
 const LOOK_LIMIT: Duration = Duration::from_secs(2);
 
+/// How long perception may not answer: after a start it prepares what it recognises, which takes a busy machine more than a minute.
+const PATIENCE: Duration = Duration::from_secs(240);
+
 /// An object on the tray.
 #[derive(Debug)]
 struct Lying {
@@ -128,7 +131,7 @@ impl Tray {
         if !self.lay() {
             return Ok(());
         }
-        let seen = cell.patiently(|cell| self.look(cell))?;
+        let seen = cell.with_patience(PATIENCE, |cell| self.look(cell))?;
         let announced = self.recognised(&seen);
         if announced.is_empty() {
             return Ok(());

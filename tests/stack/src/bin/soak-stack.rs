@@ -59,6 +59,10 @@ struct Arguments {
     #[arg(long, value_name = "SECONDS")]
     faults: Option<f64>,
 
+    /// After a fault has ended, fresh requests succeed within so many seconds; more is fair where others use the machine
+    #[arg(long, default_value_t = 5.0, value_name = "SECONDS")]
+    recovery: f64,
+
     /// Print JSON instead of tables
     #[arg(long)]
     json: bool,
@@ -85,7 +89,7 @@ fn main() -> Result<()> {
         true => println!("{}", serde_json::to_string_pretty(&report)?),
         false => report.print(),
     }
-    report.check(arguments.growth)
+    report.check(arguments.growth, arguments.recovery)
 }
 
 fn soak(arguments: &Arguments, cells: &[(String, Kind)], folder: &Path) -> Result<Report> {
