@@ -42,8 +42,20 @@ impl CellClient {
     ///
     /// # Errors
     /// Of the last time; at once where no request failed.
-    pub fn patiently<T>(&self, work: impl Fn(&Self) -> Result<T>) -> Result<T> {
-        let until = Instant::now() + PATIENCE;
+    pub fn patiently<T>(&self, work: impl FnMut(&Self) -> Result<T>) -> Result<T> {
+        self.with_patience(PATIENCE, work)
+    }
+
+    /// The same with other patience.
+    ///
+    /// # Errors
+    /// Of the last time; at once where no request failed.
+    pub fn with_patience<T>(
+        &self,
+        patience: Duration,
+        mut work: impl FnMut(&Self) -> Result<T>,
+    ) -> Result<T> {
+        let until = Instant::now() + patience;
         loop {
             match work(self) {
                 Err(error) if error.is::<CallError>() && Instant::now() < until => {
@@ -75,7 +87,7 @@ impl CellClient {
             .call(&self.cell, request, Instant::now() + limit)
     }
 
-    /// Begins a session with these objects, in this order; item `i` is called `item-i`.
+    /// Begins a session with these objects, in this order; item `i` is called `item-i`. Without any, they are announced later.
     ///
     /// # Errors
     /// How a request was refused.
@@ -86,6 +98,9 @@ impl CellClient {
             least_state_number: self.state()?.state_number,
             ..v1::BeginRequest::default()
         })?;
+        if objects.is_empty() {
+            return Ok(());
+        }
         let items = objects
             .iter()
             .enumerate()
@@ -107,6 +122,18 @@ impl CellClient {
     /// How the request was refused.
     pub fn renew(&self) -> Result<()> {
         self.ask(v1::RenewRequest::default())?;
+        Ok(())
+    }
+
+    /// Switches the automatic mode on, which acknowledges a failure.
+    ///
+    /// # Errors
+    /// How the request was refused.
+    pub fn acknowledge(&self) -> Result<()> {
+        self.ask(v1::AutomaticRequest {
+            is_automatic: true,
+            ..v1::AutomaticRequest::default()
+        })?;
         Ok(())
     }
 

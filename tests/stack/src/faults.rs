@@ -11,22 +11,45 @@ use rand::seq::IndexedRandom;
 use serde::Serialize;
 
 use crate::cell::CellClient;
+use crate::clock::{self, Clock};
+use crate::disk::Disk;
+use crate::records::{self, Files};
 use crate::{Signal, Stack};
 
-/// How long a process is stopped, or a cell held, at most.
+/// How long a process is stopped, a disk full or a cell held, at most.
 const LONGEST: Duration = Duration::from_secs(3);
 
+/// How far a clock is stepped.
+const STEPS: [&str; 4] = ["+1h", "-2h", "+400d", "-400d"];
+
+/// Who writes to the disk.
+const WRITERS: [&str; 2] = ["bridge-1", "planner-1"];
+
+/// What is done to a stack, and how often beside the others.
+const FAULTS: [(Fault, u32); 6] = [
+    (Fault::Kill, 10),
+    (Fault::Stop, 6),
+    (Fault::Hold, 4),
+    (Fault::Disk, 4),
+    (Fault::Clock, 3),
+    (Fault::KillAll, 1),
+];
+
 /// What is done to a stack.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-pub enum Fault {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Fault {
     /// A process is killed and started again.
     Kill,
-    /// All processes are killed at once and started again.
+    /// All processes are killed at once and started again; between, journal and store are read.
     KillAll,
     /// A process is stopped for a while.
     Stop,
     /// A cell is held for a while, and somebody has a hand in it.
     Hold,
+    /// The disk of journal and store is full for a while; now and then one who writes to it is killed meanwhile.
+    Disk,
+    /// The clock is set, and the next time put back.
+    Clock,
 }
 
 /// How often something was done, and how long after its end fresh requests to all services succeeded at the latest.
@@ -36,70 +59,197 @@ pub struct Recovered {
     pub count: usize,
     /// The longest, in seconds.
     pub longest_s: f64,
+    /// The service that was waited for the longest then.
+    pub waited_for: &'static str,
 }
 
 /// What was done to a stack, and to whom.
-pub type Faults = BTreeMap<String, Recovered>;
+pub type Struck = BTreeMap<String, Recovered>;
 
-/// Does something to a stack, and waits until it serves again.
-///
-/// # Errors
-/// Where it does not.
-pub fn strike(stack: &mut Stack, cells: &[CellClient], faults: &mut Faults) -> Result<()> {
-    let mut random = rand::rng();
-    let kinds = [
-        (Fault::Kill, 10),
-        (Fault::Stop, 6),
-        (Fault::Hold, 4),
-        (Fault::KillAll, 1),
-    ];
-    let names: Vec<String> = stack.names().map(str::to_owned).collect();
-    let (fault, _) = kinds.choose_weighted(&mut random, |(_, weight)| *weight)?;
-    let name = names
-        .choose(&mut random)
-        .context("there are no processes")?;
-    let span = LONGEST.mul_f64(random.random_range(0.1..1.0));
-    let what = match fault {
-        Fault::Kill => {
-            stack.signal(name, Signal::Kill)?;
-            stack.restart(name)?;
-            format!("{name} killed")
+/// Does things to a stack.
+pub struct Faults {
+    /// What journal and store lie on; `None` where it cannot be filled.
+    disk: Option<Disk>,
+    /// What the services go by; `None` where it cannot be set.
+    clock: Option<Clock>,
+    files: Files,
+    cells: Vec<String>,
+    is_clock_off: bool,
+    struck: Struck,
+}
+
+impl Faults {
+    /// Faults for a stack of these cells that writes these files.
+    pub fn new(disk: Option<Disk>, clock: Option<Clock>, files: &Files, cells: &[String]) -> Self {
+        Self {
+            disk,
+            clock,
+            files: files.clone(),
+            cells: cells.to_owned(),
+            is_clock_off: false,
+            struck: Struck::new(),
         }
-        Fault::KillAll => {
-            for name in &names {
-                stack.signal(name, Signal::Kill)?;
-            }
-            for name in &names {
-                stack.restart(name)?;
-            }
-            "all killed at once".to_owned()
-        }
-        Fault::Stop => {
-            stack.signal(name, Signal::Stop)?;
-            thread::sleep(span);
-            stack.signal(name, Signal::Continue)?;
-            format!("{name} stopped")
-        }
-        Fault::Hold => {
-            let cell = cells.choose(&mut random).context("there are no cells")?;
-            hold(cell, span)?;
-            "a cell held, a hand in it".to_owned()
-        }
-    };
-    let ended = Instant::now();
-    for cell in cells {
-        cell.session()?;
-        cell.state()?;
-        cell.ask(v1::HeightmapRequest::default())?;
     }
-    let recovered = faults.entry(what).or_default();
-    recovered.count += 1;
-    recovered.longest_s = recovered.longest_s.max(ended.elapsed().as_secs_f64());
-    Ok(())
+
+    /// What the processes of the stack need in their environment.
+    pub fn environment(&self) -> Vec<(String, String)> {
+        let clock = self.clock.as_ref();
+        clock.map(Clock::environment).unwrap_or_default()
+    }
+
+    /// What was done.
+    pub fn struck(&self) -> &Struck {
+        &self.struck
+    }
+
+    /// What is not possible here, and why.
+    pub fn left_out(&self) -> Vec<&'static str> {
+        let disk = "full disks: mounting a file system needs root";
+        let clock = "clock steps: libfaketime is not there";
+        let left_out = [
+            self.disk.is_none().then_some(disk),
+            self.clock.is_none().then_some(clock),
+        ];
+        left_out.into_iter().flatten().collect()
+    }
+
+    /// Does something to the stack, and waits until it serves again.
+    ///
+    /// # Errors
+    /// Where it does not, or where it was killed and left what cannot be.
+    pub fn strike(&mut self, stack: &mut Stack, cells: &[CellClient]) -> Result<()> {
+        let is_possible = |fault: &Fault| match fault {
+            Fault::Disk => self.disk.is_some(),
+            Fault::Clock => self.clock.is_some(),
+            _ => true,
+        };
+        let possible: Vec<_> = FAULTS
+            .iter()
+            .filter(|(fault, _)| is_possible(fault))
+            .collect();
+        let mut random = rand::rng();
+        let (fault, _) = possible.choose_weighted(&mut random, |(_, weight)| *weight)?;
+        let what = match fault {
+            Fault::Kill => kill(stack)?,
+            Fault::KillAll => self.kill_all(stack)?,
+            Fault::Stop => stop(stack)?,
+            Fault::Hold => hold(cells.choose(&mut random).context("there are no cells")?)?,
+            Fault::Disk => self.fill(stack)?,
+            Fault::Clock => self.set_clock()?,
+        };
+        let ended = Instant::now();
+        let waits = cells.iter().map(|cell| {
+            let waits = waits_of(cell);
+            waits.with_context(|| format!("{what}, then {}", cell.cell()))
+        });
+        let waits = waits.collect::<Result<Vec<_>>>()?;
+        let longest = waits.into_iter().flatten().max_by_key(|(_, wait)| *wait);
+        let took_s = ended.elapsed().as_secs_f64();
+        let recovered = self.struck.entry(what).or_default();
+        recovered.count += 1;
+        if took_s > recovered.longest_s {
+            recovered.longest_s = took_s;
+            recovered.waited_for = longest.map_or("", |(service, _)| service);
+        }
+        Ok(())
+    }
+
+    fn kill_all(&self, stack: &mut Stack) -> Result<String> {
+        let names: Vec<String> = stack.names().map(str::to_owned).collect();
+        for name in &names {
+            stack.signal(name, Signal::Kill)?;
+        }
+        records::check_killed(&self.files, &self.cells)?;
+        for name in &names {
+            stack.restart(name)?;
+        }
+        Ok("all killed at once".to_owned())
+    }
+
+    fn fill(&self, stack: &mut Stack) -> Result<String> {
+        let disk = self.disk.as_ref().context("there is no disk to fill")?;
+        disk.fill()?;
+        thread::sleep(span());
+        let killed = rand::rng().random_bool(0.5).then(|| any(&WRITERS));
+        let killed = killed.transpose()?;
+        if let Some(name) = killed {
+            stack.signal(name, Signal::Kill)?;
+        }
+        disk.free()?;
+        match killed {
+            None => Ok("a disk full".to_owned()),
+            Some(name) => {
+                stack.restart(name)?;
+                Ok(format!("a disk full, {name} killed meanwhile"))
+            }
+        }
+    }
+
+    fn set_clock(&mut self) -> Result<String> {
+        let clock = self.clock.as_ref().context("there is no clock to set")?;
+        let is_put_back = self.is_clock_off;
+        self.is_clock_off = !is_put_back;
+        let step = if is_put_back {
+            clock::TRUE
+        } else {
+            any(&STEPS)?
+        };
+        clock.step(step)?;
+        Ok(match is_put_back {
+            true => "the clock put back".to_owned(),
+            false => format!("the clock set by {step}"),
+        })
+    }
+}
+
+/// How long each service that is asked about a cell takes to answer.
+fn waits_of(cell: &CellClient) -> Result<[(&'static str, Duration); 3]> {
+    let begun = Instant::now();
+    cell.session()?;
+    let planner = begun.elapsed();
+    cell.state()?;
+    let bridge = begun.elapsed();
+    cell.ask(v1::HeightmapRequest::default())?;
+    let perception = begun.elapsed();
+    Ok([
+        ("planner", planner),
+        ("bridge", bridge - planner),
+        ("perception", perception - bridge),
+    ])
+}
+
+/// How long something lasts.
+fn span() -> Duration {
+    LONGEST.mul_f64(rand::rng().random_range(0.1..1.0))
+}
+
+fn any<T: Copy>(of: &[T]) -> Result<T> {
+    let one = of.choose(&mut rand::rng());
+    one.copied().context("there is nothing to choose from")
+}
+
+fn any_process(stack: &Stack) -> Result<String> {
+    let names: Vec<&str> = stack.names().collect();
+    Ok(any(&names)?.to_owned())
+}
+
+fn kill(stack: &mut Stack) -> Result<String> {
+    let name = any_process(stack)?;
+    stack.signal(&name, Signal::Kill)?;
+    stack.restart(&name)?;
+    Ok(format!("{name} killed"))
+}
+
+fn stop(stack: &mut Stack) -> Result<String> {
+    let name = any_process(stack)?;
+    stack.signal(&name, Signal::Stop)?;
+    thread::sleep(span());
+    stack.signal(&name, Signal::Continue)?;
+    Ok(format!("{name} stopped"))
 }
 
 /// Holds a cell for a while, waits until its robot stands, says that there was a hand in it, and lets it go on.
-fn hold(cell: &CellClient, span: Duration) -> Result<()> {
+fn hold(cell: &CellClient) -> Result<String> {
     let hold = v1::HoldRequest {
         reason: "a hand is in the cell".to_owned(),
         ..v1::HoldRequest::default()
@@ -108,8 +258,8 @@ fn hold(cell: &CellClient, span: Duration) -> Result<()> {
     while !cell.state()?.executing_placement_id.is_empty() {
         thread::sleep(Duration::from_millis(20));
     }
-    thread::sleep(span);
+    thread::sleep(span());
     cell.patiently(|cell| Ok(cell.ask(v1::ChangedRequest::default())?))?;
     cell.ask(v1::ResumeRequest::default())?;
-    Ok(())
+    Ok("a cell held, a hand in it".to_owned())
 }

@@ -4,12 +4,17 @@
 //! `scripts/bench-stack` do.
 
 pub mod cell;
+pub mod clock;
+pub mod disk;
 pub mod faults;
 pub mod latency;
+pub mod mix;
 mod process;
 pub mod records;
+pub mod report;
 pub mod soak;
 mod stack;
+pub mod tray;
 
 pub use process::{Signal, beside};
 pub use stack::{Options, Stack};

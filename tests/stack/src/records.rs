@@ -1,61 +1,245 @@
-//! What a bridge's journal says of a cell, read by itself: neither the bridge nor the planner takes part.
+//! What a bridge's journal and a planner's store say of a cell, read by themselves: neither service takes part.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use ppnpack_protocol::ledger::Record;
 use ppnpack_protocol::placing::Ending;
-use redb::{ReadableDatabase, TableDefinition};
+use ppnpack_wire::v1;
+use prost::Message;
+use redb::{Database, ReadableDatabase, TableDefinition};
 
-/// Per cell and number: its records.
+use crate::soak::Container;
+
+/// In the journal, per cell and number: its records.
 const RECORDS: TableDefinition<(&str, u64), &[u8]> = TableDefinition::new("records-1");
 
-/// What was placed into one container, in its order.
-pub type Contents = Vec<String>;
+/// The number of the first record.
+const FIRST: u64 = 1;
 
-/// What was placed into each container of a cell, one after the other; containers into which nothing was placed are left out.
+/// In the store's file of a cell, per cell: its session.
+const SESSIONS: TableDefinition<&str, &[u8]> = TableDefinition::new("sessions");
+
+/// Where planner and bridge write.
+#[derive(Debug, Clone)]
+pub struct Files {
+    /// The bridge's journal.
+    pub journal: PathBuf,
+    /// The planner's store; the files of cells lie in a folder beside it.
+    pub store: PathBuf,
+}
+
+impl Files {
+    /// In this folder.
+    pub fn in_folder(folder: &Path) -> Self {
+        Self {
+            journal: folder.join("bridge.redb"),
+            store: folder.join("sessions.redb"),
+        }
+    }
+
+    fn of_cell(&self, cell: &str) -> PathBuf {
+        self.store
+            .with_extension("cells")
+            .join(format!("{cell}.redb"))
+    }
+
+    /// A copy in another folder of what services had written when they were killed: to open a file mends it, which is left to
+    /// them.
+    ///
+    /// # Errors
+    /// Where they cannot be copied.
+    pub fn copied(&self, folder: &Path, cells: &[String]) -> Result<Self> {
+        let copy = Self::in_folder(folder);
+        std::fs::copy(&self.journal, &copy.journal)?;
+        for cell in cells {
+            let to = copy.of_cell(cell);
+            to.parent().map(std::fs::create_dir_all).transpose()?;
+            std::fs::copy(self.of_cell(cell), to)?;
+        }
+        Ok(copy)
+    }
+}
+
+/// What became of the items of one container.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Contents {
+    /// What was placed into it, in its order.
+    pub placed: Vec<String>,
+    /// What left the cell.
+    pub lost: BTreeSet<String>,
+}
+
+/// What a journal says of a cell.
+#[derive(Debug, Clone, Default)]
+pub struct Told {
+    /// The containers one after the other, the present one at last.
+    pub containers: Vec<Contents>,
+    /// Whether something was under way.
+    pub is_unfinished: bool,
+    /// Whether it has forgotten the first records.
+    pub has_forgotten: bool,
+}
+
+/// Reads what a journal says of a cell.
 ///
 /// # Errors
-/// Where the journal cannot be read, where a placement id was used twice, an item was placed twice into one container, something
-/// has no end, or the numbers of states go back.
-pub fn containers(journal: &Path, cell: &str) -> Result<Vec<Contents>> {
-    let database = redb::Database::open(journal).context("the journal cannot be opened")?;
+/// Where it cannot be read, where a placement id was used twice, an item was placed twice into one container or lies nobody knows
+/// where, anything but the last has no end, or the numbers of states go back.
+pub fn journal(files: &Files, cell: &str) -> Result<Told> {
+    let database = Database::open(&files.journal).context("the journal cannot be opened")?;
     let table = database.begin_read()?.open_table(RECORDS)?;
-    let mut containers = Vec::new();
-    let mut placed = Contents::new();
+    let mut told = Told::default();
+    let mut present = Contents::default();
     let mut ids = BTreeSet::new();
     let mut last_state = 0;
+    let mut first = None;
     for entry in table.range((cell, 0)..=(cell, u64::MAX))? {
         let (key, value) = entry?;
         let number = key.value().1;
+        first = first.or(Some(number));
+        ensure!(!told.is_unfinished, "what was before {number} has no end");
         let record: Record = postcard::from_bytes(value.value())
             .with_context(|| format!("record {number} cannot be read"))?;
         let state = match record {
             Record::Renewal { state_number, .. } => {
-                containers.push(std::mem::take(&mut placed));
+                if state_number.is_some() {
+                    told.containers.push(std::mem::take(&mut present));
+                }
                 state_number
             }
             Record::Placement { placement, outcome } => {
                 let id = &placement.placement_id;
                 ensure!(ids.insert(id.clone()), "placement {id} was begun twice");
-                let ending = outcome.as_ref().map(|outcome| outcome.finding.ending);
-                if ending == Some(Ending::Placed) {
-                    let item = placement.item_id;
-                    ensure!(!placed.contains(&item), "{item} was placed twice");
-                    placed.push(item);
+                if let Some(outcome) = &outcome {
+                    present.enter(placement.item_id, outcome.finding.ending)?;
                 }
                 outcome.map(|outcome| outcome.state_number)
             }
         };
-        let state = state.with_context(|| format!("record {number} has no end"))?;
+        told.is_unfinished = state.is_none();
+        let state = state.unwrap_or(last_state);
         ensure!(
             state >= last_state,
             "state {state} comes after {last_state}"
         );
         last_state = state;
     }
-    containers.push(placed);
-    containers.retain(|placed| !placed.is_empty());
-    Ok(containers)
+    told.containers.push(present);
+    told.has_forgotten = first.is_some_and(|first| first > FIRST);
+    Ok(told)
+}
+
+impl Contents {
+    fn enter(&mut self, item: String, ending: Ending) -> Result<()> {
+        match ending {
+            Ending::Placed => {
+                ensure!(!self.placed.contains(&item), "{item} was placed twice");
+                self.placed.push(item);
+            }
+            Ending::Lost => {
+                self.lost.insert(item);
+            }
+            Ending::NotPlaced => {}
+            Ending::Unknown => bail!("nobody knows where {item} is"),
+        }
+        Ok(())
+    }
+
+    /// Whether this is what the planner acknowledged.
+    pub fn is_that_of(&self, container: &Container) -> bool {
+        let placed: BTreeSet<String> = self.placed.iter().cloned().collect();
+        placed == container.placed() && self.lost == container.lost
+    }
+
+    /// Whether the planner acknowledged nothing that is not here, and nothing is here that it knows nothing of: the outcome of its
+    /// last decision it may not have.
+    fn agrees_with(&self, container: &Container, decided: &BTreeSet<&str>) -> bool {
+        let known = container.placed();
+        let placed: BTreeSet<String> = self.placed.iter().cloned().collect();
+        let is_decided = |item: &&String| decided.contains(item.as_str());
+        known.is_subset(&placed)
+            && container.lost.is_subset(&self.lost)
+            && placed.difference(&known).all(|item| is_decided(&item))
+            && self
+                .lost
+                .difference(&container.lost)
+                .all(|item| is_decided(&item))
+    }
+}
+
+/// The session of a cell; that before the first one where nothing was written.
+///
+/// # Errors
+/// Where the store cannot be read.
+pub fn session(files: &Files, cell: &str) -> Result<v1::Session> {
+    let path = files.of_cell(cell);
+    let database = Database::open(path).context("the store cannot be opened")?;
+    let table = database.begin_read()?.open_table(SESSIONS)?;
+    let written = table.get(cell)?;
+    let session = written.map(|written| v1::Session::decode(written.value()));
+    Ok(session.transpose()?.unwrap_or_default())
+}
+
+/// Compares store and journal as services left them that were killed.
+///
+/// # Errors
+/// Where they cannot be read, or the store does not agree with the journal.
+pub fn check_killed(files: &Files, cells: &[String]) -> Result<()> {
+    let folder = tempfile::tempdir()?;
+    let files = files.copied(folder.path(), cells)?;
+    for cell in cells {
+        let session = session(&files, cell)?;
+        let acknowledged = Container::of(&session);
+        let pending = session.pending.iter();
+        let decided = pending.map(|decision| decision.item_id.as_str()).collect();
+        let told = journal(&files, cell)?;
+        let last = told.containers.iter().rev();
+        // Where an empty one was brought after the session has ended, it is about the one before.
+        let is_empty = |contents: &&Contents| **contents == Contents::default();
+        let skipped = usize::from(last.clone().next().as_ref().is_some_and(is_empty));
+        let mut both = last.take(1 + skipped);
+        ensure!(
+            both.any(|contents| contents.agrees_with(&acknowledged, &decided)),
+            "{cell}: the store of a planner that was killed does not agree with the journal: {acknowledged:?}, decided \
+             {decided:?}; {:?}",
+            told.containers.last()
+        );
+    }
+    Ok(())
+}
+
+/// Compares what the planner acknowledged with what journal and store say, read without the services, which have ended. Where the
+/// journal has forgotten the first containers, the last ones.
+///
+/// # Errors
+/// Where they cannot be read, or do not say what was acknowledged.
+pub fn check_ended(files: &Files, cell: &str, acknowledged: &[Container]) -> Result<()> {
+    let journal = journal(files, cell)?;
+    ensure!(!journal.is_unfinished, "{cell}: something has no end");
+    let told = journal.containers.iter();
+    let told: Vec<&Contents> = told
+        .filter(|contents| !contents.placed.is_empty())
+        .collect();
+    let acknowledged = acknowledged.iter();
+    let acknowledged: Vec<&Container> = acknowledged
+        .filter(|container| !container.placed().is_empty())
+        .collect();
+    // Of the first that is left only a part may be known.
+    let known = told.len() - usize::from(journal.has_forgotten && !told.is_empty());
+    let is_as_many = journal.has_forgotten || known == acknowledged.len();
+    let mut pairs = told.iter().rev().zip(acknowledged.iter().rev()).take(known);
+    ensure!(
+        known > 0 && is_as_many && pairs.all(|(told, by_planner)| told.is_that_of(by_planner)),
+        "{cell}: the journal does not say what was acknowledged"
+    );
+    let stored = Container::of(&session(files, cell)?);
+    let last = told.last().is_some_and(|told| told.is_that_of(&stored));
+    ensure!(
+        last || stored.placed().is_empty(),
+        "{cell}: what the store says is packed is not what the journal says: {:?}",
+        stored.placed()
+    );
+    Ok(())
 }

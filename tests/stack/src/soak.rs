@@ -6,12 +6,14 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, anyhow, ensure};
 use ppnpack_wire::keys::{Stream, every_cell};
-use ppnpack_wire::v1::{self, ItemState, SessionEnd};
+use ppnpack_wire::v1::{self, InspectionKind, ItemState, SessionEnd};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, decode};
 use zenoh::Wait;
 
 use crate::Stack;
 use crate::cell::CellClient;
+use crate::mix::Kind;
+use crate::tray::Tray;
 
 /// How often a session is looked at.
 const LOOK: Duration = Duration::from_millis(200);
@@ -65,39 +67,136 @@ fn decided(decision: &v1::Decision, at: Duration) -> Decided {
     }
 }
 
-/// Packs one container in automatic mode, then has an empty one brought; gives the items that were packed.
-///
-/// # Errors
-/// Where the automatic mode failed, or what the planner acknowledged is not what lies in the container.
-pub fn pack_container(
-    cell: &CellClient,
-    session_id: &str,
-    objects: &[&str],
-) -> Result<BTreeSet<String>> {
-    cell.patiently(|cell| cell.begin(session_id, objects, true))?;
-    let until = Instant::now() + CONTAINER_LIMIT;
-    let session = loop {
-        let session = cell.patiently(CellClient::session)?;
-        if session.end() != SessionEnd::Unspecified {
-            break session;
+/// What came of one container, by the planner.
+#[derive(Debug, Clone, Default)]
+pub struct Container {
+    /// The items that lie in it.
+    pub packed: BTreeSet<String>,
+    /// Those that were placed, and that the inspection did not find.
+    pub missing: BTreeSet<String>,
+    /// Those that left the cell.
+    pub lost: BTreeSet<String>,
+    /// How many were set aside, as nothing was possible with them.
+    pub set_aside: usize,
+    /// How many were taken from the tray, as it was not seen what they are.
+    pub unrecognised: usize,
+    /// How often the automatic mode failed, and that was acknowledged.
+    pub acknowledged: usize,
+}
+
+impl Container {
+    /// By the items of its session.
+    pub fn of(session: &v1::Session) -> Self {
+        let of = |is_one: &dyn Fn(&v1::SessionItem) -> bool| -> BTreeSet<String> {
+            let items = session.items.iter().filter(|item| is_one(item));
+            items.map(|item| item.item_id.clone()).collect()
+        };
+        let is = |item: &v1::SessionItem, state: ItemState| item.state() == state;
+        Self {
+            packed: of(&|item| is(item, ItemState::Packed)),
+            missing: of(&|item| is(item, ItemState::Gone) && is_missing(item)),
+            lost: of(&|item| is(item, ItemState::Gone) && !is_missing(item)),
+            set_aside: of(&|item| is(item, ItemState::SetAside)).len(),
+            ..Self::default()
         }
-        ensure!(
-            Instant::now() < until,
-            "{session_id} does not come to an end"
-        );
-        std::thread::sleep(LOOK);
-    };
-    ensure!(
-        session.end() != SessionEnd::Failed,
-        "{session_id} failed: {}",
-        session.failure
-    );
-    cell.patiently(CellClient::check_consistent)
-        .with_context(|| session_id.to_owned())?;
-    let is_packed = |item: &&v1::SessionItem| item.state() == ItemState::Packed;
-    let packed = session.items.iter().filter(is_packed);
-    let packed = packed.map(|item| item.item_id.clone()).collect();
-    cell.patiently(CellClient::renew)
-        .context("no new container")?;
-    Ok(packed)
+    }
+
+    /// All that was placed into it.
+    pub fn placed(&self) -> BTreeSet<String> {
+        self.packed.union(&self.missing).cloned().collect()
+    }
+
+    fn gone(&self) -> usize {
+        self.missing.len() + self.lost.len()
+    }
+}
+
+/// Whether an item was looked for in the container, and was not there.
+fn is_missing(item: &v1::SessionItem) -> bool {
+    let inspection = item.inspection.as_ref();
+    inspection.is_some_and(|inspection| inspection.kind() == InspectionKind::Missing)
+}
+
+/// A cell that is packed again and again.
+pub struct Packer {
+    cell: CellClient,
+    kind: Kind,
+    tray: Option<Tray>,
+}
+
+impl Packer {
+    /// Packs a cell of this kind; where it has a tray, from that.
+    pub fn new(cell: CellClient, kind: Kind, tray: Option<Tray>) -> Self {
+        Self { cell, kind, tray }
+    }
+
+    /// Packs one container in automatic mode, then has an empty one brought.
+    ///
+    /// # Errors
+    /// Where the automatic mode failed without an item that is gone, or in a cell where none may be; or what the planner
+    /// acknowledged is not what lies in the container.
+    pub fn pack(&mut self, session_id: &str, objects: &[&str]) -> Result<Container> {
+        let at_once = match &mut self.tray {
+            Some(tray) => {
+                tray.expect(objects);
+                &[]
+            }
+            None => objects,
+        };
+        let cell = &self.cell;
+        cell.patiently(|cell| cell.begin(session_id, at_once, true))?;
+        let container = self
+            .until_the_end()
+            .with_context(|| session_id.to_owned())?;
+        let cell = &self.cell;
+        cell.patiently(CellClient::check_consistent)
+            .with_context(|| session_id.to_owned())?;
+        cell.patiently(CellClient::renew)
+            .context("no new container")?;
+        Ok(container)
+    }
+
+    fn until_the_end(&mut self) -> Result<Container> {
+        let until = Instant::now() + CONTAINER_LIMIT;
+        let mut acknowledged = 0;
+        let mut gone = 0;
+        loop {
+            ensure!(Instant::now() < until, "it does not come to an end");
+            let has_more = self.bring()?;
+            let session = self.cell.patiently(CellClient::session)?;
+            let container = Container::of(&session);
+            match session.end() {
+                SessionEnd::Failed => {
+                    let is_allowed = self.kind.may_lose() && container.gone() > gone;
+                    ensure!(is_allowed, "it failed: {}", session.failure);
+                    gone = container.gone();
+                    acknowledged += 1;
+                    self.cell.patiently(CellClient::check_consistent)?;
+                    self.cell.patiently(CellClient::acknowledge)?;
+                }
+                // Of what came on a tray perhaps nothing was recognised.
+                SessionEnd::Unspecified if has_more || !session.items.is_empty() => {}
+                SessionEnd::AllPacked | SessionEnd::OthersSetAside if has_more => {}
+                _ => {
+                    let tray = self.tray.as_ref();
+                    return Ok(Container {
+                        acknowledged,
+                        unrecognised: tray.map_or(0, Tray::unrecognised),
+                        ..container
+                    });
+                }
+            }
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    /// Lets items come to the tray, where there is one; says whether more are to come.
+    fn bring(&mut self) -> Result<bool> {
+        let Some(tray) = &mut self.tray else {
+            return Ok(false);
+        };
+        let session = self.cell.patiently(CellClient::session)?;
+        tray.bring(&self.cell, &session)?;
+        Ok(tray.has_more())
+    }
 }

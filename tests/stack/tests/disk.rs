@@ -13,50 +13,15 @@
 
 mod common;
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
 use common::{OBJECTS, assert_consistent, assert_serves_again};
+use ppnpack_stack_tests::disk::Disk;
 use ppnpack_stack_tests::{Options, Stack};
 use ppnpack_wire::keys::Service;
 use ppnpack_wire::v1::{self, Status};
-
-/// A file system in memory, unmounted with the test.
-struct Disk(PathBuf);
-
-impl Disk {
-    /// A disk of 8 MiB; `None` where mounting is not allowed.
-    fn mount(at: &Path) -> Option<Self> {
-        std::fs::create_dir_all(at).unwrap();
-        let mut mount = Command::new("mount");
-        mount
-            .args(["-t", "tmpfs", "-o", "size=8m", "tmpfs"])
-            .arg(at);
-        if mount.output().is_ok_and(|output| output.status.success()) {
-            return Some(Self(at.to_owned()));
-        }
-        eprintln!("skipped: mounting a file system needs root");
-        None
-    }
-
-    /// Writes until nothing more fits; gives the file.
-    fn fill(&self) -> PathBuf {
-        let path = self.0.join("filler");
-        let mut file = std::fs::File::create(&path).unwrap();
-        for size in [65_536, 512, 1] {
-            while file.write_all(&vec![0; size]).is_ok() {}
-        }
-        path
-    }
-}
-
-impl Drop for Disk {
-    fn drop(&mut self) {
-        drop(Command::new("umount").arg("--lazy").arg(&self.0).status());
-    }
-}
 
 /// What planner and bridge write.
 const FILES: [&str; 3] = ["sessions.redb", "bridge.redb", "sessions.cells/cell-1.redb"];
@@ -142,14 +107,15 @@ fn survives(folder: &Path, fault: &str, break_it: impl FnOnce(), mend_it: impl F
 #[test]
 fn a_full_disk_keeps_nothing_from_being_true() {
     let folder = tempfile::tempdir().unwrap();
-    let Some(disk) = Disk::mount(&folder.path().join("disk")) else {
+    let Some(disk) = Disk::mount(&folder.path().join("disk"), 8).unwrap() else {
+        eprintln!("skipped: mounting a file system needs root");
         return;
     };
     survives(
-        &disk.0,
+        disk.folder(),
         "a full disk",
-        || drop(disk.fill()),
-        || std::fs::remove_file(disk.0.join("filler")).unwrap(),
+        || disk.fill().unwrap(),
+        || disk.free().unwrap(),
     );
 }
 

@@ -114,8 +114,10 @@ impl Stack {
             stack.add_network(network);
         }
         stack.add(Service::Perception, |process| {
-            let library = plan.sensing.library.as_ref();
-            ppnpack_perception_service::start(process, &perception_settings(plan), library)
+            let library = plan.sensing.library.clone();
+            let objects = library.map(ppnpack_perception_service::Objects::of);
+            let settings = perception_settings(plan);
+            ppnpack_perception_service::start(process, &settings, objects.as_ref())
         })?;
         stack.add(Service::Bridge, |process| {
             ppnpack_bridge::start(process, &bridge_settings(plan), &plan.catalogue)

@@ -1,7 +1,6 @@
 //! The actor that answers how placed items lie, from the latest clouds of containers.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 use std::time::Instant;
 
 use nalgebra::Point3;
@@ -17,6 +16,7 @@ use ppnpack_wire::convert::{pose, scene};
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, InspectionKind, Status};
 
+use crate::objects::{Objects, PREPARING};
 use crate::room::Held;
 
 /// Requests that come and that are pending at most: each holds a heightmap, and a cell's planner makes one at a time.
@@ -34,7 +34,7 @@ pub(crate) type Clouds = LatestValues<Cell, Held<CheckedCloud>>;
 /// Answers how placed items lie.
 pub(crate) struct Inspections {
     /// `None` where nothing is known that could be placed.
-    library: Option<Arc<Library>>,
+    objects: Option<Objects>,
     settings: InspectionSettings,
     clouds: Clouds,
     latest: BTreeMap<Cell, Held<CheckedCloud>>,
@@ -46,7 +46,7 @@ impl Actor for Inspections {
 
     fn handle(&mut self, mut incoming: Message) {
         incoming.start();
-        match self.library {
+        match self.objects {
             Some(_) => self.pending.keep_or_refuse(incoming),
             None => incoming.refuse(Status::NotFound, NO_CATALOGUE),
         }
@@ -54,9 +54,13 @@ impl Actor for Inspections {
 
     fn tick(&mut self) {
         self.latest.append(&mut self.clouds.take());
+        let library = self.objects.as_ref().and_then(Objects::get);
         self.pending.refuse_expired(|incoming| {
             let (cell, wanted) = (incoming.cell(), incoming.message().least_state_number);
-            format!("no cloud of cell {cell} shows its state {wanted} yet")
+            match library {
+                Some(_) => format!("no cloud of cell {cell} shows its state {wanted} yet"),
+                None => PREPARING.to_owned(),
+            }
         });
         self.answer();
     }
@@ -68,12 +72,12 @@ impl Actor for Inspections {
 
 impl Inspections {
     pub(crate) fn new(
-        library: Option<&Arc<Library>>,
+        objects: Option<&Objects>,
         settings: InspectionSettings,
         clouds: Clouds,
     ) -> Self {
         Self {
-            library: library.cloned(),
+            objects: objects.cloned(),
             settings,
             clouds,
             latest: BTreeMap::new(),
@@ -81,8 +85,11 @@ impl Inspections {
         }
     }
 
-    /// Answers those who want no newer cloud than there is.
+    /// Answers those who want no newer cloud than there is, once there are objects: every cloud has it look again.
     fn answer(&mut self) {
+        let Some(library) = self.objects.as_ref().and_then(Objects::get).cloned() else {
+            return;
+        };
         let latest = &self.latest;
         let can_be_answered = |incoming: &Message| {
             latest.get(incoming.cell()).is_some_and(|cloud| {
@@ -93,15 +100,15 @@ impl Inspections {
             if incoming.has_expired() {
                 incoming.refuse(Status::TimedOut, "the time limit passed in the queue");
             } else if let Some(cloud) = self.latest.get(incoming.cell()) {
-                self.answer_one(incoming, &cloud.cloud());
+                self.answer_one(incoming, &library, &cloud.cloud());
             }
         }
     }
 
-    fn answer_one(&self, incoming: Message, cloud: &Cloud<'_>) {
+    fn answer_one(&self, incoming: Message, library: &Library, cloud: &Cloud<'_>) {
         let began = Instant::now();
         let object = &incoming.message().object;
-        let mut objects = self.library.iter().flat_map(|library| &library.objects);
+        let mut objects = library.objects.iter();
         let Some(object) = objects.find(|known| known.model.name == *object) else {
             let message = format!("the catalogue has no object '{object}'");
             return incoming.refuse(Status::NotFound, message);

@@ -10,6 +10,7 @@ mod counts;
 mod delay;
 mod heightmaps;
 mod inspect;
+mod objects;
 mod order;
 mod room;
 mod ros;
@@ -26,7 +27,6 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Instant;
 
-use ppnpack_recognition::library::Library;
 use ppnpack_service::actor::{self, Address, LatestValues};
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::Listener;
@@ -42,6 +42,7 @@ use counts::Counts;
 pub use counts::Fate;
 use heightmaps::Heightmaps;
 use inspect::Inspections;
+pub use objects::Objects;
 use room::Held;
 pub use ros::settings::RosCamera;
 use router::Router;
@@ -76,17 +77,17 @@ struct Actors {
     inspections: Address<inspect::Message>,
 }
 
-/// Starts the service; `library` has the objects that can be recognised, which cells with trays need.
+/// Starts the service with the objects that can be recognised, which cells with trays need.
 ///
 /// # Errors
 /// [`ServiceError`] where a cell's name is impossible, or the session or a thread cannot be had.
 pub fn start(
     process: &Process,
     settings: &Settings,
-    library: Option<&Arc<Library>>,
+    objects: Option<&Objects>,
 ) -> Result<Perception, ServiceError> {
     let counts = Arc::new(Counts::new());
-    let (actors, threads) = start_actors(process, settings, library, &counts)?;
+    let (actors, threads) = start_actors(process, settings, objects, &counts)?;
     let mut inputs = Vec::new();
     if settings.has_unlisted_cells {
         inputs.push(Input::new(process, None, &actors)?);
@@ -110,7 +111,7 @@ pub fn start(
 fn start_actors(
     process: &Process,
     settings: &Settings,
-    library: Option<&Arc<Library>>,
+    objects: Option<&Objects>,
     counts: &Arc<Counts>,
 ) -> Result<(Actors, Vec<JoinHandle<()>>), ServiceError> {
     let most = settings.queue.max(1);
@@ -120,19 +121,19 @@ fn start_actors(
     let (cells, cells_mailbox) = actor::mailbox(router::MAX_CELLS);
 
     let router = Arc::new(Router::new(settings, cells, Arc::clone(counts)));
-    let known_trays = known_trays(settings, library)?;
+    let known_trays = known_trays(settings, objects)?;
     let tray_clouds = tray::Clouds::new(&known_trays, &trays, Arc::clone(counts));
     let inspected = LatestValues::new(&inspections);
     let outputs = Outputs {
         heightmaps: heightmaps.clone(),
-        // Without a library they are of no use.
-        inspected: library.map(|_| inspected.clone()),
+        // Without objects they are of no use.
+        inspected: objects.map(|_| inspected.clone()),
         counts: Arc::clone(counts),
     };
     let cells = Cells::new(process, settings, outputs, &router);
     let answering = Heightmaps::new(Arc::clone(&router), most);
     let looking = Trays::new(known_trays, tray_clouds.clone(), most);
-    let inspecting = Inspections::new(library, settings.inspection, inspected);
+    let inspecting = Inspections::new(objects, settings.inspection, inspected);
     let threads = vec![
         actor::spawn(process, "perception-cells", cells, cells_mailbox)?,
         actor::spawn(
@@ -162,15 +163,15 @@ fn start_actors(
 /// The trays that are set.
 fn known_trays(
     settings: &Settings,
-    library: Option<&Arc<Library>>,
+    objects: Option<&Objects>,
 ) -> Result<BTreeMap<Cell, Tray>, ServiceError> {
     let tray = |(name, tray): (&String, &TraySettings)| {
         let cell = Cell::new(name)?;
         let nothing = || ServiceError::start("trays: there are no objects to recognise");
-        let library = library.ok_or_else(nothing)?;
+        let objects = objects.ok_or_else(nothing)?;
         let grid = settings.grid_of(&cell).unwrap_or(&settings.grid).build();
         let resolution = grid.map_err(ServiceError::start)?.resolution().clone();
-        Ok((cell, Tray::new(tray, library, resolution)))
+        Ok((cell, Tray::new(tray, objects, resolution)))
     };
     settings.trays.iter().map(tray).collect()
 }

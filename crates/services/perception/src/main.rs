@@ -1,28 +1,28 @@
 //! `ppnpack-perception`: the perception service as a process.
 
 use std::process::ExitCode;
-use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use ppnpack_catalogue::catalogue::{self, Catalogue};
 use ppnpack_packing::grid::Resolution;
-use ppnpack_perception_service::Settings;
+use ppnpack_perception_service::{Objects, Settings};
 use ppnpack_recognition::library::{Library, LibrarySettings};
+use ppnpack_service::Process;
 use ppnpack_wire::keys::Service;
 
 fn main() -> ExitCode {
     ppnpack_service::main(Service::Perception, |process, settings: Settings| {
-        let library = library(&settings)?;
+        let objects = objects(process, &settings)?;
         Ok(Box::new(ppnpack_perception_service::start(
             process,
             &settings,
-            library.as_ref(),
+            objects.as_ref(),
         )?))
     })
 }
 
 /// The objects that can be recognised, where there are any.
-fn library(settings: &Settings) -> Result<Option<Arc<Library>>> {
+fn objects(process: &Process, settings: &Settings) -> Result<Option<Objects>> {
     let Some(name) = &settings.catalogue else {
         return Ok(None);
     };
@@ -34,7 +34,7 @@ fn library(settings: &Settings) -> Result<Option<Arc<Library>>> {
         &resolution,
         &|_, _| {},
     );
-    let catalogue = loaded.context("the catalogue cannot be loaded")?;
-    let library = Library::new(&catalogue.models(), LibrarySettings::default())?;
-    Ok(Some(Arc::new(library)))
+    let models = loaded.context("the catalogue cannot be loaded")?.models();
+    let prepare = move || Library::new(&models, LibrarySettings::default());
+    Ok(Some(Objects::preparing(process, prepare)?))
 }

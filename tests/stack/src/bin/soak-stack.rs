@@ -1,25 +1,33 @@
 //! `soak-stack`: automatic packing over several cells for a long time, every service its own process.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, anyhow};
 use clap::Parser;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_packing::grid::Resolution;
 use ppnpack_stack_tests::cell::CellClient;
-use ppnpack_stack_tests::faults::{Faults, strike};
-use ppnpack_stack_tests::latency::Times;
-use ppnpack_stack_tests::soak::{Decided, note_decisions, pack_container};
-use ppnpack_stack_tests::{Options, Signal, Stack, records};
+use ppnpack_stack_tests::clock::Clock;
+use ppnpack_stack_tests::disk::Disk;
+use ppnpack_stack_tests::faults::Faults;
+use ppnpack_stack_tests::mix::{self, Kind};
+use ppnpack_stack_tests::records::{self, Files};
+use ppnpack_stack_tests::report::{Memory, Packed, Report, Samples, Tenth};
+use ppnpack_stack_tests::soak::{Container, Packer, note_decisions};
+use ppnpack_stack_tests::tray::Tray;
+use ppnpack_stack_tests::{Options, Signal, Stack};
 use ppnpack_wire::keys::Service;
 use rand::RngExt;
-use serde::Serialize;
 
 /// Packs container after container in automatic mode, and says what latency and memory were at the start and at the
 /// end. Fails where anything was lost, failed or kept growing.
+///
+/// The first cell is plain, the second has a camera and inspects what was placed, the third has an arm, the fourth an arm
+/// and a tray; the next ones begin again.
 #[derive(Debug, Parser)]
 struct Arguments {
     /// How long, in seconds
@@ -27,8 +35,12 @@ struct Arguments {
     seconds: u64,
 
     /// Cells at once
-    #[arg(long, default_value_t = 4)]
-    cells: usize,
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..))]
+    cells: u8,
+
+    /// All cells are plain
+    #[arg(long)]
+    plain: bool,
 
     /// Objects that arrive for each container
     #[arg(long, default_value_t = 60)]
@@ -42,9 +54,14 @@ struct Arguments {
     #[arg(long, default_value_t = 16.0)]
     growth: f64,
 
-    /// Seconds between two faults, about: processes that are killed or stopped, cells that are held; without, nothing fails
+    /// Seconds between two faults, about: processes that are killed or stopped, cells that are held, full disks, clocks that
+    /// are set; without, nothing fails
     #[arg(long, value_name = "SECONDS")]
     faults: Option<f64>,
+
+    /// After a fault has ended, fresh requests succeed within so many seconds; more is fair where others use the machine
+    #[arg(long, default_value_t = 5.0, value_name = "SECONDS")]
+    recovery: f64,
 
     /// Print JSON instead of tables
     #[arg(long)]
@@ -54,255 +71,248 @@ struct Arguments {
 /// Between two looks at the memory.
 const LOOK: Duration = Duration::from_secs(10);
 
-/// After a fault has ended, fresh requests succeed within so many seconds.
-const RECOVERY_S: f64 = 5.0;
-
-#[derive(Debug, Serialize)]
-struct Report {
-    seconds: f64,
-    cells: usize,
-    containers: usize,
-    items: usize,
-    degraded: usize,
-    /// What was done to the stack.
-    faults: Faults,
-    /// Lines of the logs that warn or tell of an error, per process.
-    complaints: BTreeMap<String, usize>,
-    /// Decision times of each tenth of the time.
-    decisions: Vec<Tenth>,
-    /// Per process, in MiB.
-    memory: BTreeMap<String, Memory>,
-}
-
-#[derive(Debug, Serialize)]
-struct Tenth {
-    decisions: usize,
-    p50_ms: f64,
-    p99_ms: f64,
-    max_ms: f64,
-}
-
-/// What a process had in memory: the mean of each tenth of the time.
-#[derive(Debug, Serialize)]
-struct Memory {
-    tenths_mib: Vec<f64>,
-    max_mib: f64,
-}
+/// The disk of journal and store, in MiB: some times what they come to in an hour.
+const DISK_MIB: u32 = 128;
 
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
+    let kinds = Kind::of_cells(arguments.cells.into(), arguments.plain);
+    let names = (1..).map(|number| format!("cell-{number}"));
+    let cells: Vec<(String, Kind)> = names.zip(kinds).collect();
+    let folder = tempfile::tempdir()?;
+    let ran = soak(&arguments, &cells, folder.path());
+    if ran.is_err() {
+        eprintln!("kept: {}", folder.keep().display());
+    }
+    let report = ran?;
+    match arguments.json {
+        true => println!("{}", serde_json::to_string_pretty(&report)?),
+        false => report.print(),
+    }
+    report.check(arguments.growth, arguments.recovery)
+}
+
+fn soak(arguments: &Arguments, cells: &[(String, Kind)], folder: &Path) -> Result<Report> {
     let catalogue = Catalogue::load(
         &ppnpack_household::builtin(),
         &Settings::default(),
         &Resolution::reference(),
         &|_, _| {},
     )?;
-    let cells: Vec<String> = (1..=arguments.cells)
-        .map(|number| format!("cell-{number}"))
-        .collect();
-    let robots = cells.iter().map(|cell| {
-        let duration = arguments.place_duration;
-        (
-            Service::Bridge,
-            format!("service.cells.{cell}.place_duration_s={duration:?}"),
-        )
-    });
-    let mut stack = Stack::start(&Options {
-        cells: cells.clone(),
-        settings: robots.collect(),
-        ..Options::default()
-    })?;
+    let names: Vec<String> = cells.iter().map(|(name, _)| name.clone()).collect();
+    // With nothing to fail, nothing is needed for it.
+    let fails = arguments.faults.is_some();
+    let written = folder.join("written");
+    std::fs::create_dir(&written)?;
+    let disk = fails.then(|| Disk::mount(&written, DISK_MIB)).transpose()?;
+    let clock = fails.then(|| Clock::new(folder)).transpose()?.flatten();
+    let files = Files::in_folder(&written);
+    // Ends after the stack: disk and clock are used until then.
+    let mut faults = Faults::new(disk.flatten(), clock, &files, &names);
+    let mut stack = start(arguments, cells, &files, faults.environment())?;
+
     let start = Instant::now();
     let noted = note_decisions(&stack, start)?;
     let all = Duration::from_secs(arguments.seconds);
-    let clients = (0..cells.len()).map(|cell| stack.cell(cell));
-    let clients = clients.collect::<Result<Vec<CellClient>>>()?;
-    let ran = run(&mut stack, &clients, &catalogue, &arguments, start, all)?;
-    let complaints = complaints(&stack)?;
-    stack.signal("bridge-1", Signal::Terminate)?;
-    check_records(&stack, &cells, &ran.packed)?;
-    let decisions = noted.lock().unwrap_or_else(PoisonError::into_inner).clone();
-    let seconds = start.elapsed();
-    let containers = ran.packed.iter().flatten();
-    let memory: BTreeMap<String, Memory> = ran
-        .samples
-        .into_iter()
-        .map(|(name, samples)| (name, Memory::new(&samples, all)))
-        .collect();
-    let report = Report {
-        seconds: seconds.as_secs_f64(),
-        cells: cells.len(),
-        containers: containers.clone().count(),
-        items: containers.map(BTreeSet::len).sum(),
-        degraded: decisions
-            .iter()
-            .filter(|decided| decided.is_degraded)
-            .count(),
-        faults: ran.faults,
-        complaints,
-        decisions: (0..10)
-            .map(|tenth| Tenth::new(&decisions, all, tenth))
-            .collect(),
-        memory,
+    let mut run = Run {
+        stack: &mut stack,
+        catalogue: &catalogue,
+        arguments,
+        start,
+        all,
+        samples: Samples::new(),
     };
-    match arguments.json {
-        true => println!("{}", serde_json::to_string_pretty(&report)?),
-        false => print_tables(&report),
-    }
-    for (name, memory) in &report.memory {
-        let (first, last) = (memory.tenths_mib.first(), memory.tenths_mib.last());
-        let grown = last.zip(first).map_or(0.0, |(last, first)| last - first);
-        ensure!(grown <= arguments.growth, "{name} grew by {grown:.1} MiB");
-    }
-    let most_s = report.faults.values().map(|fault| fault.longest_s);
-    let most_s = most_s.fold(0.0, f64::max);
-    ensure!(
-        most_s <= RECOVERY_S,
-        "once it took {most_s:.1} s to serve again"
-    );
-    ensure!(
-        arguments.faults.is_some() || report.degraded == 0,
-        "{} decisions were degraded",
-        report.degraded
-    );
-    Ok(())
+    let packed = run.go(cells, &mut faults);
+    let samples = run.samples;
+    let checked = packed.and_then(|packed| {
+        check_records(&mut stack, &names, &files, &packed)?;
+        Ok(packed)
+    });
+    let packed = checked.inspect_err(|_| keep(&stack, &files, &names, folder))?;
+    let complaints = complaints(&stack)?;
+    let decisions = noted.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    let degraded = decisions.iter().filter(|decided| decided.is_degraded);
+    let packed = cells.iter().zip(&packed);
+    let packed = packed.map(|((name, kind), packed)| (name.clone(), Packed::new(*kind, packed)));
+    Ok(Report {
+        seconds: start.elapsed().as_secs_f64(),
+        cells: packed.collect(),
+        degraded: degraded.count(),
+        faults: faults.struck().clone(),
+        left_out: match fails {
+            true => faults.left_out(),
+            false => Vec::new(),
+        },
+        complaints,
+        decisions: Tenth::all(&decisions, all),
+        memory: Memory::all(&samples, all),
+    })
 }
 
-type Samples = BTreeMap<String, Vec<(Duration, f64)>>;
-
-/// The items of each container.
-type Packed = Vec<BTreeSet<String>>;
-
-/// What came of it.
-struct Ran {
-    /// Per cell.
-    packed: Vec<Packed>,
-    /// The memory of each process.
-    samples: Samples,
-    faults: Faults,
-}
-
-/// Packs in every cell until the time is over; looks at the memory, and lets things fail, meanwhile.
-fn run(
-    stack: &mut Stack,
-    clients: &[CellClient],
-    catalogue: &Catalogue,
+/// A stack of these cells that writes these files, with this environment.
+fn start(
     arguments: &Arguments,
-    start: Instant,
-    all: Duration,
-) -> Result<Ran> {
-    let has_failed = AtomicBool::new(false);
-    let goes_on = || start.elapsed() < all && !has_failed.load(Ordering::Relaxed);
-    std::thread::scope(|scope| {
-        let pack = |cell: usize, client: &CellClient| {
-            let packed = pack_cell(client, catalogue, arguments, cell, &goes_on);
-            if let Err(error) = &packed {
-                eprintln!("\ncell {cell}: {error:#}");
-                has_failed.store(true, Ordering::Relaxed);
-            }
-            packed
+    cells: &[(String, Kind)],
+    files: &Files,
+    environment: Vec<(String, String)>,
+) -> Result<Stack> {
+    let path = |service, key, path: &Path| (service, format!("service.{key}={}", path.display()));
+    let mut settings = vec![
+        path(Service::Planner, "store", &files.store),
+        path(Service::Bridge, "journal", &files.journal),
+    ];
+    settings.extend(mix::settings(cells, arguments.place_duration));
+    settings.extend(mix::exact_perception(cells));
+    let options = Options {
+        cells: cells.iter().map(|(name, _)| name.clone()).collect(),
+        settings,
+        environment,
+        ..Options::default()
+    };
+    let mut stack = Stack::start(&options)?;
+    if let Some(settings) = mix::camera_perception(cells) {
+        let options = Options {
+            settings,
+            ..options
         };
-        let clients_of = clients.iter().enumerate();
-        let threads: Vec<_> = clients_of
-            .map(|(cell, client)| scope.spawn(move || pack(cell, client)))
-            .collect();
-        let mut samples = Samples::new();
-        let mut faults = Faults::new();
+        let name = stack.add_second(Service::Perception, &options)?;
+        stack.wait_ready(&name)?;
+    }
+    Ok(stack)
+}
+
+/// A run under way.
+struct Run<'a> {
+    stack: &'a mut Stack,
+    catalogue: &'a Catalogue,
+    arguments: &'a Arguments,
+    start: Instant,
+    /// How long it goes on.
+    all: Duration,
+    samples: Samples,
+}
+
+impl Run<'_> {
+    /// Packs in every cell until the time is over; looks at the memory, and lets things fail, meanwhile. Gives the containers
+    /// of each cell.
+    fn go(&mut self, cells: &[(String, Kind)], faults: &mut Faults) -> Result<Vec<Vec<Container>>> {
+        let clients = (0..cells.len()).map(|cell| self.stack.cell(cell));
+        let clients = clients.collect::<Result<Vec<CellClient>>>()?;
+        let packers = clients.iter().zip(cells).map(|(client, (_, kind))| {
+            let tray = kind.has_tray();
+            let tray = tray.then(|| Tray::new(self.stack.session(), self.catalogue));
+            Ok(Packer::new(client.clone(), *kind, tray.transpose()?))
+        });
+        let packers = packers.collect::<Result<Vec<Packer>>>()?;
+        let names = self.catalogue.objects.iter();
+        let names: Vec<&str> = names.map(|object| &**object.item.name()).collect();
+        let has_failed = AtomicBool::new(false);
+        let (start, all, objects) = (self.start, self.all, self.arguments.objects);
+        let goes_on = || start.elapsed() < all && !has_failed.load(Ordering::Relaxed);
+        std::thread::scope(|scope| {
+            let pack = |cell: usize, packer: Packer| {
+                let packed = pack_cell(packer, &names, objects, cell, &goes_on);
+                if let Err(error) = &packed {
+                    eprintln!("\ncell-{}: {error:#}", cell + 1);
+                    has_failed.store(true, Ordering::Relaxed);
+                }
+                packed
+            };
+            let packers = packers.into_iter().enumerate();
+            let threads: Vec<_> = packers
+                .map(|(cell, packer)| scope.spawn(move || pack(cell, packer)))
+                .collect();
+            let watched = self.watch(&clients, faults, &goes_on);
+            has_failed.fetch_or(watched.is_err(), Ordering::Relaxed);
+            eprintln!();
+            let packed = threads.into_iter().map(|thread| {
+                let packed = thread.join();
+                packed.map_err(|_| anyhow!("a thread panicked"))?
+            });
+            let packed = packed.collect::<Result<_>>();
+            watched.and(packed)
+        })
+    }
+
+    fn watch(
+        &mut self,
+        clients: &[CellClient],
+        faults: &mut Faults,
+        goes_on: &dyn Fn() -> bool,
+    ) -> Result<()> {
         let mut next_look = Instant::now();
         while goes_on() {
             if next_look <= Instant::now() {
-                sample(stack, start, &mut samples)?;
+                self.sample()?;
                 next_look += LOOK;
             }
-            let left = all.saturating_sub(start.elapsed());
+            let left = self.all.saturating_sub(self.start.elapsed());
             eprint!("\r{:.0} s left  ", left.as_secs_f64());
-            match arguments.faults {
+            match self.arguments.faults {
                 None => std::thread::sleep(LOOK.min(left)),
                 Some(seconds) => {
                     let pause = seconds * rand::rng().random_range(0.5..1.5);
                     std::thread::sleep(Duration::try_from_secs_f64(pause)?.min(left));
-                    let struck = strike(stack, clients, &mut faults);
-                    has_failed.fetch_or(struck.is_err(), Ordering::Relaxed);
-                    struck?;
+                    faults
+                        .strike(self.stack, clients)
+                        .context("after a fault")?;
                 }
             }
         }
-        eprintln!();
-        let mut packed = Vec::new();
-        for thread in threads {
-            let of_cell = thread
-                .join()
-                .map_err(|_| anyhow::anyhow!("a thread panicked"))?;
-            packed.push(of_cell?);
-        }
-        Ok(Ran {
-            packed,
-            samples,
-            faults,
-        })
-    })
-}
-
-fn sample(stack: &Stack, start: Instant, samples: &mut Samples) -> Result<()> {
-    for name in stack.names() {
-        let sample = (start.elapsed(), stack.resident_mib(name)?);
-        samples.entry(name.to_owned()).or_default().push(sample);
+        Ok(())
     }
-    Ok(())
+
+    fn sample(&mut self) -> Result<()> {
+        for name in self.stack.names() {
+            let sample = (self.start.elapsed(), self.stack.resident_mib(name)?);
+            self.samples
+                .entry(name.to_owned())
+                .or_default()
+                .push(sample);
+        }
+        Ok(())
+    }
 }
 
 fn pack_cell(
-    client: &CellClient,
-    catalogue: &Catalogue,
-    arguments: &Arguments,
+    mut packer: Packer,
+    names: &[&str],
+    objects: usize,
     cell: usize,
     goes_on: &dyn Fn() -> bool,
-) -> Result<Packed> {
-    let names: Vec<&str> = catalogue
-        .objects
-        .iter()
-        .map(|object| &**object.item.name())
-        .collect();
-    let mut packed = Packed::new();
+) -> Result<Vec<Container>> {
+    let mut packed = Vec::new();
     while goes_on() {
         let container = packed.len();
-        let objects = names
-            .iter()
-            .copied()
-            .cycle()
-            .skip(container * 17 + cell * 5);
-        let objects: Vec<&str> = objects.take(arguments.objects).collect();
-        packed.push(pack_container(
-            client,
-            &format!("soak-{cell}-{container}"),
-            &objects,
-        )?);
+        let names = names.iter().copied().cycle();
+        let names = names.skip(container * 17 + cell * 5);
+        let objects: Vec<&str> = names.take(objects).collect();
+        packed.push(packer.pack(&format!("soak-{cell}-{container}"), &objects)?);
     }
     Ok(packed)
 }
 
-/// Compares what the planner acknowledged with what the bridge's journal says, read without the bridge. Where it has forgotten
-/// the first containers, the last ones.
-fn check_records(stack: &Stack, cells: &[String], packed: &[Packed]) -> Result<()> {
-    let journal = stack.folder().join("bridge.redb");
-    for (cell, packed) in cells.iter().zip(packed) {
-        let recorded = records::containers(&journal, cell)?;
-        let recorded = recorded.iter().map(|items| items.iter().cloned().collect());
-        let recorded: Packed = recorded.collect();
-        let packed: Vec<_> = packed.iter().filter(|items| !items.is_empty()).collect();
-        // The first that is left may be known in part.
-        let known = recorded.len().saturating_sub(1).min(packed.len());
-        let last = |count: usize| count - known;
-        let is_same = recorded
-            .iter()
-            .skip(last(recorded.len()))
-            .eq(packed.iter().copied().skip(last(packed.len())));
-        ensure!(
-            known > 0 && is_same,
-            "{cell}: the journal does not say what was acknowledged"
-        );
+/// Compares what the planner acknowledged with what journal and store say, read without bridge and planner.
+fn check_records(
+    stack: &mut Stack,
+    cells: &[String],
+    files: &Files,
+    packed: &[Vec<Container>],
+) -> Result<()> {
+    for name in ["planner-1", "bridge-1"] {
+        stack.signal(name, Signal::Terminate)?;
     }
-    Ok(())
+    let mut cells = cells.iter().zip(packed);
+    cells.try_for_each(|(cell, packed)| records::check_ended(files, cell, packed))
+}
+
+/// Keeps logs and what was written, for whoever looks why it failed; what cannot be kept is left out.
+fn keep(stack: &Stack, files: &Files, cells: &[String], folder: &Path) {
+    drop(files.copied(folder, cells));
+    for name in stack.names() {
+        let log = stack.log(name).unwrap_or_default();
+        drop(std::fs::write(folder.join(format!("{name}.log")), log));
+    }
 }
 
 fn complaints(stack: &Stack) -> Result<BTreeMap<String, usize>> {
@@ -316,85 +326,4 @@ fn complaints(stack: &Stack) -> Result<BTreeMap<String, usize>> {
         Ok((name.to_owned(), log.lines().filter(is_complaint).count()))
     };
     stack.names().map(count).collect()
-}
-
-fn tenth_of(at: Duration, all: Duration) -> usize {
-    ((at.as_secs_f64() / all.as_secs_f64() * 10.0) as usize).min(9)
-}
-
-impl Tenth {
-    fn new(decisions: &[Decided], all: Duration, tenth: usize) -> Self {
-        let of_tenth = decisions
-            .iter()
-            .filter(|decided| tenth_of(decided.at, all) == tenth);
-        let times = Times::new(of_tenth.map(|decided| decided.took).collect());
-        Self {
-            decisions: times.count(),
-            p50_ms: times.percentile_ms(0.5),
-            p99_ms: times.percentile_ms(0.99),
-            max_ms: times.percentile_ms(1.0),
-        }
-    }
-}
-
-impl Memory {
-    fn new(samples: &[(Duration, f64)], all: Duration) -> Self {
-        let mean = |tenth: usize| {
-            let of_tenth = samples.iter().filter(|(at, _)| tenth_of(*at, all) == tenth);
-            let of_tenth: Vec<f64> = of_tenth.map(|(_, mib)| *mib).collect();
-            of_tenth.iter().sum::<f64>() / of_tenth.len().max(1) as f64
-        };
-        Self {
-            tenths_mib: (0..10).map(mean).collect(),
-            max_mib: samples.iter().map(|(_, mib)| *mib).fold(0.0, f64::max),
-        }
-    }
-}
-
-fn print_tables(report: &Report) {
-    println!(
-        "{} containers with {} items in {} cells, {:.0} s; {} decisions degraded.\n",
-        report.containers, report.items, report.cells, report.seconds, report.degraded
-    );
-    print_faults(&report.faults);
-    println!("| tenth of the time | decisions | p50 (ms) | p99 (ms) | max (ms) |");
-    println!("|---|---|---|---|---|");
-    for (index, tenth) in report.decisions.iter().enumerate() {
-        println!(
-            "| {} | {} | {:.2} | {:.2} | {:.2} |",
-            index + 1,
-            tenth.decisions,
-            tenth.p50_ms,
-            tenth.p99_ms,
-            tenth.max_ms
-        );
-    }
-    println!("\n| process | first tenth (MiB) | fifth | last | most | warnings and errors |");
-    println!("|---|---|---|---|---|---|");
-    for (name, memory) in &report.memory {
-        let tenth = |index: usize| memory.tenths_mib.get(index).copied().unwrap_or(f64::NAN);
-        let complaints = report.complaints.get(name).copied().unwrap_or_default();
-        println!(
-            "| {name} | {:.1} | {:.1} | {:.1} | {:.1} | {complaints} |",
-            tenth(0),
-            tenth(4),
-            tenth(9),
-            memory.max_mib
-        );
-    }
-}
-
-fn print_faults(faults: &Faults) {
-    if faults.is_empty() {
-        return;
-    }
-    println!("| fault | times | served again after, at most (s) |");
-    println!("|---|---|---|");
-    for (what, recovered) in faults {
-        println!(
-            "| {what} | {} | {:.2} |",
-            recovered.count, recovered.longest_s
-        );
-    }
-    println!();
 }

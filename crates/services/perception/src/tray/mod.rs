@@ -12,7 +12,7 @@ use std::time::Instant;
 use nalgebra::Point3;
 use ppnpack_packing::grid::Resolution;
 use ppnpack_recognition::library::Library;
-use ppnpack_recognition::recognise::Recogniser;
+use ppnpack_recognition::recognise::{Recogniser, RecognitionSettings};
 use ppnpack_recognition::segmentation::{SegmentationSettings, segment};
 use ppnpack_service::actor::{Actor, Address, LatestValues, PendingRequests};
 use ppnpack_service::rpc::{Done, Incoming};
@@ -23,6 +23,7 @@ use ppnpack_wire::v1::{self, Status};
 
 use crate::counts::{Counts, Fate};
 use crate::delay::Delays;
+use crate::objects::{Objects, PREPARING};
 use crate::room::Held;
 use settings::TraySettings;
 
@@ -70,7 +71,8 @@ impl Clouds {
 /// A tray and what was seen of it.
 pub(crate) struct Tray {
     segmentation: SegmentationSettings,
-    recogniser: Recogniser,
+    recognition: RecognitionSettings,
+    objects: Objects,
     /// That of the cell's grid.
     resolution: Resolution,
     delays: Delays,
@@ -78,14 +80,11 @@ pub(crate) struct Tray {
 }
 
 impl Tray {
-    pub(crate) fn new(
-        settings: &TraySettings,
-        library: &Arc<Library>,
-        resolution: Resolution,
-    ) -> Self {
+    pub(crate) fn new(settings: &TraySettings, objects: &Objects, resolution: Resolution) -> Self {
         Self {
             segmentation: settings.segmentation,
-            recogniser: Recogniser::new(Arc::clone(library), settings.recognition),
+            recognition: settings.recognition,
+            objects: objects.clone(),
             resolution,
             delays: Delays::default(),
             newest: None,
@@ -93,7 +92,8 @@ impl Tray {
     }
 
     /// What a cloud shows.
-    fn items(&self, cloud: &Cloud<'_>) -> v1::ItemsReply {
+    fn items(&self, library: &Arc<Library>, cloud: &Cloud<'_>) -> v1::ItemsReply {
+        let recogniser = Recogniser::new(Arc::clone(library), self.recognition);
         let container_from_sensor = cloud.container_from_sensor();
         let points = cloud
             .points()
@@ -101,7 +101,7 @@ impl Tray {
         let eye = Point3::from(container_from_sensor.translation.vector);
         let found = segment(points, &eye, &self.segmentation);
         let clusters = found.clusters.iter().take(MAX_ITEMS);
-        let items = clusters.map(|cluster| seen::item(cluster, &self.recogniser, &self.resolution));
+        let items = clusters.map(|cluster| seen::item(cluster, &recogniser, &self.resolution));
         v1::ItemsReply {
             header: None,
             items: seen::within_message(items.collect()),
@@ -125,11 +125,13 @@ impl Actor for Trays {
     fn handle(&mut self, mut incoming: Message) {
         incoming.start();
         let cell = incoming.cell();
-        if self.trays.contains_key(cell) {
-            self.pending.keep_or_refuse(incoming);
-        } else {
-            let message = format!("cell {cell} has no tray: set service.trays.{cell}");
-            incoming.refuse(Status::NotFound, message);
+        match self.trays.get(cell).map(|tray| tray.objects.get()) {
+            Some(Some(_)) => self.pending.keep_or_refuse(incoming),
+            Some(None) => incoming.refuse(Status::Unavailable, PREPARING),
+            None => {
+                let message = format!("cell {cell} has no tray: set service.trays.{cell}");
+                incoming.refuse(Status::NotFound, message);
+            }
         }
     }
 
@@ -188,7 +190,7 @@ impl Trays {
     /// Answers all that the newest clouds serve; a cloud is looked at once for all that are pending.
     fn answer(&mut self) {
         for (cell, tray) in &self.trays {
-            let Some(newest) = &tray.newest else {
+            let (Some(newest), Some(library)) = (&tray.newest, tray.objects.get()) else {
                 continue;
             };
             let cloud = newest.message.cloud();
@@ -200,7 +202,7 @@ impl Trays {
                 continue;
             }
             let began = Instant::now();
-            let found = tray.items(&cloud);
+            let found = tray.items(library, &cloud);
             for incoming in answered {
                 incoming.reply(found.clone(), Done::in_one("recognise", began.elapsed()));
             }

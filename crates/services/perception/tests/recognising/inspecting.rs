@@ -1,5 +1,6 @@
 //! How a placed item lies, over a real session: clouds of the container in, what became of the item out.
 
+use std::sync::mpsc::channel;
 use std::time::Duration;
 
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -7,12 +8,14 @@ use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
 use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Scene, Surface};
+use ppnpack_perception_service::Objects;
+use ppnpack_recognition::library::Library;
 use ppnpack_wire::convert::cloud::{self, Capture};
 use ppnpack_wire::convert::{pose, scene};
 use ppnpack_wire::keys::Stream;
 use ppnpack_wire::v1::{self, InspectionKind, Status};
 
-use crate::rig::{PATIENCE, Rig, known, refusal};
+use crate::rig::{PATIENCE, Rig, known, library, refusal};
 
 /// The empty reference container: its floor and its walls.
 fn container() -> Vec<Mesh> {
@@ -132,4 +135,32 @@ fn what_cannot_be_inspected_is_refused_with_the_reason() {
     let (status, message) = refusal(rig.ask(nowhere, PATIENCE));
     assert_eq!(status, Status::Invalid);
     assert!(message.contains("planned"), "{message}");
+}
+
+/// To prepare objects takes seconds, and nothing is packed without heightmaps.
+#[test]
+fn heightmaps_do_not_wait_for_the_objects_that_are_recognised() {
+    let (prepared, prepare) = channel::<()>();
+    let rig = Rig::recognising(Stream::Cloud, |process| {
+        let objects = Objects::preparing(process, move || {
+            prepare.recv().map_err(|error| error.to_string())?;
+            Ok::<Library, String>(Library::clone(&library()))
+        });
+        objects.unwrap()
+    });
+    let heightmap = v1::HeightmapRequest {
+        least_state_number: 3,
+        ..v1::HeightmapRequest::default()
+    };
+    rig.show(cloud_of(None, 3), &heightmap);
+    let planned = lying(0.12, 0.15, 0.0);
+    let (status, message) = refusal(rig.ask(request(&planned, 3), Duration::from_millis(300)));
+    assert_eq!(status, Status::TimedOut);
+    assert!(message.contains("being prepared"), "{message}");
+    let items = rig.ask(v1::ItemsRequest::default(), PATIENCE);
+    let (status, message) = refusal(items);
+    assert_eq!(status, Status::Unavailable, "{message}");
+
+    prepared.send(()).unwrap();
+    rig.show(cloud_of(None, 4), &request(&planned, 4));
 }

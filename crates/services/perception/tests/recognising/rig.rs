@@ -7,10 +7,11 @@ use std::time::{Duration, Instant};
 use nalgebra::{Point3, Vector3};
 use ppnpack_catalogue::build::{ModelSettings, model};
 use ppnpack_catalogue::mesh::{Bounds, Mesh};
-use ppnpack_perception_service::{Perception, Settings, TraySettings};
+use ppnpack_perception_service::{Objects, Perception, Settings, TraySettings};
 use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_recognition::recognise::RecognitionSettings;
 use ppnpack_recognition::segmentation::{Region, SegmentationSettings};
+use ppnpack_service::Process;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{CallError, Client};
 use ppnpack_wire::keys::{Cell, Key, Service, Stream};
@@ -76,10 +77,16 @@ pub(crate) struct Rig {
 impl Rig {
     /// With a camera that publishes this stream.
     pub(crate) fn new(stream: Stream) -> Self {
+        Self::recognising(stream, |_| Objects::of(library()))
+    }
+
+    /// The same with objects that may come later.
+    pub(crate) fn recognising(stream: Stream, objects: impl FnOnce(&Process) -> Objects) -> Self {
         let hub = embedded::hub().unwrap();
         let process = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
+        let objects = objects(&process);
         let perception =
-            ppnpack_perception_service::start(&process, &settings(), Some(&library())).unwrap();
+            ppnpack_perception_service::start(&process, &settings(), Some(&objects)).unwrap();
         let sensor = embedded::process(&hub, Service::Bridge, "sensor").unwrap();
         let clouds = sensor
             .session()

@@ -1,0 +1,152 @@
+//! Cells of several kinds in one stack, and what the services are told of them.
+
+use ppnpack_wire::keys::Service;
+use rand::RngExt;
+use serde::Serialize;
+
+/// How a cell is seen, and who packs it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum Kind {
+    /// Seen exactly, packed by a robot that makes every placement.
+    Plain,
+    /// Seen by a noisy camera; placed items are inspected, and now and then the gripper misses or drops one.
+    Camera,
+    /// Packed by an arm, which cannot hold or reach everything.
+    Arm,
+    /// Packed by an arm from a tray, where items are recognised.
+    Tray,
+}
+
+impl Kind {
+    /// The kind of each of so many cells: one after the other, or all plain.
+    pub fn of_cells(count: usize, are_plain: bool) -> Vec<Self> {
+        let kinds = [Self::Plain, Self::Camera, Self::Arm, Self::Tray];
+        let kinds = if are_plain { &kinds[..1] } else { &kinds[..] };
+        kinds.iter().copied().cycle().take(count).collect()
+    }
+
+    /// Whether an item may leave the cell, or be taken for missing: somebody has to look then.
+    pub fn may_lose(self) -> bool {
+        self == Self::Camera
+    }
+
+    /// Whether items are announced from a tray.
+    pub fn has_tray(self) -> bool {
+        self == Self::Tray
+    }
+
+    fn has_arm(self) -> bool {
+        matches!(self, Self::Arm | Self::Tray)
+    }
+}
+
+/// Planned cycles of the arm take about so long, in seconds.
+const CYCLE_S: f64 = 2.0;
+
+/// What an arm leaves for the next container before it gives a container up.
+const SET_ASIDE: usize = 40;
+
+/// What a cell with a camera is told about it.
+const CAMERA: [&str; 2] = [
+    "scan=\"camera\"",
+    "camera={noise={sigma_m=0.001,dropout=0.05}}",
+];
+
+/// How often its robot misses or drops an item.
+const MISHAPS: &str = "missed_picks=0.02,drops=0.03";
+
+/// How perception takes the clouds of such a camera.
+const MAPPER: &str = "mapper={noise_m=0.001,point_radius_m=0.001,largest_hole_m=0.005,wall_margin_m=0.003,\
+                      largest_unseen_share=0.25}";
+
+/// Settings of planner and bridge for cells of these kinds, whose robots take so many seconds for a placement.
+pub fn settings(cells: &[(String, Kind)], place_duration_s: f64) -> Vec<(Service, String)> {
+    let of_cell = |(cell, kind): &(String, Kind)| {
+        let own = planner(*kind)
+            .into_iter()
+            .map(|setting| (Service::Planner, setting));
+        let own = own.chain(
+            bridge(*kind, place_duration_s)
+                .into_iter()
+                .map(|setting| (Service::Bridge, setting)),
+        );
+        let named = |(service, setting)| (service, format!("service.cells.{cell}.{setting}"));
+        own.map(named).collect::<Vec<_>>()
+    };
+    cells.iter().flat_map(of_cell).collect()
+}
+
+fn planner(kind: Kind) -> Vec<String> {
+    match kind {
+        Kind::Plain => Vec::new(),
+        Kind::Camera => vec!["inspect=true".to_owned()],
+        Kind::Arm | Kind::Tray => vec![
+            "arm={arm=\"nachi-mz07l\"}".to_owned(),
+            format!("set_aside={SET_ASIDE}"),
+        ],
+    }
+}
+
+fn bridge(kind: Kind, place_duration_s: f64) -> Vec<String> {
+    let mut settings = vec![format!("place_duration_s={place_duration_s:?}")];
+    if kind == Kind::Camera {
+        settings.extend(CAMERA.map(str::to_owned));
+        // The draws begin anew where the bridge is killed: from a seed without an early mishap there would be none.
+        let seed: u32 = rand::rng().random();
+        settings.push(format!("faults={{{MISHAPS},seed={seed}}}"));
+    }
+    if kind.has_arm() {
+        // Without any wait, that is 0.
+        let speed = match place_duration_s > 0.0 {
+            true => CYCLE_S / place_duration_s,
+            false => 0.0,
+        };
+        settings.push(format!("motion_speed={speed:?}"));
+    }
+    settings
+}
+
+/// Settings of the perception service for cells that are seen exactly.
+pub fn exact_perception(cells: &[(String, Kind)]) -> Vec<(Service, String)> {
+    let mut settings = vec![served(cells, |kind| kind != Kind::Camera)];
+    let trays = cells.iter().filter(|(_, kind)| kind.has_tray());
+    let region = crate::tray::REGION;
+    let (lowest, highest) = (region.lowest_m, region.highest_m);
+    let regions = trays.map(|(cell, _)| {
+        format!("trays.{cell}.segmentation.region={{lowest_m={lowest:?},highest_m={highest:?}}}")
+    });
+    let regions: Vec<String> = regions.collect();
+    if !regions.is_empty() {
+        settings.push(recognising());
+        settings.extend(regions);
+    }
+    of_perception(settings)
+}
+
+/// Settings of another perception service for cells with cameras, as these have noise; `None` where there are none.
+pub fn camera_perception(cells: &[(String, Kind)]) -> Option<Vec<(Service, String)>> {
+    let mut kinds = cells.iter().map(|(_, kind)| *kind);
+    kinds.any(|kind| kind == Kind::Camera).then(|| {
+        let cells = served(cells, |kind| kind == Kind::Camera);
+        of_perception(vec![cells, recognising(), MAPPER.to_owned()])
+    })
+}
+
+fn of_perception(settings: Vec<String>) -> Vec<(Service, String)> {
+    let listed = "has_unlisted_cells=false".to_owned();
+    let settings = settings.into_iter().chain([listed]);
+    settings
+        .map(|setting| (Service::Perception, format!("service.{setting}")))
+        .collect()
+}
+
+fn served(cells: &[(String, Kind)], is_served: impl Fn(Kind) -> bool) -> String {
+    let names = cells.iter().filter(|(_, kind)| is_served(*kind));
+    let names: Vec<String> = names.map(|(cell, _)| format!("{cell}={{}}")).collect();
+    format!("cells={{{}}}", names.join(","))
+}
+
+/// What is recognised on trays and found again in containers.
+fn recognising() -> String {
+    format!("catalogue=\"{}\"", ppnpack_household::BUILTIN)
+}
