@@ -164,7 +164,7 @@ impl Tray {
             while place.is_none()
                 && let Some((item_id, model)) = self.coming.pop_front()
             {
-                *place = tossed(item_id, model, middle_m);
+                *place = tossed(item_id, &model, middle_m);
                 is_new |= place.is_some();
             }
         }
@@ -250,7 +250,7 @@ fn announcement(
 }
 
 /// An object at a place, in a resting pose drawn by its probability, turned anyhow; `None` where it is too large.
-fn tossed(item_id: String, model: Arc<Model>, middle_m: [f64; 2]) -> Option<Lying> {
+fn tossed(item_id: String, model: &Arc<Model>, middle_m: [f64; 2]) -> Option<Lying> {
     let mut random = rand::rng();
     let poses = &model.resting_poses;
     let resting = poses.choose_weighted(&mut random, |pose| pose.probability);
@@ -266,7 +266,7 @@ fn tossed(item_id: String, model: Arc<Model>, middle_m: [f64; 2]) -> Option<Lyin
     (reach_m <= REACH_M).then(|| Lying {
         item_id,
         container_from_object: shift * rotation,
-        model: Arc::clone(&model),
+        model: Arc::clone(model),
         is_announced: false,
     })
 }

@@ -164,7 +164,7 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
             kept.finish(&name, is_right, || packing.pack(stream))
         };
         let runs = workers::map("Packing", &streams, arguments.workers, pack)?;
-        results.add(packing.how.open, runs);
+        results.add(packing.how.open, &runs);
     }
     let out = &arguments.out;
     document::publish(out, "stream", &results, &results.markdown(), arguments.json)

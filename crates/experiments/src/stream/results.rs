@@ -100,11 +100,11 @@ impl<'a> Results<'a> {
     }
 
     /// Adds the runs with so many open containers.
-    pub(super) fn add(&mut self, open: usize, runs: Vec<Run>) {
+    pub(super) fn add(&mut self, open: usize, runs: &[Run]) {
         if self.lines.is_empty() {
-            self.first.clone_from(&runs);
+            self.first = runs.to_vec();
         }
-        self.lines.push(Line::new(open, &runs, &self.first));
+        self.lines.push(Line::new(open, runs, &self.first));
     }
 
     pub(super) fn markdown(&self) -> String {

@@ -116,7 +116,7 @@ fn what_cannot_be_inspected_is_refused_with_the_reason() {
     let rig = Rig::new(Stream::Cloud);
     let planned = lying(0.12, 0.15, 0.0);
     let short = Duration::from_millis(300);
-    let (status, message) = refusal(rig.ask(request(&planned, 1), short));
+    let (status, message) = rig.refused(&request(&planned, 1), short);
     assert_eq!(status, Status::TimedOut);
     assert!(message.contains("no cloud"), "{message}");
 
@@ -154,7 +154,7 @@ fn heightmaps_do_not_wait_for_the_objects_that_are_recognised() {
     };
     rig.show(cloud_of(None, 3), &heightmap);
     let planned = lying(0.12, 0.15, 0.0);
-    let (status, message) = refusal(rig.ask(request(&planned, 3), Duration::from_millis(300)));
+    let (status, message) = rig.refused(&request(&planned, 3), Duration::from_millis(300));
     assert_eq!(status, Status::TimedOut);
     assert!(message.contains("being prepared"), "{message}");
     let items = rig.ask(v1::ItemsRequest::default(), PATIENCE);

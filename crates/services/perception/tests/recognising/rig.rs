@@ -113,6 +113,22 @@ impl Rig {
         self.client.call(&cell(), request, Instant::now() + span)
     }
 
+    /// How a request is refused that cannot be answered in this span. On a busy machine the refusal may come too late: one in time
+    /// is enough.
+    pub(crate) fn refused<R: Request + Clone>(
+        &self,
+        request: &R,
+        span: Duration,
+    ) -> (Status, String) {
+        let until = Instant::now() + PATIENCE;
+        loop {
+            match self.ask(request.clone(), span) {
+                Err(CallError::TimedOut) if Instant::now() < until => {}
+                answer => return refusal(answer),
+            }
+        }
+    }
+
     /// Publishes clouds with numbers from 1 until a request is answered.
     pub(crate) fn show<R: Request + Clone>(
         &self,

@@ -116,12 +116,12 @@ fn an_empty_tray_has_no_items() {
 #[test]
 fn who_asks_for_what_does_not_come_is_told() {
     let rig = Rig::new(Stream::TrayCloud);
-    let (refused, message) = refusal(rig.ask(at_least(0), Duration::from_millis(300)));
+    let (refused, message) = rig.refused(&at_least(0), Duration::from_millis(300));
     assert_eq!(refused, Status::TimedOut);
     assert!(message.contains("no cloud of the tray"), "{message}");
 
     rig.show(cloud_of(&[], 3), &at_least(4));
-    let (refused, message) = refusal(rig.ask(at_least(1_000_000), Duration::from_millis(300)));
+    let (refused, message) = rig.refused(&at_least(1_000_000), Duration::from_millis(300));
     assert_eq!(refused, Status::TimedOut);
     assert!(message.contains("no newer cloud"), "{message}");
 
