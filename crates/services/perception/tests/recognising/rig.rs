@@ -119,7 +119,10 @@ impl Rig {
         &self,
         request: &R,
         span: Duration,
-    ) -> (Status, String) {
+    ) -> (Status, String)
+    where
+        R::Reply: std::fmt::Debug,
+    {
         let until = Instant::now() + PATIENCE;
         loop {
             match self.ask(request.clone(), span) {
