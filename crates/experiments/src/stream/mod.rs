@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
+use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::options::CatalogueOptions;
 use ppnpack_cli::sequence::{Sequence, SequenceFile};
 use ppnpack_packing::containers::ContainerChoice;
@@ -176,6 +176,14 @@ fn streams(arguments: &StreamArguments, catalogue: &Catalogue) -> Outcome<Vec<Ca
     let items = arguments.items as usize;
     let length = file.get(0)?.objects.len().max(1);
     let sequences = u32::try_from(items.div_ceil(length)).unwrap_or(u32::MAX);
+    let available = file.count() / (sequences as usize).max(1);
+    let wanted = u64::from(arguments.first) + u64::from(arguments.streams);
+    if wanted > available as u64 {
+        return Err(Failure::input(format_args!(
+            "--first {} --streams {}: the file has enough for {available} streams of {items} items, numbered from 0",
+            arguments.first, arguments.streams
+        )));
+    }
     let stream = |number: u32| {
         let parts = cases(&file, number.saturating_mul(sequences), sequences)?;
         let objects = parts.into_iter().flat_map(|part| part.sequence.objects);
