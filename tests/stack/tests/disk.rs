@@ -17,7 +17,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-use common::{OBJECTS, assert_consistent, assert_serves_again};
+use common::{OBJECTS, assert_consistent, assert_serves_again, not_placed};
 use ppnpack_stack_tests::disk::Disk;
 use ppnpack_stack_tests::{Options, Stack};
 use ppnpack_wire::keys::Service;
@@ -94,12 +94,7 @@ fn survives(folder: &Path, fault: &str, break_it: impl FnOnce(), mend_it: impl F
     cell.ask(v1::ResumeRequest::default()).unwrap();
     let refused = cell.ask(v1::PlaceRequest::from(&decision)).unwrap_err();
     assert_eq!(refused.status(), Some(Status::Stale), "{refused}");
-    let not_placed = v1::Outcome {
-        kind: v1::OutcomeKind::NotPlaced.into(),
-        state_number: cell.state().unwrap().state_number,
-        ..v1::Outcome::default()
-    };
-    cell.report(&decision, not_placed).unwrap();
+    cell.report(&decision, not_placed(&cell)).unwrap();
     assert!(cell.step().unwrap().is_some());
     assert_consistent(&cell, "afterwards");
 }

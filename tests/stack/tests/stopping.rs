@@ -15,7 +15,7 @@ use std::process::{Command, Output};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use common::{OBJECTS, assert_consistent, count, slow_robot, wait_for};
+use common::{OBJECTS, assert_consistent, count, not_placed, slow_robot, wait_for};
 use ppnpack_stack_tests::cell::CellClient;
 use ppnpack_stack_tests::{Options, Signal, Stack, beside};
 use ppnpack_wire::keys::Service;
@@ -116,12 +116,7 @@ fn a_decision_that_nobody_carried_out_in_time_is_planned_anew() {
     let refused = cell.ask(v1::PlaceRequest::from(&decision)).unwrap_err();
     assert_eq!(refused.status(), Some(Status::Stale), "{refused}");
     assert!(refused.to_string().contains("decided"), "{refused}");
-    let not_placed = v1::Outcome {
-        kind: v1::OutcomeKind::NotPlaced.into(),
-        state_number: cell.state().unwrap().state_number,
-        ..v1::Outcome::default()
-    };
-    cell.report(&decision, not_placed).unwrap();
+    cell.report(&decision, not_placed(&cell)).unwrap();
     assert!(cell.step().unwrap().is_some());
 
     // By itself the planner is in time.

@@ -68,11 +68,7 @@ fn what_becomes_of_plans_and_sessions_is_counted_by_cell() {
         ),
     ]);
     let client = Client::new(&embedded::session(&hub).unwrap());
-    let begin = v1::BeginRequest {
-        session_id: "s".to_owned(),
-        ..v1::BeginRequest::default()
-    };
-    client.call(&cell(), begin, soon()).unwrap();
+    common::begin(&client);
     let announce = v1::AnnounceRequest {
         items: vec![announcement("a", block()), announcement("b", block())],
         ..v1::AnnounceRequest::default()

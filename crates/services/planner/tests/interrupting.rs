@@ -30,11 +30,7 @@ fn a_plan_that_waits_for_minutes_holds_up_nobody_who_switches_the_automatic_mode
     let settings = common::settings(CellSettings::default());
     let _planner = common::start(&hub, &settings, &[]);
     let client = Client::new(&embedded::session(&hub).unwrap());
-    let begin = v1::BeginRequest {
-        session_id: "s".to_owned(),
-        ..v1::BeginRequest::default()
-    };
-    client.call(&cell(), begin, soon()).unwrap();
+    common::begin(&client);
     let announce = v1::AnnounceRequest {
         items: vec![announcement("a", block())],
         ..v1::AnnounceRequest::default()

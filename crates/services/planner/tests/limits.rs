@@ -67,11 +67,7 @@ fn a_step_that_needs_more_memory_than_is_set_is_refused_by_name_and_smaller_ones
         settings.method.trial = TrialSettings::off();
         let _planner = common::start(&hub, &common::settings(settings), &[]);
         let client = Client::new(&embedded::session(&hub).unwrap());
-        let begin = v1::BeginRequest {
-            session_id: "s".to_owned(),
-            ..v1::BeginRequest::default()
-        };
-        client.call(&cell(), begin, soon()).unwrap();
+        common::begin(&client);
         let announce = |items: Range<usize>| {
             let items = items.map(|item| announcement(&format!("item-{item}"), block()));
             let announce = v1::AnnounceRequest {

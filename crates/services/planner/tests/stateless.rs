@@ -77,11 +77,7 @@ fn a_decision_is_of_the_bridges_state_on_a_picture_that_surely_shows_it_and_repo
     let _planner = common::start(&hub, &common::settings(settings), &[]);
     let client = Client::new(&embedded::session(&hub).unwrap());
 
-    let begin = v1::BeginRequest {
-        session_id: "s".to_owned(),
-        ..v1::BeginRequest::default()
-    };
-    client.call(&cell(), begin, soon()).unwrap();
+    common::begin(&client);
     let begun = Instant::now();
     let announce = v1::AnnounceRequest {
         items: vec![announcement("a", block()), announcement("b", block())],

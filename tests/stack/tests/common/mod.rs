@@ -69,6 +69,15 @@ pub(crate) fn slow_robot(mut options: Options) -> Options {
     options
 }
 
+/// That a decision was not carried out, for the state that the cell has now.
+pub(crate) fn not_placed(cell: &CellClient) -> v1::Outcome {
+    v1::Outcome {
+        kind: v1::OutcomeKind::NotPlaced.into(),
+        state_number: cell.state().unwrap().state_number,
+        ..v1::Outcome::default()
+    }
+}
+
 /// How many items of a session are in a state.
 pub(crate) fn count(session: &v1::Session, state: ItemState) -> usize {
     session

@@ -13,7 +13,7 @@ use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_planner::{CellSettings, PlannerService, Settings};
 use ppnpack_service::embedded::{self, Hub};
-use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_service::rpc::{Client, Done, Incoming};
 use ppnpack_wire::convert;
 use ppnpack_wire::keys::{Cell, Service};
 use ppnpack_wire::v1;
@@ -34,6 +34,15 @@ pub(crate) fn settings(cell: CellSettings) -> Settings {
         cells: BTreeMap::from([("cell-1".to_owned(), cell)]),
         ..Settings::default()
     }
+}
+
+/// Begins a session, called `s`.
+pub(crate) fn begin(client: &Client) {
+    let begin = v1::BeginRequest {
+        session_id: "s".to_owned(),
+        ..v1::BeginRequest::default()
+    };
+    client.call(&cell(), begin, soon()).unwrap();
 }
 
 pub(crate) fn start(
