@@ -32,6 +32,7 @@ mod error;
 mod hull;
 pub mod mass;
 pub mod object;
+pub mod orders;
 pub mod poses;
 pub mod raster;
 pub mod reader;

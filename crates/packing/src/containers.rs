@@ -5,6 +5,8 @@
 //! another one offers.
 
 use std::collections::BTreeSet;
+use std::ops::AddAssign;
+use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
@@ -35,6 +37,44 @@ pub struct OpenContainer<'a> {
     pub scene: &'a Scene,
     /// The volume of what it holds, in cubic metres.
     pub filled_m3: f64,
+}
+
+/// What a step over open containers is planned on, and what is asked of it.
+#[derive(Clone, Copy)]
+pub struct ContainersStep<'a> {
+    /// The open containers, in the order in which they were opened.
+    pub containers: &'a [OpenContainer<'a>],
+    /// The buffer.
+    pub candidates: &'a [Candidate],
+    /// Which container, where several are possible.
+    pub choice: ContainerChoice,
+    /// Whether a container may take an item at all, wherever it would lie there.
+    pub admits: &'a dyn Fn(usize, &Candidate) -> bool,
+    /// Number of the step, which stochastic parts mix into their seed.
+    pub step: u64,
+    /// When the answer has to be there; `None` where it is waited for as long as it takes.
+    pub deadline: Option<Instant>,
+}
+
+impl<'a> ContainersStep<'a> {
+    /// The first step: every container may take every item, and the fullest that can takes one, however long that takes.
+    pub fn new(containers: &'a [OpenContainer<'a>], candidates: &'a [Candidate]) -> Self {
+        Self {
+            containers,
+            candidates,
+            choice: ContainerChoice::default(),
+            admits: &|_, _| true,
+            step: 0,
+            deadline: None,
+        }
+    }
+
+    /// What a container may take.
+    fn admitted(&self, container: usize) -> Vec<Candidate> {
+        let candidates = self.candidates.iter();
+        let admitted = candidates.filter(|held| (self.admits)(container, held));
+        admitted.cloned().collect()
+    }
 }
 
 /// What a step over open containers chooses.
@@ -72,6 +112,15 @@ impl Effort {
     }
 }
 
+impl AddAssign for Effort {
+    fn add_assign(&mut self, other: Self) {
+        self.timings += other.timings;
+        self.refusals.add(&other.refusals);
+        self.searched += other.searched;
+        self.is_cut |= other.is_cut;
+    }
+}
+
 /// The planners of the open containers, in the order in which those were opened.
 #[derive(Default)]
 pub struct OpenContainers {
@@ -103,34 +152,35 @@ impl OpenContainers {
         }
     }
 
-    /// Plans a step over the open containers, each as it is now; `None` where no candidate has a valid placement in any. Grid, scene
-    /// and bound of `step` do not count.
+    /// Plans a step over the open containers, each as it is now; `None` where no candidate has a valid placement in any that may take
+    /// it.
     ///
     /// # Errors
     /// [`PlanError`] where a container does not match its grid or a stage failed.
     pub fn plan(
         &mut self,
-        containers: &[OpenContainer<'_>],
-        step: &StepInput<'_>,
-        choice: ContainerChoice,
+        step: &ContainersStep<'_>,
     ) -> Result<(Option<Chosen>, Effort), PlanError> {
         let mut effort = Effort::default();
-        let mut best = match choice {
-            ContainerChoice::Best => self.best_known(step.candidates),
+        let mut best = match step.choice {
+            ContainerChoice::Best => self.best_known(step),
             ContainerChoice::Fullest => None,
         };
-        for container in order(containers, choice) {
-            let open = self.open.get_mut(container).zip(containers.get(container));
-            let Some((known, at)) = open else { continue };
+        for container in order(step.containers, step.choice) {
+            let open = self.open.get_mut(container);
+            let Some((known, at)) = open.zip(step.containers.get(container)) else {
+                continue;
+            };
+            let admitted = step.admitted(container);
             let input = StepInput {
-                grid: at.grid,
-                scene: at.scene,
+                step: step.step,
+                deadline: step.deadline,
                 below: best.as_ref().map(|best| best.below(container)),
-                ..*step
+                ..StepInput::new(at.grid, at.scene, &admitted)
             };
             if let Some(offer) = known.offer(&input, &mut effort)? {
                 best = Some(Best { container, offer });
-                if choice == ContainerChoice::Fullest {
+                if step.choice == ContainerChoice::Fullest {
                     break;
                 }
             }
@@ -150,11 +200,11 @@ impl OpenContainers {
         Ok((chosen, effort))
     }
 
-    /// The best of what containers are known to offer of these candidates.
-    fn best_known(&self, candidates: &[Candidate]) -> Option<Best> {
+    /// The best of what containers are known to offer of what they may take.
+    fn best_known(&self, step: &ContainersStep<'_>) -> Option<Best> {
         let known = self.open.iter().enumerate();
         let offers = known.filter_map(|(container, known)| {
-            let offer = known.offered(candidates)?.clone();
+            let offer = known.offered(&step.admitted(container))?.clone();
             Some(Best { container, offer })
         });
         // Of equal ones, `min_by` gives the first.

@@ -53,6 +53,7 @@ pub mod metrics;
 pub mod model;
 pub mod motion;
 pub mod objective;
+pub mod orders;
 pub mod placement;
 pub mod plan;
 pub mod proposals;

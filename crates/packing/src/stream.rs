@@ -1,14 +1,17 @@
-//! Streams: items that arrive one after another, packed into several open containers. One is closed, and an empty one opened in its
-//! place, where nothing in the buffer has a valid placement in any.
+//! Streams: items that arrive one after another, of orders or not, packed into several open containers. One is closed, and an empty one
+//! opened in its place, where nothing in the buffer has a valid placement in any, or its order is complete.
 
 use crate::buffer::Buffer;
 use crate::candidate::Candidate;
-use crate::containers::{Chosen, ContainerChoice, Effort, OpenContainer, OpenContainers};
+use crate::containers::{
+    Chosen, ContainerChoice, ContainersStep, Effort, OpenContainer, OpenContainers,
+};
 use crate::episode::{EpisodeError, PackingCell, Step, packed_volume};
 use crate::grid::Grid;
 use crate::heightmap::Scene;
 use crate::metrics::PackedVolume;
-use crate::plan::{Planner, StageError, StepInput};
+use crate::orders::Orders;
+use crate::plan::{Planner, StageError};
 
 /// Where empty containers come from.
 pub trait ContainerSupply {
@@ -33,6 +36,15 @@ pub struct StreamPlay {
     pub choice: ContainerChoice,
 }
 
+/// Why a container was closed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Closing {
+    /// Nothing in the buffer had a valid placement in any open container; it was the fullest.
+    NothingFits,
+    /// It was for one order, which is complete.
+    OrderComplete,
+}
+
 /// A container and what was packed into it.
 #[derive(Debug)]
 pub struct Filled<C> {
@@ -44,6 +56,8 @@ pub struct Filled<C> {
     pub steps: Vec<Step>,
     /// What it holds now.
     pub scene: Scene,
+    /// Why it was closed; `None` as long as it is open.
+    pub closing: Option<Closing>,
 }
 
 impl<C: PackingCell> Filled<C> {
@@ -84,7 +98,7 @@ pub struct Stream<C> {
     pub unplaceable: Vec<Candidate>,
 }
 
-/// Packs a stream.
+/// Packs a stream. Rules of orders that give way are kept as long as something can be packed so.
 ///
 /// # Errors
 /// [`EpisodeError`] where planning, a cell or the supply failed.
@@ -92,26 +106,36 @@ pub fn play_stream<S: ContainerSupply>(
     grid: &Grid,
     supply: &mut S,
     sequence: Vec<Candidate>,
+    orders: Orders,
     how: StreamPlay,
 ) -> Result<Stream<S::Cell>, EpisodeError> {
     let mut buffer = Buffer::new(sequence, how.buffer);
-    let mut containers = Containers::new(supply, how)?;
+    let mut containers = Containers::new(supply, orders, how)?;
     let mut closed = Vec::new();
     let mut unplaceable = Vec::new();
     for step in 0.. {
         if buffer.candidates().is_empty() {
             break;
         }
+        containers.orders.begin(buffer.candidates());
         let (chosen, effort) = containers.plan(grid, step, buffer.candidates())?;
-        if let Some(chosen) = chosen {
-            let taken = buffer.take(chosen.placement.candidate);
-            if let Some(candidate) = taken {
-                containers.place(done(step, candidate, &chosen, effort), chosen.container)?;
+        let taken = chosen.and_then(|chosen| {
+            let candidate = buffer.take(chosen.placement.candidate)?;
+            Some((candidate, chosen))
+        });
+        if let Some((candidate, chosen)) = taken {
+            containers.place(done(step, candidate, &chosen, effort), chosen.container)?;
+        } else if let Some(candidate) = containers.fits_nowhere(buffer.candidates()) {
+            if let Some(dropped) = buffer.take(candidate) {
+                containers.orders.dropped(dropped.arrival);
+                unplaceable.push(dropped);
             }
-        } else if containers.has_empty() {
-            unplaceable.extend(buffer.take(0));
-        } else {
-            closed.extend(containers.close_fullest());
+        } else if let Some(fullest) = containers.fullest() {
+            closed.push(containers.close(fullest, Closing::NothingFits));
+            containers.open_next(supply, step)?;
+        }
+        while let Some(complete) = containers.orders.complete() {
+            closed.push(containers.close(complete, Closing::OrderComplete));
             containers.open_next(supply, step)?;
         }
     }
@@ -139,6 +163,7 @@ fn done(step: u64, candidate: Candidate, chosen: &Chosen, effort: Effort) -> Ste
 struct Containers<C> {
     planners: OpenContainers,
     filled: Vec<Filled<C>>,
+    orders: Orders,
     choice: ContainerChoice,
     opened: usize,
 }
@@ -146,11 +171,13 @@ struct Containers<C> {
 impl<C: PackingCell> Containers<C> {
     fn new<S: ContainerSupply<Cell = C>>(
         supply: &mut S,
+        orders: Orders,
         how: StreamPlay,
     ) -> Result<Self, EpisodeError> {
         let mut containers = Self {
             planners: OpenContainers::default(),
             filled: Vec::new(),
+            orders,
             choice: how.choice,
             opened: 0,
         };
@@ -170,16 +197,19 @@ impl<C: PackingCell> Containers<C> {
         let (planner, mut cell) = supply.next(number).map_err(failed)?;
         let scene = cell.scan().map_err(failed)?;
         self.planners.open(planner);
+        self.orders.opened();
         self.filled.push(Filled {
             number,
             cell,
             steps: Vec::new(),
             scene,
+            closing: None,
         });
         self.opened += 1;
         Ok(())
     }
 
+    /// Plans by all rules, and without those that give way where nothing can be packed by them.
     fn plan(
         &mut self,
         grid: &Grid,
@@ -192,35 +222,70 @@ impl<C: PackingCell> Containers<C> {
             filled_m3: filled.placed_m3(),
         });
         let open: Vec<_> = open.collect();
-        let Some(first) = open.first() else {
-            return Ok((None, Effort::default()));
-        };
-        let input = StepInput {
+        let orders = &self.orders;
+        let by_all = |at: usize, held: &Candidate| orders.bar(at, held.arrival).is_none();
+        let input = ContainersStep {
+            choice: self.choice,
+            admits: &by_all,
             step,
-            ..StepInput::new(grid, first.scene, candidates)
+            ..ContainersStep::new(&open, candidates)
         };
-        Ok(self.planners.plan(&open, &input, self.choice)?)
+        let (chosen, mut effort) = self.planners.plan(&input)?;
+        let is_barred_by_what_gives_way = |at: usize| {
+            let mut bars = candidates
+                .iter()
+                .filter_map(|held| orders.bar(at, held.arrival));
+            bars.any(|bar| bar.gives_way())
+        };
+        if chosen.is_some() || !(0..open.len()).any(is_barred_by_what_gives_way) {
+            return Ok((chosen, effort));
+        }
+        let (chosen, further) = self.planners.plan(&ContainersStep {
+            admits: &|at, held| may_take(orders, at, held),
+            ..input
+        })?;
+        effort += further;
+        Ok((chosen, effort))
     }
 
     fn place(&mut self, step: Step, container: usize) -> Result<(), EpisodeError> {
         self.planners.changed(container);
+        self.orders.packed(container, step.candidate.arrival);
         match self.filled.get_mut(container) {
             Some(filled) => filled.place(step),
             None => Ok(()),
         }
     }
 
-    fn has_empty(&self) -> bool {
-        self.filled.iter().any(|filled| filled.steps.is_empty())
+    /// The first of these candidates that an empty container may take, which has no valid placement there: nothing has. Where no
+    /// container may take any, one that waits in vain.
+    fn fits_nowhere(&self, candidates: &[Candidate]) -> Option<usize> {
+        let mut empty = self.filled.iter().enumerate();
+        let (empty, _) = empty.find(|(_, filled)| filled.steps.is_empty())?;
+        let may_take = |held: &Candidate| may_take(&self.orders, empty, held);
+        Some(candidates.iter().position(may_take).unwrap_or(0))
     }
 
-    /// Takes the fullest container away; of equal ones that which was opened first.
-    fn close_fullest(&mut self) -> Option<Filled<C>> {
+    /// The fullest container; of equal ones that which was opened first.
+    fn fullest(&self) -> Option<usize> {
         let placed_m3: Vec<f64> = self.filled.iter().map(Filled::placed_m3).collect();
         let filled = placed_m3.iter().enumerate();
         // Of equal ones, `min_by` gives the first.
         let (fullest, _) = filled.min_by(|(_, a), (_, b)| b.total_cmp(a))?;
-        self.planners.close(fullest);
-        Some(self.filled.remove(fullest))
+        Some(fullest)
     }
+
+    fn close(&mut self, container: usize, why: Closing) -> Filled<C> {
+        self.planners.close(container);
+        self.orders.closed(container);
+        let mut filled = self.filled.remove(container);
+        filled.closing = Some(why);
+        filled
+    }
+}
+
+/// Whether a container may take an item by the rules that never give way.
+fn may_take(orders: &Orders, container: usize, held: &Candidate) -> bool {
+    let bar = orders.bar(container, held.arrival);
+    bar.is_none_or(|bar| bar.gives_way())
 }

@@ -12,35 +12,19 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use ppnpack_packing::candidate::Candidate;
-use ppnpack_packing::containers::{ContainerChoice, OpenContainer, OpenContainers};
+use ppnpack_packing::containers::{ContainerChoice, ContainersStep, OpenContainer, OpenContainers};
 use ppnpack_packing::episode::{Ending, IdealCell, PackingCell, Play, play};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::Item;
-use ppnpack_packing::objective::{Heuristic, Order};
-use ppnpack_packing::plan::{Planner, StageError, StepInput};
-use ppnpack_packing::proposals::ProposeAll;
-use ppnpack_packing::search::{Search, SearchSettings};
-use ppnpack_packing::stability::PublishedStability;
-use ppnpack_packing::stream::{ContainerSupply, StreamPlay, play_stream};
+use ppnpack_packing::objective::Heuristic;
+use ppnpack_packing::orders::Orders;
+use ppnpack_packing::plan::StepInput;
+use ppnpack_packing::stream::{StreamPlay, play_stream};
 use proptest::prelude::*;
+use support::ideal::{Ideal, planner};
 
 const HEURISTICS: [Heuristic; 3] = [Heuristic::Sdfm, Heuristic::Dbl, Heuristic::Hm];
-
-fn planner(grid: &Grid, heuristic: Heuristic) -> Planner {
-    let settings = SearchSettings {
-        heuristic,
-        ..SearchSettings::default()
-    };
-    let search = Search::new(grid, &settings).unwrap().bounded();
-    Planner::new(
-        Box::new(ProposeAll),
-        Box::new(search),
-        vec![Box::new(PublishedStability::default())],
-        Order::Balance,
-        0,
-    )
-}
 
 /// What a step over containers has to choose: of what each container alone would choose the best, or what the fullest one would
 /// that has any choice. Container, arrival and value.
@@ -112,8 +96,8 @@ proptest! {
                 .iter()
                 .map(|(scene, filled_m3)| OpenContainer { grid: &grid, scene, filled_m3: *filled_m3 })
                 .collect();
-            let input = StepInput { step, ..StepInput::new(&grid, &scenes[0].0, &buffer) };
-            let (chosen, effort) = open.plan(&containers, &input, choice).unwrap();
+            let input = ContainersStep { step, choice, ..ContainersStep::new(&containers, &buffer) };
+            let (chosen, effort) = open.plan(&input).unwrap();
             let found = chosen.as_ref().map(|chosen| {
                 let arrival = buffer[chosen.placement.candidate].arrival;
                 (chosen.container, arrival, chosen.placement.value)
@@ -143,7 +127,7 @@ proptest! {
         let count = items.len();
         let mut supply = Ideal { grid: grid.clone() };
         let how = StreamPlay { open, buffer, choice: ContainerChoice::Fullest };
-        let stream = play_stream(&grid, &mut supply, Candidate::sequence(items), how).unwrap();
+        let stream = play_stream(&grid, &mut supply, Candidate::sequence(items), Orders::default(), how).unwrap();
         prop_assert_eq!(stream.open.len(), open);
         let all = || stream.closed.iter().chain(&stream.open);
         let placed = all().flat_map(|filled| filled.steps.iter().map(|step| step.candidate.arrival));
@@ -166,7 +150,7 @@ proptest! {
         let mut left = Candidate::sequence(items);
         let how = StreamPlay { open: 1, buffer, choice: ContainerChoice::Fullest };
         let mut supply = Ideal { grid: grid.clone() };
-        let stream = play_stream(&grid, &mut supply, left.clone(), how).unwrap();
+        let stream = play_stream(&grid, &mut supply, left.clone(), Orders::default(), how).unwrap();
         let mut containers = stream.closed.iter().chain(&stream.open);
         let fits_nowhere: Vec<usize> = stream.unplaceable.iter().map(|held| held.arrival).collect();
         left.retain(|held| !fits_nowhere.contains(&held.arrival));
@@ -191,20 +175,6 @@ proptest! {
     }
 }
 
-/// Containers without physics.
-struct Ideal {
-    grid: Grid,
-}
-
-impl ContainerSupply for Ideal {
-    type Cell = IdealCell;
-
-    fn next(&mut self, _number: usize) -> Result<(Planner, IdealCell), StageError> {
-        let planner = planner(&self.grid, Heuristic::Sdfm);
-        Ok((planner, IdealCell::new(&self.grid)))
-    }
-}
-
 #[test]
 fn a_container_that_did_not_change_is_searched_for_new_items_alone() {
     let grid = support::blocks::grid();
@@ -222,9 +192,11 @@ fn a_container_that_did_not_change_is_searched_for_new_items_alone() {
             filled_m3: 0.0,
         });
         let containers: Vec<_> = containers.collect();
-        let input = StepInput::new(&grid, &scenes[0], buffer);
-        open.plan(&containers, &input, ContainerChoice::Best)
-            .unwrap()
+        let input = ContainersStep {
+            choice: ContainerChoice::Best,
+            ..ContainersStep::new(&containers, buffer)
+        };
+        open.plan(&input).unwrap()
     };
     let (_, effort) = plan(&mut cells, &candidates[..3]);
     assert_eq!(effort.searched, 2);

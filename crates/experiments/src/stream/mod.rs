@@ -1,42 +1,54 @@
-//! `ppnpack experiment stream`: items that arrive without an end, packed into several containers that are open at the same time.
+//! `ppnpack experiment stream`: items that arrive without an end, of orders or not, packed into several containers that are open at the same
+//! time.
 
+mod packing;
 mod results;
+mod source;
 
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
+use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::options::CatalogueOptions;
-use ppnpack_cli::sequence::{Sequence, SequenceFile};
 use ppnpack_packing::containers::ContainerChoice;
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::plan::{Planner, StageError};
-use ppnpack_packing::stream::{ContainerSupply, Filled, StreamPlay, play_stream};
-use ppnpack_physics::outcome::is_unsteady;
-use ppnpack_physics::packing_cell::SimulatedPackingCell;
-use serde::{Deserialize, Serialize};
+use ppnpack_packing::orders::{ContainerRules, Sharing};
+use ppnpack_packing::stream::StreamPlay;
+use serde::Serialize;
 
-use crate::cases::{Case, cases};
 use crate::document;
-use crate::filling::apart::{Apart, Physics};
-use crate::filling::{self, Bench, Way};
+use crate::filling::apart::Physics;
+use crate::filling::{self, Way};
 use crate::runs::{Runs, RunsOption};
 use crate::workers;
+use packing::{Packing, Run};
 use results::Results;
+use source::{Arrivals, SourceOptions, Wanted};
 
 /// The most containers that are open at the same time.
 const MOST_OPEN: u8 = 16;
 
-/// Packs streams into one container after another and into several at the same time, and compares how full they are closed.
+/// Packs streams into one container after another and into several at the same time, and compares how full they are closed. With orders
+/// the first line has one order at a time, in containers of its own
 #[derive(Debug, Args)]
 pub(crate) struct StreamArguments {
     #[command(flatten)]
     catalogue: CatalogueOptions,
 
-    /// A .npy file of sequences, int64 [sequences, length], of object indices; a stream is as many of them as it takes, in their order
-    #[arg(long, value_name = "FILE")]
-    sequences: PathBuf,
+    #[command(flatten)]
+    source: SourceOptions,
+
+    /// Pairs of groups of the orders' table that never travel in one container, such as food:chemicals
+    #[arg(long, value_name = "GROUP:GROUP", value_delimiter = ',', value_parser = parse_pair)]
+    apart: Vec<(String, String)>,
+
+    /// The greatest mass of what a container holds, in kilograms
+    #[arg(long, value_name = "KG", value_parser = parse_mass_kg)]
+    most_kg: Option<f64>,
+
+    /// The volume of items that a container is expected to hold, in litres: an order is begun in one that holds others where its rest fits
+    /// into that
+    #[arg(long, value_name = "LITRES", value_parser = parse_litres)]
+    expected_litres: Option<f64>,
 
     /// The first stream
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
@@ -46,7 +58,7 @@ pub(crate) struct StreamArguments {
     #[arg(long, value_name = "COUNT", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
     streams: u32,
 
-    /// The items of a stream
+    /// The items of a stream of sequences
     #[arg(long, value_name = "COUNT", default_value_t = 400, value_parser = clap::value_parser!(u32).range(1..))]
     items: u32,
 
@@ -106,27 +118,44 @@ impl Choice {
     }
 }
 
-/// A packed stream.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-struct Run {
-    objects: Vec<usize>,
-    /// Of each container that was closed, in order.
-    closed: Vec<Container>,
-    /// Of each that was open at the end.
-    open: Vec<Container>,
-    /// Items that fit into no empty container.
-    unplaceable: usize,
-    /// Of each step.
-    decision_s: Vec<f64>,
+/// How a line of the table is packed.
+#[derive(Debug, Clone, Copy, Serialize)]
+struct Setting {
+    open: u8,
+    sharing: Sharing,
 }
 
-/// What a container came to.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-struct Container {
-    items: usize,
-    placed: usize,
-    meshes_m3: f64,
-    unsteady: usize,
+impl StreamArguments {
+    /// The lines, the one that the others are compared with first.
+    fn settings(&self) -> Vec<Setting> {
+        let one = Setting {
+            open: 1,
+            sharing: Sharing::OneOrder,
+        };
+        let shared = self.open.iter().map(|open| Setting {
+            open: *open,
+            sharing: Sharing::Shared,
+        });
+        let first = self.source.has_orders().then_some(one);
+        first.into_iter().chain(shared).collect()
+    }
+
+    fn wanted(&self) -> Wanted {
+        Wanted {
+            first: self.first,
+            streams: self.streams,
+            items: self.items,
+        }
+    }
+
+    fn rules(&self, sharing: Sharing) -> ContainerRules {
+        ContainerRules {
+            sharing,
+            apart: self.apart.clone(),
+            most_kg: self.most_kg,
+            expected_m3: self.expected_litres.map(|litres| litres * 1e-3),
+        }
+    }
 }
 
 pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
@@ -135,17 +164,18 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
         None => Way::usual(),
     };
     let catalogue = filling::catalogue(&arguments.catalogue, &way)?;
-    let streams = streams(arguments, &catalogue)?;
+    let streams = arguments.source.streams(&catalogue, arguments.wanted())?;
     let apart = arguments.physics.apart();
     let folder = arguments.runs.folder(&arguments.out);
     let mut results = Results::new(arguments, &way);
-    for open in &arguments.open {
+    for setting in arguments.settings() {
         let packing = Packing {
             way: &way,
             catalogue: &catalogue,
             apart: &apart,
+            rules: arguments.rules(setting.sharing),
             how: StreamPlay {
-                open: usize::from(*open),
+                open: usize::from(setting.open),
                 buffer: way.method.buffer,
                 choice: arguments.choice.of_containers(),
             },
@@ -154,120 +184,40 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
             catalogue.content_hash(),
             &way,
             &apart,
-            open,
+            &packing.rules,
+            setting.open,
             arguments.choice,
         );
         let kept = Runs::new(&folder, &settings)?;
-        let pack = |stream: &Case| {
-            let is_right = |run: &Run| run.objects == stream.sequence.objects;
+        let pack = |stream: &Arrivals| {
+            let is_right = |run: &Run| run.objects == stream.objects;
             let name = format!("{:05}", stream.number);
             kept.finish(&name, is_right, || packing.pack(stream))
         };
         let runs = workers::map("Packing", &streams, arguments.workers, pack)?;
-        results.add(packing.how.open, &runs);
+        results.add(setting, &runs);
     }
     let out = &arguments.out;
     document::publish(out, "stream", &results, &results.markdown(), arguments.json)
 }
 
-/// The streams, each made of as many sequences of the file as it takes.
-fn streams(arguments: &StreamArguments, catalogue: &Catalogue) -> Outcome<Vec<Case>> {
-    let file = SequenceFile::read(&arguments.sequences, catalogue)?;
-    let items = arguments.items as usize;
-    let length = file.get(0)?.objects.len().max(1);
-    let sequences = u32::try_from(items.div_ceil(length)).unwrap_or(u32::MAX);
-    let available = file.count() / (sequences as usize).max(1);
-    let wanted = u64::from(arguments.first) + u64::from(arguments.streams);
-    if wanted > available as u64 {
-        return Err(Failure::input(format_args!(
-            "--first {} --streams {}: the file has enough for {available} streams of {items} items, numbered from 0",
-            arguments.first, arguments.streams
-        )));
-    }
-    let stream = |number: u32| {
-        let parts = cases(&file, number.saturating_mul(sequences), sequences)?;
-        let objects = parts.into_iter().flat_map(|part| part.sequence.objects);
-        Ok(Case {
-            number,
-            sequence: Sequence {
-                from: format!("stream {number} of {}", arguments.sequences.display()),
-                objects: objects.take(items).collect(),
-            },
-        })
-    };
-    let numbers = arguments.first..arguments.first.saturating_add(arguments.streams);
-    numbers.map(stream).collect()
+fn parse_pair(text: &str) -> Result<(String, String), String> {
+    let pair = text.split_once(':');
+    let (a, b) =
+        pair.ok_or_else(|| format!("'{text}' is no pair: write it like food:chemicals"))?;
+    Ok((a.trim().to_owned(), b.trim().to_owned()))
 }
 
-/// What streams are packed with.
-struct Packing<'a> {
-    way: &'a Way,
-    catalogue: &'a Catalogue,
-    apart: &'a Apart,
-    how: StreamPlay,
+fn parse_mass_kg(text: &str) -> Result<f64, String> {
+    parse_positive(text, "mass", "12.5")
 }
 
-impl Packing<'_> {
-    fn pack(&self, stream: &Case) -> Outcome<Run> {
-        let grid = self.way.grid.build().or_input()?;
-        let mut supply = Supply {
-            packing: self,
-            stream: stream.number,
-        };
-        let items = stream.sequence.candidates(self.catalogue);
-        let packed = play_stream(&grid, &mut supply, items, self.how).or_run()?;
-        let of = |filled: &Filled<SimulatedPackingCell>| Container::of(&grid, filled);
-        let all = packed.closed.iter().chain(&packed.open);
-        let steps = all.flat_map(|filled| &filled.steps);
-        let mut decision_s: Vec<(u64, f64)> = steps
-            .map(|step| (step.step, step.timings.total().as_secs_f64()))
-            .collect();
-        decision_s.sort_by_key(|(step, _)| *step);
-        Ok(Run {
-            objects: stream.sequence.objects.clone(),
-            closed: packed.closed.iter().map(of).collect(),
-            open: packed.open.iter().map(of).collect(),
-            unplaceable: packed.unplaceable.len(),
-            decision_s: decision_s.into_iter().map(|(_, took_s)| took_s).collect(),
-        })
-    }
+fn parse_litres(text: &str) -> Result<f64, String> {
+    parse_positive(text, "volume", "13")
 }
 
-/// Brings the containers of a stream.
-struct Supply<'a> {
-    packing: &'a Packing<'a>,
-    stream: u32,
-}
-
-impl ContainerSupply for Supply<'_> {
-    type Cell = SimulatedPackingCell;
-
-    fn next(&mut self, number: usize) -> Result<(Planner, SimulatedPackingCell), StageError> {
-        let Packing {
-            way,
-            catalogue,
-            apart,
-            ..
-        } = self.packing;
-        // Each container is another draw of what is random.
-        let seed = (u64::from(self.stream) << 32) | number as u64;
-        let bench = Bench::new(way, catalogue, seed, apart);
-        let bench = bench.map_err(|failure| failure.to_string())?;
-        Ok((bench.planner, bench.cell))
-    }
-}
-
-impl Container {
-    fn of(grid: &Grid, filled: &Filled<SimulatedPackingCell>) -> Self {
-        let packed = filled.packed(grid);
-        let reports = || filled.cell.placed().iter().map(|placed| &placed.report);
-        Self {
-            items: packed.items,
-            placed: reports().count(),
-            meshes_m3: packed.meshes_m3,
-            unsteady: reports()
-                .filter(|report| is_unsteady(report.toppled, report.slide_m, report.inside))
-                .count(),
-        }
-    }
+fn parse_positive(text: &str, what: &str, example: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok();
+    let positive = number.filter(|number| number.is_finite() && *number > 0.0);
+    positive.ok_or_else(|| format!("'{text}' is no {what}: write it like {example}"))
 }

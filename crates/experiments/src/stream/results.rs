@@ -1,8 +1,10 @@
 //! What packing streams came to.
 
+use ppnpack_packing::orders::Sharing;
 use serde::Serialize;
 
-use super::{Choice, Container, Run, StreamArguments};
+use super::packing::{Container, Run};
+use super::{Choice, Setting, StreamArguments};
 use crate::document;
 use crate::filling::Way;
 use crate::statistics::{Mean, percentage, quantiles};
@@ -14,7 +16,8 @@ pub(super) struct Results<'a> {
     workers: usize,
     first_stream: u32,
     streams: u32,
-    items: u32,
+    source: String,
+    has_orders: bool,
     choice: Choice,
     way: &'a Way,
     lines: Vec<Line>,
@@ -22,10 +25,19 @@ pub(super) struct Results<'a> {
     first: Vec<Run>,
 }
 
-/// With so many open containers.
+/// Packed in one way.
 #[derive(Debug, Serialize)]
 struct Line {
-    open: usize,
+    setting: Setting,
+    /// In which something was packed.
+    used: Mean,
+    /// To the first line, stream by stream.
+    used_difference: Mean,
+    used_difference_percent: f64,
+    /// In how many containers an order is.
+    containers_an_order: Mean,
+    in_one_container_percent: f64,
+    closed_as_complete: usize,
     closed: usize,
     /// Of a closed container: the mean over streams of their means.
     meshes_cm3: Mean,
@@ -55,10 +67,25 @@ impl Run {
     fn all(&self) -> impl Iterator<Item = &Container> {
         self.closed.iter().chain(&self.open)
     }
+
+    /// How many containers something was packed in.
+    fn used(&self) -> f64 {
+        self.all().filter(|container| container.placed > 0).count() as f64
+    }
+}
+
+impl Setting {
+    fn shown(self, has_orders: bool) -> String {
+        match self.sharing {
+            Sharing::OneOrder => format!("{}, one order at a time", self.open),
+            Sharing::Shared if has_orders => format!("{}, shared", self.open),
+            Sharing::Shared => self.open.to_string(),
+        }
+    }
 }
 
 impl Line {
-    fn new(open: usize, runs: &[Run], first: &[Run]) -> Self {
+    fn new(setting: Setting, runs: &[Run], first: &[Run]) -> Self {
         let cm3 = |run: &Run| run.mean(|container| container.meshes_m3 * 1e6);
         let pairs = runs.iter().zip(first);
         let difference_cm3 = Mean::of(pairs.map(|(run, first)| cm3(run) - cm3(first)));
@@ -67,8 +94,21 @@ impl Line {
         let all = || runs.iter().flat_map(Run::all);
         let decisions = runs.iter().flat_map(|run| run.decision_s.iter().copied());
         let [decision_median_s, decision_95_s] = quantiles(decisions, [0.5, 0.95]);
+        let pairs = runs.iter().zip(first);
+        let used_difference = Mean::of(pairs.map(|(run, first)| run.used() - first.used()));
+        let used_first = Mean::of(first.iter().map(Run::used)).mean;
+        let of_orders = || runs.iter().flat_map(|run| &run.containers_of_orders);
+        let in_one = of_orders().filter(|containers| **containers == 1).count();
+        let an_order =
+            |run: &Run| Mean::of(run.containers_of_orders.iter().map(|of| *of as f64)).mean;
         Self {
-            open,
+            setting,
+            used: Mean::of(runs.iter().map(Run::used)),
+            used_difference_percent: 100.0 * used_difference.mean / used_first,
+            used_difference,
+            containers_an_order: Mean::of(runs.iter().map(an_order)),
+            in_one_container_percent: percentage(in_one, of_orders().count()),
+            closed_as_complete: all().filter(|container| container.is_complete).count(),
             closed: runs.iter().map(|run| run.closed.len()).sum(),
             meshes_cm3: Mean::of(runs.iter().map(cm3)),
             difference_percent: 100.0 * difference_cm3.mean / compared,
@@ -91,7 +131,8 @@ impl<'a> Results<'a> {
             workers: arguments.workers,
             first_stream: arguments.first,
             streams: arguments.streams,
-            items: arguments.items,
+            source: arguments.source.said(arguments.wanted()),
+            has_orders: arguments.source.has_orders(),
             choice: arguments.choice,
             way,
             lines: Vec::new(),
@@ -99,12 +140,12 @@ impl<'a> Results<'a> {
         }
     }
 
-    /// Adds the runs with so many open containers.
-    pub(super) fn add(&mut self, open: usize, runs: &[Run]) {
+    /// Adds the runs of a line.
+    pub(super) fn add(&mut self, setting: Setting, runs: &[Run]) {
         if self.lines.is_empty() {
             self.first = runs.to_vec();
         }
-        self.lines.push(Line::new(open, runs, &self.first));
+        self.lines.push(Line::new(setting, runs, &self.first));
     }
 
     pub(super) fn markdown(&self) -> String {
@@ -116,7 +157,7 @@ impl<'a> Results<'a> {
         };
         let mut text = format!(
             "# Streams: several containers open\n\n\
-             {} streams of {} items from stream {} on, method *{}*, buffer of {}. An item goes into {choice}. Where nothing in the buffer \
+             {} streams of {} from stream {} on, method *{}*, buffer of {}. An item goes into {choice}. Where nothing in the buffer \
              has a valid placement in any, the fullest is closed and an empty one opened. Volumes are of closed containers: the mean of \
              each stream, then over streams; differences are to the first line, stream by stream, with 95 % intervals by Student's t. \
              *Unsteady* is what toppled by more than 30 degrees, slid by more than 2 cm or left the container when it was placed. \
@@ -124,7 +165,7 @@ impl<'a> Results<'a> {
              | open | closed | mesh volume (cm³) | difference (cm³) | | items | containers per 1,000 items | unsteady | fit nowhere | \
              decision, median | 95 % |\n|---|---|---|---|---|---|---|---|---|---|---|\n",
             self.streams,
-            self.items,
+            self.source,
             self.first_stream,
             self.way.name,
             self.way.method.buffer,
@@ -134,7 +175,7 @@ impl<'a> Results<'a> {
         for line in &self.lines {
             text += &format!(
                 "| {} | {} | {} | {} | {:+.1} % | {} | {} | {:.1} % ({} of {}) | {} | {:.1} ms | {:.1} ms |\n",
-                line.open,
+                line.setting.shown(self.has_orders),
                 line.closed,
                 line.meshes_cm3.shown(0),
                 line.difference_cm3.shown(0),
@@ -147,6 +188,30 @@ impl<'a> Results<'a> {
                 line.unplaceable,
                 line.decision_median_s * 1e3,
                 line.decision_95_s * 1e3
+            );
+        }
+        if self.has_orders {
+            text += &self.orders_markdown();
+        }
+        text
+    }
+
+    fn orders_markdown(&self) -> String {
+        let mut text = "\nContainers in which something was packed, open ones at the end among them; differences are to the first line, stream by \
+                        stream. *Closed as complete* are those whose one order was complete.\n\n\
+                        | open | containers used | difference | | containers an order | orders in one container | closed as complete |\n\
+                        |---|---|---|---|---|---|---|\n"
+            .to_owned();
+        for line in &self.lines {
+            text += &format!(
+                "| {} | {} | {} | {:+.1} % | {} | {:.1} % | {} |\n",
+                line.setting.shown(true),
+                line.used.shown(1),
+                line.used_difference.shown(1),
+                line.used_difference_percent,
+                line.containers_an_order.shown(2),
+                line.in_one_container_percent,
+                line.closed_as_complete
             );
         }
         text

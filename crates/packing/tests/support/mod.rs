@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test file uses some of these")]
 
 pub(crate) mod blocks;
+pub(crate) mod ideal;
 pub(crate) mod oracle;
 
 use std::sync::Arc;

@@ -17,11 +17,14 @@ const SESSIONS: TableDefinition<&str, &[u8]> = TableDefinition::new("sessions");
 /// Per cell and id: heightmaps of items that were announced with them.
 const SHAPES: TableDefinition<(&str, &[u8]), &[u8]> = TableDefinition::new("shapes");
 
-/// Under [`VERSION_KEY`]: the version of all that is in the file, where it is one after the first.
+/// The version of all that is in the file, where it is one after the first, and its revision.
 const FORMAT: TableDefinition<&str, u64> = TableDefinition::new("format");
 
-/// The only key of [`FORMAT`].
+/// The key of the version.
 const VERSION_KEY: &str = "version";
+
+/// Beside the version: how many times the file was written.
+const REVISION_KEY: &str = "revision";
 
 /// The newest version that this program knows, which it writes. The first had one file for all cells.
 pub(super) const VERSION: u64 = 2;
@@ -41,6 +44,9 @@ pub(super) enum Fault {
          put back a backup of this one's"
     )]
     Newer(u64),
+    /// It is not what was written last.
+    #[error("it holds revision {found}, and revision {written} was written")]
+    RolledBack { found: u64, written: u64 },
     /// The heightmaps of a session would take too much.
     #[error("heightmaps of {bytes} bytes where {most} are possible")]
     TooManyShapes { bytes: u64, most: u64 },
@@ -66,7 +72,9 @@ impl Fault {
     /// Whether the file is of no use any more. Everything else may pass.
     pub(super) fn is_damage(&self) -> bool {
         match self {
-            Self::Database(Error::Corrupted(_) | Error::RepairAborted) | Self::Panic => true,
+            Self::Database(Error::Corrupted(_) | Error::RepairAborted)
+            | Self::Panic
+            | Self::RolledBack { .. } => true,
             // A file that was cut off, or is no database at all.
             Self::Database(Error::Io(error)) => {
                 let kind = error.kind();
@@ -118,14 +126,14 @@ pub(super) fn shape(
     read(&database.begin_read()?, SHAPES, (key.0, key.1.as_slice()))
 }
 
-/// Writes a session, as it is encoded, and what becomes of the heightmaps.
+/// Writes a session, as it is encoded, and what becomes of the heightmaps. Gives the revision.
 pub(super) fn write(
     database: &Database,
     cell: &Cell,
     session: &[u8],
     change: &Change<'_>,
-) -> Result<(), Fault> {
-    let transaction = begin_write(database)?;
+) -> Result<u64, Fault> {
+    let (transaction, revision) = begin_write(database)?;
     transaction
         .open_table(SESSIONS)?
         .insert(cell.as_str(), session)?;
@@ -137,7 +145,7 @@ pub(super) fn write(
         Change::Add { shapes, most_bytes } => add(&transaction, cell, shapes, *most_bytes)?,
     }
     transaction.commit()?;
-    Ok(())
+    Ok(revision)
 }
 
 /// Adds heightmaps. Those that are there already stay as they are.
@@ -203,9 +211,9 @@ fn shapes_of(transaction: &ReadTransaction, cell: &Cell) -> Result<Vec<Shape>, F
     Ok(shapes)
 }
 
-/// Writes what a store of the first version had of a cell into the file of that cell.
-pub(super) fn write_kept(database: &Database, kept: &Kept) -> Result<(), Fault> {
-    let transaction = begin_write(database)?;
+/// Writes what a store of the first version had of a cell into the file of that cell. Gives the revision.
+pub(super) fn write_kept(database: &Database, kept: &Kept) -> Result<u64, Fault> {
+    let (transaction, revision) = begin_write(database)?;
     {
         let cell = kept.cell.as_str();
         let mut sessions = transaction.open_table(SESSIONS)?;
@@ -216,15 +224,17 @@ pub(super) fn write_kept(database: &Database, kept: &Kept) -> Result<(), Fault> 
         }
     }
     transaction.commit()?;
-    Ok(())
+    Ok(revision)
 }
 
-/// Makes the file of a store one of this version: what it said before is in the files of the cells.
+/// Makes the file of a store one of this version: what it said before is in the files of the cells. It has no mark: the commit is
+/// in two phases, so that damage is never taken for a crash, after which the sessions of the first version would count again.
 pub(super) fn begin_version(root: &Database) -> Result<(), Fault> {
     if check_version(&root.begin_read()?)? == Some(VERSION) {
         return Ok(());
     }
-    let transaction = begin_write(root)?;
+    let (mut transaction, _) = begin_write(root)?;
+    transaction.set_two_phase_commit(true);
     transaction.delete_table(SESSIONS)?;
     transaction.delete_table(SHAPES)?;
     transaction.commit()?;
@@ -233,18 +243,24 @@ pub(super) fn begin_version(root: &Database) -> Result<(), Fault> {
 
 /// The version that wrote a file, where it is one after the first.
 fn check_version(transaction: &ReadTransaction) -> Result<Option<u64>, Fault> {
-    match read_version(transaction)? {
+    match read_format(transaction, VERSION_KEY)? {
         Some(version) if version > VERSION => Err(Fault::Newer(version)),
         version => Ok(version),
     }
 }
 
-fn read_version(transaction: &ReadTransaction) -> Result<Option<u64>, Fault> {
+/// How many times the file was written; zero in a new one, and in one of a program that did not count.
+pub(super) fn revision(database: &Database) -> Result<u64, Fault> {
+    let revision = read_format(&database.begin_read()?, REVISION_KEY)?;
+    Ok(revision.unwrap_or_default())
+}
+
+fn read_format(transaction: &ReadTransaction, key: &str) -> Result<Option<u64>, Fault> {
     let table = match transaction.open_table(FORMAT) {
         Err(TableError::TableDoesNotExist(_)) => return Ok(None),
         table => table?,
     };
-    Ok(table.get(VERSION_KEY)?.map(|found| found.value()))
+    Ok(table.get(key)?.map(|found| found.value()))
 }
 
 /// The value of a key; `None` where nothing was written to its table yet.
@@ -260,12 +276,14 @@ fn read<K: Key + 'static>(
     Ok(table.get(key)?.map(|value| value.value().to_vec()))
 }
 
-/// Begins to write, with the version.
-fn begin_write(database: &Database) -> Result<WriteTransaction, Fault> {
-    let mut transaction = database.begin_write()?;
-    transaction.set_two_phase_commit(true);
-    transaction
-        .open_table(FORMAT)?
-        .insert(VERSION_KEY, VERSION)?;
-    Ok(transaction)
+/// Begins to write, with the version and the revision that it will be.
+fn begin_write(database: &Database) -> Result<(WriteTransaction, u64), Fault> {
+    let transaction = database.begin_write()?;
+    let mut format = transaction.open_table(FORMAT)?;
+    let before = format.get(REVISION_KEY)?.map(|found| found.value());
+    let revision = before.unwrap_or_default().saturating_add(1);
+    format.insert(REVISION_KEY, revision)?;
+    format.insert(VERSION_KEY, VERSION)?;
+    drop(format);
+    Ok((transaction, revision))
 }

@@ -9,7 +9,8 @@ use ppnpack_wire::keys::Cell;
 use redb::backends::InMemoryBackend;
 use redb::{Builder, Database};
 
-use super::database::Fault;
+use super::database::{self, Fault};
+use super::mark::{self, Mark};
 
 /// Memory for pages of each database.
 const CACHE_BYTES: usize = 16 << 20;
@@ -61,10 +62,47 @@ pub(super) fn open(path: Option<&Path>) -> Result<Database, Fault> {
     Ok(opened.map_err(|_| Fault::Panic)??)
 }
 
+/// The database of a cell, with its mark.
+pub(super) struct CellFile {
+    pub(super) database: Database,
+    /// `None` in memory.
+    mark: Option<Mark>,
+}
+
+impl CellFile {
+    /// Opens the file of a cell as [`open`] does.
+    pub(super) fn open(path: Option<&Path>) -> Result<Self, Fault> {
+        let database = open(path)?;
+        let Some(path) = path else {
+            return Ok(Self {
+                database,
+                mark: None,
+            });
+        };
+        let mut mark = Mark::open(path)?;
+        let (found, written) = (database::revision(&database)?, mark.read()?);
+        if found < written {
+            return Err(Fault::RolledBack { found, written });
+        }
+        Ok(Self {
+            database,
+            mark: Some(mark),
+        })
+    }
+
+    /// Notes that this revision is on disk.
+    pub(super) fn wrote(&mut self, revision: u64) {
+        if let Some(mark) = &mut self.mark {
+            mark.write(revision);
+        }
+    }
+}
+
 /// Gives a damaged file another name.
 pub(super) fn put_aside(path: &Path, fault: &Fault) -> Result<(), Fault> {
     let aside = free_name(path);
     fs::rename(path, &aside)?;
+    mark::remove(path)?;
     tracing::error!(
         store = %path.display(),
         kept_as = %aside.display(),

@@ -2,14 +2,15 @@
 //!
 //! What was saved is on disk when the call returns. Each cell has a file of its own, so that the damage of one is not another's. A
 //! file that is damaged is put aside under a new name, for people to look at, and a new one begun: with its session lost, the next
-//! thing that a caller asks is answered with "no session", and nothing is packed twice. Commits are made in two phases, so that
-//! damage is never taken for a crash, after which the commit before the last would count.
+//! thing that a caller asks is answered with "no session", and nothing is packed twice. So is one that is behind its mark: what was
+//! written last is damaged, or somebody put back an older copy.
 //!
 //! The file that the settings name says which version wrote the others. In the first version it held the sessions of all cells;
 //! these are given files of their own when it is opened.
 
 mod database;
 mod file;
+mod mark;
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -24,6 +25,7 @@ use prost::Message;
 use redb::Database;
 
 use self::database::{Change, Fault, Kept};
+use self::file::CellFile;
 
 /// Why the store did not do what was asked.
 #[derive(Debug, thiserror::Error)]
@@ -62,7 +64,7 @@ pub(crate) struct Store {
     _root: Option<Database>,
     /// Those that are open: after an error of the disk a file is opened again when it is next needed, so that a disk that
     /// recovered serves again.
-    cells: Mutex<BTreeMap<Cell, Database>>,
+    cells: Mutex<BTreeMap<Cell, CellFile>>,
     /// The most bytes of heightmaps in a session, as they are encoded.
     most_shape_bytes: u64,
 }
@@ -90,7 +92,7 @@ impl Store {
         let (root, kept) = open_root(path).map_err(failed)?;
         // What goes wrong before the end is done again: the root says the first version until then.
         for kept in &kept {
-            store.with(&kept.cell, |database| database::write_kept(database, kept))?;
+            store.with_written(&kept.cell, |database| database::write_kept(database, kept))?;
         }
         database::begin_version(&root).map_err(failed)?;
         Ok(Self {
@@ -165,6 +167,10 @@ impl Store {
         if !path.is_file() {
             return Err(failed("there is no such file".to_owned()));
         }
+        let cells = file::cells(path).map_err(|error| failed(error.to_string()))?;
+        for cell in &cells {
+            mark::remove(&file::of_cell(path, cell)).map_err(|error| failed(error.to_string()))?;
+        }
         // No heightmaps are added.
         let store = Self::open(Some(path), 0)?;
         let cells = file::cells(path).map_err(|error| failed(error.to_string()))?;
@@ -186,8 +192,21 @@ impl Store {
 
     fn write(&self, cell: &Cell, session: &Session, change: &Change<'_>) -> Result<(), StoreError> {
         let bytes = session.to_message(0).encode_to_vec();
-        self.with(cell, |database| {
+        self.with_written(cell, |database| {
             database::write(database, cell, &bytes, change)
+        })
+    }
+
+    /// Works with the database of a cell as [`Self::with`] does, and notes the revision that was written.
+    fn with_written(
+        &self,
+        cell: &Cell,
+        mut work: impl FnMut(&Database) -> Result<u64, Fault>,
+    ) -> Result<(), StoreError> {
+        self.with_file(cell, |file| {
+            let revision = work(&file.database)?;
+            file.wrote(revision);
+            Ok(())
         })
     }
 
@@ -195,7 +214,15 @@ impl Store {
     fn with<T>(
         &self,
         cell: &Cell,
-        mut work: impl FnMut(&Database) -> Result<T, Fault>,
+        work: impl Fn(&Database) -> Result<T, Fault>,
+    ) -> Result<T, StoreError> {
+        self.with_file(cell, |file| work(&file.database))
+    }
+
+    fn with_file<T>(
+        &self,
+        cell: &Cell,
+        mut work: impl FnMut(&mut CellFile) -> Result<T, Fault>,
     ) -> Result<T, StoreError> {
         // An error leaves no database, and a panic is caught: the guarded value is whole at any time.
         let mut cells = self.cells.lock().unwrap_or_else(PoisonError::into_inner);
@@ -211,20 +238,20 @@ impl Store {
 
     fn attempt<T>(
         &self,
-        cells: &mut BTreeMap<Cell, Database>,
+        cells: &mut BTreeMap<Cell, CellFile>,
         cell: &Cell,
-        work: &mut impl FnMut(&Database) -> Result<T, Fault>,
+        work: &mut impl FnMut(&mut CellFile) -> Result<T, Fault>,
     ) -> Result<T, Fault> {
-        let database = match cells.remove(cell) {
-            Some(database) => database,
-            None => file::open(self.file_of(cell).as_deref())?,
+        let mut file = match cells.remove(cell) {
+            Some(file) => file,
+            None => CellFile::open(self.file_of(cell).as_deref())?,
         };
         // It may panic on a file that something else wrote to while it was open.
-        let result = catch_unwind(AssertUnwindSafe(|| work(&database)));
+        let result = catch_unwind(AssertUnwindSafe(|| work(&mut file)));
         let result = result.unwrap_or(Err(Fault::Panic));
         // In memory there is nothing to be opened again.
         if result.is_ok() || self.path.is_none() {
-            cells.insert(cell.clone(), database);
+            cells.insert(cell.clone(), file);
         }
         result
     }

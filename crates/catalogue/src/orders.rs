@@ -1,0 +1,287 @@
+//! Orders of a table: which objects belong together, and what is known of each beside its shape.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use ppnpack_packing::orders::OrderItem;
+use serde::Deserialize;
+
+use crate::catalogue::Catalogue;
+
+/// The most items of a table.
+const MOST_ITEMS: usize = 100_000;
+
+/// A line of the table. Other columns are ignored, and what is empty is as if it were not there.
+#[derive(Debug, Deserialize)]
+struct Row {
+    order: String,
+    item: String,
+    quantity: Option<u32>,
+    group: Option<String>,
+    #[serde(alias = "mass_kg")]
+    mass: Option<f64>,
+    priority: Option<f64>,
+}
+
+/// Why a table of orders cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OrdersError {
+    /// There is no such file, or it cannot be read.
+    #[error("the orders {path} cannot be read")]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A line is wrong.
+    #[error("{path}, line {line}: {reason}")]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u64,
+        /// What is wrong, and how to mend it.
+        reason: String,
+    },
+    /// It has no line.
+    #[error("{0} has no orders")]
+    Empty(PathBuf),
+}
+
+/// An item of an order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OrderedObject {
+    /// The object, by its index in the catalogue.
+    pub object: usize,
+    /// What is known of it. The mass is that of the table, of the catalogue where it has none.
+    pub item: OrderItem,
+}
+
+/// An order with its items, in the order of the table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Order {
+    /// Its name.
+    pub name: Arc<str>,
+    /// Higher ones come first.
+    pub priority: f64,
+    /// Its items, at least one.
+    pub items: Vec<OrderedObject>,
+}
+
+impl Order {
+    /// An order without items yet.
+    pub fn new(name: &str) -> Self {
+        Self {
+            name: name.into(),
+            priority: 0.0,
+            items: Vec::new(),
+        }
+    }
+
+    /// Adds an object with what the catalogue knows of it; nothing where it has none of that index.
+    pub fn add(&mut self, catalogue: &Catalogue, object: usize) {
+        let known = catalogue.get(object);
+        self.items.extend(known.map(|known| OrderedObject {
+            object,
+            item: OrderItem {
+                order: Arc::clone(&self.name),
+                group: None,
+                mass_kg: Some(known.model.mass.mass_kg),
+                volume_m3: known.item.mesh_volume_m3(),
+            },
+        }));
+    }
+}
+
+/// Reads orders: CSV with the columns `order` and `item` (name of an object of the catalogue), and, where they are wanted, `quantity` (1),
+/// `group`, `mass` (kg, of one piece) and `priority` (0; the highest of its lines is that of an order). Lines of an order need not be
+/// together. Orders come by falling priority, equal ones as they begin in the table.
+///
+/// # Errors
+/// [`OrdersError`] names the line, what is wrong and what would be right.
+pub fn read(path: &Path, catalogue: &Catalogue) -> Result<Vec<Order>, OrdersError> {
+    let wrong = |line: u64, reason: String| OrdersError::Line {
+        path: path.to_owned(),
+        line,
+        reason,
+    };
+    let file = File::open(path).map_err(|source| OrdersError::File {
+        path: path.to_owned(),
+        source,
+    })?;
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .from_reader(file);
+    let headers = reader.headers().cloned();
+    let headers = headers.map_err(|error| wrong(1, error.to_string()))?;
+    let mut orders: Vec<Order> = Vec::new();
+    let mut items = 0;
+    for record in reader.records() {
+        let record = record.map_err(|error| {
+            let line = error.position().map_or(0, csv::Position::line);
+            wrong(line, error.to_string())
+        })?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let row: Row = record.deserialize(Some(&headers)).map_err(|error| {
+            let reason = format!("{error}; the columns 'order' and 'item' are needed");
+            wrong(line, reason)
+        })?;
+        let room = MOST_ITEMS - items;
+        let added = add(&mut orders, catalogue, &row, room);
+        items += added.map_err(|reason| wrong(line, reason))?;
+    }
+    if orders.is_empty() {
+        return Err(OrdersError::Empty(path.to_owned()));
+    }
+    // Equal ones stay as they are.
+    orders.sort_by(|a, b| b.priority.total_cmp(&a.priority));
+    Ok(orders)
+}
+
+/// Adds a line, of so many items at most, to its order; gives how many it has.
+fn add(
+    orders: &mut Vec<Order>,
+    catalogue: &Catalogue,
+    row: &Row,
+    room: usize,
+) -> Result<usize, String> {
+    let quantity = check(row)?;
+    if quantity > room {
+        return Err(format!("more than {MOST_ITEMS} items: divide the file"));
+    }
+    let (object, _) = catalogue.find(&row.item).ok_or_else(|| {
+        format!(
+            "the catalogue has no object '{}'; `ppnpack catalogue list` names them",
+            row.item
+        )
+    })?;
+    let known = orders.iter().position(|order| *order.name == *row.order);
+    let at = known.unwrap_or_else(|| {
+        orders.push(Order::new(&row.order));
+        orders.len() - 1
+    });
+    let Some(order) = orders.get_mut(at) else {
+        return Ok(0);
+    };
+    let priority = row.priority.unwrap_or(0.0);
+    order.priority = match order.items.is_empty() {
+        true => priority,
+        false => order.priority.max(priority),
+    };
+    let first = order.items.len();
+    for _ in 0..quantity {
+        order.add(catalogue, object);
+    }
+    let group: Option<Arc<str>> = row.group.as_deref().map(Arc::from);
+    for added in order.items.iter_mut().skip(first) {
+        added.item.group.clone_from(&group);
+        added.item.mass_kg = row.mass.or(added.item.mass_kg);
+    }
+    Ok(quantity)
+}
+
+/// Checks the numbers and names of a line; gives its quantity.
+fn check(row: &Row) -> Result<usize, String> {
+    if row.order.is_empty() || row.item.is_empty() {
+        return Err("an order and an item are needed".to_owned());
+    }
+    if let Some(mass_kg) = row.mass
+        && !(mass_kg.is_finite() && mass_kg > 0.0)
+    {
+        return Err(format!("a mass of {mass_kg} kg: it must be above 0"));
+    }
+    if row.priority.is_some_and(f64::is_nan) {
+        return Err("the priority must be a number".to_owned());
+    }
+    match row.quantity.unwrap_or(1) {
+        0 => Err("a quantity of 0: leave the line out, or give at least 1".to_owned()),
+        quantity => Ok(quantity as usize),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use ppnpack_packing::grid::Resolution;
+
+    use super::*;
+    use crate::cache::CacheDir;
+    use crate::catalogue::{NamedMesh, Settings, Source};
+    use crate::shapes;
+
+    fn orders(table: &str) -> Result<Vec<Order>, OrdersError> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("orders.csv");
+        fs::write(&path, table).unwrap();
+        let named = |name: &str, edge_m: f64| NamedMesh {
+            name: name.to_owned(),
+            mesh: shapes::cube(edge_m),
+            density_kg_m3: 500.0,
+        };
+        let source = Source::Meshes([named("cube", 0.05), named("brick", 0.1)].into());
+        let settings = Settings {
+            cache: CacheDir::Nowhere,
+            ..Settings::default()
+        };
+        let catalogue =
+            Catalogue::load(&source, &settings, &Resolution::reference(), &|_, _| {}).unwrap();
+        read(&path, &catalogue)
+    }
+
+    #[test]
+    fn lines_of_an_order_are_put_together_and_urgent_orders_come_first() {
+        let read = orders(
+            "order,item,quantity,group,mass,priority\n\
+             a,cube,2,food,0.5,\n\
+             b,cube,,,,3\n\
+             c,cube,1,,,\n\
+             a,brick,1,,,\n",
+        );
+        let read = read.unwrap();
+        let names: Vec<&str> = read.iter().map(|order| &*order.name).collect();
+        assert_eq!(names, ["b", "a", "c"]);
+        let a = &read[1];
+        let objects: Vec<usize> = a.items.iter().map(|item| item.object).collect();
+        assert_eq!(objects, [0, 0, 1]);
+        assert_eq!(a.items[1].item.group.as_deref(), Some("food"));
+        assert_eq!(a.items[1].item.mass_kg, Some(0.5));
+        // What the table does not say is the catalogue's.
+        assert_eq!(a.items[2].item.group, None);
+        assert!(a.items[2].item.mass_kg.is_some_and(|mass_kg| mass_kg > 0.0));
+        assert!(a.items[2].item.volume_m3 > 0.0);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_line() {
+        let wrong = [
+            (
+                "order,item\na,cube\na,teapot\n",
+                "line 3: the catalogue has no object 'teapot'",
+            ),
+            ("order,item,quantity\na,cube,0\n", "line 2: a quantity of 0"),
+            ("order,item,mass\na,cube,-1\n", "a mass of -1 kg"),
+            (
+                "order,item,priority\na,cube,NaN\n",
+                "the priority must be a number",
+            ),
+            ("order,item\n,cube\n", "an order and an item are needed"),
+            (
+                "order,thing\na,cube\n",
+                "the columns 'order' and 'item' are needed",
+            ),
+            (
+                "order,item,quantity\na,cube,200000\n",
+                "more than 100000 items",
+            ),
+            ("order,item\n", "has no orders"),
+        ];
+        for (table, reason) in wrong {
+            let error = orders(table).unwrap_err().to_string();
+            assert!(error.contains(reason), "{error}");
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Packing a stream, and what it came to.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::orders::{ContainerRules, Orders};
+use ppnpack_packing::plan::{Planner, StageError};
+use ppnpack_packing::stream::{Closing, ContainerSupply, Filled, StreamPlay, play_stream};
+use ppnpack_physics::outcome::is_unsteady;
+use ppnpack_physics::packing_cell::SimulatedPackingCell;
+use serde::{Deserialize, Serialize};
+
+use super::source::Arrivals;
+use crate::filling::apart::Apart;
+use crate::filling::{Bench, Way};
+
+/// A packed stream.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(super) struct Run {
+    pub(super) objects: Vec<usize>,
+    /// Of each container that was closed, in order.
+    pub(super) closed: Vec<Container>,
+    /// Of each that was open at the end.
+    pub(super) open: Vec<Container>,
+    /// Items that fit into no empty container.
+    pub(super) unplaceable: usize,
+    /// In how many containers each order is.
+    pub(super) containers_of_orders: Vec<usize>,
+    /// Of each step.
+    pub(super) decision_s: Vec<f64>,
+}
+
+/// What a container came to.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(super) struct Container {
+    pub(super) items: usize,
+    pub(super) placed: usize,
+    pub(super) meshes_m3: f64,
+    pub(super) unsteady: usize,
+    /// Whether it was closed as its order was complete.
+    pub(super) is_complete: bool,
+}
+
+/// What streams are packed with.
+pub(super) struct Packing<'a> {
+    pub(super) way: &'a Way,
+    pub(super) catalogue: &'a Catalogue,
+    pub(super) apart: &'a Apart,
+    pub(super) rules: ContainerRules,
+    pub(super) how: StreamPlay,
+}
+
+impl Packing<'_> {
+    pub(super) fn pack(&self, stream: &Arrivals) -> Outcome<Run> {
+        let grid = self.way.grid.build().or_input()?;
+        let mut supply = Supply {
+            packing: self,
+            stream: stream.number,
+        };
+        let items = stream.candidates(self.catalogue);
+        let orders = Orders::new(
+            self.rules.clone(),
+            stream.orders.iter().cloned().enumerate(),
+        );
+        let packed = play_stream(&grid, &mut supply, items, orders, self.how).or_run()?;
+        let of = |filled: &Filled<SimulatedPackingCell>| Container::of(&grid, filled);
+        let all = || packed.closed.iter().chain(&packed.open);
+        let steps = all().flat_map(|filled| &filled.steps);
+        let mut decision_s: Vec<(u64, f64)> = steps
+            .map(|step| (step.step, step.timings.total().as_secs_f64()))
+            .collect();
+        decision_s.sort_by_key(|(step, _)| *step);
+        Ok(Run {
+            objects: stream.objects.clone(),
+            closed: packed.closed.iter().map(of).collect(),
+            open: packed.open.iter().map(of).collect(),
+            unplaceable: packed.unplaceable.len(),
+            containers_of_orders: containers_of_orders(stream, all()),
+            decision_s: decision_s.into_iter().map(|(_, took_s)| took_s).collect(),
+        })
+    }
+}
+
+/// In how many of these containers each order is.
+fn containers_of_orders<'a, C: 'a>(
+    stream: &Arrivals,
+    containers: impl Iterator<Item = &'a Filled<C>>,
+) -> Vec<usize> {
+    let mut of_orders: BTreeMap<&Arc<str>, BTreeSet<usize>> = BTreeMap::new();
+    for filled in containers {
+        for step in &filled.steps {
+            if let Some(item) = stream.orders.get(step.candidate.arrival) {
+                of_orders
+                    .entry(&item.order)
+                    .or_default()
+                    .insert(filled.number);
+            }
+        }
+    }
+    of_orders.values().map(BTreeSet::len).collect()
+}
+
+/// Brings the containers of a stream.
+struct Supply<'a> {
+    packing: &'a Packing<'a>,
+    stream: u32,
+}
+
+impl ContainerSupply for Supply<'_> {
+    type Cell = SimulatedPackingCell;
+
+    fn next(&mut self, number: usize) -> Result<(Planner, SimulatedPackingCell), StageError> {
+        let Packing {
+            way,
+            catalogue,
+            apart,
+            ..
+        } = self.packing;
+        // Each container is another draw of what is random.
+        let seed = (u64::from(self.stream) << 32) | number as u64;
+        let bench = Bench::new(way, catalogue, seed, apart);
+        let bench = bench.map_err(|failure| failure.to_string())?;
+        Ok((bench.planner, bench.cell))
+    }
+}
+
+impl Container {
+    fn of(grid: &Grid, filled: &Filled<SimulatedPackingCell>) -> Self {
+        let packed = filled.packed(grid);
+        let reports = || filled.cell.placed().iter().map(|placed| &placed.report);
+        Self {
+            items: packed.items,
+            placed: reports().count(),
+            meshes_m3: packed.meshes_m3,
+            unsteady: reports()
+                .filter(|report| is_unsteady(report.toppled, report.slide_m, report.inside))
+                .count(),
+            is_complete: filled.closing == Some(Closing::OrderComplete),
+        }
+    }
+}

@@ -1,0 +1,273 @@
+//! Orders: which items belong together, and which of the open containers an item may go into, wherever it would lie there.
+//!
+//! Some rules are never broken; others say what is better, and give way where nothing else could be packed.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use crate::candidate::Candidate;
+
+/// How orders share containers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sharing {
+    /// A container holds items of one order. It is closed when the order is complete.
+    OneOrder,
+    /// Several orders share a container; each goes into as few as possible.
+    #[default]
+    Shared,
+}
+
+/// What containers may hold.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ContainerRules {
+    /// How orders share them.
+    pub sharing: Sharing,
+    /// Pairs of groups that never travel in one container.
+    pub apart: Vec<(String, String)>,
+    /// The greatest mass of what one holds, in kilograms.
+    pub most_kg: Option<f64>,
+    /// The volume of items that a container is expected to hold, in cubic metres. Only where the rest of an order fits into that is it
+    /// begun in a container that is not empty; without, anywhere.
+    pub expected_m3: Option<f64>,
+}
+
+/// What is known of an item beside its shape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OrderItem {
+    /// Its order.
+    pub order: Arc<str>,
+    /// Its group, where it is of one.
+    pub group: Option<Arc<str>>,
+    /// Its mass, in kilograms; unknown ones count nothing.
+    pub mass_kg: Option<f64>,
+    /// The volume of its mesh, in cubic metres.
+    pub volume_m3: f64,
+}
+
+/// Why an item may not go into a container.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Bar {
+    /// The container is for one order, and this is another one's.
+    #[error("the container is for order {0}")]
+    OtherOrder(Arc<str>),
+    /// It must not travel with what is in there.
+    #[error("{0} must not travel with {1}")]
+    GroupsApart(Arc<str>, Arc<str>),
+    /// The container would be too heavy.
+    #[error("the container would be {over_kg:.2} kg too heavy")]
+    TooHeavy {
+        /// By how much.
+        over_kg: f64,
+    },
+    /// Other items of its order lie in another open container. Gives way.
+    #[error("order {0} is in another container")]
+    OrderElsewhere(Arc<str>),
+    /// The rest of its order is not expected to fit. Gives way.
+    #[error("the rest of order {order} is not expected to fit: {over_m3:.4} m³ too much")]
+    NoRoomForOrder {
+        /// The order.
+        order: Arc<str>,
+        /// By how much.
+        over_m3: f64,
+    },
+    /// Orders are packed one after another, and one before it waits. Gives way.
+    #[error("order {0} comes before")]
+    EarlierOrder(Arc<str>),
+}
+
+impl Bar {
+    /// Whether it is broken where nothing else could be packed.
+    pub fn gives_way(&self) -> bool {
+        matches!(
+            self,
+            Self::OrderElsewhere(_) | Self::NoRoomForOrder { .. } | Self::EarlierOrder(_)
+        )
+    }
+}
+
+/// What a container holds, as far as rules are concerned.
+#[derive(Debug, Clone, Default)]
+struct Held {
+    orders: BTreeSet<Arc<str>>,
+    groups: BTreeSet<Arc<str>>,
+    mass_kg: f64,
+    volume_m3: f64,
+}
+
+/// What is left of an order.
+#[derive(Debug, Clone, Copy, Default)]
+struct Rest {
+    items: usize,
+    volume_m3: f64,
+}
+
+/// The orders of a stream, and what the open containers hold of them. Items of no order have no rules.
+#[derive(Debug, Clone, Default)]
+pub struct Orders {
+    rules: ContainerRules,
+    items: BTreeMap<usize, OrderItem>,
+    left: BTreeMap<Arc<str>, Rest>,
+    open: Vec<Held>,
+    /// The first order in the buffer that no open container holds anything of.
+    next: Option<Arc<str>>,
+}
+
+impl Orders {
+    /// Orders whose items arrive so: by their place in the sequence of arrivals.
+    pub fn new(rules: ContainerRules, items: impl IntoIterator<Item = (usize, OrderItem)>) -> Self {
+        let items: BTreeMap<usize, OrderItem> = items.into_iter().collect();
+        let mut left: BTreeMap<Arc<str>, Rest> = BTreeMap::new();
+        for item in items.values() {
+            let rest = left.entry(Arc::clone(&item.order)).or_default();
+            rest.items += 1;
+            rest.volume_m3 += item.volume_m3;
+        }
+        Self {
+            rules,
+            items,
+            left,
+            ..Self::default()
+        }
+    }
+
+    /// A container is opened; it stands behind the others.
+    pub fn opened(&mut self) {
+        self.open.push(Held::default());
+    }
+
+    /// A container is closed. Those behind it move up.
+    pub fn closed(&mut self, container: usize) {
+        if container < self.open.len() {
+            self.open.remove(container);
+        }
+    }
+
+    /// A step begins, with these items in the buffer.
+    pub fn begin(&mut self, candidates: &[Candidate]) {
+        let waiting = candidates.iter();
+        let orders = waiting.filter_map(|held| Some(&self.items.get(&held.arrival)?.order));
+        let mut unbegun = orders.filter(|order| self.homes(order).next().is_none());
+        self.next = unbegun.next().cloned();
+    }
+
+    /// An item was placed in a container.
+    pub fn packed(&mut self, container: usize, arrival: usize) {
+        let item = self.items.get(&arrival).cloned();
+        let (Some(held), Some(item)) = (self.open.get_mut(container), item) else {
+            return;
+        };
+        held.mass_kg += item.mass_kg.unwrap_or(0.0);
+        held.volume_m3 += item.volume_m3;
+        held.orders.insert(Arc::clone(&item.order));
+        held.groups.extend(item.group.clone());
+        self.gone(&item);
+    }
+
+    /// An item that fits nowhere will not come.
+    pub fn dropped(&mut self, arrival: usize) {
+        if let Some(item) = self.items.get(&arrival).cloned() {
+            self.gone(&item);
+        }
+    }
+
+    fn gone(&mut self, item: &OrderItem) {
+        if let Some(rest) = self.left.get_mut(&item.order) {
+            rest.items = rest.items.saturating_sub(1);
+            rest.volume_m3 = (rest.volume_m3 - item.volume_m3).max(0.0);
+        }
+    }
+
+    /// The order of an item.
+    pub fn order_of(&self, arrival: usize) -> Option<&Arc<str>> {
+        self.items.get(&arrival).map(|item| &item.order)
+    }
+
+    /// The first container that is for one order which is complete.
+    pub fn complete(&self) -> Option<usize> {
+        if self.rules.sharing != Sharing::OneOrder {
+            return None;
+        }
+        let is_complete = |held: &Held| {
+            !held.orders.is_empty() && held.orders.iter().all(|order| self.rest(order).items == 0)
+        };
+        self.open.iter().position(is_complete)
+    }
+
+    /// Why the item of this arrival may not go into an open container, where it may not. Rules that give way come last.
+    pub fn bar(&self, container: usize, arrival: usize) -> Option<Bar> {
+        let item = self.items.get(&arrival)?;
+        let held = self.open.get(container)?;
+        self.other_order(held, item)
+            .or_else(|| self.groups_apart(held, item))
+            .or_else(|| self.too_heavy(held, item))
+            .or_else(|| self.elsewhere(held, item))
+            .or_else(|| self.no_room(held, item))
+    }
+
+    fn other_order(&self, held: &Held, item: &OrderItem) -> Option<Bar> {
+        let other = held.orders.iter().find(|order| **order != item.order)?;
+        let is_barred = self.rules.sharing == Sharing::OneOrder;
+        is_barred.then(|| Bar::OtherOrder(Arc::clone(other)))
+    }
+
+    fn groups_apart(&self, held: &Held, item: &OrderItem) -> Option<Bar> {
+        let group = item.group.as_ref()?;
+        let is_apart = |other: &&Arc<str>| {
+            let mut pairs = self.rules.apart.iter();
+            pairs.any(|(a, b)| {
+                let pair = (a.as_str(), b.as_str());
+                pair == (group, other) || pair == (other, group)
+            })
+        };
+        let other = held.groups.iter().find(is_apart)?;
+        Some(Bar::GroupsApart(Arc::clone(group), Arc::clone(other)))
+    }
+
+    fn too_heavy(&self, held: &Held, item: &OrderItem) -> Option<Bar> {
+        let over_kg = held.mass_kg + item.mass_kg? - self.rules.most_kg?;
+        (over_kg > 0.0).then_some(Bar::TooHeavy { over_kg })
+    }
+
+    /// Where others of its order are, or orders before it are to be begun.
+    fn elsewhere(&self, held: &Held, item: &OrderItem) -> Option<Bar> {
+        if held.orders.contains(&item.order) {
+            return None;
+        }
+        if self.homes(&item.order).next().is_some() {
+            return Some(Bar::OrderElsewhere(Arc::clone(&item.order)));
+        }
+        let next = self.next.as_ref().filter(|next| **next != item.order)?;
+        let is_barred = self.rules.sharing == Sharing::OneOrder;
+        is_barred.then(|| Bar::EarlierOrder(Arc::clone(next)))
+    }
+
+    fn no_room(&self, held: &Held, item: &OrderItem) -> Option<Bar> {
+        let is_begun = held.orders.contains(&item.order);
+        let expected_m3 = self.rules.expected_m3.filter(|_| !is_begun)?;
+        if held.orders.is_empty() {
+            return None;
+        }
+        let promised = held.orders.iter().map(|order| self.rest(order).volume_m3);
+        let needed_m3 = held.volume_m3 + promised.sum::<f64>() + self.rest(&item.order).volume_m3;
+        let over_m3 = needed_m3 - expected_m3;
+        (over_m3 > 0.0).then(|| Bar::NoRoomForOrder {
+            order: Arc::clone(&item.order),
+            over_m3,
+        })
+    }
+
+    /// The open containers that hold something of an order.
+    fn homes<'a>(&'a self, order: &'a Arc<str>) -> impl Iterator<Item = usize> + 'a {
+        let open = self.open.iter().enumerate();
+        open.filter_map(move |(container, held)| held.orders.contains(order).then_some(container))
+    }
+
+    fn rest(&self, order: &Arc<str>) -> Rest {
+        self.left.get(order).copied().unwrap_or_default()
+    }
+}
