@@ -123,3 +123,53 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
     );
     assert!(std::fs::metadata(&cut).unwrap().len() > 10);
 }
+
+/// On a coarse grid, placements pass a geometric test and are not tried.
+const UNTRIED: &str = r#"[{"name": "untried", "grid": {"cell_m": 0.01, "yaws": 4},
+    "method": {"proposals": {"from": "bounded"}, "stability": "physical", "trial": {"tries_per_item": 0}}}]"#;
+
+#[test]
+fn orders_are_packed_one_at_a_time_and_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let orders = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/orders.csv");
+    let method = folder.path().join("method.json");
+    std::fs::write(&method, UNTRIED).unwrap();
+    let out = folder.path().join("out");
+    let results = json(&ppnpack(&[
+        "experiment",
+        "stream",
+        "--orders",
+        orders.to_str().unwrap(),
+        "--streams",
+        "1",
+        "--open",
+        "1",
+        "--method",
+        method.to_str().unwrap(),
+        "--out",
+        out.to_str().unwrap(),
+        "--json",
+    ]));
+    let [apart, together] = [0, 1].map(|line| &results["lines"][line]);
+    // Four orders of a few small items each fit into one container.
+    assert_eq!(apart["closed_as_complete"], 4);
+    assert_eq!(apart["used"]["mean"], 4.0);
+    assert_eq!(together["used"]["mean"], 1.0);
+    assert_eq!(together["in_one_container_percent"], 100.0);
+    let table = std::fs::read_to_string(out.join("stream.md")).unwrap();
+    assert!(table.contains("| 1, one order at a time | 4.0"), "{table}");
+}
+
+#[test]
+fn a_line_of_orders_that_is_wrong_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let orders = folder.path().join("orders.csv");
+    std::fs::write(&orders, "order,item\na,mug\na,samovar\n").unwrap();
+    let output = ppnpack(&["experiment", "stream", "--orders", orders.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        error.contains("line 3") && error.contains("samovar"),
+        "{error}"
+    );
+}

@@ -17,6 +17,7 @@ use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_ma
 use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::coarse::{CoarseGrid, CoarseToFine, Coarsening};
+use ppnpack_packing::containers::{ContainerChoice, ContainersStep, OpenContainer, OpenContainers};
 use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
@@ -379,5 +380,56 @@ fn kernels(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, steps, kernels);
+/// Four containers, filled by an eighth to a half, and one buffer.
+fn containers(criterion: &mut Criterion) {
+    for setting in GRIDS.into_iter().take(2).map(Setting::new) {
+        let Setting { name, grid, .. } = &setting;
+        let (_, _, candidates) = setting.half_full();
+        let eighth = setting.steps.len() / 8;
+        let scenes = [1, 2, 3, 4].map(|part| &setting.steps[part * eighth].0);
+        let open = [0, 1, 2, 3].map(|number| OpenContainer {
+            grid,
+            scene: scenes[number],
+            filled_m3: number as f64,
+        });
+        let mut group = criterion.benchmark_group("containers");
+        group.sample_size(30);
+        let mut planners = scenes.map(|_| bounded_planner(grid));
+        group.bench_function(BenchmarkId::new("four, each by itself", name), |bencher| {
+            bencher.iter(|| {
+                for (planner, scene) in planners.iter_mut().zip(scenes) {
+                    let input = StepInput::new(grid, scene, candidates);
+                    black_box(planner.plan(&input).unwrap().choice());
+                }
+            });
+        });
+        for (label, choice, changed) in [
+            ("a step over four, the best", ContainerChoice::Best, 4),
+            ("a step over four, the fullest", ContainerChoice::Fullest, 4),
+            (
+                "a step over four of which one changed, the best",
+                ContainerChoice::Best,
+                1,
+            ),
+        ] {
+            let mut planners = OpenContainers::default();
+            for _ in &open {
+                planners.open(bounded_planner(grid));
+            }
+            let step = ContainersStep {
+                choice,
+                ..ContainersStep::new(&open, candidates)
+            };
+            group.bench_function(BenchmarkId::new(label, name), |bencher| {
+                bencher.iter(|| {
+                    (0..changed).for_each(|container| planners.changed(container));
+                    black_box(planners.plan(&step).unwrap().0)
+                });
+            });
+        }
+        group.finish();
+    }
+}
+
+criterion_group!(benches, steps, containers, kernels);
 criterion_main!(benches);

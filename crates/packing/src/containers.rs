@@ -308,7 +308,8 @@ impl Known {
         let kept = self.offered(input.candidates).cloned();
         let value = kept.as_ref().map(|kept| kept.placement.value);
         // Of what was looked at nothing else can be better.
-        let is_settled = kept.is_some() || input.below.is_some_and(|below| below <= self.least);
+        let wanted = input.below.unwrap_or(f64::INFINITY);
+        let is_settled = kept.is_some() || wanted <= self.least;
         if !is_settled {
             self.forget();
         }
@@ -334,11 +335,7 @@ impl Known {
             }
             best = found.or(best);
         }
-        let is_better = |offer: &Offer| {
-            let below = input.below;
-            below.is_none_or(|below| offer.placement.value < below)
-        };
-        Ok(best.filter(is_better))
+        Ok(best.filter(|offer| offer.placement.value < wanted))
     }
 
     /// As [`Self::offer`], of planners of which nothing can be kept.

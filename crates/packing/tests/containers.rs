@@ -15,7 +15,7 @@ use ppnpack_packing::candidate::Candidate;
 use ppnpack_packing::containers::{ContainerChoice, ContainersStep, OpenContainer, OpenContainers};
 use ppnpack_packing::episode::{Ending, IdealCell, PackingCell, Play, play};
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::Item;
 use ppnpack_packing::objective::Heuristic;
 use ppnpack_packing::orders::Orders;
@@ -206,5 +206,33 @@ fn a_container_that_did_not_change_is_searched_for_new_items_alone() {
     assert_eq!(effort.searched, 0);
     // The last item is.
     let (_, effort) = plan(&mut cells, &candidates);
+    assert_eq!(effort.searched, 2);
+}
+
+#[test]
+fn a_container_that_nothing_fits_into_is_not_searched_again() {
+    let grid = support::blocks::grid();
+    let candidates = support::blocks::blocks(4);
+    let mut open = OpenContainers::default();
+    let mut full = Heightmap::empty(&grid);
+    (0..grid.nx()).for_each(|x| (0..grid.ny()).for_each(|y| full.raise(x, y, grid.rim())));
+    open.open(planner(&grid, Heuristic::Sdfm));
+    open.open(planner(&grid, Heuristic::Sdfm));
+    let mut plan = |buffer: &[Candidate], scenes: [Scene; 2]| {
+        let containers = scenes.each_ref().map(|scene| OpenContainer {
+            grid: &grid,
+            scene,
+            filled_m3: f64::from(scene.heightmap().max()),
+        });
+        open.plan(&ContainersStep::new(&containers, buffer))
+            .unwrap()
+    };
+    let scenes = || [full.clone(), Heightmap::empty(&grid)].map(Scene::from_heightmap);
+    let (chosen, effort) = plan(&candidates[..3], scenes());
+    assert_eq!((chosen.unwrap().container, effort.searched), (1, 2));
+    let (chosen, effort) = plan(&candidates[..3], scenes());
+    assert_eq!((chosen.unwrap().container, effort.searched), (1, 0));
+    // The full one is asked for the new item alone.
+    let (_, effort) = plan(&candidates, scenes());
     assert_eq!(effort.searched, 2);
 }

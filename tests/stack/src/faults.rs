@@ -5,6 +5,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
+use ppnpack_service::rpc::CallError;
+use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1;
 use rand::RngExt;
 use rand::seq::IndexedRandom;
@@ -18,6 +20,12 @@ use crate::{Signal, Stack};
 
 /// How long a process is stopped, a disk full or a cell held, at most.
 const LONGEST: Duration = Duration::from_secs(3);
+
+/// How long an answer is waited for before a service is asked afresh.
+const ASKED_AGAIN: Duration = Duration::from_secs(1);
+
+/// How long services are asked until they count as dead.
+const GIVEN_UP: Duration = Duration::from_secs(60);
 
 /// How far a clock is stepped.
 const STEPS: [&str; 4] = ["+1h", "-2h", "+400d", "-400d"];
@@ -205,17 +213,28 @@ impl Faults {
 /// How long each service that is asked about a cell takes to answer.
 fn waits_of(cell: &CellClient) -> Result<[(&'static str, Duration); 3]> {
     let begun = Instant::now();
-    cell.session()?;
+    ask_afresh(cell, &v1::SessionRequest::default()).context("the planner")?;
     let planner = begun.elapsed();
-    cell.state()?;
+    ask_afresh(cell, &v1::CellStateRequest::default()).context("the bridge")?;
     let bridge = begun.elapsed();
-    cell.ask(v1::HeightmapRequest::default())?;
+    ask_afresh(cell, &v1::HeightmapRequest::default()).context("perception")?;
     let perception = begun.elapsed();
     Ok([
         ("planner", planner),
         ("bridge", bridge - planner),
         ("perception", perception - bridge),
     ])
+}
+
+/// Asks, and again where no answer came for a while: what was on its way through a router that was killed is lost.
+fn ask_afresh<R: Request + Clone>(cell: &CellClient, request: &R) -> Result<()> {
+    let until = Instant::now() + GIVEN_UP;
+    loop {
+        match cell.ask_within(request.clone(), ASKED_AGAIN) {
+            Err(CallError::TimedOut | CallError::NoAnswer { .. }) if Instant::now() < until => {}
+            answered => return answered.map(|_| ()).map_err(Into::into),
+        }
+    }
 }
 
 /// How long something lasts.

@@ -55,13 +55,14 @@ struct Line {
 }
 
 impl Run {
-    /// The mean over the closed containers; over those that are open where none was closed.
+    /// The mean over the closed containers; over the others that were begun where none was closed.
     fn mean(&self, value: impl Fn(&Container) -> f64) -> f64 {
         let containers = match self.closed.is_empty() {
             true => &self.open,
             false => &self.closed,
         };
-        Mean::of(containers.iter().map(value)).mean
+        let begun = containers.iter().filter(|container| container.placed > 0);
+        Mean::of(begun.map(value)).mean
     }
 
     fn all(&self) -> impl Iterator<Item = &Container> {
