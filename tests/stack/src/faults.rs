@@ -5,7 +5,6 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use ppnpack_service::rpc::CallError;
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1;
 use rand::RngExt;
@@ -23,6 +22,9 @@ const LONGEST: Duration = Duration::from_secs(3);
 
 /// How long an answer is waited for before a service is asked afresh.
 const ASKED_AGAIN: Duration = Duration::from_secs(1);
+
+/// How long after a refusal.
+const PAUSE: Duration = Duration::from_millis(10);
 
 /// How long services are asked until they count as dead.
 const GIVEN_UP: Duration = Duration::from_secs(60);
@@ -226,12 +228,12 @@ fn waits_of(cell: &CellClient) -> Result<[(&'static str, Duration); 3]> {
     ])
 }
 
-/// Asks, and again where no answer came for a while: what was on its way through a router that was killed is lost.
+/// Asks until it is answered: what was on its way through a router that was killed is lost, and a service that has just begun says so.
 fn ask_afresh<R: Request + Clone>(cell: &CellClient, request: &R) -> Result<()> {
     let until = Instant::now() + GIVEN_UP;
     loop {
         match cell.ask_within(request.clone(), ASKED_AGAIN) {
-            Err(CallError::TimedOut | CallError::NoAnswer { .. }) if Instant::now() < until => {}
+            Err(_) if Instant::now() < until => thread::sleep(PAUSE),
             answered => return answered.map(|_| ()).map_err(Into::into),
         }
     }
