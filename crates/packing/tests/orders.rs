@@ -155,6 +155,13 @@ fn held<'a>(items: &'a [OrderItem], filled: &Filled<IdealCell>) -> Vec<&'a Order
     steps.map(|step| &items[step.candidate.arrival]).collect()
 }
 
+fn orders_in<'a>(
+    items: &'a [OrderItem],
+    filled: &Filled<IdealCell>,
+) -> impl Iterator<Item = &'a str> {
+    held(items, filled).into_iter().map(|item| &*item.order)
+}
+
 proptest! {
     #[test]
     fn what_is_barred_would_break_the_rule_that_is_named_and_nothing_else_is(
@@ -253,12 +260,7 @@ fn with_one_order_a_container_orders_follow_one_another_and_each_closes_its_own(
     let orders: Vec<Vec<&str>> = stream
         .closed
         .iter()
-        .map(|filled| {
-            held(&items, filled)
-                .iter()
-                .map(|item| &*item.order)
-                .collect()
-        })
+        .map(|filled| orders_in(&items, filled).collect())
         .collect();
     assert_eq!(orders, [vec!["a"; 3], vec!["b"; 2]]);
     assert!(
@@ -278,12 +280,7 @@ fn an_order_goes_on_where_it_began_and_another_begins_where_it_is_expected_to_fi
     };
     let stream = pack(&rules, &items, 2);
     let apart: Vec<BTreeSet<&str>> = all(&stream)
-        .map(|filled| {
-            held(&items, filled)
-                .iter()
-                .map(|item| &*item.order)
-                .collect()
-        })
+        .map(|filled| orders_in(&items, filled).collect())
         .collect();
     assert_eq!(apart, [BTreeSet::from(["a"]), BTreeSet::from(["b"])]);
     // Where no container is left for it, the rule gives way.

@@ -18,7 +18,7 @@ use serde::Serialize;
 use crate::document;
 use crate::filling::apart::Physics;
 use crate::filling::{self, Way};
-use crate::runs::{Runs, RunsOption};
+use crate::runs::{self, Runs, RunsOption};
 use crate::workers;
 use packing::{Packing, Run};
 use results::Results;
@@ -38,16 +38,16 @@ pub(crate) struct StreamArguments {
     source: SourceOptions,
 
     /// Pairs of groups of the orders' table that never travel in one container, such as food:chemicals
-    #[arg(long, value_name = "GROUP:GROUP", value_delimiter = ',', value_parser = parse_pair)]
+    #[arg(long, value_name = "GROUP:GROUP", value_delimiter = ',', value_parser = parse_pair, conflicts_with = "sequences")]
     apart: Vec<(String, String)>,
 
     /// The greatest mass of what a container holds, in kilograms
-    #[arg(long, value_name = "KG", value_parser = parse_mass_kg)]
+    #[arg(long, value_name = "KG", value_parser = parse_mass_kg, conflicts_with = "sequences")]
     most_kg: Option<f64>,
 
     /// The volume of items that a container is expected to hold, in litres: an order is begun in one that holds others where its rest fits
     /// into that
-    #[arg(long, value_name = "LITRES", value_parser = parse_litres)]
+    #[arg(long, value_name = "LITRES", value_parser = parse_litres, conflicts_with = "sequences")]
     expected_litres: Option<f64>,
 
     /// The first stream
@@ -191,7 +191,9 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
         let kept = Runs::new(&folder, &settings)?;
         let pack = |stream: &Arrivals| {
             let is_right = |run: &Run| run.objects == stream.objects;
-            let name = format!("{:05}", stream.number);
+            // Their groups and masses decide, too.
+            let orders = runs::hash(&format!("{:?}", stream.orders), 8)?;
+            let name = format!("{:05}-{orders}", stream.number);
             kept.finish(&name, is_right, || packing.pack(stream))
         };
         let runs = workers::map("Packing", &streams, arguments.workers, pack)?;
