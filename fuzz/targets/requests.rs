@@ -39,6 +39,8 @@ fuzz_target!(|data: &[u8]| {
         check::<v1::WithdrawRequest>,
         check::<v1::PlanRequest>,
         check::<v1::ReportRequest>,
+        check::<v1::OpenRequest>,
+        check::<v1::CloseRequest>,
         check::<v1::ExplainRequest>,
         check::<v1::AutomaticRequest>,
         check::<v1::SessionRequest>,

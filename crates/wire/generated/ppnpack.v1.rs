@@ -204,6 +204,10 @@ pub struct RequestHeader {
     /// session that is to be replaced.
     #[prost(string, tag = "4")]
     pub session_id: ::prost::alloc::string::String,
+    /// The cell, or container, that the request is for, as in its key. One that comes to another is refused as STATUS_UNAVAILABLE, and was
+    /// not looked at: networks may mix up keys as routers restart. Empty: that is not checked.
+    #[prost(string, tag = "5")]
+    pub cell: ::prost::alloc::string::String,
 }
 impl ::prost::Name for RequestHeader {
     const NAME: &'static str = "RequestHeader";
@@ -870,6 +874,9 @@ pub struct PointCloud {
     /// Which sensor of the cell it is from, at most 64 characters. Empty where there is one only.
     #[prost(string, tag = "8")]
     pub sensor: ::prost::alloc::string::String,
+    /// The cell that it is of, as in the key. One that comes under another cell's key is not used. Empty where the sensor does not know it.
+    #[prost(string, tag = "9")]
+    pub cell: ::prost::alloc::string::String,
 }
 impl ::prost::Name for PointCloud {
     const NAME: &'static str = "PointCloud";
@@ -1508,6 +1515,10 @@ pub struct Heightmap {
     /// How far it can be trusted.
     #[prost(message, optional, tag = "5")]
     pub quality: ::core::option::Option<HeightmapQuality>,
+    /// The cell that it is of, as in the key. One that comes under another cell's key is not planned on. Empty in those of older
+    /// perception services.
+    #[prost(string, tag = "6")]
+    pub cell: ::prost::alloc::string::String,
 }
 impl ::prost::Name for Heightmap {
     const NAME: &'static str = "Heightmap";
@@ -2134,8 +2145,8 @@ impl InspectionKind {
         }
     }
 }
-/// rpc/planner/begin: begins the packing of a container; what was known of the one before is put away. While a decision of that awaits
-/// its outcome it is refused as STATUS_CONFLICT, unless gives_up_pending is set.
+/// rpc/planner/begin: begins the packing of a cell's containers; what was known of those before is put away. While a decision of that
+/// awaits its outcome it is refused as STATUS_CONFLICT, unless gives_up_pending is set.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct BeginRequest {
     #[prost(message, optional, tag = "1")]
@@ -2144,14 +2155,15 @@ pub struct BeginRequest {
     /// nothing; one that was before that is refused as STATUS_CONFLICT, so that a request that comes late puts nothing away.
     #[prost(string, tag = "2")]
     pub session_id: ::prost::alloc::string::String,
-    /// Regions of the container's floor that stay free, from the floor to the rim. At most 256.
+    /// Regions of the container's floor that stay free, from the floor to the rim. At most 256. In a cell with several containers those
+    /// of all, unless `containers` is given.
     #[prost(message, repeated, tag = "3")]
     pub keep_out: ::prost::alloc::vec::Vec<Region>,
     /// Whether the planner has each decision carried out by the bridge, until nothing is left or nothing fits.
     #[prost(bool, tag = "4")]
     pub is_automatic: bool,
     /// The least state number of the cell that shows the container to be packed, such as that of a RenewReply: nothing is
-    /// planned on an earlier one.
+    /// planned on an earlier one. In a cell with several containers each has its own, in `containers`.
     #[prost(uint64, tag = "5")]
     pub least_state_number: u64,
     /// The most items that may be set aside for the next container: at most 10,000. Where it is not given, the planner's
@@ -2161,6 +2173,9 @@ pub struct BeginRequest {
     /// Whether a decision of the session before that awaits its outcome is given up: nobody will report it.
     #[prost(bool, tag = "7")]
     pub gives_up_pending: bool,
+    /// The containers that are open from the start, in a cell with several; empty: all of them.
+    #[prost(message, repeated, tag = "8")]
+    pub containers: ::prost::alloc::vec::Vec<ContainerStart>,
 }
 impl ::prost::Name for BeginRequest {
     const NAME: &'static str = "BeginRequest";
@@ -2170,6 +2185,29 @@ impl ::prost::Name for BeginRequest {
     }
     fn type_url() -> ::prost::alloc::string::String {
         "/ppnpack.v1.BeginRequest".into()
+    }
+}
+/// A container that is opened: it stands there, and can be packed.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct ContainerStart {
+    /// Its name, as the planner's cell has it; empty in a cell with one container.
+    #[prost(string, tag = "1")]
+    pub container: ::prost::alloc::string::String,
+    /// Regions of its floor that stay free. At most 256.
+    #[prost(message, repeated, tag = "2")]
+    pub keep_out: ::prost::alloc::vec::Vec<Region>,
+    /// The least state number that shows it, as the bridge counts the states of this container; such as that of a RenewReply.
+    #[prost(uint64, tag = "3")]
+    pub least_state_number: u64,
+}
+impl ::prost::Name for ContainerStart {
+    const NAME: &'static str = "ContainerStart";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.ContainerStart".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.ContainerStart".into()
     }
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -2259,6 +2297,9 @@ pub struct Announcement {
     /// alone.
     #[prost(uint32, repeated, tag = "8")]
     pub allowed_poses: ::prost::alloc::vec::Vec<u32>,
+    /// What it belongs to, which says into which container it may go.
+    #[prost(message, optional, tag = "9")]
+    pub order_line: ::core::option::Option<OrderLine>,
     /// What the item is.
     #[prost(oneof = "announcement::Shape", tags = "2, 3")]
     pub shape: ::core::option::Option<announcement::Shape>,
@@ -2284,6 +2325,29 @@ impl ::prost::Name for Announcement {
     }
     fn type_url() -> ::prost::alloc::string::String {
         "/ppnpack.v1.Announcement".into()
+    }
+}
+/// What is known of an item beside its shape, for the rules of the planner's cell on what a container may hold.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct OrderLine {
+    /// Its order: up to 64 characters as in a request id; empty where it is of none.
+    #[prost(string, tag = "1")]
+    pub order: ::prost::alloc::string::String,
+    /// Its group, such as food, where others must not travel with it: up to 64 characters as in a request id; empty where it is of none.
+    #[prost(string, tag = "2")]
+    pub group: ::prost::alloc::string::String,
+    /// Its mass, in kilograms: at most 10,000; 0: as the catalogue has it.
+    #[prost(double, tag = "3")]
+    pub mass_kg: f64,
+}
+impl ::prost::Name for OrderLine {
+    const NAME: &'static str = "OrderLine";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.OrderLine".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.OrderLine".into()
     }
 }
 /// What has to be respected when an item is packed.
@@ -2470,6 +2534,10 @@ pub struct Decision {
     /// than the bridge's decision_age_limit_s after this.
     #[prost(uint64, tag = "21")]
     pub decided_at_ns: u64,
+    /// The container that it goes into. In a cell with several it is reached under this name in place of the cell's: there the placement
+    /// is sent, and there its states and heightmaps are. Empty in a cell with one.
+    #[prost(string, tag = "22")]
+    pub container: ::prost::alloc::string::String,
 }
 impl ::prost::Name for Decision {
     const NAME: &'static str = "Decision";
@@ -2571,6 +2639,91 @@ impl ::prost::Name for ReportReply {
     }
     fn type_url() -> ::prost::alloc::string::String {
         "/ppnpack.v1.ReportReply".into()
+    }
+}
+/// rpc/planner/open: an empty container stands where one was closed, and the session goes on with it. What is set aside waits again.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct OpenRequest {
+    #[prost(message, optional, tag = "1")]
+    pub header: ::core::option::Option<RequestHeader>,
+    #[prost(message, optional, tag = "2")]
+    pub start: ::core::option::Option<ContainerStart>,
+    /// Which of the containers that stand there one after another, as Session.containers says: a request that is sent again changes
+    /// nothing, and one that comes late is refused as STATUS_CONFLICT.
+    #[prost(uint64, tag = "3")]
+    pub sequence: u64,
+}
+impl ::prost::Name for OpenRequest {
+    const NAME: &'static str = "OpenRequest";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.OpenRequest".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.OpenRequest".into()
+    }
+}
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct OpenReply {
+    #[prost(message, optional, tag = "1")]
+    pub header: ::core::option::Option<ReplyHeader>,
+    #[prost(message, optional, tag = "2")]
+    pub session: ::core::option::Option<Session>,
+}
+impl ::prost::Name for OpenReply {
+    const NAME: &'static str = "OpenReply";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.OpenReply".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.OpenReply".into()
+    }
+}
+/// rpc/planner/close: a container is full, or has to leave: nothing more is put into it. While a decision for it awaits its outcome it is
+/// refused as STATUS_CONFLICT.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct CloseRequest {
+    #[prost(message, optional, tag = "1")]
+    pub header: ::core::option::Option<RequestHeader>,
+    /// Its name; empty in a cell with one container.
+    #[prost(string, tag = "2")]
+    pub container: ::prost::alloc::string::String,
+    /// Which of the containers that stand there one after another, as Session.containers says. One that was closed before stays closed.
+    #[prost(uint64, tag = "3")]
+    pub sequence: u64,
+    /// Whether the planner has the bridge take it away and bring an empty one, and opens that.
+    #[prost(bool, tag = "4")]
+    pub is_renewed: bool,
+    /// Why, for people: at most 4,096 bytes.
+    #[prost(string, tag = "5")]
+    pub text: ::prost::alloc::string::String,
+}
+impl ::prost::Name for CloseRequest {
+    const NAME: &'static str = "CloseRequest";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.CloseRequest".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.CloseRequest".into()
+    }
+}
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct CloseReply {
+    #[prost(message, optional, tag = "1")]
+    pub header: ::core::option::Option<ReplyHeader>,
+    #[prost(message, optional, tag = "2")]
+    pub session: ::core::option::Option<Session>,
+}
+impl ::prost::Name for CloseReply {
+    const NAME: &'static str = "CloseReply";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.CloseReply".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.CloseReply".into()
     }
 }
 /// rpc/planner/explain: why an item of the buffer cannot be placed now, or where it would go.
@@ -2732,6 +2885,15 @@ pub struct Session {
     /// The sessions before this one, which are not begun again; the last 64.
     #[prost(string, repeated, tag = "16")]
     pub past_session_ids: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    /// The containers of the cell. Of the first, keep_out and least_state_number are repeated above, for those who know one only.
+    #[prost(message, repeated, tag = "17")]
+    pub containers: ::prost::alloc::vec::Vec<SessionContainer>,
+    /// The containers that were closed; the last 64.
+    #[prost(message, repeated, tag = "18")]
+    pub closed: ::prost::alloc::vec::Vec<ClosedContainer>,
+    /// How many of the items that were announced are not in `items` any more, as their containers were closed long ago.
+    #[prost(uint64, tag = "19")]
+    pub forgotten_items: u64,
 }
 impl ::prost::Name for Session {
     const NAME: &'static str = "Session";
@@ -2741,6 +2903,66 @@ impl ::prost::Name for Session {
     }
     fn type_url() -> ::prost::alloc::string::String {
         "/ppnpack.v1.Session".into()
+    }
+}
+/// A place for a container, and the one that stands there.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct SessionContainer {
+    /// Its name; empty in a cell with one container.
+    #[prost(string, tag = "1")]
+    pub container: ::prost::alloc::string::String,
+    /// Which of those that stand there one after another in the session, from 0; where none is open: which the next one is.
+    #[prost(uint64, tag = "2")]
+    pub sequence: u64,
+    /// Whether it is packed.
+    #[prost(bool, tag = "3")]
+    pub is_open: bool,
+    /// The id of the request by which the planner has the bridge bring an empty one, which it then opens; empty where it does not.
+    #[prost(string, tag = "4")]
+    pub renewal_id: ::prost::alloc::string::String,
+    /// Regions of its floor that stay free.
+    #[prost(message, repeated, tag = "5")]
+    pub keep_out: ::prost::alloc::vec::Vec<Region>,
+    /// The least state number that shows what was done in it so far.
+    #[prost(uint64, tag = "6")]
+    pub least_state_number: u64,
+}
+impl ::prost::Name for SessionContainer {
+    const NAME: &'static str = "SessionContainer";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.SessionContainer".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.SessionContainer".into()
+    }
+}
+/// A container that was closed.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct ClosedContainer {
+    /// Its name, and which of those that stood there.
+    #[prost(string, tag = "1")]
+    pub container: ::prost::alloc::string::String,
+    #[prost(uint64, tag = "2")]
+    pub sequence: u64,
+    /// Why.
+    #[prost(enumeration = "ClosingReason", tag = "3")]
+    pub reason: i32,
+    /// The same for people.
+    #[prost(string, tag = "4")]
+    pub text: ::prost::alloc::string::String,
+    /// How many items it holds.
+    #[prost(uint32, tag = "5")]
+    pub items: u32,
+}
+impl ::prost::Name for ClosedContainer {
+    const NAME: &'static str = "ClosedContainer";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.ClosedContainer".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.ClosedContainer".into()
     }
 }
 /// A decision that has its outcome.
@@ -2812,6 +3034,17 @@ pub struct SessionItem {
     /// As announced, by increasing number.
     #[prost(uint32, repeated, tag = "17")]
     pub allowed_poses: ::prost::alloc::vec::Vec<u32>,
+    /// With ITEM_STATE_PACKED: in which container, and in which of those that stand there one after another; see SessionContainer.
+    #[prost(string, tag = "18")]
+    pub container: ::prost::alloc::string::String,
+    #[prost(uint64, tag = "19")]
+    pub container_sequence: u64,
+    /// Its number in the order in which the items of the session were announced, from 0.
+    #[prost(uint64, tag = "20")]
+    pub arrival: u64,
+    /// As announced.
+    #[prost(message, optional, tag = "21")]
+    pub order_line: ::core::option::Option<OrderLine>,
 }
 impl ::prost::Name for SessionItem {
     const NAME: &'static str = "SessionItem";
@@ -2872,6 +3105,9 @@ pub enum Reason {
     Constrained = 4,
     /// None of its placements was proposed.
     NotProposed = 5,
+    /// The container that holds least may not take it, wherever it would lie there: the text says by which rule of the planner's cell. It
+    /// fits into none of those that may.
+    Rule = 6,
 }
 impl Reason {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -2886,6 +3122,7 @@ impl Reason {
             Self::Rejected => "REASON_REJECTED",
             Self::Constrained => "REASON_CONSTRAINED",
             Self::NotProposed => "REASON_NOT_PROPOSED",
+            Self::Rule => "REASON_RULE",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -2897,6 +3134,47 @@ impl Reason {
             "REASON_REJECTED" => Some(Self::Rejected),
             "REASON_CONSTRAINED" => Some(Self::Constrained),
             "REASON_NOT_PROPOSED" => Some(Self::NotProposed),
+            "REASON_RULE" => Some(Self::Rule),
+            _ => None,
+        }
+    }
+}
+/// Why a container was closed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+#[repr(i32)]
+pub enum ClosingReason {
+    Unspecified = 0,
+    /// A request said so.
+    Request = 1,
+    /// No item of the buffer had a valid placement in any open container, and this one was the fullest.
+    NothingFits = 2,
+    /// It is as full as the planner's cell is set to.
+    Full = 3,
+    /// All items that were announced of its order are in it.
+    OrderComplete = 4,
+}
+impl ClosingReason {
+    /// String value of the enum field names used in the ProtoBuf definition.
+    ///
+    /// The values are not transformed in any way and thus are considered stable
+    /// (if the ProtoBuf definition does not change) and safe for programmatic use.
+    pub fn as_str_name(&self) -> &'static str {
+        match self {
+            Self::Unspecified => "CLOSING_REASON_UNSPECIFIED",
+            Self::Request => "CLOSING_REASON_REQUEST",
+            Self::NothingFits => "CLOSING_REASON_NOTHING_FITS",
+            Self::Full => "CLOSING_REASON_FULL",
+            Self::OrderComplete => "CLOSING_REASON_ORDER_COMPLETE",
+        }
+    }
+    /// Creates an enum from field names used in the ProtoBuf definition.
+    pub fn from_str_name(value: &str) -> ::core::option::Option<Self> {
+        match value {
+            "CLOSING_REASON_UNSPECIFIED" => Some(Self::Unspecified),
+            "CLOSING_REASON_REQUEST" => Some(Self::Request),
+            "CLOSING_REASON_NOTHING_FITS" => Some(Self::NothingFits),
+            "CLOSING_REASON_FULL" => Some(Self::Full),
+            "CLOSING_REASON_ORDER_COMPLETE" => Some(Self::OrderComplete),
             _ => None,
         }
     }

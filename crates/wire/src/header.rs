@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::error::{WireError, needed};
-use crate::keys::Instance;
+use crate::keys::{Cell, Instance};
 use crate::limits::checked;
 use crate::v1;
 
@@ -24,13 +24,15 @@ pub struct RequestHeader {
     pub caller: Option<Instance>,
     /// The packing session that it is meant for; none where it is for any.
     pub session_id: Option<String>,
+    /// The cell that it is for; none where it does not say so.
+    pub cell: Option<Cell>,
 }
 
 impl RequestHeader {
     /// Reads a header.
     ///
     /// # Errors
-    /// [`WireError`] where it is missing, or the id, the time limit, the caller or the session is not possible.
+    /// [`WireError`] where it is missing, or the id, the time limit, the caller, the session or the cell is not possible.
     pub fn read(header: Option<&v1::RequestHeader>) -> Result<Self, WireError> {
         let header = needed("header", header)?;
         let time_limit = Duration::from_micros(header.time_limit_us);
@@ -42,9 +44,12 @@ impl RequestHeader {
         let caller = caller.transpose();
         let session_id = Some(&header.session_id).filter(|session_id| !session_id.is_empty());
         let session_id = session_id.map(|text| id("header.session_id", text));
+        let cell = (!header.cell.is_empty()).then(|| Cell::new(&header.cell));
+        let cell = cell.transpose();
         Ok(Self {
             caller: caller.map_err(|error| WireError::invalid("header.caller", error))?,
             session_id: session_id.transpose()?.map(str::to_owned),
+            cell: cell.map_err(|error| WireError::invalid("header.cell", error))?,
             request_id: id("header.request_id", &header.request_id)?.to_owned(),
             time_limit,
         })
@@ -59,6 +64,7 @@ impl RequestHeader {
             time_limit_us: u64::try_from(micros).unwrap_or(u64::MAX).max(1),
             caller: caller.map_or_else(String::new, Instance::to_string),
             session_id: self.session_id.clone().unwrap_or_default(),
+            cell: self.cell.as_ref().map_or_else(String::new, Cell::to_string),
         }
     }
 }

@@ -222,6 +222,10 @@ chunks! {
         Plan = "plan",
         /// Of the planner: [`ReportRequest`](crate::v1::ReportRequest).
         Report = "report",
+        /// Of the planner: [`OpenRequest`](crate::v1::OpenRequest).
+        Open = "open",
+        /// Of the planner: [`CloseRequest`](crate::v1::CloseRequest).
+        Close = "close",
         /// Of the planner: [`ExplainRequest`](crate::v1::ExplainRequest).
         Explain = "explain",
         /// Of the planner: [`AutomaticRequest`](crate::v1::AutomaticRequest).

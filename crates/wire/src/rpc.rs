@@ -82,6 +82,8 @@ requests! {
     WithdrawRequest -> WithdrawReply: Some(Service::Planner), Withdraw;
     PlanRequest -> PlanReply: Some(Service::Planner), Plan;
     ReportRequest -> ReportReply: Some(Service::Planner), Report;
+    OpenRequest -> OpenReply: Some(Service::Planner), Open;
+    CloseRequest -> CloseReply: Some(Service::Planner), Close;
     ExplainRequest -> ExplainReply: Some(Service::Planner), Explain;
     AutomaticRequest -> AutomaticReply: Some(Service::Planner), Automatic;
     SessionRequest -> SessionReply: Some(Service::Planner), Session;

@@ -13,7 +13,7 @@ use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_wire::convert::{check, cloud, grid, item, objective, placement, pose, scene};
 use ppnpack_wire::header::{self, RequestHeader};
 use ppnpack_wire::item_id::ItemId;
-use ppnpack_wire::keys::Instance;
+use ppnpack_wire::keys::{Cell, Instance};
 use ppnpack_wire::{WireError, v1};
 
 /// The field that an error shall name, and what makes a valid message impossible.
@@ -456,10 +456,12 @@ fn headers() {
         time_limit: Duration::from_secs(600),
         caller: Some(Instance::new("planner-1").unwrap()),
         session_id: Some("monday-1".to_owned()),
+        cell: Some(Cell::new("cell-1").unwrap()),
     };
     let nobody = RequestHeader {
         caller: None,
         session_id: None,
+        cell: None,
         ..valid.clone()
     };
     for header in [&valid, &nobody] {

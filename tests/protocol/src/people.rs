@@ -99,7 +99,7 @@ impl World {
                 session.withdraw(&item).ok()?;
             }
         }
-        session.needs_state(Some(voided));
+        session.needs_state("", Some(voided));
         if session.is_automatic() {
             session.set_automatic(true).ok()?;
         }
@@ -125,7 +125,7 @@ impl World {
     /// Where an empty container was brought, a session begins with it.
     pub(crate) fn begin_next(&mut self, configuration: &Configuration) -> Option<()> {
         let state_number = self.renewed_at()?;
-        let is_begun = self.planner.session.least_state_number() >= state_number;
+        let is_begun = self.planner.session.least_state_number("") >= state_number;
         if !self.planner.is_up || is_begun || self.planner.session.pending().is_some() {
             return None;
         }

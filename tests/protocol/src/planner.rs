@@ -3,7 +3,9 @@
 use nalgebra::Isometry3;
 use ppnpack_packing::grid::Units;
 use ppnpack_packing::placement::{Placement, RestingPlacement};
-use ppnpack_protocol::session::{End, FROM_BACKUP, ItemState, Lying, Rules, Session, SessionItem};
+use ppnpack_protocol::session::{
+    Container, End, FROM_BACKUP, ItemState, Lying, OrderLine, Rules, Session, SessionItem,
+};
 use ppnpack_wire::convert;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::v1::{self, OutcomeKind};
@@ -22,11 +24,14 @@ pub(crate) fn begun(
     items: &[Whereabouts],
 ) -> Session {
     let id = format!("s{number}");
-    let mut session = Session::begin(id, Vec::new(), is_automatic, least_state_number, 0);
+    let container = Container::open(String::new(), Vec::new(), least_state_number);
+    let mut session = Session::begin(id, vec![container], is_automatic, 0);
     let waiting = items.iter().enumerate();
     let waiting = waiting.filter(|(_, whereabouts)| **whereabouts == Whereabouts::Waiting);
     let announced = waiting.map(|(item, _)| SessionItem {
         item_id: item_id(item),
+        arrival: 0,
+        order_line: OrderLine::default(),
         object: "box".to_owned(),
         shape: ItemId::of(&v1::Item::default()),
         rules: Rules::default(),
@@ -67,10 +72,10 @@ impl World {
         let session = &self.planner.session;
         let may = self.planner.is_up && is_idle && is_free && session.pending().is_none();
         let has_room = self.decided.len() < usize::from(configuration.decisions);
-        if !may || !has_room || state_number < session.least_state_number() {
+        if !may || !has_room || state_number < session.least_state_number("") {
             return None;
         }
-        let (_, item) = session.buffer(1).next()?;
+        let item = session.buffer(1).next()?;
         let item_id = item.item_id.clone();
         let number = self.decided.len();
         let decision = v1::Decision {

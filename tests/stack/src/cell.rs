@@ -38,6 +38,18 @@ impl CellClient {
         &self.cell
     }
 
+    /// A client of one of its containers, as sessions and decisions name it.
+    ///
+    /// # Errors
+    /// Where it has a name that keys cannot have.
+    pub fn container(&self, name: &str) -> Result<Self> {
+        let cell = match name {
+            "" => self.cell.clone(),
+            name => Cell::new(name)?,
+        };
+        Ok(Self::new(self.client.clone(), cell))
+    }
+
     /// Does something, and again where a request is refused or not answered, for a minute: services may be away.
     ///
     /// # Errors
@@ -171,10 +183,11 @@ impl CellClient {
     /// # Errors
     /// How a request was refused.
     pub fn place(&self, decision: &v1::Decision) -> Result<v1::Outcome> {
-        let reply = self.ask(v1::PlaceRequest::from(decision))?;
+        let container = self.container(&decision.container)?;
+        let reply = container.ask(v1::PlaceRequest::from(decision))?;
         let mut execution = reply.execution.unwrap_or_default();
         while execution.phase() != ExecutionPhase::Ended {
-            let reply = self.ask(v1::OutcomeRequest {
+            let reply = container.ask(v1::OutcomeRequest {
                 placement_id: decision.decision_id.clone(),
                 ..v1::OutcomeRequest::default()
             })?;
@@ -211,38 +224,82 @@ impl CellClient {
         Ok(Some(decision))
     }
 
-    /// Checks that what planner and bridge know fits together: every packed item lies in the cell once, and nothing
+    /// Checks that what planner and bridge know fits together: every packed item lies once in its container, and nothing
     /// else does, but for the item of a decision whose outcome was not reported yet.
     ///
     /// # Errors
     /// What is lost, there twice or unknown, or how a request was refused.
     pub fn check_consistent(&self) -> Result<()> {
-        let session = self.session()?;
-        let state = self.state()?;
-        let mut bodies: BTreeMap<&str, usize> = BTreeMap::new();
-        for body in &state.bodies {
-            *bodies.entry(&body.item_id).or_default() += 1;
+        let (session, states) = self.session_with_states()?;
+        for (container, state) in &states {
+            let checked = check_container(&session, container, state);
+            checked.with_context(|| format!("container '{}'", container.container))?;
         }
-        let of = |states: &[ItemState]| -> BTreeSet<&str> {
-            let items = session.items.iter();
-            let items = items.filter(|item| states.contains(&item.state()));
-            items.map(|item| item.item_id.as_str()).collect()
-        };
-        let packed = of(&[ItemState::Packed]);
-        let known = of(&[ItemState::Packed, ItemState::Decided, ItemState::Gone]);
-        let there = || bodies.keys().copied();
-        let twice: Vec<_> = there().filter(|item| bodies.get(item) > Some(&1)).collect();
-        ensure!(twice.is_empty(), "placed twice: {twice:?}");
-        let lost: Vec<_> = packed
-            .iter()
-            .filter(|item| !bodies.contains_key(**item))
-            .collect();
-        ensure!(
-            lost.is_empty(),
-            "acknowledged as packed, but not there: {lost:?}"
-        );
-        let unknown: Vec<_> = there().filter(|item| !known.contains(item)).collect();
-        ensure!(unknown.is_empty(), "placed, but not decided: {unknown:?}");
         Ok(())
     }
+
+    /// The session, and the states of its open containers while it was so.
+    fn session_with_states(
+        &self,
+    ) -> Result<(v1::Session, Vec<(v1::SessionContainer, v1::CellState)>)> {
+        loop {
+            let session = self.session()?;
+            let containers = session.containers.iter();
+            let open = containers.filter(|container| container.is_open);
+            let states = open.map(|container| {
+                let state = self.container(&container.container)?.state()?;
+                Ok((container.clone(), state))
+            });
+            let states: Vec<_> = states.collect::<Result<_>>()?;
+            let after = self.session()?;
+            // Of several containers one may be closed and renewed meanwhile.
+            if after.containers.len() < 2 || after.containers == session.containers {
+                return Ok((session, states));
+            }
+        }
+    }
+}
+
+fn check_container(
+    session: &v1::Session,
+    container: &v1::SessionContainer,
+    state: &v1::CellState,
+) -> Result<()> {
+    let mut bodies: BTreeMap<&str, usize> = BTreeMap::new();
+    for body in &state.bodies {
+        *bodies.entry(&body.item_id).or_default() += 1;
+    }
+    let lies_here = |item: &&v1::SessionItem| {
+        item.state() == ItemState::Packed
+            && item.container == container.container
+            && item.container_sequence == container.sequence
+    };
+    let may_lie_here = |item: &&v1::SessionItem| match item.state() {
+        ItemState::Packed => lies_here(item),
+        ItemState::Decided => session
+            .pending
+            .as_ref()
+            .is_none_or(|pending| pending.container == container.container),
+        ItemState::Gone => true,
+        _ => false,
+    };
+    let ids = |is_one: &dyn Fn(&&v1::SessionItem) -> bool| -> BTreeSet<&str> {
+        let items = session.items.iter().filter(is_one);
+        items.map(|item| item.item_id.as_str()).collect()
+    };
+    let (packed, known) = (ids(&lies_here), ids(&may_lie_here));
+    let there = || bodies.keys().copied();
+    let twice: Vec<_> = there().filter(|item| bodies.get(item) > Some(&1)).collect();
+    ensure!(twice.is_empty(), "placed twice: {twice:?}");
+    let lost: Vec<_> = packed
+        .iter()
+        .filter(|item| !bodies.contains_key(**item))
+        .collect();
+    ensure!(
+        lost.is_empty(),
+        "acknowledged as packed, but not there: {lost:?}"
+    );
+    let unknown: Vec<_> = there().filter(|item| !known.contains(item)).collect();
+    ensure!(unknown.is_empty(), "placed, but not decided: {unknown:?}");
+    Ok(())
 }

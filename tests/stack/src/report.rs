@@ -181,6 +181,13 @@ impl Report {
     }
 
     fn print_cells(&self) {
+        if self.cells.is_empty() {
+            println!(
+                "It failed after {:.0} s: what became of the containers is not known. {} decisions degraded.",
+                self.seconds, self.degraded
+            );
+            return;
+        }
         let sum = |of: fn(&Packed) -> usize| self.cells.values().map(of).sum::<usize>();
         println!(
             "{} containers with {} items in {} cells, {:.0} s; {} decisions degraded.\n",

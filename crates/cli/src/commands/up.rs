@@ -53,6 +53,14 @@ pub(crate) struct UpArguments {
     #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     cells: u32,
 
+    /// How many containers each cell packs at the same time: cell-1-a, cell-1-b and so on
+    #[arg(long, value_name = "COUNT", default_value_t = 1, conflicts_with = "pack", value_parser = clap::value_parser!(u32).range(1..=8))]
+    containers: u32,
+
+    /// In automatic mode, have a container taken away and an empty one brought where nothing fits any more
+    #[arg(long, conflicts_with = "pack")]
+    renew: bool,
+
     /// A Zenoh endpoint to listen on (may be repeated) [default: tcp/127.0.0.1:7447, and none with --pack]
     #[arg(long, value_name = "ENDPOINT")]
     listen: Vec<String>,
@@ -177,6 +185,8 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
     let cells = (1..=arguments.cells).map(|number| Cell::new(&format!("cell-{number}")));
     let plan = stack::Plan {
         cells: cells.collect::<Result<_, _>>().or_input()?,
+        containers: arguments.containers,
+        renews: arguments.renew,
         grid: &grid,
         method: &method,
         poses: arguments.catalogue.poses as usize,

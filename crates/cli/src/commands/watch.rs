@@ -126,6 +126,7 @@ fn picture(cell: &Cell, view: &CellView) -> String {
     let mut lines = vec![format!("── {cell} {}", "─".repeat(40))];
     if let Some(session) = &view.session {
         lines.push(progress(session));
+        lines.extend(containers(session));
     }
     if let Some(state) = &view.state {
         let doing = match state.executing_placement_id.as_str() {
@@ -173,6 +174,46 @@ fn progress(session: &v1::Session) -> String {
         count(ItemState::Waiting),
         count(ItemState::Gone)
     )
+}
+
+/// The containers of a cell that has several, and how many were closed.
+fn containers(session: &v1::Session) -> Vec<String> {
+    if session.containers.len() < 2 && session.closed.is_empty() {
+        return Vec::new();
+    }
+    let containers = session.containers.iter().map(|container| {
+        let lies_there = |item: &&v1::SessionItem| {
+            item.state() == ItemState::Packed
+                && (&item.container, item.container_sequence)
+                    == (&container.container, container.sequence)
+        };
+        let items = session.items.iter().filter(lies_there).count();
+        let state = match (container.is_open, container.renewal_id.as_str()) {
+            (true, _) => format!("{items} items"),
+            (false, "") => "closed".to_owned(),
+            (false, _) => "waits for an empty one".to_owned(),
+        };
+        let name = match container.container.as_str() {
+            "" => "the container",
+            name => name,
+        };
+        format!("{name} #{}: {state}", container.sequence + 1)
+    });
+    let containers: Vec<String> = containers.collect();
+    let mut lines = vec![format!("open     {}", containers.join(", "))];
+    lines.extend(session.closed.last().map(|closed| {
+        let name = match closed.container.as_str() {
+            "" => String::new(),
+            name => format!("{name} "),
+        };
+        format!(
+            "closed   {name}#{} with {} items: {}",
+            closed.sequence + 1,
+            closed.items,
+            closed.text
+        )
+    }));
+    lines
 }
 
 fn last_decision(decision: &v1::Decision) -> String {
@@ -241,6 +282,45 @@ mod tests {
         session.set_end(v1::SessionEnd::OthersSetAside);
         let ended = format!("{shown}, all packed but 1 set aside");
         assert_eq!(progress(&session), ended);
+    }
+
+    #[test]
+    fn several_containers_are_shown_with_what_they_hold() {
+        let only = v1::SessionContainer {
+            is_open: true,
+            ..v1::SessionContainer::default()
+        };
+        let mut session = v1::Session {
+            containers: vec![only],
+            ..v1::Session::default()
+        };
+        assert!(containers(&session).is_empty());
+        let container = |name: &str, is_open, renewal_id: &str| v1::SessionContainer {
+            container: name.to_owned(),
+            sequence: 1,
+            is_open,
+            renewal_id: renewal_id.to_owned(),
+            ..v1::SessionContainer::default()
+        };
+        session.containers = vec![container("left", true, ""), container("right", false, "r")];
+        let item = |container_sequence| v1::SessionItem {
+            state: ItemState::Packed.into(),
+            container: "left".to_owned(),
+            container_sequence,
+            ..v1::SessionItem::default()
+        };
+        session.items = vec![item(0), item(1)];
+        session.closed = vec![v1::ClosedContainer {
+            container: "right".to_owned(),
+            items: 7,
+            text: "it is full".to_owned(),
+            ..v1::ClosedContainer::default()
+        }];
+        let shown = [
+            "open     left #2: 1 items, right #2: waits for an empty one",
+            "closed   right #1 with 7 items: it is full",
+        ];
+        assert_eq!(containers(&session), shown);
     }
 
     #[test]

@@ -18,7 +18,7 @@ use ppnpack_packing::method::Method;
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_perception_service::TraySettings;
 use ppnpack_physics::twin::TwinSettings;
-use ppnpack_planner::CellSettings;
+use ppnpack_planner::{CellSettings, ClosingSettings, ContainerSettings};
 use ppnpack_recognition::library::Library;
 use ppnpack_robot::station::StationSettings;
 use ppnpack_service::embedded::{self, Hub};
@@ -36,6 +36,10 @@ const GRACE: Duration = Duration::from_secs(10);
 pub struct Plan<'a> {
     /// The names of its cells.
     pub cells: Vec<Cell>,
+    /// How many containers each cell packs at the same time; at least one.
+    pub containers: u32,
+    /// Whether the bridge brings an empty container for each that is full, so that the automatic mode goes on.
+    pub renews: bool,
     /// What they plan on.
     pub grid: &'a Grid,
     /// How they plan.
@@ -199,9 +203,20 @@ impl Stack {
     }
 }
 
-fn of_cells<T>(plan: &Plan<'_>, settings: impl Fn() -> T) -> BTreeMap<String, T> {
-    let cells = plan.cells.iter();
-    cells.map(|cell| (cell.to_string(), settings())).collect()
+/// The names of a cell's containers: the cell's own where it has one, else that with a letter each.
+fn containers_of(plan: &Plan<'_>, cell: &Cell) -> Vec<String> {
+    match plan.containers {
+        ..=1 => vec![cell.to_string()],
+        count => {
+            let letters = ('a'..='z').take(count as usize);
+            letters.map(|letter| format!("{cell}-{letter}")).collect()
+        }
+    }
+}
+
+fn of_containers<T>(plan: &Plan<'_>, settings: impl Fn() -> T) -> BTreeMap<String, T> {
+    let containers = plan.cells.iter().flat_map(|cell| containers_of(plan, cell));
+    containers.map(|name| (name, settings())).collect()
 }
 
 fn file(plan: &Plan<'_>, name: &str) -> Option<PathBuf> {
@@ -211,9 +226,9 @@ fn file(plan: &Plan<'_>, name: &str) -> Option<PathBuf> {
 fn perception_settings(plan: &Plan<'_>) -> ppnpack_perception_service::Settings {
     let sensing = plan.sensing;
     let tray = sensing.tray.as_ref();
-    let trays = tray.map(|tray| of_cells(plan, || tray.clone()));
+    let trays = tray.map(|tray| of_containers(plan, || tray.clone()));
     ppnpack_perception_service::Settings {
-        cells: of_cells(plan, || GridSettings::from(plan.grid)),
+        cells: of_containers(plan, || GridSettings::from(plan.grid)),
         mapper: sensing.mapper.clone(),
         catalogue: sensing.library.as_ref().map(|_| plan.source.to_owned()),
         trays: trays.unwrap_or_default(),
@@ -231,8 +246,11 @@ fn bridge_settings(plan: &Plan<'_>) -> ppnpack_bridge::Settings {
         motion_speed: plan.sensing.motion_speed,
         ..SimulatedSettings::default()
     };
+    let robots = plan.cells.iter().filter(|_| plan.containers > 1);
+    let robots = robots.map(|cell| (cell.to_string(), containers_of(plan, cell)));
     ppnpack_bridge::Settings {
-        cells: of_cells(plan, cell),
+        cells: of_containers(plan, cell),
+        robots: robots.collect(),
         journal: file(plan, "bridge.redb"),
         catalogue: plan.source.to_owned(),
         ..ppnpack_bridge::Settings::default()
@@ -240,7 +258,17 @@ fn bridge_settings(plan: &Plan<'_>) -> ppnpack_bridge::Settings {
 }
 
 fn planner_settings(plan: &Plan<'_>) -> ppnpack_planner::Settings {
-    let cell = || CellSettings {
+    let containers = |cell: &Cell| {
+        let several = containers_of(plan, cell).into_iter();
+        let several = several.filter(|_| plan.containers > 1);
+        several.map(|name| (name, ContainerSettings::default()))
+    };
+    let settings = |cell: &Cell| CellSettings {
+        containers: containers(cell).collect(),
+        closing: ClosingSettings {
+            renews: plan.renews,
+            ..ClosingSettings::default()
+        },
         grid: GridSettings::from(plan.grid),
         method: plan.method.clone(),
         arm: plan.arm.cloned(),
@@ -250,7 +278,11 @@ fn planner_settings(plan: &Plan<'_>) -> ppnpack_planner::Settings {
         ..CellSettings::default()
     };
     ppnpack_planner::Settings {
-        cells: of_cells(plan, cell),
+        cells: plan
+            .cells
+            .iter()
+            .map(|cell| (cell.to_string(), settings(cell)))
+            .collect(),
         store: file(plan, "sessions.redb"),
         catalogue: plan.source.to_owned(),
         ..ppnpack_planner::Settings::default()

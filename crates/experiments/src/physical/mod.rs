@@ -263,6 +263,8 @@ impl World<'_> {
         let is_network = contender.method.proposals.is_network();
         Stack::start(&Plan {
             cells: vec![cell()?],
+            containers: 1,
+            renews: false,
             grid: self.grid,
             method: &contender.method,
             poses: 1,

@@ -6,17 +6,32 @@ use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{convert, v1};
 
+/// What an item belongs to, which says into which container it may go.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct OrderLine {
+    /// Its order.
+    pub order: Option<String>,
+    /// Its group.
+    pub group: Option<String>,
+    /// Its mass in kilograms, where it was told.
+    pub mass_kg: Option<f64>,
+}
+
 /// An item of a session.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SessionItem {
     /// Names the item.
     pub item_id: String,
+    /// Its number in the order in which they were announced, which the session gives it.
+    pub arrival: usize,
     /// What it is.
     pub object: String,
     /// Its heightmaps.
     pub shape: ItemId,
     /// What has to be respected.
     pub rules: Rules,
+    /// What it belongs to.
+    pub order_line: OrderLine,
     /// As it was announced.
     pub lying: Lying,
     /// In how many resting poses it may be packed at most; at least one.
@@ -48,6 +63,10 @@ pub enum ItemState {
         container_from_item: Isometry3<f64>,
         /// The planned time of the arm's cycle, in seconds, where the cell has one.
         cycle_s: Option<f64>,
+        /// The name of the container.
+        container: String,
+        /// Which of those that stand there one after another.
+        sequence: u64,
     },
     /// Lost, or in an unknown place.
     Gone,
@@ -102,21 +121,24 @@ impl SessionItem {
         self.shape == other.shape
             && self.rules == other.rules
             && self.lying == other.lying
+            && self.order_line == other.order_line
             && self.allowed_poses == other.allowed_poses
     }
 }
 
 impl ItemState {
-    /// The state of a decision's item after its outcome.
-    pub fn after(decision: &v1::Decision, outcome: &v1::Outcome) -> Self {
+    /// The state of a decision's item after its outcome; `sequence` says which container it was that it was decided for.
+    pub fn after(decision: &v1::Decision, outcome: &v1::Outcome, sequence: u64) -> Self {
         match outcome.kind() {
-            v1::OutcomeKind::Placed => Self::packed(decision, outcome).unwrap_or(Self::Gone),
+            v1::OutcomeKind::Placed => {
+                Self::packed(decision, outcome, sequence).unwrap_or(Self::Gone)
+            }
             v1::OutcomeKind::NotPlaced => Self::Waiting,
             _ => Self::Gone,
         }
     }
 
-    fn packed(decision: &v1::Decision, outcome: &v1::Outcome) -> Option<Self> {
+    fn packed(decision: &v1::Decision, outcome: &v1::Outcome, sequence: u64) -> Option<Self> {
         let pose = |pose: Option<&v1::Pose>| convert::pose::read_required("pose", pose).ok();
         let planned = pose(decision.container_from_item.as_ref())?;
         Some(Self::Packed {
@@ -125,6 +147,8 @@ impl ItemState {
             planned,
             container_from_item: pose(outcome.container_from_item.as_ref()).unwrap_or(planned),
             cycle_s: decision.cycle.as_ref().map(|cycle| cycle.cycle_s),
+            container: decision.container.clone(),
+            sequence,
         })
     }
 }

@@ -4,9 +4,12 @@ use nalgebra::Isometry3;
 use ppnpack_packing::blocked::BlockedRegion;
 use ppnpack_wire::error::WireError;
 use ppnpack_wire::item_id::ItemId;
-use ppnpack_wire::{convert, v1};
+use ppnpack_wire::{convert, header, v1};
 
-use super::{End, ItemState, Lying, Rules, Session, SessionItem};
+use super::{
+    ClosedContainer, Closing, Container, End, ItemState, Lying, OrderLine, Rules, Session,
+    SessionItem,
+};
 
 impl Session {
     /// The session as a message; `buffer` is how many of its waiting items may be chosen from.
@@ -22,33 +25,34 @@ impl Session {
             }
             Some(End::Failed(failure)) => (v1::SessionEnd::Failed, Vec::new(), failure.clone()),
         };
+        let first = self.containers.first();
         v1::Session {
             session_id: self.id.clone(),
             items: self.items.iter().map(write_item).collect(),
             pending: self.pending.clone(),
             step: self.step,
             is_automatic: self.is_automatic,
-            keep_out: self.keep_out.iter().map(write_region).collect(),
+            keep_out: first.map_or_else(Vec::new, |first| write_regions(&first.keep_out)),
             buffer: number(buffer),
             end: end.into(),
             reasons,
             failure,
-            least_state_number: self.least_state_number,
+            least_state_number: first.map_or(0, |first| first.least_state_number),
             settled: self.settled.clone(),
             mean_cycle_s: self.mean_cycle_s().unwrap_or_default(),
             set_aside_limit: number(self.set_aside_limit),
             set_aside: self.reasons_set_aside().cloned().collect(),
             past_session_ids: self.past.clone(),
+            containers: self.containers.iter().map(write_container).collect(),
+            closed: self.closed.iter().map(write_closed).collect(),
+            forgotten_items: self.forgotten as u64,
         }
     }
 
     /// The session of a message.
     pub fn from_message(message: v1::Session) -> Result<Self, WireError> {
         let known = v1::SessionEnd::try_from(message.end);
-        let end = known.map_err(|_| {
-            let reason = "it is none that this version knows: a newer one wrote it";
-            WireError::invalid("end", reason)
-        })?;
+        let end = known.map_err(|_| is_newer("end"))?;
         let end = match end {
             v1::SessionEnd::Unspecified => None,
             v1::SessionEnd::AllPacked => Some(End::AllPacked),
@@ -56,16 +60,27 @@ impl Session {
             v1::SessionEnd::NothingFits => Some(End::NothingFits(message.reasons)),
             v1::SessionEnd::Failed => Some(End::Failed(message.failure)),
         };
-        let items = message.items.iter().map(read_item);
+        // As older versions wrote it.
+        let only = || {
+            let keep_out = read_regions(&message.keep_out);
+            Container::open(String::new(), keep_out, message.least_state_number)
+        };
+        let containers = match message.containers.as_slice() {
+            [] if message.session_id.is_empty() => Vec::new(),
+            [] => vec![only()],
+            containers => containers.iter().map(read_container).collect(),
+        };
+        let closed = message.closed.into_iter().map(read_closed);
         Ok(Self {
-            items: items.collect::<Result<_, _>>()?,
-            keep_out: message.keep_out.iter().map(read_region).collect(),
+            items: read_items(&message.items)?,
+            containers,
+            closed: closed.collect::<Result<_, _>>()?,
+            forgotten: usize::try_from(message.forgotten_items).unwrap_or_default(),
             id: message.session_id,
             pending: message.pending,
             step: message.step,
             is_automatic: message.is_automatic,
             end,
-            least_state_number: message.least_state_number,
             settled: message.settled,
             set_aside_limit: count(message.set_aside_limit),
             past: message.past_session_ids,
@@ -81,6 +96,85 @@ fn number(count: usize) -> u32 {
 /// A count or index as it is read.
 fn count(number: u32) -> usize {
     usize::try_from(number).unwrap_or(usize::MAX)
+}
+
+fn write_container(container: &Container) -> v1::SessionContainer {
+    v1::SessionContainer {
+        container: container.name.clone(),
+        sequence: container.sequence,
+        is_open: container.is_open,
+        renewal_id: container.renewal_id.clone().unwrap_or_default(),
+        keep_out: write_regions(&container.keep_out),
+        least_state_number: container.least_state_number,
+    }
+}
+
+fn read_container(message: &v1::SessionContainer) -> Container {
+    Container {
+        name: message.container.clone(),
+        sequence: message.sequence,
+        is_open: message.is_open,
+        renewal_id: Some(message.renewal_id.clone()).filter(|id| !id.is_empty()),
+        keep_out: read_regions(&message.keep_out),
+        least_state_number: message.least_state_number,
+    }
+}
+
+fn write_closed(closed: &ClosedContainer) -> v1::ClosedContainer {
+    let (reason, text) = match &closed.closing {
+        Closing::Request(text) => (v1::ClosingReason::Request, text.clone()),
+        Closing::NothingFits => (
+            v1::ClosingReason::NothingFits,
+            "no item of the buffer fits into an open container, and this was the fullest"
+                .to_owned(),
+        ),
+        Closing::Full => (
+            v1::ClosingReason::Full,
+            "it is as full as the cell is set to".to_owned(),
+        ),
+        Closing::OrderComplete => (
+            v1::ClosingReason::OrderComplete,
+            "all items that were announced of its order are in it".to_owned(),
+        ),
+    };
+    v1::ClosedContainer {
+        container: closed.name.clone(),
+        sequence: closed.sequence,
+        reason: reason.into(),
+        text,
+        items: number(closed.items),
+    }
+}
+
+fn read_closed(message: v1::ClosedContainer) -> Result<ClosedContainer, WireError> {
+    let closing = match message.reason() {
+        v1::ClosingReason::Request => Closing::Request(message.text),
+        v1::ClosingReason::NothingFits => Closing::NothingFits,
+        v1::ClosingReason::Full => Closing::Full,
+        v1::ClosingReason::OrderComplete => Closing::OrderComplete,
+        v1::ClosingReason::Unspecified => return Err(is_newer("closed.reason")),
+    };
+    Ok(ClosedContainer {
+        name: message.container,
+        sequence: message.sequence,
+        closing,
+        items: count(message.items),
+    })
+}
+
+/// Refuses an enum's value that this version does not know.
+fn is_newer(field: &'static str) -> WireError {
+    let reason = "it is none that this version knows: a newer one wrote it";
+    WireError::invalid(field, reason)
+}
+
+/// Regions of a message.
+pub fn read_regions(regions: &[v1::Region]) -> Vec<BlockedRegion> {
+    regions.iter().map(read_region).collect()
+}
+
+fn write_regions(regions: &[BlockedRegion]) -> Vec<v1::Region> {
+    regions.iter().map(write_region).collect()
 }
 
 /// A region of a message.
@@ -108,6 +202,42 @@ pub fn read_rules(rules: Option<&v1::ItemRules>) -> Rules {
         is_fragile: rules.is_fragile,
         is_bottom_only: rules.is_bottom_only,
         is_upright: rules.is_upright,
+    })
+}
+
+/// The heaviest that an item can be, in kilograms.
+const MOST_KG: f64 = 10_000.0;
+
+/// What an item belongs to; nothing where the message is not there.
+pub fn read_order_line(message: Option<&v1::OrderLine>) -> Result<OrderLine, WireError> {
+    let Some(v1::OrderLine {
+        order,
+        group,
+        mass_kg,
+    }) = message
+    else {
+        return Ok(OrderLine::default());
+    };
+    let name = |field, name: &String| match name.as_str() {
+        "" => Ok(None),
+        name => header::id(field, name).map(|name| Some(name.to_owned())),
+    };
+    if !(0.0..=MOST_KG).contains(mass_kg) {
+        let reason = format_args!("{mass_kg} kg where 0 to {MOST_KG} are possible");
+        return Err(WireError::invalid("items.order_line.mass_kg", reason));
+    }
+    Ok(OrderLine {
+        order: name("items.order_line.order", order)?,
+        group: name("items.order_line.group", group)?,
+        mass_kg: Some(*mass_kg).filter(|mass_kg| *mass_kg > 0.0),
+    })
+}
+
+fn write_order_line(line: &OrderLine) -> Option<v1::OrderLine> {
+    (*line != OrderLine::default()).then(|| v1::OrderLine {
+        order: line.order.clone().unwrap_or_default(),
+        group: line.group.clone().unwrap_or_default(),
+        mass_kg: line.mass_kg.unwrap_or_default(),
     })
 }
 
@@ -155,7 +285,9 @@ fn write_item(item: &SessionItem) -> v1::SessionItem {
     };
     let mut message = v1::SessionItem {
         item_id: item.item_id.clone(),
+        arrival: item.arrival as u64,
         object: item.object.clone(),
+        order_line: write_order_line(&item.order_line),
         state: state.into(),
         rules,
         shape: item.shape.to_bytes(),
@@ -180,7 +312,11 @@ fn write_item(item: &SessionItem) -> v1::SessionItem {
             planned,
             container_from_item,
             cycle_s,
+            container,
+            sequence,
         } => {
+            message.container.clone_from(container);
+            message.container_sequence = *sequence;
             message.pose = number(*pose);
             message.cycle_s = cycle_s.unwrap_or_default();
             message.placement = Some(convert::placement::write_resting(placement));
@@ -196,7 +332,20 @@ fn write_item(item: &SessionItem) -> v1::SessionItem {
     message
 }
 
-fn read_item(message: &v1::SessionItem) -> Result<SessionItem, WireError> {
+/// Items by their arrival; each comes after the one before it, also where older versions wrote no numbers.
+fn read_items(messages: &[v1::SessionItem]) -> Result<Vec<SessionItem>, WireError> {
+    let mut next = 0;
+    let items = messages.iter().map(|message| {
+        let arrival = usize::try_from(message.arrival)
+            .unwrap_or_default()
+            .max(next);
+        next = arrival.saturating_add(1);
+        read_item(message, arrival)
+    });
+    items.collect()
+}
+
+fn read_item(message: &v1::SessionItem, arrival: usize) -> Result<SessionItem, WireError> {
     let state = match message.state() {
         v1::ItemState::Waiting => ItemState::Waiting,
         v1::ItemState::Decided => ItemState::Decided,
@@ -204,16 +353,15 @@ fn read_item(message: &v1::SessionItem) -> Result<SessionItem, WireError> {
         v1::ItemState::Packed => read_packed(message)?,
         v1::ItemState::SetAside => read_set_aside(message)?,
         v1::ItemState::Gone => ItemState::Gone,
-        v1::ItemState::Unspecified => {
-            let reason = "it is none that this version knows: a newer one wrote it";
-            return Err(WireError::invalid("items.state", reason));
-        }
+        v1::ItemState::Unspecified => return Err(is_newer("items.state")),
     };
     Ok(SessionItem {
         item_id: message.item_id.clone(),
+        arrival,
         object: message.object.clone(),
         shape: ItemId::from_bytes("items.shape", &message.shape)?,
         rules: read_rules(message.rules.as_ref()),
+        order_line: read_order_line(message.order_line.as_ref())?,
         lying: read_lying(
             message.heightmap_from_item.as_ref(),
             message.waits_at.as_ref(),
@@ -251,5 +399,7 @@ fn read_packed(message: &v1::SessionItem) -> Result<ItemState, WireError> {
         container_from_item: pose("items.container_from_item", &message.container_from_item)?,
         // No cycle takes no time.
         cycle_s: Some(message.cycle_s).filter(|cycle_s| *cycle_s > 0.0),
+        container: message.container.clone(),
+        sequence: message.container_sequence,
     })
 }

@@ -3,15 +3,16 @@
 //! A pure state machine. Each operation either changes the session as a whole or refuses and changes nothing; the
 //! caller keeps a copy until the change is on disk.
 
+mod container;
 mod item;
 pub mod message;
 
-use ppnpack_packing::blocked::BlockedRegion;
 use ppnpack_wire::v1;
 
 use crate::pursuit;
 
-pub use item::{ItemState, Lying, Rules, SessionItem};
+pub use container::{ClosedContainer, Closing, Container};
+pub use item::{ItemState, Lying, OrderLine, Rules, SessionItem};
 
 /// The most items of a session.
 const MAX_ITEMS: usize = 1_000;
@@ -66,6 +67,21 @@ pub enum SessionError {
     /// The decision was settled as something else.
     #[error("decision {0} was reported before with another outcome")]
     OtherOutcome(String),
+    /// No container has this name.
+    #[error("there is no container '{0}' in this session")]
+    UnknownContainer(String),
+    /// Another container stands there.
+    #[error("number {asked} of container '{name}' was asked for, but number {known} {}", if *.is_open { "is open there" } else { "is opened there next" })]
+    OtherContainer {
+        /// Its name.
+        name: String,
+        /// Which was asked for.
+        asked: u64,
+        /// Which is there, or comes next.
+        known: u64,
+        /// Whether it is open.
+        is_open: bool,
+    },
     /// There is no room for more items.
     #[error("a session holds at most {MAX_ITEMS} items")]
     Full,
@@ -95,30 +111,30 @@ pub struct Session {
     pending: Option<v1::Decision>,
     step: u64,
     is_automatic: bool,
-    keep_out: Vec<BlockedRegion>,
+    containers: Vec<Container>,
+    closed: Vec<ClosedContainer>,
     end: Option<End>,
-    least_state_number: u64,
     settled: Vec<v1::SettledDecision>,
     /// The most items that may be set aside.
     set_aside_limit: usize,
     /// The ids of the sessions before.
     past: Vec<String>,
+    /// How many items are not remembered any more.
+    forgotten: usize,
 }
 
 impl Session {
-    /// A new session, which replaces the one before.
+    /// A new session over these containers, which replaces the one before.
     pub fn begin(
         id: String,
-        keep_out: Vec<BlockedRegion>,
+        containers: Vec<Container>,
         is_automatic: bool,
-        least_state_number: u64,
         set_aside_limit: usize,
     ) -> Self {
         Self {
             id,
-            keep_out,
+            containers,
             is_automatic,
-            least_state_number,
             set_aside_limit,
             ..Self::default()
         }
@@ -177,22 +193,6 @@ impl Session {
         !self.id.is_empty() && self.pending.is_none() && !self.has_failed()
     }
 
-    /// Nothing is planned on an earlier state of the cell than this one any more.
-    pub fn needs_state(&mut self, state_number: Option<u64>) {
-        let least = state_number.unwrap_or_default();
-        self.least_state_number = self.least_state_number.max(least);
-    }
-
-    /// The regions of the floor that stay free.
-    pub fn keep_out(&self) -> &[BlockedRegion] {
-        &self.keep_out
-    }
-
-    /// The least state of the cell that may be planned on.
-    pub fn least_state_number(&self) -> u64 {
-        self.least_state_number
-    }
-
     /// The items in the order of their arrival.
     pub fn items(&self) -> &[SessionItem] {
         &self.items
@@ -209,22 +209,22 @@ impl Session {
         (!cycles_s.is_empty()).then(|| sum_s / cycles_s.len() as f64)
     }
 
-    /// The first `count` waiting items, each with its place in the order of arrivals.
-    pub fn buffer(&self, count: usize) -> impl Iterator<Item = (usize, &SessionItem)> {
-        let items = self.items.iter().enumerate();
+    /// The first `count` waiting items.
+    pub fn buffer(&self, count: usize) -> impl Iterator<Item = &SessionItem> {
+        let items = self.items.iter();
         items
-            .filter(|(_, item)| item.state == ItemState::Waiting)
+            .filter(|item| item.state == ItemState::Waiting)
             .take(count)
     }
 
-    /// A waiting item by its id, with its place in the order of arrivals.
-    pub fn waiting(&self, item_id: &str) -> Result<(usize, &SessionItem), SessionError> {
-        let mut items = self.items.iter().enumerate();
-        let (arrival, item) = items
-            .find(|(_, item)| item.item_id == item_id)
+    /// A waiting item by its id.
+    pub fn waiting(&self, item_id: &str) -> Result<&SessionItem, SessionError> {
+        let mut items = self.items.iter();
+        let item = items
+            .find(|item| item.item_id == item_id)
             .ok_or_else(|| SessionError::UnknownItem(item_id.to_owned()))?;
         match item.state {
-            ItemState::Waiting => Ok((arrival, item)),
+            ItemState::Waiting => Ok(item),
             _ => Err(SessionError::NotWaiting(item_id.to_owned())),
         }
     }
@@ -243,7 +243,7 @@ impl Session {
     /// set aside: they wait again.
     pub fn announce(&mut self, waiting: Vec<SessionItem>) -> Result<(), SessionError> {
         self.must_be_under_way()?;
-        for item in waiting {
+        for mut item in waiting {
             let mut items = self.items.iter_mut();
             if let Some(known) = items.find(|known| known.item_id == item.item_id) {
                 if !known.is_same(&item) {
@@ -252,9 +252,10 @@ impl Session {
                 known.wait_again();
                 continue;
             }
-            if self.items.len() >= MAX_ITEMS {
+            if self.items.len() >= MAX_ITEMS && !self.forget_one() {
                 return Err(SessionError::Full);
             }
+            item.arrival = self.forgotten + self.items.len();
             self.items.push(item);
         }
         self.go_on();
@@ -379,10 +380,12 @@ impl Session {
     /// Enters what became of the decision that was pending.
     fn settle(&mut self, decision: v1::Decision, outcome: &v1::Outcome) {
         let kind = outcome.kind();
+        let container = self.container(&decision.container);
+        let sequence = container.map_or(0, |container| container.sequence);
         if let Ok(item) = self.item_mut(&decision.item_id) {
-            item.state = ItemState::after(&decision, outcome);
+            item.state = ItemState::after(&decision, outcome, sequence);
         }
-        self.least_state_number = self.least_state_number.max(outcome.state_number);
+        self.needs_state(&decision.container, Some(outcome.state_number));
         if self.is_automatic && matches!(kind, v1::OutcomeKind::Lost | v1::OutcomeKind::Unknown) {
             self.end = Some(End::Failed(gone(&decision.item_id, outcome)));
         }

@@ -8,9 +8,11 @@ use super::SessionError::{
 };
 use super::*;
 
-fn announced(item_id: &str) -> SessionItem {
+pub(super) fn announced(item_id: &str) -> SessionItem {
     SessionItem {
         lying: Lying::default(),
+        arrival: 0,
+        order_line: OrderLine::default(),
         item_id: item_id.to_owned(),
         object: "mug".to_owned(),
         shape: ItemId::of(&v1::Item::default()),
@@ -22,20 +24,25 @@ fn announced(item_id: &str) -> SessionItem {
     }
 }
 
+/// The container of a cell that has one.
+fn only() -> Vec<Container> {
+    vec![Container::open(String::new(), Vec::new(), 0)]
+}
+
 fn session_of(items: &[&str]) -> Session {
     session_with_aside(0, items)
 }
 
 /// A session that may set so many items aside.
 fn session_with_aside(limit: usize, items: &[&str]) -> Session {
-    let mut session = Session::begin("s".to_owned(), Vec::new(), false, 0, limit);
+    let mut session = Session::begin("s".to_owned(), only(), false, limit);
     session
         .announce(items.iter().map(|item| announced(item)).collect())
         .unwrap();
     session
 }
 
-fn decision(decision_id: &str, item_id: &str) -> v1::Decision {
+pub(super) fn decision(decision_id: &str, item_id: &str) -> v1::Decision {
     v1::Decision {
         decision_id: decision_id.to_owned(),
         request_id: format!("request-of-{decision_id}"),
@@ -46,7 +53,7 @@ fn decision(decision_id: &str, item_id: &str) -> v1::Decision {
     }
 }
 
-fn outcome(kind: v1::OutcomeKind) -> v1::Outcome {
+pub(super) fn outcome(kind: v1::OutcomeKind) -> v1::Outcome {
     v1::Outcome {
         kind: kind.into(),
         state_number: 7,
@@ -76,7 +83,7 @@ fn set_aside(session: &Session) -> Vec<&str> {
 fn waiting(session: &Session) -> Vec<&str> {
     session
         .buffer(10)
-        .map(|(_, item)| item.item_id.as_str())
+        .map(|item| item.item_id.as_str())
         .collect()
 }
 
@@ -120,7 +127,7 @@ fn a_decision_awaits_its_outcome_before_the_next_one() {
 
     report(&mut session, "d1", v1::OutcomeKind::Placed);
     assert!(session.pending().is_none());
-    assert_eq!(session.least_state_number(), 7);
+    assert_eq!(session.least_state_number(""), 7);
     assert!(matches!(session.items()[1].state, ItemState::Packed { .. }));
     let again = session.answered("request-of-d1");
     assert_eq!(again, Err(Answered("d1".into())));
@@ -173,7 +180,7 @@ fn where_nobody_knows_where_an_item_is_the_automatic_mode_ends_until_it_is_switc
 
 #[test]
 fn a_session_is_put_away_once_and_no_pending_decision_with_it_unasked() {
-    let next = |id: &str| Session::begin(id.to_owned(), Vec::new(), false, 0, 0);
+    let next = |id: &str| Session::begin(id.to_owned(), only(), false, 0);
     let mut session = session_of(&["a"]);
     session.decide(decision("d1", "a")).unwrap();
     assert_eq!(
@@ -511,7 +518,7 @@ fn a_failure_stays_whatever_is_announced_or_withdrawn_until_the_automatic_mode_i
 
 #[test]
 fn the_poses_of_an_item_are_read_as_they_were_written() {
-    let mut session = Session::begin("s".to_owned(), Vec::new(), false, 0, 0);
+    let mut session = Session::begin("s".to_owned(), only(), false, 0);
     let items = ["a", "b"].map(|item_id| SessionItem {
         poses: 3,
         ..announced(item_id)
@@ -538,7 +545,7 @@ fn the_poses_of_an_item_are_read_as_they_were_written() {
 
 #[test]
 fn the_poses_that_an_item_is_allowed_are_part_of_its_announcement() {
-    let mut session = Session::begin("s".to_owned(), Vec::new(), false, 0, 0);
+    let mut session = Session::begin("s".to_owned(), only(), false, 0);
     let item = SessionItem {
         allowed_poses: vec![0, 2],
         ..announced("a")

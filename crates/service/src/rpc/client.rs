@@ -151,7 +151,7 @@ impl Client {
         if time_limit.is_zero() {
             return Err(CallError::TimedOut);
         }
-        let request_id = self.set_header(request, time_limit);
+        let request_id = self.set_header(target, request, time_limit);
         let (service, method) = (target.service, target.method);
         let span = trace::calling(service, method);
         let (sender, replies) = sync_channel(KEPT_REPLIES);
@@ -186,7 +186,12 @@ impl Client {
         })
     }
 
-    fn set_header<R: Request>(&self, request: &mut R, time_limit: Duration) -> String {
+    fn set_header<R: Request>(
+        &self,
+        target: &Target,
+        request: &mut R,
+        time_limit: Duration,
+    ) -> String {
         let given = request.header().map(|header| header.request_id.clone());
         let request_id = given.filter(|id| !id.is_empty()).unwrap_or_else(|| {
             let number = REQUESTS.fetch_add(1, Ordering::Relaxed);
@@ -197,14 +202,16 @@ impl Client {
             time_limit,
             caller: self.caller.clone(),
             session_id: self.session_id.clone(),
+            cell: target.cell.clone(),
         };
         request.set_header(header.to_message());
         request_id
     }
 }
 
-/// The service, the method and the instance that a request goes to.
+/// The cell, the service, the method and the instance that a request goes to.
 struct Target {
+    cell: Option<Cell>,
     service: Service,
     method: Method,
     key: String,
@@ -219,6 +226,7 @@ impl Target {
     ) -> Self {
         let key = Key::Request(cell.cloned(), service, method, instance.cloned());
         Self {
+            cell: cell.cloned(),
             service,
             method,
             key: key.to_string(),

@@ -72,12 +72,18 @@ fn declare<R: Request>(
     let service = R::SERVICE.unwrap_or(identity.service);
     let answering = Arc::new(Answering::new::<R>(identity.clone(), service));
     let on_request = Arc::new(on_request);
+    let own_cell = cell.cloned();
     let queryable = |key: String| {
         let answering = answering.clone();
         let on_request = on_request.clone();
+        let own_cell = own_cell.clone();
         let callback = move |query: Query| {
-            if let Some((cell, message, header, pending)) = receive(&answering, query) {
-                on_request(cell, message, header, pending);
+            let Some((cell, message, header, pending)) = receive(&answering, query) else {
+                return;
+            };
+            match strayed(own_cell.as_ref(), cell.as_ref(), header.cell.as_ref()) {
+                Some(reason) => pending.refuse(v1::Status::Unavailable, &reason),
+                None => on_request(cell, message, header, pending),
             }
         };
         session
@@ -93,6 +99,17 @@ fn declare<R: Request>(
     Ok(Listener {
         _queryables: [queryable(own)?, queryable(any)?],
     })
+}
+
+/// Why a request is not one for this cell, where it came to another than it is for; `own` is none where all cells are served.
+fn strayed(own: Option<&Cell>, of_key: Option<&Cell>, meant: Option<&Cell>) -> Option<String> {
+    let came_to = own.or(of_key)?;
+    let cells = [of_key, meant].into_iter().flatten();
+    let other = cells.into_iter().find(|cell| *cell != came_to)?;
+    tracing::warn!(%came_to, meant = %other, "a request came to another cell than it is for");
+    Some(format!(
+        "it is for cell {other}, and came to cell {came_to}: send it again"
+    ))
 }
 
 /// Reads a request; refuses what is malformed.
@@ -135,4 +152,33 @@ fn id_of(request: &impl Request) -> String {
     let id = request.header().map_or("", |header| &header.request_id);
     let id = header::id("header.request_id", id);
     id.unwrap_or_default().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_request_is_taken_by_the_cell_that_it_is_for_alone() {
+        let [one, two] = ["cell-1", "cell-2"].map(|name| Cell::new(name).unwrap());
+        let (one, two) = (Some(&one), Some(&two));
+        for (own, of_key, meant) in [
+            (one, one, one),
+            (one, one, None),
+            (None, one, one),
+            (None, one, None),
+            (None, None, None),
+        ] {
+            assert_eq!(strayed(own, of_key, meant), None);
+        }
+        for (own, of_key, meant) in [
+            (one, two, two),
+            (one, two, None),
+            (one, one, two),
+            (None, one, two),
+        ] {
+            let reason = strayed(own, of_key, meant).unwrap();
+            assert!(reason.contains("it is for cell cell-2, and came to cell cell-1"));
+        }
+    }
 }

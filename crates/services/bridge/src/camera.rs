@@ -62,7 +62,10 @@ impl Camera {
             state_number: if view.is_of_now { state_number } else { 0 },
             container_from_sensor: view.container_from_sensor,
         };
-        let message = cloud::write(&capture, &view.points_m);
+        let message = v1::PointCloud {
+            cell: self.cell.to_string(),
+            ..cloud::write(&capture, &view.points_m)
+        };
         self.publish(&message)
             .map_err(|error| RobotError(error.to_string()))
     }

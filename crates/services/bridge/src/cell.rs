@@ -5,7 +5,7 @@ use ppnpack_service::actor::{self, Mailbox};
 use ppnpack_service::supervision::Supervisor;
 use ppnpack_wire::keys::Cell;
 
-use crate::desk::{self, Desk, Message, Reach, TimeLimits};
+use crate::desk::{self, Desk, DeskRobot, Message, Reach, Share, TimeLimits};
 use crate::journal::CellJournal;
 use crate::runner::{JOBS, Job, Runner};
 use crate::streams::Streams;
@@ -22,6 +22,8 @@ pub(crate) struct CellWorks {
     /// Whether another bridge served the cell before this one did.
     pub(crate) is_after_another: bool,
     pub(crate) limits: TimeLimits,
+    /// Its share of the robot.
+    pub(crate) share: Share,
 }
 
 impl CellWorks {
@@ -38,8 +40,11 @@ impl CellWorks {
         let desk = Desk::new(
             ledger,
             self.journal,
-            reach,
-            robot,
+            DeskRobot {
+                jobs: robot,
+                reach,
+                share: self.share,
+            },
             self.streams,
             self.cut_off,
             self.limits,

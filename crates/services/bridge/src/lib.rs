@@ -34,7 +34,7 @@ use ppnpack_wire::keys::Cell;
 
 use camera::Camera;
 use cell::CellWorks;
-use desk::{Message, TimeLimits};
+use desk::{Message, Share, SharedRobot, TimeLimits};
 use journal::{CellJournal, Journal};
 use robot::Robot;
 use runner::Runner;
@@ -108,11 +108,28 @@ pub fn start_robots(
         cut_off: Shutdown::default(),
         _health: health,
     };
+    let mut shared = shared_robots(settings);
     for (cell, robot) in robots {
         let journal = CellJournal::new(journal.clone(), cell.clone());
-        bridge.add(process, settings, &cell, journal, robot)?;
+        let own = shared.remove(cell.as_str()).unwrap_or_default();
+        bridge.add(process, settings, &cell, journal, robot, own)?;
     }
-    Ok(bridge)
+    match shared.keys().next() {
+        Some(unknown) => Err(ServiceError::start(format_args!(
+            "robots: there is no cell {unknown}: name those that this bridge serves"
+        ))),
+        None => Ok(bridge),
+    }
+}
+
+/// The robots of the cells that share theirs with others.
+fn shared_robots(settings: &Settings) -> BTreeMap<&str, SharedRobot> {
+    let robots = settings.robots.values().flat_map(|cells| {
+        let robot = SharedRobot::default();
+        let cells = cells.iter();
+        cells.map(move |cell| (cell.as_str(), robot.clone()))
+    });
+    robots.collect()
 }
 
 impl Bridge {
@@ -124,6 +141,7 @@ impl Bridge {
         cell: &Cell,
         journal: CellJournal,
         robot: Box<dyn Robot>,
+        shared: SharedRobot,
     ) -> Result<(), ServiceError> {
         let lease = lease::take(process, cell)?;
         let (address, mailbox) = actor::mailbox(settings.queue.max(1));
@@ -137,6 +155,7 @@ impl Bridge {
             cut_off: self.cut_off.clone(),
             is_after_another: lease.is_after_another,
             limits: TimeLimits::of(settings),
+            share: Share::new(shared, cell, &address),
         };
         self.inputs.push(Input {
             _listeners: [

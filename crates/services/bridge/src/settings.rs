@@ -20,6 +20,10 @@ use crate::simulated::SimulatedSettings;
 pub struct Settings {
     /// The simulated cells, by their names.
     pub cells: BTreeMap<String, SimulatedSettings>,
+    /// Which cells are containers of one robot, by the names of the robots: it places into one of them at a time, and where one is held,
+    /// all are. A cell that is named nowhere has a robot of its own.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub robots: BTreeMap<String, Vec<String>>,
     /// The file in which is written what was asked for and what came of it; in memory where none is given, and then
     /// lost with the process.
     pub journal: Option<PathBuf>,
@@ -43,6 +47,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             cells: BTreeMap::from([("cell-1".to_owned(), SimulatedSettings::default())]),
+            robots: BTreeMap::new(),
             journal: None,
             catalogue: ppnpack_household::BUILTIN.to_owned(),
             queue: 64,
@@ -83,6 +88,25 @@ impl Settings {
     }
 }
 
+impl Settings {
+    /// Each cell has one robot.
+    fn validate_robots(&self) -> Result<(), String> {
+        let mut placed = Vec::new();
+        for (robot, cells) in &self.robots {
+            for cell in cells {
+                Cell::new(cell).map_err(|error| format!("robots.{robot}: {error}"))?;
+                if placed.contains(&cell) {
+                    return Err(format!(
+                        "robots.{robot}: cell '{cell}' has a robot already: name it once"
+                    ));
+                }
+                placed.push(cell);
+            }
+        }
+        Ok(())
+    }
+}
+
 impl ServiceSettings for Settings {
     fn validate(&self) -> Result<(), String> {
         for (name, cell) in &self.cells {
@@ -90,6 +114,7 @@ impl ServiceSettings for Settings {
             cell.validate()
                 .map_err(|error| format!("cells.{name}.{error}"))?;
         }
+        self.validate_robots()?;
         in_range("queue", self.queue, 1..=65_536)?;
         in_range("cloud_rate_hz", self.cloud_rate_hz, 0.01..=1000.0)?;
         in_range("state_period_s", self.state_period_s, 0.01..=3600.0)?;

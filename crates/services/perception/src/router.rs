@@ -82,6 +82,10 @@ impl Router {
     /// Takes a cloud. Runs on Zenoh's thread: it only puts the cloud where the cell's actor finds it, and waits for
     /// nothing but a lock that is held as briefly.
     pub(crate) fn route(&self, cell: &Cell, cloud: Held<v1::PointCloud>) {
+        if !cloud.cell.is_empty() && cloud.cell != cell.as_str() {
+            let reason = format!("it is of cell {}, and came as one of another", cloud.cell);
+            return self.counts.refuse(cell, Fate::Unserved, &reason);
+        }
         let mut guard = self.lock();
         let Some(open) = guard.as_mut() else {
             return;

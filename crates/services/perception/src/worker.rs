@@ -204,6 +204,7 @@ impl Worker {
                 epoch: self.epoch,
                 sequence: self.sequence,
             }),
+            cell: self.cell.to_string(),
             state_number: self.state_number,
             captured_at_ns: captured_at_ns.min().unwrap_or_default(),
             scene: Some(scene::write(grid, &mapped.scene)),

@@ -449,6 +449,18 @@ fn the_sensors_of_a_cell_make_one_heightmap_together() {
 }
 
 #[test]
+fn a_cloud_of_another_cell_is_not_used() {
+    let rig = Rig::connected(&settings());
+    let of = |cell: &str, sequence| v1::PointCloud {
+        cell: cell.to_owned(),
+        ..flat(9, sequence)
+    };
+    rig.send_refused(&of("cell-2", 1_000_000), Fate::Unserved);
+    rig.clouds.put(&of("cell-1", 1_000_001));
+    assert_eq!(rig.ask(9).cell, "cell-1");
+}
+
+#[test]
 fn what_a_cloud_makes_doubtful_is_told() {
     let rig = Rig::connected(&settings());
     assert!(rig.ask(1).quality.unwrap().doubts.is_empty());

@@ -34,7 +34,7 @@ use cell::{CellPlanner, Message, Own, Shared};
 use interruption::Interruption;
 use objects::Objects;
 use planning::Helpers;
-pub use settings::{CellSettings, Settings, Where};
+pub use settings::{CellSettings, ClosingSettings, ContainerSettings, Settings, Where};
 use store::Store;
 
 /// The running service.
@@ -98,13 +98,16 @@ pub fn start(
         let thread = actor::spawn(process, &format!("cell-{cell}"), planner, mailbox)?;
         service.threads.push(thread);
         service.listen(process, &cell, &address, interruption)?;
+        for container in cell_settings.container_plans(&cell)? {
+            service.hear(process, &container.address, &address)?;
+        }
     }
     service.ready.pass();
     Ok(service)
 }
 
 impl PlannerService {
-    /// Has a cell's actor take requests, and the outcomes that the bridge tells.
+    /// Has a cell's actor take requests.
     fn listen(
         &mut self,
         process: &Process,
@@ -118,6 +121,8 @@ impl PlannerService {
             address.listen(process, Some(cell), Message::Withdraw)?,
             address.listen(process, Some(cell), Message::Plan)?,
             address.listen(process, Some(cell), Message::Report)?,
+            address.listen(process, Some(cell), Message::Open)?,
+            address.listen(process, Some(cell), Message::Close)?,
             address.listen(process, Some(cell), Message::Explain)?,
             address.listen(
                 process,
@@ -130,10 +135,20 @@ impl PlannerService {
             )?,
             address.listen(process, Some(cell), Message::Session)?,
         ]);
+        Ok(())
+    }
+
+    /// Has a cell's actor take the outcomes that the bridge tells of one of its containers.
+    fn hear(
+        &mut self,
+        process: &Process,
+        container: &Cell,
+        address: &Address<Message>,
+    ) -> Result<(), ServiceError> {
         let outcomes = address.clone();
         self.outcomes.push(stream::subscribe(
             process.session(),
-            Some(cell),
+            Some(container),
             Stream::Outcome,
             MAX_MESSAGE_BYTES,
             move |_, outcome: v1::Outcome| {

@@ -102,6 +102,11 @@ impl Planning {
         &self.grid
     }
 
+    /// Whether the placement of the least value is chosen, so that a search may be bounded by a value.
+    pub(crate) fn is_by_value(&self) -> bool {
+        self.planner.is_by_value()
+    }
+
     /// Plans a step.
     ///
     /// # Errors
@@ -110,6 +115,7 @@ impl Planning {
         self.planner.plan(&StepInput {
             step: step.number,
             alternatives: step.alternatives,
+            below: step.below,
             deadline: Some(step.deadline),
             ..StepInput::new(&self.grid, step.scene, step.candidates)
         })
@@ -123,6 +129,8 @@ pub(crate) struct Step<'a> {
     pub(crate) candidates: &'a [Candidate],
     pub(crate) number: u64,
     pub(crate) alternatives: usize,
+    /// Only placements of a lower value are wanted.
+    pub(crate) below: Option<f64>,
     pub(crate) deadline: Instant,
 }
 

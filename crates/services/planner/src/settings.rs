@@ -3,15 +3,17 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use ppnpack_packing::grid::{Grid, GridSettings};
+use ppnpack_packing::containers::ContainerChoice;
+use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings};
 use ppnpack_packing::method::{Method, ProposalSource};
+use ppnpack_packing::orders::{ContainerRules, Sharing};
 use ppnpack_packing::search::Search;
 use ppnpack_physics::twin::TwinSettings;
 use ppnpack_robot::error::ParameterError;
 use ppnpack_robot::station::{ArmStation, StationSettings};
 use ppnpack_service::ServiceSettings;
 use ppnpack_service::configuration::in_range;
-use ppnpack_wire::keys::Cell;
+use ppnpack_wire::keys::{Cell, KeyError};
 use serde::{Deserialize, Serialize};
 
 use crate::store::Store;
@@ -52,6 +54,16 @@ pub struct CellSettings {
     /// How it is packed; the keys stand among the others. `all` and `bounded` proposals are the same here.
     #[serde(flatten)]
     pub method: Method,
+    /// Its containers, where it has several that are packed at the same time, by the names under which bridge and perception serve
+    /// them; where none is given, it has one, which has the cell's own name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub containers: BTreeMap<String, ContainerSettings>,
+    /// Which of the open containers an item goes into.
+    pub choice: ContainerChoice,
+    /// What a container may hold, by what is said of the items' orders, groups and masses.
+    pub rules: ContainerRules,
+    /// When a container is closed.
+    pub closing: ClosingSettings,
     /// The arm that has to be able to make the placements; where there is none, that is not checked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arm: Option<StationSettings>,
@@ -84,6 +96,44 @@ pub struct CellSettings {
     pub search_mib: usize,
 }
 
+/// One of the containers of a cell, where it is otherwise than the cell says.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ContainerSettings {
+    /// Its inner size.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub container: Option<ContainerSize>,
+    /// The arm, as it stands to this container.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arm: Option<StationSettings>,
+}
+
+/// When a container is closed without a request that says so.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ClosingSettings {
+    /// Whether the bridge brings an empty container for each that is closed so. In automatic mode the fullest is closed then where
+    /// nothing in the buffer has a valid placement; otherwise the automatic mode ends.
+    pub renews: bool,
+    /// Closed as soon as its items fill so many percent of its volume, 1 to 100; where it is not given, that closes none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fill_percent: Option<f64>,
+    /// With rules.sharing = "one-order": closed as soon as all items are in it that were announced of its order. Announce all of an
+    /// order before the last of them is packed.
+    pub order_complete: bool,
+}
+
+/// A container of a cell, and how it is planned.
+#[derive(Debug, Clone)]
+pub(crate) struct ContainerPlan {
+    /// As sessions have it; empty where it is the cell itself.
+    pub(crate) name: String,
+    /// Under which bridge and perception serve it.
+    pub(crate) address: Cell,
+    /// The cell's, with its own size and arm.
+    pub(crate) settings: CellSettings,
+}
+
 /// Where placements are evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -114,6 +164,10 @@ impl Default for CellSettings {
         Self {
             grid: GridSettings::default(),
             method: Method::default(),
+            containers: BTreeMap::new(),
+            choice: ContainerChoice::default(),
+            rules: ContainerRules::default(),
+            closing: ClosingSettings::default(),
             arm: None,
             twin: TwinSettings::default(),
             evaluate: Where::Fastest,
@@ -131,6 +185,39 @@ impl Default for CellSettings {
 }
 
 impl CellSettings {
+    /// The containers of the cell of this name.
+    ///
+    /// # Errors
+    /// [`KeyError`] where one has a name that keys cannot have.
+    pub(crate) fn container_plans(&self, cell: &Cell) -> Result<Vec<ContainerPlan>, KeyError> {
+        if self.containers.is_empty() {
+            return Ok(vec![ContainerPlan {
+                name: String::new(),
+                address: cell.clone(),
+                settings: self.clone(),
+            }]);
+        }
+        let containers = self.containers.iter().map(|(name, own)| {
+            Ok(ContainerPlan {
+                name: name.clone(),
+                address: Cell::new(name)?,
+                settings: self.with(own),
+            })
+        });
+        containers.collect()
+    }
+
+    /// Those of a cell that has this container alone.
+    fn with(&self, own: &ContainerSettings) -> Self {
+        let mut alone = Self {
+            containers: BTreeMap::new(),
+            ..self.clone()
+        };
+        alone.grid.container = own.container.unwrap_or(self.grid.container);
+        alone.arm = own.arm.clone().or(alone.arm);
+        alone
+    }
+
     /// The arm, where there is one.
     pub(crate) fn station(&self) -> Result<Option<ArmStation>, ParameterError> {
         self.arm.as_ref().map(ArmStation::new).transpose()
@@ -139,6 +226,23 @@ impl CellSettings {
     /// The most bytes that a search may take.
     pub(crate) fn search_bytes(&self) -> usize {
         self.search_mib << 20
+    }
+
+    fn validate_rules(&self) -> Result<(), String> {
+        let rules = &self.rules;
+        if let Some(most_kg) = rules.most_kg {
+            in_range("rules.most_kg", most_kg, 0.001..=1e6)?;
+        }
+        if let Some(expected_m3) = rules.expected_m3 {
+            in_range("rules.expected_m3", expected_m3, 1e-9..=1e3)?;
+        }
+        if self.closing.order_complete && rules.sharing != Sharing::OneOrder {
+            return Err(
+                "closing.order_complete: containers are shared: set rules.sharing to \"one-order\", or leave it out"
+                    .to_owned(),
+            );
+        }
+        Ok(())
     }
 
     /// Whether a search has room for what every one takes.
@@ -167,6 +271,10 @@ impl CellSettings {
         in_range("buffer", method.buffer, 1..=MAX_CANDIDATES)?;
         set_aside_in_range(self.set_aside)?;
         in_range("poses", self.poses, 1..=MAX_POSES)?;
+        self.validate_rules()?;
+        if let Some(percent) = self.closing.fill_percent {
+            in_range("closing.fill_percent", percent, 1.0..=100.0)?;
+        }
         let candidates = method.buffer * self.poses;
         if candidates > MAX_CANDIDATES {
             return Err(format!(
@@ -195,6 +303,28 @@ pub(crate) fn set_aside_in_range(limit: usize) -> Result<(), String> {
     in_range("set_aside", limit, 0..=MAX_SET_ASIDE)
 }
 
+impl Settings {
+    /// Each container is of one cell alone.
+    fn validate_containers(&self) -> Result<(), String> {
+        let mut names: Vec<&String> = self.cells.keys().collect();
+        for (cell, settings) in &self.cells {
+            for (name, own) in &settings.containers {
+                let at = format!("cells.{cell}.containers.{name}");
+                Cell::new(name).map_err(|error| format!("{at}: {error}"))?;
+                if names.contains(&name) {
+                    return Err(format!(
+                        "{at}: another cell or container has this name: each container needs one of its own"
+                    ));
+                }
+                names.push(name);
+                let possible = settings.with(own).validate();
+                possible.map_err(|error| format!("{at}.{error}"))?;
+            }
+        }
+        Ok(())
+    }
+}
+
 impl ServiceSettings for Settings {
     fn validate(&self) -> Result<(), String> {
         for (name, cell) in &self.cells {
@@ -202,6 +332,7 @@ impl ServiceSettings for Settings {
             cell.validate()
                 .map_err(|error| format!("cells.{name}.{error}"))?;
         }
+        self.validate_containers()?;
         in_range("queue", self.queue, 1..=65_536)?;
         in_range("shapes_mib", self.shapes_mib, 1..=65_536)
     }

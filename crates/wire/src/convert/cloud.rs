@@ -228,6 +228,7 @@ pub fn write(capture: &Capture, points: &[Point3<f32>]) -> v1::PointCloud {
         coordinates.for_each(|(bytes, coordinate)| *bytes = coordinate.to_le_bytes());
     }
     v1::PointCloud {
+        cell: String::new(),
         sequence: capture.sequence,
         captured_at_ns: capture.captured_at_ns,
         state_number: capture.state_number,

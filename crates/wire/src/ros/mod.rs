@@ -40,6 +40,7 @@ pub fn to_cloud(
     let rows = Rows::of(message)?;
     let fields = Fields::of(message)?;
     let mut made = v1::PointCloud {
+        cell: String::new(),
         sequence,
         captured_at_ns: message.stamp.nanoseconds()?,
         state_number: 0,

@@ -60,9 +60,10 @@ messages! {
     // placement.proto
     Placements RestingPlacement RankedPlacement PlacementCounts Refusals
     // planner.proto
-    BeginRequest BeginReply Region AnnounceRequest Announcement ItemRules AnnounceReply WithdrawRequest WithdrawReply
-    PlanRequest PlanReply Decision ItemReason ReportRequest ReportReply ExplainRequest ExplainReply AutomaticRequest
-    AutomaticReply SessionRequest SessionReply Session SessionItem SettledDecision Settling
+    BeginRequest BeginReply ContainerStart Region AnnounceRequest Announcement OrderLine ItemRules AnnounceReply WithdrawRequest WithdrawReply
+    PlanRequest PlanReply Decision ItemReason ReportRequest ReportReply OpenRequest OpenReply CloseRequest CloseReply
+    ExplainRequest ExplainReply AutomaticRequest AutomaticReply SessionRequest SessionReply Session SessionItem
+    SessionContainer ClosedContainer SettledDecision Settling
     // ppn.proto
     ProposeRequest ProposeReply
     // scene.proto

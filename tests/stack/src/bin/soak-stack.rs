@@ -81,18 +81,26 @@ fn main() -> Result<()> {
     let cells: Vec<(String, Kind)> = names.zip(kinds).collect();
     let folder = tempfile::tempdir()?;
     let ran = soak(&arguments, &cells, folder.path());
-    if ran.is_err() {
+    if !matches!(ran, Ok((_, None))) {
         eprintln!("kept: {}", folder.keep().display());
     }
-    let report = ran?;
+    let (report, failed) = ran?;
     match arguments.json {
         true => println!("{}", serde_json::to_string_pretty(&report)?),
         false => report.print(),
     }
-    report.check(arguments.growth, arguments.recovery)
+    match failed {
+        Some(error) => Err(error),
+        None => report.check(arguments.growth, arguments.recovery),
+    }
 }
 
-fn soak(arguments: &Arguments, cells: &[(String, Kind)], folder: &Path) -> Result<Report> {
+/// Gives what was measured, and what failed, if anything did: what became of the containers is not known then.
+fn soak(
+    arguments: &Arguments,
+    cells: &[(String, Kind)],
+    folder: &Path,
+) -> Result<(Report, Option<anyhow::Error>)> {
     let catalogue = Catalogue::load(
         &ppnpack_household::builtin(),
         &Settings::default(),
@@ -128,13 +136,19 @@ fn soak(arguments: &Arguments, cells: &[(String, Kind)], folder: &Path) -> Resul
         check_records(&mut stack, &names, &files, &packed)?;
         Ok(packed)
     });
-    let packed = checked.inspect_err(|_| keep(&stack, &files, &names, folder))?;
+    let (packed, failed) = match checked {
+        Ok(packed) => (packed, None),
+        Err(error) => {
+            keep(&stack, &files, &names, folder);
+            (Vec::new(), Some(error))
+        }
+    };
     let complaints = complaints(&stack)?;
     let decisions = noted.lock().unwrap_or_else(PoisonError::into_inner).clone();
     let degraded = decisions.iter().filter(|decided| decided.is_degraded);
     let packed = cells.iter().zip(&packed);
     let packed = packed.map(|((name, kind), packed)| (name.clone(), Packed::new(*kind, packed)));
-    Ok(Report {
+    let report = Report {
         seconds: start.elapsed().as_secs_f64(),
         cells: packed.collect(),
         degraded: degraded.count(),
@@ -146,7 +160,8 @@ fn soak(arguments: &Arguments, cells: &[(String, Kind)], folder: &Path) -> Resul
         complaints,
         decisions: Tenth::all(&decisions, all),
         memory: Memory::all(&samples, all),
-    })
+    };
+    Ok((report, failed))
 }
 
 /// A stack of these cells that writes these files, with this environment.

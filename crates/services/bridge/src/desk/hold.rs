@@ -9,6 +9,7 @@ use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{WireError, header};
 
 use super::Desk;
+use super::share::Order;
 use crate::journal::JournalError;
 use crate::runner::Job;
 use ppnpack_protocol::ledger::{Change, Record};
@@ -28,10 +29,11 @@ impl Desk {
             true => "it was asked for".to_owned(),
             false => header::text(reason),
         };
-        if *is_aborting && let Some(break_off) = &self.break_off {
-            break_off.request();
-        }
-        if let Err(error) = self.hold_with(self.ledger.hold(&reason)) {
+        self.share.order(&Order::Hold {
+            reason,
+            is_aborting: *is_aborting,
+        });
+        if let Err(error) = self.follow_order() {
             let message = format!("the cell is held, but a restart would forget it: {error}");
             return incoming.refuse(Status::Unavailable, message);
         }
@@ -42,13 +44,64 @@ impl Desk {
         incoming.reply(reply, Done::default());
     }
 
+    /// Holds the cell for this reason; what is under way is broken off where that is asked for.
+    fn hold_for(&mut self, reason: &str, is_aborting: bool) -> Result<(), JournalError> {
+        if is_aborting && let Some(break_off) = &self.break_off {
+            break_off.request();
+        }
+        self.hold_with(self.ledger.hold(reason))
+    }
+
+    /// Does what was ordered last for all containers of the robot.
+    fn follow_order(&mut self) -> Result<(), JournalError> {
+        match self.share.take_order() {
+            None => Ok(()),
+            Some(Order::Hold {
+                reason,
+                is_aborting,
+            }) => self.hold_for(&reason, is_aborting),
+            Some(Order::Resume) => self.go_on(),
+        }
+    }
+
+    /// Does what was asked for at another container of the robot; until it can be written down, that goes on being tried.
+    pub(super) fn follow_others(&mut self) {
+        let is_resuming = self.share.is_resuming();
+        if let Err(error) = self.follow_order() {
+            tracing::error!(%error, "what was asked for at another container of the robot is not written down");
+            if is_resuming {
+                self.share.put_back(Order::Resume);
+            }
+        }
+    }
+
+    /// Takes over the hold of another container of the same robot, and has the others take over the own one.
+    pub(super) fn begin_held_with_others(&mut self) {
+        let own = self.ledger.head().hold.clone();
+        self.share.note(own.as_deref());
+        if let Some(reason) = own {
+            self.order_hold(reason);
+        } else if let Some(reason) = self.share.held_elsewhere()
+            && let Err(error) = self.hold_for(&reason, false)
+        {
+            tracing::error!(%error, "a restart would forget that the cell is held");
+        }
+    }
+
+    fn order_hold(&self, reason: String) {
+        self.share.order(&Order::Hold {
+            reason,
+            is_aborting: false,
+        });
+    }
+
     /// Holds the cell, also where that cannot be written down.
     fn hold_with(&mut self, change: Change) -> Result<(), JournalError> {
         let reason = change.head.hold.as_deref();
         tracing::warn!(reason, "the cell is held");
         let written = self.commit(change.clone());
         if written.is_err() {
-            self.ledger.apply(change);
+            self.apply(change);
         }
         self.streams.tell_state(&self.ledger);
         written.map(drop)
@@ -83,21 +136,29 @@ impl Desk {
         if let Err(error) = self.hold_with(self.ledger.hold_besides(&reason)) {
             tracing::error!(%error, "a restart would forget that the cell is held");
         }
+        self.order_hold(reason);
     }
 
     pub(super) fn resume(&mut self, incoming: Incoming<v1::ResumeRequest>) {
-        if let Err(error) = self.change(self.ledger.resume()) {
+        self.share.order(&Order::Resume);
+        if let Err(error) = self.follow_order() {
             return incoming.refuse(Status::Unavailable, error.to_string());
-        }
-        tracing::info!("the cell goes on");
-        if self.ledger.under_way().is_none() {
-            self.send(Job::Show(self.ledger.head().state_number));
         }
         let reply = v1::ResumeReply {
             header: None,
             state: Some(self.streams.state_of(&self.ledger)),
         };
         incoming.reply(reply, Done::default());
+    }
+
+    /// The cell is held no longer.
+    fn go_on(&mut self) -> Result<(), JournalError> {
+        self.change(self.ledger.resume())?;
+        tracing::info!("the cell goes on");
+        if self.ledger.under_way().is_none() {
+            self.send(Job::Show(self.ledger.head().state_number));
+        }
+        Ok(())
     }
 
     pub(super) fn changed(&mut self, incoming: Incoming<v1::ChangedRequest>) {

@@ -10,6 +10,7 @@ mod outcome;
 mod place;
 mod reach;
 mod renew;
+mod share;
 
 use std::time::{Duration, Instant};
 
@@ -28,6 +29,7 @@ pub(crate) use expiry::TimeLimits;
 pub(crate) use opening::open;
 use ppnpack_protocol::ledger::{Change, Ledger, Record};
 pub(crate) use reach::Reach;
+pub(crate) use share::{Share, SharedRobot};
 
 /// Requests that wait for the end of a placement at most.
 const MOST_OUTCOMES: usize = 256;
@@ -73,11 +75,23 @@ enum Ended {
     NoRenewal(String, Vec<Body>),
 }
 
+/// The robot, as a desk has it.
+pub(crate) struct DeskRobot {
+    /// What it is told.
+    pub(crate) jobs: Address<Job>,
+    /// Where it can place.
+    pub(crate) reach: Reach,
+    /// Who else has it.
+    pub(crate) share: Share,
+}
+
 /// A desk at work.
 pub(crate) struct Desk {
     ledger: Ledger,
     journal: CellJournal,
     reach: Reach,
+    /// The robot, where others have it too.
+    share: Share,
     robot: Address<Job>,
     streams: Streams,
     /// The end of this service, at once.
@@ -112,6 +126,7 @@ impl Actor for Desk {
             Message::State(incoming) => self.work_on(incoming, Self::state),
             Message::Placed(finding, bodies) => {
                 self.is_robot_busy = false;
+                self.share.end();
                 self.end(Ended::Placement(finding, bodies));
             }
             Message::Renewed(Ok(()), bodies) => {
@@ -143,6 +158,7 @@ impl Actor for Desk {
             self.refuse_outcome(incoming);
         }
         self.hold_where_overdue();
+        self.follow_others();
         let why = |_: &Incoming<_>| "the container is still being renewed".to_owned();
         self.renewals.refuse_expired(why);
         self.streams.tell_due_state(&self.ledger);
@@ -170,16 +186,21 @@ impl Desk {
     pub(crate) fn new(
         ledger: Ledger,
         journal: CellJournal,
-        reach: Reach,
-        robot: Address<Job>,
+        robot: DeskRobot,
         streams: Streams,
         cut_off: Shutdown,
         limits: TimeLimits,
     ) -> Self {
-        Self {
+        let DeskRobot {
+            jobs: robot,
+            reach,
+            share,
+        } = robot;
+        let mut desk = Self {
             ledger,
             journal,
             reach,
+            share,
             robot,
             streams,
             cut_off,
@@ -192,7 +213,9 @@ impl Desk {
             trouble: None,
             outcomes: PendingRequests::new(MOST_OUTCOMES),
             renewals: PendingRequests::new(MOST_RENEWALS),
-        }
+        };
+        desk.begin_held_with_others();
+        desk
     }
 
     /// Works on a request in time; refuses it where its caller has stopped to wait.
@@ -235,7 +258,7 @@ impl Desk {
         match self.journal.write(&self.ledger, &change) {
             Ok(()) => {
                 self.trouble = None;
-                self.ledger.apply(change);
+                self.apply(change);
                 Ok(header::stage("journal", began.elapsed()))
             }
             Err(error) => {
@@ -246,9 +269,16 @@ impl Desk {
         }
     }
 
+    /// Makes a change, and tells those who share the robot whether the cell is held.
+    fn apply(&mut self, change: Change) {
+        self.ledger.apply(change);
+        self.share.note(self.ledger.head().hold.as_deref());
+    }
+
     /// The robot gave up before it touched anything: as it was told to, or as the service ends, which settles it at its next start.
     fn was_cut_off(&mut self) {
         self.is_robot_busy = false;
+        self.share.end();
         if !self.cut_off.is_requested() {
             let finding = Finding::failed(Ending::NotPlaced, BROKEN_OFF);
             let bodies = self.ledger.head().bodies.clone();

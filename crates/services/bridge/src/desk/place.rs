@@ -5,6 +5,7 @@ use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, Status};
 
 use super::Desk;
+use super::share::Taken;
 use crate::robot::Placement;
 use crate::runner::Job;
 use ppnpack_protocol::ledger::{PlacementVerdict, Record};
@@ -69,10 +70,16 @@ impl Desk {
         if let Err((status, message)) = self.reach.check(&placement) {
             return incoming.refuse(status, message);
         }
+        if let Err(taken) = self.share.begin() {
+            return refuse_taken(incoming, &taken);
+        }
         let change = self.ledger.accept(placement.clone());
         let stage = match self.commit(change) {
             Ok(stage) => stage,
-            Err(error) => return incoming.refuse(Status::Unavailable, error.to_string()),
+            Err(error) => {
+                self.share.end();
+                return incoming.refuse(Status::Unavailable, error.to_string());
+            }
         };
         let execution = message::execution(&placement, None);
         self.is_robot_busy = true;
@@ -100,6 +107,17 @@ impl Desk {
             _ => "the container is being renewed".to_owned(),
         };
         incoming.refuse(Status::Busy, message);
+    }
+}
+
+/// Refuses what would begin something that the robot cannot, for another container's sake.
+pub(super) fn refuse_taken<R: Request>(incoming: Incoming<R>, taken: &Taken) {
+    match taken {
+        Taken::Held(reason) => refuse_held(incoming, reason),
+        Taken::Busy(other) => {
+            let message = format!("the robot places into container {other}");
+            incoming.refuse(Status::Busy, message);
+        }
     }
 }
 

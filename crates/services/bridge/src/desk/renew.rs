@@ -4,7 +4,7 @@ use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::v1::{self, Status};
 
 use super::Desk;
-use super::place::refuse_held;
+use super::place::{refuse_held, refuse_taken};
 use crate::runner::Job;
 use ppnpack_protocol::ledger::RenewalVerdict;
 
@@ -19,6 +19,9 @@ impl Desk {
             RenewalVerdict::Busy => self.refuse_busy(incoming),
             RenewalVerdict::Held(reason) => refuse_held(incoming, reason),
             RenewalVerdict::New => {
+                if let Err(taken) = self.share.may_begin() {
+                    return refuse_taken(incoming, &taken);
+                }
                 let change = self.ledger.begin_renewal(request_id);
                 if let Err(error) = self.commit(change) {
                     return incoming.refuse(Status::Unavailable, error.to_string());

@@ -1,5 +1,6 @@
 //! What is answered to each request.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -14,12 +15,15 @@ use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
 
+use super::closing::read_start;
 use super::decide::Decided;
 use super::poses::PossiblePoses;
 use super::refusal::Refusal;
 use super::{CellPlanner, Message};
 use crate::settings::set_aside_in_range;
-use ppnpack_protocol::session::{ItemState, Session, SessionItem, message};
+use ppnpack_protocol::session::{
+    Container, ItemState, Session, SessionError, SessionItem, message,
+};
 
 /// Regions that one session keeps free at most.
 const MAX_REGIONS: usize = 256;
@@ -42,6 +46,8 @@ impl CellPlanner {
             Message::Plan(incoming) if self.is_inspecting() => self.keep_plan(incoming),
             Message::Plan(incoming) => self.carry_out(incoming, Self::plan_step),
             Message::Report(incoming) => self.carry_out(incoming, Self::report),
+            Message::Open(incoming) => self.carry_out(incoming, Self::open),
+            Message::Close(incoming) => self.carry_out(incoming, Self::close),
             Message::Explain(incoming) => self.carry_out(incoming, |planner, request| {
                 planner.explain(&request.message().item_id, request.deadline())
             }),
@@ -59,6 +65,7 @@ impl CellPlanner {
             }),
             Message::Outcome(outcome) => self.on_outcome(&outcome),
             Message::Inspected(decision_id, answer) => self.on_inspected(&decision_id, *answer),
+            Message::Renewed(id, answer) => self.on_renewed(&id, answer),
         }
     }
 
@@ -103,25 +110,25 @@ impl CellPlanner {
         let id = header::id("session_id", &request.session_id)?;
         if id != self.session.id() {
             self.must_be_meant(incoming.header())?;
-            let keep_out = read_regions(&request.keep_out)?;
             let session = Session::begin(
                 id.to_owned(),
-                keep_out,
+                self.read_containers(request)?,
                 request.is_automatic,
-                request.least_state_number,
                 self.read_set_aside(request.set_aside)?,
             );
             let mut session = self
                 .session
                 .followed_by(session, request.gives_up_pending)?;
             if !self.session.is_settled() {
-                session.needs_state(self.void_decisions(incoming.deadline())?);
+                for (container, state_number) in self.void_decisions(incoming.deadline())? {
+                    session.needs_state(&container, state_number);
+                }
             }
             let saved = self.shared.store.begin(&self.cell, &session);
             self.saved(saved)?;
             self.session = session;
             // The container may be another one since the last picture.
-            self.container_changed(None);
+            self.containers_changed();
             self.to_inspect = None;
             self.shapes.clear();
             self.posed_models.clear();
@@ -131,6 +138,57 @@ impl CellPlanner {
             session: Some(self.message()),
             ..v1::BeginReply::default()
         })
+    }
+
+    /// The containers of a session, by what its request says of them.
+    fn read_containers(&self, request: &v1::BeginRequest) -> Result<Vec<Container>, Refusal> {
+        let starts = request.containers.iter().map(read_start);
+        let starts = starts.collect::<Result<Vec<Container>, _>>()?;
+        for (index, start) in starts.iter().enumerate() {
+            if !self.places.iter().any(|place| place.name == start.name) {
+                return Err(SessionError::UnknownContainer(start.name.clone()).into());
+            }
+            if starts
+                .iter()
+                .skip(index + 1)
+                .any(|other| other.name == start.name)
+            {
+                return Err(Refusal::invalid(format_args!(
+                    "containers: '{}' is there twice",
+                    start.name
+                )));
+            }
+        }
+        let least = request.least_state_number;
+        if (self.places.len() > 1 || !starts.is_empty()) && least > 0 {
+            return Err(Refusal::invalid(
+                "least_state_number: each container counts its own states: give it in `containers`",
+            ));
+        }
+        let keep_out = read_regions(&request.keep_out)?;
+        let containers = self.places.iter().map(|place| {
+            let name = place.name.clone();
+            let start = starts.iter().find(|start| start.name == name).cloned();
+            match starts.is_empty() {
+                true => Container::open(name, keep_out.clone(), least),
+                false => start.unwrap_or_else(|| Container::closed(name)),
+            }
+        });
+        Ok(containers.collect())
+    }
+
+    /// Has the bridge void what was decided for each container. Gives their states where they are known.
+    fn void_decisions(&mut self, deadline: Instant) -> Result<Vec<(String, Option<u64>)>, Refusal> {
+        let places = self.places.iter();
+        let states = places.map(|place| Ok((place.name.clone(), place.void_decisions(deadline)?)));
+        states.collect()
+    }
+
+    /// Every container may look otherwise than in the last pictures.
+    pub(super) fn containers_changed(&mut self) {
+        for place in &mut self.places {
+            place.changed(None);
+        }
     }
 
     /// The most items that a session may set aside, by what its request says of that.
@@ -161,6 +219,13 @@ impl CellPlanner {
             announced.push(self.read_announcement(item, &mut shapes, &mut items)?);
         }
         self.change_with(&shapes, |session| session.announce(announced))?;
+        self.automatic.go_on();
+        if !items.is_empty() {
+            let used = self.session.items().iter().map(|item| item.shape);
+            let used: HashSet<ItemId> = used.collect();
+            self.shapes.retain(|shape, _| used.contains(shape));
+            self.posed_models.retain(|shape, _| used.contains(shape));
+        }
         for (shape, item) in items {
             self.shapes.entry(shape).or_insert(item);
         }
@@ -228,6 +293,8 @@ impl CellPlanner {
             read.map_err(|why| Refusal::invalid(format_args!("item {item_id}: {why}")))?;
         Ok(SessionItem {
             item_id,
+            arrival: 0,
+            order_line: message::read_order_line(item.order_line.as_ref())?,
             object,
             shape,
             rules,
@@ -333,10 +400,12 @@ impl CellPlanner {
         decision_id: &str,
         outcome: &v1::Outcome,
     ) -> Result<(), Refusal> {
-        let was_pending = self.session.pending().is_some();
+        let pending = self.session.pending();
+        let container = pending.map(|pending| pending.container.clone());
         self.change(|session| session.report(decision_id, outcome))?;
-        if was_pending && self.session.pending().is_none() {
-            self.container_changed(Some(outcome.state_number).filter(|number| *number > 0));
+        if let Some(container) = container.filter(|_| self.session.pending().is_none()) {
+            let state_number = Some(outcome.state_number).filter(|number| *number > 0);
+            self.place_of(&container)?.changed(state_number);
             self.has_ended(decision_id, outcome);
         }
         Ok(())
@@ -350,10 +419,12 @@ impl CellPlanner {
         // Whoever acknowledges a failure has looked, and may have had a hand in the cell.
         let changed = match is_automatic && self.session.has_failed() {
             true => self.void_decisions(incoming.deadline())?,
-            false => None,
+            false => Vec::new(),
         };
         self.change(|session| {
-            session.needs_state(changed);
+            for (container, state_number) in &changed {
+                session.needs_state(container, *state_number);
+            }
             session.set_automatic(is_automatic)
         })?;
         Ok(v1::AutomaticReply {
@@ -363,14 +434,14 @@ impl CellPlanner {
     }
 }
 
-fn read_regions(regions: &[v1::Region]) -> Result<Vec<BlockedRegion>, Refusal> {
+pub(super) fn read_regions(regions: &[v1::Region]) -> Result<Vec<BlockedRegion>, Refusal> {
     if regions.len() > MAX_REGIONS {
         return Err(Refusal::invalid(format_args!(
             "keep_out: {} regions where at most {MAX_REGIONS} are possible",
             regions.len()
         )));
     }
-    let regions: Vec<BlockedRegion> = regions.iter().map(message::read_region).collect();
+    let regions = message::read_regions(regions);
     let is_possible = |region: &BlockedRegion| {
         let sides = [
             (region.x_min_m, region.x_max_m),

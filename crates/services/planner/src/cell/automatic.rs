@@ -15,7 +15,7 @@ use super::CellPlanner;
 use super::decide::Decided;
 use super::refusal::Refusal;
 
-/// How long planning one step may take, with the wait for a heightmap.
+/// How long planning one step may take for each open container, with the wait for a heightmap.
 const PLAN_LIMIT: Duration = Duration::from_secs(2);
 
 /// How long one request to the bridge may take.
@@ -26,6 +26,9 @@ const PAUSE: Duration = Duration::from_millis(100);
 
 /// How long to wait before a cell that is held is asked to go on again.
 const HELD_PAUSE: Duration = Duration::from_millis(200);
+
+/// How long to wait for an empty container, or for anything else that changes the session, before the others are looked at again.
+const RENEWAL_PAUSE: Duration = Duration::from_secs(5);
 
 /// How often the bridge is asked for an outcome that should have come by itself.
 const ASK_EVERY: Duration = Duration::from_millis(500);
@@ -40,8 +43,8 @@ pub(crate) struct Automatic {
     placing: Option<Placing>,
     /// Not before this is anything tried again.
     resume_at: Option<Instant>,
-    /// Whether the bridge held the cell when it was asked last; then nothing is planned until it does not.
-    is_held: bool,
+    /// The container of which the bridge said when it was asked last that the cell is held; then nothing is planned until it is not.
+    held: Option<String>,
     /// The item that was not placed the last time, and how often in a row.
     refused: (String, u32),
 }
@@ -63,6 +66,11 @@ impl Automatic {
         let accepted = self.placing.as_ref().filter(|placing| placing.is_accepted);
         let asks_at = accepted.map(|placing| placing.asked + ASK_EVERY);
         Some(self.resume_at.or(asks_at).unwrap_or_else(Instant::now))
+    }
+
+    /// What was waited for may be there.
+    pub(super) fn go_on(&mut self) {
+        self.resume_at = None;
     }
 
     fn pause(&mut self, pause: Duration) {
@@ -90,7 +98,9 @@ impl CellPlanner {
             return;
         }
         self.automatic.resume_at = None;
-        if self.automatic.is_held && !self.is_resumed() {
+        if let Some(held) = self.automatic.held.clone()
+            && !self.is_resumed(&held)
+        {
             return;
         }
         let went = match self.session.pending().cloned() {
@@ -104,10 +114,33 @@ impl CellPlanner {
     }
 
     fn next_step(&mut self) -> Result<(), Refusal> {
-        match self.decide("", 0, Instant::now() + PLAN_LIMIT)? {
+        let containers = self.session.containers().iter();
+        let open = containers.filter(|container| container.is_open).count();
+        if open == 0 && self.session.buffer(1).next().is_some() {
+            // It goes on when one is opened.
+            self.automatic.pause(RENEWAL_PAUSE);
+            return Ok(());
+        }
+        let open = u32::try_from(open).unwrap_or(u32::MAX).max(1);
+        match self.decide("", 0, Instant::now() + PLAN_LIMIT * open)? {
             Decided::Decision(_) => Ok(()),
-            Decided::NothingWaits => self.finish(self.session.end_of_items()),
-            Decided::NothingFits(reasons) => self.finish(End::NothingFits(reasons)),
+            Decided::NothingWaits => match self.session.end_of_items() {
+                // What is set aside is for the next container, where one comes.
+                End::OthersSetAside if self.is_renewing() => {
+                    self.automatic.pause(RENEWAL_PAUSE);
+                    Ok(())
+                }
+                End::OthersSetAside if self.close_fullest()? => Ok(()),
+                end => self.finish(end),
+            },
+            Decided::NothingFits(_) if self.is_renewing() => {
+                self.automatic.pause(RENEWAL_PAUSE);
+                Ok(())
+            }
+            Decided::NothingFits(reasons) => match self.close_fullest()? {
+                true => Ok(()),
+                false => self.finish(End::NothingFits(reasons)),
+            },
         }
     }
 
@@ -148,13 +181,26 @@ impl CellPlanner {
         }
     }
 
-    fn ask_bridge<R: Request>(&self, request: R, limit: Duration) -> Result<R::Reply, CallError> {
+    /// Asks the bridge about a container.
+    fn ask_bridge<R: Request>(
+        &self,
+        container: &str,
+        request: R,
+        limit: Duration,
+    ) -> Result<R::Reply, CallError> {
         let client = &self.shared.helpers.client;
-        client.call(&self.cell, request, Instant::now() + limit)
+        // The settings name its containers: a session with others has failed.
+        let address = self.address_of(container);
+        let address = address.map_err(|error| CallError::Zenoh(error.to_string()))?;
+        client.call(address, request, Instant::now() + limit)
     }
 
     fn place(&mut self, decision: &v1::Decision) -> Result<(), Refusal> {
-        let answer = self.ask_bridge(v1::PlaceRequest::from(decision), BRIDGE_LIMIT);
+        let answer = self.ask_bridge(
+            &decision.container,
+            v1::PlaceRequest::from(decision),
+            BRIDGE_LIMIT,
+        );
         if let (Ok(_), Some(placing)) = (&answer, &mut self.automatic.placing) {
             placing.is_accepted = true;
             placing.asked = Instant::now();
@@ -163,7 +209,9 @@ impl CellPlanner {
             && error.status() == Some(Status::Held)
         {
             tracing::info!(cell = %self.cell, reason = %error, "waiting until the cell is resumed");
-            self.automatic.is_held = true;
+            self.automatic.held = Some(decision.container.clone());
+            // Another container of the robot may be the one that is held: this one's state does not say so.
+            self.automatic.pause(HELD_PAUSE);
         }
         let answer = answer.map(|reply| reply.execution);
         self.go_on_with(decision, &answer, pursuit::after_place)
@@ -197,14 +245,14 @@ impl CellPlanner {
     }
 
     /// Whether the cell that was held goes on; where it does not, it is asked again after a pause.
-    fn is_resumed(&mut self) -> bool {
-        let asked = self.ask_bridge(v1::CellStateRequest::default(), BRIDGE_LIMIT);
+    fn is_resumed(&mut self, container: &str) -> bool {
+        let asked = self.ask_bridge(container, v1::CellStateRequest::default(), BRIDGE_LIMIT);
         let state = asked.ok().and_then(|reply| reply.state);
         let is_resumed = state.is_some_and(|state| state.hold.is_none());
         if is_resumed {
             tracing::info!(cell = %self.cell, "the cell goes on");
-            self.automatic.is_held = false;
-            self.container_changed(None);
+            self.automatic.held = None;
+            self.containers_changed();
         } else {
             self.automatic.pause(HELD_PAUSE);
         }
@@ -219,7 +267,8 @@ impl CellPlanner {
         kind: OutcomeKind,
         failure: &str,
     ) -> Result<(), Refusal> {
-        let asked = self.ask_bridge(v1::CellStateRequest::default(), BRIDGE_LIMIT);
+        let request = v1::CellStateRequest::default();
+        let asked = self.ask_bridge(&decision.container, request, BRIDGE_LIMIT);
         let silent = |error| Refusal::unavailable(format_args!("bridge: {error}"));
         let state = asked.map_err(silent)?.state.unwrap_or_default();
         let kind = pursuit::as_known(kind, decision, &state);
@@ -241,7 +290,7 @@ impl CellPlanner {
             placement_id: decision.decision_id.clone(),
             ..v1::OutcomeRequest::default()
         };
-        let answer = self.ask_bridge(request, BRIDGE_LIMIT / 10);
+        let answer = self.ask_bridge(&decision.container, request, BRIDGE_LIMIT / 10);
         let answer = answer.map(|reply| reply.execution);
         self.go_on_with(decision, &answer, pursuit::after_outcome)
     }

@@ -12,27 +12,27 @@ use super::CellPlanner;
 use ppnpack_protocol::session::{ItemState, SessionItem};
 
 impl CellPlanner {
-    /// What lies in the container: where the bridge knows it, else where the session last knew each packed item. `None`
+    /// What lies in a container: where the bridge knows it, else where the session last knew each packed item. `None`
     /// where nothing is tried.
-    pub(super) fn content(&mut self, deadline: Instant) -> Option<Content> {
+    pub(super) fn content(&mut self, container: &str, deadline: Instant) -> Option<Content> {
         if !self.settings.method.trial.is_on() {
             return None;
         }
-        if let Some(bodies) = self.bodies(deadline) {
+        if let Some(bodies) = self.bodies(container, deadline) {
             let bodies = bodies.iter().map(|body| self.solid_of_body(body));
             return Some(bodies.collect());
         }
-        let items = self.session.items().to_vec();
+        let items: Vec<SessionItem> = self.session.packed_in(container).cloned().collect();
         let packed = items.iter().filter_map(packed);
         let bodies = packed.map(|(item, pose)| self.solid_of_item(item, pose));
         Some(bodies.collect())
     }
 
-    /// What the bridge says that lies in the container now, where it does.
-    fn bodies(&mut self, deadline: Instant) -> Option<Vec<v1::Body>> {
-        let state = self.bridge_state(deadline)?;
+    /// What the bridge says that lies in a container now, where it does.
+    fn bodies(&mut self, container: &str, deadline: Instant) -> Option<Vec<v1::Body>> {
+        let state = self.place_of(container).ok()?.bridge_state(deadline)?;
         let is_told = state.is_simulated || !state.bodies.is_empty();
-        let is_now = state.state_number >= self.session.least_state_number();
+        let is_now = state.state_number >= self.session.least_state_number(container);
         (is_told && is_now).then_some(state.bodies)
     }
 
@@ -77,7 +77,12 @@ impl CellPlanner {
         if let Some(model) = shape.model {
             return LyingBody::Known(solid(model));
         }
-        let seen = self.seen.of(&shape.item, self.planning.grid().resolution());
+        // All containers of a cell are planned as finely.
+        let Some(place) = self.places.first() else {
+            return LyingBody::Unknown;
+        };
+        let resolution = place.planning.grid().resolution();
+        let seen = self.seen.of(&shape.item, resolution);
         seen.map_or(LyingBody::Unknown, |model| LyingBody::Seen(solid(model)))
     }
 }

@@ -1,11 +1,9 @@
 //! From a request to a decision: the scene, the buffer, the plan.
 
-use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::blocked::block;
-use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::plan::{CandidateReport, Plan, Reason};
+use ppnpack_packing::containers::ContainerChoice;
+use ppnpack_packing::plan::{CandidateReport, Plan, Reason, Timings};
 use ppnpack_packing::refusal::Refusals;
 use ppnpack_packing::step::{Candidate, Evaluated, PlacementCounts};
 use ppnpack_packing::valid::Tally;
@@ -14,12 +12,11 @@ use ppnpack_wire::{convert, header};
 
 use super::CellPlanner;
 use super::counts;
-use super::footprint::footprint;
+use super::prepare::{Prepared, PreparedContainer, poses_of};
 use super::refusal::Refusal;
 use crate::interruption::INTERRUPTED;
 use crate::planning::Step;
-use crate::scenes::Seen;
-use ppnpack_protocol::session::{ItemState, SessionItem};
+use ppnpack_protocol::session::SessionItem;
 
 /// What planning a step led to.
 pub(crate) enum Decided {
@@ -28,53 +25,15 @@ pub(crate) enum Decided {
     NothingWaits,
 }
 
-/// What a step is planned on.
-struct Prepared {
-    /// Each with its place in the order of arrivals.
-    items: Vec<(usize, SessionItem)>,
-    /// The items in their order, each in all the poses in which it may be packed.
+/// What planning a step over the open containers found.
+struct Found {
+    /// That of the placement, by its place among the prepared ones; without one that which holds least.
+    container: usize,
+    /// What it may take; the plan is of these.
     candidates: Vec<Candidate>,
-    seen: Seen,
-    /// What was seen, with everything blocked that must stay free.
-    scene: Scene,
-    /// Of the step.
-    number: u64,
-    deadline: Instant,
-}
-
-impl Prepared {
-    fn step(&self, alternatives: usize) -> Step<'_> {
-        Step {
-            scene: &self.scene,
-            candidates: &self.candidates,
-            number: self.number,
-            alternatives,
-            deadline: self.deadline,
-        }
-    }
-
-    /// The place among the items of the one that a candidate is.
-    fn item_of(&self, candidate: usize) -> Option<usize> {
-        let arrival = self.candidates.get(candidate)?.arrival;
-        self.items.iter().position(|(held, _)| *held == arrival)
-    }
-
-    /// The candidates of an item, by its place among the items, in the order of its poses.
-    fn poses_of(&self, item: usize) -> Range<usize> {
-        let arrival = self.items.get(item).map(|(arrival, _)| *arrival);
-        let is_of = |held: &&Candidate| Some(held.arrival) == arrival;
-        let before = self.candidates.iter().take_while(|held| !is_of(held));
-        let first = before.count();
-        let poses = self.candidates.iter().skip(first).take_while(is_of);
-        first..first + poses.count()
-    }
-
-    /// A placement of a candidate as one of its item.
-    fn write_ranked(&self, ranked: &Evaluated) -> v1::RankedPlacement {
-        let item = self.item_of(ranked.candidate).unwrap_or_default();
-        let held = self.candidates.get(ranked.candidate);
-        convert::placement::write_ranked_item(ranked, item, held.map_or(0, |held| held.pose))
-    }
+    plan: Plan,
+    /// Over all containers.
+    timings: Timings,
 }
 
 impl CellPlanner {
@@ -88,30 +47,34 @@ impl CellPlanner {
     ) -> Result<Decided, Refusal> {
         let begun = Instant::now();
         let mut setting_aside = Duration::ZERO;
-        let (prepared, planned, choice, waited) = loop {
+        let (prepared, found, choice, waited) = loop {
             let started = Instant::now();
             let buffer = self.session.buffer(self.settings.method.buffer);
-            let items: Vec<_> = buffer.map(|(at, item)| (at, item.clone())).collect();
+            let items: Vec<SessionItem> = buffer.cloned().collect();
             if items.is_empty() {
                 return Ok(Decided::NothingWaits);
             }
             let prepared = self.prepare(items, deadline)?;
             let waited = started.elapsed();
-            let planned = self.plan(&prepared.step(alternatives))?;
-            if let Some(choice) = planned.choice() {
-                break (prepared, planned, choice, waited);
+            let found = self.plan(&prepared, alternatives)?;
+            if let Some(choice) = found.plan.choice() {
+                break (prepared, found, choice, waited);
             }
-            if !self.session.may_set_aside() {
-                let reasons = self.reasons(&prepared, planned.candidates());
+            // What fits nowhere now may fit into a container that comes.
+            if !self.session.may_set_aside() || self.is_renewing() {
+                let reasons = self.reasons(&prepared, &found);
                 return Ok(Decided::NothingFits(reasons));
             }
             in_time(deadline)?;
-            self.set_aside(&prepared, planned.candidates())?;
+            if !self.set_aside(&prepared, &found)? {
+                let reasons = self.reasons(&prepared, &found);
+                return Ok(Decided::NothingFits(reasons));
+            }
             setting_aside = begun.elapsed();
         };
         // Whoever asked may have left, and a decision that nobody knows of keeps others waiting.
         in_time(deadline)?;
-        let mut decision = self.decision(request_id, &prepared, &choice, &planned)?;
+        let mut decision = self.decision(request_id, &prepared, &choice, &found)?;
         decision.stages.insert(0, header::stage("prepare", waited));
         if !setting_aside.is_zero() {
             let stage = header::stage("set_aside", setting_aside);
@@ -124,33 +87,35 @@ impl CellPlanner {
             .stages
             .push(header::stage("save", saving.elapsed()));
         counts::decisions(&self.cell, !decision.degraded.is_empty(), 1);
-        self.will_inspect(&decision, &prepared.seen.scene);
+        if let Some(container) = prepared.containers.get(found.container) {
+            self.will_inspect(&decision, &container.seen.scene);
+        }
         self.news.decisions.push(decision.clone());
         Ok(Decided::Decision(Box::new(decision)))
     }
 
     /// Sets aside the largest item of a step in which none has a valid placement; of equal ones the first to arrive. It
-    /// is on disk when this returns.
-    fn set_aside(
-        &mut self,
-        prepared: &Prepared,
-        reports: &[CandidateReport],
-    ) -> Result<(), Refusal> {
-        let volume_m3 = |index: &usize| {
-            let held = prepared.candidates.get(prepared.poses_of(*index).start);
+    /// is on disk when this returns. Says whether there was one: what rules keep out waits for another container.
+    fn set_aside(&mut self, prepared: &Prepared, found: &Found) -> Result<bool, Refusal> {
+        let volume_m3 = |item: &&SessionItem| {
+            let poses = poses_of(&prepared.candidates, item);
+            let held = prepared.candidates.get(poses.start);
             held.map_or(0.0, |held| held.item.mesh_volume_m3())
         };
+        let items = prepared.items.iter();
+        let items = items.filter(|item| prepared.barred(item, found.container).is_none());
         // Of equal ones, `min_by` gives the first.
-        let indices = 0..prepared.items.len();
-        let largest = indices.min_by(|a, b| volume_m3(b).total_cmp(&volume_m3(a)));
-        let reason = largest.and_then(|index| self.reason(prepared, reports, index));
+        let Some(largest) = items.min_by(|a, b| volume_m3(b).total_cmp(&volume_m3(a))) else {
+            return Ok(false);
+        };
+        let reason = self.reason(prepared, found, largest);
         let lost = || Refusal::new(Status::Failed, "the plan says nothing of an item");
         let reason = reason.ok_or_else(lost)?;
         let entered = reason.clone();
         self.change(|session| session.set_aside(entered))?;
         let v1::ItemReason { item_id, text, .. } = reason;
         tracing::info!(cell = %self.cell, item_id, reason = text, "set aside");
-        Ok(())
+        Ok(true)
     }
 
     /// Where a waiting item would go, or why nowhere.
@@ -159,90 +124,110 @@ impl CellPlanner {
         item_id: &str,
         deadline: Instant,
     ) -> Result<v1::ExplainReply, Refusal> {
-        let (arrival, item) = self.session.waiting(item_id)?;
-        let items = vec![(arrival, item.clone())];
+        let items = vec![self.session.waiting(item_id)?.clone()];
         let prepared = self.prepare(items, deadline)?;
-        let planned = self.plan(&prepared.step(0))?;
-        let choice = planned.choice();
+        let found = self.plan(&prepared, 0)?;
+        let choice = found.plan.choice();
         let reasons = match &choice {
             Some(_) => Vec::new(),
-            None => self.reasons(&prepared, planned.candidates()),
+            None => self.reasons(&prepared, &found),
         };
         Ok(v1::ExplainReply {
-            best: choice.as_ref().map(|best| prepared.write_ranked(best)),
+            best: choice
+                .as_ref()
+                .map(|best| prepared.write_ranked(&found.candidates, best)),
             reason: reasons.into_iter().next(),
-            counts: Some(write_reports(planned.candidates())),
+            counts: Some(write_reports(found.plan.candidates())),
             ..v1::ExplainReply::default()
         })
     }
 
-    /// Gets what a step is planned on; waits for a heightmap until the deadline.
-    fn prepare(
-        &mut self,
-        items: Vec<(usize, SessionItem)>,
-        deadline: Instant,
-    ) -> Result<Prepared, Refusal> {
-        let mut candidates = Vec::new();
-        for (arrival, item) in &items {
-            candidates.extend(self.candidates(*arrival, item)?);
+    /// Plans a step over the open containers: the fullest that can take an item of the buffer, or that of the best value. Rules that
+    /// give way do so where nothing could be packed with them.
+    ///
+    /// # Errors
+    /// [`Status::Unavailable`] where nothing fits into those that are seen, and others are not.
+    fn plan(&mut self, prepared: &Prepared, alternatives: usize) -> Result<Found, Refusal> {
+        let found = self.plan_by(prepared, alternatives, false)?;
+        if found.plan.choice().is_some() {
+            return Ok(found);
         }
-        let mut seen = self.seen(deadline)?;
-        if let Some(content) = self.content(deadline) {
-            seen.scene = seen.scene.with_content(content);
+        // Neither whether nothing fits nor what a rule would give way to is known before all were seen.
+        if !prepared.left_out.is_empty() {
+            return Err(Refusal::unavailable(prepared.left_out.join("; ")));
         }
-        Ok(Prepared {
-            items,
-            candidates,
-            scene: self.blocked(&seen.scene)?,
-            seen,
-            number: self.session.step(),
-            deadline,
-        })
+        if !prepared.has_what_gives_way() {
+            return Ok(found);
+        }
+        let before = found.timings;
+        let mut found = self.plan_by(prepared, alternatives, true)?;
+        found.timings += before;
+        Ok(found)
     }
 
-    /// The scene with everything blocked that must stay free.
-    fn blocked(&mut self, scene: &Scene) -> Result<Scene, Refusal> {
-        let mut regions = self.session.keep_out().to_vec();
-        let packed = self.session.items().iter();
-        let fragile: Vec<SessionItem> = packed
-            .filter(|item| item.rules.is_fragile)
-            .cloned()
-            .collect();
-        for item in &fragile {
-            if let ItemState::Packed {
-                placement,
-                pose,
-                planned,
-                container_from_item,
-                ..
-            } = &item.state
-            {
-                let shape = self.heightmaps(item, *pose)?;
-                let moved = container_from_item * planned.inverse();
-                if let Some(view) = shape.views().get(placement.placement.yaw) {
-                    regions.push(footprint(placement, view, self.planning.grid(), &moved));
-                }
+    fn plan_by(
+        &mut self,
+        prepared: &Prepared,
+        alternatives: usize,
+        gives_way: bool,
+    ) -> Result<Found, Refusal> {
+        let mut best: Option<Found> = None;
+        let mut timings = Timings::default();
+        let mut emptiest = None;
+        for (container, at) in prepared.containers.iter().enumerate() {
+            let candidates = prepared.admitted(at, gives_way);
+            let least = best.as_ref().and_then(|best| best.plan.choice());
+            let least = least.map(|choice| choice.value);
+            let step = Step {
+                below: least.filter(|_| self.is_by_value(&at.name)),
+                ..prepared.step(&at.scene, &candidates, alternatives)
+            };
+            let plan = match candidates.is_empty() {
+                true => Plan::default(),
+                false => self.plan_in(&at.name, &step)?,
+            };
+            timings += plan.timings();
+            let value = plan.choice().map(|choice| choice.value);
+            let found = Found {
+                container,
+                candidates,
+                plan,
+                timings,
+            };
+            match value {
+                None => emptiest = Some(found),
+                Some(value) if least.is_none_or(|least| value < least) => best = Some(found),
+                Some(_) => {}
+            }
+            if best.is_some() && self.settings.choice == ContainerChoice::Fullest {
+                break;
             }
         }
-        if regions.is_empty() {
-            return Ok(scene.clone());
-        }
-        Ok(block(scene, self.planning.grid(), &regions))
+        let none = || Refusal::new(Status::Failed, "no container was planned on");
+        let found = best.or(emptiest).ok_or_else(none)?;
+        Ok(Found { timings, ..found })
     }
 
-    fn plan(&mut self, step: &Step<'_>) -> Result<Plan, Refusal> {
-        let plan = self.planning.plan(step);
+    /// Whether a container is searched no further than to a value.
+    fn is_by_value(&mut self, container: &str) -> bool {
+        let place = self.place_of(container);
+        place.is_ok_and(|place| place.planning.is_by_value())
+    }
+
+    fn plan_in(&mut self, container: &str, step: &Step<'_>) -> Result<Plan, Refusal> {
+        let plan = self.place_of(container)?.planning.plan(step).cloned();
         let is_interrupted = self.own.interruption.is_asked_for();
         let plan = plan.map_err(|error| match is_interrupted {
             true => Refusal::unavailable(INTERRUPTED),
             false => error.into(),
         })?;
-        if plan.choice().is_none() && plan.is_cut() {
+        // With a value to be below, another container has a placement.
+        if plan.choice().is_none() && plan.is_cut() && step.below.is_none() {
             let late =
                 "the time limit passed before a valid placement was found: give it more time";
             return Err(Refusal::new(Status::TimedOut, late));
         }
-        Ok(plan.clone())
+        Ok(plan)
     }
 
     fn decision(
@@ -250,19 +235,23 @@ impl CellPlanner {
         request_id: &str,
         prepared: &Prepared,
         choice: &Evaluated,
-        planned: &Plan,
+        found: &Found,
     ) -> Result<v1::Decision, Refusal> {
         let lost = || Refusal::new(Status::Failed, "the plan chose an item that is not there");
-        let Prepared { items, seen, .. } = prepared;
-        let item = prepared.item_of(choice.candidate);
-        let (_, item) = item.and_then(|item| items.get(item)).ok_or_else(lost)?;
-        let held = prepared.candidates.get(choice.candidate).ok_or_else(lost)?;
+        let Prepared { items, .. } = prepared;
+        let Found { plan, timings, .. } = found;
+        let container = prepared.containers.get(found.container);
+        let PreparedContainer { name, seen, .. } = container.ok_or_else(lost)?;
+        let place = self.place_of(name)?;
+        let held = found.candidates.get(choice.candidate).ok_or_else(lost)?;
+        let item = prepared.item_of(held);
+        let item = item.and_then(|item| items.get(item)).ok_or_else(lost)?;
         let frame = held
             .item
-            .container_from_item(self.planning.grid(), &choice.resting);
+            .container_from_item(place.planning.grid(), &choice.resting);
         let container_from_item = held.lying.own_frame(&frame.ok_or_else(lost)?);
-        let cycle = planned.evidence().and_then(|found| found.cycle.as_ref());
-        let timings = planned.timings();
+        let decided_at_ns = place.bridge_clock.now_ns();
+        let cycle = plan.evidence().and_then(|found| found.cycle.as_ref());
         let stages = vec![
             header::stage("propose", timings.propose),
             header::stage("evaluate", timings.evaluate),
@@ -279,59 +268,68 @@ impl CellPlanner {
             placement: Some(convert::placement::write_resting(&choice.resting)),
             container_from_item: Some(convert::pose::write(&container_from_item)),
             value: choice.value,
-            alternatives: planned
+            alternatives: plan
                 .alternatives()
-                .map(|other| prepared.write_ranked(other))
+                .map(|other| prepared.write_ranked(&found.candidates, other))
                 .collect(),
-            buffer: items.iter().map(|(_, item)| item.item_id.clone()).collect(),
+            buffer: items.iter().map(|item| item.item_id.clone()).collect(),
             heightmap: Some(seen.id),
             state_number: seen.state_number,
-            degraded: planned.degraded().to_vec(),
-            is_widened: planned.is_widened(),
+            degraded: [plan.degraded(), &prepared.left_out].concat(),
+            is_widened: plan.is_widened(),
             stages,
             cycle: cycle.map(|cycle| Box::new(convert::cycle::write(cycle))),
             set_aside: self.session.reasons_set_aside_now(),
-            settling: planned
+            settling: plan
                 .evidence()
                 .and_then(|found| found.settling.as_ref())
                 .map(convert::settling::write),
             pose: u32::try_from(held.pose).unwrap_or(u32::MAX),
-            decided_at_ns: self.bridge_clock.now_ns(),
+            decided_at_ns,
+            container: name.clone(),
         })
     }
 
     /// Why the items of the buffer have no valid placement.
-    fn reasons(&mut self, prepared: &Prepared, reports: &[CandidateReport]) -> Vec<v1::ItemReason> {
-        let indices = 0..prepared.items.len();
-        let reasons = indices.filter_map(|index| self.reason(prepared, reports, index));
+    fn reasons(&mut self, prepared: &Prepared, found: &Found) -> Vec<v1::ItemReason> {
+        let items = prepared.items.iter();
+        let reasons = items.filter_map(|item| self.reason(prepared, found, item));
         reasons.collect()
     }
 
-    /// Why an item of the buffer has no valid placement: in the first of its poses, where it may be packed in several. What only
-    /// the blocked regions keep out is told apart, by planning on the scene without them.
+    /// Why an item of the buffer has no valid placement: in the first of its poses, where it may be packed in several, and in the
+    /// container that holds least. What only the blocked regions keep out is told apart, by planning on the scene without them.
     fn reason(
         &mut self,
         prepared: &Prepared,
-        reports: &[CandidateReport],
-        index: usize,
+        found: &Found,
+        item: &SessionItem,
     ) -> Option<v1::ItemReason> {
-        let (_, item) = prepared.items.get(index)?;
-        let poses = prepared.poses_of(index);
-        let report = reports.get(poses.start)?;
-        let is_blocked = self.fits_without_regions(&Step {
-            scene: &prepared.seen.scene,
-            candidates: prepared.candidates.get(poses)?,
-            ..prepared.step(0)
-        });
-        let reason = report.reason.as_ref();
+        if let Some(text) = prepared.barred(item, found.container) {
+            return Some(v1::ItemReason {
+                item_id: item.item_id.clone(),
+                reason: v1::Reason::Rule.into(),
+                text,
+            });
+        }
+        let container = prepared.containers.get(found.container)?;
+        let poses = poses_of(&prepared.candidates, item);
+        let alone = prepared.candidates.get(poses)?;
+        let alone = prepared.step(&container.seen.scene, alone, 0);
+        let is_blocked = self.fits_without_regions(&container.name, &alone);
+        let report = found.plan.candidates();
+        let report = report.get(poses_of(&found.candidates, item).start);
+        let reason = report.and_then(|report| report.reason.as_ref());
         Some(write_reason(&item.item_id, reason, is_blocked))
     }
 
-    fn fits_without_regions(&mut self, alone: &Step<'_>) -> bool {
-        let mut items = self.session.items().iter();
-        let has_regions =
-            !self.session.keep_out().is_empty() || items.any(|item| item.rules.is_fragile);
-        has_regions && self.plan(alone).is_ok_and(|plan| plan.choice().is_some())
+    fn fits_without_regions(&mut self, container: &str, alone: &Step<'_>) -> bool {
+        let known = self.session.container(container);
+        let is_kept = known.is_ok_and(|container| !container.keep_out.is_empty());
+        let is_fragile = |item: &SessionItem| item.rules.is_fragile;
+        let has_regions = is_kept || self.session.packed_in(container).any(is_fragile);
+        let plan = has_regions.then(|| self.plan_in(container, alone));
+        plan.is_some_and(|plan| plan.is_ok_and(|plan| plan.choice().is_some()))
     }
 }
 

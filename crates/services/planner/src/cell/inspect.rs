@@ -40,6 +40,8 @@ const PLAN_PATIENCE: Duration = SCENE_LIMIT.saturating_add(ANSWER_LIMIT);
 pub(crate) struct ToInspect {
     decision_id: String,
     item_id: String,
+    /// Into which it was placed.
+    container: String,
     request: v1::InspectRequest,
     /// The state of the cell after the placement; before it has ended there is nothing to see.
     placed_in: Option<u64>,
@@ -90,17 +92,22 @@ impl CellPlanner {
         if !self.settings.inspect {
             return;
         }
+        let Ok(place) = self.place_of(&decision.container) else {
+            return;
+        };
+        let before = convert::scene::write(place.planning.grid(), before);
         if let Some(left) = self.to_inspect.take().filter(ToInspect::is_due) {
             tracing::warn!(cell = %self.cell, item_id = left.item_id, "not inspected before the next decision");
         }
         self.to_inspect = Some(ToInspect {
             decision_id: decision.decision_id.clone(),
             item_id: decision.item_id.clone(),
+            container: decision.container.clone(),
             request: v1::InspectRequest {
                 header: None,
                 object: decision.object.clone(),
                 planned: decision.container_from_item,
-                before: Some(convert::scene::write(self.planning.grid(), before)),
+                before: Some(before),
                 least_state_number: 0,
             },
             placed_in: None,
@@ -121,6 +128,12 @@ impl CellPlanner {
         if let Some(to_inspect) = &mut self.to_inspect {
             to_inspect.placed_in = Some(outcome.state_number);
         }
+    }
+
+    /// Whether the item that was placed last, into this container, is not inspected yet.
+    pub(super) fn is_inspecting_in(&self, container: &str) -> bool {
+        let it = self.to_inspect.as_ref().filter(|it| it.is_due());
+        it.is_some_and(|it| it.container == container)
     }
 
     /// Whether the item that was placed last is not inspected yet.
@@ -201,14 +214,18 @@ impl CellPlanner {
             Next::Answer(_) => return Err(NotInspected::Yet("no answer came".to_owned())),
         };
         it.next = Next::Heightmap(until);
-        let least = self.session.least_state_number();
-        match self.scenes.current(least, until.min(now + SCENE_SLICE)) {
+        let least = self.session.least_state_number(&it.container);
+        let place = self.place_of(&it.container);
+        let place = place.map_err(|error| NotInspected::AtAll(error.to_string()))?;
+        let slice = until.min(now + SCENE_SLICE);
+        match place.scenes.current(least, slice) {
             Ok(seen) => it.request.least_state_number = seen.state_number,
             Err(_) if Instant::now() < until => return Ok(()),
             Err(reason) => return Err(NotInspected::Yet(reason)),
         }
+        let address = place.address.clone();
         let client = self.shared.helpers.client.clone();
-        let (cell, own) = (self.cell.clone(), self.own.address.clone());
+        let (cell, own) = (address, self.own.address.clone());
         let (decision_id, request) = (it.decision_id.clone(), it.request.clone());
         let ask = move || {
             let answer = client.call(&cell, request, Instant::now() + ANSWER_LIMIT);

@@ -3,18 +3,21 @@
 mod answers;
 mod automatic;
 mod bridge_clock;
+mod closing;
 mod content;
 mod counts;
 mod decide;
-mod fence;
 mod footprint;
 mod inspect;
+mod orders;
+mod place;
 mod poses;
+mod prepare;
 mod refusal;
+mod renew;
 mod reported;
-mod seen;
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -34,15 +37,16 @@ use ppnpack_wire::v1;
 
 use crate::interruption::{Interrupting, Interruption};
 use crate::objects::{Object, Objects};
-use crate::planning::{Helpers, Planning};
-use crate::scenes::{SceneLimits, Scenes};
+use crate::planning::Helpers;
 use crate::settings::CellSettings;
 use crate::store::{Store, StoreError};
 use automatic::Automatic;
-use bridge_clock::BridgeClock;
+use closing::Done;
 use inspect::ToInspect;
-use ppnpack_protocol::session::{Session, SessionError, SessionItem};
+use place::Place;
+use ppnpack_protocol::session::{End, Session, SessionError, SessionItem};
 use refusal::Refusal;
+use renew::Renewal;
 
 /// How long the actor sleeps at most, so that a lost message of the bridge is made up for.
 const TICK: Duration = Duration::from_millis(250);
@@ -57,6 +61,8 @@ pub(crate) enum Message {
     Withdraw(Incoming<v1::WithdrawRequest>),
     Plan(Incoming<v1::PlanRequest>),
     Report(Incoming<v1::ReportRequest>),
+    Open(Incoming<v1::OpenRequest>),
+    Close(Incoming<v1::CloseRequest>),
     Explain(Incoming<v1::ExplainRequest>),
     /// Where it is switched off, the plan that is being made is interrupted until this is dropped.
     Automatic(Incoming<v1::AutomaticRequest>, Option<Interrupting>),
@@ -65,6 +71,8 @@ pub(crate) enum Message {
     Outcome(v1::Outcome),
     /// What perception answered about the placement of this decision.
     Inspected(String, Box<Result<v1::InspectReply, CallError>>),
+    /// What the bridge answered to the request of this id for an empty container.
+    Renewed(String, Result<v1::RenewReply, CallError>),
 }
 
 /// A cell and its session.
@@ -79,8 +87,10 @@ pub(crate) struct CellPlanner {
     /// Of the others: the solids of what was seen of them.
     seen: SeenSolids,
     session: Session,
-    planning: Planning,
-    scenes: Scenes,
+    /// Where its containers stand.
+    places: Vec<Place>,
+    /// Of containers that the bridge is asked for, by the ids of the requests.
+    renewals: BTreeMap<String, Renewal>,
     decisions: Publisher<v1::Decision>,
     sessions: Publisher<v1::Session>,
     news: News,
@@ -89,11 +99,7 @@ pub(crate) struct CellPlanner {
     /// Wait until it is inspected.
     plans: PendingRequests<Incoming<v1::PlanRequest>>,
     automatic: Automatic,
-    /// The bridge did not say in which state the cell is, and is not asked again before.
-    bridge_left_alone_until: Option<Instant>,
-    /// The state of the cell since the scenes were last told of a change, where that is known.
-    shown_state: Option<u64>,
-    bridge_clock: BridgeClock,
+    closing: Done,
     own: Own,
 }
 
@@ -121,6 +127,8 @@ impl Actor for CellPlanner {
         self.publish_news();
         self.inspect();
         self.answer_plans();
+        self.close_done();
+        self.renew_closed();
         self.advance();
         self.publish_news();
     }
@@ -132,7 +140,13 @@ impl Actor for CellPlanner {
             false => self.automatic.wakes_at(&self.session),
         };
         let inspection = self.to_inspect.as_ref().and_then(ToInspect::goes_on_at);
-        let due = [automatic, inspection, self.plans.next_expiry()];
+        let due = [
+            automatic,
+            inspection,
+            self.plans.next_expiry(),
+            self.next_renewal(),
+            self.closing.next_look(),
+        ];
         let latest = Instant::now() + TICK;
         Some(due.into_iter().flatten().fold(latest, Instant::min))
     }
@@ -147,25 +161,14 @@ impl CellPlanner {
         shared: &Arc<Shared>,
         own: Own,
     ) -> Result<Self, ServiceError> {
-        let planning = Planning::new(
-            cell,
-            settings,
-            &shared.helpers,
-            shared.objects.items(settings),
-            &own.interruption,
-        )
-        .map_err(ServiceError::start)?;
-        let limits = SceneLimits {
-            age: Duration::from_secs_f64(settings.heightmap_age_limit_s),
-            sensor_latency: Duration::from_secs_f64(settings.sensor_latency_s),
-        };
-        let mut scenes =
-            Scenes::subscribe(process, cell, planning.grid(), limits, &own.interruption)?;
-        // What was done last, before this process was there, may not be in a picture that was on its way.
-        scenes.changed();
+        let plans = settings.container_plans(cell)?;
+        let places = plans
+            .into_iter()
+            .map(|plan| Place::new(process, plan, shared, &own));
+        let places = places.collect::<Result<Vec<Place>, _>>()?;
         let session = shared.store.session(cell).map_err(ServiceError::start)?;
         counts::begin(cell);
-        Ok(Self {
+        let mut planner = Self {
             cell: cell.clone(),
             settings: settings.clone(),
             shared: Arc::clone(shared),
@@ -173,8 +176,8 @@ impl CellPlanner {
             posed_models: HashMap::new(),
             seen: SeenSolids::default(),
             session,
-            planning,
-            scenes,
+            places,
+            renewals: BTreeMap::new(),
             decisions: Publisher::new(process, cell, Stream::Plan)?,
             sessions: Publisher::new(process, cell, Stream::Session)?,
             news: News {
@@ -184,11 +187,50 @@ impl CellPlanner {
             to_inspect: None,
             plans: PendingRequests::new(MOST_PLANS),
             automatic: Automatic::default(),
-            bridge_left_alone_until: None,
-            shown_state: None,
-            bridge_clock: BridgeClock::subscribe(process, cell)?,
+            closing: Done::default(),
             own,
-        })
+        };
+        planner.must_have_its_containers()?;
+        Ok(planner)
+    }
+
+    /// Ends a session whose containers are not those of the cell any more: the settings were changed since.
+    fn must_have_its_containers(&mut self) -> Result<(), ServiceError> {
+        let known = self.session.containers().iter();
+        let known: Vec<&str> = known.map(|container| container.name.as_str()).collect();
+        let own: Vec<&str> = self
+            .places
+            .iter()
+            .map(|place| place.name.as_str())
+            .collect();
+        if known == own || self.session.id().is_empty() {
+            return Ok(());
+        }
+        let failure = format!(
+            "the session has containers '{}', but the settings have '{}': begin a new session",
+            known.join("', '"),
+            own.join("', '")
+        );
+        let ended = self.change(|session| {
+            session.end(End::Failed(failure));
+            Ok(())
+        });
+        ended.map_err(|refusal| ServiceError::start(refusal.message))
+    }
+
+    /// Where a container stands.
+    fn place_of(&mut self, container: &str) -> Result<&mut Place, SessionError> {
+        let mut places = self.places.iter_mut();
+        let place = places.find(|place| place.name == container);
+        place.ok_or_else(|| SessionError::UnknownContainer(container.to_owned()))
+    }
+
+    /// Under which bridge and perception serve a container.
+    fn address_of(&self, container: &str) -> Result<&Cell, SessionError> {
+        let mut places = self.places.iter();
+        let place = places.find(|place| place.name == container);
+        let unknown = || SessionError::UnknownContainer(container.to_owned());
+        place.map(|place| &place.address).ok_or_else(unknown)
     }
 
     /// Changes the session and has it on disk before anything else happens; on an error nothing has changed.
@@ -218,6 +260,7 @@ impl CellPlanner {
             counts::sessions_ended(&self.cell, self.message().end(), 1);
         }
         self.news.is_session_new = true;
+        self.closing.look_again();
         Ok(())
     }
 
@@ -258,11 +301,8 @@ impl CellPlanner {
     }
 
     /// An item of the session as a step may choose it: in each pose in which it may be packed, as announced first.
-    fn candidates(
-        &mut self,
-        arrival: usize,
-        item: &SessionItem,
-    ) -> Result<Vec<Candidate>, Refusal> {
+    fn candidates(&mut self, item: &SessionItem) -> Result<Vec<Candidate>, Refusal> {
+        let arrival = item.arrival;
         if let Some(known) = self.object(item) {
             let posed = known.poses.iter().take(self.settings.poses);
             let allowed = posed.filter(|posed| item.may_be_in(posed.pose));

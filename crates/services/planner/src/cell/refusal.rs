@@ -39,7 +39,9 @@ impl Refusal {
 impl From<SessionError> for Refusal {
     fn from(error: SessionError) -> Self {
         let status = match error {
-            SessionError::UnknownItem(_) | SessionError::UnknownDecision(_) => Status::NotFound,
+            SessionError::UnknownItem(_)
+            | SessionError::UnknownDecision(_)
+            | SessionError::UnknownContainer(_) => Status::NotFound,
             SessionError::NoKind | SessionError::Full => Status::Invalid,
             _ => Status::Conflict,
         };

@@ -42,7 +42,8 @@ impl CellPlanner {
         if reported <= decided_on.saturating_add(1) {
             return Ok(());
         }
-        match self.bridge_state(deadline) {
+        let container = decision.container.clone();
+        match self.place_of(&container)?.bridge_state(deadline) {
             Some(state) if reported > state.state_number => Err(Refusal::new(
                 Status::Conflict,
                 format_args!(

@@ -158,6 +158,13 @@ impl Scenes {
     }
 
     fn read(&self, heightmap: &v1::Heightmap, age: Duration) -> Result<Seen, String> {
+        let own = self.cell.as_str();
+        if !heightmap.cell.is_empty() && heightmap.cell != own {
+            let other = &heightmap.cell;
+            return Err(format!(
+                "it is of cell {other}, and came as one of cell {own}"
+            ));
+        }
         let (grid, scene) = convert::scene::read_required("scene", heightmap.scene.as_ref())
             .map_err(|error| error.to_string())?;
         if grid != self.grid {

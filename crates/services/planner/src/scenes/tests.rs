@@ -191,3 +191,19 @@ fn a_cloud_that_was_on_its_way_does_not_show_the_change() {
         "{refused}"
     );
 }
+
+#[test]
+fn a_heightmap_of_another_cell_is_not_planned_on() {
+    let mut rig = Rig::new();
+    let of = |cell: &str, state_number| v1::Heightmap {
+        cell: cell.to_owned(),
+        ..heightmap(1, state_number, v1::HeightmapQuality::default())
+    };
+    rig.scenes.take_over(Ok(of("cell-2", 9)), Duration::ZERO);
+    assert!(rig.scenes.newest.is_none());
+    let complaint = &rig.scenes.complaint;
+    assert!(complaint.contains("of cell cell-2"), "{complaint}");
+    rig.scenes.take_over(Ok(of("cell-1", 7)), Duration::ZERO);
+    let seen = rig.scenes.current(0, in_ms(1000)).unwrap();
+    assert_eq!(seen.state_number, 7);
+}

@@ -1,5 +1,6 @@
 //! Sessions as tables.
 
+use std::collections::BTreeSet;
 use std::io::ErrorKind;
 
 use ppnpack_wire::item_id::ItemId;
@@ -100,9 +101,12 @@ pub(super) struct Kept {
 
 /// What becomes of the heightmaps when a session is written.
 pub(super) enum Change<'a> {
-    /// Some are added, where all together then have no more bytes than may be.
+    /// Some are added, where all together then have no more bytes than may be; those that no item of the session refers to any more
+    /// are forgotten.
     Add {
         shapes: &'a [v1::Item],
+        /// The ids of those that items refer to.
+        used: BTreeSet<Vec<u8>>,
         most_bytes: u64,
     },
     /// All are forgotten.
@@ -142,7 +146,11 @@ pub(super) fn write(
             .open_table(SHAPES)?
             .retain(|(of, _), _| of != cell.as_str())?,
         Change::Add { shapes: [], .. } => {}
-        Change::Add { shapes, most_bytes } => add(&transaction, cell, shapes, *most_bytes)?,
+        Change::Add {
+            shapes,
+            used,
+            most_bytes,
+        } => add(&transaction, cell, shapes, used, *most_bytes)?,
     }
     transaction.commit()?;
     Ok(revision)
@@ -153,9 +161,11 @@ fn add(
     transaction: &WriteTransaction,
     cell: &Cell,
     shapes: &[v1::Item],
+    used: &BTreeSet<Vec<u8>>,
     most: u64,
 ) -> Result<(), Fault> {
     let mut table = transaction.open_table(SHAPES)?;
+    table.retain(|(of, id), _| of != cell.as_str() || used.contains(id))?;
     let mut bytes = 0;
     for entry in table.iter()? {
         bytes += entry?.1.value().len() as u64;

@@ -12,7 +12,7 @@ mod database;
 mod file;
 mod mark;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -140,8 +140,15 @@ impl Store {
         session: &Session,
         shapes: &[v1::Item],
     ) -> Result<(), StoreError> {
+        let items = session.items().iter();
+        // Nothing is forgotten where nothing is added.
+        let used = match shapes {
+            [] => BTreeSet::new(),
+            _ => items.map(|item| item.shape.to_bytes()).collect(),
+        };
         let change = Change::Add {
             shapes,
+            used,
             most_bytes: self.most_shape_bytes,
         };
         self.write(cell, session, &change)

@@ -2,7 +2,7 @@ use std::fs;
 
 use nalgebra::Vector3;
 use ppnpack_packing::item::{Item, ViewSurfaces};
-use ppnpack_protocol::session::{ItemState, Lying, Rules, SessionItem};
+use ppnpack_protocol::session::{Container, ItemState, Lying, OrderLine, Rules, SessionItem};
 use ppnpack_wire::convert;
 use redb::TableDefinition;
 use tempfile::TempDir;
@@ -33,6 +33,8 @@ pub(super) fn item(item_id: &str, shape: &v1::Item) -> SessionItem {
     SessionItem {
         lying: Lying::default(),
         item_id: item_id.to_owned(),
+        arrival: 0,
+        order_line: OrderLine::default(),
         object: "block".to_owned(),
         shape: ItemId::of(shape),
         rules: Rules::default(),
@@ -44,7 +46,8 @@ pub(super) fn item(item_id: &str, shape: &v1::Item) -> SessionItem {
 }
 
 fn session(id: &str) -> Session {
-    Session::begin(id.to_owned(), Vec::new(), false, 7, 0)
+    let container = Container::open(String::new(), Vec::new(), 7);
+    Session::begin(id.to_owned(), vec![container], false, 0)
 }
 
 /// A session of a cell that was saved once for each of its items, with their heightmaps.
@@ -100,6 +103,31 @@ fn sessions_and_heightmaps_are_there_again() {
     store.begin(&b, &session("next")).unwrap();
     assert_eq!(store.shape(&b, id).unwrap(), None);
     assert_eq!(store.session(&b).unwrap(), session("next"));
+}
+
+#[test]
+fn heightmaps_that_no_item_refers_to_any_more_make_room_for_others() {
+    let a = cell("a");
+    let store = Store::open(None, ENOUGH).unwrap();
+    let of = |items: &[SessionItem]| {
+        let mut session = session("s");
+        session.announce(items.to_vec()).unwrap();
+        session
+    };
+    let [first, second, third] = [3, 4, 5].map(shape);
+    let both = [item("i", &first), item("j", &second)];
+    let shapes = [first.clone(), second.clone()];
+    store.save(&a, &of(&both), &shapes).unwrap();
+    let next = [item("j", &second), item("k", &third)];
+    // Where none comes, none is forgotten.
+    store.save(&a, &of(&next), &[]).unwrap();
+    assert!(store.shape(&a, ItemId::of(&first)).unwrap().is_some());
+    store.save(&a, &of(&next), &[third.clone()]).unwrap();
+    assert_eq!(store.shape(&a, ItemId::of(&first)).unwrap(), None);
+    for kept in [second, third] {
+        let id = ItemId::of(&kept);
+        assert_eq!(store.shape(&a, id).unwrap(), Some(kept));
+    }
 }
 
 #[test]

@@ -1,0 +1,77 @@
+//! Which container may take an item at all, by the rules of the cell.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use ppnpack_packing::orders::{ContainerRules, OrderItem, Orders, Sharing};
+use ppnpack_protocol::session::{ItemState, OrderLine, SessionItem};
+
+use super::CellPlanner;
+
+impl CellPlanner {
+    /// The orders of the session, and what these open containers hold of them; `None` where there are no rules to keep.
+    pub(super) fn orders(&mut self, open: &[String]) -> Option<Orders> {
+        let rules = self.settings.rules.clone();
+        let items = self.session.items().iter();
+        let items = items.filter(|item| has_rules(&rules, item));
+        let items: Vec<SessionItem> = items.cloned().collect();
+        if items.is_empty() {
+            return None;
+        }
+        let known = items.iter().map(|item| {
+            let order_item = self.order_item(rules.sharing, item);
+            (item.arrival, order_item)
+        });
+        let known: Vec<(usize, OrderItem)> = known.collect();
+        let mut orders = Orders::new(rules, known);
+        let mut lying = BTreeSet::new();
+        for (container, name) in open.iter().enumerate() {
+            orders.opened();
+            for item in self.session.packed_in(name) {
+                orders.packed(container, item.arrival);
+                lying.insert(item.arrival);
+            }
+        }
+        for item in &items {
+            if is_gone(item) && !lying.contains(&item.arrival) {
+                orders.dropped(item.arrival);
+            }
+        }
+        Some(orders)
+    }
+
+    fn order_item(&mut self, sharing: Sharing, item: &SessionItem) -> OrderItem {
+        let OrderLine {
+            order,
+            group,
+            mass_kg,
+        } = &item.order_line;
+        let shape = self.shape(item).ok();
+        let model = shape.as_ref().and_then(|shape| shape.model.as_ref());
+        // What is of no order belongs together where each container is for one, and to nothing where they are shared.
+        let none = match sharing {
+            Sharing::OneOrder => "",
+            Sharing::Shared => item.item_id.as_str(),
+        };
+        OrderItem {
+            order: Arc::from(order.as_deref().unwrap_or(none)),
+            group: group.as_deref().map(Arc::from),
+            mass_kg: mass_kg.or(model.map(|model| model.mass.mass_kg)),
+            volume_m3: shape.map_or(0.0, |shape| shape.item.mesh_volume_m3()),
+        }
+    }
+}
+
+/// Whether a rule can say anything of an item.
+fn has_rules(rules: &ContainerRules, item: &SessionItem) -> bool {
+    let is_of_all = rules.most_kg.is_some() || rules.sharing == Sharing::OneOrder;
+    is_of_all || item.order_line != OrderLine::default()
+}
+
+/// Whether an item does not wait for a container any more.
+fn is_gone(item: &SessionItem) -> bool {
+    matches!(
+        item.state,
+        ItemState::Packed { .. } | ItemState::Gone | ItemState::Withdrawn
+    )
+}

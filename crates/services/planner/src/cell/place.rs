@@ -1,0 +1,141 @@
+//! A container of a cell: how it is reached, seen and planned.
+
+use std::time::{Duration, Instant};
+
+use ppnpack_service::ServiceError;
+use ppnpack_service::process::Process;
+use ppnpack_service::rpc::{CallError, Client};
+use ppnpack_wire::keys::Cell;
+use ppnpack_wire::v1::{self, Status};
+
+use super::bridge_clock::BridgeClock;
+use super::refusal::Refusal;
+use super::{Own, Shared};
+use crate::planning::Planning;
+use crate::scenes::{SceneLimits, Scenes, Seen};
+use crate::settings::ContainerPlan;
+
+/// How long the bridge may take to say in which state the container is.
+const PATIENCE: Duration = Duration::from_millis(100);
+
+/// A bridge that did not say is left alone for so long.
+const LEFT_ALONE: Duration = Duration::from_secs(30);
+
+/// How long the bridge may take to void what was decided.
+const VOID_LIMIT: Duration = Duration::from_millis(500);
+
+/// Where a container of a cell stands.
+pub(super) struct Place {
+    /// As the session has it; empty where it is the cell itself.
+    pub(super) name: String,
+    /// Under which bridge and perception serve it.
+    pub(super) address: Cell,
+    pub(super) planning: Planning,
+    pub(super) scenes: Scenes,
+    pub(super) bridge_clock: BridgeClock,
+    client: Client,
+    /// The bridge did not say in which state the container is, and is not asked again before.
+    left_alone_until: Option<Instant>,
+    /// The state since the scenes were last told of a change, where that is known.
+    shown_state: Option<u64>,
+}
+
+impl Place {
+    pub(super) fn new(
+        process: &Process,
+        plan: ContainerPlan,
+        shared: &Shared,
+        own: &Own,
+    ) -> Result<Self, ServiceError> {
+        let ContainerPlan {
+            name,
+            address,
+            settings,
+        } = plan;
+        let items = shared.objects.items(&settings);
+        let interruption = &own.interruption;
+        let planning = Planning::new(&address, &settings, &shared.helpers, items, interruption);
+        let planning = planning.map_err(ServiceError::start)?;
+        let limits = SceneLimits {
+            age: Duration::from_secs_f64(settings.heightmap_age_limit_s),
+            sensor_latency: Duration::from_secs_f64(settings.sensor_latency_s),
+        };
+        let mut scenes =
+            Scenes::subscribe(process, &address, planning.grid(), limits, interruption)?;
+        // What was done last, before this process was there, may not be in a picture that was on its way.
+        scenes.changed();
+        Ok(Self {
+            name,
+            planning,
+            scenes,
+            bridge_clock: BridgeClock::subscribe(process, &address)?,
+            client: shared.helpers.client.clone(),
+            left_alone_until: None,
+            shown_state: None,
+            address,
+        })
+    }
+
+    /// A heightmap that shows what was done up to this state; waits for it until the deadline.
+    ///
+    /// Where its sensor knows no states it is of the state that the bridge has now: for that it has to have come after this state was
+    /// heard of for the first time.
+    pub(super) fn seen(&mut self, least: u64, deadline: Instant) -> Result<Seen, Refusal> {
+        loop {
+            let seen = self.scenes.current(least, deadline);
+            let mut seen = seen.map_err(Refusal::unavailable)?;
+            if seen.state_number != 0 {
+                return Ok(seen);
+            }
+            let Some(v1::CellState { state_number, .. }) = self.bridge_state(deadline) else {
+                return Ok(seen);
+            };
+            if self.shown_state == Some(state_number) {
+                seen.state_number = state_number;
+                return Ok(seen);
+            }
+            self.changed(Some(state_number));
+        }
+    }
+
+    /// The content changed just now, to this state where it is known.
+    pub(super) fn changed(&mut self, state_number: Option<u64>) {
+        self.shown_state = state_number;
+        self.scenes.changed();
+    }
+
+    /// The state as the bridge has it now, where there is one.
+    pub(super) fn bridge_state(&mut self, deadline: Instant) -> Option<v1::CellState> {
+        let now = Instant::now();
+        if self.left_alone_until.is_some_and(|until| now < until) {
+            return None;
+        }
+        let until = deadline.min(now + PATIENCE);
+        let request = v1::CellStateRequest::default();
+        let reply = self.client.call(&self.address, request, until);
+        let state = reply.ok().and_then(|reply| reply.state);
+        match &state {
+            Some(state) => self.bridge_clock.heard(state),
+            None => self.left_alone_until = Some(now + LEFT_ALONE),
+        }
+        state
+    }
+
+    /// Has the bridge count the state up, so that all that was decided before is stale, however late its request comes. Gives the new
+    /// state; `None` where there is no bridge, and a controller drives the robot itself.
+    ///
+    /// # Errors
+    /// As what the bridge refuses it: [`Status::Busy`] while the robot carries something out.
+    pub(super) fn void_decisions(&self, deadline: Instant) -> Result<Option<u64>, Refusal> {
+        let until = deadline.min(Instant::now() + VOID_LIMIT);
+        let request = v1::ChangedRequest::default();
+        match self.client.call(&self.address, request, until) {
+            Ok(reply) => Ok(reply.state.map(|state| state.state_number)),
+            Err(CallError::NoAnswer { .. }) => Ok(None),
+            Err(error) => Err(Refusal::new(
+                error.status().unwrap_or(Status::Unavailable),
+                format_args!("what was decided before may still begin: {error}"),
+            )),
+        }
+    }
+}

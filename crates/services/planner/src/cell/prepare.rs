@@ -1,0 +1,290 @@
+//! What a step is planned on: the buffer, and what the open containers look like.
+
+use std::ops::Range;
+use std::time::{Duration, Instant};
+
+use ppnpack_packing::blocked::block;
+use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::orders::Orders;
+use ppnpack_packing::step::{Candidate, Evaluated};
+use ppnpack_wire::convert;
+use ppnpack_wire::v1::{self, Status};
+
+use super::CellPlanner;
+use super::counts;
+use super::footprint::footprint;
+use super::refusal::Refusal;
+use crate::planning::Step;
+use crate::scenes::Seen;
+use ppnpack_protocol::session::{ItemState, SessionError, SessionItem};
+
+/// How long a step waits for the heightmaps of all open containers. Then it goes on with those that there are.
+const ALL_PATIENCE: Duration = Duration::from_secs(1);
+
+/// How long one of several is waited for before the others are looked at.
+const SLICE: Duration = Duration::from_millis(100);
+
+/// What a step is planned on.
+pub(super) struct Prepared {
+    pub(super) items: Vec<SessionItem>,
+    /// The items in their order, each in all the poses in which it may be packed.
+    pub(super) candidates: Vec<Candidate>,
+    /// The open containers that can be planned on; at least one.
+    pub(super) containers: Vec<PreparedContainer>,
+    /// Which open containers cannot be planned on, and why.
+    pub(super) left_out: Vec<String>,
+    /// What the open containers may take; `None` where each may take all.
+    pub(super) orders: Option<Orders>,
+    /// Of the step.
+    pub(super) number: u64,
+    pub(super) deadline: Instant,
+}
+
+/// An open container, as a step finds it.
+pub(super) struct PreparedContainer {
+    /// Its place among all that are open, by which orders know it.
+    at: usize,
+    pub(super) name: String,
+    pub(super) seen: Seen,
+    /// What was seen, with everything blocked that must stay free.
+    pub(super) scene: Scene,
+}
+
+/// A container by its name, and what it looks like, or why that is not known.
+type Sight = (String, Result<Seen, Refusal>);
+
+impl Prepared {
+    pub(super) fn step<'a>(
+        &self,
+        scene: &'a Scene,
+        candidates: &'a [Candidate],
+        alternatives: usize,
+    ) -> Step<'a> {
+        Step {
+            scene,
+            candidates,
+            number: self.number,
+            alternatives,
+            below: None,
+            deadline: self.deadline,
+        }
+    }
+
+    /// The place among the items of the one that a candidate is.
+    pub(super) fn item_of(&self, held: &Candidate) -> Option<usize> {
+        let mut items = self.items.iter();
+        items.position(|item| item.arrival == held.arrival)
+    }
+
+    /// A placement of one of these candidates as one of its item.
+    pub(super) fn write_ranked(
+        &self,
+        candidates: &[Candidate],
+        ranked: &Evaluated,
+    ) -> v1::RankedPlacement {
+        let held = candidates.get(ranked.candidate);
+        let item = held.and_then(|held| self.item_of(held)).unwrap_or_default();
+        convert::placement::write_ranked_item(ranked, item, held.map_or(0, |held| held.pose))
+    }
+
+    /// What a container may take: by all rules, or only by those that never give way.
+    pub(super) fn admitted(
+        &self,
+        container: &PreparedContainer,
+        gives_way: bool,
+    ) -> Vec<Candidate> {
+        let candidates = self.candidates.iter();
+        let admitted = candidates.filter(|held| {
+            let orders = self.orders.as_ref();
+            let bar = orders.and_then(|orders| orders.bar(container.at, held.arrival));
+            bar.is_none_or(|bar| gives_way && bar.gives_way())
+        });
+        admitted.cloned().collect()
+    }
+
+    /// Whether there are rules that give way, and keep an item out of a container.
+    pub(super) fn has_what_gives_way(&self) -> bool {
+        let Some(orders) = &self.orders else {
+            return false;
+        };
+        let gives_way = |at: usize| {
+            let bars = self.candidates.iter();
+            let mut bars = bars.filter_map(|held| orders.bar(at, held.arrival));
+            bars.any(|bar| bar.gives_way())
+        };
+        self.containers
+            .iter()
+            .any(|container| gives_way(container.at))
+    }
+
+    /// By which rule a container may not take an item, whatever is left, for people; `None` where it may.
+    pub(super) fn barred(&self, item: &SessionItem, container: usize) -> Option<String> {
+        let PreparedContainer { at, name, .. } = self.containers.get(container)?;
+        let bar = self.orders.as_ref()?.bar(*at, item.arrival)?;
+        let told = match name.as_str() {
+            "" => bar.to_string(),
+            name => format!("container {name}: {bar}"),
+        };
+        (!bar.gives_way()).then_some(told)
+    }
+}
+
+/// The candidates of an item, in the order of its poses.
+pub(super) fn poses_of(candidates: &[Candidate], item: &SessionItem) -> Range<usize> {
+    let is_of = |held: &&Candidate| held.arrival == item.arrival;
+    let before = candidates.iter().take_while(|held| !is_of(held));
+    let first = before.count();
+    let poses = candidates.iter().skip(first).take_while(is_of);
+    first..first + poses.count()
+}
+
+impl CellPlanner {
+    /// Gets what a step is planned on; waits for heightmaps until the deadline.
+    ///
+    /// # Errors
+    /// [`Status::Conflict`] where no container is open, [`Status::Unavailable`] where none can be planned on.
+    pub(super) fn prepare(
+        &mut self,
+        items: Vec<SessionItem>,
+        deadline: Instant,
+    ) -> Result<Prepared, Refusal> {
+        let mut candidates = Vec::new();
+        for item in &items {
+            candidates.extend(self.candidates(item)?);
+        }
+        let open = self.open_by_fullness();
+        let (containers, left_out) = self.prepare_containers(&open, deadline)?;
+        let mut orders = self.orders(&open);
+        if let Some(orders) = &mut orders {
+            orders.begin(&candidates);
+        }
+        Ok(Prepared {
+            items,
+            candidates,
+            containers,
+            left_out,
+            orders,
+            number: self.session.step(),
+            deadline,
+        })
+    }
+
+    /// The open containers that can be planned on, the fullest first, and why the others cannot.
+    fn prepare_containers(
+        &mut self,
+        open: &[String],
+        deadline: Instant,
+    ) -> Result<(Vec<PreparedContainer>, Vec<String>), Refusal> {
+        let is_only = open.len() == 1;
+        let (mut containers, mut left_out) = (Vec::new(), Vec::new());
+        for (at, (name, seen)) in self.see(open, deadline)?.into_iter().enumerate() {
+            match seen {
+                Ok(seen) => containers.push(self.prepare_container(at, name, seen, deadline)?),
+                Err(refusal) => {
+                    counts::stale_scenes(&self.cell, 1);
+                    if is_only {
+                        return Err(refusal);
+                    }
+                    left_out.push(format!("container {name} is left out: {}", refusal.message));
+                }
+            }
+        }
+        match (containers.is_empty(), left_out.is_empty()) {
+            (false, _) => Ok((containers, left_out)),
+            (true, false) => Err(Refusal::unavailable(left_out.join("; "))),
+            (true, true) => Err(Refusal::new(
+                Status::Conflict,
+                "no container is open: open one first",
+            )),
+        }
+    }
+
+    /// What containers look like now, or why that is not known. One is waited for until the deadline, several for a while.
+    fn see(&mut self, open: &[String], deadline: Instant) -> Result<Vec<Sight>, Refusal> {
+        let now = Instant::now();
+        let (until, slice) = match open.len() {
+            1 => (deadline, Duration::MAX),
+            _ => {
+                let left = deadline.saturating_duration_since(now);
+                (now + ALL_PATIENCE.min(left / 2), SLICE)
+            }
+        };
+        let mut seen: Vec<Sight> = Vec::new();
+        for name in open {
+            let first = self.seen_within(name, slice, deadline)?;
+            seen.push((name.clone(), first));
+        }
+        while Instant::now() < until && !self.own.interruption.is_asked_for() {
+            let mut unseen = seen.iter_mut().filter(|(_, seen)| seen.is_err()).peekable();
+            if unseen.peek().is_none() {
+                break;
+            }
+            for (name, seen) in unseen {
+                *seen = self.seen_within(name, slice, until)?;
+            }
+        }
+        Ok(seen)
+    }
+
+    fn seen_within(
+        &mut self,
+        name: &str,
+        slice: Duration,
+        deadline: Instant,
+    ) -> Result<Result<Seen, Refusal>, SessionError> {
+        let least = self.session.least_state_number(name);
+        let slice = Instant::now().checked_add(slice);
+        let until = slice.map_or(deadline, |slice| slice.min(deadline));
+        Ok(self.place_of(name)?.seen(least, until))
+    }
+
+    fn prepare_container(
+        &mut self,
+        at: usize,
+        name: String,
+        mut seen: Seen,
+        deadline: Instant,
+    ) -> Result<PreparedContainer, Refusal> {
+        if let Some(content) = self.content(&name, deadline) {
+            seen.scene = seen.scene.with_content(content);
+        }
+        let scene = self.blocked(&name, &seen.scene)?;
+        Ok(PreparedContainer {
+            at,
+            name,
+            seen,
+            scene,
+        })
+    }
+
+    /// The scene of a container with everything blocked that must stay free.
+    fn blocked(&mut self, name: &str, scene: &Scene) -> Result<Scene, Refusal> {
+        let mut regions = self.session.container(name)?.keep_out.clone();
+        let packed = self.session.packed_in(name);
+        let fragile: Vec<SessionItem> = packed
+            .filter(|item| item.rules.is_fragile)
+            .cloned()
+            .collect();
+        let grid = self.place_of(name)?.planning.grid().clone();
+        for item in &fragile {
+            if let ItemState::Packed {
+                placement,
+                pose,
+                planned,
+                container_from_item,
+                ..
+            } = &item.state
+            {
+                let shape = self.heightmaps(item, *pose)?;
+                let moved = container_from_item * planned.inverse();
+                if let Some(view) = shape.views().get(placement.placement.yaw) {
+                    regions.push(footprint(placement, view, &grid, &moved));
+                }
+            }
+        }
+        if regions.is_empty() {
+            return Ok(scene.clone());
+        }
+        Ok(block(scene, &grid, &regions))
+    }
+}

@@ -1,0 +1,131 @@
+//! Containers that were closed: the bridge takes them away and brings empty ones, which are opened.
+//!
+//! The id of the request is on disk before it is sent: whatever is cut off, a container is renewed once. The cell's actor packs the
+//! others meanwhile: a thread of its own waits for the bridge and sends the answer to the actor.
+
+use std::time::{Duration, Instant};
+
+use ppnpack_protocol::session::Container;
+use ppnpack_service::process::thread;
+use ppnpack_service::rpc::CallError;
+use ppnpack_wire::v1;
+
+use super::{CellPlanner, Message};
+
+/// How long to wait before a container is asked for again.
+const PAUSE: Duration = Duration::from_secs(1);
+
+/// How much longer than its request the thread that sends it may take to say what came of it.
+const ANSWER_SLACK: Duration = Duration::from_secs(1);
+
+/// A container that the bridge is asked for: when it is asked again.
+#[derive(Debug)]
+pub(super) struct Renewal {
+    again_at: Instant,
+}
+
+impl CellPlanner {
+    /// Whether empty containers are to come.
+    pub(super) fn is_renewing(&self) -> bool {
+        self.to_be_renewed().next().is_some()
+    }
+
+    /// The containers that are to be renewed, and by which requests. Not where somebody has to look first.
+    fn to_be_renewed(&self) -> impl Iterator<Item = (&Container, &String)> {
+        let containers = self.session.containers().iter();
+        let closed =
+            containers.filter(|container| !container.is_open && !self.session.has_failed());
+        closed.filter_map(|container| Some((container, container.renewal_id.as_ref()?)))
+    }
+
+    /// When a container is asked for next.
+    pub(super) fn next_renewal(&self) -> Option<Instant> {
+        // A last item that is still inspected is looked for where it lies.
+        let due = self.to_be_renewed();
+        let due = due.filter(|(container, _)| !self.is_inspecting_in(&container.name));
+        let due = due.map(|(_, id)| {
+            let asked = self.renewals.get(id);
+            asked.map_or_else(Instant::now, |asked| asked.again_at)
+        });
+        due.min()
+    }
+
+    /// Asks the bridge for an empty container in place of each that was closed so.
+    pub(super) fn renew_closed(&mut self) {
+        let now = Instant::now();
+        let wanted = self.to_be_renewed();
+        let wanted = wanted.map(|(container, id)| (container.name.clone(), id.clone()));
+        let wanted: Vec<(String, String)> = wanted.collect();
+        self.renewals
+            .retain(|id, _| wanted.iter().any(|(_, wanted)| wanted == id));
+        for (name, id) in wanted {
+            let asked = self.renewals.get(&id);
+            let is_due = asked.is_none_or(|asked| asked.again_at <= now);
+            if is_due && !self.is_inspecting_in(&name) {
+                self.ask_renewal(&name, &id);
+            }
+        }
+    }
+
+    fn ask_renewal(&mut self, name: &str, id: &str) {
+        let Ok(address) = self.address_of(name).cloned() else {
+            return;
+        };
+        let limit = Duration::from_secs_f64(self.settings.place_limit_s);
+        let client = self.shared.helpers.client.clone();
+        let own = self.own.address.clone();
+        let request_id = id.to_owned();
+        let ask = move || {
+            let header = v1::RequestHeader {
+                request_id: request_id.clone(),
+                ..v1::RequestHeader::default()
+            };
+            let request = v1::RenewRequest {
+                header: Some(header),
+            };
+            let answer = client.call(&address, request, Instant::now() + limit);
+            if let Some(actor) = own.upgrade() {
+                // An actor that has ended needs no answer.
+                actor.send(Message::Renewed(request_id, answer)).ok();
+            }
+        };
+        let again_after = match thread("renewal", ask) {
+            Ok(_) => limit + ANSWER_SLACK,
+            Err(error) => {
+                tracing::warn!(cell = %self.cell, container = name, %error, "a container is not asked for yet");
+                PAUSE
+            }
+        };
+        let again_at = Instant::now() + again_after;
+        self.renewals.insert(id.to_owned(), Renewal { again_at });
+    }
+
+    /// The bridge brought an empty container, or did not.
+    pub(super) fn on_renewed(&mut self, id: &str, answer: Result<v1::RenewReply, CallError>) {
+        let wanted = self.to_be_renewed().find(|(_, wanted)| *wanted == id);
+        // Of a session that is gone it is of no use.
+        let Some(closed) = wanted.map(|(container, _)| container.clone()) else {
+            return;
+        };
+        let opened = match answer {
+            Ok(reply) => self.open_renewed(&closed, reply.state_number),
+            Err(error) => Err(error.to_string()),
+        };
+        if let Err(reason) = opened {
+            tracing::warn!(
+                cell = %self.cell, container = closed.name, reason, "there is no empty container yet"
+            );
+            let again_at = Instant::now() + PAUSE;
+            self.renewals.insert(id.to_owned(), Renewal { again_at });
+        }
+    }
+
+    fn open_renewed(&mut self, closed: &Container, state_number: u64) -> Result<(), String> {
+        let start = Container {
+            sequence: closed.sequence,
+            ..Container::open(closed.name.clone(), closed.keep_out.clone(), state_number)
+        };
+        self.open_container(start)
+            .map_err(|refusal| refusal.message)
+    }
+}
