@@ -3015,8 +3015,8 @@ pub struct SessionItem {
     /// As announced.
     #[prost(message, optional, tag = "10")]
     pub heightmap_from_item: ::core::option::Option<Pose>,
-    #[prost(message, optional, tag = "11")]
-    pub waits_at: ::core::option::Option<Pose>,
+    #[prost(message, optional, boxed, tag = "11")]
+    pub waits_at: ::core::option::Option<::prost::alloc::boxed::Box<Pose>>,
     /// How it was found after it was placed, where that was looked at.
     #[prost(message, optional, tag = "12")]
     pub inspection: ::core::option::Option<Inspection>,
@@ -3043,8 +3043,8 @@ pub struct SessionItem {
     #[prost(uint64, tag = "20")]
     pub arrival: u64,
     /// As announced.
-    #[prost(message, optional, tag = "21")]
-    pub order_line: ::core::option::Option<OrderLine>,
+    #[prost(message, optional, boxed, tag = "21")]
+    pub order_line: ::core::option::Option<::prost::alloc::boxed::Box<OrderLine>>,
 }
 impl ::prost::Name for SessionItem {
     const NAME: &'static str = "SessionItem";

@@ -42,6 +42,9 @@ fn compile(out: &Path) {
         // Most cells have no arm: what carries a cycle stays small without one.
         .boxed(".ppnpack.v1.Decision.cycle")
         .boxed(".ppnpack.v1.PlaceRequest.cycle")
+        // Sessions have many items, and few of these.
+        .boxed(".ppnpack.v1.SessionItem.order_line")
+        .boxed(".ppnpack.v1.SessionItem.waits_at")
         .out_dir(out)
         .compile_fds(descriptors)
         .unwrap();

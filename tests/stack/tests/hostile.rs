@@ -118,7 +118,6 @@ fn targets(cell: &CellClient) -> Vec<(String, Vec<u8>)> {
         target(cell, v1::WithdrawRequest::default()),
         target(cell, v1::ReportRequest::default()),
         target(cell, v1::OpenRequest::default()),
-        target(cell, v1::CloseRequest::default()),
         target(cell, v1::ExplainRequest::default()),
         target(cell, v1::SessionRequest::default()),
     ]

@@ -287,12 +287,12 @@ fn write_item(item: &SessionItem) -> v1::SessionItem {
         item_id: item.item_id.clone(),
         arrival: item.arrival as u64,
         object: item.object.clone(),
-        order_line: write_order_line(&item.order_line),
+        order_line: write_order_line(&item.order_line).map(Box::new),
         state: state.into(),
         rules,
         shape: item.shape.to_bytes(),
         heightmap_from_item: frame(&item.lying.heightmap_from_item),
-        waits_at: frame(&item.lying.waits_at),
+        waits_at: frame(&item.lying.waits_at).map(Box::new),
         poses: match item.poses {
             ..=1 => 0,
             poses => number(poses),
@@ -361,10 +361,10 @@ fn read_item(message: &v1::SessionItem, arrival: usize) -> Result<SessionItem, W
         object: message.object.clone(),
         shape: ItemId::from_bytes("items.shape", &message.shape)?,
         rules: read_rules(message.rules.as_ref()),
-        order_line: read_order_line(message.order_line.as_ref())?,
+        order_line: read_order_line(message.order_line.as_deref())?,
         lying: read_lying(
             message.heightmap_from_item.as_ref(),
-            message.waits_at.as_ref(),
+            message.waits_at.as_deref(),
         )?,
         poses: count(message.poses).max(1),
         allowed_poses: message

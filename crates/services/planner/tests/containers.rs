@@ -506,6 +506,6 @@ fn what_an_item_belongs_to_is_checked_and_stays_what_it_was() {
         Some(Status::Conflict)
     );
     let session = rig.session();
-    assert_eq!(session.items[0].order_line, Some(of_order("1")));
+    assert_eq!(session.items[0].order_line, Some(Box::new(of_order("1"))));
     rig.finish();
 }

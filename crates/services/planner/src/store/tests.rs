@@ -50,6 +50,15 @@ fn session(id: &str) -> Session {
     Session::begin(id.to_owned(), vec![container], false, 0)
 }
 
+/// A session with an item of each of these shapes.
+fn holding(id: &str, shapes: &[v1::Item]) -> Session {
+    let mut session = session(id);
+    let items = shapes.iter().enumerate();
+    let items = items.map(|(number, shape)| item(&format!("item-{number}"), shape));
+    session.announce(items.collect()).unwrap();
+    session
+}
+
 /// A session of a cell that was saved once for each of its items, with their heightmaps.
 fn fill(store: &Store, cell: &Cell, items: usize) -> Session {
     let mut session = session(&format!("session-of-{cell}"));
@@ -109,20 +118,15 @@ fn sessions_and_heightmaps_are_there_again() {
 fn heightmaps_that_no_item_refers_to_any_more_make_room_for_others() {
     let a = cell("a");
     let store = Store::open(None, ENOUGH).unwrap();
-    let of = |items: &[SessionItem]| {
-        let mut session = session("s");
-        session.announce(items.to_vec()).unwrap();
-        session
-    };
     let [first, second, third] = [3, 4, 5].map(shape);
-    let both = [item("i", &first), item("j", &second)];
     let shapes = [first.clone(), second.clone()];
-    store.save(&a, &of(&both), &shapes).unwrap();
-    let next = [item("j", &second), item("k", &third)];
+    store.save(&a, &holding("s", &shapes), &shapes).unwrap();
+    let next = holding("s", &[second.clone(), third.clone()]);
     // Where none comes, none is forgotten.
-    store.save(&a, &of(&next), &[]).unwrap();
+    store.save(&a, &next, &[]).unwrap();
     assert!(store.shape(&a, ItemId::of(&first)).unwrap().is_some());
-    store.save(&a, &of(&next), &[third.clone()]).unwrap();
+    let added = std::slice::from_ref(&third);
+    store.save(&a, &next, added).unwrap();
     assert_eq!(store.shape(&a, ItemId::of(&first)).unwrap(), None);
     for kept in [second, third] {
         let id = ItemId::of(&kept);
@@ -150,24 +154,22 @@ fn a_session_has_no_more_heightmaps_than_it_may() {
     let most: usize = shapes.iter().take(4).map(Message::encoded_len).sum();
     let store = Store::open(None, most as u64).unwrap();
     let [a, b] = ["a", "b"].map(cell);
-    store.save(&a, &session("one"), &shapes[..4]).unwrap();
+    let (one, two) = (holding("one", &shapes[..4]), holding("two", &shapes[..4]));
+    store.save(&a, &one, &shapes[..4]).unwrap();
     // Those that are there already take nothing.
-    store.save(&a, &session("two"), &shapes[..4]).unwrap();
+    store.save(&a, &two, &shapes[..4]).unwrap();
     let refused = store
-        .save(&a, &session("three"), &shapes[4..5])
+        .save(&a, &holding("three", &shapes[..5]), &shapes[4..5])
         .unwrap_err();
     assert!(matches!(refused, StoreError::TooManyShapes { .. }));
     assert!(refused.to_string().contains("shapes_mib"), "{refused}");
-    assert_eq!(
-        store.session(&a).unwrap(),
-        session("two"),
-        "nothing was saved"
-    );
+    assert_eq!(store.session(&a).unwrap(), two, "nothing was saved");
     assert_eq!(store.shape(&a, ItemId::of(&shapes[4])).unwrap(), None);
     // Another cell's session and the next one have room of their own.
-    store.save(&b, &session("of b"), &shapes[4..5]).unwrap();
+    let next = holding("next", &shapes[4..5]);
+    store.save(&b, &next, &shapes[4..5]).unwrap();
     store.begin(&a, &session("next")).unwrap();
-    store.save(&a, &session("next"), &shapes[4..5]).unwrap();
+    store.save(&a, &next, &shapes[4..5]).unwrap();
 }
 
 #[test]
