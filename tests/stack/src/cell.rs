@@ -110,17 +110,23 @@ impl CellClient {
             least_state_number: self.state()?.state_number,
             ..v1::BeginRequest::default()
         })?;
-        if objects.is_empty() {
-            return Ok(());
+        match objects {
+            [] => Ok(()),
+            objects => self.announce(objects),
         }
-        let items = objects
-            .iter()
-            .enumerate()
-            .map(|(index, object)| v1::Announcement {
-                item_id: format!("item-{index}"),
-                shape: Some(v1::announcement::Shape::Object((*object).to_owned())),
-                ..v1::Announcement::default()
-            });
+    }
+
+    /// Announces these objects, in this order; item `i` is called `item-i`.
+    ///
+    /// # Errors
+    /// How the request was refused.
+    pub fn announce(&self, objects: &[&str]) -> Result<()> {
+        let items = objects.iter().enumerate();
+        let items = items.map(|(index, object)| v1::Announcement {
+            item_id: format!("item-{index}"),
+            shape: Some(v1::announcement::Shape::Object((*object).to_owned())),
+            ..v1::Announcement::default()
+        });
         self.ask(v1::AnnounceRequest {
             items: items.collect(),
             ..v1::AnnounceRequest::default()

@@ -47,17 +47,7 @@ fn begin(cell: &CellClient, objects: &[&str], is_automatic: bool) {
         ..v1::BeginRequest::default()
     })
     .unwrap();
-    let items = objects.iter().enumerate();
-    let items = items.map(|(index, object)| v1::Announcement {
-        item_id: format!("item-{index}"),
-        shape: Some(v1::announcement::Shape::Object((*object).to_owned())),
-        ..v1::Announcement::default()
-    });
-    cell.ask(v1::AnnounceRequest {
-        items: items.collect(),
-        ..v1::AnnounceRequest::default()
-    })
-    .unwrap();
+    cell.announce(objects).unwrap();
 }
 
 fn containers(cell: &CellClient) -> [CellClient; 2] {

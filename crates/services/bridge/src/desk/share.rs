@@ -192,18 +192,20 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_robot_places_into_one_container_at_a_time_and_is_held_as_a_whole() {
-        let cells = ["left", "right"].map(|name| Cell::new(name).unwrap());
+    /// The shares of two desks in one robot.
+    fn shares() -> [Share; 2] {
         let (address, _mailbox) = actor::mailbox(1);
         let robot = SharedRobot::default();
-        let [left, right] = cells
-            .each_ref()
-            .map(|cell| Share::new(robot.clone(), cell, &address));
+        ["left", "right"].map(|name| Share::new(robot.clone(), &Cell::new(name).unwrap(), &address))
+    }
+
+    #[test]
+    fn a_robot_places_into_one_container_at_a_time_and_is_held_as_a_whole() {
+        let [left, right] = shares();
         assert_eq!(left.begin(), Ok(()));
-        assert_eq!(right.begin(), Err(Taken::Busy(cells[0].clone())));
+        assert_eq!(right.begin(), Err(Taken::Busy(left.cell.clone())));
         right.end();
-        assert_eq!(right.begin(), Err(Taken::Busy(cells[0].clone())));
+        assert_eq!(right.begin(), Err(Taken::Busy(left.cell.clone())));
         left.end();
         assert_eq!(right.begin(), Ok(()));
         right.end();
@@ -216,12 +218,7 @@ mod tests {
 
     #[test]
     fn the_last_order_counts_but_what_was_to_be_broken_off_is() {
-        let cells = ["left", "right"].map(|name| Cell::new(name).unwrap());
-        let (address, _mailbox) = actor::mailbox(1);
-        let robot = SharedRobot::default();
-        let [left, right] = cells
-            .each_ref()
-            .map(|cell| Share::new(robot.clone(), cell, &address));
+        let [left, right] = shares();
         left.order(&hold("first", true));
         left.order(&hold("second", false));
         for desk in [&left, &right] {
