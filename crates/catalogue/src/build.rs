@@ -33,6 +33,8 @@ pub struct ModelSettings {
     pub density_kg_m3: f64,
     /// The mass, in kilograms, where it is known.
     pub mass_kg: Option<f64>,
+    /// The greatest mass that may rest on it, in kilograms, where it is known.
+    pub carries_kg: Option<f64>,
     /// The pose in which it is packed.
     pub pose: Pose,
 }
@@ -43,6 +45,7 @@ impl Default for ModelSettings {
             unit: LengthUnit::Metres,
             density_kg_m3: DEFAULT_DENSITY_KG_M3,
             mass_kg: None,
+            carries_kg: None,
             pose: Pose::AsGiven,
         }
     }
@@ -72,6 +75,7 @@ pub fn model(
         pieces: convex_pieces(&mesh),
         resting_poses: resting_poses(&mesh, &mass.centre_of_mass_m),
         mass,
+        carries_kg: settings.carries_kg,
         mesh,
     };
     Ok((model, repairs))

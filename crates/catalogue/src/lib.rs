@@ -34,7 +34,6 @@ pub mod mass;
 pub mod object;
 pub mod orders;
 pub mod poses;
-pub mod raster;
 pub mod reader;
 pub mod repair;
 pub mod report;
@@ -47,4 +46,4 @@ mod table;
 pub mod unit;
 pub mod views;
 
-pub use ppnpack_packing::model::mesh;
+pub use ppnpack_packing::model::{mesh, raster};

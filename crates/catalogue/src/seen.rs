@@ -82,6 +82,7 @@ pub fn solid(item: &Item, resolution: &Resolution) -> Option<Model> {
         pieces,
         mass: balanced(mass, view, resolution, &item_from_corner),
         mesh,
+        carries_kg: None,
         resting_poses: Vec::new(),
     })
 }

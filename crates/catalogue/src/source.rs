@@ -78,6 +78,7 @@ impl Source {
             unit: settings.unit,
             density_kg_m3: settings.density_kg_m3,
             mass_kg: None,
+            carries_kg: None,
             pose: settings.pose,
         };
         let origins = match self {
@@ -102,6 +103,7 @@ impl Source {
                     settings: ModelSettings {
                         unit: listed.unit.unwrap_or(usual.unit),
                         mass_kg: listed.mass_kg,
+                        carries_kg: listed.carries_kg,
                         ..usual
                     },
                     given: None,

@@ -1,4 +1,4 @@
-//! `objects.csv`: the order, names, units and masses of a folder's objects.
+//! `objects.csv`: the order, names, units, masses and what may rest on a folder's objects.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -20,6 +20,7 @@ pub(crate) struct Listed {
     pub(crate) path: PathBuf,
     pub(crate) unit: Option<LengthUnit>,
     pub(crate) mass_kg: Option<f64>,
+    pub(crate) carries_kg: Option<f64>,
 }
 
 /// A line of the table; other columns are ignored, and what is empty is as if it were not there.
@@ -30,6 +31,7 @@ struct Row {
     name: Option<String>,
     unit: Option<String>,
     mass_kg: Option<f64>,
+    carries_kg: Option<f64>,
 }
 
 /// The objects of a folder: as its table lists them, else all mesh files by name.
@@ -81,6 +83,7 @@ fn mesh_files(folder: &Path) -> Result<Vec<Listed>, CatalogueError> {
         path,
         unit: None,
         mass_kg: None,
+        carries_kg: None,
     };
     Ok(paths.into_iter().map(listed).collect())
 }
@@ -157,11 +160,19 @@ fn object(folder: &Path, row: Row) -> Result<Listed, String> {
     {
         return Err(format!("the mass of {mass_kg} kg is not positive"));
     }
+    if let Some(carries_kg) = row.carries_kg
+        && !(carries_kg.is_finite() && carries_kg >= 0.0)
+    {
+        return Err(format!(
+            "carries_kg is {carries_kg}: give 0 where nothing may rest on it, or leave it empty"
+        ));
+    }
     let name = row.name.unwrap_or_else(|| stem(&path));
     Ok(Listed {
         name,
         path,
         unit,
         mass_kg: row.mass_kg,
+        carries_kg: row.carries_kg,
     })
 }

@@ -65,8 +65,8 @@ fn files_come_in_the_order_of_their_names() {
 
 #[test]
 fn the_table_gives_order_names_units_and_masses() {
-    let table = "file,licence,index,name,unit,mass_kg\n\
-                 box.obj,MIT,1,large,cm,\nbox.obj,MIT,0,small,,0.25\n";
+    let table = "file,licence,index,name,unit,mass_kg,carries_kg\n\
+                 box.obj,MIT,1,large,cm,,\nbox.obj,MIT,0,small,,0.25,1.5\n";
     let directory = folder(&[
         ("box.obj", BOX),
         ("objects.csv", table),
@@ -82,6 +82,8 @@ fn the_table_gives_order_names_units_and_masses() {
     assert!((models[0].mass.mass_kg - 0.25).abs() < 1e-12);
     assert!((models[1].volume_m3 - 0.03).abs() < 1e-9);
     assert!((models[1].mass.mass_kg - 12.0).abs() < 1e-6);
+    let carry_kg: Vec<_> = models.iter().map(|model| model.carries_kg).collect();
+    assert_eq!(carry_kg, [Some(1.5), None]);
 }
 
 #[test]
@@ -110,6 +112,10 @@ fn mistakes_in_the_table_name_their_line() {
         (
             "file,mass_kg\na.obj,1\nb.obj,-1\n",
             "objects.csv:3: the mass of -1 kg",
+        ),
+        (
+            "file,carries_kg\na.obj,0\nb.obj,-1\n",
+            "objects.csv:3: carries_kg is -1",
         ),
         ("index,name\n0,a\n", "the column 'file' is needed"),
         ("index,file\nx,a.obj\n", "objects.csv:2: "),

@@ -19,6 +19,7 @@ fn model(object: &NamedMesh) -> Model {
         volume_m3: object.mesh.signed_volume_m3(),
         pieces: Vec::new(),
         mass: mass_properties(&object.mesh, object.density_kg_m3),
+        carries_kg: None,
         resting_poses: Vec::new(),
     }
 }

@@ -47,6 +47,11 @@ impl Candidate {
         self
     }
 
+    /// What it weighs, in kilograms, where its solid is known.
+    pub fn weighs_kg(&self) -> Option<f64> {
+        self.model.as_ref().map(|model| model.mass.mass_kg)
+    }
+
     /// Items that arrive in this order, each in one pose.
     pub fn sequence(items: impl IntoIterator<Item = Arc<Item>>) -> Vec<Self> {
         let items = items.into_iter().enumerate();

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::item::ShapeId;
+use crate::loads::Load;
 use crate::motion::Cycle;
 use crate::placement::RestingPlacement;
 use crate::refusal::{Cause, Refusal};
@@ -54,6 +55,8 @@ pub struct Evidence {
     pub cycle: Option<Arc<Cycle>>,
     /// What became of the item where the placement was tried in a simulation.
     pub settling: Option<Settling>,
+    /// The item below that would be loaded most, for what it may carry, where one has a limit.
+    pub load: Option<Load>,
     /// What was done otherwise than was asked for to find this out, for people.
     pub degraded: Vec<String>,
 }
@@ -63,6 +66,7 @@ impl Evidence {
     pub fn add(&mut self, other: Self) {
         self.cycle = other.cycle.or(self.cycle.take());
         self.settling = other.settling.or(self.settling);
+        self.load = other.load.or(self.load.take());
         self.degraded.extend(other.degraded);
     }
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
+use crate::loads::Burden;
 use crate::model::Model;
 
 /// A solid that lies in or on the container.
@@ -13,6 +14,19 @@ pub struct LyingSolid {
     pub model: Arc<Model>,
     /// Where the model's frame is.
     pub container_from_item: Isometry3<f64>,
+    /// What it weighs, and may carry.
+    pub burden: Burden,
+}
+
+impl LyingSolid {
+    /// A solid that weighs and carries what its model says.
+    pub fn new(model: Arc<Model>, container_from_item: Isometry3<f64>) -> Self {
+        Self {
+            burden: Burden::of(&model),
+            model,
+            container_from_item,
+        }
+    }
 }
 
 /// Something that lies in or on the container, by how well it is known.
@@ -105,12 +119,10 @@ mod tests {
                 centre_of_mass_m: nalgebra::Point3::origin(),
                 inertia_kg_m2: nalgebra::Matrix3::zeros(),
             },
+            carries_kg: None,
             resting_poses: Vec::new(),
         };
-        LyingSolid {
-            model: Arc::new(model),
-            container_from_item: Isometry3::identity(),
-        }
+        LyingSolid::new(Arc::new(model), Isometry3::identity())
     }
 
     #[test]

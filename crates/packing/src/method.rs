@@ -11,6 +11,7 @@ use crate::coarse::{CoarseGrid, CoarseGridError, CoarseToFine, Coarsening};
 use crate::evaluator::Evaluator;
 use crate::grid::Grid;
 use crate::item::{Item, ItemError};
+use crate::loads::LoadSettings;
 use crate::look_ahead::{LookAhead, LookAheadSettings};
 use crate::objective::{Heuristic, Order, WeightError, Weights};
 use crate::plan::Planner;
@@ -42,6 +43,8 @@ pub struct Method {
     pub stability: Stability,
     /// How they are tried in a simulation of the cell, which they must pass too.
     pub trial: TrialSettings,
+    /// How it is seen to that no item carries more than it may.
+    pub loads: LoadSettings,
     /// The weights of the objective.
     pub weights: Weights,
     /// How much the value of what a placement leaves counts beside the objective.
@@ -159,6 +162,7 @@ impl Default for Method {
             proposals: ProposalSource::All,
             stability: Stability::None,
             trial: TrialSettings::default(),
+            loads: LoadSettings::default(),
             weights: Weights::default(),
             scene_value: SceneValue::default(),
             look_ahead: LookAheadSettings::default(),
@@ -176,6 +180,7 @@ impl Method {
     pub fn validate(&self) -> Result<(), MethodError> {
         self.weights.validate()?;
         self.trial.validate()?;
+        self.loads.validate()?;
         self.scene_value.validate()?;
         self.look_ahead.validate()?;
         Ok(())
@@ -229,6 +234,7 @@ impl Method {
         }
         let evaluator = self.farsighted(Box::new(search));
         let mut all = self.stability.checks();
+        all.extend(self.loads.checks());
         all.extend(checks);
         let is_simulated = all.iter().any(|check| check.cost() == Cost::Simulation);
         if self.trial.is_on() && !is_simulated {

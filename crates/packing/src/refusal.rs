@@ -24,6 +24,12 @@ pub enum Cause {
     /// The item would not stay where it is placed: it was tried in a simulation.
     #[error("would not stay")]
     Unsteady,
+    /// An item below would carry more than it may.
+    #[error("too heavy for what lies below")]
+    Load,
+    /// The container would be too heavy on one side.
+    #[error("the container would be out of balance")]
+    Balance,
     /// The arm cannot make the placement.
     #[error("not possible for the arm")]
     Arm,

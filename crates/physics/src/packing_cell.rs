@@ -202,14 +202,11 @@ impl PackingCell for SimulatedPackingCell {
             Sampling::Greatest => Scene::from_surface(&self.grid, surface)?,
             Sampling::Middle => Scene::from_surface_at_middles(&self.grid, surface)?,
         };
-        let known = self.cell.contents().into_iter().map(|body| LyingSolid {
-            container_from_item: self
-                .pose_error
-                .disturb(&body.container_from_item, &mut self.random),
-            model: self
-                .known
-                .get(body.id.index())
-                .map_or(body.model, Arc::clone),
+        let known = self.cell.contents().into_iter().map(|body| {
+            let pose = &body.container_from_item;
+            let pose = self.pose_error.disturb(pose, &mut self.random);
+            let model = self.known.get(body.id.index());
+            LyingSolid::new(model.map_or(body.model, Arc::clone), pose)
         });
         Ok(scene.with_content(known.collect()))
     }

@@ -44,10 +44,7 @@ fn tall() -> [Candidate; 2] {
 
 /// A box of 10 x 10 x 10 cm in the corner of the container.
 fn base() -> LyingSolid {
-    LyingSolid {
-        model: cuboid([0.1; 3]),
-        container_from_item: at(0.05, 0.05, 0.05),
-    }
+    LyingSolid::new(cuboid([0.1; 3]), at(0.05, 0.05, 0.05))
 }
 
 /// The same as it was seen.
@@ -57,10 +54,7 @@ fn seen_base() -> LyingSolid {
     let item = item(&known.model);
     let model = seen::solid(&item, grid.resolution()).unwrap();
     let pose: Isometry3<f64> = item.container_from_item(&grid, &placed(0, 0, 0)).unwrap();
-    LyingSolid {
-        model: Arc::new(model),
-        container_from_item: pose,
-    }
+    LyingSolid::new(Arc::new(model), pose)
 }
 
 /// How high the container is with the base.

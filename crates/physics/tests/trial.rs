@@ -91,10 +91,9 @@ fn placed(x: usize, y: usize, resting_height: Units) -> RestingPlacement {
 }
 
 fn lying(content: &Content) -> Vec<LyingSolid> {
-    let solids = content.iter().map(|(model, pose)| LyingSolid {
-        model: Arc::clone(model),
-        container_from_item: *pose,
-    });
+    let solids = content
+        .iter()
+        .map(|(model, pose)| LyingSolid::new(Arc::clone(model), *pose));
     solids.collect()
 }
 

@@ -32,6 +32,7 @@ fn model(mesh: Mesh, centre_of_mass: [f64; 3]) -> Model {
             centre_of_mass_m: centre_of_mass.into(),
             inertia_kg_m2: Matrix3::identity(),
         },
+        carries_kg: None,
         resting_poses: Vec::new(),
     }
 }

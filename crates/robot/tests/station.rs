@@ -77,6 +77,7 @@ fn model(cells: usize, height: i16, mass_kg: f64) -> Model {
             centre_of_mass_m: Point3::origin(),
             inertia_kg_m2: Matrix3::identity(),
         },
+        carries_kg: None,
         resting_poses: Vec::new(),
     }
 }

@@ -10,6 +10,7 @@ use ppnpack_packing::scene_value::SceneValue;
 use super::arm::ArmOptions;
 use super::choice::{Choice, one_of};
 use super::conditions::Conditions;
+use super::loads::LoadOptions;
 use super::objective::Objective;
 use super::proposals::ProposalOptions;
 use super::trial::TrialOptions;
@@ -37,6 +38,9 @@ pub(crate) struct MethodOptions {
 
     #[command(flatten)]
     pub(crate) trial: TrialOptions,
+
+    #[command(flatten)]
+    loads: LoadOptions,
 
     #[command(flatten)]
     pub(crate) arm: ArmOptions,
@@ -145,6 +149,7 @@ impl MethodOptions {
             proposals: first.unwrap_or(ProposalSource::Bounded),
             stability: self.stability.unwrap_or(usual.stability),
             trial: self.trial.settings(conditions)?,
+            loads: self.loads.settings()?,
             weights: weights(preset, &self.weights)?,
             scene_value,
             look_ahead,

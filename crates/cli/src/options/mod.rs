@@ -3,6 +3,7 @@
 mod arm;
 mod choice;
 mod conditions;
+mod loads;
 mod mapper;
 mod method;
 mod objective;

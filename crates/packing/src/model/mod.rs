@@ -1,6 +1,7 @@
 //! The solid of an object, independent of any grid: what arms, simulations and pictures need of it.
 
 pub mod mesh;
+pub mod raster;
 
 use nalgebra::{Matrix3, Point3, UnitQuaternion};
 use serde::{Deserialize, Serialize};
@@ -59,6 +60,8 @@ pub struct Model {
     pub pieces: Vec<ConvexPiece>,
     /// Mass properties of the mesh.
     pub mass: MassProperties,
+    /// The greatest mass that may rest on it, in kilograms, where that is known.
+    pub carries_kg: Option<f64>,
     /// Resting poses, the most probable first.
     pub resting_poses: Vec<RestingPose>,
 }
@@ -86,6 +89,7 @@ impl Model {
                 centre_of_mass_m: matrix * self.mass.centre_of_mass_m,
                 inertia_kg_m2: matrix * self.mass.inertia_kg_m2 * matrix.inverse(),
             },
+            carries_kg: self.carries_kg,
             resting_poses: resting_poses.collect(),
         }
     }

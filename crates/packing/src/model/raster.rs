@@ -1,9 +1,9 @@
 //! Exact conservative rasterisation: which squares a triangle passes over, and how high it runs in each.
 
 use nalgebra::{Isometry3, Point2, Point3};
-use ppnpack_packing::heightmap::Surface;
 
-use crate::mesh::Mesh;
+use super::mesh::Mesh;
+use crate::heightmap::Surface;
 
 /// How far a triangle must reach into a square to touch it, in metres.
 ///

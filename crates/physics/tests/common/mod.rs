@@ -61,6 +61,7 @@ pub(crate) fn cuboids(name: &str, boxes: &[([f64; 3], [f64; 3])]) -> Arc<Model> 
             centre_of_mass_m: Point3::from(centre_of_mass),
             inertia_kg_m2,
         },
+        carries_kg: None,
         resting_poses: Vec::new(),
     })
 }
@@ -107,6 +108,7 @@ pub(crate) fn ball(radius_m: f64) -> Arc<Model> {
             centre_of_mass_m: Point3::origin(),
             inertia_kg_m2: Matrix3::identity() * 0.4 * mass_kg * radius_m * radius_m,
         },
+        carries_kg: None,
         resting_poses: Vec::new(),
     })
 }

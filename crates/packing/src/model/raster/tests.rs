@@ -4,10 +4,10 @@ use nalgebra::Vector3;
 use parry3d::math::{Pose, Vector};
 use parry3d::query::{Ray, RayCast};
 use parry3d::shape::Triangle;
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use proptest::prelude::*;
 
 use super::*;
+use crate::grid::{ContainerSize, Grid, Resolution, Yaws};
 
 fn raster(n: usize, pitch_m: f64) -> Raster {
     Raster {

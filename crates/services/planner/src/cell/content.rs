@@ -49,10 +49,10 @@ impl CellPlanner {
         }
         let known = self.shared.objects.named(&self.settings, &body.object);
         if let Some((known, container_from_item)) = known.zip(pose) {
-            return LyingBody::Known(LyingSolid {
-                model: Arc::clone(&known.model),
+            return LyingBody::Known(LyingSolid::new(
+                Arc::clone(&known.model),
                 container_from_item,
-            });
+            ));
         }
         match item.as_ref().and_then(packed) {
             Some((item, pose)) => self.solid_of_item(item, pose),
@@ -70,10 +70,7 @@ impl CellPlanner {
             return LyingBody::Unknown;
         };
         let own = item.lying.heightmap_from_item.unwrap_or_default();
-        let solid = |model: Arc<Model>| LyingSolid {
-            model,
-            container_from_item: container_from_item * own.inverse(),
-        };
+        let solid = |model: Arc<Model>| LyingSolid::new(model, container_from_item * own.inverse());
         if let Some(model) = shape.model {
             return LyingBody::Known(solid(model));
         }

@@ -1,0 +1,74 @@
+//! The balance of a container: a heavy one whose centre of mass is far from its middle tips, and is hard to lift.
+
+use nalgebra::Vector2;
+
+use crate::check::{Cost, ValidityCheck, Verdict};
+use crate::content::LyingSolid;
+use crate::placement::RestingPlacement;
+use crate::refusal::Cause;
+use crate::step::{Candidate, StageResult, StepInput};
+
+/// Accepts placements that leave the container balanced, or no more out of balance than it was.
+#[derive(Debug, Clone)]
+pub struct BalanceCheck {
+    most_kg_m: f64,
+    /// Of what lies there, about the container's middle.
+    moment_kg_m: Vector2<f64>,
+}
+
+impl BalanceCheck {
+    /// A check with the greatest mass times distance from the middle, in kg m.
+    pub fn new(most_kg_m: f64) -> Self {
+        Self {
+            most_kg_m,
+            moment_kg_m: Vector2::zeros(),
+        }
+    }
+}
+
+/// The container's middle, in metres in its frame.
+fn middle_m(input: &StepInput<'_>) -> Vector2<f64> {
+    let size = input.grid.container();
+    Vector2::new(size.x_m, size.y_m) / 2.0
+}
+
+impl ValidityCheck for BalanceCheck {
+    fn cost(&self) -> Cost {
+        Cost::Lookup
+    }
+
+    fn begin(&mut self, input: &StepInput<'_>) -> StageResult {
+        let middle = middle_m(input);
+        let content = input.scene.content();
+        let solids = content.map(|content| content.solids()).unwrap_or_default();
+        let moment = |solid: &LyingSolid| {
+            let centre = solid.container_from_item * solid.model.mass.centre_of_mass_m;
+            (centre.coords.xy() - middle) * solid.burden.mass_kg
+        };
+        self.moment_kg_m = solids.iter().map(moment).sum();
+        Ok(())
+    }
+
+    fn judge(
+        &mut self,
+        input: &StepInput<'_>,
+        candidate: &Candidate,
+        resting: &RestingPlacement,
+    ) -> StageResult<Verdict> {
+        let at = resting.placement;
+        let Some((view, mass_kg)) = candidate
+            .item
+            .views()
+            .get(at.yaw)
+            .zip(candidate.weighs_kg())
+        else {
+            return Ok(Verdict::of(true, Cause::Balance));
+        };
+        let cell_m = input.grid.resolution().cell_m();
+        let corner = Vector2::new(at.x as f64, at.y as f64) * cell_m;
+        let centre = corner + view.centre_of_mass_m(cell_m).coords;
+        let moment = self.moment_kg_m + (centre - middle_m(input)) * mass_kg;
+        let is_met = moment.norm() <= self.most_kg_m || moment.norm() <= self.moment_kg_m.norm();
+        Ok(Verdict::of(is_met, Cause::Balance))
+    }
+}

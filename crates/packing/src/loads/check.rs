@@ -1,0 +1,138 @@
+//! The check of loads.
+
+use std::sync::Arc;
+
+use super::{Burden, Load, Pile};
+use crate::check::{Cost, Evidence, ValidityCheck, Verdict};
+use crate::grid::Grid;
+use crate::placement::RestingPlacement;
+use crate::refusal::{Cause, Refusal};
+use crate::step::{Candidate, StageResult, StepInput};
+
+/// Of a content that is not wholly known.
+const PARTIAL_CONTENT: &str =
+    "what lies in the container and is not known was left out of the loads";
+
+/// Accepts placements that load no item below with more than it may carry.
+///
+/// What is not known to lie there carries anything, which the evidence says. An item of unknown mass loads nothing.
+#[derive(Debug)]
+pub struct LoadCheck {
+    margin: f64,
+    pile: Option<(Grid, Pile)>,
+    /// Which solids have limits.
+    limited: Vec<(usize, Limit)>,
+    is_partial: bool,
+}
+
+/// What a solid carries, and may.
+#[derive(Debug, Clone)]
+struct Limit {
+    name: Arc<str>,
+    carries_kg: f64,
+}
+
+impl LoadCheck {
+    /// A check that holds so many times the estimated loads against what items may carry.
+    pub fn new(margin: f64) -> Self {
+        Self {
+            margin,
+            pile: None,
+            limited: Vec::new(),
+            is_partial: false,
+        }
+    }
+
+    /// The load of a limited solid with so much more on it; never more than the whole mass above it.
+    fn load(&self, pile: &Pile, solid: usize, limit: &Limit, added_kg: f64, mass_kg: f64) -> Load {
+        let with_margin_kg = self.margin * (pile.carried_kg(solid) + added_kg);
+        let all_above_kg = pile.above_kg(solid) + mass_kg;
+        Load {
+            item: limit.name.to_string(),
+            estimated_kg: with_margin_kg.min(all_above_kg),
+            carries_kg: limit.carries_kg,
+        }
+    }
+}
+
+/// Refuses what would load an item with more than it may carry. The excess is rounded up to two digits, so that there are few
+/// different refusals.
+fn refusal(load: &Load) -> Refusal {
+    let over_g = (load.estimated_kg - load.carries_kg) * 1e3;
+    let digit = 10_f64.powf(over_g.max(1.0).log10().floor() - 1.0).max(1.0);
+    let over_g = (over_g / digit).ceil() * digit;
+    let detail = format!(
+        "{} would carry up to {over_g:.0} g more than it may",
+        load.item
+    );
+    Refusal::because(Cause::Load, detail)
+}
+
+impl ValidityCheck for LoadCheck {
+    fn cost(&self) -> Cost {
+        Cost::Footprint
+    }
+
+    fn begin(&mut self, input: &StepInput<'_>) -> StageResult {
+        let content = input.scene.content();
+        let solids = content.map(|content| content.solids()).unwrap_or_default();
+        let limit = |burden: &Burden| {
+            burden.carries_kg.map(|carries_kg| Limit {
+                name: Arc::clone(&burden.name),
+                carries_kg,
+            })
+        };
+        let limited = solids.iter().enumerate();
+        let limited = limited.filter_map(|(index, solid)| Some((index, limit(&solid.burden)?)));
+        self.limited = limited.collect();
+        self.is_partial = content.is_some_and(|content| content.is_partial());
+        if self.limited.is_empty() {
+            return Ok(());
+        }
+        if self
+            .pile
+            .as_ref()
+            .is_none_or(|(grid, _)| grid != input.grid)
+        {
+            self.pile = Some((input.grid.clone(), Pile::new(input.grid)));
+        }
+        if let Some((_, pile)) = &mut self.pile {
+            pile.lay_down(solids);
+        }
+        Ok(())
+    }
+
+    fn judge(
+        &mut self,
+        _input: &StepInput<'_>,
+        candidate: &Candidate,
+        resting: &RestingPlacement,
+    ) -> StageResult<Verdict> {
+        let view = candidate.item.views().get(resting.placement.yaw);
+        let (Some((_, pile)), Some(view), Some(mass_kg)) =
+            (&self.pile, view, candidate.weighs_kg())
+        else {
+            return Ok(Verdict::Accepted(Evidence::default()));
+        };
+        if self.limited.is_empty() {
+            return Ok(Verdict::Accepted(Evidence::default()));
+        }
+        let added_kg = pile.added_kg(view, &resting.placement, mass_kg);
+        let loads = self.limited.iter().filter_map(|(solid, limit)| {
+            let added_kg = added_kg.get(*solid).copied().filter(|kg| *kg > 0.0)?;
+            Some(self.load(pile, *solid, limit, added_kg, mass_kg))
+        });
+        let greatest = loads.max_by(|one, other| one.share().total_cmp(&other.share()));
+        if let Some(load) = &greatest
+            && load.share() > 1.0
+        {
+            return Ok(Verdict::Refused(refusal(load)));
+        }
+        let degraded = self.is_partial.then(|| PARTIAL_CONTENT.to_owned());
+        Ok(Verdict::Accepted(Evidence {
+            load: greatest,
+            degraded: degraded.into_iter().collect(),
+            ..Evidence::default()
+        }))
+    }
+}

@@ -1,0 +1,62 @@
+//! What an underside rests on, and how the weight above it is spread.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Point2;
+
+use super::bearing::bearing_shares;
+use super::stack::Share;
+
+/// Surfaces whose gap is greater than the least by no more than this are in contact, in metres; of these the first with which the item
+/// stands counts. Solids are as their meshes say, but bodies of a simulation touch by their convex pieces.
+const TOLERANCES_M: [f32; 6] = [0.001, 0.002, 0.004, 0.008, 0.016, 0.032];
+
+/// A square of an underside, and the surface below it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Gap {
+    /// How far the one is above the other, in metres; only differences count.
+    pub(super) gap_m: f32,
+    /// The square's middle, in metres in the container frame.
+    pub(super) at: Point2<f64>,
+    /// Whose the surface is; `None` for the floor.
+    pub(super) on: Option<usize>,
+}
+
+/// Who bears an item with this underside, and its centre of mass there; the floor bears the rest.
+pub(super) fn shares(gaps: &[Gap], centre_of_mass: &Point2<f64>) -> Vec<Share> {
+    let least_m = gaps
+        .iter()
+        .fold(f32::INFINITY, |least_m, gap| least_m.min(gap.gap_m));
+    for tolerance_m in TOLERANCES_M {
+        let touching = gaps.iter().filter(|gap| gap.gap_m <= least_m + tolerance_m);
+        let touching: Vec<&Gap> = touching.collect();
+        let contacts: Vec<Point2<f64>> = touching.iter().map(|gap| gap.at).collect();
+        if let Some(parts) = bearing_shares(&contacts, centre_of_mass) {
+            return by_item(touching.into_iter().zip(parts));
+        }
+    }
+    // It would tip, or leans on something that is not seen from above: what touches nearest to its middle takes all.
+    let widest_m = TOLERANCES_M
+        .iter()
+        .copied()
+        .fold(least_m, |widest_m, tolerance_m| {
+            widest_m.max(least_m + tolerance_m)
+        });
+    let touching = gaps.iter().filter(|gap| gap.gap_m <= widest_m);
+    let nearest = touching.min_by(|one, other| {
+        let far = |gap: &Gap| (gap.at - centre_of_mass).norm_squared();
+        far(one).total_cmp(&far(other))
+    });
+    by_item(nearest.into_iter().map(|gap| (gap, 1.0)))
+}
+
+fn by_item<'a>(parts: impl Iterator<Item = (&'a Gap, f64)>) -> Vec<Share> {
+    let mut shares: BTreeMap<usize, f64> = BTreeMap::new();
+    for (gap, part) in parts {
+        if let Some(on) = gap.on.filter(|_| part > 0.0) {
+            *shares.entry(on).or_default() += part;
+        }
+    }
+    let shares = shares.into_iter();
+    shares.map(|(on, part)| Share { on, part }).collect()
+}

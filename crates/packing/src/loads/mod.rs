@@ -1,0 +1,114 @@
+//! Loads: what rests on each item, and what it may carry.
+//!
+//! Who rests on whom follows from the solids of the content as they lie, and how an item's weight is spread over what is below it from
+//! statics (`bearing.rs`). Friction on walls and items that wedge are left out, and contacts are only known as well as the solids and
+//! their poses are: the estimate is held against limits with a margin, but never counts more than all that is above.
+
+mod balance;
+mod bearing;
+mod check;
+mod contacts;
+mod pile;
+mod sides;
+mod stack;
+
+use std::sync::Arc;
+
+use ppnpack_numbers::{SettingError, within};
+use serde::{Deserialize, Serialize};
+
+pub use balance::BalanceCheck;
+pub use check::LoadCheck;
+pub use pile::Pile;
+
+use crate::check::BoxedCheck;
+use crate::model::Model;
+
+/// How loads are reckoned with.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LoadSettings {
+    /// The estimated load of an item is held against what it may carry this many times.
+    pub margin: f64,
+    /// How far out of balance a container may be: the mass in it times the distance of its centre of mass from the container's middle,
+    /// along the floor, in kg m; `None`: as it comes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub imbalance_kg_m: Option<f64>,
+}
+
+impl Default for LoadSettings {
+    fn default() -> Self {
+        Self {
+            margin: 1.5,
+            imbalance_kg_m: None,
+        }
+    }
+}
+
+impl LoadSettings {
+    /// Checks that every number is possible.
+    ///
+    /// # Errors
+    /// [`SettingError`] names the first that is not.
+    pub fn validate(&self) -> Result<(), SettingError> {
+        let factor = within("between 1 and 1000", 1.0..=1e3);
+        factor("the margin of loads", self.margin)?;
+        let imbalance = within("between 0 and 100000 kg m", 0.0..=1e5);
+        imbalance(
+            "the container's imbalance",
+            self.imbalance_kg_m.unwrap_or(0.0),
+        )
+    }
+
+    /// The checks of loads and of the container's balance.
+    pub fn checks(&self) -> Vec<BoxedCheck> {
+        let load: BoxedCheck = Box::new(LoadCheck::new(self.margin));
+        let balance = self.imbalance_kg_m.map(BalanceCheck::new);
+        let balance = balance.map(|check| -> BoxedCheck { Box::new(check) });
+        std::iter::once(load).chain(balance).collect()
+    }
+}
+
+/// What an item that lies somewhere weighs, and may carry.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Burden {
+    /// Names the item, for people.
+    pub name: Arc<str>,
+    /// What it weighs, in kilograms.
+    pub mass_kg: f64,
+    /// The greatest mass that may rest on it, in kilograms, where there is a limit; 0 where nothing may.
+    pub carries_kg: Option<f64>,
+}
+
+impl Burden {
+    /// What an object weighs and may carry.
+    pub fn of(model: &Model) -> Self {
+        Self {
+            name: model.name.as_str().into(),
+            mass_kg: model.mass.mass_kg,
+            carries_kg: model.carries_kg,
+        }
+    }
+}
+
+/// What an item would carry, against what it may.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Load {
+    /// The item that carries it.
+    pub item: String,
+    /// What rests on it as estimated, in kilograms.
+    pub estimated_kg: f64,
+    /// What may rest on it, in kilograms.
+    pub carries_kg: f64,
+}
+
+impl Load {
+    /// How much of what it may carry it does.
+    pub fn share(&self) -> f64 {
+        if self.estimated_kg > 0.0 {
+            self.estimated_kg / self.carries_kg
+        } else {
+            0.0
+        }
+    }
+}

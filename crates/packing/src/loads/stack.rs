@@ -1,0 +1,182 @@
+//! What each item of a pile carries.
+
+/// How often loads are passed down at most; a pile where items do not rest on each other in a circle needs no more than it is high.
+const PASSES: usize = 64;
+
+/// Loads that change by less than this are settled, in kilograms.
+const SETTLED_KG: f64 = 1e-9;
+
+/// A part of an item's weight that another one bears.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Share {
+    /// Who bears it.
+    pub(crate) on: usize,
+    /// How much of it.
+    pub(crate) part: f64,
+}
+
+/// An item of a pile.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Standing {
+    pub(crate) mass_kg: f64,
+    /// Who bears it; the floor bears the rest.
+    pub(crate) shares: Vec<Share>,
+}
+
+/// A pile of items, each of which rests on others or on the floor.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Stack {
+    items: Vec<Standing>,
+    carried_kg: Vec<f64>,
+    above_kg: Vec<f64>,
+}
+
+impl Stack {
+    /// A pile of these.
+    pub(crate) fn new(items: Vec<Standing>) -> Self {
+        let mut stack = Self {
+            items,
+            ..Self::default()
+        };
+        let masses_kg: Vec<f64> = stack.items.iter().map(|item| item.mass_kg).collect();
+        stack.carried_kg = stack.borne(&masses_kg);
+        stack.above_kg = vec![0.0; masses_kg.len()];
+        for (index, mass_kg) in masses_kg.iter().enumerate() {
+            let shares = stack.items.get(index).map(|item| item.shares.as_slice());
+            let below = stack.below(shares.unwrap_or_default());
+            for (above_kg, is_below) in stack.above_kg.iter_mut().zip(&below) {
+                *above_kg += if *is_below { *mass_kg } else { 0.0 };
+            }
+        }
+        stack
+    }
+
+    /// What an item carries, in kilograms.
+    pub(crate) fn carried_kg(&self, index: usize) -> f64 {
+        self.carried_kg.get(index).copied().unwrap_or(0.0)
+    }
+
+    /// The mass of all that rests on an item, wholly or in part, directly or not, in kilograms: no way to spread the weight loads it
+    /// with more.
+    pub(crate) fn above_kg(&self, index: usize) -> f64 {
+        self.above_kg.get(index).copied().unwrap_or(0.0)
+    }
+
+    /// What a further item of this mass, resting so, adds to what each of the others carries, in kilograms.
+    pub(crate) fn added_kg(&self, further: &Standing) -> Vec<f64> {
+        let mut direct_kg = vec![0.0; self.items.len()];
+        for share in &further.shares {
+            if let Some(direct_kg) = direct_kg.get_mut(share.on) {
+                *direct_kg += share.part * further.mass_kg;
+            }
+        }
+        let passed_kg = self.borne(&direct_kg);
+        let total_kg = direct_kg.iter().zip(passed_kg);
+        total_kg.map(|(direct, passed)| direct + passed).collect()
+    }
+
+    /// What each item bears where each weighs, or is loaded with, so much.
+    fn borne(&self, weights_kg: &[f64]) -> Vec<f64> {
+        let mut borne_kg = vec![0.0; self.items.len()];
+        for _ in 0..PASSES {
+            let mut next_kg = vec![0.0; self.items.len()];
+            for ((item, weight_kg), own_kg) in self.items.iter().zip(weights_kg).zip(&borne_kg) {
+                for share in &item.shares {
+                    if let Some(next_kg) = next_kg.get_mut(share.on) {
+                        *next_kg += share.part * (weight_kg + own_kg);
+                    }
+                }
+            }
+            let mut changes = next_kg.iter().zip(&borne_kg);
+            let is_settled = changes.all(|(next, before)| (next - before).abs() < SETTLED_KG);
+            borne_kg = next_kg;
+            if is_settled {
+                break;
+            }
+        }
+        borne_kg
+    }
+
+    /// Which items bear some of these shares, directly or not.
+    fn below(&self, shares: &[Share]) -> Vec<bool> {
+        let mut is_below = vec![false; self.items.len()];
+        let mut open: Vec<usize> = shares.iter().map(|share| share.on).collect();
+        while let Some(index) = open.pop() {
+            let Some((item, is_below)) = self.items.get(index).zip(is_below.get_mut(index)) else {
+                continue;
+            };
+            if !std::mem::replace(is_below, true) {
+                open.extend(item.shares.iter().map(|share| share.on));
+            }
+        }
+        is_below
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn standing(mass_kg: f64, shares: &[(usize, f64)]) -> Standing {
+        let shares = shares.iter().map(|(on, part)| Share {
+            on: *on,
+            part: *part,
+        });
+        Standing {
+            mass_kg,
+            shares: shares.collect(),
+        }
+    }
+
+    fn loads_kg(stack: &Stack) -> Vec<(f64, f64)> {
+        let items = 0..stack.items.len();
+        let load = |index| (stack.carried_kg(index), stack.above_kg(index));
+        items.map(load).collect()
+    }
+
+    #[test]
+    fn a_tower_carries_all_that_is_above() {
+        let stack = Stack::new(vec![
+            standing(1.0, &[]),
+            standing(2.0, &[(0, 1.0)]),
+            standing(4.0, &[(1, 1.0)]),
+        ]);
+        assert_eq!(loads_kg(&stack), [(6.0, 6.0), (4.0, 4.0), (0.0, 0.0)]);
+        assert_eq!(stack.added_kg(&standing(8.0, &[(1, 0.5)])), [4.0, 4.0, 0.0]);
+    }
+
+    #[test]
+    fn a_pyramid_shares_what_is_above_and_no_item_is_counted_twice() {
+        let stack = Stack::new(vec![
+            standing(1.0, &[]),
+            standing(1.0, &[]),
+            standing(1.0, &[]),
+            standing(1.0, &[(0, 0.5), (1, 0.5)]),
+            standing(1.0, &[(1, 0.5), (2, 0.5)]),
+            standing(1.0, &[(3, 0.5), (4, 0.5)]),
+        ]);
+        let expected = [
+            (0.75, 2.0),
+            (1.5, 3.0),
+            (0.75, 2.0),
+            (0.5, 1.0),
+            (0.5, 1.0),
+            (0.0, 0.0),
+        ];
+        assert_eq!(loads_kg(&stack), expected);
+    }
+
+    #[test]
+    fn items_that_rest_on_each_other_have_an_end() {
+        let stack = Stack::new(vec![
+            standing(1.0, &[(1, 0.5)]),
+            standing(1.0, &[(0, 0.5)]),
+            standing(1.0, &[(7, 1.0)]),
+        ]);
+        // x = (1 + x) / 2.
+        assert!((stack.carried_kg(0) - 1.0).abs() < 1e-6);
+        assert_eq!(stack.above_kg(0), 2.0);
+        let whole = Stack::new(vec![standing(1.0, &[(1, 1.0)]), standing(1.0, &[(0, 1.0)])]);
+        assert!(whole.carried_kg(0).is_finite());
+    }
+}
