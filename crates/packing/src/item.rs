@@ -284,6 +284,12 @@ impl ItemView {
             .unwrap_or(self.centroid_cells * cell_m)
     }
 
+    /// The centre of mass over the floor where the view is placed, in metres in the container frame.
+    pub(crate) fn placed_centre_of_mass_m(&self, at: &Placement, cell_m: f64) -> Point2<f64> {
+        let corner = Vector2::new(at.x as f64, at.y as f64) * cell_m;
+        self.centre_of_mass_m(cell_m) + corner
+    }
+
     /// The item frame's origin, seen from the footprint's corner at the lowest point, in metres.
     pub fn origin_from_corner_m(&self) -> Vector3<f64> {
         self.surfaces.origin_from_corner_m

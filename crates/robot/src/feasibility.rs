@@ -138,7 +138,7 @@ impl ArmCheck {
         resolution: &Resolution,
     ) -> Result<PickPoint, Refusal> {
         let pick = self.pick(candidate, resolution)?;
-        match candidate.model.as_ref().map(|model| model.mass.mass_kg) {
+        match candidate.weighs_kg() {
             Some(mass_kg) if mass_kg > self.planner.arm().payload_kg() => {
                 Err(Refusal::TooHeavy { mass_kg })
             }

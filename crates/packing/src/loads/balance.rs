@@ -8,7 +8,7 @@ use crate::placement::RestingPlacement;
 use crate::refusal::Cause;
 use crate::step::{Candidate, StageResult, StepInput};
 
-/// Accepts placements that leave the container balanced, or no more out of balance than it was.
+/// Accepts placements that leave the container balanced, or no more out of balance than it was. An item of unknown mass weighs nothing.
 #[derive(Debug, Clone)]
 pub struct BalanceCheck {
     most_kg_m: f64,
@@ -55,18 +55,13 @@ impl ValidityCheck for BalanceCheck {
         candidate: &Candidate,
         resting: &RestingPlacement,
     ) -> StageResult<Verdict> {
-        let at = resting.placement;
-        let Some((view, mass_kg)) = candidate
-            .item
-            .views()
-            .get(at.yaw)
-            .zip(candidate.weighs_kg())
-        else {
+        let at = &resting.placement;
+        let view = candidate.item.views().get(at.yaw);
+        let Some((view, mass_kg)) = view.zip(candidate.weighs_kg()) else {
             return Ok(Verdict::of(true, Cause::Balance));
         };
         let cell_m = input.grid.resolution().cell_m();
-        let corner = Vector2::new(at.x as f64, at.y as f64) * cell_m;
-        let centre = corner + view.centre_of_mass_m(cell_m).coords;
+        let centre = view.placed_centre_of_mass_m(at, cell_m).coords;
         let moment = self.moment_kg_m + (centre - middle_m(input)) * mass_kg;
         let is_met = moment.norm() <= self.most_kg_m || moment.norm() <= self.moment_kg_m.norm();
         Ok(Verdict::of(is_met, Cause::Balance))

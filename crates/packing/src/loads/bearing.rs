@@ -2,11 +2,11 @@
 
 use nalgebra::{Matrix3, Point2, Vector3};
 
-/// Steps of Newton's method; few are needed.
-const STEPS: usize = 200;
+/// The most steps of Newton's method; some ten are usual.
+const STEPS: usize = 100;
 
-/// Halvings of a step that goes too far.
-const HALVINGS: usize = 60;
+/// The most halvings of a step that goes too far.
+const HALVINGS: i32 = 60;
 
 /// Contacts that are closer to the centre of mass than this lie right below it, in metres.
 const POINT_M: f64 = 1e-9;
@@ -82,21 +82,20 @@ fn balanced_plane(arms: &[Vector3<f64>]) -> Option<Vector3<f64>> {
             return Some(plane);
         }
         let bearing = arms.iter().filter(|arm| plane.dot(arm) > 0.0);
-        let stiffness: Matrix3<f64> = bearing.map(|arm| arm * arm.transpose()).sum();
+        let (count, stiffness) = bearing.fold((0, Matrix3::zeros()), |(count, sum), arm| {
+            (count + 1, sum + arm * arm.transpose())
+        });
+        // A plane that is above 0 below the weight and nowhere else shows that it lies beside all contacts (Farkas's lemma).
+        if count == 0 && plane.dot(&weight()) > 0.0 {
+            return None;
+        }
         let stiffened = STIFFENED * (arms.len() as f64);
         let step = (stiffness + Matrix3::identity() * stiffened)
             .cholesky()?
             .solve(&left);
         let before = potential(&plane, arms);
-        let mut share = 1.0;
-        let grows = |share: f64| potential(&(plane + step * share), arms) > before;
-        for _ in 0..HALVINGS {
-            if grows(share) {
-                break;
-            }
-            share /= 2.0;
-        }
-        plane += step * share;
+        let mut shorter = (0..HALVINGS).map(|halvings| plane + step * 0.5_f64.powi(halvings));
+        plane = shorter.find(|next| potential(next, arms) > before)?;
     }
     None
 }

@@ -109,14 +109,11 @@ impl ValidityCheck for LoadCheck {
         resting: &RestingPlacement,
     ) -> StageResult<Verdict> {
         let view = candidate.item.views().get(resting.placement.yaw);
-        let (Some((_, pile)), Some(view), Some(mass_kg)) =
-            (&self.pile, view, candidate.weighs_kg())
+        let pile = self.pile.as_ref().filter(|_| !self.limited.is_empty());
+        let (Some((_, pile)), Some(view), Some(mass_kg)) = (pile, view, candidate.weighs_kg())
         else {
             return Ok(Verdict::Accepted(Evidence::default()));
         };
-        if self.limited.is_empty() {
-            return Ok(Verdict::Accepted(Evidence::default()));
-        }
         let added_kg = pile.added_kg(view, &resting.placement, mass_kg);
         let loads = self.limited.iter().filter_map(|(solid, limit)| {
             let added_kg = added_kg.get(*solid).copied().filter(|kg| *kg > 0.0)?;

@@ -9,7 +9,10 @@ use super::stack::Share;
 
 /// Surfaces whose gap is greater than the least by no more than this are in contact, in metres; of these the first with which the item
 /// stands counts. Solids are as their meshes say, but bodies of a simulation touch by their convex pieces.
-const TOLERANCES_M: [f32; 6] = [0.001, 0.002, 0.004, 0.008, 0.016, 0.032];
+const TOLERANCES_M: [f32; 6] = [0.001, 0.002, 0.004, 0.008, 0.016, WIDEST_M];
+
+/// What is farther away touches nothing, in metres.
+const WIDEST_M: f32 = 0.032;
 
 /// A square of an underside, and the surface below it.
 #[derive(Debug, Clone, Copy)]
@@ -36,13 +39,7 @@ pub(super) fn shares(gaps: &[Gap], centre_of_mass: &Point2<f64>) -> Vec<Share> {
         }
     }
     // It would tip, or leans on something that is not seen from above: what touches nearest to its middle takes all.
-    let widest_m = TOLERANCES_M
-        .iter()
-        .copied()
-        .fold(least_m, |widest_m, tolerance_m| {
-            widest_m.max(least_m + tolerance_m)
-        });
-    let touching = gaps.iter().filter(|gap| gap.gap_m <= widest_m);
+    let touching = gaps.iter().filter(|gap| gap.gap_m <= least_m + WIDEST_M);
     let nearest = touching.min_by(|one, other| {
         let far = |gap: &Gap| (gap.at - centre_of_mass).norm_squared();
         far(one).total_cmp(&far(other))

@@ -92,7 +92,7 @@ impl Burden {
 }
 
 /// What an item would carry, against what it may.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Load {
     /// The item that carries it.
     pub item: String,

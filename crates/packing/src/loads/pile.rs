@@ -77,8 +77,7 @@ impl Pile {
 
     /// What an item of this mass adds to what each solid carries, in kilograms, where it rests at a placement.
     pub fn added_kg(&self, view: &ItemView, placement: &Placement, mass_kg: f64) -> Vec<f64> {
-        let corner = Point2::new(placement.x as f64, placement.y as f64) * self.resolution.cell_m();
-        let centre = view.centre_of_mass_m(self.resolution.cell_m()) + corner.coords;
+        let centre = view.placed_centre_of_mass_m(placement, self.resolution.cell_m());
         let shares = shares(&self.gaps_below_view(view, placement), &centre);
         self.stack.added_kg(&Standing { mass_kg, shares })
     }

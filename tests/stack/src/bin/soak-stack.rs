@@ -80,19 +80,17 @@ fn main() -> Result<()> {
     let names = (1..).map(|number| format!("cell-{number}"));
     let cells: Vec<(String, Kind)> = names.zip(kinds).collect();
     let folder = tempfile::tempdir()?;
-    let ran = soak(&arguments, &cells, folder.path());
-    if !matches!(ran, Ok((_, None))) {
+    let ended = soak(&arguments, &cells, folder.path()).and_then(|(report, failed)| {
+        match arguments.json {
+            true => println!("{}", serde_json::to_string_pretty(&report)?),
+            false => report.print(),
+        }
+        failed.map_or_else(|| report.check(arguments.growth, arguments.recovery), Err)
+    });
+    if ended.is_err() {
         eprintln!("kept: {}", folder.keep().display());
     }
-    let (report, failed) = ran?;
-    match arguments.json {
-        true => println!("{}", serde_json::to_string_pretty(&report)?),
-        false => report.print(),
-    }
-    match failed {
-        Some(error) => Err(error),
-        None => report.check(arguments.growth, arguments.recovery),
-    }
+    ended
 }
 
 /// Gives what was measured, and what failed, if anything did: what became of the containers is not known then.
