@@ -307,19 +307,19 @@ impl Known {
         }
         let kept = self.offered(input.candidates).cloned();
         let value = kept.as_ref().map(|kept| kept.placement.value);
-        // Of what was looked at nothing else can be better.
-        let wanted = input.below.unwrap_or(f64::INFINITY);
-        let is_settled = kept.is_some() || wanted <= self.least;
+        let below = [input.below, value].into_iter().flatten();
+        let below = below.min_by(f64::total_cmp);
+        // What was looked at only down to the offer of another container, which is gone by now, may have something between.
+        let is_settled = below.unwrap_or(f64::INFINITY) <= self.least;
         if !is_settled {
-            self.forget();
+            self.items.clear();
+            self.least = f64::INFINITY;
         }
         let fresh = input.candidates.iter();
         let fresh = fresh.filter(|held| !self.items.contains(&held.arrival));
         let fresh: Vec<Candidate> = fresh.cloned().collect();
         let mut best = kept;
         if !fresh.is_empty() {
-            let below = [input.below, value].into_iter().flatten();
-            let below = below.min_by(f64::total_cmp);
             let plan = self.planner.plan(&StepInput {
                 candidates: &fresh,
                 below,
@@ -335,6 +335,7 @@ impl Known {
             }
             best = found.or(best);
         }
+        let wanted = input.below.unwrap_or(f64::INFINITY);
         Ok(best.filter(|offer| offer.placement.value < wanted))
     }
 

@@ -8,18 +8,22 @@
 
 mod support;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use ppnpack_packing::candidate::Candidate;
 use ppnpack_packing::containers::{ContainerChoice, ContainersStep, OpenContainer, OpenContainers};
 use ppnpack_packing::episode::{Ending, IdealCell, PackingCell, Play, play};
+use ppnpack_packing::evaluator::Evaluator;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Heightmap, Scene};
-use ppnpack_packing::item::Item;
-use ppnpack_packing::objective::Heuristic;
+use ppnpack_packing::item::{Item, ViewSurfaces};
+use ppnpack_packing::objective::{Heuristic, Order};
 use ppnpack_packing::orders::Orders;
-use ppnpack_packing::plan::StepInput;
+use ppnpack_packing::placement::{Placement, RestingPlacement};
+use ppnpack_packing::plan::{Planner, StepInput};
+use ppnpack_packing::proposals::{Proposals, ProposeAll};
+use ppnpack_packing::step::{Evaluated, PlacementCounts, StageResult};
 use ppnpack_packing::stream::{StreamPlay, play_stream};
 use proptest::prelude::*;
 use support::ideal::{Ideal, planner};
@@ -235,4 +239,84 @@ fn a_container_that_nothing_fits_into_is_not_searched_again() {
     // The full one is asked for the new item alone.
     let (_, effort) = plan(&candidates, scenes());
     assert_eq!(effort.searched, 2);
+}
+
+/// Ranks one placement for each item, at a price.
+struct Priced {
+    by_arrival: BTreeMap<usize, f64>,
+    ranked: Vec<Evaluated>,
+}
+
+impl Evaluator for Priced {
+    fn rank(&mut self, input: &StepInput<'_>, group: &[usize], _: &Proposals) -> StageResult {
+        let priced = group.iter().map(|candidate| Evaluated {
+            candidate: *candidate,
+            resting: RestingPlacement {
+                placement: Placement { yaw: 0, x: 0, y: 0 },
+                resting_height: 0,
+            },
+            value: self.by_arrival[&input.candidates[*candidate].arrival],
+        });
+        self.ranked = priced.filter(|placement| input.wants(placement)).collect();
+        self.ranked.sort_by(|a, b| b.rank_cmp(a));
+        Ok(())
+    }
+
+    fn next_best(&mut self, _: &StepInput<'_>) -> StageResult<Option<Evaluated>> {
+        Ok(self.ranked.pop())
+    }
+
+    fn counts(&self, _: usize) -> PlacementCounts {
+        PlacementCounts {
+            possible: 1,
+            proposed: 1,
+            fitting: 1,
+        }
+    }
+}
+
+/// A container kept the best that it had offered, though an item that came later had only been looked at down to the offer of
+/// another container, and might have a better place than that.
+#[test]
+fn an_item_that_was_looked_at_down_to_the_offer_of_another_container_is_looked_at_again_when_that_is_gone()
+ {
+    let grid = Grid::reference();
+    let scene = Scene::from_heightmap(Heightmap::empty(&grid));
+    let yaws = grid.resolution().yaws().count();
+    let views = vec![ViewSurfaces::of_cells(1, 1, vec![1], vec![0]); yaws];
+    let item = Arc::new(Item::new("cube", views, 1e-6).unwrap());
+    let held = |arrival| Candidate::new(arrival, Arc::clone(&item));
+    let containers = [0; 3].map(|_| OpenContainer {
+        grid: &grid,
+        scene: &scene,
+        filled_m3: 0.0,
+    });
+    // What items 3, 4, 5 and 6 cost in each container.
+    let prices = [
+        [30.0, 25.0, 99.0, 99.0],
+        [99.0, 99.0, 20.0, 99.0],
+        [99.0, 99.0, 99.0, 10.0],
+    ];
+    let mut open = OpenContainers::default();
+    for prices in prices {
+        let priced = Priced {
+            by_arrival: (3..).zip(prices).collect(),
+            ranked: Vec::new(),
+        };
+        let (all, order) = (Box::new(ProposeAll), Order::Balance);
+        open.open(Planner::new(all, Box::new(priced), Vec::new(), order, 0));
+    }
+    let mut chosen = |arrivals: &[usize]| {
+        let buffer: Vec<Candidate> = arrivals.iter().copied().map(held).collect();
+        let step = ContainersStep {
+            choice: ContainerChoice::Best,
+            ..ContainersStep::new(&containers, &buffer)
+        };
+        let chosen = open.plan(&step).unwrap().0.unwrap();
+        open.changed(chosen.container);
+        (chosen.container, buffer[chosen.placement.candidate].arrival)
+    };
+    assert_eq!(chosen(&[3, 5, 6]), (2, 6));
+    assert_eq!(chosen(&[3, 4, 5]), (1, 5));
+    assert_eq!(chosen(&[3, 4]), (0, 4));
 }
