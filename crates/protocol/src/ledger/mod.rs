@@ -18,8 +18,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::placing::{Body, Ending, Finding, Placement};
 
-/// How many placements and renewals are remembered.
-pub const MAX_RECORDS: usize = 10_000;
+/// How many placements and renewals are remembered: hours of a cell's work, at a kilobyte each. Of what was planned before, a ledger
+/// says that it does not know ([`PlacementVerdict::Forgotten`]).
+pub const MAX_RECORDS: usize = 1_000;
 
 /// How many low bits of a first state number are random; the milliseconds since 1970 stand above them.
 const RANDOM_BITS: u32 = 20;
