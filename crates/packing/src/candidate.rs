@@ -21,6 +21,8 @@ pub struct Candidate {
     pub item: Arc<Item>,
     /// Its solid, in the frame of its heightmaps, where it is known.
     pub model: Option<Arc<Model>>,
+    /// What it weighs, in kilograms, where that was told; elsewhere as its solid says.
+    pub mass_kg: Option<f64>,
     /// How it lies as it waits.
     pub lying: Lying,
     /// What has to be respected when it is packed.
@@ -35,6 +37,7 @@ impl Candidate {
             pose: 0,
             item,
             model: None,
+            mass_kg: None,
             lying: Lying::default(),
             rules: Rules::default(),
         }
@@ -47,9 +50,10 @@ impl Candidate {
         self
     }
 
-    /// What it weighs, in kilograms, where its solid is known.
+    /// What it weighs, in kilograms, where that was told or its solid is known.
     pub fn weighs_kg(&self) -> Option<f64> {
-        self.model.as_ref().map(|model| model.mass.mass_kg)
+        let model = self.model.as_ref();
+        self.mass_kg.or(model.map(|model| model.mass.mass_kg))
     }
 
     /// Items that arrive in this order, each in one pose.
@@ -68,7 +72,7 @@ impl Candidate {
 }
 
 /// What has to be respected when an item is packed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Rules {
     /// Nothing may be placed above it.
     pub is_fragile: bool,
@@ -76,6 +80,8 @@ pub struct Rules {
     pub is_bottom_only: bool,
     /// Its centre of mass has to be well inside what supports it.
     pub is_upright: bool,
+    /// The greatest mass that may rest on it, in kilograms; where it is not given, as its solid says.
+    pub carries_kg: Option<f64>,
 }
 
 /// How an item lies as it waits.

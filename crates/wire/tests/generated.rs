@@ -42,7 +42,9 @@ fn compile(out: &Path) {
         // Most cells have no arm: what carries a cycle stays small without one.
         .boxed(".ppnpack.v1.Decision.cycle")
         .boxed(".ppnpack.v1.PlaceRequest.cycle")
+        .boxed(".ppnpack.v1.Decision.load")
         // Sessions have many items, and few of these.
+        .boxed(".ppnpack.v1.SessionItem.load")
         .boxed(".ppnpack.v1.SessionItem.order_line")
         .boxed(".ppnpack.v1.SessionItem.waits_at")
         .out_dir(out)

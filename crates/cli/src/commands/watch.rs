@@ -223,8 +223,14 @@ fn last_decision(decision: &v1::Decision) -> String {
         0 => String::new(),
         pose => format!("in pose {pose} "),
     };
+    let load = decision.load.as_deref().map_or_else(String::new, |load| {
+        format!(
+            ", on {} with {:.2} of {:.2} kg",
+            load.item_id, load.estimated_kg, load.carries_kg
+        )
+    });
     format!(
-        "step {:<4} {} ({}) {pose}at yaw {} cell ({}, {}) height {}, value {:.2}, {:.2} ms",
+        "step {:<4} {} ({}) {pose}at yaw {} cell ({}, {}) height {}, value {:.2}{load}, {:.2} ms",
         decision.step,
         decision.item_id,
         decision.object,
@@ -351,6 +357,24 @@ mod tests {
         assert!(last_decision(&decision).contains("i (mug) at yaw 0"));
         decision.pose = 2;
         assert!(last_decision(&decision).contains("i (mug) in pose 2 at yaw 0"));
+    }
+
+    #[test]
+    fn a_decision_is_shown_with_what_it_loads() {
+        let load = v1::Load {
+            item_id: "base".to_owned(),
+            estimated_kg: 0.15,
+            carries_kg: 0.2,
+        };
+        let decision = v1::Decision {
+            load: Some(Box::new(load)),
+            ..v1::Decision::default()
+        };
+        let line = last_decision(&decision);
+        assert!(
+            line.contains("value 0.00, on base with 0.15 of 0.20 kg, "),
+            "{line}"
+        );
     }
 
     #[test]

@@ -26,6 +26,10 @@ struct Line<'a> {
     tilt_rad: f64,
     /// With what it pressed on another item when it was tried.
     load_n: Option<f64>,
+    /// The item below that it brought nearest to what that may carry, what rests on it as estimated, and what may.
+    loaded_item: Option<&'a str>,
+    loaded_kg: Option<f64>,
+    loaded_limit_kg: Option<f64>,
     toppled: bool,
     inside_at_the_end: bool,
     end_x_m: Option<f64>,
@@ -49,6 +53,7 @@ pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
         let body = packing.lies(arrival);
         let pose = body.map(|body| body.container_from_item);
         let resting = step.choice.resting;
+        let load = step.evidence.load.as_ref();
         let line = Line {
             step: step.step,
             arrival,
@@ -67,6 +72,9 @@ pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
             slide_m: settled.slide_m,
             tilt_rad: settled.tilt_rad,
             load_n: step.evidence.settling.map(|settling| settling.load_n),
+            loaded_item: load.map(|load| load.item.as_str()),
+            loaded_kg: load.map(|load| load.estimated_kg),
+            loaded_limit_kg: load.map(|load| load.carries_kg),
             toppled: settled.toppled,
             inside_at_the_end: body.is_some_and(|body| body.inside),
             end_x_m: pose.map(|pose| pose.translation.x),

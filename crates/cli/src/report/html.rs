@@ -160,6 +160,8 @@ fn steps(body: &mut String, packing: &Packing, summary: &Summary) {
     let cycle_head = cycle_head.map_or("", |_| "<th class=n>Cycle (s)");
     let load_head = summary.greatest_load.as_ref();
     let load_head = load_head.map_or("", |_| "<th class=n>Load (N)");
+    let limit_head = summary.nearest_limit.as_ref();
+    let limit_head = limit_head.map_or("", |_| "<th>Rests on (of what it may carry)");
     let has_poses = packing.settings.poses > 1;
     let pose_head = if has_poses { "<th class=n>Pose" } else { "" };
     let poses = match summary.items_in_other_pose {
@@ -179,7 +181,7 @@ fn steps(body: &mut String, packing: &Packing, summary: &Summary) {
          Alternatives are the values of the next best valid placements.{poses}{loads}</p>\
          <div class=scroll><table><tr><th class=n>Step<th class=n>Arrival<th>Item{pose_head}<th class=n>Yaw (°)\
          <th class=n>x (cm)<th class=n>y (cm)<th class=n>z (cm)<th class=n>Value<th>Alternatives\
-         <th class=n>Propose<th class=n>Evaluate<th class=n>Check<th class=n>Slide (mm)<th class=n>Tilt (°){load_head}{cycle_head}</tr>",
+         <th class=n>Propose<th class=n>Evaluate<th class=n>Check<th class=n>Slide (mm)<th class=n>Tilt (°){load_head}{limit_head}{cycle_head}</tr>",
     ));
     for (step, settled) in packing.steps.iter().zip(&packing.settled) {
         let arrival = step.candidate.arrival;
@@ -197,6 +199,16 @@ fn steps(body: &mut String, packing: &Packing, summary: &Summary) {
             Some(settling) => format!("<td class=n>{:.1}", settling.load_n),
             None => "<td>".to_owned(),
         };
+        let limit = match &step.evidence.load {
+            _ if summary.nearest_limit.is_none() => String::new(),
+            Some(load) => format!(
+                "<td>{} ({:.2} of {:.2} kg)",
+                escape(&load.item),
+                load.estimated_kg,
+                load.carries_kg
+            ),
+            None => "<td>".to_owned(),
+        };
         let pose = match step.candidate.pose {
             _ if !has_poses => String::new(),
             pose => format!("<td class=n>{pose}"),
@@ -206,7 +218,7 @@ fn steps(body: &mut String, packing: &Packing, summary: &Summary) {
         body.push_str(&format!(
             "<tr{class}><td class=n>{}<td class=n>{arrival}<td>{}{pose}<td class=n>{:.0}<td class=n>{:.1}\
              <td class=n>{:.1}<td class=n>{:.1}<td class=n>{:.2}<td>{}<td class=n>{}<td class=n>{}\
-             <td class=n>{}<td class=n>{:.1}<td class=n>{:.0}{load}{cycle}</tr>",
+             <td class=n>{}<td class=n>{:.1}<td class=n>{:.0}{load}{limit}{cycle}</tr>",
             step.step + 1,
             escape(step.candidate.item.name()),
             packing.yaw_rad(step).unwrap_or_default().to_degrees(),

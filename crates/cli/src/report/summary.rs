@@ -29,6 +29,9 @@ pub(crate) struct Summary {
     /// The placement that presses hardest on another item, as the tries tell; absent where nothing was tried.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) greatest_load: Option<Load>,
+    /// The placement that brought an item nearest to what it may carry, as estimated; absent where none loaded one with a limit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) nearest_limit: Option<NearestLimit>,
     #[serde(flatten)]
     pub(crate) metrics: Metrics,
     pub(crate) height_m: f64,
@@ -54,6 +57,17 @@ pub(crate) struct Load {
     pub(crate) step: u64,
     pub(crate) item: String,
     pub(crate) load_n: f64,
+}
+
+/// What an item carries as estimated, against what it may.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct NearestLimit {
+    /// From 0.
+    pub(crate) step: u64,
+    /// The item that carries.
+    pub(crate) item: String,
+    pub(crate) estimated_kg: f64,
+    pub(crate) carries_kg: f64,
 }
 
 /// Decision time per packed item, in seconds.
@@ -171,6 +185,7 @@ impl Packing {
             items_in_other_pose: turned,
             turning_s: turn_s.map(|turn_s| turn_s * turned as f64),
             greatest_load: self.greatest_load(),
+            nearest_limit: self.nearest_limit(),
             metrics: self.metrics,
             height_m: f64::from(self.scene.heightmap().max()) * unit_m,
             decision_s: Spread::of(steps.iter().map(|step| step.timings.total())),
@@ -199,6 +214,18 @@ impl Packing {
             step: step.step,
             item: step.candidate.item.name().to_string(),
             load_n,
+        })
+    }
+
+    fn nearest_limit(&self) -> Option<NearestLimit> {
+        let loads = self.steps.iter();
+        let loads = loads.filter_map(|step| Some((step, step.evidence.load.as_ref()?)));
+        let nearest = loads.max_by(|(_, one), (_, other)| one.share().total_cmp(&other.share()));
+        nearest.map(|(step, load)| NearestLimit {
+            step: step.step,
+            item: load.item.clone(),
+            estimated_kg: load.estimated_kg,
+            carries_kg: load.carries_kg,
         })
     }
 

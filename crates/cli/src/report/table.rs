@@ -3,7 +3,7 @@
 use ppnpack_packing::grid::Grid;
 
 use super::arm::ArmSummary;
-use super::summary::{EndingSummary, Load, Spread, Unplaceable};
+use super::summary::{EndingSummary, Load, NearestLimit, Spread, Unplaceable};
 use super::{Packing, Summary};
 use crate::fastest::Cost;
 use crate::output;
@@ -112,6 +112,18 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
     if let Some(Load { step, item, load_n }) = &summary.greatest_load {
         let text = format!("{load_n:.1} N at most: {item} in step {}", step + 1);
         figures.push(("Presses on what lies below", text));
+    }
+    if let Some(NearestLimit {
+        step,
+        item,
+        estimated_kg,
+        carries_kg,
+    }) = &summary.nearest_limit
+    {
+        let step = step + 1;
+        let text =
+            format!("{item} with {estimated_kg:.2} of {carries_kg:.2} kg, since step {step}");
+        figures.push(("Nearest to what it may carry", text));
     }
     let settings = &packing.settings;
     if settings.set_aside > 0 {

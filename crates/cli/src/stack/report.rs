@@ -77,6 +77,7 @@ fn step(done: &Done, catalogue: &Catalogue) -> Result<Step> {
     let alternatives = alternatives.map(convert::placement::read_ranked);
     let cycle = decision.cycle.as_deref().map(convert::cycle::read);
     let settling = decision.settling.as_ref().map(convert::settling::read);
+    let load = decision.load.as_deref().map(convert::load::read);
     Ok(Step {
         step: decision.step,
         candidate,
@@ -88,6 +89,7 @@ fn step(done: &Done, catalogue: &Catalogue) -> Result<Step> {
         evidence: Evidence {
             cycle: cycle.transpose()?.map(Arc::new),
             settling: settling.transpose()?,
+            load: load.transpose()?,
             ..Evidence::default()
         },
         alternatives: alternatives.collect::<Result<_, _>>()?,

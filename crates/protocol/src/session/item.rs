@@ -2,6 +2,7 @@
 
 use nalgebra::Isometry3;
 pub use ppnpack_packing::candidate::{Lying, Rules};
+use ppnpack_packing::loads::Load;
 use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{convert, v1};
@@ -63,6 +64,8 @@ pub enum ItemState {
         container_from_item: Isometry3<f64>,
         /// The planned time of the arm's cycle, in seconds, where the cell has one.
         cycle_s: Option<f64>,
+        /// Of the items below with a limit, the one that it was expected to bring nearest to that.
+        load: Option<Load>,
         /// The name of the container.
         container: String,
         /// Which of those that stand there one after another.
@@ -147,6 +150,10 @@ impl ItemState {
             planned,
             container_from_item: pose(outcome.container_from_item.as_ref()).unwrap_or(planned),
             cycle_s: decision.cycle.as_ref().map(|cycle| cycle.cycle_s),
+            load: decision
+                .load
+                .as_deref()
+                .and_then(|load| convert::load::read(load).ok()),
             container: decision.container.clone(),
             sequence,
         })

@@ -196,17 +196,36 @@ fn write_region(region: &BlockedRegion) -> v1::Region {
     }
 }
 
+/// The heaviest that an item can be, and the most that it can carry, in kilograms.
+const MOST_KG: f64 = 10_000.0;
+
 /// The rules of a message; none where it has none.
-pub fn read_rules(rules: Option<&v1::ItemRules>) -> Rules {
-    rules.map_or_else(Rules::default, |rules| Rules {
+///
+/// # Errors
+/// [`WireError`] where no item can carry so much.
+pub fn read_rules(rules: Option<&v1::ItemRules>) -> Result<Rules, WireError> {
+    let Some(rules) = rules else {
+        return Ok(Rules::default());
+    };
+    if let Some(carries_kg) = rules.carries_kg {
+        mass("items.rules.carries_kg", carries_kg)?;
+    }
+    Ok(Rules {
         is_fragile: rules.is_fragile,
         is_bottom_only: rules.is_bottom_only,
         is_upright: rules.is_upright,
+        carries_kg: rules.carries_kg,
     })
 }
 
-/// The heaviest that an item can be, in kilograms.
-const MOST_KG: f64 = 10_000.0;
+/// Checks a mass in kilograms.
+fn mass(field: &'static str, mass_kg: f64) -> Result<f64, WireError> {
+    if (0.0..=MOST_KG).contains(&mass_kg) {
+        return Ok(mass_kg);
+    }
+    let reason = format_args!("{mass_kg} kg where 0 to {MOST_KG} are possible");
+    Err(WireError::invalid(field, reason))
+}
 
 /// What an item belongs to; nothing where the message is not there.
 pub fn read_order_line(message: Option<&v1::OrderLine>) -> Result<OrderLine, WireError> {
@@ -222,14 +241,11 @@ pub fn read_order_line(message: Option<&v1::OrderLine>) -> Result<OrderLine, Wir
         "" => Ok(None),
         name => header::id(field, name).map(|name| Some(name.to_owned())),
     };
-    if !(0.0..=MOST_KG).contains(mass_kg) {
-        let reason = format_args!("{mass_kg} kg where 0 to {MOST_KG} are possible");
-        return Err(WireError::invalid("items.order_line.mass_kg", reason));
-    }
+    let mass_kg = mass("items.order_line.mass_kg", *mass_kg)?;
     Ok(OrderLine {
         order: name("items.order_line.order", order)?,
         group: name("items.order_line.group", group)?,
-        mass_kg: Some(*mass_kg).filter(|mass_kg| *mass_kg > 0.0),
+        mass_kg: Some(mass_kg).filter(|mass_kg| *mass_kg > 0.0),
     })
 }
 
@@ -273,6 +289,7 @@ fn write_item(item: &SessionItem) -> v1::SessionItem {
         is_fragile: item.rules.is_fragile,
         is_bottom_only: item.rules.is_bottom_only,
         is_upright: item.rules.is_upright,
+        carries_kg: item.rules.carries_kg,
     });
     let frame = |pose: &Option<Isometry3<f64>>| pose.as_ref().map(convert::pose::write);
     let state = match &item.state {
@@ -312,9 +329,13 @@ fn write_item(item: &SessionItem) -> v1::SessionItem {
             planned,
             container_from_item,
             cycle_s,
+            load,
             container,
             sequence,
         } => {
+            message.load = load
+                .as_ref()
+                .map(|load| Box::new(convert::load::write(load)));
             message.container.clone_from(container);
             message.container_sequence = *sequence;
             message.pose = number(*pose);
@@ -360,7 +381,7 @@ fn read_item(message: &v1::SessionItem, arrival: usize) -> Result<SessionItem, W
         arrival,
         object: message.object.clone(),
         shape: ItemId::from_bytes("items.shape", &message.shape)?,
-        rules: read_rules(message.rules.as_ref()),
+        rules: read_rules(message.rules.as_ref())?,
         order_line: read_order_line(message.order_line.as_deref())?,
         lying: read_lying(
             message.heightmap_from_item.as_ref(),
@@ -399,6 +420,11 @@ fn read_packed(message: &v1::SessionItem) -> Result<ItemState, WireError> {
         container_from_item: pose("items.container_from_item", &message.container_from_item)?,
         // No cycle takes no time.
         cycle_s: Some(message.cycle_s).filter(|cycle_s| *cycle_s > 0.0),
+        load: message
+            .load
+            .as_deref()
+            .map(convert::load::read)
+            .transpose()?,
         container: message.container.clone(),
         sequence: message.container_sequence,
     })

@@ -62,6 +62,7 @@ impl Planning {
         let proposer = method.proposer_or_exhaustive(&grid, Some(&network));
         let proposer = proposer.map_err(|error| error.to_string())?;
         let mut checks = rules::checks();
+        checks.extend(method.loads.checks());
         checks.push(Box::new(interruption.clone()));
         if let Some(station) = settings.station().map_err(|error| error.to_string())? {
             // The planner asks the arm itself, last, going through the placements by increasing value: it is asked for

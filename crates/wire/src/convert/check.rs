@@ -10,7 +10,7 @@ use crate::header;
 use crate::v1::{self, Check};
 
 /// What a refusal by each check says of a placement.
-const CAUSES: [(Check, Cause); 7] = [
+const CAUSES: [(Check, Cause); 9] = [
     (Check::PhysicalStability, Cause::Unstable),
     (Check::PublishedStability, Cause::UnstableByPublishedTest),
     (Check::Fits, Cause::AboveRim),
@@ -18,6 +18,8 @@ const CAUSES: [(Check, Cause); 7] = [
     (Check::OnFloor, Cause::NotOnFloor),
     (Check::Upright, Cause::CouldFallOver),
     (Check::Trial, Cause::Unsteady),
+    (Check::Load, Cause::Load),
+    (Check::Balance, Cause::Balance),
 ];
 
 /// Makes the checks of a request, in its order.
@@ -52,7 +54,13 @@ pub(super) fn read(field: &'static str, number: i32) -> Result<Check, WireError>
 
 fn boxed(check: Check) -> Option<BoxedCheck> {
     match check {
-        Check::Unspecified | Check::Arm | Check::OnFloor | Check::Upright | Check::Trial => None,
+        Check::Unspecified
+        | Check::Arm
+        | Check::OnFloor
+        | Check::Upright
+        | Check::Trial
+        | Check::Load
+        | Check::Balance => None,
         Check::PhysicalStability => Some(Box::new(PhysicalStability::new(Default::default()))),
         Check::PublishedStability => Some(Box::new(PublishedStability::default())),
         Check::Fits => Some(Box::new(Fits)),
@@ -96,14 +104,16 @@ mod tests {
 
     #[test]
     fn every_check_has_a_cause_and_every_cause_a_check() {
-        for number in 1..=7 {
+        for number in 1..=9 {
             let check = Check::try_from(number).unwrap();
             assert_eq!(of_cause(cause(check).unwrap()), check);
-            let of_planner = [Check::Arm, Check::OnFloor, Check::Upright, Check::Trial];
-            let of_planner = of_planner.contains(&check);
+            let of_planner = !matches!(
+                check,
+                Check::PhysicalStability | Check::PublishedStability | Check::Fits
+            );
             assert_eq!(read_all(&[number]).is_err(), of_planner, "{check:?}");
         }
-        assert!(Check::try_from(8).is_err(), "a check without a cause");
+        assert!(Check::try_from(10).is_err(), "a check without a cause");
         assert_eq!(cause(Check::Unspecified), None);
         let refused = read_all(&[Check::Arm.into()]).map(|_| ()).unwrap_err();
         assert!(refused.to_string().contains("planner"), "{refused}");

@@ -9,6 +9,7 @@ pub mod cycle;
 mod execution;
 pub mod grid;
 pub mod item;
+pub mod load;
 mod numbers;
 pub mod objective;
 mod pairs;

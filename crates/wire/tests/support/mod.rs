@@ -63,7 +63,7 @@ messages! {
     BeginRequest BeginReply ContainerStart Region AnnounceRequest Announcement OrderLine ItemRules AnnounceReply WithdrawRequest WithdrawReply
     PlanRequest PlanReply Decision ItemReason ReportRequest ReportReply OpenRequest OpenReply CloseRequest CloseReply
     ExplainRequest ExplainReply AutomaticRequest AutomaticReply SessionRequest SessionReply Session SessionItem
-    SessionContainer ClosedContainer SettledDecision Settling
+    SessionContainer ClosedContainer SettledDecision Settling Load
     // ppn.proto
     ProposeRequest ProposeReply
     // scene.proto

@@ -242,7 +242,7 @@ impl CellPlanner {
         items: &mut Vec<(ItemId, Arc<Item>)>,
     ) -> Result<SessionItem, Refusal> {
         let item_id = header::id("items.item_id", &item.item_id)?.to_owned();
-        let rules = message::read_rules(item.rules.as_ref());
+        let rules = message::read_rules(item.rules.as_ref())?;
         let lying = message::read_lying(item.heightmap_from_item.as_ref(), item.waits_at.as_ref())?;
         let frame = lying.heightmap_frame();
         let lean_rad = frame.map_or(0.0, |frame| lean_rad(&frame));

@@ -1,21 +1,23 @@
-//! What lies in the container, as solids: what placements are tried among.
+//! What lies in the container, as solids: what placements are tried among, and what carries them.
 
 use std::sync::Arc;
 use std::time::Instant;
 
 use nalgebra::Isometry3;
 use ppnpack_packing::content::{Content, LyingBody, LyingSolid};
+use ppnpack_packing::item::Item;
+use ppnpack_packing::loads::Burden;
 use ppnpack_packing::model::Model;
 use ppnpack_wire::{convert, v1};
 
-use super::CellPlanner;
+use super::{CellPlanner, Shape};
 use ppnpack_protocol::session::{ItemState, SessionItem};
 
 impl CellPlanner {
     /// What lies in a container: where the bridge knows it, else where the session last knew each packed item. `None`
-    /// where nothing is tried.
+    /// where nobody asks.
     pub(super) fn content(&mut self, container: &str, deadline: Instant) -> Option<Content> {
-        if !self.settings.method.trial.is_on() {
+        if !self.settings.method.trial.is_on() && !self.has_loads(container) {
             return None;
         }
         if let Some(bodies) = self.bodies(container, deadline) {
@@ -49,10 +51,15 @@ impl CellPlanner {
         }
         let known = self.shared.objects.named(&self.settings, &body.object);
         if let Some((known, container_from_item)) = known.zip(pose) {
-            return LyingBody::Known(LyingSolid::new(
-                Arc::clone(&known.model),
+            let model = Arc::clone(&known.model);
+            return LyingBody::Known(LyingSolid {
+                burden: Burden {
+                    name: body.item_id.as_str().into(),
+                    ..Burden::of(&model)
+                },
+                model,
                 container_from_item,
-            ));
+            });
         }
         match item.as_ref().and_then(packed) {
             Some((item, pose)) => self.solid_of_item(item, pose),
@@ -70,17 +77,56 @@ impl CellPlanner {
             return LyingBody::Unknown;
         };
         let own = item.lying.heightmap_from_item.unwrap_or_default();
-        let solid = |model: Arc<Model>| LyingSolid::new(model, container_from_item * own.inverse());
+        let solid = |model: Arc<Model>| LyingSolid {
+            burden: burden(item, &model),
+            model,
+            container_from_item: container_from_item * own.inverse(),
+        };
         if let Some(model) = shape.model {
             return LyingBody::Known(solid(model));
         }
-        // All containers of a cell are planned as finely.
-        let Some(place) = self.places.first() else {
-            return LyingBody::Unknown;
-        };
-        let resolution = place.planning.grid().resolution();
-        let seen = self.seen.of(&shape.item, resolution);
+        let seen = self.seen_model(&shape.item);
         seen.map_or(LyingBody::Unknown, |model| LyingBody::Seen(solid(model)))
+    }
+
+    /// The solid of what was seen of an item.
+    fn seen_model(&mut self, item: &Arc<Item>) -> Option<Arc<Model>> {
+        // All containers of a cell are planned as finely.
+        let place = self.places.first()?;
+        self.seen.of(item, place.planning.grid().resolution())
+    }
+
+    /// What an item weighs, in kilograms: as it was told, as the catalogue has it, or as what was seen of it is estimated to.
+    pub(super) fn mass_kg(&mut self, item: &SessionItem) -> Option<f64> {
+        if let Some(told_kg) = item.order_line.mass_kg {
+            return Some(told_kg);
+        }
+        let Shape { item, model } = self.shape(item).ok()?;
+        let model = model.or_else(|| self.seen_model(&item))?;
+        Some(model.mass.mass_kg)
+    }
+
+    /// Whether something lies in a container that may not carry anything, or the container has to be balanced.
+    fn has_loads(&mut self, container: &str) -> bool {
+        if self.settings.method.loads.imbalance_kg_m.is_some() {
+            return true;
+        }
+        let items: Vec<SessionItem> = self.session.packed_in(container).cloned().collect();
+        items.iter().any(|item| {
+            let model = self.shape(item).ok().and_then(|shape| shape.model);
+            let known = model.and_then(|model| model.carries_kg);
+            item.rules.carries_kg.or(known).is_some()
+        })
+    }
+}
+
+/// What an item weighs and may carry, by what was told of it; elsewhere by its solid.
+fn burden(item: &SessionItem, model: &Model) -> Burden {
+    let known = Burden::of(model);
+    Burden {
+        name: item.item_id.as_str().into(),
+        mass_kg: item.order_line.mass_kg.unwrap_or(known.mass_kg),
+        carries_kg: item.rules.carries_kg.or(known.carries_kg),
     }
 }
 

@@ -284,6 +284,10 @@ impl CellPlanner {
                 .evidence()
                 .and_then(|found| found.settling.as_ref())
                 .map(convert::settling::write),
+            load: plan
+                .evidence()
+                .and_then(|found| found.load.as_ref())
+                .map(|load| Box::new(convert::load::write(load))),
             pose: u32::try_from(held.pose).unwrap_or(u32::MAX),
             decided_at_ns,
             container: name.clone(),

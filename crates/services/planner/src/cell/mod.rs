@@ -303,11 +303,13 @@ impl CellPlanner {
     /// An item of the session as a step may choose it: in each pose in which it may be packed, as announced first.
     fn candidates(&mut self, item: &SessionItem) -> Result<Vec<Candidate>, Refusal> {
         let arrival = item.arrival;
+        let mass_kg = self.mass_kg(item);
         if let Some(known) = self.object(item) {
             let posed = known.poses.iter().take(self.settings.poses);
             let allowed = posed.filter(|posed| item.may_be_in(posed.pose));
             let posed = allowed.map(|posed| Candidate {
                 arrival,
+                mass_kg,
                 lying: match posed.pose {
                     0 => item.lying,
                     _ => posed.lying,
@@ -325,6 +327,7 @@ impl CellPlanner {
         let Shape { item: shape, model } = self.shape(item)?;
         Ok(vec![Candidate {
             model,
+            mass_kg,
             lying: item.lying,
             rules: item.rules,
             ..Candidate::new(arrival, shape)

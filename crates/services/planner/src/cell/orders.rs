@@ -41,13 +41,8 @@ impl CellPlanner {
     }
 
     fn order_item(&mut self, sharing: Sharing, item: &SessionItem) -> OrderItem {
-        let OrderLine {
-            order,
-            group,
-            mass_kg,
-        } = &item.order_line;
+        let OrderLine { order, group, .. } = &item.order_line;
         let shape = self.shape(item).ok();
-        let model = shape.as_ref().and_then(|shape| shape.model.as_ref());
         // What is of no order belongs together where each container is for one, and to nothing where they are shared.
         let none = match sharing {
             Sharing::OneOrder => "",
@@ -56,7 +51,7 @@ impl CellPlanner {
         OrderItem {
             order: Arc::from(order.as_deref().unwrap_or(none)),
             group: group.as_deref().map(Arc::from),
-            mass_kg: mass_kg.or(model.map(|model| model.mass.mass_kg)),
+            mass_kg: self.mass_kg(item),
             volume_m3: shape.map_or(0.0, |shape| shape.item.mesh_volume_m3()),
         }
     }
