@@ -1419,6 +1419,8 @@ pub enum Check {
     /// The item would stay where it is placed, as a simulation of the cell tells. The planner checks that itself; in a request
     /// it is STATUS_INVALID.
     Trial = 7,
+    /// The item would lie above none that leaves the container earlier. The planner checks that itself; in a request it is STATUS_INVALID.
+    Sequence = 10,
 }
 impl Check {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -1435,6 +1437,7 @@ impl Check {
             Self::OnFloor => "CHECK_ON_FLOOR",
             Self::Upright => "CHECK_UPRIGHT",
             Self::Trial => "CHECK_TRIAL",
+            Self::Sequence => "CHECK_SEQUENCE",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -1448,6 +1451,7 @@ impl Check {
             "CHECK_ON_FLOOR" => Some(Self::OnFloor),
             "CHECK_UPRIGHT" => Some(Self::Upright),
             "CHECK_TRIAL" => Some(Self::Trial),
+            "CHECK_SEQUENCE" => Some(Self::Sequence),
             _ => None,
         }
     }
@@ -2339,6 +2343,20 @@ pub struct OrderLine {
     /// Its mass, in kilograms: at most 10,000; 0: as the catalogue has it.
     #[prost(double, tag = "3")]
     pub mass_kg: f64,
+    /// Items of one bundle travel in one container, of whatever orders they are, such as a device and its charger: up to 64 characters as in
+    /// a request id; empty where it is of none.
+    #[prost(string, tag = "4")]
+    pub bundle: ::prost::alloc::string::String,
+    /// At which stop it leaves the container, from 1: nothing that leaves later is placed above it. 0: after all stops.
+    #[prost(uint32, tag = "5")]
+    pub stop: u32,
+    /// Of the items of the buffer those with the greatest number are packed first, as long as one of them has a valid placement; 0: as usual.
+    #[prost(uint32, tag = "6")]
+    pub urgency: u32,
+    /// How many items its order has altogether: it is not complete before as many were announced, withdrawn ones among them. The greatest
+    /// that is said of an order counts; 0: not known. Told again otherwise, it is no other item.
+    #[prost(uint32, tag = "7")]
+    pub order_items: u32,
 }
 impl ::prost::Name for OrderLine {
     const NAME: &'static str = "OrderLine";
@@ -2390,13 +2408,18 @@ impl ::prost::Name for AnnounceReply {
         "/ppnpack.v1.AnnounceReply".into()
     }
 }
-/// rpc/planner/withdraw: an item will not come, or was taken away.
+/// rpc/planner/withdraw: an item will not come, or was taken away; or no more items of an order come than were announced.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct WithdrawRequest {
     #[prost(message, optional, tag = "1")]
     pub header: ::core::option::Option<RequestHeader>,
+    /// Empty where an order is named.
     #[prost(string, tag = "2")]
     pub item_id: ::prost::alloc::string::String,
+    /// Of this order no more items come than were announced so far: OrderLine.order_items counts no longer. Those that wait go on waiting.
+    /// Empty where an item is named.
+    #[prost(string, tag = "3")]
+    pub order: ::prost::alloc::string::String,
 }
 impl ::prost::Name for WithdrawRequest {
     const NAME: &'static str = "WithdrawRequest";

@@ -10,7 +10,7 @@ use crate::header;
 use crate::v1::{self, Check};
 
 /// What a refusal by each check says of a placement.
-const CAUSES: [(Check, Cause); 7] = [
+const CAUSES: [(Check, Cause); 8] = [
     (Check::PhysicalStability, Cause::Unstable),
     (Check::PublishedStability, Cause::UnstableByPublishedTest),
     (Check::Fits, Cause::AboveRim),
@@ -18,6 +18,7 @@ const CAUSES: [(Check, Cause); 7] = [
     (Check::OnFloor, Cause::NotOnFloor),
     (Check::Upright, Cause::CouldFallOver),
     (Check::Trial, Cause::Unsteady),
+    (Check::Sequence, Cause::Sequence),
 ];
 
 /// Makes the checks of a request, in its order.
@@ -53,6 +54,7 @@ pub(super) fn read(field: &'static str, number: i32) -> Result<Check, WireError>
 fn boxed(check: Check) -> Option<BoxedCheck> {
     match check {
         Check::Unspecified | Check::Arm | Check::OnFloor | Check::Upright | Check::Trial => None,
+        Check::Sequence => None,
         Check::PhysicalStability => Some(Box::new(PhysicalStability::new(Default::default()))),
         Check::PublishedStability => Some(Box::new(PublishedStability::default())),
         Check::Fits => Some(Box::new(Fits)),
@@ -96,10 +98,16 @@ mod tests {
 
     #[test]
     fn every_check_has_a_cause_and_every_cause_a_check() {
-        for number in 1..=7 {
+        for number in (1..=7).chain([10]) {
             let check = Check::try_from(number).unwrap();
             assert_eq!(of_cause(cause(check).unwrap()), check);
-            let of_planner = [Check::Arm, Check::OnFloor, Check::Upright, Check::Trial];
+            let of_planner = [
+                Check::Arm,
+                Check::OnFloor,
+                Check::Upright,
+                Check::Trial,
+                Check::Sequence,
+            ];
             let of_planner = of_planner.contains(&check);
             assert_eq!(read_all(&[number]).is_err(), of_planner, "{check:?}");
         }
