@@ -270,7 +270,7 @@ fn nothing_is_placed_above_what_leaves_at_an_earlier_stop() {
     let texts: Vec<&str> = reasons.iter().map(|reason| reason.text.as_str()).collect();
     assert_eq!(reasons[0].reason(), v1::Reason::Rejected);
     assert!(
-        texts[0].contains("above what leaves earlier: stop 3 above stop 2"),
+        texts[0].contains("above what leaves earlier wherever it fits: stop 3 above stop 2"),
         "{texts:?}"
     );
     assert!(texts[1].contains("no stop above stop 2"), "{texts:?}");
