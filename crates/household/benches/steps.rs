@@ -466,13 +466,16 @@ fn waiting_orders(criterion: &mut Criterion) {
                 (0..4).for_each(|_| orders.opened());
                 (0..30).for_each(|arrival| orders.packed(arrival / 3 % 4, arrival));
                 orders.begin(&buffer);
-                let attempts = orders.attempts(&[0, 1, 2, 3], &buffer);
-                let admitted = attempts.iter().flat_map(|attempt| {
-                    let pairs = (0..4).flat_map(|at| buffer.iter().map(move |held| (at, held)));
-                    let orders = &orders;
-                    pairs.filter(move |(at, held)| orders.admits(*attempt, *at, held.arrival))
-                });
-                admitted.count()
+                let mut admitted = 0;
+                for attempt in orders.attempts(&[0, 1, 2, 3], &buffer) {
+                    for at in 0..4 {
+                        for held in &buffer {
+                            let is_admitted = orders.admits(attempt, at, held.arrival);
+                            admitted += usize::from(is_admitted);
+                        }
+                    }
+                }
+                admitted
             });
         });
     }
