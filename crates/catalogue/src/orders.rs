@@ -4,6 +4,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use ppnpack_packing::leaving::Stop;
 use ppnpack_packing::orders::OrderItem;
 use serde::Deserialize;
 
@@ -22,6 +23,10 @@ struct Row {
     #[serde(alias = "mass_kg")]
     mass: Option<f64>,
     priority: Option<f64>,
+    bundle: Option<String>,
+    stop: Option<u32>,
+    urgency: Option<u32>,
+    order_items: Option<usize>,
 }
 
 /// Why a table of orders cannot be read.
@@ -58,6 +63,8 @@ pub struct OrderedObject {
     pub object: usize,
     /// What is known of it. The mass is that of the table, of the catalogue where it has none.
     pub item: OrderItem,
+    /// At which stop it leaves its container.
+    pub stop: Stop,
 }
 
 /// An order with its items, in the order of the table.
@@ -67,6 +74,8 @@ pub struct Order {
     pub name: Arc<str>,
     /// Higher ones come first.
     pub priority: f64,
+    /// How many items it has altogether, where it is said to have more than come.
+    pub expected: usize,
     /// Its items, at least one.
     pub items: Vec<OrderedObject>,
 }
@@ -77,6 +86,7 @@ impl Order {
         Self {
             name: name.into(),
             priority: 0.0,
+            expected: 0,
             items: Vec::new(),
         }
     }
@@ -87,18 +97,18 @@ impl Order {
         self.items.extend(known.map(|known| OrderedObject {
             object,
             item: OrderItem {
-                order: Arc::clone(&self.name),
-                group: None,
                 mass_kg: Some(known.model.mass.mass_kg),
-                volume_m3: known.item.mesh_volume_m3(),
+                ..OrderItem::new(Arc::clone(&self.name), known.item.mesh_volume_m3())
             },
+            stop: Stop::LAST,
         }));
     }
 }
 
 /// Reads orders: CSV with the columns `order` and `item` (name of an object of the catalogue), and, where they are wanted, `quantity` (1),
-/// `group`, `mass` (kg, of one piece) and `priority` (0; the highest of its lines is that of an order). Lines of an order need not be
-/// together. Orders come by falling priority, equal ones as they begin in the table.
+/// `group`, `mass` (kg, of one piece), `priority` (0; the highest of its lines is that of an order), `bundle`, `stop` (from 1), `urgency` (0) and
+/// `order_items` (how many items the order has altogether, also those that the table does not have). Lines of an order need not be together.
+/// Orders come by falling priority, equal ones as they begin in the table.
 ///
 /// # Errors
 /// [`OrdersError`] names the line, what is wrong and what would be right.
@@ -175,9 +185,15 @@ fn add(
     for _ in 0..quantity {
         order.add(catalogue, object);
     }
+    let expected = row.order_items.unwrap_or(0);
+    order.expected = order.expected.max(expected);
     let group: Option<Arc<str>> = row.group.as_deref().map(Arc::from);
+    let bundle: Option<Arc<str>> = row.bundle.as_deref().map(Arc::from);
     for added in order.items.iter_mut().skip(first) {
+        added.stop = Stop::new(row.stop);
         added.item.group.clone_from(&group);
+        added.item.bundle.clone_from(&bundle);
+        added.item.urgency = row.urgency.unwrap_or(0);
         added.item.mass_kg = row.mass.or(added.item.mass_kg);
     }
     Ok(quantity)
@@ -195,6 +211,11 @@ fn check(row: &Row) -> Result<usize, String> {
     }
     if row.priority.is_some_and(f64::is_nan) {
         return Err("the priority must be a number".to_owned());
+    }
+    if row.stop == Some(0) {
+        return Err(
+            "a stop of 0: stops count from 1; leave it empty where there is none".to_owned(),
+        );
     }
     match row.quantity.unwrap_or(1) {
         0 => Err("a quantity of 0: leave the line out, or give at least 1".to_owned()),
@@ -256,6 +277,24 @@ mod tests {
     }
 
     #[test]
+    fn what_travels_together_leaves_and_presses_is_read() {
+        let read = orders(
+            "stop,order,item,bundle,urgency,order_items\n\
+             2,a,cube,gift,,\n\
+             ,a,brick,,5,4\n",
+        );
+        let order = &read.unwrap()[0];
+        let [cube, brick] = &order.items[..] else {
+            panic!("{order:?}");
+        };
+        assert_eq!(order.expected, 4);
+        assert_eq!((cube.stop, brick.stop), (Stop::new(Some(2)), Stop::LAST));
+        assert_eq!(cube.item.bundle.as_deref(), Some("gift"));
+        assert_eq!((cube.item.urgency, brick.item.urgency), (0, 5));
+        assert_eq!(brick.item.bundle, None);
+    }
+
+    #[test]
     fn what_is_wrong_is_named_with_its_line() {
         let wrong = [
             (
@@ -267,6 +306,10 @@ mod tests {
             (
                 "order,item,priority\na,cube,NaN\n",
                 "the priority must be a number",
+            ),
+            (
+                "order,item,stop\na,cube,0\n",
+                "line 2: a stop of 0: stops count from 1",
             ),
             ("order,item\n,cube\n", "an order and an item are needed"),
             (

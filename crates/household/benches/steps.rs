@@ -21,7 +21,9 @@ use ppnpack_packing::containers::{ContainerChoice, ContainersStep, OpenContainer
 use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
+use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::orders::{ContainerRules, OrderItem, Orders};
 use ppnpack_packing::plan::{Candidate, Evaluator, Planner, StepInput};
 use ppnpack_packing::proposals::{Percent, Proposals, ProposeAll, ProposeRandom, Proposer};
 use ppnpack_packing::search::{Search, SearchSettings};
@@ -431,5 +433,54 @@ fn containers(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, steps, containers, kernels);
+/// What a step asks of rules, over four containers and a buffer of 5, with orders that wait: made anew, as the planner service does.
+fn waiting_orders(criterion: &mut Criterion) {
+    let view = ViewSurfaces::of_cells(1, 1, vec![1], vec![0]);
+    let item = Arc::new(Item::new("cell", vec![view], 0.0).unwrap());
+    let buffer: Vec<Candidate> = (40..45)
+        .map(|arrival| Candidate::new(arrival, Arc::clone(&item)))
+        .collect();
+    let rules = ContainerRules {
+        undivided: true,
+        apart: vec![("0".to_owned(), "1".to_owned())],
+        together: vec![("2".to_owned(), "3".to_owned())],
+        most_kg: Some(15.0),
+        expected_m3: Some(0.01),
+        ..ContainerRules::default()
+    };
+    let mut group = criterion.benchmark_group("containers");
+    for orders in [10, 300] {
+        let lines = (0..orders * 3).map(|arrival| {
+            let line = OrderItem {
+                group: Some((arrival % 5).to_string().into()),
+                mass_kg: Some(0.3),
+                urgency: (arrival % 2) as u32,
+                ..OrderItem::new((arrival / 3).to_string().into(), 0.0003)
+            };
+            (arrival, line)
+        });
+        let lines: Vec<(usize, OrderItem)> = lines.collect();
+        group.bench_function(BenchmarkId::new("rules of a step", orders), |bencher| {
+            bencher.iter(|| {
+                let mut orders = Orders::new(rules.clone(), lines.iter().cloned());
+                (0..4).for_each(|_| orders.opened());
+                (0..30).for_each(|arrival| orders.packed(arrival / 3 % 4, arrival));
+                orders.begin(&buffer);
+                let mut admitted = 0;
+                for attempt in orders.attempts(&[0, 1, 2, 3], &buffer) {
+                    for at in 0..4 {
+                        for held in &buffer {
+                            let is_admitted = orders.admits(attempt, at, held.arrival);
+                            admitted += usize::from(is_admitted);
+                        }
+                    }
+                }
+                admitted
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, steps, containers, waiting_orders, kernels);
 criterion_main!(benches);

@@ -17,6 +17,14 @@ pub struct BlockedRegion {
 }
 
 impl BlockedRegion {
+    /// The cells of a grid that it meets, by their indices along x and y.
+    pub(crate) fn cells_of(&self, grid: &Grid) -> impl Iterator<Item = (usize, usize)> {
+        let cell_m = grid.resolution().cell_m();
+        let along_x = Self::cells(self.x_min_m, self.x_max_m, cell_m, grid.nx());
+        let along_y = Self::cells(self.y_min_m, self.y_max_m, cell_m, grid.ny());
+        along_x.flat_map(move |x| along_y.clone().map(move |y| (x, y)))
+    }
+
     /// The cells that it meets along one side of the grid.
     fn cells(min_m: f64, max_m: f64, cell_m: f64, count: usize) -> std::ops::Range<usize> {
         // Conversions saturate, so a region beyond the container is cut to it.
@@ -32,12 +40,9 @@ impl BlockedRegion {
 #[must_use]
 pub fn block(scene: &Scene, grid: &Grid, regions: &[BlockedRegion]) -> Scene {
     let mut heightmap: Heightmap = scene.heightmap().clone();
-    let cell_m = grid.resolution().cell_m();
     for region in regions {
-        for x in BlockedRegion::cells(region.x_min_m, region.x_max_m, cell_m, grid.nx()) {
-            for y in BlockedRegion::cells(region.y_min_m, region.y_max_m, cell_m, grid.ny()) {
-                heightmap.raise(x, y, grid.rim());
-            }
+        for (x, y) in region.cells_of(grid) {
+            heightmap.raise(x, y, grid.rim());
         }
     }
     scene.with_heightmap(heightmap)

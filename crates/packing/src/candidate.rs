@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::Isometry3;
 
 use crate::item::Item;
+use crate::leaving::Stop;
 use crate::model::Model;
 
 /// An item of the buffer that a step may choose, in one of the poses in which it may be packed.
@@ -27,6 +28,8 @@ pub struct Candidate {
     pub lying: Lying,
     /// What has to be respected when it is packed.
     pub rules: Rules,
+    /// At which stop it leaves the container.
+    pub stop: Stop,
 }
 
 impl Candidate {
@@ -40,6 +43,7 @@ impl Candidate {
             mass_kg: None,
             lying: Lying::default(),
             rules: Rules::default(),
+            stop: Stop::default(),
         }
     }
 

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::content::Content;
 use crate::grid::{Grid, MAX_UNITS, Units};
 use crate::item::ItemView;
+use crate::leaving::Leaving;
 use crate::placement::{Placement, RestingPlacement};
 
 /// Why a heightmap or a surface could not be made.
@@ -264,6 +265,7 @@ pub struct Scene {
     heightmap: Heightmap,
     surface: Option<Surface>,
     content: Option<Content>,
+    leaving: Option<Leaving>,
 }
 
 impl Scene {
@@ -285,6 +287,7 @@ impl Scene {
             heightmap,
             surface,
             content: None,
+            leaving: None,
         })
     }
 
@@ -294,6 +297,7 @@ impl Scene {
             heightmap,
             surface: None,
             content: None,
+            leaving: None,
         }
     }
 
@@ -304,6 +308,13 @@ impl Scene {
         self
     }
 
+    /// The same scene, of which it is known at which stops what lies in it leaves.
+    #[must_use]
+    pub fn with_leaving(mut self, leaving: Leaving) -> Self {
+        self.leaving = Some(leaving);
+        self
+    }
+
     /// The same scene with another heightmap of its size; all else stays.
     #[must_use]
     pub(crate) fn with_heightmap(&self, heightmap: Heightmap) -> Self {
@@ -311,6 +322,7 @@ impl Scene {
             heightmap,
             surface: self.surface.clone(),
             content: self.content.clone(),
+            leaving: self.leaving.clone(),
         }
     }
 
@@ -332,6 +344,7 @@ impl Scene {
             heightmap,
             surface: Some(surface),
             content: None,
+            leaving: None,
         })
     }
 
@@ -353,6 +366,7 @@ impl Scene {
             heightmap,
             surface: Some(surface),
             content: None,
+            leaving: None,
         })
     }
 
@@ -369,6 +383,11 @@ impl Scene {
     /// What lies in the container, where that is known.
     pub fn content(&self) -> Option<&Content> {
         self.content.as_ref()
+    }
+
+    /// At which stops what lies in the container leaves, where that matters.
+    pub fn leaving(&self) -> Option<&Leaving> {
+        self.leaving.as_ref()
     }
 }
 

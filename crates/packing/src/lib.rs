@@ -47,6 +47,7 @@ pub mod heightmap;
 pub mod item;
 mod kernel;
 mod layout;
+pub mod leaving;
 pub mod loads;
 pub mod look_ahead;
 pub mod method;

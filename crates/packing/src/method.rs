@@ -11,6 +11,7 @@ use crate::coarse::{CoarseGrid, CoarseGridError, CoarseToFine, Coarsening};
 use crate::evaluator::Evaluator;
 use crate::grid::Grid;
 use crate::item::{Item, ItemError};
+use crate::leaving::Sequence;
 use crate::loads::LoadSettings;
 use crate::look_ahead::{LookAhead, LookAheadSettings};
 use crate::objective::{Heuristic, Order, WeightError, Weights};
@@ -235,6 +236,7 @@ impl Method {
         let evaluator = self.farsighted(Box::new(search));
         let mut all = self.stability.checks();
         all.extend(self.loads.checks());
+        all.push(Box::new(Sequence));
         all.extend(checks);
         let is_simulated = all.iter().any(|check| check.cost() == Cost::Simulation);
         if self.trial.is_on() && !is_simulated {

@@ -30,6 +30,9 @@ pub enum Cause {
     /// The container would be too heavy on one side.
     #[error("the container would be out of balance")]
     Balance,
+    /// The item would lie above one that leaves the container earlier.
+    #[error("above what leaves earlier")]
+    Sequence,
     /// The arm cannot make the placement.
     #[error("not possible for the arm")]
     Arm,

@@ -1,6 +1,7 @@
 //! The rules of items as checks of placements.
 
 use crate::check::{BoxedCheck, Condition, Cost};
+use crate::leaving::Sequence;
 use crate::placement::RestingPlacement;
 use crate::refusal::Cause;
 use crate::stability::{PhysicalStability, PhysicalStabilitySettings};
@@ -11,7 +12,11 @@ const UPRIGHT_MARGIN_M: f64 = 0.01;
 
 /// The checks for the rules of a step's items.
 pub fn checks() -> Vec<BoxedCheck> {
-    vec![Box::new(OnFloor), Box::new(Upright::default())]
+    vec![
+        Box::new(OnFloor),
+        Box::new(Upright::default()),
+        Box::new(Sequence),
+    ]
 }
 
 /// Items that must stand on the floor do.

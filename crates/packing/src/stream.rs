@@ -9,8 +9,9 @@ use crate::containers::{
 use crate::episode::{EpisodeError, PackingCell, Step, packed_volume};
 use crate::grid::Grid;
 use crate::heightmap::Scene;
+use crate::leaving::{Leaving, Stop};
 use crate::metrics::PackedVolume;
-use crate::orders::Orders;
+use crate::orders::{Attempt, Orders};
 use crate::plan::{Planner, StageError};
 
 /// Where empty containers come from.
@@ -72,7 +73,26 @@ impl<C: PackingCell> Filled<C> {
         items.map(|item| item.mesh_volume_m3()).sum()
     }
 
-    fn place(&mut self, step: Step) -> Result<(), EpisodeError> {
+    /// At which stops its items leave, as they were placed; `None` where none is said to leave at one.
+    fn leaving(&self, grid: &Grid) -> Option<Leaving> {
+        let mut stops = self.steps.iter().map(|step| step.candidate.stop);
+        if stops.all(|stop| stop == Stop::LAST) {
+            return None;
+        }
+        let mut leaving = Leaving::empty(grid);
+        for Step {
+            candidate, choice, ..
+        } in &self.steps
+        {
+            let view = candidate.item.views().get(choice.resting.placement.yaw);
+            if let Some(view) = view {
+                leaving.place(view, &choice.resting, candidate.stop);
+            }
+        }
+        Some(leaving)
+    }
+
+    fn place(&mut self, grid: &Grid, step: Step) -> Result<(), EpisodeError> {
         let number = step.step;
         let failed = |source| EpisodeError::Cell {
             step: number,
@@ -82,7 +102,11 @@ impl<C: PackingCell> Filled<C> {
         let placed = self.cell.place(held, at, &step.evidence);
         placed.map_err(failed)?;
         self.steps.push(step);
-        self.scene = self.cell.scan().map_err(failed)?;
+        let scene = self.cell.scan().map_err(failed)?;
+        self.scene = match self.leaving(grid) {
+            Some(leaving) => scene.with_leaving(leaving),
+            None => scene,
+        };
         Ok(())
     }
 }
@@ -124,7 +148,8 @@ pub fn play_stream<S: ContainerSupply>(
             Some((candidate, chosen))
         });
         if let Some((candidate, chosen)) = taken {
-            containers.place(done(step, candidate, &chosen, effort), chosen.container)?;
+            let done = done(step, candidate, &chosen, effort);
+            containers.place(grid, done, chosen.container)?;
         } else if let Some(candidate) = containers.fits_nowhere(buffer.candidates()) {
             if let Some(dropped) = buffer.take(candidate) {
                 containers.orders.dropped(dropped.arrival);
@@ -223,36 +248,28 @@ impl<C: PackingCell> Containers<C> {
         });
         let open: Vec<_> = open.collect();
         let orders = &self.orders;
-        let by_all = |at: usize, held: &Candidate| orders.bar(at, held.arrival).is_none();
-        let input = ContainersStep {
-            choice: self.choice,
-            admits: &by_all,
-            step,
-            ..ContainersStep::new(&open, candidates)
-        };
-        let (chosen, mut effort) = self.planners.plan(&input)?;
-        let is_barred_by_what_gives_way = |at: usize| {
-            let mut bars = candidates
-                .iter()
-                .filter_map(|held| orders.bar(at, held.arrival));
-            bars.any(|bar| bar.gives_way())
-        };
-        if chosen.is_some() || !(0..open.len()).any(is_barred_by_what_gives_way) {
-            return Ok((chosen, effort));
+        let containers: Vec<usize> = (0..open.len()).collect();
+        let mut effort = Effort::default();
+        for attempt in orders.attempts(&containers, candidates) {
+            let (chosen, further) = self.planners.plan(&ContainersStep {
+                choice: self.choice,
+                admits: &|at, held| orders.admits(attempt, at, held.arrival),
+                step,
+                ..ContainersStep::new(&open, candidates)
+            })?;
+            effort += further;
+            if chosen.is_some() {
+                return Ok((chosen, effort));
+            }
         }
-        let (chosen, further) = self.planners.plan(&ContainersStep {
-            admits: &|at, held| may_take(orders, at, held),
-            ..input
-        })?;
-        effort += further;
-        Ok((chosen, effort))
+        Ok((None, effort))
     }
 
-    fn place(&mut self, step: Step, container: usize) -> Result<(), EpisodeError> {
+    fn place(&mut self, grid: &Grid, step: Step, container: usize) -> Result<(), EpisodeError> {
         self.planners.changed(container);
         self.orders.packed(container, step.candidate.arrival);
         match self.filled.get_mut(container) {
-            Some(filled) => filled.place(step),
+            Some(filled) => filled.place(grid, step),
             None => Ok(()),
         }
     }
@@ -286,6 +303,5 @@ impl<C: PackingCell> Containers<C> {
 
 /// Whether a container may take an item by the rules that never give way.
 fn may_take(orders: &Orders, container: usize, held: &Candidate) -> bool {
-    let bar = orders.bar(container, held.arrival);
-    bar.is_none_or(|bar| bar.gives_way())
+    orders.admits(Attempt::LENIENT, container, held.arrival)
 }

@@ -29,10 +29,9 @@ fn order_items() -> impl Strategy<Value = OrderItem> {
     ];
     let mass = prop_oneof![Just(None), (0.0..3.0).prop_map(Some)];
     (0..4_u8, group, mass, 0.0..2.0).prop_map(|(order, group, mass_kg, volume_m3)| OrderItem {
-        order: order.to_string().into(),
         group: group.map(Arc::from),
         mass_kg,
-        volume_m3,
+        ..OrderItem::new(order.to_string().into(), volume_m3)
     })
 }
 
@@ -48,6 +47,7 @@ fn rules() -> impl Strategy<Value = ContainerRules> {
             apart,
             most_kg,
             expected_m3,
+            ..ContainerRules::default()
         }
     })
 }
@@ -241,12 +241,7 @@ proptest! {
 }
 
 fn item(order: &str) -> OrderItem {
-    OrderItem {
-        order: order.into(),
-        group: None,
-        mass_kg: None,
-        volume_m3: 1.0,
-    }
+    OrderItem::new(order.into(), 1.0)
 }
 
 #[test]

@@ -8,7 +8,7 @@ mod source;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use ppnpack_cli::failure::Outcome;
+use ppnpack_cli::failure::{Failure, Outcome};
 use ppnpack_cli::options::CatalogueOptions;
 use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::orders::{ContainerRules, Sharing};
@@ -40,6 +40,14 @@ pub(crate) struct StreamArguments {
     /// Pairs of groups of the orders' table that never travel in one container, such as food:chemicals
     #[arg(long, value_name = "GROUP:GROUP", value_delimiter = ',', value_parser = parse_pair, conflicts_with = "sequences")]
     apart: Vec<(String, String)>,
+
+    /// Pairs of groups of the orders' table of which an order's items travel in one container, such as device:charger
+    #[arg(long, value_name = "GROUP:GROUP", value_delimiter = ',', value_parser = parse_pair, conflicts_with = "sequences")]
+    together: Vec<(String, String)>,
+
+    /// No order is divided: all of its items go into one container
+    #[arg(long, conflicts_with = "sequences")]
+    undivided: bool,
 
     /// The greatest mass of what a container holds, in kilograms
     #[arg(long, value_name = "KG", value_parser = parse_mass_kg, conflicts_with = "sequences")]
@@ -148,12 +156,20 @@ impl StreamArguments {
         }
     }
 
-    fn rules(&self, sharing: Sharing) -> ContainerRules {
-        ContainerRules {
+    fn rules(&self, sharing: Sharing) -> Outcome<ContainerRules> {
+        let rules = ContainerRules {
             sharing,
+            undivided: self.undivided,
             apart: self.apart.clone(),
+            together: self.together.clone(),
             most_kg: self.most_kg,
             expected_m3: self.expected_litres.map(|litres| litres * 1e-3),
+        };
+        match rules.contradiction() {
+            Some((a, b)) => Err(Failure::input(format_args!(
+                "--together {a}:{b}: --apart has this pair, too, and none of them could be packed: leave one of them out"
+            ))),
+            None => Ok(rules),
         }
     }
 }
@@ -173,7 +189,7 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
             way: &way,
             catalogue: &catalogue,
             apart: &apart,
-            rules: arguments.rules(setting.sharing),
+            rules: arguments.rules(setting.sharing)?,
             how: StreamPlay {
                 open: usize::from(setting.open),
                 buffer: way.method.buffer,
@@ -191,8 +207,9 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
         let kept = Runs::new(&folder, &settings)?;
         let pack = |stream: &Arrivals| {
             let is_right = |run: &Run| run.objects == stream.objects;
-            // Their groups and masses decide, too.
-            let orders = runs::hash(&format!("{:?}", stream.orders), 8)?;
+            // What is known of the items decides, too.
+            let known = (&stream.orders, &stream.stops, &stream.expected);
+            let orders = runs::hash(&format!("{known:?}"), 8)?;
             let name = format!("{:05}-{orders}", stream.number);
             kept.finish(&name, is_right, || packing.pack(stream))
         };

@@ -29,6 +29,9 @@ pub(super) struct Run {
     pub(super) unplaceable: usize,
     /// In how many containers each order is.
     pub(super) containers_of_orders: Vec<usize>,
+    /// Orders of which every item was packed; not those of which some never came.
+    pub(super) complete_orders: usize,
+    pub(super) orders: usize,
     /// Of each step.
     pub(super) decision_s: Vec<f64>,
 }
@@ -61,10 +64,13 @@ impl Packing<'_> {
             stream: stream.number,
         };
         let items = stream.candidates(self.catalogue);
-        let orders = Orders::new(
+        let mut orders = Orders::new(
             self.rules.clone(),
             stream.orders.iter().cloned().enumerate(),
         );
+        for (order, items) in &stream.expected {
+            orders.expect(order, *items);
+        }
         let packed = play_stream(&grid, &mut supply, items, orders, self.how).or_run()?;
         let of = |filled: &Filled<SimulatedPackingCell>| Container::of(&grid, filled);
         let all = || packed.closed.iter().chain(&packed.open);
@@ -79,6 +85,8 @@ impl Packing<'_> {
             open: packed.open.iter().map(of).collect(),
             unplaceable: packed.unplaceable.len(),
             containers_of_orders: containers_of_orders(stream, all()),
+            complete_orders: complete_orders(stream, all()),
+            orders: stream.expected.len(),
             decision_s: decision_s.into_iter().map(|(_, took_s)| took_s).collect(),
         })
     }
@@ -101,6 +109,22 @@ fn containers_of_orders<'a, C: 'a>(
         }
     }
     of_orders.values().map(BTreeSet::len).collect()
+}
+
+/// How many orders have all of their items in these containers.
+fn complete_orders<'a, C: 'a>(
+    stream: &Arrivals,
+    containers: impl Iterator<Item = &'a Filled<C>>,
+) -> usize {
+    let mut packed: BTreeMap<&Arc<str>, usize> = BTreeMap::new();
+    for step in containers.flat_map(|filled| &filled.steps) {
+        if let Some(item) = stream.orders.get(step.candidate.arrival) {
+            *packed.entry(&item.order).or_default() += 1;
+        }
+    }
+    let orders = stream.expected.iter();
+    let complete = orders.filter(|(order, items)| packed.get(order).is_some_and(|of| of >= items));
+    complete.count()
 }
 
 /// Brings the containers of a stream.

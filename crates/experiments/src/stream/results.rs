@@ -37,6 +37,7 @@ struct Line {
     /// In how many containers an order is.
     containers_an_order: Mean,
     in_one_container_percent: f64,
+    complete_percent: f64,
     closed_as_complete: usize,
     closed: usize,
     /// Of a closed container: the mean over streams of their means.
@@ -109,6 +110,10 @@ impl Line {
             used_difference,
             containers_an_order: Mean::of(runs.iter().map(an_order)),
             in_one_container_percent: percentage(in_one, of_orders().count()),
+            complete_percent: percentage(
+                runs.iter().map(|run| run.complete_orders).sum(),
+                runs.iter().map(|run| run.orders).sum(),
+            ),
             closed_as_complete: all().filter(|container| container.is_complete).count(),
             closed: runs.iter().map(|run| run.closed.len()).sum(),
             meshes_cm3: Mean::of(runs.iter().map(cm3)),
@@ -199,19 +204,21 @@ impl<'a> Results<'a> {
 
     fn orders_markdown(&self) -> String {
         let mut text = "\nContainers in which something was packed, open ones at the end among them; differences are to the first line, stream by \
-                        stream. *Closed as complete* are those whose one order was complete.\n\n\
-                        | open | containers used | difference | | containers an order | orders in one container | closed as complete |\n\
-                        |---|---|---|---|---|---|---|\n"
+                        stream. *Complete* orders have all of their items in containers; *closed as complete* are containers whose one order was.\n\n\
+                        | open | containers used | difference | | containers an order | orders in one container | complete orders | \
+                        closed as complete |\n\
+                        |---|---|---|---|---|---|---|---|\n"
             .to_owned();
         for line in &self.lines {
             text += &format!(
-                "| {} | {} | {} | {:+.1} % | {} | {:.1} % | {} |\n",
+                "| {} | {} | {} | {:+.1} % | {} | {:.1} % | {:.1} % | {} |\n",
                 line.setting.shown(true),
                 line.used.shown(1),
                 line.used_difference.shown(1),
                 line.used_difference_percent,
                 line.containers_an_order.shown(2),
                 line.in_one_container_percent,
+                line.complete_percent,
                 line.closed_as_complete
             );
         }

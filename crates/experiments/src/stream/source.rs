@@ -1,6 +1,7 @@
 //! The streams: of sequences, or of orders.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
@@ -8,6 +9,7 @@ use ppnpack_catalogue::orders::{self, Order, OrderedObject};
 use ppnpack_cli::failure::{Failure, OrInput, Outcome};
 use ppnpack_cli::sequence::{Sequence, SequenceFile};
 use ppnpack_packing::candidate::Candidate;
+use ppnpack_packing::leaving::Stop;
 use ppnpack_packing::orders::OrderItem;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
@@ -26,8 +28,8 @@ pub(super) struct SourceOptions {
     #[arg(long, value_name = "FILE")]
     sequences: Option<PathBuf>,
 
-    /// A CSV file of orders: order, item, quantity, group, mass (kg), priority. They come one after another, the items of each in another
-    /// order in each stream
+    /// A CSV file of orders: order, item, quantity, group, mass (kg), priority, bundle, stop, urgency, order_items. They come one after
+    /// another, the items of each in another order in each stream
     #[arg(long, value_name = "FILE")]
     orders: Option<PathBuf>,
 
@@ -51,6 +53,10 @@ pub(super) struct Arrivals {
     pub(super) objects: Vec<usize>,
     /// Of the items, where they are of orders.
     pub(super) orders: Vec<OrderItem>,
+    /// At which stops they leave, where they are of orders.
+    pub(super) stops: Vec<Stop>,
+    /// How many items each order has altogether.
+    pub(super) expected: Vec<(Arc<str>, usize)>,
 }
 
 impl SourceOptions {
@@ -97,7 +103,11 @@ impl Arrivals {
             from: String::new(),
             objects: self.objects.clone(),
         };
-        sequence.candidates(catalogue)
+        let mut candidates = sequence.candidates(catalogue);
+        for held in &mut candidates {
+            held.stop = self.stops.get(held.arrival).copied().unwrap_or_default();
+        }
+        candidates
     }
 }
 
@@ -126,6 +136,8 @@ fn of_sequences(
             number,
             objects: objects.take(items).collect(),
             orders: Vec::new(),
+            stops: Vec::new(),
+            expected: Vec::new(),
         })
     };
     let numbers = wanted.first..wanted.first.saturating_add(wanted.streams);
@@ -133,6 +145,12 @@ fn of_sequences(
 }
 
 fn of_orders(number: u32, orders: Vec<Order>, random: &mut ChaCha8Rng) -> Arrivals {
+    let expected = orders.iter();
+    let expected = expected.map(|order| {
+        let items = order.expected.max(order.items.len());
+        (Arc::clone(&order.name), items)
+    });
+    let expected = expected.collect();
     let mut arriving: Vec<OrderedObject> = Vec::new();
     for mut order in orders {
         order.items.shuffle(random);
@@ -140,7 +158,9 @@ fn of_orders(number: u32, orders: Vec<Order>, random: &mut ChaCha8Rng) -> Arriva
     }
     Arrivals {
         number,
+        expected,
         objects: arriving.iter().map(|item| item.object).collect(),
+        stops: arriving.iter().map(|item| item.stop).collect(),
         orders: arriving.into_iter().map(|item| item.item).collect(),
     }
 }

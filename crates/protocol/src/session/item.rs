@@ -16,6 +16,25 @@ pub struct OrderLine {
     pub group: Option<String>,
     /// Its mass in kilograms, where it was told.
     pub mass_kg: Option<f64>,
+    /// The bundle that it travels with in one container.
+    pub bundle: Option<String>,
+    /// At which stop it leaves the container, where it was told.
+    pub stop: Option<u32>,
+    /// The greatest of the buffer are packed first.
+    pub urgency: u32,
+    /// How many items its order has altogether, where that is expected.
+    pub order_items: Option<u32>,
+}
+
+impl OrderLine {
+    /// Whether it says the same of the item; how many there are of its order is not of the item.
+    fn is_same(&self, other: &Self) -> bool {
+        let of_item = |line: &Self| Self {
+            order_items: None,
+            ..line.clone()
+        };
+        of_item(self) == of_item(other)
+    }
 }
 
 /// An item of a session.
@@ -124,7 +143,7 @@ impl SessionItem {
         self.shape == other.shape
             && self.rules == other.rules
             && self.lying == other.lying
-            && self.order_line == other.order_line
+            && self.order_line.is_same(&other.order_line)
             && self.allowed_poses == other.allowed_poses
     }
 }

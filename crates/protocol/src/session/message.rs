@@ -233,6 +233,10 @@ pub fn read_order_line(message: Option<&v1::OrderLine>) -> Result<OrderLine, Wir
         order,
         group,
         mass_kg,
+        bundle,
+        stop,
+        urgency,
+        order_items,
     }) = message
     else {
         return Ok(OrderLine::default());
@@ -242,10 +246,19 @@ pub fn read_order_line(message: Option<&v1::OrderLine>) -> Result<OrderLine, Wir
         name => header::id(field, name).map(|name| Some(name.to_owned())),
     };
     let mass_kg = mass("items.order_line.mass_kg", *mass_kg)?;
+    if *order_items > 0 && order.is_empty() {
+        let reason = "of which order they are has to be said: give order, too";
+        return Err(WireError::invalid("items.order_line.order_items", reason));
+    }
+    let above_0 = |number: u32| Some(number).filter(|number| *number > 0);
     Ok(OrderLine {
         order: name("items.order_line.order", order)?,
         group: name("items.order_line.group", group)?,
         mass_kg: Some(mass_kg).filter(|mass_kg| *mass_kg > 0.0),
+        bundle: name("items.order_line.bundle", bundle)?,
+        stop: above_0(*stop),
+        urgency: *urgency,
+        order_items: above_0(*order_items),
     })
 }
 
@@ -254,6 +267,10 @@ fn write_order_line(line: &OrderLine) -> Option<v1::OrderLine> {
         order: line.order.clone().unwrap_or_default(),
         group: line.group.clone().unwrap_or_default(),
         mass_kg: line.mass_kg.unwrap_or_default(),
+        bundle: line.bundle.clone().unwrap_or_default(),
+        stop: line.stop.unwrap_or_default(),
+        urgency: line.urgency,
+        order_items: line.order_items.unwrap_or_default(),
     })
 }
 

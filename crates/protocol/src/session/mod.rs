@@ -7,6 +7,8 @@ mod container;
 mod item;
 pub mod message;
 
+use std::collections::BTreeMap;
+
 use ppnpack_wire::v1;
 
 use crate::pursuit;
@@ -40,6 +42,9 @@ pub enum SessionError {
     /// No item has this id.
     #[error("there is no item {0} in this session")]
     UnknownItem(String),
+    /// No item was announced of this order.
+    #[error("no item of order {0} was announced in this session")]
+    UnknownOrder(String),
     /// No decision has this id.
     #[error("there is no decision {0} in this session")]
     UnknownDecision(String),
@@ -273,6 +278,36 @@ impl Session {
         }
         self.go_on();
         Ok(())
+    }
+
+    /// Of an order no more items come than were announced: how many it was said to have counts no longer.
+    pub fn expects_no_more(&mut self, order: &str) -> Result<(), SessionError> {
+        self.must_be_under_way()?;
+        let items = self.items.iter_mut();
+        let of_order = items.filter(|item| item.order_line.order.as_deref() == Some(order));
+        let mut of_order = of_order.peekable();
+        if of_order.peek().is_none() {
+            return Err(SessionError::UnknownOrder(order.to_owned()));
+        }
+        of_order.for_each(|item| item.order_line.order_items = None);
+        Ok(())
+    }
+
+    /// Of each order that is said to have more items than were announced of it: how many were.
+    pub fn unannounced(&self) -> BTreeMap<String, usize> {
+        let mut orders: BTreeMap<&str, (usize, u32)> = BTreeMap::new();
+        for item in &self.items {
+            if let Some(order) = &item.order_line.order {
+                let (announced, expected) = orders.entry(order).or_default();
+                *announced += 1;
+                *expected = item.order_line.order_items.unwrap_or(0).max(*expected);
+            }
+        }
+        let waiting = orders.into_iter();
+        let waiting = waiting.filter(|(_, (announced, expected))| *announced < *expected as usize);
+        waiting
+            .map(|(order, (announced, _))| (order.to_owned(), announced))
+            .collect()
     }
 
     /// Whether one more item may be set aside.

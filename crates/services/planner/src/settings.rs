@@ -119,8 +119,12 @@ pub struct ClosingSettings {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fill_percent: Option<f64>,
     /// With rules.sharing = "one-order": closed as soon as all items are in it that were announced of its order. Announce all of an
-    /// order before the last of them is packed.
+    /// order before the last of them is packed, or how many items it has.
     pub order_complete: bool,
+    /// The longest that an order is waited for of which fewer items were announced than it is said to have, in seconds since the last of
+    /// them; then no more are expected. Where it is not given, they are waited for until a request says that none comes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub order_wait_s: Option<f64>,
 }
 
 /// A container of a cell, and how it is planned.
@@ -235,6 +239,14 @@ impl CellSettings {
         }
         if let Some(expected_m3) = rules.expected_m3 {
             in_range("rules.expected_m3", expected_m3, 1e-9..=1e3)?;
+        }
+        if let Some((a, b)) = rules.contradiction() {
+            return Err(format!(
+                "rules.together: {a} and {b} are in rules.apart, too, and could never be packed: leave one of the pairs out"
+            ));
+        }
+        if let Some(wait_s) = self.closing.order_wait_s {
+            in_range("closing.order_wait_s", wait_s, 0.001..=1e6)?;
         }
         if self.closing.order_complete && rules.sharing != Sharing::OneOrder {
             return Err(

@@ -273,9 +273,8 @@ fn a_container_as_full_as_is_set_is_closed() {
     let percent = |volume_m3: f64| 100.0 * volume_m3 / (0.32 * 0.32 * 0.3);
     let rig = Rig::new(&["left", "right"], |settings| {
         settings.closing = ClosingSettings {
-            renews: false,
             fill_percent: Some(percent(0.003)),
-            order_complete: false,
+            ..ClosingSettings::default()
         };
     });
     common::begin(&rig.client);

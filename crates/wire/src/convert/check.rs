@@ -10,7 +10,7 @@ use crate::header;
 use crate::v1::{self, Check};
 
 /// What a refusal by each check says of a placement.
-const CAUSES: [(Check, Cause); 9] = [
+const CAUSES: [(Check, Cause); 10] = [
     (Check::PhysicalStability, Cause::Unstable),
     (Check::PublishedStability, Cause::UnstableByPublishedTest),
     (Check::Fits, Cause::AboveRim),
@@ -20,6 +20,7 @@ const CAUSES: [(Check, Cause); 9] = [
     (Check::Trial, Cause::Unsteady),
     (Check::Load, Cause::Load),
     (Check::Balance, Cause::Balance),
+    (Check::Sequence, Cause::Sequence),
 ];
 
 /// Makes the checks of a request, in its order.
@@ -60,7 +61,8 @@ fn boxed(check: Check) -> Option<BoxedCheck> {
         | Check::Upright
         | Check::Trial
         | Check::Load
-        | Check::Balance => None,
+        | Check::Balance
+        | Check::Sequence => None,
         Check::PhysicalStability => Some(Box::new(PhysicalStability::new(Default::default()))),
         Check::PublishedStability => Some(Box::new(PublishedStability::default())),
         Check::Fits => Some(Box::new(Fits)),
@@ -104,7 +106,7 @@ mod tests {
 
     #[test]
     fn every_check_has_a_cause_and_every_cause_a_check() {
-        for number in 1..=9 {
+        for number in 1..=10 {
             let check = Check::try_from(number).unwrap();
             assert_eq!(of_cause(cause(check).unwrap()), check);
             let of_planner = !matches!(
@@ -113,7 +115,7 @@ mod tests {
             );
             assert_eq!(read_all(&[number]).is_err(), of_planner, "{check:?}");
         }
-        assert!(Check::try_from(10).is_err(), "a check without a cause");
+        assert!(Check::try_from(11).is_err(), "a check without a cause");
         assert_eq!(cause(Check::Unspecified), None);
         let refused = read_all(&[Check::Arm.into()]).map(|_| ()).unwrap_err();
         assert!(refused.to_string().contains("planner"), "{refused}");

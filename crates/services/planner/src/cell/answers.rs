@@ -329,8 +329,15 @@ impl CellPlanner {
         &mut self,
         incoming: &Incoming<v1::WithdrawRequest>,
     ) -> Result<v1::WithdrawReply, Refusal> {
-        let item_id = &incoming.message().item_id;
-        self.change(|session| session.withdraw(item_id))?;
+        let v1::WithdrawRequest { item_id, order, .. } = incoming.message();
+        match (item_id.as_str(), order.as_str()) {
+            (_, "") => self.change(|session| session.withdraw(item_id))?,
+            ("", order) => self.change(|session| session.expects_no_more(order))?,
+            (_, _) => {
+                let both = "item_id and order: name an item, or an order of which no more comes, each in a request of its own";
+                return Err(Refusal::invalid(both));
+            }
+        }
         Ok(v1::WithdrawReply {
             session: Some(self.message()),
             ..v1::WithdrawReply::default()

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::containers::ContainerChoice;
+use ppnpack_packing::orders::Attempt;
 use ppnpack_packing::plan::{CandidateReport, Plan, Reason, Timings};
 use ppnpack_packing::refusal::Refusals;
 use ppnpack_packing::step::{Candidate, Evaluated, PlacementCounts};
@@ -142,40 +143,44 @@ impl CellPlanner {
         })
     }
 
-    /// Plans a step over the open containers: the fullest that can take an item of the buffer, or that of the best value. Rules that
-    /// give way do so where nothing could be packed with them.
+    /// Plans a step over the open containers: the fullest that can take an item of the buffer, or that of the best value. What is most
+    /// urgent comes first, and rules that give way do so where nothing could be packed with them.
     ///
     /// # Errors
     /// [`Status::Unavailable`] where nothing fits into those that are seen, and others are not.
     fn plan(&mut self, prepared: &Prepared, alternatives: usize) -> Result<Found, Refusal> {
-        let found = self.plan_by(prepared, alternatives, false)?;
-        if found.plan.choice().is_some() {
-            return Ok(found);
-        }
         // Neither whether nothing fits nor what a rule would give way to is known before all were seen.
-        if !prepared.left_out.is_empty() {
-            return Err(Refusal::unavailable(prepared.left_out.join("; ")));
+        let is_all_seen = prepared.left_out.is_empty();
+        let attempts = prepared.attempts().into_iter();
+        let attempts = attempts.filter(|attempt| is_all_seen || !attempt.gives_way);
+        let mut timings = Timings::default();
+        let mut last = None;
+        for attempt in attempts {
+            let found = self.plan_by(prepared, alternatives, attempt)?;
+            timings += found.timings;
+            let found = Found { timings, ..found };
+            if found.plan.choice().is_some() {
+                return Ok(found);
+            }
+            last = Some(found);
         }
-        if !prepared.has_what_gives_way() {
-            return Ok(found);
+        match last {
+            Some(last) if is_all_seen => Ok(last),
+            _ => Err(Refusal::unavailable(prepared.left_out.join("; "))),
         }
-        let before = found.timings;
-        let mut found = self.plan_by(prepared, alternatives, true)?;
-        found.timings += before;
-        Ok(found)
     }
 
     fn plan_by(
         &mut self,
         prepared: &Prepared,
         alternatives: usize,
-        gives_way: bool,
+        attempt: Attempt,
     ) -> Result<Found, Refusal> {
         let mut best: Option<Found> = None;
         let mut timings = Timings::default();
         let mut emptiest = None;
         for (container, at) in prepared.containers.iter().enumerate() {
-            let candidates = prepared.admitted(at, gives_way);
+            let candidates = prepared.admitted(at, attempt);
             let least = best.as_ref().and_then(|best| best.plan.choice());
             let least = least.map(|choice| choice.value);
             let step = Step {

@@ -7,8 +7,10 @@ mod closing;
 mod content;
 mod counts;
 mod decide;
+mod expected;
 mod footprint;
 mod inspect;
+mod leaving;
 mod orders;
 mod place;
 mod poses;
@@ -24,6 +26,7 @@ use std::time::{Duration, Instant};
 use ppnpack_catalogue::seen::SeenSolids;
 use ppnpack_packing::candidate::Candidate;
 use ppnpack_packing::item::Item;
+use ppnpack_packing::leaving::Stop;
 use ppnpack_packing::model::Model;
 use ppnpack_service::ServiceError;
 use ppnpack_service::actor::{Actor, PendingRequests, WeakAddress};
@@ -42,6 +45,7 @@ use crate::settings::CellSettings;
 use crate::store::{Store, StoreError};
 use automatic::Automatic;
 use closing::Done;
+use expected::Expected;
 use inspect::ToInspect;
 use place::Place;
 use ppnpack_protocol::session::{End, Session, SessionError, SessionItem};
@@ -100,6 +104,8 @@ pub(crate) struct CellPlanner {
     plans: PendingRequests<Incoming<v1::PlanRequest>>,
     automatic: Automatic,
     closing: Done,
+    /// Since when orders wait for more items.
+    expected: Expected,
     own: Own,
 }
 
@@ -127,6 +133,7 @@ impl Actor for CellPlanner {
         self.publish_news();
         self.inspect();
         self.answer_plans();
+        self.give_up_expecting();
         self.close_done();
         self.renew_closed();
         self.advance();
@@ -146,6 +153,7 @@ impl Actor for CellPlanner {
             self.plans.next_expiry(),
             self.next_renewal(),
             self.closing.next_look(),
+            self.expected.next_expiry(),
         ];
         let latest = Instant::now() + TICK;
         Some(due.into_iter().flatten().fold(latest, Instant::min))
@@ -188,6 +196,7 @@ impl CellPlanner {
             plans: PendingRequests::new(MOST_PLANS),
             automatic: Automatic::default(),
             closing: Done::default(),
+            expected: Expected::default(),
             own,
         };
         planner.must_have_its_containers()?;
@@ -315,6 +324,7 @@ impl CellPlanner {
                     _ => posed.lying,
                 },
                 rules: item.rules,
+                stop: Stop::new(item.order_line.stop),
                 ..posed.clone()
             });
             let posed: Vec<Candidate> = posed.collect();
@@ -330,6 +340,7 @@ impl CellPlanner {
             mass_kg,
             lying: item.lying,
             rules: item.rules,
+            stop: Stop::new(item.order_line.stop),
             ..Candidate::new(arrival, shape)
         }])
     }

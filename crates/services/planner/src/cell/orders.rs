@@ -32,27 +32,46 @@ impl CellPlanner {
                 lying.insert(item.arrival);
             }
         }
+        for item in items.iter().filter(|item| !lying.contains(&item.arrival)) {
+            match item.state {
+                ItemState::Packed { .. } => orders.left_with_its_container(item.arrival),
+                ItemState::Gone | ItemState::Withdrawn => orders.dropped(item.arrival),
+                ItemState::Waiting | ItemState::Decided | ItemState::SetAside { .. } => {}
+            }
+        }
         for item in &items {
-            if is_gone(item) && !lying.contains(&item.arrival) {
-                orders.dropped(item.arrival);
+            let OrderLine {
+                order, order_items, ..
+            } = &item.order_line;
+            if let Some((order, items)) = order.as_ref().zip(*order_items) {
+                orders.expect(order, usize::try_from(items).unwrap_or(usize::MAX));
             }
         }
         Some(orders)
     }
 
     fn order_item(&mut self, sharing: Sharing, item: &SessionItem) -> OrderItem {
-        let OrderLine { order, group, .. } = &item.order_line;
+        let OrderLine {
+            order,
+            group,
+            bundle,
+            urgency,
+            ..
+        } = &item.order_line;
         let shape = self.shape(item).ok();
-        // What is of no order belongs together where each container is for one, and to nothing where they are shared.
-        let none = match sharing {
-            Sharing::OneOrder => "",
-            Sharing::Shared => item.item_id.as_str(),
+        // What is of no order belongs together where each container is for one, and to nothing where they are shared. No order has a
+        // name with a blank.
+        let none = || match sharing {
+            Sharing::OneOrder => Arc::from(""),
+            Sharing::Shared => Arc::from(format!("of item {}", item.item_id)),
         };
         OrderItem {
-            order: Arc::from(order.as_deref().unwrap_or(none)),
+            order: order.as_deref().map_or_else(none, Arc::from),
             group: group.as_deref().map(Arc::from),
+            bundle: bundle.as_deref().map(Arc::from),
             mass_kg: self.mass_kg(item),
             volume_m3: shape.map_or(0.0, |shape| shape.item.mesh_volume_m3()),
+            urgency: *urgency,
         }
     }
 }
@@ -61,12 +80,4 @@ impl CellPlanner {
 fn has_rules(rules: &ContainerRules, item: &SessionItem) -> bool {
     let is_of_all = rules.most_kg.is_some() || rules.sharing == Sharing::OneOrder;
     is_of_all || item.order_line != OrderLine::default()
-}
-
-/// Whether an item does not wait for a container any more.
-fn is_gone(item: &SessionItem) -> bool {
-    matches!(
-        item.state,
-        ItemState::Packed { .. } | ItemState::Gone | ItemState::Withdrawn
-    )
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use ppnpack_packing::blocked::block;
 use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::orders::Orders;
+use ppnpack_packing::orders::{Attempt, Orders};
 use ppnpack_packing::step::{Candidate, Evaluated};
 use ppnpack_wire::convert;
 use ppnpack_wire::v1::{self, Status};
@@ -87,34 +87,27 @@ impl Prepared {
         convert::placement::write_ranked_item(ranked, item, held.map_or(0, |held| held.pose))
     }
 
-    /// What a container may take: by all rules, or only by those that never give way.
+    /// The tries to pack something, until one finds anything.
+    pub(super) fn attempts(&self) -> Vec<Attempt> {
+        let containers = self.containers.iter().map(|container| container.at);
+        let containers: Vec<usize> = containers.collect();
+        let attempts = self.orders.as_ref();
+        let attempts = attempts.map(|orders| orders.attempts(&containers, &self.candidates));
+        attempts.unwrap_or_else(|| vec![Attempt::STRICT])
+    }
+
+    /// What a container may take in a try.
     pub(super) fn admitted(
         &self,
         container: &PreparedContainer,
-        gives_way: bool,
+        attempt: Attempt,
     ) -> Vec<Candidate> {
         let candidates = self.candidates.iter();
         let admitted = candidates.filter(|held| {
             let orders = self.orders.as_ref();
-            let bar = orders.and_then(|orders| orders.bar(container.at, held.arrival));
-            bar.is_none_or(|bar| gives_way && bar.gives_way())
+            orders.is_none_or(|orders| orders.admits(attempt, container.at, held.arrival))
         });
         admitted.cloned().collect()
-    }
-
-    /// Whether there are rules that give way, and keep an item out of a container.
-    pub(super) fn has_what_gives_way(&self) -> bool {
-        let Some(orders) = &self.orders else {
-            return false;
-        };
-        let gives_way = |at: usize| {
-            let bars = self.candidates.iter();
-            let mut bars = bars.filter_map(|held| orders.bar(at, held.arrival));
-            bars.any(|bar| bar.gives_way())
-        };
-        self.containers
-            .iter()
-            .any(|container| gives_way(container.at))
     }
 
     /// By which rule a container may not take an item, whatever is left, for people; `None` where it may.
@@ -247,6 +240,9 @@ impl CellPlanner {
     ) -> Result<PreparedContainer, Refusal> {
         if let Some(content) = self.content(&name, deadline) {
             seen.scene = seen.scene.with_content(content);
+        }
+        if let Some(leaving) = self.leaving(&name)? {
+            seen.scene = seen.scene.with_leaving(leaving);
         }
         let scene = self.blocked(&name, &seen.scene)?;
         Ok(PreparedContainer {

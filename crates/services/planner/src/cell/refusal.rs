@@ -40,6 +40,7 @@ impl From<SessionError> for Refusal {
     fn from(error: SessionError) -> Self {
         let status = match error {
             SessionError::UnknownItem(_)
+            | SessionError::UnknownOrder(_)
             | SessionError::UnknownDecision(_)
             | SessionError::UnknownContainer(_) => Status::NotFound,
             SessionError::NoKind | SessionError::Full => Status::Invalid,

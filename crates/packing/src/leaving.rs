@@ -1,0 +1,131 @@
+//! In which order items leave a container: what leaves earlier never lies below what leaves later.
+
+use std::sync::Arc;
+
+use crate::blocked::BlockedRegion;
+use crate::check::{Cost, ValidityCheck, Verdict};
+use crate::grid::Grid;
+use crate::item::ItemView;
+use crate::placement::RestingPlacement;
+use crate::refusal::{Cause, Refusal};
+use crate::step::{Candidate, StageResult, StepInput};
+
+/// At which stop an item leaves its container: those of small numbers are earlier. What is said to leave at none leaves after all others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Stop(u32);
+
+impl Stop {
+    /// After all stops.
+    pub const LAST: Self = Self(u32::MAX);
+
+    /// The stop of this number; that after all others where there is none.
+    pub fn new(number: Option<u32>) -> Self {
+        number.map_or(Self::LAST, Self)
+    }
+
+    /// In words.
+    fn said(self) -> String {
+        match self {
+            Self::LAST => "no stop".to_owned(),
+            Self(number) => format!("stop {number}"),
+        }
+    }
+}
+
+impl Default for Stop {
+    fn default() -> Self {
+        Self::LAST
+    }
+}
+
+/// Of each cell of a container: at which stop that of the items above it leaves that leaves first.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Leaving {
+    ny: usize,
+    first: Arc<[Stop]>,
+    earliest: Stop,
+}
+
+impl Leaving {
+    /// Of an empty container.
+    pub fn empty(grid: &Grid) -> Self {
+        Self {
+            ny: grid.ny(),
+            first: std::iter::repeat_n(Stop::LAST, grid.nx() * grid.ny()).collect(),
+            earliest: Stop::LAST,
+        }
+    }
+
+    /// An item lies where it was placed, and leaves at a stop.
+    pub fn place(&mut self, view: &ItemView, at: &RestingPlacement, stop: Stop) {
+        let cells: Vec<usize> = cells(view, at, self.ny).collect();
+        self.note(cells, stop);
+    }
+
+    /// Something lies above a region of the floor, and leaves at a stop.
+    pub fn cover(&mut self, grid: &Grid, region: &BlockedRegion, stop: Stop) {
+        let ny = self.ny;
+        let cells = region.cells_of(grid);
+        self.note(cells.map(|(x, y)| x * ny + y).collect(), stop);
+    }
+
+    fn note(&mut self, cells: Vec<usize>, stop: Stop) {
+        let mut first = self.first.to_vec();
+        for cell in cells {
+            if let Some(known) = first.get_mut(cell) {
+                *known = stop.min(*known);
+            }
+        }
+        self.first = first.into();
+        self.earliest = self.earliest.min(stop);
+    }
+
+    /// The earliest stop of what lies below an item that is placed so.
+    fn below(&self, view: &ItemView, at: &RestingPlacement) -> Stop {
+        let stops = cells(view, at, self.ny).filter_map(|cell| self.first.get(cell));
+        stops.min().copied().unwrap_or_default()
+    }
+}
+
+/// The indices of the cells with material of an item that is placed so.
+fn cells(view: &ItemView, at: &RestingPlacement, ny: usize) -> impl Iterator<Item = usize> {
+    let (first_x, first_y) = (at.placement.x, at.placement.y);
+    let cells = view.cells();
+    cells.map(move |(x, y, _, _)| (first_x + x) * ny + first_y + y)
+}
+
+/// Items lie above none that leaves earlier.
+///
+/// An item comes from above, and whatever lies in a cell that it covers is below it: it is refused where one of these leaves earlier, also
+/// where it does not touch it.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Sequence;
+
+impl ValidityCheck for Sequence {
+    fn cost(&self) -> Cost {
+        Cost::Footprint
+    }
+
+    fn judge(
+        &mut self,
+        input: &StepInput<'_>,
+        held: &Candidate,
+        resting: &RestingPlacement,
+    ) -> StageResult<Verdict> {
+        let accepted = Ok(Verdict::Accepted(Default::default()));
+        let leaving = input.scene.leaving();
+        let Some(leaving) = leaving.filter(|leaving| leaving.earliest < held.stop) else {
+            return accepted;
+        };
+        let Some(view) = held.item.views().get(resting.placement.yaw) else {
+            return accepted;
+        };
+        let below = leaving.below(view, resting);
+        if below >= held.stop {
+            return accepted;
+        }
+        let detail = format!("{} above {}", held.stop.said(), below.said());
+        let refusal = Refusal::because(Cause::Sequence, detail);
+        Ok(Verdict::Refused(refusal))
+    }
+}

@@ -1,0 +1,59 @@
+//! At which stops what lies in a container leaves it.
+
+use nalgebra::Isometry3;
+use ppnpack_packing::leaving::{Leaving, Stop};
+use ppnpack_protocol::session::{ItemState, SessionItem};
+
+use super::CellPlanner;
+use super::footprint::footprint;
+use super::refusal::Refusal;
+
+/// An item that is turned by less than this lies as planned, in radians.
+const AS_PLANNED_RAD: f64 = 0.035;
+
+/// An item that is off by less than this part of a cell lies as planned.
+const AS_PLANNED_CELLS: f64 = 0.25;
+
+impl CellPlanner {
+    /// At which stops the items leave that lie in a container, each where it lies now; `None` where none is said to leave at one.
+    pub(super) fn leaving(&mut self, container: &str) -> Result<Option<Leaving>, Refusal> {
+        let packed = self.session.packed_in(container);
+        let packed = packed.filter(|item| item.order_line.stop.is_some());
+        let packed: Vec<SessionItem> = packed.cloned().collect();
+        if packed.is_empty() {
+            return Ok(None);
+        }
+        let grid = self.place_of(container)?.planning.grid().clone();
+        let mut leaving = Leaving::empty(&grid);
+        for item in &packed {
+            let ItemState::Packed {
+                placement,
+                pose,
+                planned,
+                container_from_item,
+                ..
+            } = &item.state
+            else {
+                continue;
+            };
+            let shape = self.heightmaps(item, *pose)?;
+            let Some(view) = shape.views().get(placement.placement.yaw) else {
+                continue;
+            };
+            let stop = Stop::new(item.order_line.stop);
+            let most_m = AS_PLANNED_CELLS * grid.resolution().cell_m();
+            if is_as_planned(planned, container_from_item, most_m) {
+                leaving.place(view, placement, stop);
+            } else {
+                let moved = container_from_item * planned.inverse();
+                leaving.cover(&grid, &footprint(placement, view, &grid, &moved), stop);
+            }
+        }
+        Ok(Some(leaving))
+    }
+}
+
+fn is_as_planned(planned: &Isometry3<f64>, found: &Isometry3<f64>, most_m: f64) -> bool {
+    let shift_m = (found.translation.vector - planned.translation.vector).norm();
+    shift_m < most_m && found.rotation.angle_to(&planned.rotation) < AS_PLANNED_RAD
+}
