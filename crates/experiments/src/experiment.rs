@@ -7,7 +7,8 @@ use ppnpack_cli::network::Backend;
 use crate::accuracy::{calibration, heightmap, inspection, recognition};
 use crate::arm::{holding, oracle, proposals};
 use crate::{
-    filling, pareto, physical, stability, stream, table1, table3, table4, transfer, tune, value,
+    filling, loads, pareto, physical, stability, stream, table1, table3, table4, transfer, tune,
+    value,
 };
 
 /// Reproduce the paper's tables and test the engine's models.
@@ -33,6 +34,8 @@ enum Experiment {
     Filling(filling::FillingArguments),
     /// How full containers are closed that are packed from one stream, with one and with several open at the same time
     Stream(stream::StreamArguments),
+    /// What items carry, measured in the cell, against what they may carry and what was estimated, for several margins
+    Loads(loads::LoadsArguments),
     /// The weights of the objective, tuned by CMA-ES with tried placements on sequences that no table uses
     Tune(tune::TuneArguments),
     /// The value of what a placement leaves, learned from packings on sequences that no table uses
@@ -70,6 +73,7 @@ pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Out
         Experiment::Pareto(arguments) => pareto::run(arguments, prepared()),
         Experiment::Filling(arguments) => filling::run(arguments),
         Experiment::Stream(arguments) => stream::run(arguments),
+        Experiment::Loads(arguments) => loads::run(arguments),
         Experiment::Tune(arguments) => tune::run(arguments),
         Experiment::Value(arguments) => value::run(arguments),
         Experiment::Physical(arguments) => physical::run(arguments, prepared()),

@@ -19,6 +19,7 @@ mod dataset;
 mod document;
 mod experiment;
 mod filling;
+mod loads;
 mod method;
 mod network;
 mod pareto;

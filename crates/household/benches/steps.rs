@@ -15,15 +15,19 @@ use std::sync::Arc;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
 use ppnpack_catalogue::catalogue::{Catalogue, Settings};
+use ppnpack_catalogue::object::Model;
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::coarse::{CoarseGrid, CoarseToFine, Coarsening};
 use ppnpack_packing::containers::{ContainerChoice, ContainersStep, OpenContainer, OpenContainers};
+use ppnpack_packing::content::LyingSolid;
 use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
 use ppnpack_packing::item::{Item, ViewSurfaces};
+use ppnpack_packing::loads::LoadSettings;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::orders::{ContainerRules, OrderItem, Orders};
+use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_packing::plan::{Candidate, Evaluator, Planner, StepInput};
 use ppnpack_packing::proposals::{Percent, Proposals, ProposeAll, ProposeRandom, Proposer};
 use ppnpack_packing::search::{Search, SearchSettings};
@@ -44,22 +48,30 @@ struct Setting {
     grid: Grid,
     /// Consecutive scenes of an episode, with the buffer each was planned for.
     steps: Vec<(Scene, Vec<Candidate>)>,
+    /// What these steps placed, and where.
+    placed: Vec<(Arc<Item>, RestingPlacement)>,
+}
+
+/// The objects, as they are packed on a grid.
+fn catalogue(grid: &Grid) -> Catalogue {
+    let named = std::env::var("PPNPACK_BENCH_OBJECTS");
+    let source = ppnpack_household::source(named.as_deref().unwrap_or(ppnpack_household::BUILTIN));
+    Catalogue::load(&source, &Settings::default(), grid.resolution(), &|_, _| {}).unwrap()
 }
 
 impl Setting {
     fn new((cell_m, yaws, name): (f64, usize, &'static str)) -> Self {
         let resolution = Resolution::new(cell_m, 0.002, Yaws::half_turn(yaws).unwrap()).unwrap();
         let grid = Grid::new(ContainerSize::REFERENCE, resolution).unwrap();
-        let named = std::env::var("PPNPACK_BENCH_OBJECTS");
-        let source =
-            ppnpack_household::source(named.as_deref().unwrap_or(ppnpack_household::BUILTIN));
-        let catalogue =
-            Catalogue::load(&source, &Settings::default(), grid.resolution(), &|_, _| {}).unwrap();
+        let catalogue = catalogue(&grid);
         // 37 is coprime to the usual catalogue sizes, so this visits all objects in a mixed order.
         let objects = (0..80).map(|arrival| (arrival * 37 + 11) % catalogue.len());
         let sequence =
             Candidate::sequence(objects.map(|object| catalogue.get(object).unwrap().item.clone()));
-        let mut recorder = Recorder { steps: vec![] };
+        let mut recorder = Recorder {
+            steps: vec![],
+            placed: vec![],
+        };
         let mut planner = planner(
             &grid,
             Box::new(ProposeAll),
@@ -78,7 +90,38 @@ impl Setting {
             name,
             grid,
             steps: recorder.steps,
+            placed: recorder.placed,
         }
+    }
+
+    /// A step at this part of the episode, of which all solids are known, and carry so many times their own mass.
+    fn laden(
+        &self,
+        catalogue: &Catalogue,
+        part: f64,
+        factor: Option<f64>,
+    ) -> (Scene, Vec<Candidate>) {
+        let index = (self.steps.len() as f64 * part) as usize;
+        let (scene, candidates) = &self.steps[index];
+        let model = |item: &Item| {
+            let mut objects = catalogue.objects.iter();
+            let object = objects.find(|object| object.item.name() == item.name());
+            let mut model = Model::clone(&object.unwrap().model);
+            model.carries_kg = factor.map(|factor| factor * model.mass.mass_kg);
+            Arc::new(model)
+        };
+        let solids = self.placed[..index].iter().map(|(item, resting)| {
+            LyingSolid::new(
+                model(item),
+                item.container_from_item(&self.grid, resting).unwrap(),
+            )
+        });
+        let candidates = candidates.iter().map(|candidate| Candidate {
+            model: Some(model(&candidate.item)),
+            ..candidate.clone()
+        });
+        let scene = scene.clone().with_content(solids.collect());
+        (scene, candidates.collect())
     }
 
     /// The step at which the container is half full, and the same with every cell one unit higher.
@@ -98,10 +141,13 @@ impl Setting {
 /// Records the scenes and buffers of an episode.
 struct Recorder {
     steps: Vec<(Scene, Vec<Candidate>)>,
+    placed: Vec<(Arc<Item>, RestingPlacement)>,
 }
 
 impl Observer for Recorder {
-    fn on_step(&mut self, _step: &Step, input: &StepInput<'_>) {
+    fn on_step(&mut self, step: &Step, input: &StepInput<'_>) {
+        let item = Arc::clone(&step.candidate.item);
+        self.placed.push((item, step.choice.resting));
         let scene = with_surface(input.grid, input.scene.heightmap());
         self.steps.push((scene, input.candidates.to_vec()));
     }
@@ -482,5 +528,45 @@ fn waiting_orders(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, steps, containers, waiting_orders, kernels);
+/// What it costs that every object carries only so much: the whole step, with a pile that differs from the last one's by some items.
+fn loads(criterion: &mut Criterion) {
+    for setting in GRIDS.map(Setting::new) {
+        let Setting { name, grid, .. } = &setting;
+        let catalogue = catalogue(grid);
+        let mut group = criterion.benchmark_group("loads");
+        group.sample_size(30);
+        for (label, factor) in [
+            ("no limits", None),
+            ("limits that all keep", Some(1e3)),
+            ("twice its own mass", Some(2.0)),
+        ] {
+            let [step, other] = [0.5, 0.45].map(|part| setting.laden(&catalogue, part, factor));
+            let mut checks = physical();
+            checks.extend(LoadSettings::default().checks());
+            let search = search(grid, Heuristic::Sdfm).bounded();
+            let order = Order::Balance;
+            let mut planner =
+                Planner::new(Box::new(ProposeAll), Box::new(search), checks, order, 0);
+            let mut number = 0_u64;
+            group.bench_function(BenchmarkId::new(label, name), |bencher| {
+                bencher.iter(|| {
+                    number += 1;
+                    let (scene, candidates) = if number.is_multiple_of(2) {
+                        &step
+                    } else {
+                        &other
+                    };
+                    let input = StepInput {
+                        step: number,
+                        ..StepInput::new(grid, scene, candidates)
+                    };
+                    black_box(planner.plan(&input).unwrap().choice())
+                });
+            });
+        }
+        group.finish();
+    }
+}
+
+criterion_group!(benches, steps, containers, waiting_orders, loads, kernels);
 criterion_main!(benches);

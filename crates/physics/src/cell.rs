@@ -15,7 +15,7 @@ use rapier3d::dynamics::RigidBodyHandle;
 use crate::body::{BodyTemplate, Templates};
 use crate::container;
 use crate::error::PhysicsError;
-use crate::outcome::{BodyId, BodyState, Disturbance, PlacedReport, is_inside, tilt_rad};
+use crate::outcome::{BodyId, BodyLoad, BodyState, Disturbance, PlacedReport, is_inside, tilt_rad};
 use crate::settings::CellSettings;
 use crate::surface::SurfaceCache;
 use crate::world::World;
@@ -187,6 +187,20 @@ impl SimulatedCell {
             })
         };
         self.bodies.iter().filter_map(state).collect()
+    }
+
+    /// What rests on each body, in the order of [`contents`](Self::contents), as the mean over a tenth of a second: of what is at rest. The
+    /// cell stays as it is.
+    pub fn loads(&self) -> Vec<BodyLoad> {
+        let handles: Vec<_> = self.bodies.iter().map(|body| body.handle).collect();
+        let forces = self.world.clone().vertical_forces(&handles);
+        let gravity_m_s2 = self.settings.solver.gravity_m_s2;
+        let load = |(number, body): (usize, &Body)| BodyLoad {
+            id: body.id,
+            carried_kg: forces.pressing_n(number) / gravity_m_s2,
+            unbalanced_kg: forces.total_n(number) / gravity_m_s2 - body.template.model.mass.mass_kg,
+        };
+        self.bodies.iter().enumerate().map(load).collect()
     }
 
     /// Whether every body is at rest: asleep, or slower than the speed at which bodies fall asleep.

@@ -31,6 +31,22 @@ pub struct BodyState {
     pub inside: bool,
 }
 
+/// What rests on a body, measured where it lies.
+///
+/// Every other body that touches it pushes it up or down, by the normal forces and the friction of all contacts between the two taken
+/// together. Those that push it down load it: as much as the sum of these forces. That is what [`ppnpack_packing::loads`] estimates; floor and walls
+/// are no load, and what rests on what rests on a body counts by what it hands down. Impacts are not measured.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct BodyLoad {
+    /// Which body.
+    pub id: BodyId,
+    /// What rests on it, in kilograms.
+    pub carried_kg: f64,
+    /// By how much it is held up with more than its weight and its load, in kilograms; near 0 where it is at rest, and the measure
+    /// is right.
+    pub unbalanced_kg: f64,
+}
+
 /// A placed item that slid further than this did not stay, in metres.
 const SLIDE_LIMIT_M: f64 = 0.02;
 

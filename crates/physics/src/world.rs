@@ -1,5 +1,7 @@
 //! The rigid-body engine behind the cell: container, bodies, steps.
 
+mod forces;
+
 use std::collections::HashMap;
 
 use nalgebra::Isometry3;

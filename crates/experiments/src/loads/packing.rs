@@ -1,0 +1,172 @@
+//! Packing a sequence, and measuring what each item carries after every placement.
+
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_cli::failure::{OrRun, Outcome};
+use ppnpack_packing::check::Evidence;
+use ppnpack_packing::episode::{PackingCell, Play, play};
+use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::loads::Pile;
+use ppnpack_packing::placement::RestingPlacement;
+use ppnpack_packing::refusal::Cause;
+use ppnpack_packing::step::{Candidate, StageError};
+use ppnpack_physics::outcome::is_unsteady;
+use ppnpack_physics::packing_cell::SimulatedPackingCell;
+use serde::{Deserialize, Serialize};
+
+use super::limits::with_limits;
+use crate::cases::Case;
+use crate::filling::apart::Apart;
+use crate::filling::{Bench, Way};
+
+/// What carries less than this is not kept, in kilograms.
+const LEAST_KG: f64 = 1e-4;
+
+/// What an item carries.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(super) struct Reading {
+    pub(super) arrival: usize,
+    pub(super) measured_kg: f64,
+    pub(super) estimated_kg: f64,
+    /// All that rests on it as estimated, wholly or in part.
+    pub(super) above_kg: f64,
+    /// What it is held up with beside its weight and load: how wrong the measure is.
+    pub(super) unbalanced_kg: f64,
+}
+
+/// What the items of a container carry after a placement.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(super) struct State {
+    pub(super) is_still: bool,
+    pub(super) readings: Vec<Reading>,
+}
+
+/// A packed sequence.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(super) struct Run {
+    pub(super) number: u32,
+    pub(super) objects: Vec<usize>,
+    pub(super) items: usize,
+    pub(super) placed: usize,
+    pub(super) meshes_m3: f64,
+    pub(super) unsteady: usize,
+    /// Placements that were looked at and refused by their load.
+    pub(super) refused: u64,
+    /// One a placement.
+    pub(super) states: Vec<State>,
+}
+
+/// What sequences are packed with.
+pub(super) struct Packing<'a> {
+    pub(super) way: Way,
+    catalogue: Catalogue,
+    apart: &'a Apart,
+}
+
+impl<'a> Packing<'a> {
+    /// With a margin, or without limits.
+    pub(super) fn new(
+        way: &Way,
+        margin: Option<f64>,
+        catalogue: &Catalogue,
+        limits_kg: &[f64],
+        apart: &'a Apart,
+    ) -> Self {
+        let mut way = way.clone();
+        way.method.loads.margin = margin.unwrap_or(way.method.loads.margin);
+        Self {
+            way,
+            catalogue: with_limits(catalogue, margin.map(|_| limits_kg)),
+            apart,
+        }
+    }
+
+    pub(super) fn pack(&self, Case { number, sequence }: &Case) -> Outcome<Run> {
+        let seed = u64::from(*number);
+        let Bench {
+            grid,
+            mut planner,
+            cell,
+        } = Bench::new(&self.way, &self.catalogue, seed, self.apart)?;
+        let mut cell = MeasuredCell {
+            cell,
+            pile: Pile::new(&grid),
+            states: Vec::new(),
+        };
+        let how = Play {
+            set_aside: self.way.set_aside,
+            ..Play::with_buffer(self.way.method.buffer)
+        };
+        let items = sequence.candidates(&self.catalogue);
+        let episode = play(&grid, &mut planner, &mut cell, items, how, &mut ()).or_run()?;
+        let reports = || cell.cell.placed().iter().map(|placed| &placed.report);
+        let refusals = episode.refusals.iter();
+        let by_load = refusals.filter(|(refusal, _)| refusal.cause == Cause::Load);
+        Ok(Run {
+            number: *number,
+            objects: sequence.objects.clone(),
+            items: episode.metrics.packed.items,
+            placed: reports().count(),
+            meshes_m3: episode.metrics.packed.meshes_m3,
+            unsteady: reports()
+                .filter(|report| is_unsteady(report.toppled, report.slide_m, report.inside))
+                .count(),
+            refused: by_load.map(|(_, count)| count).sum(),
+            states: cell.states,
+        })
+    }
+}
+
+/// A cell whose loads are measured, and estimated, whenever it was placed into.
+struct MeasuredCell {
+    cell: SimulatedPackingCell,
+    pile: Pile,
+    states: Vec<State>,
+}
+
+impl MeasuredCell {
+    fn read(&mut self, scene: &Scene) {
+        let solids = scene.content().map(|content| content.solids());
+        self.pile.lay_down(solids.unwrap_or_default());
+        let loads = self.cell.cell().loads();
+        let contents = self.cell.contents();
+        // All three are in the order in which the bodies were placed.
+        let readings = contents.iter().zip(&loads).enumerate();
+        let readings = readings.map(|(solid, ((arrival, _), load))| Reading {
+            arrival: *arrival,
+            measured_kg: load.carried_kg,
+            estimated_kg: self.pile.carried_kg(solid),
+            above_kg: self.pile.above_kg(solid),
+            unbalanced_kg: load.unbalanced_kg,
+        });
+        let is_loaded =
+            |reading: &Reading| reading.measured_kg.max(reading.estimated_kg) > LEAST_KG;
+        self.states.push(State {
+            is_still: self.cell.cell().is_still(),
+            readings: readings.filter(is_loaded).collect(),
+        });
+    }
+}
+
+impl PackingCell for MeasuredCell {
+    fn scan(&mut self) -> Result<Scene, StageError> {
+        let scene = self.cell.scan()?;
+        // The first scan is of the empty cell.
+        if !self.cell.placed().is_empty() {
+            self.read(&scene);
+        }
+        Ok(scene)
+    }
+
+    fn place(
+        &mut self,
+        item: &Candidate,
+        resting: &RestingPlacement,
+        evidence: &Evidence,
+    ) -> Result<(), StageError> {
+        self.cell.place(item, resting, evidence)
+    }
+
+    fn is_inside(&self, arrival: usize) -> bool {
+        self.cell.is_inside(arrival)
+    }
+}
