@@ -33,8 +33,10 @@
 pub mod blocked;
 pub mod buffer;
 pub mod candidate;
+pub mod capacity;
 pub mod check;
 pub mod chooser;
+pub mod closing;
 pub mod coarse;
 pub mod containers;
 pub mod content;

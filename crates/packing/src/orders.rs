@@ -8,6 +8,8 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::candidate::Candidate;
+use crate::capacity::Capacity;
+use crate::closing::Closing;
 
 /// How orders share containers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -33,6 +35,14 @@ pub struct ContainerRules {
     /// The volume of items that a container is expected to hold, in cubic metres. Only where the rest of an order fits into that is it
     /// begun in a container that is not empty; without, anywhere.
     pub expected_m3: Option<f64>,
+    /// By how much containers differ in that: the standard deviation, in cubic metres; 0 where it is not given. With `certainty_percent`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spread_m3: Option<f64>,
+    /// With how much certainty the rest of an order has to fit into a container that is not empty, to be begun there, in percent. What
+    /// containers come to hold is learned from those into which nothing went any more, as soon as they are enough; before, it is
+    /// `expected_m3` with `spread_m3`. Without, `expected_m3` is taken as it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certainty_percent: Option<f64>,
 }
 
 /// What is known of an item beside its shape.
@@ -75,6 +85,16 @@ pub enum Bar {
         /// By how much.
         over_m3: f64,
     },
+    /// The rest of its order is not certain enough to fit. Gives way.
+    #[error("the rest of order {order} ({rest_m3:.4} m³) fits with {percent:.0} % certainty")]
+    OrderUnlikely {
+        /// The order.
+        order: Arc<str>,
+        /// The volume of what is left of it, in cubic metres.
+        rest_m3: f64,
+        /// With which certainty that fits.
+        percent: f64,
+    },
     /// Orders are packed one after another, and one before it waits. Gives way.
     #[error("order {0} comes before")]
     EarlierOrder(Arc<str>),
@@ -85,7 +105,10 @@ impl Bar {
     pub fn gives_way(&self) -> bool {
         matches!(
             self,
-            Self::OrderElsewhere(_) | Self::NoRoomForOrder { .. } | Self::EarlierOrder(_)
+            Self::OrderElsewhere(_)
+                | Self::NoRoomForOrder { .. }
+                | Self::OrderUnlikely { .. }
+                | Self::EarlierOrder(_)
         )
     }
 }
@@ -115,6 +138,8 @@ pub struct Orders {
     open: Vec<Held>,
     /// The first order in the buffer that no open container holds anything of.
     next: Option<Arc<str>>,
+    /// What containers held into which nothing went any more, in cubic metres.
+    filled_m3: Vec<f64>,
 }
 
 impl Orders {
@@ -149,8 +174,12 @@ impl Orders {
 
     /// A step begins, with these items in the buffer.
     pub fn begin(&mut self, candidates: &[Candidate]) {
-        let waiting = candidates.iter();
-        let orders = waiting.filter_map(|held| Some(&self.items.get(&held.arrival)?.order));
+        self.begin_with(candidates.iter().map(|held| held.arrival));
+    }
+
+    /// A step begins, with the items of these arrivals in the buffer.
+    pub fn begin_with(&mut self, arrivals: impl Iterator<Item = usize>) {
+        let orders = arrivals.filter_map(|arrival| Some(&self.items.get(&arrival)?.order));
         let mut unbegun = orders.filter(|order| self.homes(order).next().is_none());
         self.next = unbegun.next().cloned();
     }
@@ -192,10 +221,64 @@ impl Orders {
         if self.rules.sharing != Sharing::OneOrder {
             return None;
         }
-        let is_complete = |held: &Held| {
-            !held.orders.is_empty() && held.orders.iter().all(|order| self.rest(order).items == 0)
+        self.open.iter().position(|held| self.is_complete(held))
+    }
+
+    /// Whether something lies in a container, and nothing is to come of its orders.
+    fn is_complete(&self, held: &Held) -> bool {
+        !held.orders.is_empty() && held.orders.iter().all(|order| self.rest(order).items == 0)
+    }
+
+    /// Whether a container is for another order than this one.
+    fn is_for_other(&self, held: &Held, order: &Arc<str>) -> bool {
+        self.rules.sharing == Sharing::OneOrder && held.orders.iter().any(|other| other != order)
+    }
+
+    /// A container held so much, in cubic metres, when nothing went into it any more: from that it is learned what they come to hold.
+    pub fn learn(&mut self, held_m3: f64) {
+        self.filled_m3.push(held_m3);
+    }
+
+    /// What containers come to hold, as far as that is known.
+    pub fn capacity(&self) -> Option<Capacity> {
+        Capacity::learned(&self.filled_m3).or_else(|| {
+            Some(Capacity {
+                mean_m3: self.rules.expected_m3?,
+                spread_m3: self.rules.spread_m3.unwrap_or_default(),
+            })
+        })
+    }
+
+    /// The open containers that would be closed for the first order that waits and was begun nowhere, each with why: those whose orders are
+    /// complete, where no open container takes all of that order with the certainty that is asked for, but an empty one would.
+    pub fn closed_for_next(&self) -> Vec<(usize, Closing)> {
+        let wanted = self.rules.certainty_percent.zip(self.capacity());
+        let Some(((wanted, capacity), next)) = wanted.zip(self.next.as_ref()) else {
+            return Vec::new();
         };
-        self.open.iter().position(is_complete)
+        let percents = self
+            .open
+            .iter()
+            .map(|held| match self.is_for_other(held, next) {
+                true => 0.0,
+                false => self.percent(&capacity, held, next),
+            });
+        let percents: Vec<f64> = percents.collect();
+        let empty = self.percent(&capacity, &Held::default(), next);
+        if empty < wanted || percents.iter().any(|percent| *percent >= wanted) {
+            return Vec::new();
+        }
+        let open = self.open.iter().enumerate().zip(percents);
+        let complete = open.filter(|((_, held), _)| self.is_complete(held));
+        let closings = complete.map(|((container, _), percent)| {
+            let closing = Closing::RestOfOrder {
+                order: Arc::clone(next),
+                rest_m3: self.rest(next).volume_m3,
+                percent,
+            };
+            (container, closing)
+        });
+        closings.collect()
     }
 
     /// Why the item of this arrival may not go into an open container, where it may not. Rules that give way come last.
@@ -247,18 +330,37 @@ impl Orders {
     }
 
     fn no_room(&self, held: &Held, item: &OrderItem) -> Option<Bar> {
-        let is_begun = held.orders.contains(&item.order);
-        let expected_m3 = self.rules.expected_m3.filter(|_| !is_begun)?;
-        if held.orders.is_empty() {
+        if held.orders.is_empty() || held.orders.contains(&item.order) {
             return None;
         }
-        let promised = held.orders.iter().map(|order| self.rest(order).volume_m3);
-        let needed_m3 = held.volume_m3 + promised.sum::<f64>() + self.rest(&item.order).volume_m3;
-        let over_m3 = needed_m3 - expected_m3;
+        if let Some(wanted) = self.rules.certainty_percent {
+            return self.unlikely(held, &item.order, wanted);
+        }
+        let over_m3 = held.volume_m3 + self.needed_m3(held, &item.order) - self.rules.expected_m3?;
         (over_m3 > 0.0).then(|| Bar::NoRoomForOrder {
             order: Arc::clone(&item.order),
             over_m3,
         })
+    }
+
+    fn unlikely(&self, held: &Held, order: &Arc<str>, wanted: f64) -> Option<Bar> {
+        let percent = self.percent(&self.capacity()?, held, order);
+        (percent < wanted).then(|| Bar::OrderUnlikely {
+            order: Arc::clone(order),
+            rest_m3: self.rest(order).volume_m3,
+            percent,
+        })
+    }
+
+    /// With which certainty a container that does not hold anything of an order takes all that is left of it, in percent.
+    fn percent(&self, capacity: &Capacity, held: &Held, order: &Arc<str>) -> f64 {
+        100.0 * capacity.certainty(held.volume_m3, self.needed_m3(held, order))
+    }
+
+    /// What is to come into a container if an order is begun there: the rest of that, and of those that it holds.
+    fn needed_m3(&self, held: &Held, order: &Arc<str>) -> f64 {
+        let promised = held.orders.iter().map(|order| self.rest(order).volume_m3);
+        promised.sum::<f64>() + self.rest(order).volume_m3
     }
 
     /// The open containers that hold something of an order.

@@ -1,8 +1,9 @@
 //! Streams: items that arrive one after another, of orders or not, packed into several open containers. One is closed, and an empty one
-//! opened in its place, where nothing in the buffer has a valid placement in any, or its order is complete.
+//! opened in its place, where nothing in the buffer has a valid placement in any, or a rule says so.
 
 use crate::buffer::Buffer;
 use crate::candidate::Candidate;
+use crate::closing::{Closing, ClosingRules, Fill, Missed};
 use crate::containers::{
     Chosen, ContainerChoice, ContainersStep, Effort, OpenContainer, OpenContainers,
 };
@@ -26,7 +27,7 @@ pub trait ContainerSupply {
 }
 
 /// How a stream is packed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StreamPlay {
     /// Containers that are open at the same time, at least one.
     pub open: usize,
@@ -34,15 +35,8 @@ pub struct StreamPlay {
     pub buffer: usize,
     /// Which of the containers an item goes into.
     pub choice: ContainerChoice,
-}
-
-/// Why a container was closed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Closing {
-    /// Nothing in the buffer had a valid placement in any open container; it was the fullest.
-    NothingFits,
-    /// It was for one order, which is complete.
-    OrderComplete,
+    /// When one is closed though items fit into others.
+    pub closing: ClosingRules,
 }
 
 /// A container and what was packed into it.
@@ -58,6 +52,7 @@ pub struct Filled<C> {
     pub scene: Scene,
     /// Why it was closed; `None` as long as it is open.
     pub closing: Option<Closing>,
+    missed: Missed,
 }
 
 impl<C: PackingCell> Filled<C> {
@@ -72,7 +67,13 @@ impl<C: PackingCell> Filled<C> {
         items.map(|item| item.mesh_volume_m3()).sum()
     }
 
+    /// How full it is, in its grid.
+    fn fill(&self, grid: &Grid) -> Fill {
+        Fill::of(self.placed_m3(), grid.container())
+    }
+
     fn place(&mut self, step: Step) -> Result<(), EpisodeError> {
+        self.missed.forget();
         let number = step.step;
         let failed = |source| EpisodeError::Cell {
             step: number,
@@ -117,6 +118,10 @@ pub fn play_stream<S: ContainerSupply>(
         if buffer.candidates().is_empty() {
             break;
         }
+        while let Some((container, why)) = containers.to_close(grid, buffer.candidates()) {
+            closed.push(containers.close(container, why));
+            containers.open_next(supply, step)?;
+        }
         containers.orders.begin(buffer.candidates());
         let (chosen, effort) = containers.plan(grid, step, buffer.candidates())?;
         let taken = chosen.and_then(|chosen| {
@@ -130,12 +135,12 @@ pub fn play_stream<S: ContainerSupply>(
                 containers.orders.dropped(dropped.arrival);
                 unplaceable.push(dropped);
             }
-        } else if let Some(fullest) = containers.fullest() {
+        } else if let Some(fullest) = containers.fullest(grid) {
             closed.push(containers.close(fullest, Closing::NothingFits));
             containers.open_next(supply, step)?;
         }
-        while let Some(complete) = containers.orders.complete() {
-            closed.push(containers.close(complete, Closing::OrderComplete));
+        while let Some((container, why)) = containers.to_close(grid, buffer.candidates()) {
+            closed.push(containers.close(container, why));
             containers.open_next(supply, step)?;
         }
     }
@@ -165,6 +170,7 @@ struct Containers<C> {
     filled: Vec<Filled<C>>,
     orders: Orders,
     choice: ContainerChoice,
+    closing: ClosingRules,
     opened: usize,
 }
 
@@ -179,6 +185,7 @@ impl<C: PackingCell> Containers<C> {
             filled: Vec::new(),
             orders,
             choice: how.choice,
+            closing: how.closing,
             opened: 0,
         };
         for _ in 0..how.open.max(1) {
@@ -204,6 +211,7 @@ impl<C: PackingCell> Containers<C> {
             steps: Vec::new(),
             scene,
             closing: None,
+            missed: Missed::default(),
         });
         self.opened += 1;
         Ok(())
@@ -237,15 +245,55 @@ impl<C: PackingCell> Containers<C> {
                 .filter_map(|held| orders.bar(at, held.arrival));
             bars.any(|bar| bar.gives_way())
         };
-        if chosen.is_some() || !(0..open.len()).any(is_barred_by_what_gives_way) {
-            return Ok((chosen, effort));
+        let is_decided = chosen.is_some() || !(0..open.len()).any(is_barred_by_what_gives_way);
+        let mut chosen = chosen;
+        if !is_decided {
+            let (other, further) = self.planners.plan(&ContainersStep {
+                admits: &|at, held| may_take(orders, at, held),
+                ..input
+            })?;
+            effort += further;
+            chosen = other;
         }
-        let (chosen, further) = self.planners.plan(&ContainersStep {
-            admits: &|at, held| may_take(orders, at, held),
-            ..input
-        })?;
-        effort += further;
+        self.note_missed(&effort);
         Ok((chosen, effort))
+    }
+
+    fn note_missed(&mut self, effort: &Effort) {
+        for (container, arrival) in &effort.missed {
+            if let Some(filled) = self.filled.get_mut(*container) {
+                filled.missed.note(*arrival, &self.closing);
+            }
+        }
+    }
+
+    /// A container that a rule closes, with these items in the buffer, and why.
+    fn to_close(&mut self, grid: &Grid, candidates: &[Candidate]) -> Option<(usize, Closing)> {
+        let fills = self.fills(grid);
+        let each = self.filled.iter().zip(&fills).enumerate();
+        let mut by_fill = each.filter_map(|(container, (filled, fill))| {
+            let closing = self.closing.closing(fill, &filled.missed)?;
+            Some((container, closing))
+        });
+        if let Some(found) = by_fill.next() {
+            return Some(found);
+        }
+        if self.closing.order_complete
+            && let Some(container) = self.orders.complete()
+        {
+            return Some((container, Closing::OrderComplete));
+        }
+        if !self.closing.rest_of_order {
+            return None;
+        }
+        self.orders.begin(candidates);
+        let closed = self.orders.closed_for_next().into_iter();
+        self.closing.fullest_that_may_leave(&fills, closed)
+    }
+
+    fn fills(&self, grid: &Grid) -> Vec<Fill> {
+        let filled = self.filled.iter();
+        filled.map(|filled| filled.fill(grid)).collect()
     }
 
     fn place(&mut self, step: Step, container: usize) -> Result<(), EpisodeError> {
@@ -266,19 +314,18 @@ impl<C: PackingCell> Containers<C> {
         Some(candidates.iter().position(may_take).unwrap_or(0))
     }
 
-    /// The fullest container; of equal ones that which was opened first.
-    fn fullest(&self) -> Option<usize> {
-        let placed_m3: Vec<f64> = self.filled.iter().map(Filled::placed_m3).collect();
-        let filled = placed_m3.iter().enumerate();
-        // Of equal ones, `min_by` gives the first.
-        let (fullest, _) = filled.min_by(|(_, a), (_, b)| b.total_cmp(a))?;
-        Some(fullest)
+    /// The fullest container that may leave; of equal ones that which was opened first.
+    fn fullest(&self, grid: &Grid) -> Option<usize> {
+        self.closing.fullest(&self.fills(grid))
     }
 
     fn close(&mut self, container: usize, why: Closing) -> Filled<C> {
         self.planners.close(container);
         self.orders.closed(container);
         let mut filled = self.filled.remove(container);
+        if why.is_as_full_as_it_gets() {
+            self.orders.learn(filled.placed_m3());
+        }
         filled.closing = Some(why);
         filled
     }

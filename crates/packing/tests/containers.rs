@@ -12,6 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use ppnpack_packing::candidate::Candidate;
+use ppnpack_packing::closing::ClosingRules;
 use ppnpack_packing::containers::{ContainerChoice, ContainersStep, OpenContainer, OpenContainers};
 use ppnpack_packing::episode::{Ending, IdealCell, PackingCell, Play, play};
 use ppnpack_packing::evaluator::Evaluator;
@@ -130,7 +131,7 @@ proptest! {
     ) {
         let count = items.len();
         let mut supply = Ideal { grid: grid.clone() };
-        let how = StreamPlay { open, buffer, choice: ContainerChoice::Fullest };
+        let how = StreamPlay { open, buffer, choice: ContainerChoice::Fullest, closing: ClosingRules::default() };
         let stream = play_stream(&grid, &mut supply, Candidate::sequence(items), Orders::default(), how).unwrap();
         prop_assert_eq!(stream.open.len(), open);
         let all = || stream.closed.iter().chain(&stream.open);
@@ -152,7 +153,7 @@ proptest! {
         buffer in 1_usize..4,
     ) {
         let mut left = Candidate::sequence(items);
-        let how = StreamPlay { open: 1, buffer, choice: ContainerChoice::Fullest };
+        let how = StreamPlay { open: 1, buffer, choice: ContainerChoice::Fullest, closing: ClosingRules::default() };
         let mut supply = Ideal { grid: grid.clone() };
         let stream = play_stream(&grid, &mut supply, left.clone(), Orders::default(), how).unwrap();
         let mut containers = stream.closed.iter().chain(&stream.open);

@@ -8,8 +8,9 @@ mod source;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use ppnpack_cli::failure::Outcome;
+use ppnpack_cli::failure::{OrInput, Outcome};
 use ppnpack_cli::options::CatalogueOptions;
+use ppnpack_packing::closing::ClosingRules;
 use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::orders::{ContainerRules, Sharing};
 use ppnpack_packing::stream::StreamPlay;
@@ -49,6 +50,27 @@ pub(crate) struct StreamArguments {
     /// into that
     #[arg(long, value_name = "LITRES", value_parser = parse_litres, conflicts_with = "sequences")]
     expected_litres: Option<f64>,
+
+    /// By how much containers differ in that: the standard deviation, in litres
+    #[arg(long, value_name = "LITRES", value_parser = parse_litres, requires_all = ["expected_litres", "certainty"])]
+    spread_litres: Option<f64>,
+
+    /// With how much certainty the rest of an order has to fit into a container to be begun there, in percent; where it fits so into no open
+    /// one, one whose orders are complete is closed
+    #[arg(long, value_name = "PERCENT", value_parser = parse_percent, conflicts_with = "sequences")]
+    certainty: Option<f64>,
+
+    /// A container is closed where none of the last so many items that were looked at in it fitted
+    #[arg(long, value_name = "COUNT")]
+    none_of_last: Option<usize>,
+
+    /// A container is closed as soon as its items fill so many percent of its volume
+    #[arg(long, value_name = "PERCENT", value_parser = parse_percent)]
+    full_at: Option<f64>,
+
+    /// One that is filled less than so many percent is not closed because items do not fit, while another may be
+    #[arg(long, value_name = "PERCENT", value_parser = parse_percent)]
+    least_fill: Option<f64>,
 
     /// The first stream
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
@@ -154,6 +176,18 @@ impl StreamArguments {
             apart: self.apart.clone(),
             most_kg: self.most_kg,
             expected_m3: self.expected_litres.map(|litres| litres * 1e-3),
+            spread_m3: self.spread_litres.map(|litres| litres * 1e-3),
+            certainty_percent: self.certainty,
+        }
+    }
+
+    fn closing(&self, sharing: Sharing) -> ClosingRules {
+        ClosingRules {
+            least_fill_percent: self.least_fill,
+            fill_percent: self.full_at,
+            none_of_last: self.none_of_last,
+            rest_of_order: self.certainty.is_some(),
+            order_complete: sharing == Sharing::OneOrder,
         }
     }
 }
@@ -178,13 +212,20 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
                 open: usize::from(setting.open),
                 buffer: way.method.buffer,
                 choice: arguments.choice.of_containers(),
+                closing: arguments.closing(setting.sharing),
             },
         };
+        let possible = packing
+            .how
+            .closing
+            .validate(&packing.rules, packing.how.choice);
+        possible.or_input()?;
         let settings = (
             catalogue.content_hash(),
             &way,
             &apart,
             &packing.rules,
+            packing.how.closing,
             setting.open,
             arguments.choice,
         );
@@ -216,6 +257,12 @@ fn parse_mass_kg(text: &str) -> Result<f64, String> {
 
 fn parse_litres(text: &str) -> Result<f64, String> {
     parse_positive(text, "volume", "13")
+}
+
+fn parse_percent(text: &str) -> Result<f64, String> {
+    let percent = text.parse::<f64>().ok();
+    let percent = percent.filter(|percent| (1.0..=100.0).contains(percent));
+    percent.ok_or_else(|| format!("'{text}' is no percentage of 1 to 100: write it like 85"))
 }
 
 fn parse_positive(text: &str, what: &str, example: &str) -> Result<f64, String> {

@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
+use ppnpack_packing::closing::Closing;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::orders::{ContainerRules, Orders};
 use ppnpack_packing::plan::{Planner, StageError};
-use ppnpack_packing::stream::{Closing, ContainerSupply, Filled, StreamPlay, play_stream};
+use ppnpack_packing::stream::{ContainerSupply, Filled, StreamPlay, play_stream};
 use ppnpack_physics::outcome::is_unsteady;
 use ppnpack_physics::packing_cell::SimulatedPackingCell;
 use serde::{Deserialize, Serialize};
@@ -40,8 +41,8 @@ pub(super) struct Container {
     pub(super) placed: usize,
     pub(super) meshes_m3: f64,
     pub(super) unsteady: usize,
-    /// Whether it was closed as its order was complete.
-    pub(super) is_complete: bool,
+    /// The rule by which it was closed, where it was.
+    pub(super) closed_by: Option<String>,
 }
 
 /// What streams are packed with.
@@ -138,7 +139,11 @@ impl Container {
             unsteady: reports()
                 .filter(|report| is_unsteady(report.toppled, report.slide_m, report.inside))
                 .count(),
-            is_complete: filled.closing == Some(Closing::OrderComplete),
+            closed_by: filled
+                .closing
+                .as_ref()
+                .map(Closing::rule)
+                .map(str::to_owned),
         }
     }
 }

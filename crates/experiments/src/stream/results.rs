@@ -1,5 +1,7 @@
 //! What packing streams came to.
 
+use std::collections::BTreeMap;
+
 use ppnpack_packing::orders::Sharing;
 use serde::Serialize;
 
@@ -37,8 +39,9 @@ struct Line {
     /// In how many containers an order is.
     containers_an_order: Mean,
     in_one_container_percent: f64,
-    closed_as_complete: usize,
     closed: usize,
+    /// How many, by the rules that closed them.
+    closed_by: BTreeMap<String, usize>,
     /// Of a closed container: the mean over streams of their means.
     meshes_cm3: Mean,
     /// To the first line, stream by stream.
@@ -109,7 +112,7 @@ impl Line {
             used_difference,
             containers_an_order: Mean::of(runs.iter().map(an_order)),
             in_one_container_percent: percentage(in_one, of_orders().count()),
-            closed_as_complete: all().filter(|container| container.is_complete).count(),
+            closed_by: counted(all().filter_map(|container| container.closed_by.clone())),
             closed: runs.iter().map(|run| run.closed.len()).sum(),
             meshes_cm3: Mean::of(runs.iter().map(cm3)),
             difference_percent: 100.0 * difference_cm3.mean / compared,
@@ -123,6 +126,15 @@ impl Line {
             decision_95_s,
         }
     }
+}
+
+/// How often each comes.
+fn counted(rules: impl Iterator<Item = String>) -> BTreeMap<String, usize> {
+    let mut counts = BTreeMap::new();
+    for rule in rules {
+        *counts.entry(rule).or_default() += 1;
+    }
+    counts
 }
 
 impl<'a> Results<'a> {
@@ -159,7 +171,7 @@ impl<'a> Results<'a> {
         let mut text = format!(
             "# Streams: several containers open\n\n\
              {} streams of {} from stream {} on, method *{}*, buffer of {}. An item goes into {choice}. Where nothing in the buffer \
-             has a valid placement in any, the fullest is closed and an empty one opened. Volumes are of closed containers: the mean of \
+             has a valid placement in any, the fullest is closed and an empty one opened; other rules that closed containers are named below. Volumes are of closed containers: the mean of \
              each stream, then over streams; differences are to the first line, stream by stream, with 95 % intervals by Student's t. \
              *Unsteady* is what toppled by more than 30 degrees, slid by more than 2 cm or left the container when it was placed. \
              Decision times are of one step on one thread, {} streams at once. Machine: {}.\n\n\
@@ -194,25 +206,40 @@ impl<'a> Results<'a> {
         if self.has_orders {
             text += &self.orders_markdown();
         }
+        text + &self.closings_markdown()
+    }
+
+    /// Why containers were closed.
+    fn closings_markdown(&self) -> String {
+        let mut text =
+            "\nWhy containers were closed:\n\n| open | closed | by |\n|---|---|---|\n".to_owned();
+        for line in &self.lines {
+            let by = line
+                .closed_by
+                .iter()
+                .map(|(rule, count)| format!("{rule}: {count}"));
+            let by: Vec<String> = by.collect();
+            let open = line.setting.shown(self.has_orders);
+            text += &format!("| {open} | {} | {} |\n", line.closed, by.join(", "));
+        }
         text
     }
 
     fn orders_markdown(&self) -> String {
         let mut text = "\nContainers in which something was packed, open ones at the end among them; differences are to the first line, stream by \
-                        stream. *Closed as complete* are those whose one order was complete.\n\n\
-                        | open | containers used | difference | | containers an order | orders in one container | closed as complete |\n\
-                        |---|---|---|---|---|---|---|\n"
+                        stream.\n\n\
+                        | open | containers used | difference | | containers an order | orders in one container |\n\
+                        |---|---|---|---|---|---|\n"
             .to_owned();
         for line in &self.lines {
             text += &format!(
-                "| {} | {} | {} | {:+.1} % | {} | {:.1} % | {} |\n",
+                "| {} | {} | {} | {:+.1} % | {} | {:.1} % |\n",
                 line.setting.shown(true),
                 line.used.shown(1),
                 line.used_difference.shown(1),
                 line.used_difference_percent,
                 line.containers_an_order.shown(2),
-                line.in_one_container_percent,
-                line.closed_as_complete
+                line.in_one_container_percent
             );
         }
         text

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use ppnpack_packing::closing::ClosingRules;
 use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings};
 use ppnpack_packing::method::{Method, ProposalSource};
-use ppnpack_packing::orders::{ContainerRules, Sharing};
+use ppnpack_packing::orders::ContainerRules;
 use ppnpack_packing::search::Search;
 use ppnpack_physics::twin::TwinSettings;
 use ppnpack_robot::error::ParameterError;
@@ -115,12 +116,9 @@ pub struct ClosingSettings {
     /// Whether the bridge brings an empty container for each that is closed so. In automatic mode the fullest is closed then where
     /// nothing in the buffer has a valid placement; otherwise the automatic mode ends.
     pub renews: bool,
-    /// Closed as soon as its items fill so many percent of its volume, 1 to 100; where it is not given, that closes none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub fill_percent: Option<f64>,
-    /// With rules.sharing = "one-order": closed as soon as all items are in it that were announced of its order. Announce all of an
-    /// order before the last of them is packed.
-    pub order_complete: bool,
+    /// By which rules; the keys stand beside. With `order_complete`, announce all of an order before the last of it is packed.
+    #[serde(flatten)]
+    pub rules: ClosingRules,
 }
 
 /// A container of a cell, and how it is planned.
@@ -236,13 +234,24 @@ impl CellSettings {
         if let Some(expected_m3) = rules.expected_m3 {
             in_range("rules.expected_m3", expected_m3, 1e-9..=1e3)?;
         }
-        if self.closing.order_complete && rules.sharing != Sharing::OneOrder {
-            return Err(
-                "closing.order_complete: containers are shared: set rules.sharing to \"one-order\", or leave it out"
-                    .to_owned(),
-            );
+        match (rules.certainty_percent, rules.spread_m3, rules.expected_m3) {
+            (None, Some(_), _) => {
+                let remedy = "rules.spread_m3: it says nothing without a certainty: set rules.certainty_percent, or leave it out";
+                return Err(remedy.to_owned());
+            }
+            (Some(_), Some(_), None) => {
+                let remedy =
+                    "rules.spread_m3: of what is not given: set rules.expected_m3, or leave it out";
+                return Err(remedy.to_owned());
+            }
+            (Some(percent), spread_m3, _) => {
+                in_range("rules.certainty_percent", percent, 1.0..=99.9)?;
+                in_range("rules.spread_m3", spread_m3.unwrap_or_default(), 0.0..=1e3)?;
+            }
+            (None, None, _) => {}
         }
-        Ok(())
+        let possible = self.closing.rules.validate(rules, self.choice);
+        possible.map_err(|error| error.to_string())
     }
 
     /// Whether a search has room for what every one takes.
@@ -272,9 +281,6 @@ impl CellSettings {
         set_aside_in_range(self.set_aside)?;
         in_range("poses", self.poses, 1..=MAX_POSES)?;
         self.validate_rules()?;
-        if let Some(percent) = self.closing.fill_percent {
-            in_range("closing.fill_percent", percent, 1.0..=100.0)?;
-        }
         let candidates = method.buffer * self.poses;
         if candidates > MAX_CANDIDATES {
             return Err(format!(
@@ -447,6 +453,55 @@ mod tests {
             let refusal = with_poses(poses, buffer).unwrap_err();
             assert!(refusal.contains("poses"), "{refusal}");
         }
+    }
+
+    #[test]
+    fn closing_rules_that_do_not_go_together_are_refused_with_what_to_do() {
+        let validated = |text: &str| {
+            let cell: CellSettings = toml::from_str(text).unwrap();
+            cell.validate()
+        };
+        let possible = "rules = { expected_m3 = 0.01, spread_m3 = 0.001, certainty_percent = 80 }\n\
+                        closing = { renews = true, none_of_last = 12, least_fill_percent = 40, rest_of_order = true }";
+        assert_eq!(validated(possible), Ok(()));
+        let cell: CellSettings = toml::from_str(possible).unwrap();
+        let written = toml::to_string(&cell).unwrap();
+        assert_eq!(toml::from_str::<CellSettings>(&written).unwrap(), cell);
+        for (text, remedy) in [
+            (
+                "choice = \"best\"\nclosing = { none_of_last = 12 }",
+                "set choice to",
+            ),
+            ("closing = { none_of_last = 0 }", "at least 1"),
+            ("closing = { fill_percent = 101 }", "1 to 100 percent"),
+            (
+                "closing = { least_fill_percent = 80, fill_percent = 70 }",
+                "no more than that",
+            ),
+            (
+                "closing = { rest_of_order = true }",
+                "set rules.certainty_percent",
+            ),
+            ("closing = { order_complete = true }", "set rules.sharing"),
+            (
+                "rules = { expected_m3 = 0.01, spread_m3 = 0.001 }",
+                "set rules.certainty_percent",
+            ),
+            (
+                "rules = { certainty_percent = 80, spread_m3 = 0.001 }",
+                "set rules.expected_m3",
+            ),
+            (
+                "rules = { certainty_percent = 100 }",
+                "rules.certainty_percent",
+            ),
+        ] {
+            let refused = validated(text).unwrap_err();
+            assert!(refused.contains(remedy), "{refused}");
+        }
+        let unknown = toml::from_str::<CellSettings>("closing = { none_of_the_last = 3 }");
+        let unknown = unknown.unwrap_err().to_string();
+        assert!(unknown.contains("none_of_the_last"), "{unknown}");
     }
 
     #[test]

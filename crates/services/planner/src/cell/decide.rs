@@ -34,6 +34,8 @@ struct Found {
     plan: Plan,
     /// Over all containers.
     timings: Timings,
+    /// Containers, and the arrivals of items that have no valid placement there.
+    missed: Vec<(String, Vec<usize>)>,
 }
 
 impl CellPlanner {
@@ -57,6 +59,9 @@ impl CellPlanner {
             let prepared = self.prepare(items, deadline)?;
             let waited = started.elapsed();
             let found = self.plan(&prepared, alternatives)?;
+            for (container, arrivals) in &found.missed {
+                self.note_missed(container, arrivals);
+            }
             if let Some(choice) = found.plan.choice() {
                 break (prepared, found, choice, waited);
             }
@@ -159,9 +164,10 @@ impl CellPlanner {
         if !prepared.has_what_gives_way() {
             return Ok(found);
         }
-        let before = found.timings;
+        let before = found;
         let mut found = self.plan_by(prepared, alternatives, true)?;
-        found.timings += before;
+        found.timings += before.timings;
+        found.missed.extend(before.missed);
         Ok(found)
     }
 
@@ -174,6 +180,7 @@ impl CellPlanner {
         let mut best: Option<Found> = None;
         let mut timings = Timings::default();
         let mut emptiest = None;
+        let mut missed = Vec::new();
         for (container, at) in prepared.containers.iter().enumerate() {
             let candidates = prepared.admitted(at, gives_way);
             let least = best.as_ref().and_then(|best| best.plan.choice());
@@ -188,11 +195,16 @@ impl CellPlanner {
             };
             timings += plan.timings();
             let value = plan.choice().map(|choice| choice.value);
+            if value.is_none() && step.below.is_none() {
+                let arrivals = candidates.iter().map(|held| held.arrival).collect();
+                missed.push((at.name.clone(), arrivals));
+            }
             let found = Found {
                 container,
                 candidates,
                 plan,
                 timings,
+                missed: Vec::new(),
             };
             match value {
                 None => emptiest = Some(found),
@@ -205,7 +217,11 @@ impl CellPlanner {
         }
         let none = || Refusal::new(Status::Failed, "no container was planned on");
         let found = best.or(emptiest).ok_or_else(none)?;
-        Ok(Found { timings, ..found })
+        Ok(Found {
+            timings,
+            missed,
+            ..found
+        })
     }
 
     /// Whether a container is searched no further than to a value.

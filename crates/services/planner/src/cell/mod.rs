@@ -41,7 +41,7 @@ use crate::planning::Helpers;
 use crate::settings::CellSettings;
 use crate::store::{Store, StoreError};
 use automatic::Automatic;
-use closing::Done;
+use closing::{Done, MissedIn};
 use inspect::ToInspect;
 use place::Place;
 use ppnpack_protocol::session::{End, Session, SessionError, SessionItem};
@@ -100,6 +100,8 @@ pub(crate) struct CellPlanner {
     plans: PendingRequests<Incoming<v1::PlanRequest>>,
     automatic: Automatic,
     closing: Done,
+    /// Of containers, by their names: which items were looked at there in vain.
+    missed: BTreeMap<String, MissedIn>,
     own: Own,
 }
 
@@ -188,6 +190,7 @@ impl CellPlanner {
             plans: PendingRequests::new(MOST_PLANS),
             automatic: Automatic::default(),
             closing: Done::default(),
+            missed: BTreeMap::new(),
             own,
         };
         planner.must_have_its_containers()?;
