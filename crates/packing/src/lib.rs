@@ -67,6 +67,7 @@ pub mod resting;
 pub mod rules;
 pub mod scene_value;
 pub mod search;
+pub mod sizes;
 pub mod stability;
 pub mod step;
 pub mod stream;

@@ -211,6 +211,12 @@ impl Orders {
         }
     }
 
+    /// What is left of the first order that waits and was begun nowhere, in cubic metres.
+    pub fn next_m3(&self) -> Option<f64> {
+        let next = self.next.as_ref()?;
+        Some(self.rest(next).volume_m3)
+    }
+
     /// The order of an item.
     pub fn order_of(&self, arrival: usize) -> Option<&Arc<str>> {
         self.items.get(&arrival).map(|item| &item.order)

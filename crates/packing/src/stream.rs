@@ -1,6 +1,8 @@
 //! Streams: items that arrive one after another, of orders or not, packed into several open containers. One is closed, and an empty one
 //! opened in its place, where nothing in the buffer has a valid placement in any, or a rule says so.
 
+use std::collections::BTreeMap;
+
 use crate::buffer::Buffer;
 use crate::candidate::Candidate;
 use crate::closing::{Closing, ClosingRules, Fill, Missed};
@@ -13,17 +15,18 @@ use crate::heightmap::Scene;
 use crate::metrics::PackedVolume;
 use crate::orders::Orders;
 use crate::plan::{Planner, StageError};
+use crate::sizes::size_to_open;
 
 /// Where empty containers come from.
 pub trait ContainerSupply {
     /// A container with its cell.
     type Cell: PackingCell;
 
-    /// An empty container, the `number`th from 0, and who plans for it.
+    /// An empty container, the `number`th from 0, and who plans for it; its grid is one of those of the stream.
     ///
     /// # Errors
     /// What keeps it from coming.
-    fn next(&mut self, number: usize) -> Result<(Planner, Self::Cell), StageError>;
+    fn next(&mut self, number: usize, grid: &Grid) -> Result<(Planner, Self::Cell), StageError>;
 }
 
 /// How a stream is packed.
@@ -37,6 +40,8 @@ pub struct StreamPlay {
     pub choice: ContainerChoice,
     /// When one is closed though items fit into others.
     pub closing: ClosingRules,
+    /// How full containers are expected to become, in percent: where there are several sizes, the one to open is chosen by that.
+    pub expected_percent: f64,
 }
 
 /// A container and what was packed into it.
@@ -44,6 +49,8 @@ pub struct StreamPlay {
 pub struct Filled<C> {
     /// Its number, in the order in which they were opened.
     pub number: usize,
+    /// Its grid, which says its size.
+    pub grid: Grid,
     /// Its cell.
     pub cell: C,
     /// What was packed into it, in order; the numbers of the steps are those of the stream.
@@ -57,8 +64,10 @@ pub struct Filled<C> {
 
 impl<C: PackingCell> Filled<C> {
     /// The volume of the items that are inside it.
-    pub fn packed(&self, grid: &Grid) -> PackedVolume {
-        packed_volume(grid, &self.steps, |arrival| self.cell.is_inside(arrival))
+    pub fn packed(&self) -> PackedVolume {
+        packed_volume(&self.grid, &self.steps, |arrival| {
+            self.cell.is_inside(arrival)
+        })
     }
 
     /// The volume of the items that were placed in it, in cubic metres.
@@ -67,9 +76,9 @@ impl<C: PackingCell> Filled<C> {
         items.map(|item| item.mesh_volume_m3()).sum()
     }
 
-    /// How full it is, in its grid.
-    fn fill(&self, grid: &Grid) -> Fill {
-        Fill::of(self.placed_m3(), grid.container())
+    /// How full it is.
+    fn fill(&self) -> Fill {
+        Fill::of(self.placed_m3(), self.grid.container())
     }
 
     fn place(&mut self, step: Step) -> Result<(), EpisodeError> {
@@ -99,31 +108,31 @@ pub struct Stream<C> {
     pub unplaceable: Vec<Candidate>,
 }
 
-/// Packs a stream. Rules of orders that give way are kept as long as something can be packed so.
+/// Packs a stream into containers of these sizes: of each that is opened it is chosen by what waits. Rules of orders that give way are kept as long as something can be packed so.
 ///
 /// # Errors
 /// [`EpisodeError`] where planning, a cell or the supply failed.
 pub fn play_stream<S: ContainerSupply>(
-    grid: &Grid,
+    sizes: &[Grid],
     supply: &mut S,
     sequence: Vec<Candidate>,
     orders: Orders,
     how: StreamPlay,
 ) -> Result<Stream<S::Cell>, EpisodeError> {
     let mut buffer = Buffer::new(sequence, how.buffer);
-    let mut containers = Containers::new(supply, orders, how)?;
+    let mut containers = Containers::new(sizes, supply, orders, how, buffer.candidates())?;
     let mut closed = Vec::new();
     let mut unplaceable = Vec::new();
     for step in 0.. {
         if buffer.candidates().is_empty() {
             break;
         }
-        while let Some((container, why)) = containers.to_close(grid, buffer.candidates()) {
+        while let Some((container, why)) = containers.to_close(buffer.candidates()) {
             closed.push(containers.close(container, why));
-            containers.open_next(supply, step)?;
+            containers.open_next(supply, step, buffer.candidates())?;
         }
         containers.orders.begin(buffer.candidates());
-        let (chosen, effort) = containers.plan(grid, step, buffer.candidates())?;
+        let (chosen, effort) = containers.plan(step, buffer.candidates())?;
         let taken = chosen.and_then(|chosen| {
             let candidate = buffer.take(chosen.placement.candidate)?;
             Some((candidate, chosen))
@@ -135,13 +144,13 @@ pub fn play_stream<S: ContainerSupply>(
                 containers.orders.dropped(dropped.arrival);
                 unplaceable.push(dropped);
             }
-        } else if let Some(fullest) = containers.fullest(grid) {
+        } else if let Some(fullest) = containers.fullest() {
             closed.push(containers.close(fullest, Closing::NothingFits));
-            containers.open_next(supply, step)?;
+            containers.open_next(supply, step, buffer.candidates())?;
         }
-        while let Some((container, why)) = containers.to_close(grid, buffer.candidates()) {
+        while let Some((container, why)) = containers.to_close(buffer.candidates()) {
             closed.push(containers.close(container, why));
-            containers.open_next(supply, step)?;
+            containers.open_next(supply, step, buffer.candidates())?;
         }
     }
     Ok(Stream {
@@ -165,7 +174,9 @@ fn done(step: u64, candidate: Candidate, chosen: &Chosen, effort: Effort) -> Ste
 }
 
 /// The open containers of a stream, and who plans for them.
-struct Containers<C> {
+struct Containers<'a, C> {
+    sizes: &'a [Grid],
+    expected_percent: f64,
     planners: OpenContainers,
     filled: Vec<Filled<C>>,
     orders: Orders,
@@ -174,13 +185,17 @@ struct Containers<C> {
     opened: usize,
 }
 
-impl<C: PackingCell> Containers<C> {
+impl<'a, C: PackingCell> Containers<'a, C> {
     fn new<S: ContainerSupply<Cell = C>>(
+        sizes: &'a [Grid],
         supply: &mut S,
         orders: Orders,
         how: StreamPlay,
+        waiting: &[Candidate],
     ) -> Result<Self, EpisodeError> {
         let mut containers = Self {
+            sizes,
+            expected_percent: how.expected_percent,
             planners: OpenContainers::default(),
             filled: Vec::new(),
             orders,
@@ -189,7 +204,7 @@ impl<C: PackingCell> Containers<C> {
             opened: 0,
         };
         for _ in 0..how.open.max(1) {
-            containers.open_next(supply, 0)?;
+            containers.open_next(supply, 0, waiting)?;
         }
         Ok(containers)
     }
@@ -198,15 +213,19 @@ impl<C: PackingCell> Containers<C> {
         &mut self,
         supply: &mut S,
         step: u64,
+        waiting: &[Candidate],
     ) -> Result<(), EpisodeError> {
         let failed = |source| EpisodeError::Cell { step, source };
         let number = self.opened;
-        let (planner, mut cell) = supply.next(number).map_err(failed)?;
+        let grid = self.size_to_open(waiting);
+        let grid = grid.ok_or_else(|| failed("there is no size of containers".into()))?;
+        let (planner, mut cell) = supply.next(number, grid).map_err(failed)?;
         let scene = cell.scan().map_err(failed)?;
         self.planners.open(planner);
         self.orders.opened();
         self.filled.push(Filled {
             number,
+            grid: grid.clone(),
             cell,
             steps: Vec::new(),
             scene,
@@ -217,15 +236,27 @@ impl<C: PackingCell> Containers<C> {
         Ok(())
     }
 
+    /// The size for what waits: the first order that is begun nowhere, and without one the buffer.
+    fn size_to_open(&mut self, waiting: &[Candidate]) -> Option<&'a Grid> {
+        self.orders.begin(waiting);
+        let arrivals: BTreeMap<usize, f64> = waiting
+            .iter()
+            .map(|held| (held.arrival, held.item.mesh_volume_m3()))
+            .collect();
+        let waiting_m3 = self.orders.next_m3();
+        let waiting_m3 = waiting_m3.unwrap_or_else(|| arrivals.values().sum());
+        let at = size_to_open(self.sizes, waiting, waiting_m3, self.expected_percent)?;
+        self.sizes.get(at)
+    }
+
     /// Plans by all rules, and without those that give way where nothing can be packed by them.
     fn plan(
         &mut self,
-        grid: &Grid,
         step: u64,
         candidates: &[Candidate],
     ) -> Result<(Option<Chosen>, Effort), EpisodeError> {
         let open = self.filled.iter().map(|filled| OpenContainer {
-            grid,
+            grid: &filled.grid,
             scene: &filled.scene,
             filled_m3: filled.placed_m3(),
         });
@@ -268,8 +299,8 @@ impl<C: PackingCell> Containers<C> {
     }
 
     /// A container that a rule closes, with these items in the buffer, and why.
-    fn to_close(&mut self, grid: &Grid, candidates: &[Candidate]) -> Option<(usize, Closing)> {
-        let fills = self.fills(grid);
+    fn to_close(&mut self, candidates: &[Candidate]) -> Option<(usize, Closing)> {
+        let fills = self.fills();
         let each = self.filled.iter().zip(&fills).enumerate();
         let mut by_fill = each.filter_map(|(container, (filled, fill))| {
             let closing = self.closing.closing(fill, &filled.missed)?;
@@ -291,9 +322,8 @@ impl<C: PackingCell> Containers<C> {
         self.closing.fullest_that_may_leave(&fills, closed)
     }
 
-    fn fills(&self, grid: &Grid) -> Vec<Fill> {
-        let filled = self.filled.iter();
-        filled.map(|filled| filled.fill(grid)).collect()
+    fn fills(&self) -> Vec<Fill> {
+        self.filled.iter().map(Filled::fill).collect()
     }
 
     fn place(&mut self, step: Step, container: usize) -> Result<(), EpisodeError> {
@@ -315,8 +345,8 @@ impl<C: PackingCell> Containers<C> {
     }
 
     /// The fullest container that may leave; of equal ones that which was opened first.
-    fn fullest(&self, grid: &Grid) -> Option<usize> {
-        self.closing.fullest(&self.fills(grid))
+    fn fullest(&self) -> Option<usize> {
+        self.closing.fullest(&self.fills())
     }
 
     fn close(&mut self, container: usize, why: Closing) -> Filled<C> {

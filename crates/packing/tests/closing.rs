@@ -16,11 +16,12 @@ use ppnpack_packing::capacity::{Capacity, LEAST_LEARNED};
 use ppnpack_packing::closing::{Closing, ClosingError, ClosingRules, Fill};
 use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::episode::{IdealCell, PackingCell};
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::item::Item;
+use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
+use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::objective::Heuristic;
 use ppnpack_packing::orders::{Bar, ContainerRules, OrderItem, Orders, Sharing};
 use ppnpack_packing::plan::StepInput;
+use ppnpack_packing::sizes::size_to_open;
 use ppnpack_packing::stream::{Filled, StreamPlay, play_stream};
 use proptest::prelude::*;
 use support::ideal::{Ideal, planner};
@@ -165,6 +166,23 @@ fn streams() -> impl Strategy<Value = (Grid, Vec<Arc<Item>>)> {
     })
 }
 
+/// A container of so many centimetres, in cells of one and heights of 2 mm.
+fn sized(x: usize, y: usize, z: usize) -> Grid {
+    let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(1).unwrap());
+    let container = ContainerSize {
+        x_m: x as f64 * 0.01,
+        y_m: y as f64 * 0.01,
+        z_m: z as f64 * 0.01,
+    };
+    Grid::new(container, resolution.unwrap()).unwrap()
+}
+
+fn block(nx: usize, ny: usize, height: u16) -> Arc<Item> {
+    let cells = nx * ny;
+    let view = ViewSurfaces::of_cells(nx, ny, vec![height as _; cells], vec![0; cells]);
+    Arc::new(Item::new("block", vec![view], 0.0).unwrap())
+}
+
 fn closing_rules() -> impl Strategy<Value = ClosingRules> {
     let least = proptest::option::of(1.0..40.0_f64);
     let full = proptest::option::of(40.0..100.0_f64);
@@ -187,12 +205,40 @@ proptest! {
         open in 1_usize..4,
         buffer in 1_usize..4,
     ) {
-        let how = StreamPlay { open, buffer, choice: ContainerChoice::Fullest, closing };
-        let mut supply = Ideal { grid: grid.clone() };
+        let how = StreamPlay { open, buffer, choice: ContainerChoice::Fullest, closing, expected_percent: 40.0 };
+        let mut supply = Ideal;
         let arriving = Candidate::sequence(items);
-        let stream = play_stream(&grid, &mut supply, arriving.clone(), Orders::default(), how).unwrap();
+        let stream = play_stream(std::slice::from_ref(&grid), &mut supply, arriving.clone(), Orders::default(), how).unwrap();
         let found: Told = stream.closed.iter().chain(&stream.open).map(told).collect();
         prop_assert_eq!(found, slowly(&grid, arriving, how));
+    }
+
+    #[test]
+    fn the_size_to_open_is_the_smallest_of_those_that_take_all(
+        sides in proptest::collection::vec((4_usize..9, 4_usize..9, 4_usize..9), 1..5),
+        items in proptest::collection::vec((1_usize..12, 1_usize..12, 1_u16..60), 0..5),
+        waiting_litres in 0.0..1.0_f64,
+    ) {
+        let sizes: Vec<Grid> = sides.iter().map(|(x, y, z)| sized(*x, *y, *z)).collect();
+        let waiting: Vec<Arc<Item>> = items.iter().map(|(nx, ny, height)| block(*nx, *ny, *height)).collect();
+        let waiting = Candidate::sequence(waiting);
+        let found = size_to_open(&sizes, &waiting, waiting_litres * 1e-3, 50.0).unwrap();
+        // In centimetres, of which a height has five units.
+        let litres = |at: usize| (sides[at].0 * sides[at].1 * sides[at].2) as f64 * 1e-3;
+        let takes = |at: usize, (nx, ny, height): (usize, usize, u16)| {
+            nx <= sides[at].0 && ny <= sides[at].1 && usize::from(height) <= 5 * sides[at].2
+        };
+        let counted: Vec<_> = items.iter().filter(|item| (0..sizes.len()).any(|at| takes(at, **item))).collect();
+        let able: Vec<usize> = (0..sizes.len()).filter(|at| counted.iter().all(|item| takes(*at, **item))).collect();
+        let enough: Vec<usize> = able.iter().copied().filter(|at| litres(*at) * 0.5 >= waiting_litres).collect();
+        if !enough.is_empty() {
+            prop_assert!(enough.contains(&found));
+            prop_assert!(enough.iter().all(|at| litres(*at) >= litres(found)));
+        } else {
+            let among = if able.is_empty() { (0..sizes.len()).collect() } else { able };
+            prop_assert!(among.contains(&found));
+            prop_assert!(among.iter().all(|at| litres(*at) <= litres(found)));
+        }
     }
 
     #[test]
@@ -210,6 +256,39 @@ proptest! {
         prop_assert!((found - expected).abs() < 1e-4, "{found} {expected}");
         prop_assert!(capacity.certainty(held, further + 0.1) <= found);
     }
+}
+
+#[test]
+fn a_stream_opens_the_size_that_its_next_order_needs() {
+    let sizes = [sized(6, 6, 6), sized(9, 9, 9)];
+    // 0.2 litres of order a, then 0.05 of order b; half of the small containers are 0.108 litres.
+    let volumes = [("a", 1e-4), ("a", 1e-4), ("b", 5e-5)];
+    let items = volumes.map(|(order, volume_m3)| item(order, volume_m3));
+    let rules = ContainerRules {
+        sharing: Sharing::OneOrder,
+        ..ContainerRules::default()
+    };
+    let orders = Orders::new(rules, items.into_iter().enumerate());
+    let how = StreamPlay {
+        open: 1,
+        buffer: 3,
+        choice: ContainerChoice::Fullest,
+        closing: ClosingRules {
+            order_complete: true,
+            ..ClosingRules::default()
+        },
+        expected_percent: 50.0,
+    };
+    let blocks = Candidate::sequence((0..3).map(|_| block(3, 3, 5)));
+    let stream = play_stream(&sizes, &mut Ideal, blocks, orders, how).unwrap();
+    let opened = stream.closed.iter().map(|filled| filled.grid.nx());
+    assert_eq!(opened.collect::<Vec<usize>>(), [9, 6]);
+    assert!(
+        stream
+            .closed
+            .iter()
+            .all(|filled| filled.closing == Some(Closing::OrderComplete))
+    );
 }
 
 #[test]

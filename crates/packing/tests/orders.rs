@@ -147,9 +147,17 @@ fn pack(rules: &ContainerRules, items: &[OrderItem], open: usize) -> Stream<Idea
             order_complete: rules.sharing == Sharing::OneOrder,
             ..ClosingRules::default()
         },
+        expected_percent: 40.0,
     };
-    let mut supply = Ideal { grid: grid.clone() };
-    play_stream(&grid, &mut supply, blocks, orders, how).unwrap()
+    let mut supply = Ideal;
+    play_stream(
+        std::slice::from_ref(&grid),
+        &mut supply,
+        blocks,
+        orders,
+        how,
+    )
+    .unwrap()
 }
 
 fn all(stream: &Stream<IdealCell>) -> impl Iterator<Item = &Filled<IdealCell>> {

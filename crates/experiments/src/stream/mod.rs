@@ -12,6 +12,7 @@ use ppnpack_cli::failure::{OrInput, Outcome};
 use ppnpack_cli::options::CatalogueOptions;
 use ppnpack_packing::closing::ClosingRules;
 use ppnpack_packing::containers::ContainerChoice;
+use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings};
 use ppnpack_packing::orders::{ContainerRules, Sharing};
 use ppnpack_packing::stream::StreamPlay;
 use serde::Serialize;
@@ -71,6 +72,15 @@ pub(crate) struct StreamArguments {
     /// One that is filled less than so many percent is not closed because items do not fit, while another may be
     #[arg(long, value_name = "PERCENT", value_parser = parse_percent)]
     least_fill: Option<f64>,
+
+    /// The sizes of containers that there are, in metres, such as 0.3x0.2x0.2: of each that is opened it is chosen by what waits [default:
+    /// that of the method]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parse_size)]
+    sizes: Vec<ContainerSize>,
+
+    /// How full containers are expected to become, in percent, where a size is chosen
+    #[arg(long, value_name = "PERCENT", value_parser = parse_percent, default_value_t = 40.0, requires = "sizes")]
+    expected_fill: f64,
 
     /// The first stream
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
@@ -162,6 +172,22 @@ impl StreamArguments {
         first.into_iter().chain(shared).collect()
     }
 
+    /// The grids of the containers that there are.
+    fn grids(&self, way: &Way) -> Outcome<Vec<Grid>> {
+        let usual = match self.sizes.is_empty() {
+            true => vec![way.grid.container],
+            false => self.sizes.clone(),
+        };
+        let grids = usual.into_iter().map(|container| {
+            let grid = GridSettings {
+                container,
+                ..way.grid
+            };
+            grid.build().or_input()
+        });
+        grids.collect()
+    }
+
     fn wanted(&self) -> Wanted {
         Wanted {
             first: self.first,
@@ -200,6 +226,7 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
     let catalogue = filling::catalogue(&arguments.catalogue, &way)?;
     let streams = arguments.source.streams(&catalogue, arguments.wanted())?;
     let apart = arguments.physics.apart();
+    let sizes = arguments.grids(&way)?;
     let folder = arguments.runs.folder(&arguments.out);
     let mut results = Results::new(arguments, &way);
     for setting in arguments.settings() {
@@ -213,7 +240,9 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
                 buffer: way.method.buffer,
                 choice: arguments.choice.of_containers(),
                 closing: arguments.closing(setting.sharing),
+                expected_percent: arguments.expected_fill,
             },
+            sizes: &sizes,
         };
         let possible = packing
             .how
@@ -226,6 +255,7 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
             &apart,
             &packing.rules,
             packing.how.closing,
+            (&arguments.sizes, arguments.expected_fill),
             setting.open,
             arguments.choice,
         );
@@ -257,6 +287,17 @@ fn parse_mass_kg(text: &str) -> Result<f64, String> {
 
 fn parse_litres(text: &str) -> Result<f64, String> {
     parse_positive(text, "volume", "13")
+}
+
+fn parse_size(text: &str) -> Result<ContainerSize, String> {
+    let lengths: Option<Vec<f64>> = text.split('x').map(|length| length.parse().ok()).collect();
+    let lengths = lengths.filter(|lengths| lengths.iter().all(|length: &f64| *length > 0.0));
+    match lengths.as_deref() {
+        Some(&[x_m, y_m, z_m]) => Ok(ContainerSize { x_m, y_m, z_m }),
+        _ => Err(format!(
+            "'{text}' is no size in metres: write it like 0.3x0.2x0.2"
+        )),
+    }
 }
 
 fn parse_percent(text: &str) -> Result<f64, String> {

@@ -42,6 +42,10 @@ struct Line {
     closed: usize,
     /// How many, by the rules that closed them.
     closed_by: BTreeMap<String, usize>,
+    /// How many, by their sizes.
+    closed_sizes: BTreeMap<String, usize>,
+    /// How much of their volume was filled, in percent; 0 where none was closed.
+    filled_percent: f64,
     /// Of a closed container: the mean over streams of their means.
     meshes_cm3: Mean,
     /// To the first line, stream by stream.
@@ -96,6 +100,7 @@ impl Line {
         let compared = Mean::of(first.iter().map(cm3)).mean;
         let items = |run: &Run| run.mean(|container| container.items as f64);
         let all = || runs.iter().flat_map(Run::all);
+        let closed = || runs.iter().flat_map(|run| &run.closed);
         let decisions = runs.iter().flat_map(|run| run.decision_s.iter().copied());
         let [decision_median_s, decision_95_s] = quantiles(decisions, [0.5, 0.95]);
         let pairs = runs.iter().zip(first);
@@ -113,6 +118,11 @@ impl Line {
             containers_an_order: Mean::of(runs.iter().map(an_order)),
             in_one_container_percent: percentage(in_one, of_orders().count()),
             closed_by: counted(all().filter_map(|container| container.closed_by.clone())),
+            closed_sizes: counted(closed().map(Container::size)),
+            filled_percent: percentage_of(
+                closed().map(|container| container.meshes_m3).sum(),
+                closed().map(Container::volume_m3).sum(),
+            ),
             closed: runs.iter().map(|run| run.closed.len()).sum(),
             meshes_cm3: Mean::of(runs.iter().map(cm3)),
             difference_percent: 100.0 * difference_cm3.mean / compared,
@@ -126,6 +136,32 @@ impl Line {
             decision_95_s,
         }
     }
+}
+
+impl Container {
+    /// Its size, for people.
+    fn size(&self) -> String {
+        let [x_m, y_m, z_m] = self.size_m;
+        format!("{x_m} x {y_m} x {z_m} m")
+    }
+
+    fn volume_m3(&self) -> f64 {
+        self.size_m.iter().product()
+    }
+}
+
+fn percentage_of(part: f64, whole: f64) -> f64 {
+    match whole > 0.0 {
+        true => 100.0 * part / whole,
+        false => 0.0,
+    }
+}
+
+fn listed(counts: &BTreeMap<String, usize>) -> String {
+    let counts = counts
+        .iter()
+        .map(|(what, count)| format!("{what}: {count}"));
+    counts.collect::<Vec<String>>().join(", ")
 }
 
 /// How often each comes.
@@ -209,18 +245,21 @@ impl<'a> Results<'a> {
         text + &self.closings_markdown()
     }
 
-    /// Why containers were closed.
+    /// Why containers were closed, of which sizes.
     fn closings_markdown(&self) -> String {
         let mut text =
-            "\nWhy containers were closed:\n\n| open | closed | by |\n|---|---|---|\n".to_owned();
+            "\nWhy containers were closed, of which sizes, and how much of their volume was filled:\n\n\
+             | open | closed | by | sizes | filled |\n|---|---|---|---|---|\n"
+                .to_owned();
         for line in &self.lines {
-            let by = line
-                .closed_by
-                .iter()
-                .map(|(rule, count)| format!("{rule}: {count}"));
-            let by: Vec<String> = by.collect();
-            let open = line.setting.shown(self.has_orders);
-            text += &format!("| {open} | {} | {} |\n", line.closed, by.join(", "));
+            text += &format!(
+                "| {} | {} | {} | {} | {:.1} % |\n",
+                line.setting.shown(self.has_orders),
+                line.closed,
+                listed(&line.closed_by),
+                listed(&line.closed_sizes),
+                line.filled_percent
+            );
         }
         text
     }

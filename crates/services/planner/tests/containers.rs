@@ -65,7 +65,7 @@ impl Rig {
                 container: own
                     .and_then(|own| own.container)
                     .unwrap_or(settings.grid.container),
-                ..settings.grid.clone()
+                ..settings.grid
             };
             let grid = grid.build().unwrap();
             let show = move |incoming: Incoming<v1::HeightmapRequest>| {
