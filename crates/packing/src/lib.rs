@@ -30,6 +30,7 @@
 //!
 //! A whole step is planned in the example of the README, which is compiled and run with the tests.
 
+pub mod arm_time;
 pub mod blocked;
 pub mod buffer;
 pub mod candidate;

@@ -275,6 +275,10 @@ impl CellSettings {
         let method = &self.method;
         let possible = method.validate();
         possible.map_err(|error| error.to_string())?;
+        if method.arm_time.is_on() && self.arm.is_none() {
+            let remedy = "arm_time: there is no arm that takes time: set arm, or leave it out";
+            return Err(remedy.to_owned());
+        }
         let twin = self.twin.validate();
         twin.map_err(|error| error.to_string())?;
         in_range("buffer", method.buffer, 1..=MAX_CANDIDATES)?;
@@ -452,6 +456,28 @@ mod tests {
         for (poses, buffer) in [(0, 5), (7, 5), (6, 167)] {
             let refusal = with_poses(poses, buffer).unwrap_err();
             assert!(refusal.contains("poses"), "{refusal}");
+        }
+    }
+
+    #[test]
+    fn time_counts_where_there_is_an_arm() {
+        let validated = |text: &str| {
+            let cell: CellSettings = toml::from_str(text).unwrap();
+            cell.validate()
+        };
+        let weight = "scene_value = { weight = 30.0 }\narm_time = { litres_per_s = 0.01 }";
+        assert_eq!(validated(&format!("{weight}\narm = {{}}")), Ok(()));
+        assert!(validated(weight).unwrap_err().contains("set arm"));
+        for (text, part) in [
+            ("arm_time = { litres_per_s = -1.0 }", "no weight"),
+            (
+                "arm_time = { litres_per_s = 0.01 }\narm = {}",
+                "set scene_value",
+            ),
+            ("arm_time = { among = 1 }", "among"),
+        ] {
+            let refused = validated(text).unwrap_err();
+            assert!(refused.contains(part), "{refused}");
         }
     }
 
