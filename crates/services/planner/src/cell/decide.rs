@@ -108,7 +108,7 @@ impl CellPlanner {
             held.map_or(0.0, |held| held.item.mesh_volume_m3())
         };
         let items = prepared.items.iter();
-        let items = items.filter(|item| prepared.barred(item, found.container).is_none());
+        let items = items.filter(|item| prepared.barred(item, found.container, true).is_none());
         // Of equal ones, `min_by` gives the first.
         let Some(largest) = items.min_by(|a, b| volume_m3(b).total_cmp(&volume_m3(a))) else {
             return Ok(false);
@@ -161,7 +161,9 @@ impl CellPlanner {
         if !prepared.left_out.is_empty() {
             return Err(Refusal::unavailable(prepared.left_out.join("; ")));
         }
-        if !prepared.has_what_gives_way() {
+        // One that was closed for an order is not to be missed by it.
+        let is_one_to_come = self.settings.closing.rules.rest_of_order && self.is_renewing();
+        if is_one_to_come || !prepared.has_what_gives_way() {
             return Ok(found);
         }
         let before = found;
@@ -321,7 +323,8 @@ impl CellPlanner {
         found: &Found,
         item: &SessionItem,
     ) -> Option<v1::ItemReason> {
-        if let Some(text) = prepared.barred(item, found.container) {
+        let is_looked_at = !poses_of(&found.candidates, item).is_empty();
+        if let Some(text) = prepared.barred(item, found.container, is_looked_at) {
             return Some(v1::ItemReason {
                 item_id: item.item_id.clone(),
                 reason: v1::Reason::Rule.into(),

@@ -117,15 +117,20 @@ impl Prepared {
             .any(|container| gives_way(container.at))
     }
 
-    /// By which rule a container may not take an item, whatever is left, for people; `None` where it may.
-    pub(super) fn barred(&self, item: &SessionItem, container: usize) -> Option<String> {
+    /// By which rule a container may not take an item, for people; `None` where it may, or with `gives_way` where that rule gives way.
+    pub(super) fn barred(
+        &self,
+        item: &SessionItem,
+        container: usize,
+        gives_way: bool,
+    ) -> Option<String> {
         let PreparedContainer { at, name, .. } = self.containers.get(container)?;
         let bar = self.orders.as_ref()?.bar(*at, item.arrival)?;
         let told = match name.as_str() {
             "" => bar.to_string(),
             name => format!("container {name}: {bar}"),
         };
-        (!bar.gives_way()).then_some(told)
+        (!gives_way || !bar.gives_way()).then_some(told)
     }
 }
 
