@@ -127,7 +127,7 @@ pub fn play_stream<S: ContainerSupply>(
         if buffer.candidates().is_empty() {
             break;
         }
-        while let Some((container, why)) = containers.to_close(buffer.candidates()) {
+        while let Some((container, why)) = containers.due_closing(buffer.candidates()) {
             closed.push(containers.close(container, why));
             containers.open_next(supply, step, buffer.candidates())?;
         }
@@ -148,7 +148,7 @@ pub fn play_stream<S: ContainerSupply>(
             closed.push(containers.close(fullest, Closing::NothingFits));
             containers.open_next(supply, step, buffer.candidates())?;
         }
-        while let Some((container, why)) = containers.to_close(buffer.candidates()) {
+        while let Some((container, why)) = containers.due_closing(buffer.candidates()) {
             closed.push(containers.close(container, why));
             containers.open_next(supply, step, buffer.candidates())?;
         }
@@ -299,7 +299,7 @@ impl<'a, C: PackingCell> Containers<'a, C> {
     }
 
     /// A container that a rule closes, with these items in the buffer, and why.
-    fn to_close(&mut self, candidates: &[Candidate]) -> Option<(usize, Closing)> {
+    fn due_closing(&mut self, candidates: &[Candidate]) -> Option<(usize, Closing)> {
         let fills = self.fills();
         let each = self.filled.iter().zip(&fills).enumerate();
         let mut by_fill = each.filter_map(|(container, (filled, fill))| {
