@@ -121,6 +121,7 @@ fn rules() -> impl Strategy<Value = ContainerRules> {
                 together,
                 most_kg,
                 expected_m3,
+                ..ContainerRules::default()
             },
         )
 }

@@ -1419,6 +1419,10 @@ pub enum Check {
     /// The item would stay where it is placed, as a simulation of the cell tells. The planner checks that itself; in a request
     /// it is STATUS_INVALID.
     Trial = 7,
+    /// No item below would carry more than it may. The planner checks that itself; in a request it is STATUS_INVALID.
+    Load = 8,
+    /// The container would not be too heavy on one side. The planner checks that itself; in a request it is STATUS_INVALID.
+    Balance = 9,
     /// The item would lie above none that leaves the container earlier. The planner checks that itself; in a request it is STATUS_INVALID.
     Sequence = 10,
 }
@@ -1437,6 +1441,8 @@ impl Check {
             Self::OnFloor => "CHECK_ON_FLOOR",
             Self::Upright => "CHECK_UPRIGHT",
             Self::Trial => "CHECK_TRIAL",
+            Self::Load => "CHECK_LOAD",
+            Self::Balance => "CHECK_BALANCE",
             Self::Sequence => "CHECK_SEQUENCE",
         }
     }
@@ -1451,6 +1457,8 @@ impl Check {
             "CHECK_ON_FLOOR" => Some(Self::OnFloor),
             "CHECK_UPRIGHT" => Some(Self::Upright),
             "CHECK_TRIAL" => Some(Self::Trial),
+            "CHECK_LOAD" => Some(Self::Load),
+            "CHECK_BALANCE" => Some(Self::Balance),
             "CHECK_SEQUENCE" => Some(Self::Sequence),
             _ => None,
         }
@@ -2340,7 +2348,7 @@ pub struct OrderLine {
     /// Its group, such as food, where others must not travel with it: up to 64 characters as in a request id; empty where it is of none.
     #[prost(string, tag = "2")]
     pub group: ::prost::alloc::string::String,
-    /// Its mass, in kilograms: at most 10,000; 0: as the catalogue has it.
+    /// Its mass, in kilograms: at most 10,000; 0: as the catalogue has it, or estimated from its heightmaps.
     #[prost(double, tag = "3")]
     pub mass_kg: f64,
     /// Items of one bundle travel in one container, of whatever orders they are, such as a device and its charger: up to 64 characters as in
@@ -2369,7 +2377,7 @@ impl ::prost::Name for OrderLine {
     }
 }
 /// What has to be respected when an item is packed.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, ::prost::Message)]
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct ItemRules {
     /// No other item may be placed above any part of it.
     #[prost(bool, tag = "1")]
@@ -2380,6 +2388,9 @@ pub struct ItemRules {
     /// It must not fall over: its centre of mass has to be well inside what supports it.
     #[prost(bool, tag = "3")]
     pub is_upright: bool,
+    /// The greatest mass that may rest on it, in kilograms: 0 to 10,000; 0: nothing may. Where it is not given, as the catalogue has it.
+    #[prost(double, optional, tag = "4")]
+    pub carries_kg: ::core::option::Option<f64>,
 }
 impl ::prost::Name for ItemRules {
     const NAME: &'static str = "ItemRules";
@@ -2561,6 +2572,10 @@ pub struct Decision {
     /// is sent, and there its states and heightmaps are. Empty in a cell with one.
     #[prost(string, tag = "22")]
     pub container: ::prost::alloc::string::String,
+    /// Of the items below that it rests on and that may not carry anything, the one that it brings nearest to what it may; absent where it
+    /// rests on none.
+    #[prost(message, optional, boxed, tag = "23")]
+    pub load: ::core::option::Option<::prost::alloc::boxed::Box<Load>>,
 }
 impl ::prost::Name for Decision {
     const NAME: &'static str = "Decision";
@@ -2570,6 +2585,29 @@ impl ::prost::Name for Decision {
     }
     fn type_url() -> ::prost::alloc::string::String {
         "/ppnpack.v1.Decision".into()
+    }
+}
+/// What an item carries as estimated, against what it may.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Load {
+    /// The item that carries.
+    #[prost(string, tag = "1")]
+    pub item_id: ::prost::alloc::string::String,
+    /// What rests on it, in kilograms, with the margin of the planner's cell.
+    #[prost(double, tag = "2")]
+    pub estimated_kg: f64,
+    /// What may rest on it, in kilograms.
+    #[prost(double, tag = "3")]
+    pub carries_kg: f64,
+}
+impl ::prost::Name for Load {
+    const NAME: &'static str = "Load";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.Load".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.Load".into()
     }
 }
 /// What becomes of an item that is let go at its place.
@@ -3068,6 +3106,9 @@ pub struct SessionItem {
     /// As announced.
     #[prost(message, optional, boxed, tag = "21")]
     pub order_line: ::core::option::Option<::prost::alloc::boxed::Box<OrderLine>>,
+    /// With ITEM_STATE_PACKED: as in its Decision.
+    #[prost(message, optional, boxed, tag = "22")]
+    pub load: ::core::option::Option<::prost::alloc::boxed::Box<Load>>,
 }
 impl ::prost::Name for SessionItem {
     const NAME: &'static str = "SessionItem";
@@ -3175,6 +3216,10 @@ pub enum ClosingReason {
     Full = 3,
     /// All items that were announced of its order are in it.
     OrderComplete = 4,
+    /// None of the last items that were looked at in it had a valid placement there; the text says how many.
+    NoneOfLast = 5,
+    /// An order that waits is not expected to fit whole; the text says which, and with what certainty.
+    RestOfOrder = 6,
 }
 impl ClosingReason {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -3188,6 +3233,8 @@ impl ClosingReason {
             Self::NothingFits => "CLOSING_REASON_NOTHING_FITS",
             Self::Full => "CLOSING_REASON_FULL",
             Self::OrderComplete => "CLOSING_REASON_ORDER_COMPLETE",
+            Self::NoneOfLast => "CLOSING_REASON_NONE_OF_LAST",
+            Self::RestOfOrder => "CLOSING_REASON_REST_OF_ORDER",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -3198,6 +3245,8 @@ impl ClosingReason {
             "CLOSING_REASON_NOTHING_FITS" => Some(Self::NothingFits),
             "CLOSING_REASON_FULL" => Some(Self::Full),
             "CLOSING_REASON_ORDER_COMPLETE" => Some(Self::OrderComplete),
+            "CLOSING_REASON_NONE_OF_LAST" => Some(Self::NoneOfLast),
+            "CLOSING_REASON_REST_OF_ORDER" => Some(Self::RestOfOrder),
             _ => None,
         }
     }
