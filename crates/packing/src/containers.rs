@@ -101,6 +101,8 @@ pub struct Effort {
     pub searched: usize,
     /// Whether the time was over before everything was looked at.
     pub is_cut: bool,
+    /// Containers, and the arrivals of items that have no valid placement there: all of their placements were looked at.
+    pub missed: BTreeSet<(usize, usize)>,
 }
 
 impl Effort {
@@ -118,6 +120,7 @@ impl AddAssign for Effort {
         self.refusals.add(&other.refusals);
         self.searched += other.searched;
         self.is_cut |= other.is_cut;
+        self.missed.extend(other.missed);
     }
 }
 
@@ -178,11 +181,18 @@ impl OpenContainers {
                 below: best.as_ref().map(|best| best.below(container)),
                 ..StepInput::new(at.grid, at.scene, &admitted)
             };
-            if let Some(offer) = known.offer(&input, &mut effort)? {
-                best = Some(Best { container, offer });
-                if step.choice == ContainerChoice::Fullest {
-                    break;
+            let mut own = Effort::default();
+            match known.offer(&input, &mut own)? {
+                Some(offer) => best = Some(Best { container, offer }),
+                None if input.below.is_none() && !own.is_cut => {
+                    let missed = admitted.iter().map(|held| (container, held.arrival));
+                    own.missed.extend(missed);
                 }
+                None => {}
+            }
+            effort += own;
+            if best.is_some() && step.choice == ContainerChoice::Fullest {
+                break;
             }
         }
         let chosen = best.and_then(|Best { container, offer }| {

@@ -30,11 +30,14 @@
 //!
 //! A whole step is planned in the example of the README, which is compiled and run with the tests.
 
+pub mod arm_time;
 pub mod blocked;
 pub mod buffer;
 pub mod candidate;
+pub mod capacity;
 pub mod check;
 pub mod chooser;
+pub mod closing;
 pub mod coarse;
 pub mod containers;
 pub mod content;
@@ -66,6 +69,7 @@ pub mod resting;
 pub mod rules;
 pub mod scene_value;
 pub mod search;
+pub mod sizes;
 pub mod stability;
 pub mod step;
 pub mod stream;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use ppnpack_numbers::SettingError;
 use serde::{Deserialize, Serialize};
 
+use crate::arm_time::{ArmTime, ArmTimeError, TimeCost};
 use crate::check::{BoxedCheck, Cost};
 use crate::chooser::BoxedChooser;
 use crate::coarse::{CoarseGrid, CoarseGridError, CoarseToFine, Coarsening};
@@ -52,6 +53,9 @@ pub struct Method {
     pub scene_value: SceneValue,
     /// How a step looks ahead before it chooses.
     pub look_ahead: LookAheadSettings,
+    /// How the arm's time counts beside the objective.
+    #[serde(skip_serializing_if = "ArmTime::is_default")]
+    pub arm_time: ArmTime,
     /// How many of the waiting items may be chosen from.
     pub buffer: usize,
     /// The seed of everything that is random.
@@ -141,6 +145,9 @@ pub enum MethodError {
     /// A number is not possible.
     #[error(transparent)]
     Setting(#[from] SettingError),
+    /// The weight of the time is not possible.
+    #[error(transparent)]
+    ArmTime(#[from] ArmTimeError),
     /// Placements are to be tried.
     #[error("the method tries placements in a simulation, but none is given")]
     NoSimulation,
@@ -167,6 +174,7 @@ impl Default for Method {
             weights: Weights::default(),
             scene_value: SceneValue::default(),
             look_ahead: LookAheadSettings::default(),
+            arm_time: ArmTime::default(),
             buffer: 5,
             seed: 0,
         }
@@ -184,6 +192,7 @@ impl Method {
         self.loads.validate()?;
         self.scene_value.validate()?;
         self.look_ahead.validate()?;
+        self.arm_time.validate(self.scene_value.weight)?;
         Ok(())
     }
 
@@ -242,9 +251,13 @@ impl Method {
         if self.trial.is_on() && !is_simulated {
             return Err(MethodError::NoSimulation);
         }
-        Ok(Planner::new(
-            proposer, evaluator, all, self.order, self.seed,
-        ))
+        let planner = Planner::new(proposer, evaluator, all, self.order, self.seed);
+        Ok(planner.with_time_cost(self.time_cost()))
+    }
+
+    /// What the time of the arm's cycle costs, in the objective's value.
+    pub fn time_cost(&self) -> TimeCost {
+        self.arm_time.cost(self.scene_value.weight)
     }
 
     /// An evaluator whose best placements are ranked anew by what they leave, where that counts.

@@ -7,6 +7,7 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
+use crate::arm_time::TimeCost;
 use crate::check::{BoxedCheck, Evidence};
 use crate::chooser::{BoxedChooser, Chooser};
 pub use crate::evaluator::Evaluator;
@@ -167,6 +168,7 @@ pub struct Planner {
     /// Per candidate of the input: why all of its placements are refused.
     ruled_out: Vec<Option<Refusal>>,
     chooser: Option<BoxedChooser>,
+    time_cost: TimeCost,
     plan: Plan,
 }
 
@@ -188,6 +190,7 @@ impl Planner {
             sequence: Vec::new(),
             ruled_out: Vec::new(),
             chooser: None,
+            time_cost: TimeCost::default(),
             plan: Plan::default(),
         }
     }
@@ -199,9 +202,17 @@ impl Planner {
         self
     }
 
+    /// Has the arm's time count beside the objective.
+    #[must_use]
+    pub fn with_time_cost(mut self, time_cost: TimeCost) -> Self {
+        self.time_cost = time_cost;
+        self
+    }
+
     /// Whether its choice is the valid placement with the best value, so that choices can be compared by it.
     pub fn is_by_value(&self) -> bool {
-        self.order == Order::Balance && self.chooser.is_none() && self.search.is_by_value()
+        let is_by_value = self.order == Order::Balance && self.search.is_by_value();
+        is_by_value && self.chooser.is_none() && !self.time_cost.is_on()
     }
 
     /// Plans one step. To learn why an item of the buffer cannot be placed although another can, plan with it as the
@@ -278,6 +289,8 @@ impl Planner {
             self.plan.is_widened = true;
             self.search_all(input)?;
         }
+        self.time_cost.arrange(&mut self.plan.ranked);
+        self.plan.ranked.truncate(input.wanted());
         self.choose(input)?;
         if self.plan.choice().is_none()
             && !is_over
@@ -408,7 +421,7 @@ impl Planner {
         let (search, plan) = (&mut self.search, &mut self.plan);
         search.rank(input, group, &self.proposals)?;
         let mut is_exhausted = false;
-        while plan.ranked.len() < input.wanted() && !is_exhausted {
+        while plan.ranked.len() < self.time_cost.wanted(input.wanted()) && !is_exhausted {
             let next = search.next_valid(input)?;
             is_exhausted = next.is_none();
             plan.ranked.extend(next);

@@ -1,8 +1,11 @@
 //! Streams: items that arrive one after another, of orders or not, packed into several open containers. One is closed, and an empty one
-//! opened in its place, where nothing in the buffer has a valid placement in any, or its order is complete.
+//! opened in its place, where nothing in the buffer has a valid placement in any, or a rule says so.
+
+use std::collections::BTreeMap;
 
 use crate::buffer::Buffer;
 use crate::candidate::Candidate;
+use crate::closing::{Closing, ClosingRules, Fill, Missed};
 use crate::containers::{
     Chosen, ContainerChoice, ContainersStep, Effort, OpenContainer, OpenContainers,
 };
@@ -13,21 +16,22 @@ use crate::leaving::{Leaving, Stop};
 use crate::metrics::PackedVolume;
 use crate::orders::{Attempt, Orders};
 use crate::plan::{Planner, StageError};
+use crate::sizes::size_to_open;
 
 /// Where empty containers come from.
 pub trait ContainerSupply {
     /// A container with its cell.
     type Cell: PackingCell;
 
-    /// An empty container, the `number`th from 0, and who plans for it.
+    /// An empty container, the `number`th from 0, and who plans for it; its grid is one of those of the stream.
     ///
     /// # Errors
     /// What keeps it from coming.
-    fn next(&mut self, number: usize) -> Result<(Planner, Self::Cell), StageError>;
+    fn next(&mut self, number: usize, grid: &Grid) -> Result<(Planner, Self::Cell), StageError>;
 }
 
 /// How a stream is packed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StreamPlay {
     /// Containers that are open at the same time, at least one.
     pub open: usize,
@@ -35,15 +39,10 @@ pub struct StreamPlay {
     pub buffer: usize,
     /// Which of the containers an item goes into.
     pub choice: ContainerChoice,
-}
-
-/// Why a container was closed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Closing {
-    /// Nothing in the buffer had a valid placement in any open container; it was the fullest.
-    NothingFits,
-    /// It was for one order, which is complete.
-    OrderComplete,
+    /// When one is closed though items fit into others.
+    pub closing: ClosingRules,
+    /// How full containers are expected to become, in percent: where there are several sizes, the one to open is chosen by that.
+    pub expected_percent: f64,
 }
 
 /// A container and what was packed into it.
@@ -51,6 +50,8 @@ pub enum Closing {
 pub struct Filled<C> {
     /// Its number, in the order in which they were opened.
     pub number: usize,
+    /// Its grid, which says its size.
+    pub grid: Grid,
     /// Its cell.
     pub cell: C,
     /// What was packed into it, in order; the numbers of the steps are those of the stream.
@@ -59,12 +60,15 @@ pub struct Filled<C> {
     pub scene: Scene,
     /// Why it was closed; `None` as long as it is open.
     pub closing: Option<Closing>,
+    missed: Missed,
 }
 
 impl<C: PackingCell> Filled<C> {
     /// The volume of the items that are inside it.
-    pub fn packed(&self, grid: &Grid) -> PackedVolume {
-        packed_volume(grid, &self.steps, |arrival| self.cell.is_inside(arrival))
+    pub fn packed(&self) -> PackedVolume {
+        packed_volume(&self.grid, &self.steps, |arrival| {
+            self.cell.is_inside(arrival)
+        })
     }
 
     /// The volume of the items that were placed in it, in cubic metres.
@@ -73,13 +77,18 @@ impl<C: PackingCell> Filled<C> {
         items.map(|item| item.mesh_volume_m3()).sum()
     }
 
+    /// How full it is.
+    fn fill(&self) -> Fill {
+        Fill::of(self.placed_m3(), self.grid.container())
+    }
+
     /// At which stops its items leave, as they were placed; `None` where none is said to leave at one.
-    fn leaving(&self, grid: &Grid) -> Option<Leaving> {
+    fn leaving(&self) -> Option<Leaving> {
         let mut stops = self.steps.iter().map(|step| step.candidate.stop);
         if stops.all(|stop| stop == Stop::LAST) {
             return None;
         }
-        let mut leaving = Leaving::empty(grid);
+        let mut leaving = Leaving::empty(&self.grid);
         for Step {
             candidate, choice, ..
         } in &self.steps
@@ -92,7 +101,8 @@ impl<C: PackingCell> Filled<C> {
         Some(leaving)
     }
 
-    fn place(&mut self, grid: &Grid, step: Step) -> Result<(), EpisodeError> {
+    fn place(&mut self, step: Step) -> Result<(), EpisodeError> {
+        self.missed.forget();
         let number = step.step;
         let failed = |source| EpisodeError::Cell {
             step: number,
@@ -103,7 +113,7 @@ impl<C: PackingCell> Filled<C> {
         placed.map_err(failed)?;
         self.steps.push(step);
         let scene = self.cell.scan().map_err(failed)?;
-        self.scene = match self.leaving(grid) {
+        self.scene = match self.leaving() {
             Some(leaving) => scene.with_leaving(leaving),
             None => scene,
         };
@@ -122,34 +132,39 @@ pub struct Stream<C> {
     pub unplaceable: Vec<Candidate>,
 }
 
-/// Packs a stream. Rules of orders that give way are kept as long as something can be packed so.
+/// Packs a stream into containers of these sizes: of each that is opened it is chosen by what waits. Rules of orders that give way are kept
+/// as long as something can be packed so.
 ///
 /// # Errors
 /// [`EpisodeError`] where planning, a cell or the supply failed.
 pub fn play_stream<S: ContainerSupply>(
-    grid: &Grid,
+    sizes: &[Grid],
     supply: &mut S,
     sequence: Vec<Candidate>,
     orders: Orders,
     how: StreamPlay,
 ) -> Result<Stream<S::Cell>, EpisodeError> {
     let mut buffer = Buffer::new(sequence, how.buffer);
-    let mut containers = Containers::new(supply, orders, how)?;
+    let mut containers = Containers::new(sizes, supply, orders, how, buffer.candidates())?;
     let mut closed = Vec::new();
     let mut unplaceable = Vec::new();
     for step in 0.. {
         if buffer.candidates().is_empty() {
             break;
         }
+        while let Some((container, why)) = containers.due_closing(buffer.candidates()) {
+            closed.push(containers.close(container, why));
+            containers.open_next(supply, step, buffer.candidates())?;
+        }
         containers.orders.begin(buffer.candidates());
-        let (chosen, effort) = containers.plan(grid, step, buffer.candidates())?;
+        let (chosen, effort) = containers.plan(step, buffer.candidates())?;
         let taken = chosen.and_then(|chosen| {
             let candidate = buffer.take(chosen.placement.candidate)?;
             Some((candidate, chosen))
         });
         if let Some((candidate, chosen)) = taken {
             let done = done(step, candidate, &chosen, effort);
-            containers.place(grid, done, chosen.container)?;
+            containers.place(done, chosen.container)?;
         } else if let Some(candidate) = containers.fits_nowhere(buffer.candidates()) {
             if let Some(dropped) = buffer.take(candidate) {
                 containers.orders.dropped(dropped.arrival);
@@ -157,11 +172,11 @@ pub fn play_stream<S: ContainerSupply>(
             }
         } else if let Some(fullest) = containers.fullest() {
             closed.push(containers.close(fullest, Closing::NothingFits));
-            containers.open_next(supply, step)?;
+            containers.open_next(supply, step, buffer.candidates())?;
         }
-        while let Some(complete) = containers.orders.complete() {
-            closed.push(containers.close(complete, Closing::OrderComplete));
-            containers.open_next(supply, step)?;
+        while let Some((container, why)) = containers.due_closing(buffer.candidates()) {
+            closed.push(containers.close(container, why));
+            containers.open_next(supply, step, buffer.candidates())?;
         }
     }
     Ok(Stream {
@@ -185,29 +200,37 @@ fn done(step: u64, candidate: Candidate, chosen: &Chosen, effort: Effort) -> Ste
 }
 
 /// The open containers of a stream, and who plans for them.
-struct Containers<C> {
+struct Containers<'a, C> {
+    sizes: &'a [Grid],
+    expected_percent: f64,
     planners: OpenContainers,
     filled: Vec<Filled<C>>,
     orders: Orders,
     choice: ContainerChoice,
+    closing: ClosingRules,
     opened: usize,
 }
 
-impl<C: PackingCell> Containers<C> {
+impl<'a, C: PackingCell> Containers<'a, C> {
     fn new<S: ContainerSupply<Cell = C>>(
+        sizes: &'a [Grid],
         supply: &mut S,
         orders: Orders,
         how: StreamPlay,
+        waiting: &[Candidate],
     ) -> Result<Self, EpisodeError> {
         let mut containers = Self {
+            sizes,
+            expected_percent: how.expected_percent,
             planners: OpenContainers::default(),
             filled: Vec::new(),
             orders,
             choice: how.choice,
+            closing: how.closing,
             opened: 0,
         };
         for _ in 0..how.open.max(1) {
-            containers.open_next(supply, 0)?;
+            containers.open_next(supply, 0, waiting)?;
         }
         Ok(containers)
     }
@@ -216,33 +239,50 @@ impl<C: PackingCell> Containers<C> {
         &mut self,
         supply: &mut S,
         step: u64,
+        waiting: &[Candidate],
     ) -> Result<(), EpisodeError> {
         let failed = |source| EpisodeError::Cell { step, source };
         let number = self.opened;
-        let (planner, mut cell) = supply.next(number).map_err(failed)?;
+        let grid = self.size_to_open(waiting);
+        let grid = grid.ok_or_else(|| failed("there is no size of containers".into()))?;
+        let (planner, mut cell) = supply.next(number, grid).map_err(failed)?;
         let scene = cell.scan().map_err(failed)?;
         self.planners.open(planner);
         self.orders.opened();
         self.filled.push(Filled {
             number,
+            grid: grid.clone(),
             cell,
             steps: Vec::new(),
             scene,
             closing: None,
+            missed: Missed::default(),
         });
         self.opened += 1;
         Ok(())
     }
 
-    /// Plans by all rules, and without those that give way where nothing can be packed by them.
+    /// The size for what waits: the first order that is begun nowhere, and without one the buffer.
+    fn size_to_open(&mut self, waiting: &[Candidate]) -> Option<&'a Grid> {
+        self.orders.begin(waiting);
+        let arrivals: BTreeMap<usize, f64> = waiting
+            .iter()
+            .map(|held| (held.arrival, held.item.mesh_volume_m3()))
+            .collect();
+        let waiting_m3 = self.orders.next_m3();
+        let waiting_m3 = waiting_m3.unwrap_or_else(|| arrivals.values().sum());
+        let at = size_to_open(self.sizes, waiting, waiting_m3, self.expected_percent)?;
+        self.sizes.get(at)
+    }
+
+    /// Plans what is most urgent first, by all rules and without those that give way where nothing can be packed by them.
     fn plan(
         &mut self,
-        grid: &Grid,
         step: u64,
         candidates: &[Candidate],
     ) -> Result<(Option<Chosen>, Effort), EpisodeError> {
         let open = self.filled.iter().map(|filled| OpenContainer {
-            grid,
+            grid: &filled.grid,
             scene: &filled.scene,
             filled_m3: filled.placed_m3(),
         });
@@ -250,26 +290,65 @@ impl<C: PackingCell> Containers<C> {
         let orders = &self.orders;
         let containers: Vec<usize> = (0..open.len()).collect();
         let mut effort = Effort::default();
+        let mut chosen = None;
         for attempt in orders.attempts(&containers, candidates) {
-            let (chosen, further) = self.planners.plan(&ContainersStep {
+            let (found, further) = self.planners.plan(&ContainersStep {
                 choice: self.choice,
                 admits: &|at, held| orders.admits(attempt, at, held.arrival),
                 step,
                 ..ContainersStep::new(&open, candidates)
             })?;
             effort += further;
+            chosen = found;
             if chosen.is_some() {
-                return Ok((chosen, effort));
+                break;
             }
         }
-        Ok((None, effort))
+        self.note_missed(&effort);
+        Ok((chosen, effort))
     }
 
-    fn place(&mut self, grid: &Grid, step: Step, container: usize) -> Result<(), EpisodeError> {
+    fn note_missed(&mut self, effort: &Effort) {
+        for (container, arrival) in &effort.missed {
+            if let Some(filled) = self.filled.get_mut(*container) {
+                filled.missed.note(*arrival, &self.closing);
+            }
+        }
+    }
+
+    /// A container that a rule closes, with these items in the buffer, and why.
+    fn due_closing(&mut self, candidates: &[Candidate]) -> Option<(usize, Closing)> {
+        let fills = self.fills();
+        let each = self.filled.iter().zip(&fills).enumerate();
+        let mut by_fill = each.filter_map(|(container, (filled, fill))| {
+            let closing = self.closing.closing(fill, &filled.missed)?;
+            Some((container, closing))
+        });
+        if let Some(found) = by_fill.next() {
+            return Some(found);
+        }
+        if self.closing.order_complete
+            && let Some(container) = self.orders.complete()
+        {
+            return Some((container, Closing::OrderComplete));
+        }
+        if !self.closing.rest_of_order {
+            return None;
+        }
+        self.orders.begin(candidates);
+        let closed = self.orders.closed_for_next().into_iter();
+        self.closing.fullest_that_may_leave(&fills, closed)
+    }
+
+    fn fills(&self) -> Vec<Fill> {
+        self.filled.iter().map(Filled::fill).collect()
+    }
+
+    fn place(&mut self, step: Step, container: usize) -> Result<(), EpisodeError> {
         self.planners.changed(container);
         self.orders.packed(container, step.candidate.arrival);
         match self.filled.get_mut(container) {
-            Some(filled) => filled.place(grid, step),
+            Some(filled) => filled.place(step),
             None => Ok(()),
         }
     }
@@ -283,19 +362,18 @@ impl<C: PackingCell> Containers<C> {
         Some(candidates.iter().position(may_take).unwrap_or(0))
     }
 
-    /// The fullest container; of equal ones that which was opened first.
+    /// The fullest container that may leave; of equal ones that which was opened first.
     fn fullest(&self) -> Option<usize> {
-        let placed_m3: Vec<f64> = self.filled.iter().map(Filled::placed_m3).collect();
-        let filled = placed_m3.iter().enumerate();
-        // Of equal ones, `min_by` gives the first.
-        let (fullest, _) = filled.min_by(|(_, a), (_, b)| b.total_cmp(a))?;
-        Some(fullest)
+        self.closing.fullest(&self.fills())
     }
 
     fn close(&mut self, container: usize, why: Closing) -> Filled<C> {
         self.planners.close(container);
         self.orders.closed(container);
         let mut filled = self.filled.remove(container);
+        if why.is_as_full_as_it_gets() {
+            self.orders.learn(filled.placed_m3());
+        }
         filled.closing = Some(why);
         filled
     }

@@ -12,6 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use ppnpack_packing::candidate::Candidate;
+use ppnpack_packing::closing::ClosingRules;
 use ppnpack_packing::containers::{ContainerChoice, ContainersStep, OpenContainer, OpenContainers};
 use ppnpack_packing::episode::{Ending, IdealCell, PackingCell, Play, play};
 use ppnpack_packing::evaluator::Evaluator;
@@ -129,9 +130,9 @@ proptest! {
         buffer in 1_usize..4,
     ) {
         let count = items.len();
-        let mut supply = Ideal { grid: grid.clone() };
-        let how = StreamPlay { open, buffer, choice: ContainerChoice::Fullest };
-        let stream = play_stream(&grid, &mut supply, Candidate::sequence(items), Orders::default(), how).unwrap();
+        let mut supply = Ideal;
+        let how = StreamPlay { open, buffer, choice: ContainerChoice::Fullest, closing: ClosingRules::default(), expected_percent: 40.0 };
+        let stream = play_stream(std::slice::from_ref(&grid), &mut supply, Candidate::sequence(items), Orders::default(), how).unwrap();
         prop_assert_eq!(stream.open.len(), open);
         let all = || stream.closed.iter().chain(&stream.open);
         let placed = all().flat_map(|filled| filled.steps.iter().map(|step| step.candidate.arrival));
@@ -140,7 +141,7 @@ proptest! {
         prop_assert_eq!(known.len(), count);
         prop_assert_eq!(known.into_iter().collect::<BTreeSet<_>>().len(), count);
         for filled in all() {
-            prop_assert_eq!(filled.packed(&grid).items, filled.steps.len());
+            prop_assert_eq!(filled.packed().items, filled.steps.len());
         }
         let numbers: BTreeSet<usize> = all().map(|filled| filled.number).collect();
         prop_assert_eq!(numbers, (0..stream.closed.len() + open).collect());
@@ -152,9 +153,9 @@ proptest! {
         buffer in 1_usize..4,
     ) {
         let mut left = Candidate::sequence(items);
-        let how = StreamPlay { open: 1, buffer, choice: ContainerChoice::Fullest };
-        let mut supply = Ideal { grid: grid.clone() };
-        let stream = play_stream(&grid, &mut supply, left.clone(), Orders::default(), how).unwrap();
+        let how = StreamPlay { open: 1, buffer, choice: ContainerChoice::Fullest, closing: ClosingRules::default(), expected_percent: 40.0 };
+        let mut supply = Ideal;
+        let stream = play_stream(std::slice::from_ref(&grid), &mut supply, left.clone(), Orders::default(), how).unwrap();
         let mut containers = stream.closed.iter().chain(&stream.open);
         let fits_nowhere: Vec<usize> = stream.unplaceable.iter().map(|held| held.arrival).collect();
         left.retain(|held| !fits_nowhere.contains(&held.arrival));

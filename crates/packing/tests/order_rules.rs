@@ -12,6 +12,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use ppnpack_packing::candidate::Candidate;
+use ppnpack_packing::capacity::Capacity;
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::containers::{
     Chosen, ContainerChoice, ContainersStep, OpenContainer, OpenContainers,
@@ -112,15 +113,20 @@ fn rules() -> impl Strategy<Value = ContainerRules> {
         pairs(),
         most_kg,
         expected_m3,
+        prop_oneof![Just(None), (1.0..99.0).prop_map(Some)],
     )
         .prop_map(
-            |(sharing, undivided, apart, together, most_kg, expected_m3)| ContainerRules {
-                sharing,
-                undivided,
-                apart,
-                together,
-                most_kg,
-                expected_m3,
+            |(sharing, undivided, apart, together, most_kg, expected_m3, certainty_percent)| {
+                ContainerRules {
+                    sharing,
+                    undivided,
+                    apart,
+                    together,
+                    most_kg,
+                    expected_m3,
+                    spread_m3: certainty_percent.map(|_| 0.5),
+                    certainty_percent,
+                }
             },
         )
 }
@@ -332,6 +338,33 @@ impl<'a> World<'a> {
         let over = |needed: f64, most: Option<f64>, over: f64| {
             (needed - most.unwrap() - over).abs() < NEAR && over > 0.0
         };
+        // Too much, or not certain enough to fit.
+        let no_room = |bar: &Bar, promised: &[usize]| match bar {
+            Bar::NoRoomForOrder { order, over_m3 } => {
+                let needed_m3 = self.volume_m3(&held) + self.volume_m3(promised);
+                *order == item.order
+                    && self.rules.certainty_percent.is_none()
+                    && over(needed_m3, self.rules.expected_m3, *over_m3)
+            }
+            Bar::OrderUnlikely {
+                order,
+                rest_m3,
+                percent,
+            } => {
+                let is_of = |one: &usize| self.line(*one).order == *order;
+                let of_order: Vec<usize> = to_come.iter().copied().filter(is_of).collect();
+                let capacity = Capacity {
+                    mean_m3: self.rules.expected_m3.unwrap(),
+                    spread_m3: 0.5,
+                };
+                let certainty = capacity.certainty(self.volume_m3(&held), self.volume_m3(promised));
+                *order == item.order
+                    && (rest_m3 - self.volume_m3(&of_order)).abs() < NEAR
+                    && (percent - 100.0 * certainty).abs() < 1e-3
+                    && *percent < self.rules.certainty_percent.unwrap()
+            }
+            _ => false,
+        };
         match bar {
             Bar::OtherOrder(other) => {
                 self.rules.sharing == Sharing::OneOrder
@@ -375,7 +408,7 @@ impl<'a> World<'a> {
                     Bar::TooHeavy { over_kg } => {
                         over(self.mass_kg(&all), self.rules.most_kg, *over_kg)
                     }
-                    Bar::NoRoomForOrder { over_m3, .. } => {
+                    Bar::NoRoomForOrder { .. } | Bar::OrderUnlikely { .. } => {
                         let orders = self.orders(&held);
                         let promised: Vec<usize> = to_come
                             .iter()
@@ -384,8 +417,7 @@ impl<'a> World<'a> {
                                 orders.contains(&*self.line(*one).order) || rest.contains(one)
                             })
                             .collect();
-                        let needed_m3 = self.volume_m3(&held) + self.volume_m3(&promised);
-                        !held.is_empty() && over(needed_m3, self.rules.expected_m3, *over_m3)
+                        !held.is_empty() && no_room(bar, &promised)
                     }
                     _ => false,
                 };
@@ -420,15 +452,14 @@ impl<'a> World<'a> {
                     && !self.orders(&held).contains(&**order)
                     && self.orders(&self.in_others(container)).contains(&**order)
             }
-            Bar::NoRoomForOrder { over_m3, .. } => {
+            Bar::NoRoomForOrder { .. } | Bar::OrderUnlikely { .. } => {
                 let orders = self.orders(&held);
                 let is_counted = |one: &usize| {
                     let order = &*self.line(*one).order;
                     orders.contains(order) || order == &*item.order
                 };
                 let counted: Vec<usize> = to_come.iter().copied().filter(is_counted).collect();
-                let needed_m3 = self.volume_m3(&held) + self.volume_m3(&counted);
-                !orders.contains(&*item.order) && over(needed_m3, self.rules.expected_m3, *over_m3)
+                !held.is_empty() && !orders.contains(&*item.order) && no_room(bar, &counted)
             }
             Bar::EarlierOrder(order) => {
                 let begun = self.orders(&self.in_others(usize::MAX));

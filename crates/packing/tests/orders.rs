@@ -12,10 +12,11 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use ppnpack_packing::candidate::Candidate;
+use ppnpack_packing::closing::{Closing, ClosingRules};
 use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::episode::IdealCell;
 use ppnpack_packing::orders::{Bar, ContainerRules, OrderItem, Orders, Sharing};
-use ppnpack_packing::stream::{Closing, Filled, Stream, StreamPlay, play_stream};
+use ppnpack_packing::stream::{Filled, Stream, StreamPlay, play_stream};
 use proptest::prelude::*;
 use support::ideal::Ideal;
 
@@ -141,9 +142,21 @@ fn pack(rules: &ContainerRules, items: &[OrderItem], open: usize) -> Stream<Idea
         open,
         buffer: 3,
         choice: ContainerChoice::Fullest,
+        closing: ClosingRules {
+            order_complete: rules.sharing == Sharing::OneOrder,
+            ..ClosingRules::default()
+        },
+        expected_percent: 40.0,
     };
-    let mut supply = Ideal { grid: grid.clone() };
-    play_stream(&grid, &mut supply, blocks, orders, how).unwrap()
+    let mut supply = Ideal;
+    play_stream(
+        std::slice::from_ref(&grid),
+        &mut supply,
+        blocks,
+        orders,
+        how,
+    )
+    .unwrap()
 }
 
 fn all(stream: &Stream<IdealCell>) -> impl Iterator<Item = &Filled<IdealCell>> {

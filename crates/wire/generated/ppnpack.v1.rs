@@ -3216,6 +3216,10 @@ pub enum ClosingReason {
     Full = 3,
     /// All items that were announced of its order are in it.
     OrderComplete = 4,
+    /// None of the last items that were looked at in it had a valid placement there; the text says how many.
+    NoneOfLast = 5,
+    /// An order that waits is not expected to fit whole; the text says which, and with what certainty.
+    RestOfOrder = 6,
 }
 impl ClosingReason {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -3229,6 +3233,8 @@ impl ClosingReason {
             Self::NothingFits => "CLOSING_REASON_NOTHING_FITS",
             Self::Full => "CLOSING_REASON_FULL",
             Self::OrderComplete => "CLOSING_REASON_ORDER_COMPLETE",
+            Self::NoneOfLast => "CLOSING_REASON_NONE_OF_LAST",
+            Self::RestOfOrder => "CLOSING_REASON_REST_OF_ORDER",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -3239,6 +3245,8 @@ impl ClosingReason {
             "CLOSING_REASON_NOTHING_FITS" => Some(Self::NothingFits),
             "CLOSING_REASON_FULL" => Some(Self::Full),
             "CLOSING_REASON_ORDER_COMPLETE" => Some(Self::OrderComplete),
+            "CLOSING_REASON_NONE_OF_LAST" => Some(Self::NoneOfLast),
+            "CLOSING_REASON_REST_OF_ORDER" => Some(Self::RestOfOrder),
             _ => None,
         }
     }

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use clap::builder::TypedValueParser;
+use ppnpack_packing::arm_time::ArmTime;
 use ppnpack_packing::look_ahead::LookAheadSettings;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
@@ -58,6 +59,11 @@ pub(crate) struct MethodOptions {
     /// leaves; with 0 the objective alone counts [default: 30 under robot conditions, 0 under the reference's]
     #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
     pub(crate) scene_value: Option<f64>,
+
+    /// How many litres that may still be packed a second of the arm's cycle is worth: of the best valid placements the one is taken of the
+    /// least value and time; with 0 time counts nothing. With an arm and a scene value
+    #[arg(long, value_name = "LITRES", default_value_t = 0.0)]
+    pub(crate) litres_per_second: f64,
 
     /// How many futures a step looks ahead through, for each item that it may choose; with 0 it does not
     #[arg(long, value_name = "COUNT", default_value_t = 0)]
@@ -143,6 +149,11 @@ impl MethodOptions {
             ..usual.scene_value
         };
         scene_value.validate().or_input()?;
+        let arm_time = ArmTime {
+            litres_per_s: self.litres_per_second,
+            ..ArmTime::default()
+        };
+        arm_time.validate(scene_value.weight).or_input()?;
         Ok(Method {
             heuristic: self.heuristic,
             order: self.order,
@@ -153,6 +164,7 @@ impl MethodOptions {
             weights: weights(preset, &self.weights)?,
             scene_value,
             look_ahead,
+            arm_time,
             buffer: self.buffer as usize,
             seed: self.seed,
         })

@@ -4,11 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
-use ppnpack_packing::grid::Grid;
+use ppnpack_cli::failure::{OrRun, Outcome};
+use ppnpack_packing::closing::Closing;
+use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings};
 use ppnpack_packing::orders::{ContainerRules, Orders};
 use ppnpack_packing::plan::{Planner, StageError};
-use ppnpack_packing::stream::{Closing, ContainerSupply, Filled, StreamPlay, play_stream};
+use ppnpack_packing::stream::{ContainerSupply, Filled, StreamPlay, play_stream};
 use ppnpack_physics::outcome::is_unsteady;
 use ppnpack_physics::packing_cell::SimulatedPackingCell;
 use serde::{Deserialize, Serialize};
@@ -42,9 +43,11 @@ pub(super) struct Container {
     pub(super) items: usize,
     pub(super) placed: usize,
     pub(super) meshes_m3: f64,
+    /// Its inner size, in metres.
+    pub(super) size_m: [f64; 3],
     pub(super) unsteady: usize,
-    /// Whether it was closed as its order was complete.
-    pub(super) is_complete: bool,
+    /// The rule by which it was closed, where it was.
+    pub(super) closed_by: Option<String>,
 }
 
 /// What streams are packed with.
@@ -53,12 +56,13 @@ pub(super) struct Packing<'a> {
     pub(super) catalogue: &'a Catalogue,
     pub(super) apart: &'a Apart,
     pub(super) rules: ContainerRules,
+    /// The sizes of containers that there are.
+    pub(super) sizes: &'a [Grid],
     pub(super) how: StreamPlay,
 }
 
 impl Packing<'_> {
     pub(super) fn pack(&self, stream: &Arrivals) -> Outcome<Run> {
-        let grid = self.way.grid.build().or_input()?;
         let mut supply = Supply {
             packing: self,
             stream: stream.number,
@@ -71,8 +75,8 @@ impl Packing<'_> {
         for (order, items) in &stream.expected {
             orders.expect(order, *items);
         }
-        let packed = play_stream(&grid, &mut supply, items, orders, self.how).or_run()?;
-        let of = |filled: &Filled<SimulatedPackingCell>| Container::of(&grid, filled);
+        let packed = play_stream(self.sizes, &mut supply, items, orders, self.how).or_run()?;
+        let of = |filled: &Filled<SimulatedPackingCell>| Container::of(filled);
         let all = || packed.closed.iter().chain(&packed.open);
         let steps = all().flat_map(|filled| &filled.steps);
         let mut decision_s: Vec<(u64, f64)> = steps
@@ -136,7 +140,11 @@ struct Supply<'a> {
 impl ContainerSupply for Supply<'_> {
     type Cell = SimulatedPackingCell;
 
-    fn next(&mut self, number: usize) -> Result<(Planner, SimulatedPackingCell), StageError> {
+    fn next(
+        &mut self,
+        number: usize,
+        grid: &Grid,
+    ) -> Result<(Planner, SimulatedPackingCell), StageError> {
         let Packing {
             way,
             catalogue,
@@ -145,24 +153,37 @@ impl ContainerSupply for Supply<'_> {
         } = self.packing;
         // Each container is another draw of what is random.
         let seed = (u64::from(self.stream) << 32) | number as u64;
-        let bench = Bench::new(way, catalogue, seed, apart);
+        let way = Way {
+            grid: GridSettings {
+                container: grid.container(),
+                ..way.grid
+            },
+            ..Way::clone(way)
+        };
+        let bench = Bench::new(&way, catalogue, seed, apart);
         let bench = bench.map_err(|failure| failure.to_string())?;
         Ok((bench.planner, bench.cell))
     }
 }
 
 impl Container {
-    fn of(grid: &Grid, filled: &Filled<SimulatedPackingCell>) -> Self {
-        let packed = filled.packed(grid);
+    fn of(filled: &Filled<SimulatedPackingCell>) -> Self {
+        let packed = filled.packed();
+        let ContainerSize { x_m, y_m, z_m } = filled.grid.container();
         let reports = || filled.cell.placed().iter().map(|placed| &placed.report);
         Self {
             items: packed.items,
             placed: reports().count(),
             meshes_m3: packed.meshes_m3,
+            size_m: [x_m, y_m, z_m],
             unsteady: reports()
                 .filter(|report| is_unsteady(report.toppled, report.slide_m, report.inside))
                 .count(),
-            is_complete: filled.closing == Some(Closing::OrderComplete),
+            closed_by: filled
+                .closing
+                .as_ref()
+                .map(Closing::rule)
+                .map(str::to_owned),
         }
     }
 }

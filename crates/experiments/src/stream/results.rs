@@ -1,5 +1,7 @@
 //! What packing streams came to.
 
+use std::collections::BTreeMap;
+
 use ppnpack_packing::orders::Sharing;
 use serde::Serialize;
 
@@ -38,8 +40,13 @@ struct Line {
     containers_an_order: Mean,
     in_one_container_percent: f64,
     complete_percent: f64,
-    closed_as_complete: usize,
     closed: usize,
+    /// How many, by the rules that closed them.
+    closed_by: BTreeMap<String, usize>,
+    /// How many, by their sizes.
+    closed_sizes: BTreeMap<String, usize>,
+    /// How much of their volume was filled, in percent; 0 where none was closed.
+    filled_percent: f64,
     /// Of a closed container: the mean over streams of their means.
     meshes_cm3: Mean,
     /// To the first line, stream by stream.
@@ -94,6 +101,7 @@ impl Line {
         let compared = Mean::of(first.iter().map(cm3)).mean;
         let items = |run: &Run| run.mean(|container| container.items as f64);
         let all = || runs.iter().flat_map(Run::all);
+        let closed = || runs.iter().flat_map(|run| &run.closed);
         let decisions = runs.iter().flat_map(|run| run.decision_s.iter().copied());
         let [decision_median_s, decision_95_s] = quantiles(decisions, [0.5, 0.95]);
         let pairs = runs.iter().zip(first);
@@ -114,7 +122,12 @@ impl Line {
                 runs.iter().map(|run| run.complete_orders).sum(),
                 runs.iter().map(|run| run.orders).sum(),
             ),
-            closed_as_complete: all().filter(|container| container.is_complete).count(),
+            closed_by: counted(all().filter_map(|container| container.closed_by.clone())),
+            closed_sizes: counted(closed().map(Container::size)),
+            filled_percent: percentage_of(
+                closed().map(|container| container.meshes_m3).sum(),
+                closed().map(Container::volume_m3).sum(),
+            ),
             closed: runs.iter().map(|run| run.closed.len()).sum(),
             meshes_cm3: Mean::of(runs.iter().map(cm3)),
             difference_percent: 100.0 * difference_cm3.mean / compared,
@@ -128,6 +141,41 @@ impl Line {
             decision_95_s,
         }
     }
+}
+
+impl Container {
+    /// Its size, for people.
+    fn size(&self) -> String {
+        let [x_m, y_m, z_m] = self.size_m;
+        format!("{x_m} x {y_m} x {z_m} m")
+    }
+
+    fn volume_m3(&self) -> f64 {
+        self.size_m.iter().product()
+    }
+}
+
+fn percentage_of(part: f64, whole: f64) -> f64 {
+    match whole > 0.0 {
+        true => 100.0 * part / whole,
+        false => 0.0,
+    }
+}
+
+fn listed(counts: &BTreeMap<String, usize>) -> String {
+    let counts = counts
+        .iter()
+        .map(|(what, count)| format!("{what}: {count}"));
+    counts.collect::<Vec<String>>().join(", ")
+}
+
+/// How often each comes.
+fn counted(rules: impl Iterator<Item = String>) -> BTreeMap<String, usize> {
+    let mut counts = BTreeMap::new();
+    for rule in rules {
+        *counts.entry(rule).or_default() += 1;
+    }
+    counts
 }
 
 impl<'a> Results<'a> {
@@ -164,7 +212,7 @@ impl<'a> Results<'a> {
         let mut text = format!(
             "# Streams: several containers open\n\n\
              {} streams of {} from stream {} on, method *{}*, buffer of {}. An item goes into {choice}. Where nothing in the buffer \
-             has a valid placement in any, the fullest is closed and an empty one opened. Volumes are of closed containers: the mean of \
+             has a valid placement in any, the fullest is closed and an empty one opened; other rules that closed containers are named below. Volumes are of closed containers: the mean of \
              each stream, then over streams; differences are to the first line, stream by stream, with 95 % intervals by Student's t. \
              *Unsteady* is what toppled by more than 30 degrees, slid by more than 2 cm or left the container when it was placed. \
              Decision times are of one step on one thread, {} streams at once. Machine: {}.\n\n\
@@ -199,27 +247,44 @@ impl<'a> Results<'a> {
         if self.has_orders {
             text += &self.orders_markdown();
         }
+        text + &self.closings_markdown()
+    }
+
+    /// Why containers were closed, of which sizes.
+    fn closings_markdown(&self) -> String {
+        let mut text =
+            "\nWhy containers were closed, of which sizes, and how much of their volume was filled:\n\n\
+             | open | closed | by | sizes | filled |\n|---|---|---|---|---|\n"
+                .to_owned();
+        for line in &self.lines {
+            text += &format!(
+                "| {} | {} | {} | {} | {:.1} % |\n",
+                line.setting.shown(self.has_orders),
+                line.closed,
+                listed(&line.closed_by),
+                listed(&line.closed_sizes),
+                line.filled_percent
+            );
+        }
         text
     }
 
     fn orders_markdown(&self) -> String {
         let mut text = "\nContainers in which something was packed, open ones at the end among them; differences are to the first line, stream by \
-                        stream. *Complete* orders have all of their items in containers; *closed as complete* are containers whose one order was.\n\n\
-                        | open | containers used | difference | | containers an order | orders in one container | complete orders | \
-                        closed as complete |\n\
-                        |---|---|---|---|---|---|---|---|\n"
+                        stream. *Complete* orders have all of their items in containers.\n\n\
+                        | open | containers used | difference | | containers an order | orders in one container | complete orders |\n\
+                        |---|---|---|---|---|---|---|\n"
             .to_owned();
         for line in &self.lines {
             text += &format!(
-                "| {} | {} | {} | {:+.1} % | {} | {:.1} % | {:.1} % | {} |\n",
+                "| {} | {} | {} | {:+.1} % | {} | {:.1} % | {:.1} % |\n",
                 line.setting.shown(true),
                 line.used.shown(1),
                 line.used_difference.shown(1),
                 line.used_difference_percent,
                 line.containers_an_order.shown(2),
                 line.in_one_container_percent,
-                line.complete_percent,
-                line.closed_as_complete
+                line.complete_percent
             );
         }
         text

@@ -58,6 +58,16 @@ pub enum Bar {
         /// By how much.
         over_m3: f64,
     },
+    /// The rest of its order is not certain enough to fit. Gives way, but for items that must travel together.
+    #[error("the rest of order {order} ({rest_m3:.4} m³) fits with {percent:.0} % certainty")]
+    OrderUnlikely {
+        /// The order.
+        order: Arc<str>,
+        /// The volume of what is left of it, in cubic metres.
+        rest_m3: f64,
+        /// With which certainty that fits.
+        percent: f64,
+    },
     /// Orders are packed one after another, and one before it waits. Gives way.
     #[error("order {0} comes before")]
     EarlierOrder(Arc<str>),
@@ -68,7 +78,10 @@ impl Bar {
     pub fn gives_way(&self) -> bool {
         matches!(
             self,
-            Self::OrderElsewhere(_) | Self::NoRoomForOrder { .. } | Self::EarlierOrder(_)
+            Self::OrderElsewhere(_)
+                | Self::NoRoomForOrder { .. }
+                | Self::OrderUnlikely { .. }
+                | Self::EarlierOrder(_)
         )
     }
 }

@@ -4,6 +4,7 @@
 
 mod attempts;
 mod bar;
+mod room;
 mod ties;
 
 use std::cmp::Reverse;
@@ -50,6 +51,14 @@ pub struct ContainerRules {
     /// The volume of items that a container is expected to hold, in cubic metres. Only where the rest of an order fits into that is it
     /// begun in a container that is not empty; without, anywhere.
     pub expected_m3: Option<f64>,
+    /// By how much containers differ in that: the standard deviation, in cubic metres; 0 where it is not given. With `certainty_percent`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spread_m3: Option<f64>,
+    /// With how much certainty the rest of an order has to fit into a container that is not empty, to be begun there, in percent. What
+    /// containers come to hold is learned from those into which nothing went any more, as soon as they are enough; before, it is
+    /// `expected_m3` with `spread_m3`. Without, `expected_m3` is taken as it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub certainty_percent: Option<f64>,
 }
 
 impl ContainerRules {
@@ -152,6 +161,8 @@ pub struct Orders {
     are_units_found: bool,
     /// The first order in the buffer that no open container holds anything of, of the most urgent items.
     next: Option<Arc<str>>,
+    /// What containers held into which nothing went any more, in cubic metres.
+    filled_m3: Vec<f64>,
 }
 
 impl Orders {
@@ -199,11 +210,15 @@ impl Orders {
 
     /// A step begins, with these items in the buffer.
     pub fn begin(&mut self, candidates: &[Candidate]) {
+        self.begin_with(candidates.iter().map(|held| held.arrival));
+    }
+
+    /// A step begins, with the items of these arrivals in the buffer.
+    pub fn begin_with(&mut self, arrivals: impl Iterator<Item = usize>) {
         if !self.are_units_found {
             self.find_units();
         }
-        let waiting = candidates.iter();
-        let waiting = waiting.filter_map(|held| self.items.get(&held.arrival));
+        let waiting = arrivals.filter_map(|arrival| self.items.get(&arrival));
         let unbegun = waiting.filter(|item| self.homes(&item.order).next().is_none());
         // Of equal ones, `min_by_key` gives the first.
         let next = unbegun.min_by_key(|item| Reverse(item.urgency));
@@ -274,12 +289,16 @@ impl Orders {
         if self.rules.sharing != Sharing::OneOrder {
             return None;
         }
+        self.open.iter().position(|held| self.is_complete(held))
+    }
+
+    /// Whether something lies in a container, and nothing is to come of its orders.
+    fn is_complete(&self, held: &Held) -> bool {
         let is_done = |order: &Arc<str>| {
             let rest = self.rest(order);
             rest.items + rest.unannounced == 0
         };
-        let is_complete = |held: &Held| !held.orders.is_empty() && held.orders.iter().all(is_done);
-        self.open.iter().position(is_complete)
+        !held.orders.is_empty() && held.orders.iter().all(is_done)
     }
 
     /// Why the item of this arrival may not go into an open container, where it may not. Rules that give way come last. To be asked after
@@ -373,23 +392,6 @@ impl Orders {
         })
     }
 
-    fn no_room_for(&self, held: &Held, unit: &Unit, item: &OrderItem) -> Option<Bar> {
-        let expected_m3 = self.rules.expected_m3?;
-        if held.orders.is_empty() {
-            return None;
-        }
-        let promised = held.orders.iter().map(|order| self.rest(order).volume_m3);
-        let further = unit.volumes_m3.iter();
-        let further = further.filter(|(order, _)| !held.orders.contains(*order));
-        let further = further.map(|(_, volume_m3)| volume_m3);
-        let needed_m3 = held.volume_m3 + promised.sum::<f64>() + further.sum::<f64>();
-        let over_m3 = needed_m3 - expected_m3;
-        (over_m3 > 0.0).then(|| Bar::NoRoomForOrder {
-            order: Arc::clone(&item.order),
-            over_m3,
-        })
-    }
-
     /// Where the container could not take any more what has to follow others into it. What itself has to follow was counted when those
     /// were begun.
     fn kept_for(&self, held: &Held, arrival: usize, item: &OrderItem) -> Option<Bar> {
@@ -435,21 +437,6 @@ impl Orders {
         let next = self.next.as_ref().filter(|next| **next != item.order)?;
         let is_barred = self.rules.sharing == Sharing::OneOrder;
         is_barred.then(|| Bar::EarlierOrder(Arc::clone(next)))
-    }
-
-    fn no_room(&self, held: &Held, item: &OrderItem) -> Option<Bar> {
-        let is_begun = held.orders.contains(&item.order);
-        let expected_m3 = self.rules.expected_m3.filter(|_| !is_begun)?;
-        if held.orders.is_empty() {
-            return None;
-        }
-        let promised = held.orders.iter().map(|order| self.rest(order).volume_m3);
-        let needed_m3 = held.volume_m3 + promised.sum::<f64>() + self.rest(&item.order).volume_m3;
-        let over_m3 = needed_m3 - expected_m3;
-        (over_m3 > 0.0).then(|| Bar::NoRoomForOrder {
-            order: Arc::clone(&item.order),
-            over_m3,
-        })
     }
 
     /// The open containers that hold something of an order.

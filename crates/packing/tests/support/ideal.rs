@@ -26,15 +26,13 @@ pub(crate) fn planner(grid: &Grid, heuristic: Heuristic) -> Planner {
 }
 
 /// Brings empty containers.
-pub(crate) struct Ideal {
-    pub(crate) grid: Grid,
-}
+pub(crate) struct Ideal;
 
 impl ContainerSupply for Ideal {
     type Cell = IdealCell;
 
-    fn next(&mut self, _number: usize) -> Result<(Planner, IdealCell), StageError> {
-        let planner = planner(&self.grid, Heuristic::Sdfm);
-        Ok((planner, IdealCell::new(&self.grid)))
+    fn next(&mut self, _number: usize, grid: &Grid) -> Result<(Planner, IdealCell), StageError> {
+        let planner = planner(grid, Heuristic::Sdfm);
+        Ok((planner, IdealCell::new(grid)))
     }
 }

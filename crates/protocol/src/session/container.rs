@@ -78,6 +78,10 @@ pub enum Closing {
     Full,
     /// All items that were announced of its order are in it.
     OrderComplete,
+    /// None of the last items that were looked at in it had a valid placement there, in words.
+    NoneOfLast(String),
+    /// An order that waits is not expected to fit whole, in words.
+    RestOfOrder(String),
 }
 
 impl Session {

@@ -136,6 +136,8 @@ fn write_closed(closed: &ClosedContainer) -> v1::ClosedContainer {
             v1::ClosingReason::OrderComplete,
             "all items that were announced of its order are in it".to_owned(),
         ),
+        Closing::NoneOfLast(text) => (v1::ClosingReason::NoneOfLast, text.clone()),
+        Closing::RestOfOrder(text) => (v1::ClosingReason::RestOfOrder, text.clone()),
     };
     v1::ClosedContainer {
         container: closed.name.clone(),
@@ -152,6 +154,8 @@ fn read_closed(message: v1::ClosedContainer) -> Result<ClosedContainer, WireErro
         v1::ClosingReason::NothingFits => Closing::NothingFits,
         v1::ClosingReason::Full => Closing::Full,
         v1::ClosingReason::OrderComplete => Closing::OrderComplete,
+        v1::ClosingReason::NoneOfLast => Closing::NoneOfLast(message.text),
+        v1::ClosingReason::RestOfOrder => Closing::RestOfOrder(message.text),
         v1::ClosingReason::Unspecified => return Err(is_newer("closed.reason")),
     };
     Ok(ClosedContainer {

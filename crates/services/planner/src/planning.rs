@@ -95,7 +95,9 @@ impl Planning {
         let planner = Planner::new(proposer, evaluator, checks, method.order, method.seed);
         Ok(Self {
             grid,
-            planner: planner.with_chooser(chooser),
+            planner: planner
+                .with_chooser(chooser)
+                .with_time_cost(method.time_cost()),
         })
     }
 

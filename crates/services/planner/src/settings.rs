@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use ppnpack_packing::closing::ClosingRules;
 use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings};
 use ppnpack_packing::method::{Method, ProposalSource};
-use ppnpack_packing::orders::{ContainerRules, Sharing};
+use ppnpack_packing::orders::ContainerRules;
 use ppnpack_packing::search::Search;
 use ppnpack_physics::twin::TwinSettings;
 use ppnpack_robot::error::ParameterError;
@@ -115,12 +116,10 @@ pub struct ClosingSettings {
     /// Whether the bridge brings an empty container for each that is closed so. In automatic mode the fullest is closed then where
     /// nothing in the buffer has a valid placement; otherwise the automatic mode ends.
     pub renews: bool,
-    /// Closed as soon as its items fill so many percent of its volume, 1 to 100; where it is not given, that closes none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub fill_percent: Option<f64>,
-    /// With rules.sharing = "one-order": closed as soon as all items are in it that were announced of its order. Announce all of an
-    /// order before the last of them is packed, or how many items it has.
-    pub order_complete: bool,
+    /// By which rules; the keys stand beside. With `order_complete`, announce all of an order before the last of it is packed, or how many
+    /// items it has.
+    #[serde(flatten)]
+    pub rules: ClosingRules,
     /// The longest that an order is waited for of which fewer items were announced than it is said to have, in seconds since the last of
     /// them; then no more are expected. Where it is not given, they are waited for until a request says that none comes.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -248,13 +247,24 @@ impl CellSettings {
         if let Some(wait_s) = self.closing.order_wait_s {
             in_range("closing.order_wait_s", wait_s, 0.001..=1e6)?;
         }
-        if self.closing.order_complete && rules.sharing != Sharing::OneOrder {
-            return Err(
-                "closing.order_complete: containers are shared: set rules.sharing to \"one-order\", or leave it out"
-                    .to_owned(),
-            );
+        match (rules.certainty_percent, rules.spread_m3, rules.expected_m3) {
+            (None, Some(_), _) => {
+                let remedy = "rules.spread_m3: it says nothing without a certainty: set rules.certainty_percent, or leave it out";
+                return Err(remedy.to_owned());
+            }
+            (Some(_), Some(_), None) => {
+                let remedy =
+                    "rules.spread_m3: of what is not given: set rules.expected_m3, or leave it out";
+                return Err(remedy.to_owned());
+            }
+            (Some(percent), spread_m3, _) => {
+                in_range("rules.certainty_percent", percent, 1.0..=99.9)?;
+                in_range("rules.spread_m3", spread_m3.unwrap_or_default(), 0.0..=1e3)?;
+            }
+            (None, None, _) => {}
         }
-        Ok(())
+        let possible = self.closing.rules.validate(rules, self.choice);
+        possible.map_err(|error| error.to_string())
     }
 
     /// Whether a search has room for what every one takes.
@@ -278,15 +288,16 @@ impl CellSettings {
         let method = &self.method;
         let possible = method.validate();
         possible.map_err(|error| error.to_string())?;
+        if method.arm_time.is_on() && self.arm.is_none() {
+            let remedy = "arm_time: there is no arm that takes time: set arm, or leave it out";
+            return Err(remedy.to_owned());
+        }
         let twin = self.twin.validate();
         twin.map_err(|error| error.to_string())?;
         in_range("buffer", method.buffer, 1..=MAX_CANDIDATES)?;
         set_aside_in_range(self.set_aside)?;
         in_range("poses", self.poses, 1..=MAX_POSES)?;
         self.validate_rules()?;
-        if let Some(percent) = self.closing.fill_percent {
-            in_range("closing.fill_percent", percent, 1.0..=100.0)?;
-        }
         let candidates = method.buffer * self.poses;
         if candidates > MAX_CANDIDATES {
             return Err(format!(
@@ -459,6 +470,77 @@ mod tests {
             let refusal = with_poses(poses, buffer).unwrap_err();
             assert!(refusal.contains("poses"), "{refusal}");
         }
+    }
+
+    #[test]
+    fn time_counts_where_there_is_an_arm() {
+        let validated = |text: &str| {
+            let cell: CellSettings = toml::from_str(text).unwrap();
+            cell.validate()
+        };
+        let weight = "scene_value = { weight = 30.0 }\narm_time = { litres_per_s = 0.01 }";
+        assert_eq!(validated(&format!("{weight}\narm = {{}}")), Ok(()));
+        assert!(validated(weight).unwrap_err().contains("set arm"));
+        for (text, part) in [
+            ("arm_time = { litres_per_s = -1.0 }", "no weight"),
+            (
+                "arm_time = { litres_per_s = 0.01 }\narm = {}",
+                "set scene_value",
+            ),
+            ("arm_time = { among = 1 }", "among"),
+        ] {
+            let refused = validated(text).unwrap_err();
+            assert!(refused.contains(part), "{refused}");
+        }
+    }
+
+    #[test]
+    fn closing_rules_that_do_not_go_together_are_refused_with_what_to_do() {
+        let validated = |text: &str| {
+            let cell: CellSettings = toml::from_str(text).unwrap();
+            cell.validate()
+        };
+        let possible = "rules = { expected_m3 = 0.01, spread_m3 = 0.001, certainty_percent = 80 }\n\
+                        closing = { renews = true, none_of_last = 12, least_fill_percent = 40, rest_of_order = true }";
+        assert_eq!(validated(possible), Ok(()));
+        let cell: CellSettings = toml::from_str(possible).unwrap();
+        let written = toml::to_string(&cell).unwrap();
+        assert_eq!(toml::from_str::<CellSettings>(&written).unwrap(), cell);
+        for (text, remedy) in [
+            (
+                "choice = \"best\"\nclosing = { none_of_last = 12 }",
+                "set choice to",
+            ),
+            ("closing = { none_of_last = 0 }", "at least 1"),
+            ("closing = { fill_percent = 101 }", "1 to 100 percent"),
+            (
+                "closing = { least_fill_percent = 80, fill_percent = 70 }",
+                "no more than that",
+            ),
+            (
+                "closing = { rest_of_order = true }",
+                "set rules.certainty_percent",
+            ),
+            ("closing = { order_complete = true }", "set rules.sharing"),
+            (
+                "rules = { expected_m3 = 0.01, spread_m3 = 0.001 }",
+                "set rules.certainty_percent",
+            ),
+            (
+                "rules = { certainty_percent = 80, spread_m3 = 0.001 }",
+                "set rules.expected_m3",
+            ),
+            (
+                "rules = { certainty_percent = 100 }",
+                "rules.certainty_percent",
+            ),
+        ] {
+            let refused = validated(text).unwrap_err();
+            assert!(refused.contains(remedy), "{refused}");
+        }
+        let unknown = toml::from_str::<CellSettings>("closing = { none_of_the_last = 3 }");
+        let unknown = unknown.unwrap_err().to_string();
+        assert!(unknown.contains("none_of_the_last"), "{unknown}");
     }
 
     #[test]

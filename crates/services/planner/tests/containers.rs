@@ -11,8 +11,9 @@ mod common;
 use std::collections::BTreeMap;
 
 use common::{announcement, block, cell, placed, soon, square};
+use ppnpack_packing::closing::ClosingRules;
 use ppnpack_packing::containers::ContainerChoice;
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::grid::{ContainerSize, GridSettings};
 use ppnpack_packing::heightmap::Surface;
 use ppnpack_packing::method::Method;
 use ppnpack_packing::orders::Sharing;
@@ -39,18 +40,6 @@ struct Rig {
 
 impl Rig {
     fn new(seen: &[&str], change: impl FnOnce(&mut CellSettings)) -> Self {
-        let hub = embedded::hub().unwrap();
-        let perception = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
-        let listeners = seen.iter().map(|name| {
-            let container = Cell::new(name).unwrap();
-            let show = |incoming: Incoming<v1::HeightmapRequest>| {
-                let grid = Grid::reference();
-                let surface = Surface::empty(&grid);
-                common::show_from(incoming, &grid, surface, 2);
-            };
-            rpc::listen(&perception, Some(&container), show).unwrap()
-        });
-        let listeners = listeners.collect();
         let containers = ["left", "right"].map(|name| {
             let settings = ContainerSettings::default();
             (name.to_owned(), settings)
@@ -67,6 +56,25 @@ impl Rig {
             ..CellSettings::default()
         };
         change(&mut settings);
+        let hub = embedded::hub().unwrap();
+        let perception = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
+        let listeners = seen.iter().map(|name| {
+            let container = Cell::new(name).unwrap();
+            let own = settings.containers.get(*name);
+            let grid = GridSettings {
+                container: own
+                    .and_then(|own| own.container)
+                    .unwrap_or(settings.grid.container),
+                ..settings.grid
+            };
+            let grid = grid.build().unwrap();
+            let show = move |incoming: Incoming<v1::HeightmapRequest>| {
+                let surface = Surface::empty(&grid);
+                common::show_from(incoming, &grid, surface, 2);
+            };
+            rpc::listen(&perception, Some(&container), show).unwrap()
+        });
+        let listeners = listeners.collect();
         let folder = tempfile::tempdir().unwrap();
         let settings = Settings {
             store: Some(folder.path().join("sessions.redb")),
@@ -273,7 +281,10 @@ fn a_container_as_full_as_is_set_is_closed() {
     let percent = |volume_m3: f64| 100.0 * volume_m3 / (0.32 * 0.32 * 0.3);
     let rig = Rig::new(&["left", "right"], |settings| {
         settings.closing = ClosingSettings {
-            fill_percent: Some(percent(0.003)),
+            rules: ClosingRules {
+                fill_percent: Some(percent(0.003)),
+                ..ClosingRules::default()
+            },
             ..ClosingSettings::default()
         };
     });
@@ -417,7 +428,7 @@ fn groups_that_must_not_travel_together_go_into_two_containers() {
 fn a_container_of_one_order_is_closed_when_that_is_complete() {
     let rig = Rig::new(&["left", "right"], |settings| {
         settings.rules.sharing = Sharing::OneOrder;
-        settings.closing.order_complete = true;
+        settings.closing.rules.order_complete = true;
     });
     common::begin(&rig.client);
     let lines = ["1", "2", "1", "2", "2"].map(of_order);
@@ -441,6 +452,79 @@ fn a_container_of_one_order_is_closed_when_that_is_complete() {
     let is_complete =
         |closed: &v1::ClosedContainer| closed.reason() == v1::ClosingReason::OrderComplete;
     assert!(session.closed.iter().all(is_complete));
+    rig.finish();
+}
+
+#[test]
+fn a_container_into_which_none_of_the_last_items_fitted_is_closed() {
+    let rig = Rig::new(&["left", "right"], |settings| {
+        settings.closing.rules.none_of_last = Some(2);
+        let left = settings.containers.get_mut("left").unwrap();
+        left.container = Some(ContainerSize {
+            x_m: 0.06,
+            y_m: 0.06,
+            z_m: 0.3,
+        });
+        settings.method.buffer = 1;
+    });
+    common::begin(&rig.client);
+    let small = announcement("small", square("small", 4, 0.01));
+    let large =
+        (0..3).map(|number| announcement(&format!("i{number}"), square("large", 12, 0.001)));
+    rig.call(v1::AnnounceRequest {
+        items: std::iter::once(small).chain(large).collect(),
+        ..v1::AnnounceRequest::default()
+    });
+    assert_eq!(rig.step().container, "left");
+    assert_eq!(rig.step().container, "right");
+    assert!(rig.session().closed.is_empty());
+    assert_eq!(rig.step().container, "right");
+    let session = rig.session();
+    assert_eq!(session.closed.len(), 1);
+    let closed = &session.closed[0];
+    assert_eq!((closed.container.as_str(), closed.items), ("left", 1));
+    assert_eq!(closed.reason(), v1::ClosingReason::NoneOfLast);
+    assert_eq!(closed.text, "none of the last 2 items fitted");
+    // Why is still known after a restart.
+    let rig = rig.restarted(|_| {});
+    assert_eq!(rig.session().closed, session.closed);
+    rig.finish();
+}
+
+#[test]
+fn a_container_is_closed_for_an_order_that_is_not_certain_to_fit() {
+    let rig = Rig::new(&["left", "right"], |settings| {
+        settings.rules.expected_m3 = Some(0.004);
+        settings.rules.spread_m3 = Some(0.0005);
+        settings.rules.certainty_percent = Some(80.0);
+        settings.closing.rules.rest_of_order = true;
+        settings.method.buffer = 6;
+    });
+    common::begin(&rig.client);
+    let lines = ["a1", "a2", "b1", "b2", "c1", "c2"].map(|item_id| v1::Announcement {
+        order_line: Some(of_order(&item_id[..1])),
+        ..announcement(item_id, square("box", 8, 0.0016))
+    });
+    rig.call(v1::AnnounceRequest {
+        items: lines.to_vec(),
+        ..v1::AnnounceRequest::default()
+    });
+    let first = [(); 3].map(|()| rig.step());
+    let first = first.map(|decision| decision.container);
+    assert_eq!(first, ["left", "left", "right"]);
+    let session = rig.session();
+    let closed = &session.closed[0];
+    assert_eq!((closed.container.as_str(), closed.items), ("left", 2));
+    assert_eq!(closed.reason(), v1::ClosingReason::RestOfOrder);
+    assert_eq!(
+        closed.text,
+        "the rest of order c (0.0032 m³) fits with 0 % certainty"
+    );
+    rig.call(open("left", 1));
+    let (packed, _) = pack(&rig);
+    let mut lying = pairs(&packed);
+    lying.sort_unstable();
+    assert_eq!(lying, [("b2", "right"), ("c1", "left"), ("c2", "left")]);
     rig.finish();
 }
 

@@ -297,7 +297,7 @@ fn nothing_is_placed_above_what_leaves_at_an_earlier_stop() {
 fn an_order_is_complete_when_all_came_or_no_more_is_expected() {
     let rig = Rig::new(|settings| {
         settings.rules.sharing = Sharing::OneOrder;
-        settings.closing.order_complete = true;
+        settings.closing.rules.order_complete = true;
     });
     let of_three = |item: &str| {
         let order_line = v1::OrderLine {
@@ -345,7 +345,7 @@ fn an_order_is_complete_when_all_came_or_no_more_is_expected() {
 fn an_order_is_waited_for_no_longer_than_is_set() {
     let rig = Rig::new(|settings| {
         settings.rules.sharing = Sharing::OneOrder;
-        settings.closing.order_complete = true;
+        settings.closing.rules.order_complete = true;
         settings.closing.order_wait_s = Some(1.0);
     });
     let order_line = v1::OrderLine {

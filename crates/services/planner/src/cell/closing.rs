@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::grid::ContainerSize;
-use ppnpack_protocol::session::{Closing, Container};
+use ppnpack_packing::closing::{self, Fill, Missed};
+use ppnpack_protocol::session::{Closing, Container, SessionItem};
 use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::{header, v1};
 
@@ -45,6 +45,25 @@ impl Done {
 
     fn take_due(&mut self) -> bool {
         self.next_look.take_if(|at| *at <= Instant::now()).is_some()
+    }
+}
+
+/// The items that were looked at in vain in a container, since its content is what it is.
+#[derive(Debug, Default)]
+pub(super) struct MissedIn {
+    /// Which of the containers that stand there, and the arrivals of what lies in it.
+    content: (u64, Vec<usize>),
+    items: Missed,
+}
+
+/// A domain's reason as the session has it.
+fn as_told(why: &closing::Closing) -> Closing {
+    match why {
+        closing::Closing::NothingFits => Closing::NothingFits,
+        closing::Closing::Full { .. } => Closing::Full,
+        closing::Closing::NoneOfLast(_) => Closing::NoneOfLast(why.to_string()),
+        closing::Closing::RestOfOrder { .. } => Closing::RestOfOrder(why.to_string()),
+        closing::Closing::OrderComplete => Closing::OrderComplete,
     }
 }
 
@@ -116,7 +135,10 @@ impl CellPlanner {
         if open.iter().any(is_empty) {
             return Ok(false);
         }
-        let Some(name) = open.into_iter().next() else {
+        let fills = open.iter().map(|name| self.fill(name));
+        let fills = fills.collect::<Result<Vec<Fill>, Refusal>>()?;
+        let fullest = self.settings.closing.rules.fullest(&fills);
+        let Some(name) = fullest.and_then(|at| open.into_iter().nth(at)) else {
             return Ok(false);
         };
         let sequence = self.session.container(&name)?.sequence;
@@ -124,7 +146,7 @@ impl CellPlanner {
         Ok(true)
     }
 
-    /// Closes the containers that are as full as the cell is set to, or that hold all of their order, where anything changed.
+    /// Closes the containers that a rule of the cell closes, where anything changed.
     pub(super) fn close_done(&mut self) {
         if !self.closing.take_due() {
             return;
@@ -140,6 +162,10 @@ impl CellPlanner {
                 self.closing.look_after(PAUSE);
             }
         }
+        if let Err(refusal) = self.close_for_next() {
+            tracing::warn!(cell = %self.cell, reason = refusal.message, "not closed yet");
+            self.closing.look_after(PAUSE);
+        }
     }
 
     fn close_where_done(&mut self, name: &str, sequence: u64) -> Result<(), Refusal> {
@@ -147,28 +173,85 @@ impl CellPlanner {
         if pending.is_some_and(|pending| pending.container == name) {
             return Ok(());
         }
-        let closing = if self.is_full(name)? {
-            Closing::Full
-        } else if self.is_complete(name) {
-            Closing::OrderComplete
-        } else {
+        let fill = self.fill(name)?;
+        let rules = self.settings.closing.rules;
+        let by_fill = rules.closing(&fill, &self.missed_in(name).items);
+        let is_complete = by_fill.is_none() && self.is_complete(name);
+        let closing = by_fill.or_else(|| is_complete.then_some(closing::Closing::OrderComplete));
+        let Some(closing) = closing else {
             return Ok(());
         };
         let renews = self.settings.closing.renews;
-        self.close_container(name, sequence, closing, renews)
+        self.close_container(name, sequence, as_told(&closing), renews)
     }
 
-    fn is_full(&mut self, name: &str) -> Result<bool, Refusal> {
-        let Some(percent) = self.settings.closing.fill_percent else {
-            return Ok(false);
+    /// Closes a container where an order that waits fits whole into none that is open.
+    fn close_for_next(&mut self) -> Result<(), Refusal> {
+        // Where an item is on its way it is not known yet where its order is.
+        if !self.settings.closing.rules.rest_of_order || self.session.pending().is_some() {
+            return Ok(());
+        }
+        // An empty one that comes may take it.
+        if self.is_renewing() {
+            return Ok(());
+        }
+        let open = self.open_by_fullness();
+        let Some(mut orders) = self.orders(&open) else {
+            return Ok(());
         };
-        let ContainerSize { x_m, y_m, z_m } = self.place_of(name)?.planning.grid().container();
-        Ok(self.filled_m3(name) * 100.0 >= percent * x_m * y_m * z_m)
+        let buffer = self.session.buffer(self.settings.method.buffer);
+        orders.begin_with(buffer.map(|item| item.arrival));
+        let fills = open.iter().map(|name| self.fill(name));
+        let fills = fills.collect::<Result<Vec<Fill>, Refusal>>()?;
+        let could_be = orders.closed_for_next().into_iter();
+        let rules = &self.settings.closing.rules;
+        let Some((at, closing)) = rules.fullest_that_may_leave(&fills, could_be) else {
+            return Ok(());
+        };
+        let Some(name) = open.get(at) else {
+            return Ok(());
+        };
+        let sequence = self.session.container(name)?.sequence;
+        let renews = self.settings.closing.renews;
+        self.close_container(name, sequence, as_told(&closing), renews)
+    }
+
+    /// Items of these arrivals were looked at in a container, and have no valid placement there. Not known any more after a restart:
+    /// then they are counted anew.
+    pub(super) fn note_missed(&mut self, name: &str, arrivals: &[usize]) {
+        let rules = self.settings.closing.rules;
+        if rules.none_of_last.is_none() {
+            return;
+        }
+        let missed = self.missed_in(name);
+        for arrival in arrivals {
+            missed.items.note(*arrival, &rules);
+        }
+        self.closing.look_again();
+    }
+
+    /// What was looked at in vain in a container as it is now.
+    fn missed_in(&mut self, name: &str) -> &mut MissedIn {
+        let sequence = self.session.container(name);
+        let sequence = sequence.map_or(0, |container| container.sequence);
+        let lying = self.session.packed_in(name).map(|item| item.arrival);
+        let content = (sequence, lying.collect());
+        let missed = self.missed.entry(name.to_owned()).or_default();
+        if missed.content != content {
+            missed.items.forget();
+            missed.content = content;
+        }
+        missed
+    }
+
+    fn fill(&mut self, name: &str) -> Result<Fill, Refusal> {
+        let size = self.place_of(name)?.planning.grid().container();
+        Ok(Fill::of(self.filled_m3(name), size))
     }
 
     /// Whether a container is for one order of which all that was announced lies in it.
     fn is_complete(&mut self, name: &str) -> bool {
-        if !self.settings.closing.order_complete {
+        if !self.settings.closing.rules.order_complete {
             return false;
         }
         let orders = self.orders(&[name.to_owned()]);
@@ -192,6 +275,11 @@ impl CellPlanner {
     /// The volume of the items in an open container, in cubic metres; without those whose shape is not known any more.
     fn filled_m3(&mut self, name: &str) -> f64 {
         let items: Vec<_> = self.session.packed_in(name).cloned().collect();
+        self.volume_m3(&items)
+    }
+
+    /// The volume of items, in cubic metres; without those whose shape is not known any more.
+    pub(super) fn volume_m3(&mut self, items: &[SessionItem]) -> f64 {
         let volumes_m3 = items.iter().filter_map(|item| {
             let shape = self.shape(item).ok()?;
             Some(shape.item.mesh_volume_m3())

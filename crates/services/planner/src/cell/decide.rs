@@ -35,6 +35,8 @@ struct Found {
     plan: Plan,
     /// Over all containers.
     timings: Timings,
+    /// Containers, and the arrivals of items that have no valid placement there.
+    missed: Vec<(String, Vec<usize>)>,
 }
 
 impl CellPlanner {
@@ -58,6 +60,9 @@ impl CellPlanner {
             let prepared = self.prepare(items, deadline)?;
             let waited = started.elapsed();
             let found = self.plan(&prepared, alternatives)?;
+            for (container, arrivals) in &found.missed {
+                self.note_missed(container, arrivals);
+            }
             if let Some(choice) = found.plan.choice() {
                 break (prepared, found, choice, waited);
             }
@@ -104,7 +109,7 @@ impl CellPlanner {
             held.map_or(0.0, |held| held.item.mesh_volume_m3())
         };
         let items = prepared.items.iter();
-        let items = items.filter(|item| prepared.barred(item, found.container).is_none());
+        let items = items.filter(|item| prepared.barred(item, found.container, true).is_none());
         // Of equal ones, `min_by` gives the first.
         let Some(largest) = items.min_by(|a, b| volume_m3(b).total_cmp(&volume_m3(a))) else {
             return Ok(false);
@@ -151,14 +156,21 @@ impl CellPlanner {
     fn plan(&mut self, prepared: &Prepared, alternatives: usize) -> Result<Found, Refusal> {
         // Neither whether nothing fits nor what a rule would give way to is known before all were seen.
         let is_all_seen = prepared.left_out.is_empty();
-        let attempts = prepared.attempts().into_iter();
-        let attempts = attempts.filter(|attempt| is_all_seen || !attempt.gives_way);
+        // One that was closed for an order is not to be missed by it.
+        let is_one_to_come = self.settings.closing.rules.rest_of_order && self.is_renewing();
+        let attempts = prepared.attempts(is_all_seen && !is_one_to_come);
         let mut timings = Timings::default();
+        let mut missed = Vec::new();
         let mut last = None;
         for attempt in attempts {
             let found = self.plan_by(prepared, alternatives, attempt)?;
             timings += found.timings;
-            let found = Found { timings, ..found };
+            missed.extend(found.missed);
+            let found = Found {
+                timings,
+                missed: missed.clone(),
+                ..found
+            };
             if found.plan.choice().is_some() {
                 return Ok(found);
             }
@@ -179,6 +191,7 @@ impl CellPlanner {
         let mut best: Option<Found> = None;
         let mut timings = Timings::default();
         let mut emptiest = None;
+        let mut missed = Vec::new();
         for (container, at) in prepared.containers.iter().enumerate() {
             let candidates = prepared.admitted(at, attempt);
             let least = best.as_ref().and_then(|best| best.plan.choice());
@@ -193,11 +206,16 @@ impl CellPlanner {
             };
             timings += plan.timings();
             let value = plan.choice().map(|choice| choice.value);
+            if value.is_none() && step.below.is_none() {
+                let arrivals = candidates.iter().map(|held| held.arrival).collect();
+                missed.push((at.name.clone(), arrivals));
+            }
             let found = Found {
                 container,
                 candidates,
                 plan,
                 timings,
+                missed: Vec::new(),
             };
             match value {
                 None => emptiest = Some(found),
@@ -210,7 +228,11 @@ impl CellPlanner {
         }
         let none = || Refusal::new(Status::Failed, "no container was planned on");
         let found = best.or(emptiest).ok_or_else(none)?;
-        Ok(Found { timings, ..found })
+        Ok(Found {
+            timings,
+            missed,
+            ..found
+        })
     }
 
     /// Whether a container is searched no further than to a value.
@@ -314,7 +336,8 @@ impl CellPlanner {
         found: &Found,
         item: &SessionItem,
     ) -> Option<v1::ItemReason> {
-        if let Some(text) = prepared.barred(item, found.container) {
+        let is_looked_at = !poses_of(&found.candidates, item).is_empty();
+        if let Some(text) = prepared.barred(item, found.container, is_looked_at) {
             return Some(v1::ItemReason {
                 item_id: item.item_id.clone(),
                 reason: v1::Reason::Rule.into(),

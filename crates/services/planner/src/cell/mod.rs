@@ -44,7 +44,7 @@ use crate::planning::Helpers;
 use crate::settings::CellSettings;
 use crate::store::{Store, StoreError};
 use automatic::Automatic;
-use closing::Done;
+use closing::{Done, MissedIn};
 use expected::Expected;
 use inspect::ToInspect;
 use place::Place;
@@ -106,6 +106,8 @@ pub(crate) struct CellPlanner {
     closing: Done,
     /// Since when orders wait for more items.
     expected: Expected,
+    /// Of containers, by their names: which items were looked at there in vain.
+    missed: BTreeMap<String, MissedIn>,
     own: Own,
 }
 
@@ -197,6 +199,7 @@ impl CellPlanner {
             automatic: Automatic::default(),
             closing: Done::default(),
             expected: Expected::default(),
+            missed: BTreeMap::new(),
             own,
         };
         planner.must_have_its_containers()?;

@@ -87,13 +87,20 @@ impl Prepared {
         convert::placement::write_ranked_item(ranked, item, held.map_or(0, |held| held.pose))
     }
 
-    /// The tries to pack something, until one finds anything.
-    pub(super) fn attempts(&self) -> Vec<Attempt> {
+    /// The tries to pack something, until one finds anything. The last of them is of all items.
+    pub(super) fn attempts(&self, may_give_way: bool) -> Vec<Attempt> {
+        let Some(orders) = &self.orders else {
+            return vec![Attempt::STRICT];
+        };
         let containers = self.containers.iter().map(|container| container.at);
         let containers: Vec<usize> = containers.collect();
-        let attempts = self.orders.as_ref();
-        let attempts = attempts.map(|orders| orders.attempts(&containers, &self.candidates));
-        attempts.unwrap_or_else(|| vec![Attempt::STRICT])
+        let mut attempts = orders.attempts(&containers, &self.candidates);
+        if !may_give_way {
+            attempts.retain(|attempt| !attempt.gives_way);
+            let is_staged = attempts.len() > 1;
+            attempts.extend(is_staged.then_some(Attempt::STRICT));
+        }
+        attempts
     }
 
     /// What a container may take in a try.
@@ -110,15 +117,20 @@ impl Prepared {
         admitted.cloned().collect()
     }
 
-    /// By which rule a container may not take an item, whatever is left, for people; `None` where it may.
-    pub(super) fn barred(&self, item: &SessionItem, container: usize) -> Option<String> {
+    /// By which rule a container may not take an item, for people; `None` where it may, or with `gives_way` where that rule gives way.
+    pub(super) fn barred(
+        &self,
+        item: &SessionItem,
+        container: usize,
+        gives_way: bool,
+    ) -> Option<String> {
         let PreparedContainer { at, name, .. } = self.containers.get(container)?;
         let bar = self.orders.as_ref()?.bar(*at, item.arrival)?;
         let told = match name.as_str() {
             "" => bar.to_string(),
             name => format!("container {name}: {bar}"),
         };
-        (!bar.gives_way()).then_some(told)
+        (!gives_way || !bar.gives_way()).then_some(told)
     }
 }
 
