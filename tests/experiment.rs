@@ -152,7 +152,7 @@ fn orders_are_packed_one_at_a_time_and_together() {
     ]));
     let [apart, together] = [0, 1].map(|line| &results["lines"][line]);
     // Four orders of a few small items each fit into one container.
-    assert_eq!(apart["closed_as_complete"], 3);
+    assert_eq!(apart["closed_by"]["order complete"], 3);
     // One of them has more items than come.
     assert_eq!(apart["complete_percent"], 75.0);
     assert_eq!(together["complete_percent"], 75.0);

@@ -9,7 +9,7 @@
 mod common;
 
 use common::rig::Rig;
-use common::{announcement, block, cell, soon};
+use common::{announcement, block, cell, soon, square};
 use ppnpack_packing::loads::LoadSettings;
 use ppnpack_packing::method::Method;
 use ppnpack_packing::trial::TrialSettings;
@@ -32,22 +32,10 @@ fn rig() -> Rig {
     Rig::new(None, settings(LoadSettings::default()))
 }
 
-/// Begins a session in which there is room for one stack of blocks.
-fn begin_stack(rig: &Rig) {
-    let region = |x_min_m, y_min_m| v1::Region {
-        x_min_m,
-        y_min_m,
-        x_max_m: 10.0,
-        y_max_m: 10.0,
-    };
-    rig.call(v1::BeginRequest {
-        session_id: "s".to_owned(),
-        keep_out: vec![region(0.065, 0.0), region(0.0, 0.065)],
-        ..v1::BeginRequest::default()
-    });
-}
+/// How many cells a slab is wide: as many as the container, so that slabs can only be stacked.
+const SLAB: usize = 32;
 
-/// A block of this mass, in kilograms, that may carry so much.
+/// A slab of this mass, in kilograms, that may carry so much.
 fn loaded(item_id: &str, mass_kg: f64, carries_kg: Option<f64>) -> v1::Announcement {
     v1::Announcement {
         rules: Some(v1::ItemRules {
@@ -58,7 +46,7 @@ fn loaded(item_id: &str, mass_kg: f64, carries_kg: Option<f64>) -> v1::Announcem
             mass_kg,
             ..v1::OrderLine::default()
         }),
-        ..announcement(item_id, block())
+        ..announcement(item_id, square("slab", SLAB, 0.0001))
     }
 }
 
@@ -69,15 +57,15 @@ fn announce(rig: &Rig, item: v1::Announcement) {
     });
 }
 
-/// Places a block at once; gives what its decision says that it loads.
+/// Places a slab at once; gives what its decision says that it loads.
 fn place(rig: &Rig, item: v1::Announcement) -> Option<v1::Load> {
     announce(rig, item);
     let decision = rig.decision();
-    rig.place(&decision);
+    rig.place_square(&decision, SLAB);
     decision.load.map(|load| *load)
 }
 
-/// Announces a block that has no place; gives why. It is withdrawn.
+/// Announces a slab that has no place; gives why. It is withdrawn.
 fn refused(rig: &Rig, item: v1::Announcement) -> v1::ItemReason {
     let item_id = item.item_id.clone();
     announce(rig, item);
@@ -93,7 +81,7 @@ fn refused(rig: &Rig, item: v1::Announcement) -> v1::ItemReason {
 #[test]
 fn an_item_is_loaded_with_no_more_than_it_may_carry() {
     let rig = rig();
-    begin_stack(&rig);
+    common::begin(&rig.client);
     assert_eq!(place(&rig, loaded("base", 1.0, Some(0.2))), None);
     let reason = refused(&rig, loaded("heavy", 1.0, None));
     assert!(
@@ -125,7 +113,7 @@ fn an_item_is_loaded_with_no_more_than_it_may_carry() {
 #[test]
 fn a_mass_that_nobody_told_is_estimated() {
     let rig = rig();
-    begin_stack(&rig);
+    common::begin(&rig.client);
     place(&rig, loaded("base", 0.0, Some(0.01)));
     // A hundred cubic centimetres.
     let reason = refused(&rig, loaded("seen", 0.0, None));
@@ -139,7 +127,7 @@ fn a_mass_that_nobody_told_is_estimated() {
 #[test]
 fn what_was_announced_to_carry_nothing_carries_nothing() {
     let rig = rig();
-    begin_stack(&rig);
+    common::begin(&rig.client);
     place(&rig, loaded("base", 1.0, Some(0.0)));
     let reason = refused(&rig, loaded("light", 0.001, None));
     assert!(reason.text.contains("base would carry"), "{reason:?}");
@@ -172,7 +160,11 @@ fn a_container_stays_balanced() {
         }),
     );
     common::begin(&rig.client);
-    announce(&rig, loaded("first", 1.0, None));
+    let block = |item_id| v1::Announcement {
+        shape: Some(v1::announcement::Shape::Item(block())),
+        ..loaded(item_id, 1.0, None)
+    };
+    announce(&rig, block("first"));
     let first = rig.decision();
     let centre = |decision: &v1::Decision| {
         let pose = decision.container_from_item.as_ref().unwrap();
@@ -182,7 +174,7 @@ fn a_container_stays_balanced() {
     let (x, y) = centre(&first);
     assert!(x.hypot(y) <= 0.02 + 1e-9, "{first:?}");
     rig.place(&first);
-    announce(&rig, loaded("second", 1.0, None));
+    announce(&rig, block("second"));
     let second = rig.decision();
     let (other_x, other_y) = centre(&second);
     assert!(

@@ -116,13 +116,18 @@ impl Rig {
 
     /// Reports a block as placed, and shows it.
     pub(crate) fn place(&self, decision: &v1::Decision) {
+        self.place_square(decision, 6);
+    }
+
+    /// Reports a square box of so many cells a side as placed, and shows it.
+    pub(crate) fn place_square(&self, decision: &v1::Decision, cells: usize) {
         let resting = decision.placement.as_ref().unwrap();
         let resting = convert::placement::read_resting(resting).unwrap();
         let at = resting.placement;
         let bottom_m = f32::from(resting.resting_height) * 0.002;
         let state_number = {
             let mut shown = self.shown.lock().unwrap();
-            shown.raise((at.x, at.y), 6, bottom_m + 0.04);
+            shown.raise((at.x, at.y), cells, bottom_m + 0.04);
             shown.state_number
         };
         self.call(placed(decision, state_number));
