@@ -60,7 +60,8 @@ impl LoadCheck {
 fn refusal(load: &Load) -> Refusal {
     let over_g = (load.estimated_kg - load.carries_kg) * 1e3;
     let digit = 10_f64.powf(over_g.max(1.0).log10().floor() - 1.0).max(1.0);
-    let over_g = (over_g / digit).ceil() * digit;
+    // What is over by less than a millionth of a digit is rounding.
+    let over_g = (over_g / digit - 1e-6).ceil().max(1.0) * digit;
     let detail = format!(
         "{} would carry up to {over_g:.0} g more than it may",
         load.item
