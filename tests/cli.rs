@@ -100,6 +100,48 @@ fn packing_the_builtin_set_writes_a_whole_report() {
 }
 
 #[test]
+fn several_containers_are_packed_with_a_report_of_each() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("result");
+    // Small ones, coarse and without tries, so that some are closed soon.
+    let options = "pack --random 24 --seed 3 --container 20x20x15cm --cell 1cm --yaws 4 --tries 0 --open 2 --json --out";
+    let mut arguments: Vec<&str> = options.split(' ').collect();
+    arguments.push(out.to_str().unwrap());
+    let summary = json(&ppnpack(&arguments));
+    let containers = summary["containers"].as_array().unwrap();
+    let is_closed = |line: &&Value| line["closed_because"].is_string();
+    assert!(
+        containers.iter().filter(is_closed).count() >= 1,
+        "{summary}"
+    );
+    let left = summary["unplaceable"].as_array().unwrap().len();
+    let placed = summary["items_placed"].as_u64().unwrap() as usize;
+    assert_eq!(placed + left, 24, "{summary}");
+    // Every item is in one container, and in the report of that.
+    let mut arrivals = std::collections::BTreeSet::new();
+    for line in containers {
+        let folder = out.join(line["folder"].as_str().unwrap());
+        assert!(folder.join("report.html").is_file() && folder.join("packed.png").is_file());
+        let table = std::fs::read_to_string(folder.join("placements.csv")).unwrap();
+        for placement in table.lines().skip(1) {
+            let arrival = placement.split(',').nth(1).unwrap().to_owned();
+            assert!(arrivals.insert(arrival), "{table}");
+        }
+        let report = std::fs::read(folder.join("summary.json")).unwrap();
+        let report: Value = serde_json::from_slice(&report).unwrap();
+        assert_eq!(report["packed"]["items"], line["items"]);
+    }
+    assert_eq!(arrivals.len(), placed);
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("container-001/report.html"), "{page}");
+    refused(
+        &["pack", "--open", "2", "--set-aside", "3"],
+        &["--open", "--set-aside"],
+    );
+    refused(&["pack", "--open", "0"], &["--open"]);
+}
+
+#[test]
 fn the_same_seed_packs_the_same() {
     let folder = tempfile::tempdir().unwrap();
     let run = |name: &str, threads: &str| {

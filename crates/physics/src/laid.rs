@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Vector3};
 use ppnpack_catalogue::mesh::Bounds;
+use ppnpack_packing::loads::Burden;
 
 use crate::body::BodyTemplate;
 
@@ -22,6 +23,8 @@ pub(crate) struct Lying {
     pub(crate) template: Arc<BodyTemplate>,
     pub(crate) container_from_item: Isometry3<f64>,
     pub(crate) bounds: Bounds,
+    /// What it weighs, and may carry.
+    pub(crate) burden: Burden,
 }
 
 impl Laid {

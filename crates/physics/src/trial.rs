@@ -1,5 +1,7 @@
 //! The simulated check: a placement is tried in the twin of the cell before it is made.
 
+mod loads;
+
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -10,11 +12,14 @@ use ppnpack_packing::candidate::Candidate;
 use ppnpack_packing::check::{BoxedCheck, Cost, Evidence, LastResort, ValidityCheck, Verdict};
 use ppnpack_packing::content::Content;
 use ppnpack_packing::item::ShapeId;
+use ppnpack_packing::loads::{Load, LoadSettings};
 use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_packing::refusal::{Cause, Refusal};
 use ppnpack_packing::step::{StageResult, StepInput};
 use ppnpack_packing::trial::{Settling, TrialLimits, TrialSettings};
 use rayon::prelude::*;
+
+use loads::LoadTries;
 
 use crate::error::PhysicsError;
 use crate::twin::{Solid, Twin, TwinSettings};
@@ -57,23 +62,27 @@ pub struct TrialCheck {
     known: HashMap<Place, Tried>,
     /// Of this step.
     refused: Vec<(Place, Settling)>,
+    /// What tried placements load the items below with.
+    loads: LoadTries,
     /// By arrival: tries of this step that counted.
     tries: HashMap<usize, usize>,
 }
 
-/// The check of a method that tries placements, in a twin, on the threads of a pool; `None` of one that does not.
+/// The check of a method that tries placements, in a twin, on the threads of a pool; `None` of one that does not. Where items have
+/// limits, loads are held against them by the settings of `loads`.
 ///
 /// # Errors
 /// [`PhysicsError::Setting`] where a setting is impossible.
 pub fn check(
     settings: TrialSettings,
+    loads: &LoadSettings,
     twin: TwinSettings,
     pool: Option<Arc<rayon::ThreadPool>>,
 ) -> Result<Option<BoxedCheck>, PhysicsError> {
     if !settings.is_on() {
         return Ok(None);
     }
-    let check = TrialCheck::new(settings, twin)?;
+    let check = TrialCheck::new(settings, twin)?.with_loads(loads);
     Ok(Some(Box::new(TrialCheck { pool, ..check })))
 }
 
@@ -115,8 +124,18 @@ impl TrialCheck {
             pool: None,
             known: HashMap::new(),
             refused: Vec::new(),
+            loads: LoadTries::new(LoadSettings::default().tried_margin),
             tries: HashMap::new(),
         })
+    }
+
+    /// Holds loads against what items may carry by these settings.
+    #[must_use]
+    pub fn with_loads(self, settings: &LoadSettings) -> Self {
+        Self {
+            loads: LoadTries::new(settings.tried_margin),
+            ..self
+        }
     }
 
     /// How many placements of this step it was asked about that it did not refuse unasked.
@@ -129,6 +148,12 @@ impl TrialCheck {
         let mut refused = self.refused.iter();
         let near = refused.find(|(other, _)| self.is_near(input, place, other));
         near.map(|(_, settling)| *settling)
+    }
+
+    /// What was refused by its load close to a placement, of the same item and yaw.
+    fn overloaded_near(&self, input: &StepInput<'_>, place: &Place) -> Option<&Refusal> {
+        self.loads
+            .refused(|other| self.is_near(input, place, other))
     }
 
     /// What was refused last of the same item.
@@ -196,11 +221,31 @@ impl TrialCheck {
         self.twin.can_try(&solid, &pose).then_some((solid, pose))
     }
 
-    fn evidence(&self, place: &Place, settling: Settling) -> Evidence {
+    /// The item below that the placement loads most, where one has a limit: of what was tried and is not refused anyway.
+    fn load(
+        &self,
+        candidate: &Candidate,
+        place: &Place,
+        settling: &Settling,
+    ) -> Result<Option<Load>, PhysicsError> {
+        let is_possible = settling.beyond(&self.settings.widest_limits()).is_none();
+        match self.known.get(place).filter(|_| is_possible) {
+            Some(tried) => self.loads.greatest(
+                &self.twin,
+                &tried.solid,
+                candidate.weighs_kg(),
+                &tried.container_from_item,
+            ),
+            None => Ok(None),
+        }
+    }
+
+    fn evidence(&self, place: &Place, settling: Settling, load: Option<Load>) -> Evidence {
         let item = place.is_seen.then_some(SEEN_ITEM);
         let degraded = item.iter().chain(&self.lacks);
         Evidence {
             settling: Some(settling),
+            load,
             degraded: degraded.map(|reason| (*reason).to_owned()).collect(),
             ..Evidence::default()
         }
@@ -298,6 +343,7 @@ impl ValidityCheck for TrialCheck {
 
     fn begin(&mut self, input: &StepInput<'_>) -> StageResult {
         self.refused.clear();
+        self.loads.begin();
         self.tries.clear();
         self.lacks.clear();
         let Some(content) = input.scene.content() else {
@@ -321,6 +367,9 @@ impl ValidityCheck for TrialCheck {
         if let Some(near) = self.refused_near(input, &place) {
             return Some(self.refusal(Some(near)));
         }
+        if let Some(refusal) = self.overloaded_near(input, &place) {
+            return Some(refusal.clone());
+        }
         let is_done = self.is_done_with(candidate);
         is_done.then(|| self.refusal(self.refused_last(&place)))
     }
@@ -340,11 +389,18 @@ impl ValidityCheck for TrialCheck {
             return Ok(untried(input, candidate, resting, degraded));
         };
         *self.tries.entry(place.arrival).or_default() += 1;
+        let load = self.load(candidate, &place, &settling)?;
+        if let Some(refusal) = load
+            .as_ref()
+            .and_then(|load| self.loads.refuse(place, load))
+        {
+            return Ok(Verdict::Refused(refusal));
+        }
         if settling.beyond(&self.settings.limits).is_some() {
             self.refused.push((place, settling));
             return Ok(Verdict::Refused(self.refusal(Some(settling))));
         }
-        Ok(Verdict::Accepted(self.evidence(&place, settling)))
+        Ok(Verdict::Accepted(self.evidence(&place, settling, load)))
     }
 
     fn foresight(&self) -> usize {
@@ -366,6 +422,7 @@ impl ValidityCheck for TrialCheck {
             let mut others = tries.iter();
             let is_covered = self.is_done_with(candidate)
                 || self.refused_near(input, &place).is_some()
+                || self.overloaded_near(input, &place).is_some()
                 || others.any(|(other, ..)| self.is_near(input, &place, other));
             if is_covered || self.known.contains_key(&place) {
                 continue;
@@ -403,7 +460,7 @@ impl ValidityCheck for TrialCheck {
             arrival: place.arrival,
             shape: place.shape,
             resting: place.resting,
-            evidence: self.evidence(place, *settling),
+            evidence: self.evidence(place, *settling, None),
             reason: "no placement that was tried stays within the limits; the best of them is made"
                 .to_owned(),
         })

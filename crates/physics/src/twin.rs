@@ -6,6 +6,8 @@
 //!
 //! Where not all that lies there is known, the rest is as the heightmap shows it, and nothing moves it.
 
+mod loads;
+
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -16,6 +18,7 @@ use ppnpack_numbers::{SettingError, within};
 use ppnpack_packing::content::LyingSolid;
 use ppnpack_packing::grid::{ContainerSize, Grid};
 use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::loads::Burden;
 use ppnpack_packing::trial::{Settling, TrialLimits};
 use rapier3d::dynamics::RigidBodyHandle;
 use serde::{Deserialize, Serialize};
@@ -80,12 +83,20 @@ pub struct Disturbance {
 impl Disturbance {
     /// Where the item is held in place of its planned pose: in one try, and in the other.
     fn held(&self, planned: &Isometry3<f64>) -> [Isometry3<f64>; 2] {
-        [1.0, -1.0].map(|way| {
-            let (shift_m, yaw_rad) = (way * self.shift_m, way * self.yaw_rad);
-            let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
-            let shifted = planned.translation.vector + Vector3::new(shift_m, shift_m, 0.0);
-            Isometry3::from_parts(shifted.into(), turned * planned.rotation)
-        })
+        [1.0, -1.0].map(|way| self.beside(planned, [way, way], way))
+    }
+
+    /// Where the item is held beside its planned pose, on each of the four sides between x and y.
+    fn around(&self, planned: &Isometry3<f64>) -> [Isometry3<f64>; 4] {
+        let ways = [[1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0]];
+        ways.map(|ways| self.beside(planned, ways, ways[0]))
+    }
+
+    fn beside(&self, planned: &Isometry3<f64>, [x, y]: [f64; 2], turn: f64) -> Isometry3<f64> {
+        let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turn * self.yaw_rad);
+        let shift_m = Vector3::new(x, y, 0.0) * self.shift_m;
+        let shifted = planned.translation.vector + shift_m;
+        Isometry3::from_parts(shifted.into(), turned * planned.rotation)
     }
 }
 
@@ -242,6 +253,7 @@ impl Twin {
             bounds: template.bounds(&pose),
             container_from_item: pose,
             template,
+            burden: solid.burden.clone(),
         })
     }
 
@@ -251,6 +263,11 @@ impl Twin {
             terrain: Vec::new(),
         };
         self.templates.tidy();
+    }
+
+    /// What each of the bodies that lie there weighs, and may carry.
+    pub(crate) fn burdens(&self) -> impl Iterator<Item = &Burden> {
+        self.laid.bodies.iter().map(|lying| &lying.burden)
     }
 
     /// What lies there.

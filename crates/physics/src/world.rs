@@ -155,6 +155,15 @@ impl World {
         handle
     }
 
+    /// Makes a body weigh so much, in kilograms, spread as it was.
+    pub(crate) fn weigh(&mut self, handle: RigidBodyHandle, template: &BodyTemplate, mass_kg: f64) {
+        if let Some(body) = self.bodies.get_mut(handle) {
+            let mut mass = template.mass;
+            mass.set_mass(mass_kg as f32, true);
+            body.set_additional_mass_properties(mass, false);
+        }
+    }
+
     /// Lets a body sleep until the next contact that begins, be it with what it lies on.
     pub(crate) fn put_to_sleep(&mut self, handle: RigidBodyHandle) {
         if let Some(body) = self.bodies.get_mut(handle) {

@@ -10,15 +10,13 @@ mod common;
 
 use std::sync::Arc;
 
-use common::{at, ball, cuboid};
-use nalgebra::{Isometry3, Point3, Vector3};
+use common::{Content, at, ball, block, boxed, cuboid, grid, lying, placed, scene, solid_box};
+use nalgebra::{Isometry3, Point3};
 use ppnpack_catalogue::object::Model;
 use ppnpack_packing::candidate::Candidate;
 use ppnpack_packing::check::{Evidence, ValidityCheck, Verdict};
-use ppnpack_packing::content::LyingSolid;
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
 use ppnpack_packing::heightmap::{Heightmap, Scene};
-use ppnpack_packing::item::{Item, ViewSurfaces};
+use ppnpack_packing::loads::LoadSettings;
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_packing::refusal::{Cause, Refusal};
 use ppnpack_packing::step::StepInput;
@@ -27,43 +25,6 @@ use ppnpack_physics::error::PhysicsError;
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_physics::trial::{self, TrialCheck};
 use ppnpack_physics::twin::{Disturbance, Twin, TwinSettings};
-
-/// What lies in a container: solids and where they are.
-type Content = [(Arc<Model>, Isometry3<f64>)];
-
-/// Cells of 1 cm, units of 2 mm, two yaws a right angle apart.
-fn grid() -> Grid {
-    let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(2).unwrap());
-    Grid::new(ContainerSize::REFERENCE, resolution.unwrap()).unwrap()
-}
-
-/// The item that a box of so many cells and units is; the model's frame is in its middle.
-fn boxed(arrival: usize, model: Arc<Model>, [nx, ny]: [usize; 2], height: Units) -> Candidate {
-    let view = |nx: usize, ny: usize| ViewSurfaces {
-        // Half a cell is 5 mm, half a unit 1 mm.
-        origin_from_corner_m: Vector3::new(
-            nx as f64 * 0.005,
-            ny as f64 * 0.005,
-            f64::from(height) * 0.001,
-        ),
-        ..ViewSurfaces::of_cells(nx, ny, vec![height; nx * ny], vec![0; nx * ny])
-    };
-    let views = vec![view(nx, ny), view(ny, nx)];
-    let item = Item::new("box", views, model.volume_m3).unwrap();
-    Candidate::new(arrival, Arc::new(item)).with_model(model)
-}
-
-fn solid_box([nx, ny]: [usize; 2], height: Units) -> Arc<Model> {
-    cuboid([
-        nx as f64 * 0.01,
-        ny as f64 * 0.01,
-        f64::from(height) * 0.002,
-    ])
-}
-
-fn block(arrival: usize, cells: [usize; 2], height: Units) -> Candidate {
-    boxed(arrival, solid_box(cells, height), cells, height)
-}
 
 /// A box that is loaded beside its foot, so that it falls over wherever it is put.
 fn falling(arrival: usize) -> Candidate {
@@ -81,25 +42,6 @@ fn tall(arrival: usize) -> Candidate {
 /// A block under the cells 10 to 16 along both sides, 50 units high.
 fn base() -> (Arc<Model>, Isometry3<f64>) {
     (cuboid([0.06, 0.06, 0.1]), at(0.13, 0.13, 0.05))
-}
-
-fn placed(x: usize, y: usize, resting_height: Units) -> RestingPlacement {
-    RestingPlacement {
-        placement: Placement { yaw: 0, x, y },
-        resting_height,
-    }
-}
-
-fn lying(content: &Content) -> Vec<LyingSolid> {
-    let solids = content
-        .iter()
-        .map(|(model, pose)| LyingSolid::new(Arc::clone(model), *pose));
-    solids.collect()
-}
-
-/// A scene of which the check looks at the content alone.
-fn scene(grid: &Grid, content: &Content) -> Scene {
-    Scene::from_heightmap(Heightmap::empty(grid)).with_content(lying(content).into())
 }
 
 fn new_check(settings: TrialSettings) -> TrialCheck {
@@ -325,7 +267,12 @@ fn answers_are_the_same_with_any_number_of_threads() {
     let input = StepInput::new(&grid, &scene, &held);
     let of_threads = |threads: usize| {
         let pool = trial::pool(threads).unwrap();
-        let made = trial::check(with_last_resort(), TwinSettings::default(), pool);
+        let made = trial::check(
+            with_last_resort(),
+            &LoadSettings::default(),
+            TwinSettings::default(),
+            pool,
+        );
         let mut check = made.unwrap().unwrap();
         assert_eq!(check.foresight(), threads);
         let verdicts = verdicts(&mut *check, &input);
@@ -390,7 +337,12 @@ fn where_the_content_is_not_known_nothing_is_tried() {
     let input = StepInput::new(&grid, &scene, &held);
     for threads in [1, 2] {
         let pool = trial::pool(threads).unwrap();
-        let made = trial::check(with_last_resort(), TwinSettings::default(), pool);
+        let made = trial::check(
+            with_last_resort(),
+            &LoadSettings::default(),
+            TwinSettings::default(),
+            pool,
+        );
         let mut check = made.unwrap().unwrap();
         let without_evidence = Verdict::Accepted(Evidence::default());
         let verdicts = verdicts(&mut *check, &input);
@@ -454,12 +406,12 @@ fn the_last_resort_is_the_least_severe_of_those_refused() {
 #[test]
 fn a_method_that_tries_nothing_has_no_check() {
     let twin = TwinSettings::default;
-    let check = trial::check(TrialSettings::off(), twin(), None).unwrap();
+    let check = trial::check(TrialSettings::off(), &LoadSettings::default(), twin(), None).unwrap();
     assert!(check.is_none());
     let mut impossible = TrialSettings::default();
     impossible.limits.slide_m = f64::NAN;
     assert!(matches!(
-        trial::check(impossible, twin(), None),
+        trial::check(impossible, &LoadSettings::default(), twin(), None),
         Err(PhysicsError::Setting(_))
     ));
     assert!(trial::pool(1).unwrap().is_none());

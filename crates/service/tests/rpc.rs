@@ -251,6 +251,31 @@ fn a_late_answer_is_dropped() {
 }
 
 #[test]
+fn what_nobody_answers_is_asked_again_and_any_answer_to_it_counts() {
+    let pair = Pair::new(Service::Perception);
+    let (_listener, mailbox) = pair.mailbox::<HeightmapRequest>(4);
+    let client = pair.client.clone();
+    let ask = move || {
+        let request = HeightmapRequest::default();
+        let reply = client.call(&cell(), request, soon()).unwrap();
+        reply.heightmap.unwrap().state_number
+    };
+
+    // Lost with whoever was killed: the one that comes after it is answered.
+    let asking = std::thread::spawn(ask.clone());
+    let (lost, again) = (next(&mailbox), next(&mailbox));
+    assert_eq!(lost.header().request_id, again.header().request_id);
+    again.reply(heightmap(1), Done::default());
+    assert_eq!(asking.join().unwrap(), 1);
+
+    // Not lost, but long: it is answered after it was asked for again.
+    let asking = std::thread::spawn(ask);
+    let (long, _again) = (next(&mailbox), next(&mailbox));
+    long.reply(heightmap(2), Done::default());
+    assert_eq!(asking.join().unwrap(), 2);
+}
+
+#[test]
 fn what_waits_for_a_planner_that_has_gone_is_dropped() {
     let pair = Pair::new(Service::Heuristic);
     let planners = Alive::watch(pair.server.session(), Service::Planner).unwrap();

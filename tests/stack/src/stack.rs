@@ -239,6 +239,26 @@ impl Stack {
         Ok(std::fs::read_to_string(path)?)
     }
 
+    /// Waits until an instance has logged something.
+    ///
+    /// # Errors
+    /// With its log, where it has not in time.
+    pub fn wait_logged(&self, name: &str, text: &str) -> Result<()> {
+        let deadline = Instant::now() + START_LIMIT;
+        loop {
+            let log = self.log(name)?;
+            if log.contains(text) {
+                return Ok(());
+            }
+            ensure!(
+                Instant::now() < deadline,
+                "{name} did not say that {text}: {log}"
+            );
+            // A file is polled.
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+
     /// Sends a signal to an instance, such as `planner-1`, or to the `router`.
     ///
     /// # Errors

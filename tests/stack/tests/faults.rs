@@ -258,6 +258,8 @@ fn clouds_that_queued_while_perception_was_stopped_show_nothing_that_was_done_me
     .unwrap();
     let cell = stack.cell(0).unwrap();
     cell.begin("queued", &["toy_brick"; 20], false).unwrap();
+    let is_noticed = "clouds that are held up are noticed from now on";
+    stack.wait_logged("perception-1", is_noticed).unwrap();
     let mut poses = BTreeSet::new();
     for _ in 0..4 {
         let decision = cell.plan().unwrap().unwrap();

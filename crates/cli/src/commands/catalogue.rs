@@ -78,6 +78,9 @@ struct ListedObject {
     extents_m: [f64; 3],
     volume_m3: f64,
     mass_kg: f64,
+    /// What may rest on it; absent where there is no limit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    carries_kg: Option<f64>,
     triangles: usize,
     convex_pieces: usize,
     resting_poses: usize,
@@ -120,10 +123,18 @@ impl ListedObject {
             extents_m: extents_m(model),
             volume_m3: model.volume_m3,
             mass_kg: model.mass.mass_kg,
+            carries_kg: model.carries_kg,
             triangles: model.mesh.triangles.len(),
             convex_pieces: model.pieces.len(),
             resting_poses: model.resting_poses.len(),
             poses: ListedPose::all(object),
+        }
+    }
+
+    fn carries(&self) -> String {
+        match self.carries_kg {
+            Some(carries_kg) => format!("{:.0} g", carries_kg * 1e3),
+            None => "anything".to_owned(),
         }
     }
 }
@@ -177,7 +188,9 @@ fn pose_table(objects: &[ListedObject]) -> String {
 
 fn table(objects: &[ListedObject]) -> String {
     let mut table = output::table();
-    table.set_header(["Index", "Name", "Size", "Volume", "Mass", "Pieces", "Poses"]);
+    table.set_header([
+        "Index", "Name", "Size", "Volume", "Mass", "Carries", "Pieces", "Poses",
+    ]);
     for object in objects {
         table.add_row([
             object.index.to_string(),
@@ -185,6 +198,7 @@ fn table(objects: &[ListedObject]) -> String {
             centimetres(object.extents_m),
             format!("{:.0} cm³", object.volume_m3 * 1e6),
             format!("{:.0} g", object.mass_kg * 1e3),
+            object.carries(),
             object.convex_pieces.to_string(),
             object.resting_poses.to_string(),
         ]);

@@ -2,13 +2,15 @@
 
 use std::path::PathBuf;
 
+use anyhow::Context;
 use clap::Args;
+use ppnpack_files::StagedFolder;
 
 use crate::failure::Outcome;
 use crate::options::Conditions;
 use crate::output;
 use crate::quantity::parse_time;
-use crate::report::{self, Packing};
+use crate::report::{self, ContainerLine, Packing, SeveralSummary, Unplaceable, page_of_several};
 
 /// Valid placements kept beside each choice, for the report.
 pub(super) const ALTERNATIVES: u8 = 3;
@@ -48,6 +50,34 @@ pub(super) struct ResultOptions {
 }
 
 impl ResultOptions {
+    /// Writes a report of each container, one of all of them, and prints a summary.
+    pub(super) fn publish_several(
+        &self,
+        packings: &[Packing],
+        unplaceable: Vec<Unplaceable>,
+        open: u8,
+    ) -> Outcome {
+        let mut containers = Vec::new();
+        for (number, packing) in packings.iter().enumerate() {
+            let summary = packing.summary(self.turn_time);
+            let folder = format!("container-{:03}", number + 1);
+            report::write(packing, &summary, &self.out.join(&folder))?;
+            containers.push(ContainerLine::new(folder, &summary));
+        }
+        let all = SeveralSummary::new(open, containers, packings, unplaceable);
+        let page = page_of_several(&all);
+        let mut files = StagedFolder::new(&self.out).map_err(anyhow::Error::from)?;
+        let json = serde_json::to_vec_pretty(&all).context("the summary cannot be encoded")?;
+        for (name, content) in [("summary.json", json), ("report.html", page.into_bytes())] {
+            files.add(name, &content).map_err(anyhow::Error::from)?;
+        }
+        files.publish().map_err(anyhow::Error::from)?;
+        let page = self.out.join("report.html");
+        Ok(output::print(&all, self.json, || {
+            format!("{}\nReport: {}", all.table(), page.display())
+        })?)
+    }
+
     /// Writes the report and prints the summary.
     pub(super) fn publish(&self, packing: &Packing) -> Outcome {
         let summary = packing.summary(self.turn_time);

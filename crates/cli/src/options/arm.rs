@@ -17,7 +17,7 @@ const LIST: &str = "list";
 /// The arm that has to make the placements.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Arm")]
-pub(crate) struct ArmOptions {
+pub struct ArmOptions {
     /// The arm that has to be able to make the placements: nachi-mz07l, abb-irb1200-5-90, or a parameter file;
     /// `list` names those that are built in [default: none, placements are not checked for an arm]
     #[arg(long, value_name = "NAME|FILE")]
@@ -59,7 +59,10 @@ impl ArmOptions {
     }
 
     /// The arm and its cell, as set and at work; `None` where there is no arm.
-    pub(crate) fn station(&self) -> Outcome<Option<(StationSettings, ArmStation)>> {
+    ///
+    /// # Errors
+    /// Which option is wrong, or what of a file.
+    pub fn station(&self) -> Outcome<Option<(StationSettings, ArmStation)>> {
         let Some(arm) = &self.arm else {
             return Ok(None);
         };

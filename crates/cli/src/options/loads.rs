@@ -13,6 +13,10 @@ pub(crate) struct LoadOptions {
     #[arg(long, value_name = "FACTOR", default_value_t = LoadSettings::default().margin, allow_hyphen_values = true)]
     load_margin: f64,
 
+    /// The load of an item where the placement was tried is held against what it may carry this many times
+    #[arg(long, value_name = "FACTOR", default_value_t = LoadSettings::default().tried_margin, allow_hyphen_values = true)]
+    tried_load_margin: f64,
+
     /// How far out of balance the container may be: the mass in it times the distance of its centre of mass from the
     /// container's middle, in kg m [default: as it comes]
     #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
@@ -27,6 +31,7 @@ impl LoadOptions {
     pub(crate) fn settings(&self) -> Outcome<LoadSettings> {
         let settings = LoadSettings {
             margin: self.load_margin,
+            tried_margin: self.tried_load_margin,
             imbalance_kg_m: self.imbalance,
         };
         settings.validate().or_input()?;

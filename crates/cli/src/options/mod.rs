@@ -25,6 +25,7 @@ use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings, Resolution};
 use crate::failure::{OrInput, Outcome};
 use crate::length::{parse_length, parse_size};
 use crate::progress;
+pub use arm::ArmOptions;
 pub use choice::{Choice, one_of};
 pub use conditions::Conditions;
 pub(crate) use mapper::MapperOptions;

@@ -12,7 +12,7 @@ use super::words::in_words;
 use super::{Packing, Summary};
 use crate::length::centimetres;
 
-const STYLE: &str = "
+pub(super) const STYLE: &str = "
 :root { color-scheme: light; --ink: #1f2933; --soft: #616e7c; --line: #e4e7eb; }
 body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); max-width: 72rem; margin: 2rem auto; padding: 0 1rem; }
 h1 { font-size: 1.6rem; margin-bottom: 0; } h2 { font-size: 1.15rem; margin-top: 2.2rem; }
@@ -237,7 +237,7 @@ fn steps(body: &mut String, packing: &Packing, summary: &Summary) {
     body.push_str("</table></div>");
 }
 
-fn escape(text: &str) -> String {
+pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

@@ -4,6 +4,7 @@ mod arm;
 mod csv;
 mod html;
 mod pictures;
+mod several;
 mod summary;
 pub(crate) mod table;
 mod words;
@@ -29,6 +30,7 @@ use crate::fastest::Cost;
 use crate::options::Simulated;
 use crate::sequence::Sequence;
 pub(crate) use arm::{ArmAsked, ArmWork};
+pub(crate) use several::{ContainerLine, SeveralSummary, page_of_several};
 pub(crate) use summary::{EndingSummary, Summary, Unplaceable};
 
 /// Everything a packing depended on.

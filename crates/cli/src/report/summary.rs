@@ -106,6 +106,11 @@ pub(crate) enum EndingSummary {
         /// Each item of the buffer.
         items: Vec<Unplaceable>,
     },
+    /// It was closed, and others went on.
+    Closed {
+        /// Why.
+        why: String,
+    },
 }
 
 /// An item that was not placed, and why.
@@ -117,7 +122,8 @@ pub(crate) struct Unplaceable {
 }
 
 impl Unplaceable {
-    fn new(candidate: &Candidate, reason: String) -> Self {
+    /// An item, and why it was not placed.
+    pub(crate) fn new(candidate: &Candidate, reason: String) -> Self {
         Self {
             arrival: candidate.arrival,
             item: candidate.item.name().to_string(),

@@ -26,6 +26,7 @@ pub(super) fn in_words(packing: &Packing, summary: &Summary) -> String {
             "It ended with everything packed but what was set aside.".to_owned()
         }
         EndingSummary::NothingFits { items: left } => nothing_fits(left),
+        EndingSummary::Closed { why } => format!("It was closed: {why}."),
     };
     let aside = match (packing.settings.set_aside, summary.set_aside.len()) {
         (0, _) | (_, 0) => String::new(),

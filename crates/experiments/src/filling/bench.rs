@@ -5,6 +5,7 @@ use std::sync::Arc;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
 use ppnpack_cli::options::{CatalogueOptions, load};
+use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::method::Method;
 use ppnpack_packing::plan::Planner;
@@ -34,6 +35,17 @@ pub(crate) struct Bench {
 impl Bench {
     /// The seed is that of everything that is random.
     pub(crate) fn new(way: &Way, catalogue: &Catalogue, seed: u64, apart: &Apart) -> Outcome<Self> {
+        Self::with_check(way, catalogue, seed, apart, None)
+    }
+
+    /// One in which placements must pass a check more.
+    pub(crate) fn with_check(
+        way: &Way,
+        catalogue: &Catalogue,
+        seed: u64,
+        apart: &Apart,
+        check: Option<BoxedCheck>,
+    ) -> Outcome<Self> {
         let grid: Grid = way.grid.build().or_input()?;
         let method = Method {
             seed,
@@ -45,9 +57,19 @@ impl Bench {
             ..CellSettings::robot()
         };
         let pool = trial::pool(way.threads).or_run()?;
-        let check =
-            trial::check(method.trial, TwinSettings::of(&known), pool.clone()).or_input()?;
-        let planner = method.build_with(&grid, method.proposer(&grid, None)?, check, 1)?;
+        let trial = trial::check(
+            method.trial,
+            &method.loads,
+            TwinSettings::of(&known),
+            pool.clone(),
+        )
+        .or_input()?;
+        let planner = method.build_with(
+            &grid,
+            method.proposer(&grid, None)?,
+            check.into_iter().chain(trial),
+            1,
+        )?;
         let planner = planner.with_chooser(method.chooser(&grid, &catalogue.items(), pool)?);
         let real = apart.cell(known);
         let cell = SimulatedPackingCell::new(real, &grid, catalogue, Sampling::Greatest);

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use ppnpack_cli::failure::{Failure, OrInput, Outcome};
-use ppnpack_cli::options::CatalogueOptions;
+use ppnpack_cli::options::{ArmOptions, CatalogueOptions};
 use ppnpack_packing::closing::ClosingRules;
 use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings};
@@ -119,6 +119,9 @@ pub(crate) struct StreamArguments {
     /// A JSON file with the method, in place of placements that are tried on 5 mm and 8 yaws
     #[arg(long, value_name = "FILE")]
     method: Option<PathBuf>,
+
+    #[command(flatten)]
+    arm: ArmOptions,
 
     /// The physics of the cells that are packed in
     #[arg(long, value_enum, default_value_t = Physics::Own)]
@@ -242,6 +245,7 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
     let catalogue = filling::catalogue(&arguments.catalogue, &way)?;
     let streams = arguments.source.streams(&catalogue, arguments.wanted())?;
     let apart = arguments.physics.apart();
+    let (arm, station) = arguments.arm.station()?.unzip();
     let sizes = arguments.grids(&way)?;
     let folder = arguments.runs.folder(&arguments.out);
     let mut results = Results::new(arguments, &way);
@@ -250,6 +254,7 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
             way: &way,
             catalogue: &catalogue,
             apart: &apart,
+            station: station.as_ref(),
             rules: arguments.rules(setting.sharing)?,
             how: StreamPlay {
                 open: usize::from(setting.open),
@@ -268,7 +273,7 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
         let settings = (
             catalogue.content_hash(),
             &way,
-            &apart,
+            (&apart, &arm),
             &packing.rules,
             packing.how.closing,
             (&arguments.sizes, arguments.expected_fill),

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_cli::failure::{OrRun, Outcome};
+use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::closing::Closing;
 use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings};
 use ppnpack_packing::orders::{ContainerRules, Orders};
@@ -12,6 +13,7 @@ use ppnpack_packing::plan::{Planner, StageError};
 use ppnpack_packing::stream::{ContainerSupply, Filled, StreamPlay, play_stream};
 use ppnpack_physics::outcome::is_unsteady;
 use ppnpack_physics::packing_cell::SimulatedPackingCell;
+use ppnpack_robot::station::ArmStation;
 use serde::{Deserialize, Serialize};
 
 use super::source::Arrivals;
@@ -35,6 +37,8 @@ pub(super) struct Run {
     pub(super) orders: usize,
     /// Of each step.
     pub(super) decision_s: Vec<f64>,
+    /// Of each step with an arm: from one pick to the next.
+    pub(super) cycle_s: Vec<f64>,
 }
 
 /// What a container came to.
@@ -55,6 +59,8 @@ pub(super) struct Packing<'a> {
     pub(super) way: &'a Way,
     pub(super) catalogue: &'a Catalogue,
     pub(super) apart: &'a Apart,
+    /// The arm that makes the placements, where there is one; each container is at the same place of its cell.
+    pub(super) station: Option<&'a ArmStation>,
     pub(super) rules: ContainerRules,
     /// The sizes of containers that there are.
     pub(super) sizes: &'a [Grid],
@@ -79,6 +85,10 @@ impl Packing<'_> {
         let of = |filled: &Filled<SimulatedPackingCell>| Container::of(filled);
         let all = || packed.closed.iter().chain(&packed.open);
         let steps = all().flat_map(|filled| &filled.steps);
+        let cycles = steps
+            .clone()
+            .filter_map(|step| step.evidence.cycle.as_ref());
+        let cycle_s = cycles.map(|cycle| cycle.cycle_s).collect();
         let mut decision_s: Vec<(u64, f64)> = steps
             .map(|step| (step.step, step.timings.total().as_secs_f64()))
             .collect();
@@ -92,6 +102,7 @@ impl Packing<'_> {
             complete_orders: complete_orders(stream, all()),
             orders: stream.expected.len(),
             decision_s: decision_s.into_iter().map(|(_, took_s)| took_s).collect(),
+            cycle_s,
         })
     }
 }
@@ -149,6 +160,7 @@ impl ContainerSupply for Supply<'_> {
             way,
             catalogue,
             apart,
+            station,
             ..
         } = self.packing;
         // Each container is another draw of what is random.
@@ -160,7 +172,8 @@ impl ContainerSupply for Supply<'_> {
             },
             ..Way::clone(way)
         };
-        let bench = Bench::new(&way, catalogue, seed, apart);
+        let check = station.map(|station| Box::new(station.check()) as BoxedCheck);
+        let bench = Bench::with_check(&way, catalogue, seed, apart, check);
         let bench = bench.map_err(|failure| failure.to_string())?;
         Ok((bench.planner, bench.cell))
     }

@@ -60,6 +60,8 @@ struct Line {
     unplaceable: usize,
     decision_median_s: f64,
     decision_95_s: f64,
+    /// From one pick to the next, where there is an arm.
+    cycle_s: Option<Mean>,
 }
 
 impl Run {
@@ -104,6 +106,9 @@ impl Line {
         let closed = || runs.iter().flat_map(|run| &run.closed);
         let decisions = runs.iter().flat_map(|run| run.decision_s.iter().copied());
         let [decision_median_s, decision_95_s] = quantiles(decisions, [0.5, 0.95]);
+        let with_arm = runs.iter().filter(|run| !run.cycle_s.is_empty());
+        let cycles_s = with_arm.map(|run| Mean::of(run.cycle_s.iter().copied()).mean);
+        let cycles_s: Vec<f64> = cycles_s.collect();
         let pairs = runs.iter().zip(first);
         let used_difference = Mean::of(pairs.map(|(run, first)| run.used() - first.used()));
         let used_first = Mean::of(first.iter().map(Run::used)).mean;
@@ -139,6 +144,7 @@ impl Line {
             unplaceable: runs.iter().map(|run| run.unplaceable).sum(),
             decision_median_s,
             decision_95_s,
+            cycle_s: (!cycles_s.is_empty()).then(|| Mean::of(cycles_s.into_iter())),
         }
     }
 }
@@ -247,7 +253,28 @@ impl<'a> Results<'a> {
         if self.has_orders {
             text += &self.orders_markdown();
         }
+        if self.lines.iter().any(|line| line.cycle_s.is_some()) {
+            text += &self.arm_markdown();
+        }
         text + &self.closings_markdown()
+    }
+
+    fn arm_markdown(&self) -> String {
+        let mut text = "\nThe arm's planned time from one pick to the next, the mean of each stream, then over streams:\n\n\
+                        | open | cycle (s) | litres an hour |\n|---|---|---|\n"
+            .to_owned();
+        for line in &self.lines {
+            if let Some(cycle_s) = line.cycle_s {
+                let litres = line.meshes_cm3.mean / 1e3 / line.items.mean;
+                text += &format!(
+                    "| {} | {} | {:.0} |\n",
+                    line.setting.shown(self.has_orders),
+                    cycle_s.shown(2),
+                    litres * 3600.0 / cycle_s.mean
+                );
+            }
+        }
+        text
     }
 
     /// Why containers were closed, of which sizes.

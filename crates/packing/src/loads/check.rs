@@ -6,7 +6,6 @@ use super::{Burden, Load, Pile};
 use crate::check::{Cost, Evidence, ValidityCheck, Verdict};
 use crate::grid::Grid;
 use crate::placement::RestingPlacement;
-use crate::refusal::{Cause, Refusal};
 use crate::step::{Candidate, StageResult, StepInput};
 
 /// Of a content that is not wholly known.
@@ -53,20 +52,6 @@ impl LoadCheck {
             carries_kg: limit.carries_kg,
         }
     }
-}
-
-/// Refuses what would load an item with more than it may carry. The excess is rounded up to two digits, so that there are few
-/// different refusals.
-fn refusal(load: &Load) -> Refusal {
-    let over_g = (load.estimated_kg - load.carries_kg) * 1e3;
-    let digit = 10_f64.powf(over_g.max(1.0).log10().floor() - 1.0).max(1.0);
-    // What is over by less than a millionth of a digit is rounding.
-    let over_g = (over_g / digit - 1e-6).ceil().max(1.0) * digit;
-    let detail = format!(
-        "{} would carry up to {over_g:.0} g more than it may",
-        load.item
-    );
-    Refusal::because(Cause::Load, detail)
 }
 
 impl ValidityCheck for LoadCheck {
@@ -124,7 +109,7 @@ impl ValidityCheck for LoadCheck {
         if let Some(load) = &greatest
             && load.share() > 1.0
         {
-            return Ok(Verdict::Refused(refusal(load)));
+            return Ok(Verdict::Refused(load.refusal()));
         }
         let degraded = self.is_partial.then(|| PARTIAL_CONTENT.to_owned());
         Ok(Verdict::Accepted(Evidence {

@@ -23,6 +23,7 @@ pub use pile::Pile;
 
 use crate::check::BoxedCheck;
 use crate::model::Model;
+use crate::refusal::{Cause, Refusal};
 
 /// How loads are reckoned with.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -30,6 +31,8 @@ use crate::model::Model;
 pub struct LoadSettings {
     /// The estimated load of an item is held against what it may carry this many times.
     pub margin: f64,
+    /// The load of an item where the placement was tried is held against what it may carry this many times.
+    pub tried_margin: f64,
     /// How far out of balance a container may be: the mass in it times the distance of its centre of mass from the container's middle,
     /// along the floor, in kg m; `None`: as it comes.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -40,6 +43,7 @@ impl Default for LoadSettings {
     fn default() -> Self {
         Self {
             margin: 1.5,
+            tried_margin: 1.25,
             imbalance_kg_m: None,
         }
     }
@@ -53,6 +57,7 @@ impl LoadSettings {
     pub fn validate(&self) -> Result<(), SettingError> {
         let factor = within("between 1 and 1000", 1.0..=1e3);
         factor("the margin of loads", self.margin)?;
+        factor("the margin of tried loads", self.tried_margin)?;
         let imbalance = within("between 0 and 100000 kg m", 0.0..=1e5);
         imbalance(
             "the container's imbalance",
@@ -110,5 +115,19 @@ impl Load {
         } else {
             0.0
         }
+    }
+
+    /// Refuses what would load an item with more than it may carry. The excess is rounded up to two digits, so that there are few
+    /// different refusals.
+    pub fn refusal(&self) -> Refusal {
+        let over_g = (self.estimated_kg - self.carries_kg) * 1e3;
+        let digit = 10_f64.powf(over_g.max(1.0).log10().floor() - 1.0).max(1.0);
+        // What is over by less than a millionth of a digit is rounding.
+        let over_g = (over_g / digit - 1e-6).ceil().max(1.0) * digit;
+        let detail = format!(
+            "{} would carry up to {over_g:.0} g more than it may",
+            self.item
+        );
+        Refusal::because(Cause::Load, detail)
     }
 }

@@ -6,6 +6,12 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
 use ppnpack_catalogue::mesh::{Bounds, Mesh};
 use ppnpack_catalogue::object::{ConvexPiece, MassProperties, Model};
+use ppnpack_packing::candidate::Candidate;
+use ppnpack_packing::content::LyingSolid;
+use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
+use ppnpack_packing::heightmap::{Heightmap, Scene};
+use ppnpack_packing::item::{Item, ViewSurfaces};
+use ppnpack_packing::placement::{Placement, RestingPlacement};
 
 const DENSITY_KG_M3: f64 = 500.0;
 
@@ -124,4 +130,65 @@ pub(crate) fn turned(x_m: f64, y_m: f64, z_m: f64, yaw_rad: f64) -> Isometry3<f6
         Translation3::new(x_m, y_m, z_m),
         UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad),
     )
+}
+
+/// What lies in a container: solids and where they are.
+pub(crate) type Content = [(Arc<Model>, Isometry3<f64>)];
+
+/// Cells of 1 cm, units of 2 mm, two yaws a right angle apart.
+pub(crate) fn grid() -> Grid {
+    let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(2).unwrap());
+    Grid::new(ContainerSize::REFERENCE, resolution.unwrap()).unwrap()
+}
+
+/// The item that a box of so many cells and units is; the model's frame is in its middle.
+pub(crate) fn boxed(
+    arrival: usize,
+    model: Arc<Model>,
+    [nx, ny]: [usize; 2],
+    height: Units,
+) -> Candidate {
+    let view = |nx: usize, ny: usize| ViewSurfaces {
+        // Half a cell is 5 mm, half a unit 1 mm.
+        origin_from_corner_m: Vector3::new(
+            nx as f64 * 0.005,
+            ny as f64 * 0.005,
+            f64::from(height) * 0.001,
+        ),
+        ..ViewSurfaces::of_cells(nx, ny, vec![height; nx * ny], vec![0; nx * ny])
+    };
+    let views = vec![view(nx, ny), view(ny, nx)];
+    let item = Item::new("box", views, model.volume_m3).unwrap();
+    Candidate::new(arrival, Arc::new(item)).with_model(model)
+}
+
+pub(crate) fn solid_box([nx, ny]: [usize; 2], height: Units) -> Arc<Model> {
+    cuboid([
+        nx as f64 * 0.01,
+        ny as f64 * 0.01,
+        f64::from(height) * 0.002,
+    ])
+}
+
+pub(crate) fn block(arrival: usize, cells: [usize; 2], height: Units) -> Candidate {
+    boxed(arrival, solid_box(cells, height), cells, height)
+}
+
+pub(crate) fn placed(x: usize, y: usize, resting_height: Units) -> RestingPlacement {
+    RestingPlacement {
+        placement: Placement { yaw: 0, x, y },
+        resting_height,
+    }
+}
+
+pub(crate) fn lying(content: &Content) -> Vec<LyingSolid> {
+    let solids = content
+        .iter()
+        .map(|(model, pose)| LyingSolid::new(Arc::clone(model), *pose));
+    solids.collect()
+}
+
+/// A scene of which the check looks at the content alone.
+pub(crate) fn scene(grid: &Grid, content: &Content) -> Scene {
+    Scene::from_heightmap(Heightmap::empty(grid)).with_content(lying(content).into())
 }

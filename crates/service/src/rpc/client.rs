@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
 use ppnpack_wire::header::RequestHeader;
@@ -25,11 +25,15 @@ use crate::payload;
 const FIRST_PAUSE: Duration = Duration::from_millis(5);
 const LONGEST_PAUSE: Duration = Duration::from_millis(100);
 
+/// How long to wait for an answer before a request is sent again: at first; each time twice as long. A request may be lost without
+/// anybody being told, as when who was to answer is killed while it is on its way.
+const FIRST_PATIENCE: Duration = Duration::from_secs(2);
+
 /// Zenoh keeps a request so much longer than its caller, so that the caller is the one who gives up.
 const ZENOH_MARGIN: Duration = Duration::from_millis(100);
 
-/// The most replies that are kept for the caller to look at.
-const KEPT_REPLIES: usize = 4;
+/// The most replies, and ends of them, that are kept for the caller to look at.
+const KEPT_EVENTS: usize = 16;
 
 /// Numbers the requests of this operating-system process.
 static REQUESTS: AtomicU64 = AtomicU64::new(0);
@@ -128,15 +132,18 @@ impl Client {
         mut request: R,
         deadline: Instant,
     ) -> Result<R::Reply, CallError> {
-        let mut pause = FIRST_PAUSE;
+        let (mut pause, mut patience) = (FIRST_PAUSE, FIRST_PATIENCE);
+        let mut call = self.begin(target, &mut request, deadline)?;
         loop {
-            match self.begin(target, &mut request, deadline)?.wait() {
+            match call.first_answer(deadline.min(Instant::now() + patience)) {
                 Err(CallError::NoAnswer { .. }) if Instant::now() + pause < deadline => {
                     std::thread::sleep(pause);
                     pause = LONGEST_PAUSE.min(pause * 2);
                 }
-                result => return result,
+                Err(CallError::TimedOut) if Instant::now() < deadline => patience *= 2,
+                result => return call.ended(result),
             }
+            self.send(target, &mut request, &mut call)?;
         }
     }
 
@@ -146,20 +153,43 @@ impl Client {
         request: &mut R,
         deadline: Instant,
     ) -> Result<PendingCall<R>, CallError> {
-        let began = Instant::now();
-        let time_limit = deadline.saturating_duration_since(began);
+        let (service, method) = (target.service, target.method);
+        let (sender, events) = sync_channel(KEPT_EVENTS);
+        let mut call = PendingCall {
+            sender,
+            events,
+            under_way: 0,
+            request_id: String::new(),
+            service,
+            method,
+            began: Instant::now(),
+            deadline,
+            span: trace::calling(service, method),
+            request: PhantomData,
+        };
+        self.send(target, request, &mut call)?;
+        Ok(call)
+    }
+
+    /// Sends the request of a call, maybe once more, under the same id.
+    fn send<R: Request>(
+        &self,
+        target: &Target,
+        request: &mut R,
+        call: &mut PendingCall<R>,
+    ) -> Result<(), CallError> {
+        let time_limit = call.deadline.saturating_duration_since(Instant::now());
         if time_limit.is_zero() {
             return Err(CallError::TimedOut);
         }
-        let request_id = self.set_header(target, request, time_limit);
+        call.request_id = self.set_header(target, request, time_limit);
         let (service, method) = (target.service, target.method);
-        let span = trace::calling(service, method);
-        let (sender, replies) = sync_channel(KEPT_REPLIES);
+        let events = Events(call.sender.clone());
         self.session
             .get(target.key.as_str())
             .payload(request.encode_to_vec())
             .encoding(encoding_of::<R>())
-            .attachment(trace::attachment(&span))
+            .attachment(trace::attachment(&call.span))
             // A reply is there when it comes, not when all have come.
             .consolidation(ConsolidationMode::None)
             .congestion_control(CongestionControl::Block)
@@ -168,22 +198,14 @@ impl Client {
             .timeout(time_limit + ZENOH_MARGIN)
             .callback(move |reply| {
                 // Fails where the caller has left.
-                if sender.try_send(reply).is_err() {
+                if events.0.try_send(Event::Reply(reply)).is_err() {
                     stray(service, method);
                 }
             })
             .wait()
             .map_err(|error| CallError::Zenoh(error.to_string()))?;
-        Ok(PendingCall {
-            replies,
-            request_id,
-            service,
-            method,
-            began,
-            deadline,
-            _span: span,
-            request: PhantomData,
-        })
+        call.under_way += 1;
+        Ok(())
     }
 
     fn set_header<R: Request>(
@@ -241,17 +263,35 @@ impl Target {
     }
 }
 
-/// A request that was sent.
+/// What comes of a request that was sent.
+enum Event {
+    Reply(Reply),
+    /// No more replies can come.
+    Over,
+}
+
+/// Tells of a request that was sent, also of its end.
+struct Events(SyncSender<Event>);
+
+impl Drop for Events {
+    fn drop(&mut self) {
+        self.0.try_send(Event::Over).ok();
+    }
+}
+
+/// A request that was sent, maybe more than once.
 pub struct PendingCall<R: Request> {
-    /// Closed when no more replies can come.
-    replies: Receiver<Reply>,
+    sender: SyncSender<Event>,
+    events: Receiver<Event>,
+    /// How many times it was sent and may still be answered.
+    under_way: usize,
     request_id: String,
     service: Service,
     method: Method,
     began: Instant,
     deadline: Instant,
     /// Ends with the call.
-    _span: Span,
+    span: Span,
     request: PhantomData<fn() -> R>,
 }
 
@@ -260,8 +300,12 @@ impl<R: Request> PendingCall<R> {
     ///
     /// # Errors
     /// [`CallError`]; nothing is sent again.
-    pub fn wait(self) -> Result<R::Reply, CallError> {
-        let result = self.first_answer();
+    pub fn wait(mut self) -> Result<R::Reply, CallError> {
+        let result = self.first_answer(self.deadline);
+        self.ended(result)
+    }
+
+    fn ended(&self, result: Result<R::Reply, CallError>) -> Result<R::Reply, CallError> {
         let labels @ [service, method] = metrics::method_labels(self.service, self.method);
         let outcome = result.as_ref().err().map_or("ok", CallError::outcome);
         metrics::counter(Metric::CallsTotal, &[service, method, ("outcome", outcome)]).increment(1);
@@ -269,16 +313,21 @@ impl<R: Request> PendingCall<R> {
         result
     }
 
-    fn first_answer(&self) -> Result<R::Reply, CallError> {
+    fn first_answer(&mut self, until: Instant) -> Result<R::Reply, CallError> {
         loop {
-            let left = self.deadline.saturating_duration_since(Instant::now());
-            let reply = match self.replies.recv_timeout(left) {
-                Ok(reply) => reply,
-                Err(RecvTimeoutError::Timeout) => return Err(CallError::TimedOut),
-                Err(RecvTimeoutError::Disconnected) => {
-                    let (service, method) = (self.service, self.method);
-                    return Err(CallError::NoAnswer { service, method });
+            if self.under_way == 0 {
+                let (service, method) = (self.service, self.method);
+                return Err(CallError::NoAnswer { service, method });
+            }
+            let left = until.saturating_duration_since(Instant::now());
+            let reply = match self.events.recv_timeout(left) {
+                Ok(Event::Reply(reply)) => reply,
+                Ok(Event::Over) => {
+                    self.under_way -= 1;
+                    continue;
                 }
+                // It is never disconnected, as the sender is kept.
+                Err(_) => return Err(CallError::TimedOut),
             };
             let read = reply
                 .into_result()

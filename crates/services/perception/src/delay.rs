@@ -35,6 +35,11 @@ struct Last {
 }
 
 impl Delays {
+    /// Whether enough clouds came as they were captured to tell when one is held up.
+    pub(crate) fn are_known(&self) -> bool {
+        self.last.is_some_and(|last| last.steady > STEADY_CLOUDS)
+    }
+
     /// When a cloud would have come that came then. The clouds of a sensor come in their order.
     pub(crate) fn undelayed(&mut self, captured_at_ns: i64, at: Instant) -> Instant {
         let began = self.last.map_or(at, |last| last.began);
@@ -53,7 +58,7 @@ impl Delays {
             way_ns: expected_ns,
             steady,
         });
-        if steady <= STEADY_CLOUDS {
+        if !self.are_known() {
             return at;
         }
         let delay_ns = u64::try_from(way_ns - expected_ns).unwrap_or(u64::MAX);
@@ -80,6 +85,20 @@ mod tests {
             (at - undelayed).as_millis()
         };
         clouds.into_iter().map(delay).collect()
+    }
+
+    #[test]
+    fn delays_are_known_after_some_clouds_that_came_as_they_were_captured() {
+        let (mut delays, start) = (Delays::default(), Instant::now());
+        let clouds = [(0, 20), (100, 320)].into_iter();
+        let steady = (2..11).map(|number| (number * 100, number as u64 * 100 + 30));
+        let are_known = clouds.chain(steady).map(|(captured, came)| {
+            delays.undelayed(captured_ms(captured), start + Duration::from_millis(came));
+            delays.are_known()
+        });
+        // The second one was held up, so they are counted from there.
+        let are_known: Vec<bool> = are_known.collect();
+        assert_eq!(are_known, [vec![false; 10], vec![true]].concat());
     }
 
     /// Ten clouds a second that take 20 ms each, for two seconds.

@@ -173,7 +173,11 @@ impl Worker {
         }
         let captured_at_ns = cloud.captured_at_ns();
         let delays = self.delays.get_mut(sensor)?;
+        let were_known = delays.are_known();
         let at = delays.undelayed(captured_at_ns, news.at);
+        if !were_known && delays.are_known() {
+            tracing::info!(cell = %self.cell, sensor, "clouds that are held up are noticed from now on");
+        }
         Some(Arrived { at, ..news })
     }
 

@@ -15,14 +15,16 @@ use crate::settings::CellSettings;
 
 /// Objects for each resolution.
 #[derive(Debug, Default)]
-pub(crate) struct Objects(Vec<OfResolution>);
+pub(crate) struct Objects(Vec<Arc<GridObjects>>);
 
+/// The objects on one grid.
 #[derive(Debug)]
-struct OfResolution {
+pub(crate) struct GridObjects {
     resolution: Resolution,
     by_name: HashMap<String, Object>,
     /// In the order of the catalogue.
     items: Vec<Arc<Item>>,
+    has_limits: bool,
 }
 
 /// An object on one grid.
@@ -38,38 +40,55 @@ pub(crate) struct Object {
 impl Objects {
     /// The objects of catalogues, one per resolution.
     pub(crate) fn new(catalogues: &[Arc<Catalogue>]) -> Self {
-        let of_catalogue = |catalogue: &Arc<Catalogue>| {
-            let objects = catalogue.objects.iter().map(|object| {
-                let object = Object {
-                    shape: ItemId::of(&convert::item::write(&object.item)),
-                    item: Arc::clone(&object.item),
-                    model: Arc::clone(&object.model),
-                    poses: object.candidates(0),
-                };
-                (object.item.name().to_string(), object)
-            });
-            OfResolution {
-                resolution: catalogue.resolution.clone(),
-                by_name: objects.collect(),
-                items: catalogue.items(),
-            }
-        };
-        Self(catalogues.iter().map(of_catalogue).collect())
+        let catalogues = catalogues.iter();
+        Self(
+            catalogues
+                .map(|of| Arc::new(GridObjects::new(of)))
+                .collect(),
+        )
     }
 
-    /// An object by its name, on a cell's grid.
-    pub(crate) fn named(&self, settings: &CellSettings, name: &str) -> Option<&Object> {
-        self.of(settings)?.by_name.get(name)
-    }
-
-    /// All objects on a cell's grid: what may arrive there.
-    pub(crate) fn items(&self, settings: &CellSettings) -> &[Arc<Item>] {
-        self.of(settings).map_or(&[], |objects| &objects.items)
-    }
-
-    fn of(&self, settings: &CellSettings) -> Option<&OfResolution> {
+    /// The objects on a cell's grid; none where there is no catalogue for it.
+    pub(crate) fn of(&self, settings: &CellSettings) -> Option<Arc<GridObjects>> {
         let grid = settings.grid.build().ok()?;
         let mut catalogues = self.0.iter();
-        catalogues.find(|objects| objects.resolution == *grid.resolution())
+        let known = catalogues.find(|objects| objects.resolution == *grid.resolution());
+        known.cloned()
+    }
+}
+
+impl GridObjects {
+    fn new(catalogue: &Arc<Catalogue>) -> Self {
+        let objects = catalogue.objects.iter().map(|object| {
+            let object = Object {
+                shape: ItemId::of(&convert::item::write(&object.item)),
+                item: Arc::clone(&object.item),
+                model: Arc::clone(&object.model),
+                poses: object.candidates(0),
+            };
+            (object.item.name().to_string(), object)
+        });
+        let mut limits = catalogue.objects.iter();
+        Self {
+            resolution: catalogue.resolution.clone(),
+            by_name: objects.collect(),
+            items: catalogue.items(),
+            has_limits: limits.any(|object| object.model.carries_kg.is_some()),
+        }
+    }
+
+    /// An object by its name.
+    pub(crate) fn named(&self, name: &str) -> Option<&Object> {
+        self.by_name.get(name)
+    }
+
+    /// All objects: what may arrive.
+    pub(crate) fn items(&self) -> &[Arc<Item>] {
+        &self.items
+    }
+
+    /// Whether some of them may not carry anything.
+    pub(crate) fn have_limits(&self) -> bool {
+        self.has_limits
     }
 }

@@ -72,7 +72,7 @@ impl Planning {
         }
         let mut twin = settings.twin.clone();
         twin.cell.container = grid.container();
-        let trial = trial::check(method.trial, twin, helpers.threads.clone());
+        let trial = trial::check(method.trial, &method.loads, twin, helpers.threads.clone());
         checks.extend(trial.map_err(|error| error.to_string())?);
         let evaluator: Box<dyn Evaluator> = match settings.evaluate {
             Where::Fastest | Where::Services => {

@@ -265,7 +265,7 @@ impl CellPlanner {
                     let text = format!("item {item_id}: the catalogue has no object '{name}'");
                     Refusal::new(Status::NotFound, text)
                 };
-                let object = self.shared.objects.named(&self.settings, name);
+                let object = self.named(name);
                 (name.clone(), object.ok_or_else(unknown)?.shape)
             }
             Some(v1::announcement::Shape::Item(message)) => {
@@ -310,7 +310,7 @@ impl CellPlanner {
     fn possible_poses(&self, item: &v1::Announcement) -> PossiblePoses {
         match &item.shape {
             Some(v1::announcement::Shape::Object(name)) if item.waits_at.is_none() => {
-                let object = self.shared.objects.named(&self.settings, name);
+                let object = self.named(name);
                 PossiblePoses {
                     most: self.settings.poses,
                     because: "see `poses` of the planner's cell",

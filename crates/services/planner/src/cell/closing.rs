@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::closing::{self, Fill, Missed};
+use ppnpack_packing::closing::{self, ClosingRules, Fill, Missed};
 use ppnpack_protocol::session::{Closing, Container, SessionItem};
 use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::{header, v1};
@@ -148,7 +148,8 @@ impl CellPlanner {
 
     /// Closes the containers that a rule of the cell closes, where anything changed.
     pub(super) fn close_done(&mut self) {
-        if !self.closing.take_due() {
+        let has_rules = self.settings.closing.rules != ClosingRules::default();
+        if !self.closing.take_due() || !has_rules {
             return;
         }
         let containers = self.session.containers().iter();

@@ -49,7 +49,7 @@ impl CellPlanner {
         if let Some((item, pose)) = item.as_ref().filter(is_named).zip(pose) {
             return self.solid_of_item(item, &pose);
         }
-        let known = self.shared.objects.named(&self.settings, &body.object);
+        let known = self.named(&body.object);
         if let Some((known, container_from_item)) = known.zip(pose) {
             let model = Arc::clone(&known.model);
             return LyingBody::Known(LyingSolid {
@@ -107,15 +107,22 @@ impl CellPlanner {
     }
 
     /// Whether something lies in a container that may not carry anything, or the container has to be balanced.
-    fn has_loads(&mut self, container: &str) -> bool {
+    fn has_loads(&self, container: &str) -> bool {
         if self.settings.method.loads.imbalance_kg_m.is_some() {
             return true;
         }
-        let items: Vec<SessionItem> = self.session.packed_in(container).cloned().collect();
-        items.iter().any(|item| {
-            let model = self.shape(item).ok().and_then(|shape| shape.model);
-            let known = model.and_then(|model| model.carries_kg);
-            item.rules.carries_kg.or(known).is_some()
+        let mut packed = self.session.packed_in(container);
+        if packed.any(|item| item.rules.carries_kg.is_some()) {
+            return true;
+        }
+        let objects = self.objects.as_ref();
+        if !objects.is_some_and(|objects| objects.have_limits()) {
+            return false;
+        }
+        let mut packed = self.session.packed_in(container);
+        packed.any(|item| {
+            let known = self.named(&item.object);
+            known.is_some_and(|known| known.model.carries_kg.is_some())
         })
     }
 }

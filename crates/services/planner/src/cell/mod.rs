@@ -39,7 +39,7 @@ use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1;
 
 use crate::interruption::{Interrupting, Interruption};
-use crate::objects::{Object, Objects};
+use crate::objects::{GridObjects, Object, Objects};
 use crate::planning::Helpers;
 use crate::settings::CellSettings;
 use crate::store::{Store, StoreError};
@@ -84,6 +84,8 @@ pub(crate) struct CellPlanner {
     cell: Cell,
     settings: CellSettings,
     shared: Arc<Shared>,
+    /// What can be announced by name.
+    objects: Option<Arc<GridObjects>>,
     /// The items of the session that have heightmaps of their own.
     shapes: HashMap<ItemId, Arc<Item>>,
     /// Of these, the solids of those that the catalogue has, as they lie.
@@ -182,6 +184,7 @@ impl CellPlanner {
             cell: cell.clone(),
             settings: settings.clone(),
             shared: Arc::clone(shared),
+            objects: shared.objects.of(settings),
             shapes: HashMap::new(),
             posed_models: HashMap::new(),
             seen: SeenSolids::default(),
@@ -358,9 +361,14 @@ impl CellPlanner {
         Ok(Arc::clone(&posed.item))
     }
 
+    /// An object of the catalogue by its name.
+    fn named(&self, object: &str) -> Option<&Object> {
+        self.objects.as_ref()?.named(object)
+    }
+
     /// The object of the catalogue that an item is, where it stands as that has it.
     fn object(&self, item: &SessionItem) -> Option<&Object> {
-        let known = self.shared.objects.named(&self.settings, &item.object);
+        let known = self.named(&item.object);
         known.filter(|known| known.shape == item.shape)
     }
 
@@ -385,7 +393,7 @@ impl CellPlanner {
             return Some(Arc::clone(known));
         }
         let frame = item.lying.heightmap_from_item.as_ref()?;
-        let known = self.shared.objects.named(&self.settings, &item.object)?;
+        let known = self.named(&item.object)?;
         let model = Arc::new(known.model.turned(&frame.rotation));
         self.posed_models.insert(item.shape, Arc::clone(&model));
         Some(model)

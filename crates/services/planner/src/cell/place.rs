@@ -52,7 +52,8 @@ impl Place {
             address,
             settings,
         } = plan;
-        let items = shared.objects.items(&settings);
+        let objects = shared.objects.of(&settings);
+        let items = objects.as_ref().map_or(&[][..], |objects| objects.items());
         let interruption = &own.interruption;
         let planning = Planning::new(&address, &settings, &shared.helpers, items, interruption);
         let planning = planning.map_err(ServiceError::start)?;

@@ -1,5 +1,7 @@
 //! `ppnpack pack`: packs one sequence in the simulated cell and reports on it.
 
+mod several;
+
 use std::time::Instant;
 
 use clap::Args;
@@ -7,6 +9,7 @@ use indicatif::ProgressBar;
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::episode::{Observer, Play, Step};
 use ppnpack_packing::method::OpenNetwork;
+use ppnpack_packing::plan::Planner;
 use ppnpack_packing::step::StepInput;
 use ppnpack_physics::outcome::BodyState;
 use ppnpack_physics::packing_cell::Placed;
@@ -37,6 +40,12 @@ pub(crate) struct PackArguments {
 
     #[command(flatten)]
     setting_aside: SettingAsideOptions,
+
+    /// Pack the whole sequence into one container after another, so many of which are open at the same time: where nothing in the buffer
+    /// fits into any, the fullest is closed and an empty one opened. Each has a report of its own [default: one container is
+    /// packed, and what does not fit is left]
+    #[arg(long, value_name = "COUNT", help_heading = "Sequence", conflicts_with = "set_aside", value_parser = clap::value_parser!(u8).range(1..=16))]
+    open: Option<u8>,
 
     #[command(flatten)]
     grid: GridOptions,
@@ -88,8 +97,6 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         threads,
         network,
     )?;
-    let proposer = method.proposer_or_exhaustive(&grid, network)?;
-    let arm_check = station.map(|station| Box::new(station.check()) as BoxedCheck);
     let twin = TwinSettings::of(&simulated.cell);
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let pool = trial::pool(
@@ -99,12 +106,42 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
             .map_or(cores, |threads| threads as usize),
     );
     let pool = pool.or_run()?;
-    let trial = trial::check(method.trial, twin, pool.clone()).or_input()?;
-    let checks = arm_check.into_iter().chain(trial);
-    let chooser = method.chooser(&grid, &catalogue.items(), pool)?;
-    let planner = method.build_with(&grid, proposer, checks, threads)?;
-    let mut planner = planner.with_chooser(chooser);
+    let planner = || -> Outcome<Planner> {
+        let proposer = method.proposer_or_exhaustive(&grid, network)?;
+        let arm_check = station.map(|station| Box::new(station.check()) as BoxedCheck);
+        let (twin, pool) = (twin.clone(), pool.clone());
+        let trial = trial::check(method.trial, &method.loads, twin, pool.clone()).or_input()?;
+        let checks = arm_check.into_iter().chain(trial);
+        let chooser = method.chooser(&grid, &catalogue.items(), pool)?;
+        let planner = method.build_with(&grid, proposer, checks, threads)?;
+        Ok(planner.with_chooser(chooser))
+    };
 
+    let settings = |sequence, set_aside| Settings {
+        catalogue: arguments.catalogue.catalogue.clone(),
+        catalogue_hash: catalogue.content_hash(),
+        objects: catalogue.len(),
+        poses: arguments.catalogue.poses,
+        sequence,
+        set_aside,
+        grid: grid.clone(),
+        method: MethodWithArm {
+            method: method.clone(),
+            arm: arm.clone(),
+        },
+        costs: costs.clone(),
+        threads,
+        simulated: simulated.clone(),
+    };
+    if let Some(open) = arguments.open {
+        let job = several::Job {
+            catalogue: &catalogue,
+            settings: settings(sequence, 0),
+            planner: &planner,
+            work,
+        };
+        return several::pack(job, open, &arguments.results);
+    }
     let set_aside = arguments.setting_aside.limit(conditions);
     let started = Instant::now();
     let mut watch = Watch(progress::bar("Packing", sequence.objects.len() as u64));
@@ -113,7 +150,7 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         &grid,
         &sequence,
         &simulated,
-        &mut planner,
+        &mut planner()?,
         Play {
             buffer: method.buffer,
             set_aside,
@@ -126,19 +163,7 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         work.asked = Some(ArmAsked::of(&episode));
     }
     let packing = Packing {
-        settings: Settings {
-            catalogue: arguments.catalogue.catalogue.clone(),
-            catalogue_hash: catalogue.content_hash(),
-            objects: catalogue.len(),
-            poses: arguments.catalogue.poses,
-            sequence,
-            set_aside,
-            grid,
-            method: MethodWithArm { method, arm },
-            costs,
-            threads,
-            simulated,
-        },
+        settings: settings(sequence, set_aside),
         ending: EndingSummary::new(&episode.ending),
         set_aside: episode.set_aside.iter().map(Unplaceable::from).collect(),
         steps: episode.steps,

@@ -1,0 +1,179 @@
+//! The report on several containers: what each came to, and where its own report is.
+
+use serde::Serialize;
+
+use super::html::{STYLE, escape};
+use super::summary::{EndingSummary, Spread, Summary, Unplaceable};
+use super::table::{duration, percent};
+use super::{Packing, Settings};
+use crate::output;
+
+/// What `summary.json` holds of several containers.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct SeveralSummary {
+    pub(crate) version: &'static str,
+    /// How many were open at the same time.
+    pub(crate) open: u8,
+    pub(crate) items_in_sequence: usize,
+    pub(crate) items_placed: usize,
+    pub(crate) items_unsteady: usize,
+    /// Volume of the items' meshes in a container that was closed, in cubic metres; absent where none was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) closed_meshes_m3: Option<f64>,
+    pub(crate) decision_s: Spread,
+    /// In the order in which they were begun.
+    pub(crate) containers: Vec<ContainerLine>,
+    /// Items that fit into no container.
+    pub(crate) unplaceable: Vec<Unplaceable>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) settings: Option<Settings>,
+}
+
+/// What one container came to.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct ContainerLine {
+    /// Where its report is.
+    pub(crate) folder: String,
+    pub(crate) items: usize,
+    pub(crate) items_unsteady: usize,
+    pub(crate) meshes_m3: f64,
+    /// Mesh volume over that of the container.
+    pub(crate) utilisation: f64,
+    /// Why it was closed; absent where it was open at the end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) closed_because: Option<String>,
+}
+
+impl ContainerLine {
+    /// Of a container with a report there.
+    pub(crate) fn new(folder: String, summary: &Summary) -> Self {
+        Self {
+            folder,
+            items: summary.metrics.packed.items,
+            items_unsteady: summary.items_unsteady,
+            meshes_m3: summary.metrics.packed.meshes_m3,
+            utilisation: summary.metrics.utilisation,
+            closed_because: match &summary.ending {
+                EndingSummary::Closed { why } => Some(why.clone()),
+                _ => None,
+            },
+        }
+    }
+
+    fn end(&self) -> &str {
+        self.closed_because.as_deref().unwrap_or("open at the end")
+    }
+}
+
+impl SeveralSummary {
+    /// Of all of these.
+    pub(crate) fn new(
+        open: u8,
+        containers: Vec<ContainerLine>,
+        packings: &[Packing],
+        unplaceable: Vec<Unplaceable>,
+    ) -> Self {
+        let settings = packings.first().map(|packing| packing.settings.clone());
+        let closed = containers
+            .iter()
+            .filter(|line| line.closed_because.is_some());
+        let closed: Vec<f64> = closed.map(|line| line.meshes_m3).collect();
+        let steps = packings.iter().flat_map(|packing| &packing.steps);
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            open,
+            items_in_sequence: settings.as_ref().map_or(unplaceable.len(), |settings| {
+                settings.sequence.objects.len()
+            }),
+            items_placed: steps.clone().count(),
+            items_unsteady: containers.iter().map(|line| line.items_unsteady).sum(),
+            closed_meshes_m3: (!closed.is_empty())
+                .then(|| closed.iter().sum::<f64>() / closed.len() as f64),
+            decision_s: Spread::of(steps.map(|step| step.timings.total())),
+            containers,
+            unplaceable,
+            settings,
+        }
+    }
+
+    fn figures(&self) -> Vec<(&'static str, String)> {
+        let closed = match self.closed_meshes_m3 {
+            Some(volume_m3) => format!("{:.0} cm³", volume_m3 * 1e6),
+            None => "none was closed".to_owned(),
+        };
+        vec![
+            (
+                "Packed",
+                format!("{} of {} items", self.items_placed, self.items_in_sequence),
+            ),
+            ("Containers", self.containers.len().to_string()),
+            ("Open at the same time", self.open.to_string()),
+            ("In a closed container", closed),
+            (
+                "Unsteady when placed",
+                format!("{} of {} items", self.items_unsteady, self.items_placed),
+            ),
+            (
+                "Decision per item",
+                format!(
+                    "{} mean, {} at most",
+                    duration(self.decision_s.mean),
+                    duration(self.decision_s.max)
+                ),
+            ),
+            (
+                "Fit into no container",
+                format!("{} items", self.unplaceable.len()),
+            ),
+        ]
+    }
+
+    /// A table for the terminal.
+    pub(crate) fn table(&self) -> String {
+        let mut table = output::table();
+        table.set_header(["Container", "Items", "Filled", "Unsteady", "Closed because"]);
+        for line in &self.containers {
+            table.add_row([
+                line.folder.clone(),
+                line.items.to_string(),
+                percent(line.utilisation),
+                line.items_unsteady.to_string(),
+                line.end().to_owned(),
+            ]);
+        }
+        format!("{table}\n{}", output::rows(self.figures()))
+    }
+}
+
+/// `report.html` of several containers: what each came to, with its picture, and a link to its report.
+pub(crate) fn page_of_several(all: &SeveralSummary) -> String {
+    let mut body = "<h1>Packing report</h1><p class=sub>Several containers</p><table>".to_owned();
+    for (name, value) in all.figures() {
+        body += &format!("<tr><th>{name}<td>{}</tr>", escape(&value));
+    }
+    body += "</table><h2>Containers</h2><div class=tiles>";
+    for line in &all.containers {
+        let folder = escape(&line.folder);
+        body += &format!(
+            "<div class=tile><a href=\"{folder}/report.html\"><img alt=\"The content of {folder}\" src=\"{folder}/packed.png\">\
+             <b>{folder}</b></a><span>{} items, {} filled, {} unsteady; {}</span></div>",
+            line.items,
+            percent(line.utilisation),
+            line.items_unsteady,
+            escape(line.end())
+        );
+    }
+    body += "</div>";
+    if !all.unplaceable.is_empty() {
+        body += "<h2>What fits into no container</h2><ul>";
+        for item in &all.unplaceable {
+            body += &format!("<li>{}: {}</li>", escape(&item.item), escape(&item.reason));
+        }
+        body += "</ul>";
+    }
+    format!(
+        "<!doctype html><html lang=en><meta charset=utf-8>\
+         <meta name=viewport content=\"width=device-width, initial-scale=1\">\
+         <title>Packing report</title><style>{STYLE}</style><body>{body}</body></html>\n"
+    )
+}

@@ -1,0 +1,110 @@
+//! What a tried placement would load the items below with, against what they may carry.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    reason = "a panic in a test is a failing test"
+)]
+
+mod common;
+
+use std::sync::Arc;
+
+use common::{Content, at, block, cuboid, grid, lying, placed};
+use ppnpack_packing::candidate::Candidate;
+use ppnpack_packing::check::{ValidityCheck, Verdict};
+use ppnpack_packing::heightmap::{Heightmap, Scene};
+use ppnpack_packing::loads::{Load, LoadSettings};
+use ppnpack_packing::placement::RestingPlacement;
+use ppnpack_packing::refusal::{Cause, Refusal};
+use ppnpack_packing::step::StepInput;
+use ppnpack_packing::trial::TrialSettings;
+use ppnpack_physics::trial::TrialCheck;
+use ppnpack_physics::twin::TwinSettings;
+
+/// A block under the cells 10 to 16 along both sides, 50 units high, of 180 g; and one of 72 g on it.
+fn tower() -> Box<Content> {
+    Box::new([
+        (cuboid([0.06, 0.06, 0.1]), at(0.13, 0.13, 0.05)),
+        (cuboid([0.06, 0.06, 0.04]), at(0.13, 0.13, 0.12)),
+    ])
+}
+
+/// Where the next one rests on the tower.
+fn on_top() -> RestingPlacement {
+    placed(10, 10, 70)
+}
+
+/// 6 x 6 x 5 cm, of 90 g.
+fn small() -> Candidate {
+    block(0, [6, 6], 25)
+}
+
+/// What a check says of a placement where what lies lowest may carry so much, and then of the same without a further try.
+fn judged(
+    held: Candidate,
+    carries_kg: f64,
+    margin: f64,
+    resting: &RestingPlacement,
+) -> (Verdict, Option<Refusal>) {
+    let grid = grid();
+    let mut solids = lying(&tower());
+    solids[0].burden.carries_kg = Some(carries_kg);
+    solids[0].burden.name = Arc::from("glass");
+    let scene = Scene::from_heightmap(Heightmap::empty(&grid)).with_content(solids.into());
+    let candidates = [held];
+    let input = StepInput::new(&grid, &scene, &candidates);
+    let check = TrialCheck::new(TrialSettings::default(), TwinSettings::default()).unwrap();
+    let mut check = check.with_loads(&LoadSettings {
+        tried_margin: margin,
+        ..LoadSettings::default()
+    });
+    check.begin(&input).unwrap();
+    let verdict = check.judge(&input, &candidates[0], resting).unwrap();
+    let unseen = check.refuses_unseen(&input, &candidates[0], resting);
+    (verdict, unseen)
+}
+
+fn accepted(held: Candidate, carries_kg: f64, margin: f64) -> Load {
+    match judged(held, carries_kg, margin, &on_top()) {
+        (Verdict::Accepted(evidence), None) => evidence.load.unwrap(),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn what_is_passed_down_through_the_pile_is_held_against_the_limit() {
+    // 72 g lie on it, and 90 g come.
+    let load = accepted(small(), 0.17, 1.0);
+    assert_eq!(load.item, "glass");
+    assert!((load.estimated_kg - 0.162).abs() < 0.002, "{load:?}");
+    let (verdict, unseen) = judged(small(), 0.15, 1.0, &on_top());
+    let Verdict::Refused(refusal) = verdict else {
+        panic!("{verdict:?}");
+    };
+    assert_eq!(refusal.cause, Cause::Load);
+    let detail = refusal.detail.clone().unwrap_or_default();
+    assert!(detail.contains("glass would carry up to 1"), "{detail}");
+    // Neither this nor one beside it is tried again.
+    assert_eq!(unseen, Some(refusal));
+}
+
+#[test]
+fn what_was_told_of_a_mass_counts_and_so_does_the_margin() {
+    let heavy = Candidate {
+        mass_kg: Some(0.9),
+        ..small()
+    };
+    let load = accepted(heavy, 2.0, 2.0);
+    assert!((load.estimated_kg - 2.0 * 0.972).abs() < 0.03, "{load:?}");
+}
+
+#[test]
+fn what_lies_beside_it_is_loaded_by_nothing_more() {
+    let (verdict, _) = judged(small(), 0.08, 1.0, &placed(20, 20, 0));
+    let Verdict::Accepted(evidence) = verdict else {
+        panic!("{verdict:?}");
+    };
+    let load = evidence.load.unwrap();
+    assert!((load.estimated_kg - 0.072).abs() < 0.002, "{load:?}");
+}
