@@ -33,7 +33,7 @@ enum Experiment {
     /// How full containers get and what topples or slides, with placements tried in a simulation, resting poses, setting aside
     Filling(filling::FillingArguments),
     /// How full containers are closed that are packed from one stream, with one and with several open at the same time
-    Stream(stream::StreamArguments),
+    Stream(Box<stream::StreamArguments>),
     /// What items carry, measured in the cell, against what they may carry and what was estimated, for several margins
     Loads(loads::LoadsArguments),
     /// The weights of the objective, tuned by CMA-ES with tried placements on sequences that no table uses

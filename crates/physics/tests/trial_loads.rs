@@ -90,13 +90,15 @@ fn what_is_passed_down_through_the_pile_is_held_against_the_limit() {
 }
 
 #[test]
-fn what_was_told_of_a_mass_counts_and_so_does_the_margin() {
+fn what_was_told_of_a_mass_counts_and_no_margin_is_more_than_all_that_is_above() {
     let heavy = Candidate {
         mass_kg: Some(0.9),
         ..small()
     };
-    let load = accepted(heavy, 2.0, 2.0);
-    assert!((load.estimated_kg - 2.0 * 0.972).abs() < 0.03, "{load:?}");
+    let load = accepted(heavy.clone(), 2.0, 2.0);
+    // A margin does not count more than all that is above.
+    assert!((load.estimated_kg - 0.972).abs() < 0.01, "{load:?}");
+    assert!(!judged(heavy, 0.9, 1.0, &on_top()).0.is_accepted());
 }
 
 #[test]

@@ -31,7 +31,8 @@ use crate::refusal::{Cause, Refusal};
 pub struct LoadSettings {
     /// The estimated load of an item is held against what it may carry this many times.
     pub margin: f64,
-    /// The load of an item where the placement was tried is held against what it may carry this many times.
+    /// The load of an item where the placement was tried is held against what it may carry this many times, but never more than all
+    /// that is above.
     pub tried_margin: f64,
     /// How far out of balance a container may be: the mass in it times the distance of its centre of mass from the container's middle,
     /// along the floor, in kg m; `None`: as it comes.
@@ -43,7 +44,7 @@ impl Default for LoadSettings {
     fn default() -> Self {
         Self {
             margin: 1.5,
-            tried_margin: 1.25,
+            tried_margin: 2.0,
             imbalance_kg_m: None,
         }
     }

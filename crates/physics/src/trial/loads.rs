@@ -16,7 +16,7 @@ const LEAST_KG: f64 = 0.002;
 
 /// Holds what items carry, where a placement was tried, against what they may.
 pub(super) struct LoadTries {
-    /// Loads count this many times.
+    /// Loads count this many times, but never more than all that is above.
     margin: f64,
     /// Of this step.
     refused: Vec<(Place, Refusal)>,
@@ -56,7 +56,7 @@ impl LoadTries {
         let Some(mass_kg) = mass_kg.filter(|_| has_limits) else {
             return Ok(None);
         };
-        let loads_kg = twin.try_loads_kg(solid, mass_kg, pose)?;
+        let loads_kg = twin.try_loads_kg(solid, mass_kg, pose, self.margin)?;
         let loads = twin
             .burdens()
             .zip(loads_kg)
@@ -64,7 +64,7 @@ impl LoadTries {
                 let carries_kg = burden.carries_kg?;
                 (load_kg > LEAST_KG).then(|| Load {
                     item: burden.name.to_string(),
-                    estimated_kg: self.margin * load_kg,
+                    estimated_kg: load_kg,
                     carries_kg,
                 })
             });

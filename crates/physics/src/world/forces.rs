@@ -1,6 +1,6 @@
 //! With what vertical forces bodies hold and load each other, from the impulses that the engine keeps of its contacts.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rapier3d::dynamics::RigidBodyHandle;
 use rapier3d::geometry::ContactManifold;
@@ -23,6 +23,22 @@ pub(crate) struct VerticalForces {
 }
 
 impl VerticalForces {
+    /// Those of the others that press a body downwards with more than a force, directly or through others, in newtons.
+    pub(crate) fn above(&self, body: usize, least_n: f64) -> BTreeSet<usize> {
+        let mut above = BTreeSet::new();
+        let mut open = vec![body];
+        while let Some(below) = open.pop() {
+            let pressing = self.on(below).filter(|(_, up_n)| -up_n > least_n);
+            for by in pressing.filter_map(|(by, _)| by) {
+                if above.insert(by) {
+                    open.push(by);
+                }
+            }
+        }
+        above.remove(&body);
+        above
+    }
+
     /// The forces of others that press a body downwards, each taken together over all that it touches the body with, in newtons.
     pub(crate) fn pressing_n(&self, body: usize) -> f64 {
         let by_bodies = self.on(body).filter(|(by, _)| by.is_some());

@@ -140,7 +140,7 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
             planner: &planner,
             work,
         };
-        return several::pack(job, open, &arguments.results);
+        return several::pack(&job, open, &arguments.results);
     }
     let set_aside = arguments.setting_aside.limit(conditions);
     let started = Instant::now();

@@ -36,7 +36,7 @@ pub(super) struct Job<'a> {
 }
 
 /// Packs all of a job into containers of which so many are open at the same time, and reports on each.
-pub(super) fn pack(job: Job<'_>, open: u8, results: &ResultOptions) -> Outcome {
+pub(super) fn pack(job: &Job<'_>, open: u8, results: &ResultOptions) -> Outcome {
     let Settings { sequence, grid, .. } = &job.settings;
     let started = Instant::now();
     let bar = progress::bar("Packing", sequence.objects.len() as u64);
@@ -50,15 +50,12 @@ pub(super) fn pack(job: Job<'_>, open: u8, results: &ResultOptions) -> Outcome {
         expected_percent: 100.0,
     };
     let sizes = std::slice::from_ref(grid);
-    let mut supply = Supply {
-        job: &job,
-        bar: &bar,
-    };
+    let mut supply = Supply { job, bar: &bar };
     let stream = play_stream(sizes, &mut supply, items, orders, how).or_run()?;
     bar.finish_and_clear();
     let filled = stream.closed.into_iter().chain(stream.open);
     let begun = filled.filter(|filled| !filled.steps.is_empty());
-    let mut packings: Vec<Packing> = begun.map(|filled| packing(&job, filled, started)).collect();
+    let mut packings: Vec<Packing> = begun.map(|filled| packing(job, filled, started)).collect();
     packings.sort_by_key(|packing| packing.steps.first().map(|step| step.candidate.arrival));
     let left = stream.unplaceable.iter();
     let left = left.map(|candidate| Unplaceable::new(candidate, FITS_NOWHERE.to_owned()));
