@@ -161,6 +161,13 @@ impl TwinSettings {
         cell
     }
 
+    /// A cell in which loads are tried: twice as finely, for twice as long, as what slides or rolls slowly comes to rest late.
+    fn fine(mut cell: CellSettings) -> CellSettings {
+        cell.solver.timestep_s /= 2.0;
+        cell.settle_time_s *= 2.0;
+        cell
+    }
+
     /// Checks that every number is possible.
     ///
     /// # Errors
@@ -187,6 +194,9 @@ pub struct Twin {
     /// The cells of rough and of disturbed tries.
     rough: CellSettings,
     disturbed: CellSettings,
+    /// Those of tries of loads, as planned and disturbed.
+    fine: CellSettings,
+    fine_disturbed: CellSettings,
     templates: Templates,
     laid: Laid,
 }
@@ -205,6 +215,8 @@ impl Twin {
         Ok(Self {
             rough: settings.rough_cell(),
             disturbed: settings.disturbed_cell(),
+            fine: TwinSettings::fine(settings.cell.clone()),
+            fine_disturbed: TwinSettings::fine(settings.disturbed_cell()),
             settings,
             templates: Templates::default(),
             laid: Laid::default(),

@@ -31,10 +31,10 @@ impl Twin {
         container_from_item: &Isometry3<f64>,
         margin: f64,
     ) -> Result<Vec<f64>, PhysicsError> {
-        let cell = &self.settings.cell;
+        let cell = &self.fine;
         let planned = checked_pose(cell.container, &template.model, container_from_item)?;
         let around = self.settings.disturbance.around(&planned);
-        let around = around.map(|held| (&self.disturbed, held));
+        let around = around.map(|held| (&self.fine_disturbed, held));
         let tries = std::iter::once((cell, planned)).chain(around);
         let mut most_kg = vec![0.0_f64; self.laid.bodies.len()];
         for (cell, held) in tries {
