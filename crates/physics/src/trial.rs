@@ -235,6 +235,7 @@ impl TrialCheck {
                 &tried.solid,
                 candidate.weighs_kg(),
                 &tried.container_from_item,
+                self.pool.as_deref(),
             ),
             None => Ok(None),
         }

@@ -161,10 +161,16 @@ impl TwinSettings {
         cell
     }
 
-    /// A cell in which loads are tried: twice as finely, for twice as long, as what slides or rolls slowly comes to rest late.
-    fn fine(mut cell: CellSettings) -> CellSettings {
-        cell.solver.timestep_s /= 2.0;
+    /// A cell in which loads are tried: for twice as long, as what slides or rolls slowly comes to rest late.
+    fn patient(mut cell: CellSettings) -> CellSettings {
         cell.settle_time_s *= 2.0;
+        cell
+    }
+
+    /// The cell in which loads are tried as planned: in steps as short as those of the cell that is copied.
+    fn fine_cell(&self) -> CellSettings {
+        let mut cell = Self::patient(self.cell.clone());
+        cell.solver.timestep_s /= 2.0;
         cell
     }
 
@@ -196,7 +202,7 @@ pub struct Twin {
     disturbed: CellSettings,
     /// Those of tries of loads, as planned and disturbed.
     fine: CellSettings,
-    fine_disturbed: CellSettings,
+    patient: CellSettings,
     templates: Templates,
     laid: Laid,
 }
@@ -215,8 +221,8 @@ impl Twin {
         Ok(Self {
             rough: settings.rough_cell(),
             disturbed: settings.disturbed_cell(),
-            fine: TwinSettings::fine(settings.cell.clone()),
-            fine_disturbed: TwinSettings::fine(settings.disturbed_cell()),
+            fine: settings.fine_cell(),
+            patient: TwinSettings::patient(settings.disturbed_cell()),
             settings,
             templates: Templates::default(),
             laid: Laid::default(),

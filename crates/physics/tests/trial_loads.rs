@@ -74,8 +74,8 @@ fn accepted(held: Candidate, carries_kg: f64, margin: f64) -> Load {
 
 #[test]
 fn what_is_passed_down_through_the_pile_is_held_against_the_limit() {
-    // 72 g lie on it, and 90 g come.
-    let load = accepted(small(), 0.17, 1.0);
+    // 72 g lie on it, and 90 g come; what is over by less than a simulation trembles is not too much.
+    let load = accepted(small(), 0.161, 1.0);
     assert_eq!(load.item, "glass");
     assert!((load.estimated_kg - 0.162).abs() < 0.002, "{load:?}");
     let (verdict, unseen) = judged(small(), 0.15, 1.0, &on_top());
@@ -95,7 +95,7 @@ fn what_was_told_of_a_mass_counts_and_no_margin_is_more_than_all_that_is_above()
         mass_kg: Some(0.9),
         ..small()
     };
-    let load = accepted(heavy.clone(), 2.0, 2.0);
+    let load = accepted(heavy.clone(), 0.97, 2.0);
     // A margin does not count more than all that is above.
     assert!((load.estimated_kg - 0.972).abs() < 0.01, "{load:?}");
     assert!(!judged(heavy, 0.9, 1.0, &on_top()).0.is_accepted());
@@ -109,4 +109,13 @@ fn what_lies_beside_it_is_loaded_by_nothing_more() {
     };
     let load = evidence.load.unwrap();
     assert!((load.estimated_kg - 0.072).abs() < 0.002, "{load:?}");
+}
+
+#[test]
+fn what_carries_all_that_there_is_is_not_tried() {
+    let (verdict, _) = judged(small(), 0.2, 1.0, &on_top());
+    let Verdict::Accepted(evidence) = verdict else {
+        panic!("{verdict:?}");
+    };
+    assert_eq!(evidence.load, None);
 }

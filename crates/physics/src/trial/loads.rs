@@ -1,7 +1,7 @@
 //! What a tried placement would load the items below with.
 
 use nalgebra::Isometry3;
-use ppnpack_packing::loads::{Burden, Load};
+use ppnpack_packing::loads::Load;
 use ppnpack_packing::refusal::Refusal;
 
 use super::Place;
@@ -49,35 +49,61 @@ impl LoadTries {
         solid: &Solid,
         mass_kg: Option<f64>,
         pose: &Isometry3<f64>,
+        pool: Option<&rayon::ThreadPool>,
     ) -> Result<Option<Load>, PhysicsError> {
-        let has_limit = |burden: &Burden| burden.carries_kg.is_some();
-        let has_limits = twin.burdens().any(has_limit);
         // An item of unknown mass loads nothing.
-        let Some(mass_kg) = mass_kg.filter(|_| has_limits) else {
+        let Some(mass_kg) = mass_kg.filter(|mass_kg| Self::may_exceed(twin, *mass_kg)) else {
             return Ok(None);
         };
-        let loads_kg = twin.try_loads_kg(solid, mass_kg, pose, self.margin)?;
-        let loads = twin
-            .burdens()
-            .zip(loads_kg)
-            .filter_map(|(burden, load_kg)| {
-                let carries_kg = burden.carries_kg?;
-                (load_kg > LEAST_KG).then(|| Load {
-                    item: burden.name.to_string(),
-                    estimated_kg: load_kg,
-                    carries_kg,
-                })
-            });
-        Ok(loads.max_by(|one, other| one.share().total_cmp(&other.share())))
+        let planned_kg = twin.try_loads_kg(solid, mass_kg, pose, self.margin)?;
+        let planned = greatest(twin, &planned_kg);
+        // Most of what is refused is refused by this one try.
+        if planned.as_ref().is_some_and(is_too_much) {
+            return Ok(planned);
+        }
+        let disturbed_kg = twin.try_disturbed_loads_kg(solid, mass_kg, pose, self.margin, pool)?;
+        let disturbed = greatest(twin, &disturbed_kg);
+        let both = planned.into_iter().chain(disturbed);
+        Ok(both.max_by(|one, other| one.share().total_cmp(&other.share())))
+    }
+
+    /// Whether all that there is may be too much for an item.
+    fn may_exceed(twin: &Twin, mass_kg: f64) -> bool {
+        let all_kg: f64 = twin.burdens().map(|burden| burden.mass_kg).sum::<f64>() + mass_kg;
+        let mut limits = twin.burdens();
+        limits.any(|burden| {
+            let others_kg = all_kg - burden.mass_kg;
+            burden
+                .carries_kg
+                .is_some_and(|carries_kg| others_kg > carries_kg)
+        })
     }
 
     /// Refuses a placement that loads an item with more than it may carry, and remembers that.
     pub(super) fn refuse(&mut self, place: Place, load: &Load) -> Option<Refusal> {
-        if load.share() <= 1.0 + TREMBLING {
+        if !is_too_much(load) {
             return None;
         }
         let refusal = load.refusal();
         self.refused.push((place, refusal.clone()));
         Some(refusal)
     }
+}
+
+/// Of these loads that which comes nearest to a limit.
+fn greatest(twin: &Twin, loads_kg: &[f64]) -> Option<Load> {
+    let loads = twin.burdens().zip(loads_kg);
+    let loads = loads.filter_map(|(burden, load_kg)| {
+        let carries_kg = burden.carries_kg?;
+        (*load_kg > LEAST_KG).then(|| Load {
+            item: burden.name.to_string(),
+            estimated_kg: *load_kg,
+            carries_kg,
+        })
+    });
+    loads.max_by(|one, other| one.share().total_cmp(&other.share()))
+}
+
+fn is_too_much(load: &Load) -> bool {
+    load.share() > 1.0 + TREMBLING
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::Isometry3;
 use rapier3d::dynamics::RigidBodyHandle;
+use rayon::prelude::*;
 
 use super::{Solid, Twin};
 use crate::body::BodyTemplate;
@@ -13,9 +14,31 @@ use crate::world::World;
 /// What presses with less than this counts as resting on nothing, in newtons.
 const LEAST_N: f64 = 0.005;
 
+/// All bodies count as at rest once they were for so long, in seconds.
+const AT_REST_S: f64 = 0.1;
+
+/// Goes on until all bodies, each within a radius in metres of its centre of mass, are at rest, or the time is over.
+fn settle(world: &mut World, bodies: &[(RigidBodyHandle, f64)], cell: &CellSettings) {
+    let still_m_s = cell.solver.sleep_speed_m_s;
+    let wanted = (AT_REST_S / cell.solver.timestep_s).ceil() as usize;
+    let mut still = 0;
+    for _ in 0..cell.settle_steps() {
+        world.step();
+        let mut speeds_m_s = bodies
+            .iter()
+            .map(|(handle, radius_m)| world.surface_speed_m_s(*handle, *radius_m));
+        still = match speeds_m_s.all(|speed_m_s| speed_m_s <= still_m_s) {
+            true => still + 1,
+            false => 0,
+        };
+        if still >= wanted {
+            break;
+        }
+    }
+}
+
 impl Twin {
-    /// What rests on each of the bodies that lie there where an item of this mass has come to rest at a place, in kilograms: the most of
-    /// what does when the item is let go as planned, and under the disturbance on each of four sides of its place.
+    /// What rests on each of the bodies that lie there where an item of this mass has come to rest at a place, in kilograms.
     ///
     /// How a pile shares a weight among those that bear it depends on fractions of a millimetre. So loads count `margin` times, but
     /// never more than the mass of all that presses on the body, directly or through others.
@@ -31,19 +54,38 @@ impl Twin {
         container_from_item: &Isometry3<f64>,
         margin: f64,
     ) -> Result<Vec<f64>, PhysicsError> {
-        let cell = &self.fine;
-        let planned = checked_pose(cell.container, &template.model, container_from_item)?;
+        let container = self.settings.cell.container;
+        let planned = checked_pose(container, &template.model, container_from_item)?;
+        Ok(self.loads_kg(template, mass_kg, &planned, &self.fine, margin))
+    }
+
+    /// The same under the disturbance: the most of what rests on each where the item is let go on each of four sides of its place, on the
+    /// threads of a pool.
+    ///
+    /// # Errors
+    /// As [`try_loads_kg`](Self::try_loads_kg).
+    pub fn try_disturbed_loads_kg(
+        &self,
+        Solid(template): &Solid,
+        mass_kg: f64,
+        container_from_item: &Isometry3<f64>,
+        margin: f64,
+        pool: Option<&rayon::ThreadPool>,
+    ) -> Result<Vec<f64>, PhysicsError> {
+        let container = self.settings.cell.container;
+        let planned = checked_pose(container, &template.model, container_from_item)?;
         let around = self.settings.disturbance.around(&planned);
-        let around = around.map(|held| (&self.fine_disturbed, held));
-        let tries = std::iter::once((cell, planned)).chain(around);
-        let mut most_kg = vec![0.0_f64; self.laid.bodies.len()];
-        for (cell, held) in tries {
-            let loads_kg = self.loads_kg(template, mass_kg, &held, cell, margin);
-            for (most_kg, load_kg) in most_kg.iter_mut().zip(loads_kg) {
-                *most_kg = most_kg.max(load_kg);
-            }
-        }
-        Ok(most_kg)
+        let tried =
+            |held: &Isometry3<f64>| self.loads_kg(template, mass_kg, held, &self.patient, margin);
+        let loads_kg: Vec<Vec<f64>> = match pool {
+            Some(pool) => pool.install(|| around.par_iter().map(tried).collect()),
+            None => around.iter().map(tried).collect(),
+        };
+        let most_kg = |body: usize| {
+            let of_body = loads_kg.iter().filter_map(|loads_kg| loads_kg.get(body));
+            of_body.copied().fold(0.0, f64::max)
+        };
+        Ok((0..self.laid.bodies.len()).map(most_kg).collect())
     }
 
     /// What rests on each body where the item is let go above where it is held.
@@ -73,15 +115,13 @@ impl Twin {
             )
         });
         let mut handles: Vec<RigidBodyHandle> = lying.collect();
+        let radii_m = self.laid.bodies.iter().map(|lying| lying.template.radius_m);
+        let radii_m: Vec<f64> = radii_m.chain([template.radius_m]).collect();
         let mut released = *held;
         released.translation.z += cell.release.height_m;
         handles.push(insert(template, &released, mass_kg));
-        for _ in 0..cell.settle_steps() {
-            if world.is_asleep() {
-                break;
-            }
-            world.step();
-        }
+        let bodies: Vec<(RigidBodyHandle, f64)> = handles.iter().copied().zip(radii_m).collect();
+        settle(&mut world, &bodies, cell);
         let forces = world.vertical_forces(&handles);
         let lying = self.laid.bodies.iter().map(|lying| lying.burden.mass_kg);
         let masses_kg: Vec<f64> = lying.chain([mass_kg]).collect();
