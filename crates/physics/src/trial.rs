@@ -371,6 +371,9 @@ impl ValidityCheck for TrialCheck {
         if let Some(refusal) = self.overloaded_near(input, &place) {
             return Some(refusal.clone());
         }
+        if let Some(refusal) = self.loads.done_with(candidate.arrival) {
+            return Some(refusal.clone());
+        }
         let is_done = self.is_done_with(candidate);
         is_done.then(|| self.refusal(self.refused_last(&place)))
     }
@@ -445,7 +448,7 @@ impl ValidityCheck for TrialCheck {
 
     fn is_done_with(&self, candidate: &Candidate) -> bool {
         let tries = self.tries.get(&candidate.arrival).copied().unwrap_or(0);
-        tries >= self.settings.tries_per_item
+        tries >= self.settings.tries_per_item || self.loads.done_with(candidate.arrival).is_some()
     }
 
     fn last_resort(&self) -> Option<LastResort> {

@@ -11,6 +11,10 @@ use crate::twin::{Solid, Twin};
 /// Simulated loads tremble by less than this, as a share of them.
 const TREMBLING: f64 = 0.02;
 
+/// Placements of an item that a step refuses by their loads at most; after that the item is left out of the step. To try a load takes
+/// longer than to try a placement, as the whole content takes part.
+const MOST_REFUSED: usize = 5;
+
 /// Lighter loads count as none, in kilograms: what leans on an item's side presses it down by some tenths of a gram.
 const LEAST_KG: f64 = 0.002;
 
@@ -40,6 +44,15 @@ impl LoadTries {
         let mut refused = self.refused.iter();
         let near = refused.find(|(place, _)| is_near(place));
         near.map(|(_, refusal)| refusal)
+    }
+
+    /// What was refused last of an item of which no more placements are looked at.
+    pub(super) fn done_with(&self, arrival: usize) -> Option<&Refusal> {
+        let of_item = self.refused.iter().rev();
+        let mut of_item = of_item.filter(|(place, _)| place.arrival == arrival);
+        let last = of_item.next()?;
+        let before = of_item.count();
+        (before + 1 >= MOST_REFUSED).then_some(&last.1)
     }
 
     /// The item that would be loaded most for what it may carry, where one has a limit.
