@@ -70,7 +70,7 @@ impl LoadTries {
         };
         let planned_kg = twin.try_loads_kg(solid, mass_kg, pose, self.margin)?;
         let planned = greatest(twin, &planned_kg);
-        // Most of what is refused is refused by this one try.
+        // What this one try refuses needs no other.
         if planned.as_ref().is_some_and(is_too_much) {
             return Ok(planned);
         }
