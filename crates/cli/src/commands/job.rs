@@ -10,7 +10,9 @@ use crate::failure::Outcome;
 use crate::options::Conditions;
 use crate::output;
 use crate::quantity::parse_time;
-use crate::report::{self, ContainerLine, Packing, SeveralSummary, Unplaceable, page_of_several};
+use crate::report::{
+    self, ContainerLine, Packing, Settings, SeveralSummary, Unplaceable, page_of_several,
+};
 
 /// Valid placements kept beside each choice, for the report.
 pub(super) const ALTERNATIVES: u8 = 3;
@@ -56,6 +58,7 @@ impl ResultOptions {
         packings: &[Packing],
         unplaceable: Vec<Unplaceable>,
         open: u8,
+        settings: &Settings,
     ) -> Outcome {
         let mut containers = Vec::new();
         for (number, packing) in packings.iter().enumerate() {
@@ -64,7 +67,7 @@ impl ResultOptions {
             report::write(packing, &summary, &self.out.join(&folder))?;
             containers.push(ContainerLine::new(folder, &summary));
         }
-        let all = SeveralSummary::new(open, containers, packings, unplaceable);
+        let all = SeveralSummary::new(open, containers, packings, unplaceable, settings);
         let page = page_of_several(&all);
         let mut files = StagedFolder::new(&self.out).map_err(anyhow::Error::from)?;
         let json = serde_json::to_vec_pretty(&all).context("the summary cannot be encoded")?;

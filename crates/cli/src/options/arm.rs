@@ -48,7 +48,10 @@ struct Place {
 
 impl ArmOptions {
     /// Prints the names of the arms where that is all that is wanted; says whether it was.
-    pub(crate) fn listed(&self) -> Outcome<bool> {
+    ///
+    /// # Errors
+    /// That they cannot be written.
+    pub fn listed(&self) -> Outcome<bool> {
         if self.arm.as_deref() != Some(LIST) {
             return Ok(false);
         }

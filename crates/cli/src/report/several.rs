@@ -21,12 +21,11 @@ pub(crate) struct SeveralSummary {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) closed_meshes_m3: Option<f64>,
     pub(crate) decision_s: Spread,
-    /// In the order in which they were begun.
+    /// In the order in which they were opened; those that stayed empty are left out.
     pub(crate) containers: Vec<ContainerLine>,
     /// Items that fit into no container.
     pub(crate) unplaceable: Vec<Unplaceable>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) settings: Option<Settings>,
+    pub(crate) settings: Settings,
 }
 
 /// What one container came to.
@@ -72,8 +71,8 @@ impl SeveralSummary {
         containers: Vec<ContainerLine>,
         packings: &[Packing],
         unplaceable: Vec<Unplaceable>,
+        settings: &Settings,
     ) -> Self {
-        let settings = packings.first().map(|packing| packing.settings.clone());
         let closed = containers
             .iter()
             .filter(|line| line.closed_because.is_some());
@@ -82,9 +81,7 @@ impl SeveralSummary {
         Self {
             version: env!("CARGO_PKG_VERSION"),
             open,
-            items_in_sequence: settings.as_ref().map_or(unplaceable.len(), |settings| {
-                settings.sequence.objects.len()
-            }),
+            items_in_sequence: settings.sequence.objects.len(),
             items_placed: steps.clone().count(),
             items_unsteady: containers.iter().map(|line| line.items_unsteady).sum(),
             closed_meshes_m3: (!closed.is_empty())
@@ -92,7 +89,7 @@ impl SeveralSummary {
             decision_s: Spread::of(steps.map(|step| step.timings.total())),
             containers,
             unplaceable,
-            settings,
+            settings: settings.clone(),
         }
     }
 

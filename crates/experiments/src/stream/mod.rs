@@ -238,6 +238,9 @@ impl StreamArguments {
 }
 
 pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
+    if arguments.arm.listed()? {
+        return Ok(());
+    }
     let way = match &arguments.method {
         Some(path) => Way::read_one(path)?,
         None => Way::usual(),

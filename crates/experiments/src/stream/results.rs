@@ -62,6 +62,8 @@ struct Line {
     decision_95_s: f64,
     /// From one pick to the next, where there is an arm.
     cycle_s: Option<Mean>,
+    /// Of the meshes of an item that is inside a container, closed or not.
+    litres_an_item: f64,
 }
 
 impl Run {
@@ -144,6 +146,11 @@ impl Line {
             unplaceable: runs.iter().map(|run| run.unplaceable).sum(),
             decision_median_s,
             decision_95_s,
+            litres_an_item: {
+                let meshes_m3: f64 = all().map(|container| container.meshes_m3).sum();
+                let items: usize = all().map(|container| container.items).sum();
+                meshes_m3 * 1e3 / items.max(1) as f64
+            },
             cycle_s: (!cycles_s.is_empty()).then(|| Mean::of(cycles_s.into_iter())),
         }
     }
@@ -265,12 +272,11 @@ impl<'a> Results<'a> {
             .to_owned();
         for line in &self.lines {
             if let Some(cycle_s) = line.cycle_s {
-                let litres = line.meshes_cm3.mean / 1e3 / line.items.mean;
                 text += &format!(
                     "| {} | {} | {:.0} |\n",
                     line.setting.shown(self.has_orders),
                     cycle_s.shown(2),
-                    litres * 3600.0 / cycle_s.mean
+                    line.litres_an_item * 3600.0 / cycle_s.mean
                 );
             }
         }

@@ -54,12 +54,14 @@ pub(super) fn pack(job: &Job<'_>, open: u8, results: &ResultOptions) -> Outcome 
     let stream = play_stream(sizes, &mut supply, items, orders, how).or_run()?;
     bar.finish_and_clear();
     let filled = stream.closed.into_iter().chain(stream.open);
-    let begun = filled.filter(|filled| !filled.steps.is_empty());
-    let mut packings: Vec<Packing> = begun.map(|filled| packing(job, filled, started)).collect();
-    packings.sort_by_key(|packing| packing.steps.first().map(|step| step.candidate.arrival));
+    let mut begun: Vec<Filled<_>> = filled.filter(|filled| !filled.steps.is_empty()).collect();
+    begun.sort_by_key(|filled| filled.number);
+    let packings = begun.into_iter();
+    let packings = packings.map(|filled| packing(job, filled, started));
+    let packings: Vec<Packing> = packings.collect();
     let left = stream.unplaceable.iter();
     let left = left.map(|candidate| Unplaceable::new(candidate, FITS_NOWHERE.to_owned()));
-    results.publish_several(&packings, left.collect(), open)
+    results.publish_several(&packings, left.collect(), open, &job.settings)
 }
 
 /// What became of a container; its steps are numbered anew.
