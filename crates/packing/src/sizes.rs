@@ -10,7 +10,7 @@ fn volume_m3(grid: &Grid) -> f64 {
 }
 
 /// Whether an item may lie at all in an empty container, by its extents in this pose, at some yaw.
-fn takes(grid: &Grid, held: &Candidate) -> bool {
+pub fn takes(grid: &Grid, held: &Candidate) -> bool {
     let (nx, ny) = (grid.nx(), grid.ny());
     let mut views = held.item.views().iter();
     views.any(|view| view.nx() <= nx && view.ny() <= ny && view.fits_at(grid, 0))

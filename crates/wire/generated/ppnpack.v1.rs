@@ -2978,7 +2978,8 @@ pub struct SessionContainer {
     /// Whether it is packed.
     #[prost(bool, tag = "3")]
     pub is_open: bool,
-    /// The id of the request by which the planner has the bridge bring an empty one, which it then opens; empty where it does not.
+    /// The id of the request by which the planner has the bridge bring an empty one, which it then opens or keeps ready; empty where it
+    /// does not.
     #[prost(string, tag = "4")]
     pub renewal_id: ::prost::alloc::string::String,
     /// Regions of its floor that stay free.
@@ -2987,6 +2988,10 @@ pub struct SessionContainer {
     /// The least state number that shows what was done in it so far.
     #[prost(uint64, tag = "6")]
     pub least_state_number: u64,
+    /// Whether an empty one stands there that is not packed yet: the planner opens it when more containers may be open
+    /// (`opening.most` of its cell). `open` opens it at once.
+    #[prost(bool, tag = "7")]
+    pub is_ready: bool,
 }
 impl ::prost::Name for SessionContainer {
     const NAME: &'static str = "SessionContainer";

@@ -34,18 +34,18 @@ pub(crate) struct Process {
 
 impl Process {
     pub(crate) fn new(
-        program: &str,
+        program: PathBuf,
         arguments: Vec<String>,
         environment: &[(String, String)],
         log: &Path,
-    ) -> Result<Self> {
-        Ok(Self {
-            program: beside(program)?,
+    ) -> Self {
+        Self {
+            program,
             arguments,
             environment: environment.to_owned(),
             log: log.to_owned(),
             child: None,
-        })
+        }
     }
 
     /// Starts it; its output is added to its log.

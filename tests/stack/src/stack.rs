@@ -14,7 +14,7 @@ use ppnpack_wire::v1;
 use zenoh::Wait;
 
 use crate::cell::CellClient;
-use crate::process::{Process, Signal};
+use crate::process::{Process, Signal, beside};
 
 /// How long a service may take to start: the catalogue is read, the network warmed up.
 const START_LIMIT: Duration = Duration::from_secs(60);
@@ -34,6 +34,8 @@ pub struct Options {
     pub settings: Vec<(Service, String)>,
     /// Variables in the environment of every process.
     pub environment: Vec<(String, String)>,
+    /// The folder of the programs; that of this one where none is given.
+    pub programs: Option<PathBuf>,
 }
 
 impl Default for Options {
@@ -45,6 +47,16 @@ impl Default for Options {
             evaluate: "services",
             settings: Vec::new(),
             environment: Vec::new(),
+            programs: None,
+        }
+    }
+}
+
+impl Options {
+    fn program(&self, name: &str) -> Result<PathBuf> {
+        match &self.programs {
+            Some(folder) => Ok(folder.join(name)),
+            None => beside(name),
         }
     }
 }
@@ -75,7 +87,8 @@ impl Stack {
             "admin.listen=127.0.0.1:0".to_owned(),
         ];
         let log = folder.path().join("router.log");
-        let mut process = Process::new("ppnpack-router", router, &options.environment, &log)?;
+        let program = options.program("ppnpack-router")?;
+        let mut process = Process::new(program, router, &options.environment, &log);
         process.start()?;
         processes.insert("router".to_owned(), process);
         let session = connect(&endpoint)?;
@@ -164,8 +177,8 @@ impl Stack {
             .flat_map(|setting| ["--set".to_owned(), setting])
             .collect();
         let log = self.folder.path().join(format!("{name}.log"));
-        let program = format!("ppnpack-{service}");
-        let mut process = Process::new(&program, arguments, &options.environment, &log)?;
+        let program = options.program(&format!("ppnpack-{service}"))?;
+        let mut process = Process::new(program, arguments, &options.environment, &log);
         process.start()?;
         self.processes.insert(name, process);
         Ok(())

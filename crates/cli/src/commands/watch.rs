@@ -190,6 +190,7 @@ fn containers(session: &v1::Session) -> Vec<String> {
         let items = session.items.iter().filter(lies_there).count();
         let state = match (container.is_open, container.renewal_id.as_str()) {
             (true, _) => format!("{items} items"),
+            (false, _) if container.is_ready => "ready".to_owned(),
             (false, "") => "closed".to_owned(),
             (false, _) => "waits for an empty one".to_owned(),
         };
@@ -308,7 +309,15 @@ mod tests {
             renewal_id: renewal_id.to_owned(),
             ..v1::SessionContainer::default()
         };
-        session.containers = vec![container("left", true, ""), container("right", false, "r")];
+        let ready = v1::SessionContainer {
+            is_ready: true,
+            ..container("spare", false, "")
+        };
+        session.containers = vec![
+            container("left", true, ""),
+            container("right", false, "r"),
+            ready,
+        ];
         let item = |container_sequence| v1::SessionItem {
             state: ItemState::Packed.into(),
             container: "left".to_owned(),
@@ -323,7 +332,7 @@ mod tests {
             ..v1::ClosedContainer::default()
         }];
         let shown = [
-            "open     left #2: 1 items, right #2: waits for an empty one",
+            "open     left #2: 1 items, right #2: waits for an empty one, spare #2: ready",
             "closed   right #1 with 7 items: it is full",
         ];
         assert_eq!(containers(&session), shown);

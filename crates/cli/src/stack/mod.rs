@@ -18,7 +18,7 @@ use ppnpack_packing::method::Method;
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_perception_service::TraySettings;
 use ppnpack_physics::twin::TwinSettings;
-use ppnpack_planner::{CellSettings, ClosingSettings, ContainerSettings};
+use ppnpack_planner::{CellSettings, ClosingSettings, ContainerSettings, OpeningSettings};
 use ppnpack_recognition::library::Library;
 use ppnpack_robot::station::StationSettings;
 use ppnpack_service::embedded::{self, Hub};
@@ -32,14 +32,32 @@ use crate::options::{Network, Simulated};
 /// How long services may take to finish what is in flight.
 const GRACE: Duration = Duration::from_secs(10);
 
+/// The containers of a cell.
+#[derive(Debug, Clone, Copy)]
+pub struct Containers {
+    /// How many there are; at least one.
+    pub count: u32,
+    /// How many of them are open at the same time, where the others stand ready.
+    pub open: Option<u32>,
+    /// Whether the bridge brings an empty one for each that is full, so that the automatic mode goes on.
+    pub renews: bool,
+}
+
+impl Containers {
+    /// One, which stays when it is full.
+    pub const ONE: Self = Self {
+        count: 1,
+        open: None,
+        renews: false,
+    };
+}
+
 /// What a stack is made of.
 pub struct Plan<'a> {
     /// The names of its cells.
     pub cells: Vec<Cell>,
-    /// How many containers each cell packs at the same time; at least one.
-    pub containers: u32,
-    /// Whether the bridge brings an empty container for each that is full, so that the automatic mode goes on.
-    pub renews: bool,
+    /// The containers of each cell.
+    pub containers: Containers,
     /// What they plan on.
     pub grid: &'a Grid,
     /// How they plan.
@@ -205,7 +223,7 @@ impl Stack {
 
 /// The names of a cell's containers: the cell's own where it has one, else that with a letter each.
 fn containers_of(plan: &Plan<'_>, cell: &Cell) -> Vec<String> {
-    match plan.containers {
+    match plan.containers.count {
         ..=1 => vec![cell.to_string()],
         count => {
             let letters = ('a'..='z').take(count as usize);
@@ -246,7 +264,7 @@ fn bridge_settings(plan: &Plan<'_>) -> ppnpack_bridge::Settings {
         motion_speed: plan.sensing.motion_speed,
         ..SimulatedSettings::default()
     };
-    let robots = plan.cells.iter().filter(|_| plan.containers > 1);
+    let robots = plan.cells.iter().filter(|_| plan.containers.count > 1);
     let robots = robots.map(|cell| (cell.to_string(), containers_of(plan, cell)));
     ppnpack_bridge::Settings {
         cells: of_containers(plan, cell),
@@ -260,14 +278,18 @@ fn bridge_settings(plan: &Plan<'_>) -> ppnpack_bridge::Settings {
 fn planner_settings(plan: &Plan<'_>) -> ppnpack_planner::Settings {
     let containers = |cell: &Cell| {
         let several = containers_of(plan, cell).into_iter();
-        let several = several.filter(|_| plan.containers > 1);
+        let several = several.filter(|_| plan.containers.count > 1);
         several.map(|name| (name, ContainerSettings::default()))
     };
     let settings = |cell: &Cell| CellSettings {
         containers: containers(cell).collect(),
         closing: ClosingSettings {
-            renews: plan.renews,
+            renews: plan.containers.renews,
             ..ClosingSettings::default()
+        },
+        opening: OpeningSettings {
+            most: plan.containers.open.map(|open| open as usize),
+            ..OpeningSettings::default()
         },
         grid: GridSettings::from(plan.grid),
         method: plan.method.clone(),

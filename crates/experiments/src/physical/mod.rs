@@ -36,7 +36,7 @@ use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{Network, Simulated, positive};
 use ppnpack_cli::progress;
 use ppnpack_cli::stack::report::contents;
-use ppnpack_cli::stack::{Plan, Sensing, Stack};
+use ppnpack_cli::stack::{Containers, Plan, Sensing, Stack};
 use record::RunRecord;
 use results::Results;
 use run::{Case, Done};
@@ -263,8 +263,7 @@ impl World<'_> {
         let is_network = contender.method.proposals.is_network();
         Stack::start(&Plan {
             cells: vec![cell()?],
-            containers: 1,
-            renews: false,
+            containers: Containers::ONE,
             grid: self.grid,
             method: &contender.method,
             poses: 1,

@@ -17,14 +17,25 @@ pub struct Container {
     pub name: String,
     /// Which of those that stand there one after another; where none is open: which the next one is.
     pub sequence: u64,
-    /// Whether it is packed.
-    pub is_open: bool,
-    /// The id of the request by which the bridge is to bring an empty one, which is then opened.
-    pub renewal_id: Option<String>,
+    /// What stands there.
+    pub stand: Stand,
     /// The regions of its floor that stay free.
     pub keep_out: Vec<BlockedRegion>,
     /// The least state that shows what was done in it so far.
     pub least_state_number: u64,
+}
+
+/// What stands in the place of a container.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Stand {
+    /// One that is packed.
+    Open,
+    /// An empty one, which is opened when more containers may be open.
+    Ready,
+    /// Nothing that is packed, until somebody says that an empty one stands there.
+    Closed,
+    /// Nothing that is packed: the bridge is to bring an empty one, by the request of this id.
+    Renewing(String),
 }
 
 impl Container {
@@ -33,8 +44,7 @@ impl Container {
         Self {
             name,
             sequence: 0,
-            is_open: true,
-            renewal_id: None,
+            stand: Stand::Open,
             keep_out,
             least_state_number,
         }
@@ -43,8 +53,26 @@ impl Container {
     /// A place where none is open yet.
     pub fn closed(name: String) -> Self {
         Self {
-            is_open: false,
+            stand: Stand::Closed,
             ..Self::open(name, Vec::new(), 0)
+        }
+    }
+
+    /// Whether it is packed.
+    pub fn is_open(&self) -> bool {
+        self.stand == Stand::Open
+    }
+
+    /// Whether an empty one stands there that is not packed yet.
+    pub fn is_ready(&self) -> bool {
+        self.stand == Stand::Ready
+    }
+
+    /// The id of the request by which the bridge is to bring an empty one.
+    pub fn renewal_id(&self) -> Option<&str> {
+        match &self.stand {
+            Stand::Renewing(id) => Some(id),
+            Stand::Open | Stand::Ready | Stand::Closed => None,
         }
     }
 
@@ -142,7 +170,7 @@ impl Session {
             return None;
         };
         let place = self.container(container).ok()?;
-        (place.is_open && place.sequence == *sequence).then_some(&place.name)
+        (place.is_open() && place.sequence == *sequence).then_some(&place.name)
     }
 
     /// Whether an item left: with its container, or otherwise, in a session of which containers were closed.
@@ -154,7 +182,7 @@ impl Session {
         }
     }
 
-    /// An empty container stands where one was closed. What is set aside waits again.
+    /// An empty container stands where one was closed. Where it is open, what is set aside waits again.
     ///
     /// # Errors
     /// [`SessionError::UnknownContainer`], and [`SessionError::OtherContainer`] where another one is next there.
@@ -164,13 +192,17 @@ impl Session {
         if container.sequence != start.sequence {
             return Err(container.is_other_than(start.sequence));
         }
-        if container.is_open {
+        if container.is_open() {
             return Ok(());
         }
+        let opens = start.is_open();
         // What was done there is seen in no earlier state.
         let known = container.least_state_number;
         *container = start;
         container.needs_state(known);
+        if !opens {
+            return Ok(());
+        }
         for item in &mut self.items {
             item.wait_again();
         }
@@ -179,6 +211,30 @@ impl Session {
             self.go_on();
         }
         Ok(())
+    }
+
+    /// An open container in which nothing lies yet is left for later.
+    ///
+    /// # Errors
+    /// [`SessionError::UnknownContainer`], [`SessionError::NotEmpty`] where it is not open or holds something, and
+    /// [`SessionError::Pending`] where something is on its way into it.
+    pub fn leave_for_later(&mut self, name: &str) -> Result<(), SessionError> {
+        let is_empty = self.packed_in(name).next().is_none();
+        if !self.container(name)?.is_open() || !is_empty {
+            return Err(SessionError::NotEmpty(name.to_owned()));
+        }
+        self.must_not_await(name)?;
+        self.container_mut(name)?.stand = Stand::Ready;
+        Ok(())
+    }
+
+    /// Refuses where something is on its way into a container.
+    fn must_not_await(&self, name: &str) -> Result<(), SessionError> {
+        let pending = self.pending.as_ref();
+        match pending.filter(|pending| pending.container == name) {
+            Some(pending) => Err(SessionError::Pending(pending.decision_id.clone())),
+            None => Ok(()),
+        }
     }
 
     /// Nothing more is put into a container; with a `renewal_id` the bridge is to bring an empty one by this request. One that was
@@ -199,13 +255,10 @@ impl Session {
         if sequence < container.sequence {
             return Ok(());
         }
-        if sequence != container.sequence || !container.is_open {
+        if sequence != container.sequence || !container.is_open() {
             return Err(container.is_other_than(sequence));
         }
-        let pending = self.pending.as_ref();
-        if let Some(pending) = pending.filter(|pending| pending.container == name) {
-            return Err(SessionError::Pending(pending.decision_id.clone()));
-        }
+        self.must_not_await(name)?;
         let closed = ClosedContainer {
             name: name.to_owned(),
             sequence,
@@ -216,8 +269,7 @@ impl Session {
         self.closed.drain(..surplus);
         self.closed.push(closed);
         let container = self.container_mut(name)?;
-        container.is_open = false;
-        container.renewal_id = renewal_id;
+        container.stand = renewal_id.map_or(Stand::Closed, Stand::Renewing);
         container.sequence += 1;
         self.forget_left(LEFT_KEPT);
         Ok(())
@@ -254,7 +306,7 @@ impl Container {
             name: self.name.clone(),
             asked: sequence,
             known: self.sequence,
-            is_open: self.is_open,
+            is_open: self.is_open(),
         }
     }
 }

@@ -8,7 +8,7 @@ use ppnpack_wire::{convert, header, v1};
 
 use super::{
     ClosedContainer, Closing, Container, End, ItemState, Lying, OrderLine, Rules, Session,
-    SessionItem,
+    SessionItem, Stand,
 };
 
 impl Session {
@@ -102,8 +102,9 @@ fn write_container(container: &Container) -> v1::SessionContainer {
     v1::SessionContainer {
         container: container.name.clone(),
         sequence: container.sequence,
-        is_open: container.is_open,
-        renewal_id: container.renewal_id.clone().unwrap_or_default(),
+        is_open: container.is_open(),
+        renewal_id: container.renewal_id().unwrap_or_default().to_owned(),
+        is_ready: container.is_ready(),
         keep_out: write_regions(&container.keep_out),
         least_state_number: container.least_state_number,
     }
@@ -113,10 +114,18 @@ fn read_container(message: &v1::SessionContainer) -> Container {
     Container {
         name: message.container.clone(),
         sequence: message.sequence,
-        is_open: message.is_open,
-        renewal_id: Some(message.renewal_id.clone()).filter(|id| !id.is_empty()),
+        stand: read_stand(message),
         keep_out: read_regions(&message.keep_out),
         least_state_number: message.least_state_number,
+    }
+}
+
+fn read_stand(message: &v1::SessionContainer) -> Stand {
+    match message.renewal_id.as_str() {
+        _ if message.is_open => Stand::Open,
+        _ if message.is_ready => Stand::Ready,
+        "" => Stand::Closed,
+        id => Stand::Renewing(id.to_owned()),
     }
 }
 

@@ -13,7 +13,7 @@ use ppnpack_wire::v1;
 
 use crate::pursuit;
 
-pub use container::{ClosedContainer, Closing, Container};
+pub use container::{ClosedContainer, Closing, Container, Stand};
 pub use item::{ItemState, Lying, OrderLine, Rules, SessionItem};
 
 /// The most items of a session.
@@ -87,6 +87,9 @@ pub enum SessionError {
         /// Whether it is open.
         is_open: bool,
     },
+    /// It cannot be left for later.
+    #[error("container '{0}' is not open and empty: only such a one is left for later")]
+    NotEmpty(String),
     /// There is no room for more items.
     #[error("a session holds at most {MAX_ITEMS} items")]
     Full,

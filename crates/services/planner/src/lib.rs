@@ -34,7 +34,9 @@ use cell::{CellPlanner, Message, Own, Shared};
 use interruption::Interruption;
 use objects::Objects;
 use planning::Helpers;
-pub use settings::{CellSettings, ClosingSettings, ContainerSettings, Settings, Where};
+pub use settings::{
+    CellSettings, ClosingSettings, ContainerSettings, OpeningSettings, Settings, Where,
+};
 use store::Store;
 
 /// The running service.

@@ -63,6 +63,8 @@ pub struct CellSettings {
     pub choice: ContainerChoice,
     /// What a container may hold, by what is said of the items' orders, groups and masses.
     pub rules: ContainerRules,
+    /// How many containers are open, and which one is opened next.
+    pub opening: OpeningSettings,
     /// When a container is closed.
     pub closing: ClosingSettings,
     /// The arm that has to be able to make the placements; where there is none, that is not checked.
@@ -107,6 +109,27 @@ pub struct ContainerSettings {
     /// The arm, as it stands to this container.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arm: Option<StationSettings>,
+}
+
+/// How many of a cell's containers are open, and which of those that stand ready is opened next, by what waits.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct OpeningSettings {
+    /// How many are open at most, where not all are: the others stand ready, and which one is opened is chosen by its size. A request
+    /// may open more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub most: Option<usize>,
+    /// How full containers are expected to become, in percent: the smallest is opened in which so much takes what waits.
+    pub expected_percent: f64,
+}
+
+impl Default for OpeningSettings {
+    fn default() -> Self {
+        Self {
+            most: None,
+            expected_percent: 40.0,
+        }
+    }
 }
 
 /// When a container is closed without a request that says so.
@@ -170,6 +193,7 @@ impl Default for CellSettings {
             containers: BTreeMap::new(),
             choice: ContainerChoice::default(),
             rules: ContainerRules::default(),
+            opening: OpeningSettings::default(),
             closing: ClosingSettings::default(),
             arm: None,
             twin: TwinSettings::default(),
@@ -214,6 +238,7 @@ impl CellSettings {
     fn with(&self, own: &ContainerSettings) -> Self {
         let mut alone = Self {
             containers: BTreeMap::new(),
+            opening: OpeningSettings::default(),
             ..self.clone()
         };
         alone.grid.container = own.container.unwrap_or(self.grid.container);
@@ -229,6 +254,26 @@ impl CellSettings {
     /// The most bytes that a search may take.
     pub(crate) fn search_bytes(&self) -> usize {
         self.search_mib << 20
+    }
+
+    fn validate_opening(&self) -> Result<(), String> {
+        let OpeningSettings {
+            most,
+            expected_percent,
+        } = self.opening;
+        in_range("opening.expected_percent", expected_percent, 1.0..=100.0)?;
+        let containers = self.containers.len();
+        match most {
+            Some(most) if !(1..containers).contains(&most) => Err(format!(
+                "opening.most: {most}, and the cell has {}: give at least 1 and less than that, or leave it out",
+                match containers {
+                    0 | 1 => "one container, which is open".to_owned(),
+                    containers =>
+                        format!("{containers} containers, of which all may be open without it"),
+                }
+            )),
+            _ => Ok(()),
+        }
     }
 
     fn validate_rules(&self) -> Result<(), String> {
@@ -297,6 +342,7 @@ impl CellSettings {
         in_range("buffer", method.buffer, 1..=MAX_CANDIDATES)?;
         set_aside_in_range(self.set_aside)?;
         in_range("poses", self.poses, 1..=MAX_POSES)?;
+        self.validate_opening()?;
         self.validate_rules()?;
         let candidates = method.buffer * self.poses;
         if candidates > MAX_CANDIDATES {

@@ -1,13 +1,16 @@
-//! `bench-stack`: how long plans take through the stack, every service its own process, through a router.
+//! `bench-stack`: how long plans take through the stack, every service its own process, through a router; by itself, or beside other
+//! programs.
 
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Context, Result};
 use clap::Parser;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_packing::grid::Resolution;
-use ppnpack_stack_tests::latency::{Measured, Times, Twin, measure};
+use ppnpack_stack_tests::cell::CellClient;
+use ppnpack_stack_tests::latency::{Compared, Measured, Packing, Times, Twin};
 use ppnpack_stack_tests::{Options, Stack};
 use ppnpack_wire::keys::Service;
 use serde::Serialize;
@@ -29,6 +32,10 @@ struct Arguments {
     /// Leave the network out, as where there is no libtorch
     #[arg(long)]
     without_network: bool,
+
+    /// Compare with the programs in this folder, such as those of an earlier commit: two stacks plan the same steps in turns
+    #[arg(long, value_name = "DIR")]
+    against: Option<PathBuf>,
 
     /// Print JSON instead of a table
     #[arg(long)]
@@ -77,6 +84,9 @@ fn main() -> Result<()> {
         &Resolution::reference(),
         &|_, _| {},
     )?;
+    if let Some(programs) = &arguments.against {
+        return compare(&arguments, &catalogue, programs);
+    }
     let mut rows = vec![
         exhaustive(&arguments, &catalogue, FASTEST)?,
         exhaustive(&arguments, &catalogue, "services")?,
@@ -167,15 +177,11 @@ fn pack(
     let client = stack.cell(cell)?;
     let mut all = Measured::default();
     for container in 0..arguments.containers {
-        // Another part of the catalogue each time, the same in every row.
-        let names = catalogue.objects.iter().map(|object| &**object.item.name());
-        let objects: Vec<&str> = names
-            .cycle()
-            .skip(container * 17)
-            .take(arguments.objects)
-            .collect();
+        let objects = objects(arguments, catalogue, container);
         let session_id = format!("bench-{cell}-{container}");
-        let measured = measure(&client, &session_id, &objects, twin.as_deref_mut())?;
+        let mut packing = Packing::begin(&client, &session_id, &objects)?;
+        while packing.step(twin.as_deref_mut())? {}
+        let measured = packing.measured();
         // The first plan of a container is like any other, but the first of all fills the caches.
         let warm_up = usize::from(container == 0);
         all.asked.extend(
@@ -194,6 +200,94 @@ fn pack(
         all.degraded += measured.degraded;
     }
     Ok(all)
+}
+
+/// What arrives for a container: another part of the catalogue each time, the same in every row.
+fn objects<'a>(arguments: &Arguments, catalogue: &'a Catalogue, container: usize) -> Vec<&'a str> {
+    let names = catalogue.objects.iter().map(|object| &**object.item.name());
+    let objects = names.cycle().skip(container * 17).take(arguments.objects);
+    objects.collect()
+}
+
+/// A row of the comparison with other programs; times in milliseconds.
+#[derive(Debug, Serialize)]
+struct Comparison {
+    what: String,
+    #[serde(flatten)]
+    compared: Compared,
+}
+
+fn compare(arguments: &Arguments, catalogue: &Catalogue, programs: &Path) -> Result<()> {
+    let mut rows = Vec::new();
+    for evaluate in [FASTEST, "services"] {
+        let start = |programs: Option<&Path>| {
+            Stack::start(&untried(Options {
+                evaluate,
+                programs: programs.map(Path::to_owned),
+                ..Options::default()
+            }))
+        };
+        let (others, own) = (start(Some(programs))?, start(None)?);
+        let compared = in_turns(arguments, catalogue, &others.cell(0)?, &own.cell(0)?)?;
+        rows.push(Comparison {
+            what: format!("exhaustive search, evaluate = {evaluate}, one cell"),
+            compared,
+        });
+    }
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&rows)?);
+        return Ok(());
+    }
+    println!(
+        "| what | plans | others, p50 (ms) | these, p50 (ms) | ratio | difference, median and its 95 % interval (ms) |"
+    );
+    println!("|---|---|---|---|---|---|");
+    for Comparison { what, compared } in &rows {
+        let Compared {
+            plans,
+            others_p50_ms,
+            own_p50_ms,
+            difference_ms: [low, median, high],
+        } = compared;
+        println!(
+            "| {what} | {plans} | {others_p50_ms:.3} | {own_p50_ms:.3} | {:.3} | {median:+.3} ({low:+.3} to {high:+.3}) |",
+            own_p50_ms / others_p50_ms,
+        );
+    }
+    Ok(())
+}
+
+/// Packs the same objects in two stacks, step by step in turns, so that what else the machine does meets both alike. Which one goes first
+/// changes with each step.
+fn in_turns(
+    arguments: &Arguments,
+    catalogue: &Catalogue,
+    others: &CellClient,
+    own: &CellClient,
+) -> Result<Compared> {
+    let (mut others_took, mut own_took) = (Vec::new(), Vec::new());
+    for container in 0..arguments.containers {
+        let objects = objects(arguments, catalogue, container);
+        let session_id = format!("bench-{container}");
+        let mut a = Packing::begin(others, &session_id, &objects)?;
+        let mut b = Packing::begin(own, &session_id, &objects)?;
+        let mut step = 0;
+        loop {
+            let both_go_on = match step % 2 {
+                0 => [a.step(None)?, b.step(None)?],
+                _ => [b.step(None)?, a.step(None)?],
+            };
+            if both_go_on != [true, true] {
+                break;
+            }
+            step += 1;
+        }
+        // The first of all fills the caches.
+        let warm_up = usize::from(container == 0);
+        others_took.extend(a.measured().asked.into_iter().take(step).skip(warm_up));
+        own_took.extend(b.measured().asked.into_iter().take(step).skip(warm_up));
+    }
+    Ok(Compared::new(&others_took, &own_took))
 }
 
 fn print_table(rows: &[Row]) {

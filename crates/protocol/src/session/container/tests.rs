@@ -65,7 +65,7 @@ fn a_container_is_closed_and_opened_once_however_often_it_is_asked_for() {
     pack(&mut session, "a", "left", 11);
     close(&mut session, "left", 0).unwrap();
     assert!(lying_in(&session, "left").is_empty());
-    assert!(!session.container("left").unwrap().is_open);
+    assert!(!session.container("left").unwrap().is_open());
     let before = session.clone();
     close(&mut session, "left", 0).unwrap();
     assert_eq!(session, before);
@@ -195,7 +195,7 @@ fn sessions_of_older_versions_have_one_container() {
     };
     let session = Session::from_message(old).unwrap();
     let only = session.container("").unwrap();
-    assert!(only.is_open);
+    assert!(only.is_open());
     assert_eq!((only.keep_out.len(), only.least_state_number), (1, 7));
     // And older ones find theirs where it was.
     let message = session.to_message(1);
@@ -214,10 +214,60 @@ fn a_container_that_is_to_be_renewed_says_by_which_request() {
             renewal.clone(),
         )
         .unwrap();
-    assert_eq!(session.container("left").unwrap().renewal_id, renewal);
+    assert_eq!(
+        session.container("left").unwrap().renewal_id(),
+        renewal.as_deref()
+    );
     let message = session.to_message(1);
     assert_eq!(message.closed[0].text, "full");
     assert_eq!(Session::from_message(message).unwrap(), session);
     session.open(start("left", 1, 12)).unwrap();
-    assert_eq!(session.container("left").unwrap().renewal_id, None);
+    assert_eq!(session.container("left").unwrap().renewal_id(), None);
+}
+
+#[test]
+fn a_container_stands_ready_until_it_is_opened_and_an_empty_one_is_left_for_later() {
+    let mut session = over_two(&["a", "b"]);
+    let ready = |sequence| Container {
+        stand: Stand::Ready,
+        ..start("left", sequence, 12)
+    };
+    close(&mut session, "left", 0).unwrap();
+    let reason = v1::ItemReason {
+        item_id: "a".to_owned(),
+        ..v1::ItemReason::default()
+    };
+    session.set_aside(reason).unwrap();
+    session.open(ready(1)).unwrap();
+    assert!(session.container("left").unwrap().is_ready());
+    // It is not packed yet: what is set aside does not wait for it.
+    assert!(session.waiting("a").is_err());
+    let message = session.to_message(1);
+    assert_eq!(Session::from_message(message).unwrap(), session);
+    session.open(start("left", 1, 0)).unwrap();
+    assert!(session.container("left").unwrap().is_open());
+    assert_eq!(session.least_state_number("left"), 12);
+    assert!(session.waiting("a").is_ok());
+    // A repeated request for a ready one does not close it.
+    session.open(ready(1)).unwrap();
+    assert!(session.container("left").unwrap().is_open());
+    session.leave_for_later("left").unwrap();
+    assert!(session.container("left").unwrap().is_ready());
+    let refused = SessionError::NotEmpty("left".to_owned());
+    assert_eq!(session.leave_for_later("left"), Err(refused));
+}
+
+#[test]
+fn a_container_that_holds_or_awaits_something_is_not_left_for_later() {
+    let mut session = over_two(&["a", "b"]);
+    pack(&mut session, "a", "left", 11);
+    let refused = SessionError::NotEmpty("left".to_owned());
+    assert_eq!(session.leave_for_later("left"), Err(refused));
+    let into_right = v1::Decision {
+        container: "right".to_owned(),
+        ..decision("d", "b")
+    };
+    session.decide(into_right).unwrap();
+    let pending = SessionError::Pending("d".to_owned());
+    assert_eq!(session.leave_for_later("right"), Err(pending));
 }

@@ -168,11 +168,11 @@ impl CellPlanner {
         let keep_out = read_regions(&request.keep_out)?;
         let containers = self.places.iter().map(|place| {
             let name = place.name.clone();
-            let start = starts.iter().find(|start| start.name == name).cloned();
-            match starts.is_empty() {
-                true => Container::open(name, keep_out.clone(), least),
-                false => start.unwrap_or_else(|| Container::closed(name)),
-            }
+            let start = match starts.is_empty() {
+                true => Some(Container::open(name.clone(), keep_out.clone(), least)),
+                false => starts.iter().find(|start| start.name == name).cloned(),
+            };
+            start.map_or_else(|| Container::closed(name), |start| self.standing(start))
         });
         Ok(containers.collect())
     }

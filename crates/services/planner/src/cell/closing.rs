@@ -86,11 +86,16 @@ impl CellPlanner {
         })
     }
 
-    /// Has the session go on with an empty container.
+    /// Has the session go on with an empty container, now or when it is its turn.
     pub(super) fn open_container(&mut self, start: Container) -> Result<(), Refusal> {
-        let Container { name, sequence, .. } = start.clone();
+        let Container {
+            name,
+            sequence,
+            stand,
+            ..
+        } = start.clone();
         self.change(|session| session.open(start))?;
-        tracing::info!(cell = %self.cell, container = name, sequence, "a container is open");
+        tracing::info!(cell = %self.cell, container = name, sequence, ?stand, "an empty container stands there");
         self.automatic.go_on();
         self.place_of(&name)?.changed(None);
         Ok(())
@@ -124,8 +129,8 @@ impl CellPlanner {
         Ok(())
     }
 
-    /// Closes the fullest container, as nothing of the buffer fits into any; says whether there is one. Not where one is empty: what
-    /// does not fit into that fits into none.
+    /// Closes the fullest container, as nothing of the buffer fits into any; says whether there is one. Not where one is empty: that is
+    /// exchanged for another size, and what does not fit into any empty one fits nowhere.
     pub(super) fn close_fullest(&mut self) -> Result<bool, Refusal> {
         if !self.settings.closing.renews {
             return Ok(false);
@@ -133,7 +138,7 @@ impl CellPlanner {
         let open = self.open_by_fullness();
         let is_empty = |name: &String| self.session.packed_in(name).next().is_none();
         if open.iter().any(is_empty) {
-            return Ok(false);
+            return self.exchange_empty(&open);
         }
         let fills = open.iter().map(|name| self.fill(name));
         let fills = fills.collect::<Result<Vec<Fill>, Refusal>>()?;
@@ -153,7 +158,7 @@ impl CellPlanner {
             return;
         }
         let containers = self.session.containers().iter();
-        let open = containers.filter(|container| container.is_open);
+        let open = containers.filter(|container| container.is_open());
         let open: Vec<(String, u64)> = open
             .map(|container| (container.name.clone(), container.sequence))
             .collect();
@@ -262,7 +267,7 @@ impl CellPlanner {
     /// The open containers, that with the greatest volume of items first; of equal ones in the order of the cell.
     pub(super) fn open_by_fullness(&mut self) -> Vec<String> {
         let containers = self.session.containers().iter();
-        let open = containers.filter(|container| container.is_open);
+        let open = containers.filter(|container| container.is_open());
         let names: Vec<String> = open.map(|container| container.name.clone()).collect();
         if names.len() < 2 {
             return names;

@@ -11,6 +11,7 @@ mod expected;
 mod footprint;
 mod inspect;
 mod leaving;
+mod opening;
 mod orders;
 mod place;
 mod poses;
@@ -140,6 +141,7 @@ impl Actor for CellPlanner {
         self.give_up_expecting();
         self.close_done();
         self.renew_closed();
+        self.open_ready();
         self.advance();
         self.publish_news();
     }

@@ -153,10 +153,7 @@ impl CellPlanner {
         items: Vec<SessionItem>,
         deadline: Instant,
     ) -> Result<Prepared, Refusal> {
-        let mut candidates = Vec::new();
-        for item in &items {
-            candidates.extend(self.candidates(item)?);
-        }
+        let candidates = self.candidates_of(&items)?;
         let open = self.open_by_fullness();
         let (containers, left_out) = self.prepare_containers(&open, deadline)?;
         let mut orders = self.orders(&open);
@@ -172,6 +169,18 @@ impl CellPlanner {
             number: self.session.step(),
             deadline,
         })
+    }
+
+    /// Items as a step may choose them, in their order, each in all the poses in which it may be packed.
+    pub(super) fn candidates_of(
+        &mut self,
+        items: &[SessionItem],
+    ) -> Result<Vec<Candidate>, Refusal> {
+        let mut candidates = Vec::new();
+        for item in items {
+            candidates.extend(self.candidates(item)?);
+        }
+        Ok(candidates)
     }
 
     /// The open containers that can be planned on, the fullest first, and why the others cannot.

@@ -1,4 +1,4 @@
-//! Containers that were closed: the bridge takes them away and brings empty ones, which are opened.
+//! Containers that were closed: the bridge takes them away and brings empty ones, which are opened or stand ready.
 //!
 //! The id of the request is on disk before it is sent: whatever is cut off, a container is renewed once. The cell's actor packs the
 //! others meanwhile: a thread of its own waits for the bridge and sends the answer to the actor.
@@ -25,17 +25,16 @@ pub(super) struct Renewal {
 }
 
 impl CellPlanner {
-    /// Whether empty containers are to come.
+    /// Whether empty containers are to come that are then opened.
     pub(super) fn is_renewing(&self) -> bool {
-        self.to_be_renewed().next().is_some()
+        self.may_open_more() && self.to_be_renewed().next().is_some()
     }
 
     /// The containers that are to be renewed, and by which requests. Not where somebody has to look first.
-    fn to_be_renewed(&self) -> impl Iterator<Item = (&Container, &String)> {
+    fn to_be_renewed(&self) -> impl Iterator<Item = (&Container, &str)> {
         let containers = self.session.containers().iter();
-        let closed =
-            containers.filter(|container| !container.is_open && !self.session.has_failed());
-        closed.filter_map(|container| Some((container, container.renewal_id.as_ref()?)))
+        let containers = containers.filter(|_| !self.session.has_failed());
+        containers.filter_map(|container| Some((container, container.renewal_id()?)))
     }
 
     /// When a container is asked for next.
@@ -54,7 +53,7 @@ impl CellPlanner {
     pub(super) fn renew_closed(&mut self) {
         let now = Instant::now();
         let wanted = self.to_be_renewed();
-        let wanted = wanted.map(|(container, id)| (container.name.clone(), id.clone()));
+        let wanted = wanted.map(|(container, id)| (container.name.clone(), id.to_owned()));
         let wanted: Vec<(String, String)> = wanted.collect();
         self.renewals
             .retain(|id, _| wanted.iter().any(|(_, wanted)| wanted == id));
@@ -125,6 +124,7 @@ impl CellPlanner {
             sequence: closed.sequence,
             ..Container::open(closed.name.clone(), closed.keep_out.clone(), state_number)
         };
+        let start = self.standing(start);
         self.open_container(start)
             .map_err(|refusal| refusal.message)
     }

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test file uses some of it")]
 #![allow(clippy::unwrap_used, reason = "a panic in a test is a failing test")]
 
+pub(crate) mod containers;
 pub(crate) mod rig;
 
 use std::collections::BTreeMap;
