@@ -118,7 +118,7 @@ fn an_empty_container_that_is_too_small_is_exchanged_in_automatic_mode() {
         settings.closing.renews = true;
     });
     let process = embedded::process(&rig.hub, Service::Bridge, "bridge-1").unwrap();
-    let mut decisions: Latest<v1::Decision> =
+    let decisions: Latest<v1::Decision> =
         Latest::subscribe(&process, &cell(), Stream::Plan, MAX_MESSAGE_BYTES).unwrap();
     common::begin(&rig.client);
     announce(&rig, vec![small("a")]);
@@ -153,7 +153,7 @@ fn an_empty_container_that_comes_stands_ready_until_it_is_its_turn() {
     };
     let left = Cell::new("left").unwrap();
     let _listener = rpc::listen(&bridge, Some(&left), renew).unwrap();
-    let mut sessions: Latest<v1::Session> =
+    let sessions: Latest<v1::Session> =
         Latest::subscribe(&bridge, &cell(), Stream::Session, MAX_MESSAGE_BYTES).unwrap();
     common::begin(&rig.client);
     announce(&rig, vec![small("a")]);

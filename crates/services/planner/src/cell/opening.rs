@@ -2,7 +2,6 @@
 
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::sizes::{size_to_open, takes};
-use ppnpack_packing::step::Candidate;
 use ppnpack_protocol::session::{Container, ItemState, SessionItem, Stand};
 
 use super::CellPlanner;
@@ -98,8 +97,8 @@ impl CellPlanner {
         let sizes = self.sizes(&ready)?;
         let is_empty = |name: &&String| self.session.packed_in(name).next().is_none();
         let empty = open.iter().find(is_empty).cloned();
-        let larger = ready.into_iter().zip(&sizes);
-        let larger = larger.into_iter().find(|(_, grid)| takes_any(grid));
+        let mut ready = ready.into_iter().zip(&sizes);
+        let larger = ready.find(|(_, grid)| takes_any(grid));
         let Some((empty, (larger, _))) = empty.zip(larger) else {
             return Ok(false);
         };
