@@ -124,6 +124,40 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
     assert!(std::fs::metadata(&cut).unwrap().len() > 10);
 }
 
+#[test]
+fn the_methods_are_drawn_side_by_side_on_the_same_objects() {
+    let folder = tempfile::tempdir().unwrap();
+    let sequences = folder.path().join("sequences.npy");
+    let rows = ndarray::Array2::from_shape_fn((1, 6), |(_, column)| column as i64 * 7);
+    ndarray_npy::write_npy(&sequences, &rows).unwrap();
+    let out = folder.path().join("out");
+    let figure = |length: &str| {
+        ppnpack(&[
+            "experiment",
+            "figure5",
+            "--sequences",
+            sequences.to_str().unwrap(),
+            "--length",
+            length,
+            "--out",
+            out.to_str().unwrap(),
+            "--json",
+        ])
+    };
+    let results = json(&figure("4"));
+    let lines = results["lines"].as_array().unwrap();
+    assert!(lines.len() >= 6);
+    for line in lines {
+        let items = line["items"].as_u64().unwrap();
+        let is_packed = line["compactness_percent"].as_f64().unwrap() > 0.0;
+        assert!((1..=4).contains(&items) && is_packed, "{line}");
+    }
+    let png = std::fs::read(out.join("figure5.png")).unwrap();
+    assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000);
+    let refused = String::from_utf8(figure("7").stderr).unwrap();
+    assert!(refused.contains("--length 7") && refused.contains("have 6 objects"), "{refused}");
+}
+
 /// On a coarse grid, placements pass a geometric test and are not tried.
 const UNTRIED: &str = r#"[{"name": "untried", "grid": {"cell_m": 0.01, "yaws": 4},
     "method": {"proposals": {"from": "bounded"}, "stability": "physical", "trial": {"tries_per_item": 0}}}]"#;

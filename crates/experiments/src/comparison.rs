@@ -1,6 +1,7 @@
 //! Several methods on the same sequences, in one cell: what table 1, table 4 and the Pareto charts have in common.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
@@ -13,11 +14,13 @@ use ppnpack_cli::options::{
 use ppnpack_cli::sequence::{Sequence, SequenceFile};
 use ppnpack_cli::simulation::simulate;
 use ppnpack_model::weights::Model;
-use ppnpack_packing::episode::Play;
+use ppnpack_packing::episode::{Episode, Play};
+use ppnpack_packing::item::Item;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::method::{Method, OpenNetwork, ProposalSource, Stability};
 use ppnpack_packing::objective::{Heuristic, Order};
 use ppnpack_packing::plan::Timings;
+use ppnpack_physics::packing_cell::SimulatedPackingCell;
 use serde::{Deserialize, Serialize};
 
 use crate::document;
@@ -262,6 +265,12 @@ impl<'a> Comparison<'a> {
         }
     }
 
+    /// The network with the items that it is asked about, where it can be used.
+    pub(crate) fn network<'i>(&'i self, items: &'i [Arc<Item>]) -> Option<Network<'i>> {
+        let model = self.model.as_ref().ok()?;
+        Some(self.options.network.of(self.backend, model, items))
+    }
+
     /// Packs all sequences with all methods, those first that come first; gives the runs by method, then sequence. A
     /// killed comparison goes on with what lies in `folder`.
     pub(crate) fn pack(
@@ -272,8 +281,7 @@ impl<'a> Comparison<'a> {
     ) -> Outcome<Vec<Vec<Run>>> {
         let runs = Runs::new(folder, &self.setting)?;
         let items = self.catalogue.items();
-        let network = self.model.as_ref().ok();
-        let network = network.map(|model| self.options.network.of(self.backend, model, &items));
+        let network = self.network(&items);
         let mut jobs = Vec::new();
         for (case, sequence) in sequences.iter().enumerate() {
             jobs.extend(contenders.iter().map(|it| (case, sequence, it)));
@@ -291,13 +299,14 @@ impl<'a> Comparison<'a> {
             .collect())
     }
 
-    fn pack_one(
+    /// Packs one sequence with one method; gives the episode and the cell as it was left.
+    pub(crate) fn simulate(
         &self,
         contender: &Contender,
         sequence: &Sequence,
         case: usize,
         network: Option<Network<'_>>,
-    ) -> Outcome<Run> {
+    ) -> Outcome<(Episode, SimulatedPackingCell)> {
         let setting = &self.setting;
         let seed = setting.seed.wrapping_add(case as u64);
         let proposals = contender.proposals.clone();
@@ -310,7 +319,7 @@ impl<'a> Comparison<'a> {
         simulated.cell.seed = method.seed;
         let network = network.as_ref().map(|network| network as &dyn OpenNetwork);
         let mut planner = method.build(&setting.grid, network)?;
-        let (episode, _) = simulate(
+        simulate(
             &self.catalogue,
             &setting.grid,
             sequence,
@@ -318,7 +327,18 @@ impl<'a> Comparison<'a> {
             &mut planner,
             Play::with_buffer(method.buffer),
             &mut (),
-        )?;
+        )
+    }
+
+    fn pack_one(
+        &self,
+        contender: &Contender,
+        sequence: &Sequence,
+        case: usize,
+        network: Option<Network<'_>>,
+    ) -> Outcome<Run> {
+        let setting = &self.setting;
+        let (episode, _) = self.simulate(contender, sequence, case, network)?;
         let height = episode.scene.heightmap().max();
         let steps = &episode.steps;
         let mean = |stage: fn(&Timings) -> std::time::Duration| {

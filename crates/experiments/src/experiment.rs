@@ -7,7 +7,7 @@ use ppnpack_cli::network::Backend;
 use crate::accuracy::{calibration, heightmap, inspection, recognition};
 use crate::arm::{holding, oracle, proposals};
 use crate::{
-    filling, loads, pareto, physical, stability, stream, table1, table3, table4, transfer, tune,
+    figure5, filling, loads, pareto, physical, stability, stream, table1, table3, table4, transfer, tune,
     value,
 };
 
@@ -24,6 +24,8 @@ enum Experiment {
     Table1(table1::Table1Arguments),
     /// How often the network finds the optimum, and what that owes to (Table III of the paper)
     Table3(table3::Table3Arguments),
+    /// The same objects packed by each heuristic, as pictures side by side (Figure 5 of the paper)
+    Figure5(figure5::Figure5Arguments),
     /// Objects that the network was not trained on (Table IV of the paper)
     Table4(table4::Table4Arguments),
     /// How often the network finds the optimum on grids that it was not trained on
@@ -68,6 +70,7 @@ pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Out
     match &arguments.experiment {
         Experiment::Table1(arguments) => table1::run(arguments, prepared()),
         Experiment::Table3(arguments) => table3::run(arguments, prepared()),
+        Experiment::Figure5(arguments) => figure5::run(arguments, prepared()),
         Experiment::Table4(arguments) => table4::run(arguments, prepared()),
         Experiment::Transfer(arguments) => transfer::run(arguments, prepared()),
         Experiment::Pareto(arguments) => pareto::run(arguments, prepared()),

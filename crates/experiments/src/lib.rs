@@ -18,6 +18,7 @@ mod comparison;
 mod dataset;
 mod document;
 mod experiment;
+mod figure5;
 mod filling;
 mod loads;
 mod method;

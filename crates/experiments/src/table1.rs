@@ -64,7 +64,7 @@ impl Published {
 }
 
 /// Table I of the paper: 2,000 sequences.
-const ROWS: [Row; 7] = {
+pub(crate) const ROWS: [Row; 7] = {
     use Heuristic::{Dbl, Hm, Random, Sdfm};
     use Order::{Balance, BboxVolume, Shuffled};
     [
