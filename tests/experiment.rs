@@ -155,7 +155,10 @@ fn the_methods_are_drawn_side_by_side_on_the_same_objects() {
     let png = std::fs::read(out.join("figure5.png")).unwrap();
     assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000);
     let refused = String::from_utf8(figure("7").stderr).unwrap();
-    assert!(refused.contains("--length 7") && refused.contains("have 6 objects"), "{refused}");
+    assert!(
+        refused.contains("--length 7") && refused.contains("have 6 objects"),
+        "{refused}"
+    );
 }
 
 /// On a coarse grid, placements pass a geometric test and are not tried.

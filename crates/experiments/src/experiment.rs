@@ -7,8 +7,8 @@ use ppnpack_cli::network::Backend;
 use crate::accuracy::{calibration, heightmap, inspection, recognition};
 use crate::arm::{holding, oracle, proposals};
 use crate::{
-    figure5, filling, loads, pareto, physical, stability, stream, table1, table3, table4, transfer, tune,
-    value,
+    figure5, filling, loads, pareto, physical, stability, stream, table1, table3, table4, transfer,
+    tune, value,
 };
 
 /// Reproduce the paper's tables and test the engine's models.
