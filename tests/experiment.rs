@@ -161,6 +161,37 @@ fn the_methods_are_drawn_side_by_side_on_the_same_objects() {
     );
 }
 
+#[test]
+fn regular_and_irregular_objects_are_packed_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let results = json(&ppnpack(&[
+        "experiment",
+        "table2",
+        "--cases",
+        "2",
+        "--length",
+        "5",
+        "--out",
+        folder.path().to_str().unwrap(),
+        "--json",
+    ]));
+    let classes = results["lines"].as_array().unwrap();
+    assert_eq!(classes.len(), 2);
+    let names = |class: &Value| -> Vec<String> {
+        serde_json::from_value(class["objects"].clone()).unwrap()
+    };
+    let (regular, irregular) = (names(&classes[0]), names(&classes[1]));
+    assert!(regular.len() > 3 && irregular.len() > 3);
+    assert!(regular.iter().all(|name| !irregular.contains(name)));
+    for class in classes {
+        let search = class["lines"].as_array().unwrap().last().unwrap();
+        assert_eq!(search["cases"], 2);
+        let ratio = search["compactness_ratio_percent"]["mean"].as_f64();
+        assert_eq!(ratio, Some(100.0));
+        assert!(search["items"]["mean"].as_f64().unwrap() > 0.0);
+    }
+}
+
 /// On a coarse grid, placements pass a geometric test and are not tried.
 const UNTRIED: &str = r#"[{"name": "untried", "grid": {"cell_m": 0.01, "yaws": 4},
     "method": {"proposals": {"from": "bounded"}, "stability": "physical", "trial": {"tries_per_item": 0}}}]"#;

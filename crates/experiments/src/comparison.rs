@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_catalogue::shape_class::ShapeClass;
 use ppnpack_chart::{Interval, PlotPoint};
 use ppnpack_cli::failure::{Failure, Outcome};
 use ppnpack_cli::network::Backend;
@@ -68,7 +69,7 @@ impl ComparisonOptions {
 }
 
 /// What all runs of a comparison share.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub(crate) struct Setting {
     pub(crate) catalogue_hash: String,
     pub(crate) grid: Grid,
@@ -208,6 +209,21 @@ impl<'a> Comparison<'a> {
             catalogue,
             options,
             backend,
+        })
+    }
+
+    /// The same with the objects of one class alone, and with the network of this file where one is given.
+    pub(crate) fn of_class(&self, class: ShapeClass, network: Option<&Path>) -> Outcome<Self> {
+        let mut setting = self.setting.clone();
+        let catalogue = self.catalogue.of_class(class);
+        setting.catalogue_hash = catalogue.content_hash();
+        let options = self.options.network.with_file(network);
+        Ok(Self {
+            options: self.options,
+            backend: self.backend,
+            model: options.find(self.backend, &setting.grid)?,
+            setting,
+            catalogue,
         })
     }
 

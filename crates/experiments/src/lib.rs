@@ -32,6 +32,7 @@ mod stability;
 mod statistics;
 mod stream;
 mod table1;
+mod table2;
 mod table3;
 mod table4;
 mod train;

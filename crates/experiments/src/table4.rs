@@ -3,20 +3,16 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_chart::{Bar, Bars};
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{Conditions, GridOptions};
-use ppnpack_cli::sequence::Sequence;
 use ppnpack_packing::objective::{Heuristic, Order};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
 use crate::comparison::{Comparison, ComparisonOptions, Means, Results, Row, ratio_percent};
-use crate::document;
 use crate::statistics::Mean;
+use crate::{cases, document};
 
 /// Packs random sequences of unseen objects: at random, with the network's proposals, searching all placements. Give a
 /// --catalogue that the network was not trained on.
@@ -77,7 +73,9 @@ pub(crate) fn run(arguments: &Table4Arguments, backend: &dyn Backend) -> Outcome
         backend,
         arguments.grid.grid(Conditions::Reference)?,
     )?;
-    let sequences = draw(arguments, &comparison.catalogue);
+    let objects = comparison.catalogue.len();
+    let seed = comparison.setting.seed;
+    let sequences = cases::draw(seed, arguments.cases, arguments.length, objects);
     let (rows, contenders) = comparison.contenders(&ROWS);
     let packed = comparison.pack(&contenders, &sequences, &arguments.out.join("runs"))?;
     let all = packed.last().map_or(&[][..], |runs| runs);
@@ -89,7 +87,6 @@ pub(crate) fn run(arguments: &Table4Arguments, backend: &dyn Backend) -> Outcome
         mesh_volume_ratio_percent: ratio_percent(runs, all, |run| run.meshes_m3),
         paper: row.paper,
     });
-    let objects = comparison.catalogue.len();
     let results = comparison.results(Some(objects), lines.collect());
     let folder = &arguments.out;
     let bars = results.lines.iter().map(|line| Bar {
@@ -104,21 +101,6 @@ pub(crate) fn run(arguments: &Table4Arguments, backend: &dyn Backend) -> Outcome
     document::figure(folder, "table4", chart.to_svg([700, 460]))?;
     let markdown = markdown(&results);
     document::publish(folder, "table4", &results, &markdown, arguments.json)
-}
-
-/// Sequences that depend on the seed and their number alone.
-fn draw(arguments: &Table4Arguments, catalogue: &Catalogue) -> Vec<Sequence> {
-    let seed = arguments.comparison.seed;
-    let sequences = (0..u64::from(arguments.cases)).map(|case| {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        random.set_stream(case + 1);
-        let objects = (0..arguments.length).map(|_| random.random_range(0..catalogue.len().max(1)));
-        Sequence {
-            from: format!("sequence {case} of seed {seed}"),
-            objects: objects.collect(),
-        }
-    });
-    sequences.collect()
 }
 
 fn markdown(results: &Results<'_, Line>) -> String {
