@@ -7,8 +7,8 @@ use ppnpack_cli::network::Backend;
 use crate::accuracy::{calibration, heightmap, inspection, recognition};
 use crate::arm::{holding, oracle, proposals};
 use crate::{
-    figure5, filling, loads, pareto, physical, stability, stream, table1, table2, table3, table4,
-    transfer, tune, value,
+    figure5, filling, loads, merge, pareto, physical, stability, stream, table1, table2, table3,
+    table4, transfer, tune, value,
 };
 
 /// Reproduce the paper's tables and test the engine's models.
@@ -20,6 +20,8 @@ pub struct ExperimentArguments {
 
 #[derive(Debug, Subcommand)]
 enum Experiment {
+    /// Put the runs of all shards of an experiment together
+    Merge(merge::MergeArguments),
     /// Packing heuristics compared: compactness, volume, items and decision time (Table I of the paper)
     Table1(table1::Table1Arguments),
     /// Objects of regular and of irregular shape (Table II of the paper, whose objects are not published)
@@ -70,6 +72,7 @@ pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Out
         backend
     };
     match &arguments.experiment {
+        Experiment::Merge(arguments) => merge::run(arguments),
         Experiment::Table1(arguments) => table1::run(arguments, prepared()),
         Experiment::Table2(arguments) => table2::run(arguments, prepared()),
         Experiment::Table3(arguments) => table3::run(arguments, prepared()),

@@ -9,6 +9,14 @@ use serde::de::DeserializeOwned;
 use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_files::write_whole;
 
+use crate::shard::Shard;
+
+/// The settings of a folder of runs, beside them.
+pub(crate) const SETTINGS_FILE: &str = "settings.json";
+
+/// How the marks of finished shards end, beside the runs.
+pub(crate) const SHARD_EXTENSION: &str = "shard";
+
 /// Where finished runs are kept.
 #[derive(Debug, Args)]
 pub(crate) struct RunsOption {
@@ -21,6 +29,15 @@ impl RunsOption {
     pub(crate) fn folder(&self, out: &Path) -> PathBuf {
         self.runs.clone().unwrap_or_else(|| out.join("runs"))
     }
+}
+
+/// Which part of an experiment runs here.
+#[derive(Debug, Args)]
+pub(crate) struct ShardOption {
+    /// Pack every N-th sequence alone, from the I-th on, counted from 0, and make no tables: `ppnpack experiment merge` puts the runs of
+    /// all shards together
+    #[arg(long, value_name = "I/N")]
+    pub(crate) shard: Option<Shard>,
 }
 
 /// A folder of finished runs that all depended on the same settings and were made by the same program.
@@ -47,7 +64,7 @@ impl Runs {
         };
         let folder = folder.join(hash(&key, 16)?);
         let key = serde_json::to_vec(&key).or_run()?;
-        write_whole(&folder.join("settings.json"), &key)?;
+        write_whole(&folder.join(SETTINGS_FILE), &key)?;
         Ok(Self { folder })
     }
 
@@ -68,6 +85,15 @@ impl Runs {
         let run = make()?;
         write_whole(&path, &serde_json::to_vec(&run).or_run()?)?;
         Ok(run)
+    }
+}
+
+impl Runs {
+    /// Notes that all runs of a shard are finished.
+    pub(crate) fn finish_shard(&self, shard: Shard) -> Outcome {
+        let name = shard.to_string().replace('/', "-of-");
+        let path = self.folder.join(name).with_extension(SHARD_EXTENSION);
+        Ok(write_whole(&path, &serde_json::to_vec(&shard).or_run()?)?)
     }
 }
 
