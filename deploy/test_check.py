@@ -22,7 +22,7 @@ def load():
     return module
 
 
-READ = {"base": ("kubernetes/base", "kubernetes/images"), "monitoring": ("kubernetes/monitoring", "observability")}
+READ = {"base": ("kubernetes/base", "kubernetes/images"), "experiment": ("kubernetes/experiment", "kubernetes/images"), "monitoring": ("kubernetes/monitoring", "observability")}
 
 
 def once(render):
