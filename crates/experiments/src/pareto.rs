@@ -13,7 +13,7 @@ use ppnpack_packing::objective::{Heuristic, Order};
 use serde::Serialize;
 
 use crate::comparison::{
-    Comparison, ComparisonOptions, Contender, Means, Setting, point, ratio_percent,
+    Comparison, ComparisonOptions, Contender, Means, Setting, WIDENED, point, ratio_percent,
 };
 use crate::statistics::Mean;
 use crate::{document, scene};
@@ -202,7 +202,7 @@ fn save(arguments: &ParetoArguments, results: &Results) -> Outcome {
 fn scatter(grids: &[OfGrid]) -> Scatter {
     let point = |line: &Line| {
         let decision_ms = line.means.decision_s.scaled(1e3);
-        let compactness = &line.means.mesh_compactness_percent;
+        let compactness = &line.means.mesh_floor_compactness_percent;
         point(&line.method, &decision_ms, compactness)
     };
     let series = grids.iter().map(|grid| PointSeries {
@@ -213,7 +213,7 @@ fn scatter(grids: &[OfGrid]) -> Scatter {
     Scatter {
         title: "Mesh-volume compactness against decision time".to_owned(),
         x_label: "Decision time per item (ms)".to_owned(),
-        y_label: "Compactness by mesh volume (%)".to_owned(),
+        y_label: "Compactness of the meshes by the floor (%)".to_owned(),
         series: series.collect(),
     }
 }
@@ -223,7 +223,7 @@ fn markdown(results: &Results) -> String {
     if let Some(first) = results.grids.first() {
         text += &format!(
             "{} sequences, the same for every method; SDFM, {}; shares are of the exhaustive search (`all`) on the same \
-             grid, in this run.\n",
+             grid, in this run. Compactness is over the floor times the greatest height. {WIDENED}\n",
             first.lines.first().map_or(0, |line| line.means.cases),
             first.settings.in_words(results.workers),
         );
@@ -231,14 +231,14 @@ fn markdown(results: &Results) -> String {
     for grid in &results.grids {
         text += &format!(
             "\n## {}\n\n| proposals | decision per item (ms) | proposing | evaluating | checking | items packed | mesh volume \
-             (cm³) | mesh compactness (%) | share of mesh volume (%) | share of decision time (%) |\n\
-             |---|---|---|---|---|---|---|---|---|---|\n",
+             (cm³) | mesh compactness by floor (%) | share of mesh volume (%) | share of decision time (%) | steps widened |\n\
+             |---|---|---|---|---|---|---|---|---|---|---|\n",
             grid.name
         );
         for line in &grid.lines {
             let Line { means, .. } = line;
             text += &format!(
-                "| {} | {} | {:.3} | {:.3} | {:.3} | {} | {} | {} | {} | {} |\n",
+                "| {} | {} | {:.3} | {:.3} | {:.3} | {} | {} | {} | {} | {} | {} |\n",
                 line.method,
                 means.decision_s.scaled(1e3).shown(3),
                 means.propose_s.mean * 1e3,
@@ -246,9 +246,10 @@ fn markdown(results: &Results) -> String {
                 means.check_s.mean * 1e3,
                 means.items.shown(1),
                 means.meshes_cm3.shown(0),
-                means.mesh_compactness_percent.shown(1),
+                means.mesh_floor_compactness_percent.shown(1),
                 line.mesh_volume_ratio_percent.shown(1),
                 line.decision_ratio_percent.shown(1),
+                means.widened(),
             );
         }
         text += &format!("\n![{}](pareto-{}.svg)\n", grid.name, grid.key);
