@@ -57,7 +57,7 @@ struct Line {
     method: String,
     /// Items that lie in the container.
     items: usize,
-    compactness_percent: f64,
+    floor_compactness_percent: f64,
     meshes_cm3: f64,
     height_cm: f64,
 }
@@ -139,7 +139,7 @@ fn line(method: &str, episode: &Episode, grid: &Grid) -> Line {
     Line {
         method: method.to_owned(),
         items: episode.metrics.packed.items,
-        compactness_percent: 100.0 * episode.metrics.compactness,
+        floor_compactness_percent: 100.0 * episode.metrics.floor_compactness,
         meshes_cm3: 1e6 * episode.metrics.packed.meshes_m3,
         height_cm: 100.0 * unit_m * f64::from(episode.scene.heightmap().max()),
     }
@@ -162,7 +162,7 @@ fn column(packed: &Packed) -> Column {
         name: line.method.clone(),
         detail: format!(
             "{} items, {:.1} %, {:.1} cm high",
-            line.items, line.compactness_percent, line.height_cm
+            line.items, line.floor_compactness_percent, line.height_cm
         ),
         pictures: packed.pictures.to_vec(),
     }
@@ -173,14 +173,18 @@ fn markdown(results: &Results<'_, Line>, title: &str) -> String {
     let mut text = format!(
         "# Figure 5: the same objects, packed by each method\n\n{title}; {}, {}. One sequence says little of the methods: see table 1.\n\n\
          ![The containers, and their heightmaps from above](figure5.png)\n\n\
-         | method | items packed | compactness (%) | mesh volume (cm³) | height (cm) |\n|---|---|---|---|---|\n",
+         | method | items packed | compactness by floor (%) | mesh volume (cm³) | height (cm) |\n|---|---|---|---|---|\n",
         settings.cells_in_words(),
         settings.in_words(results.workers),
     );
     for line in &results.lines {
         text += &format!(
             "| {} | {} | {:.1} | {:.0} | {:.1} |\n",
-            line.method, line.items, line.compactness_percent, line.meshes_cm3, line.height_cm
+            line.method,
+            line.items,
+            line.floor_compactness_percent,
+            line.meshes_cm3,
+            line.height_cm
         );
     }
     text + &results.missing()

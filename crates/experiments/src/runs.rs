@@ -7,6 +7,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use ppnpack_cli::failure::{OrRun, Outcome};
+use ppnpack_cli::output::{print_json, print_line};
 use ppnpack_files::write_whole;
 
 use crate::shard::Shard;
@@ -31,13 +32,49 @@ impl RunsOption {
     }
 }
 
-/// Which part of an experiment runs here.
+/// Where finished runs are kept, and which of them are made here.
 #[derive(Debug, Args)]
-pub(crate) struct ShardOption {
+pub(crate) struct ShardOptions {
+    #[command(flatten)]
+    runs: RunsOption,
+
     /// Pack every N-th sequence alone, from the I-th on, counted from 0, and make no tables: `ppnpack experiment merge` puts the runs of
     /// all shards together
     #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+}
+
+impl ShardOptions {
+    pub(crate) fn part(&self, out: &Path) -> Part {
+        Part {
+            runs: self.runs.folder(out),
+            shard: self.shard,
+        }
+    }
+}
+
+/// The part of an experiment that is made here: all of it, or a shard.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct Part {
+    pub(crate) runs: PathBuf,
     pub(crate) shard: Option<Shard>,
+}
+
+impl Part {
+    pub(crate) fn has(&self, number: usize) -> bool {
+        self.shard.is_none_or(|shard| shard.has(number))
+    }
+
+    /// Says what is to be done with the runs of a shard.
+    pub(crate) fn tell(&self, as_json: bool) -> Outcome {
+        if as_json {
+            return Ok(print_json(self)?);
+        }
+        let folder = self.runs.display();
+        Ok(print_line(&format!(
+            "The runs of this shard are in {folder}: `ppnpack experiment merge` puts those of all shards together"
+        ))?)
+    }
 }
 
 /// A folder of finished runs that all depended on the same settings and were made by the same program.
@@ -86,9 +123,7 @@ impl Runs {
         write_whole(&path, &serde_json::to_vec(&run).or_run()?)?;
         Ok(run)
     }
-}
 
-impl Runs {
     /// Notes that all runs of a shard are finished.
     pub(crate) fn finish_shard(&self, shard: Shard) -> Outcome {
         let name = shard.to_string().replace('/', "-of-");

@@ -10,7 +10,11 @@ use ppnpack_cli::options::{Conditions, GridOptions};
 use ppnpack_packing::objective::{Heuristic, Order};
 use serde::Serialize;
 
-use crate::comparison::{Comparison, ComparisonOptions, Means, Results, Row, Run, ratio_percent};
+use crate::comparison::{
+    COMPACTNESS, Comparison, ComparisonOptions, Means, Results, Row, RowProposals, Run, WIDENED,
+    ratio_percent,
+};
+use crate::runs::{Part, ShardOptions};
 use crate::statistics::Mean;
 use crate::{cases, document};
 
@@ -41,9 +45,12 @@ pub(crate) struct Table2Arguments {
     #[command(flatten)]
     comparison: ComparisonOptions,
 
-    /// Where table2.md and table2.json are written; a killed run goes on there
+    /// Where table2.md and table2.json are written
     #[arg(long, value_name = "DIR", default_value = "out/table2")]
     out: PathBuf,
+
+    #[command(flatten)]
+    runs: ShardOptions,
 
     /// Print the results as JSON instead of a table
     #[arg(long)]
@@ -73,7 +80,7 @@ const ROWS: [Row; 2] = {
     use Order::Balance;
     [
         Row {
-            is_network: true,
+            proposals: RowProposals::Network,
             ..Row::all("PPN-Pack", Sdfm, Balance, UNPUBLISHED)
         },
         Row::all("Search all", Sdfm, Balance, UNPUBLISHED),
@@ -95,14 +102,18 @@ struct Line {
     #[serde(flatten)]
     means: Means,
     /// Of the exhaustive search's, on the same sequences.
-    compactness_ratio_percent: Mean,
+    floor_compactness_ratio_percent: Mean,
 }
 
 pub(crate) fn run(arguments: &Table2Arguments, backend: &dyn Backend) -> Outcome {
     let grid = arguments.grid.grid(Conditions::Reference)?;
     let comparison = Comparison::new(&arguments.comparison, backend, grid)?;
-    let classes = ShapeClass::ALL.map(|class| self::class(class, arguments, &comparison));
-    let classes = classes.into_iter().collect::<Outcome<Vec<Class>>>()?;
+    let part = arguments.runs.part(&arguments.out);
+    let classes = ShapeClass::ALL.map(|class| self::class(class, arguments, &part, &comparison));
+    let classes: Outcome<Vec<Option<Class>>> = classes.into_iter().collect();
+    let Some(classes) = classes?.into_iter().collect() else {
+        return part.tell(arguments.json);
+    };
     let results = comparison.results(None, classes);
     let markdown = markdown(&results);
     document::publish(
@@ -114,12 +125,13 @@ pub(crate) fn run(arguments: &Table2Arguments, backend: &dyn Backend) -> Outcome
     )
 }
 
-/// Packs the sequences of one class.
+/// Packs the sequences of one class; `None` where only a shard of them is made here.
 fn class(
     class: ShapeClass,
     arguments: &Table2Arguments,
+    part: &Part,
     comparison: &Comparison<'_>,
-) -> Outcome<Class> {
+) -> Outcome<Option<Class>> {
     let (name, model) = match class {
         ShapeClass::Regular => ("regular", &arguments.regular_model),
         ShapeClass::Irregular => ("irregular", &arguments.irregular_model),
@@ -135,25 +147,26 @@ fn class(
     let seed = comparison.setting.seed;
     let sequences = cases::draw(seed, arguments.cases, arguments.length, objects.len());
     let (_, contenders) = comparison.contenders(&ROWS);
-    let kept = arguments.out.join("runs");
-    let packed = comparison.pack(&contenders, &sequences, &kept)?;
+    let Some(packed) = comparison.pack(&contenders, &sequences, part)? else {
+        return Ok(None);
+    };
     let all = packed.last().map_or(&[][..], |runs| runs);
     let methods = contenders.into_iter().zip(&packed);
-    Ok(Class {
+    Ok(Some(Class {
         name,
         objects,
         lines: methods
             .map(|(contender, runs)| line(contender.name, runs, all))
             .collect(),
         paper: published(class),
-    })
+    }))
 }
 
 fn line(method: String, runs: &[Run], all: &[Run]) -> Line {
     Line {
         method,
         means: Means::of(runs),
-        compactness_ratio_percent: ratio_percent(runs, all, |run| run.compactness),
+        floor_compactness_ratio_percent: ratio_percent(runs, all, |run| run.floor_compactness),
     }
 }
 
@@ -181,7 +194,7 @@ fn markdown(results: &Results<'_, Class>) -> String {
     let mut text = format!(
         "# Table 2: easy and hard shapes\n\n\
          {}, {}. Regular is what fills at least {:.0} % of its bounding box; all other objects are irregular. The paper's objects are \
-         not published: its rows are of other objects, marked so, and say nothing about ours.\n",
+         not published: its rows are of other objects, marked so, and say nothing about ours. {COMPACTNESS} {WIDENED}\n",
         settings.cells_in_words(),
         settings.in_words(results.workers),
         100.0 * REGULAR_SHARE,
@@ -197,17 +210,19 @@ fn section(class: &Class) -> String {
     let cases = class.lines.first().map_or(0, |line| line.means.cases);
     let mut text = format!(
         "\n## {} {name} objects, {cases} sequences\n\n\
-         | method | decision per item | compactness (%) | share of the search's (%) | items packed |\n|---|---|---|---|---|\n",
+         | method | decision per item | compactness by floor (%) | compactness by box (%) | share of the search's by floor (%) | items packed | steps widened |\n|---|---|---|---|---|---|---|\n",
         class.objects.len(),
     );
     for line in &class.lines {
         text += &format!(
-            "| {} | {} ms | {} | {} | {} |\n",
+            "| {} | {} ms | {} | {} | {} | {} | {} |\n",
             line.method,
             line.means.decision_s.scaled(1e3).shown(3),
-            line.means.compactness_percent.shown(1),
-            line.compactness_ratio_percent.shown(1),
+            line.means.floor_compactness_percent.shown(1),
+            line.means.box_compactness_percent.shown(1),
+            line.floor_compactness_ratio_percent.shown(1),
             line.means.items.shown(1),
+            line.means.widened(),
         );
     }
     let theirs = [
@@ -219,7 +234,7 @@ fn section(class: &Class) -> String {
     ];
     for (method, published) in theirs {
         text += &format!(
-            "| *{method}, the paper on its own objects* | {} s | {:.1} | | {:.2} |\n",
+            "| *{method}, the paper on its own objects* | {} s | {:.1} | | | {:.2} | |\n",
             published.decision_s, published.compactness_percent, published.items
         );
     }
