@@ -183,7 +183,7 @@ fn measure(
     };
     let widened = |at: usize| {
         let widened = found.iter().filter_map(|run| run.widened.get(at));
-        widened.sum()
+        widened.sum::<usize>()
     };
     Ok(Line {
         grid: case.name,
