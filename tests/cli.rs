@@ -68,7 +68,7 @@ fn packing_the_builtin_set_writes_a_whole_report() {
         summary["packed"]["items"].as_u64().unwrap() >= 8,
         "{summary}"
     );
-    assert!(summary["compactness"].as_f64().unwrap() > 0.1);
+    assert!(summary["floor_compactness"].as_f64().unwrap() > 0.1);
     let mut names: Vec<_> = out
         .read_dir()
         .unwrap()
@@ -214,6 +214,25 @@ fn without_the_experiments_the_remedy_is_named() {
     }
     let help = String::from_utf8(ppnpack(&["--help"]).stdout).unwrap();
     assert!(help.contains("experiment") && help.contains("dataset"));
+}
+
+#[test]
+fn published_tries_end_a_packing_and_are_refused_by_the_stack() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = "pack --conditions reference --heuristic random --order shuffled --proposals tries --json --out";
+    let mut arguments: Vec<&str> = options.split(' ').collect();
+    let out = folder.path().join("out");
+    arguments.push(out.to_str().unwrap());
+    let summary = json(&ppnpack(&arguments));
+    assert_eq!(summary["ending"]["kind"], "nothing-fits", "{summary}");
+    assert_eq!(summary["steps_widened"], 0);
+    let items = summary["ending"]["items"].as_array().unwrap();
+    let reasons = items.iter().map(|item| item["reason"].as_str().unwrap());
+    assert_eq!(reasons.clone().count(), 5);
+    for reason in reasons {
+        assert!(reason.contains("placements that were tried"), "{reason}");
+    }
+    refused(&["up", "--proposals", "tries"], &["--proposals tries"]);
 }
 
 #[test]

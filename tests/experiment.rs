@@ -6,8 +6,9 @@
     reason = "a panic in a test is a failing test"
 )]
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
@@ -122,6 +123,175 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
         line(&second, "SDFM")["items"]
     );
     assert!(std::fs::metadata(&cut).unwrap().len() > 10);
+}
+
+#[test]
+fn the_methods_are_drawn_side_by_side_on_the_same_objects() {
+    let folder = tempfile::tempdir().unwrap();
+    let sequences = folder.path().join("sequences.npy");
+    let rows = ndarray::Array2::from_shape_fn((1, 6), |(_, column)| column as i64 * 7);
+    ndarray_npy::write_npy(&sequences, &rows).unwrap();
+    let out = folder.path().join("out");
+    let figure = |length: &str| {
+        ppnpack(&[
+            "experiment",
+            "figure5",
+            "--sequences",
+            sequences.to_str().unwrap(),
+            "--length",
+            length,
+            "--out",
+            out.to_str().unwrap(),
+            "--json",
+        ])
+    };
+    let results = json(&figure("4"));
+    let lines = results["lines"].as_array().unwrap();
+    assert!(lines.len() >= 6);
+    for line in lines {
+        let items = line["items"].as_u64().unwrap();
+        let is_packed = line["floor_compactness_percent"].as_f64().unwrap() > 0.0;
+        assert!((1..=4).contains(&items) && is_packed, "{line}");
+    }
+    let png = std::fs::read(out.join("figure5.png")).unwrap();
+    assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000);
+    let refused = String::from_utf8(figure("7").stderr).unwrap();
+    assert!(
+        refused.contains("--length 7") && refused.contains("have 6 objects"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn regular_and_irregular_objects_are_packed_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let results = json(&ppnpack(&[
+        "experiment",
+        "table2",
+        "--cases",
+        "2",
+        "--length",
+        "5",
+        "--out",
+        folder.path().to_str().unwrap(),
+        "--json",
+    ]));
+    let classes = results["lines"].as_array().unwrap();
+    assert_eq!(classes.len(), 2);
+    let names = |class: &Value| -> Vec<String> {
+        serde_json::from_value(class["objects"].clone()).unwrap()
+    };
+    let (regular, irregular) = (names(&classes[0]), names(&classes[1]));
+    assert!(regular.len() > 3 && irregular.len() > 3);
+    assert!(regular.iter().all(|name| !irregular.contains(name)));
+    for class in classes {
+        let search = class["lines"].as_array().unwrap().last().unwrap();
+        assert_eq!(search["cases"], 2);
+        let ratio = search["floor_compactness_ratio_percent"]["mean"].as_f64();
+        assert_eq!(ratio, Some(100.0));
+        assert!(search["items"]["mean"].as_f64().unwrap() > 0.0);
+    }
+}
+
+/// The runs of a folder by name, without their times: those are the machine's.
+fn runs(folder: &Path) -> BTreeMap<String, Value> {
+    let files = walkdir(folder).into_iter();
+    let runs = files.filter(|path| path.extension().is_some_and(|end| end == "json"));
+    let timeless = |path: PathBuf| {
+        let bytes = std::fs::read(&path).unwrap();
+        let mut run: Value = serde_json::from_slice(&bytes).unwrap();
+        if let Some(fields) = run.as_object_mut() {
+            fields.retain(|name, _| !name.ends_with("_s"));
+        }
+        let name = path.strip_prefix(folder).unwrap();
+        (name.to_string_lossy().into_owned(), run)
+    };
+    runs.map(timeless).collect()
+}
+
+fn walkdir(folder: &Path) -> Vec<PathBuf> {
+    let entries = folder.read_dir().unwrap();
+    let paths = entries.map(|entry| entry.unwrap().path());
+    paths
+        .flat_map(|path| {
+            if path.is_dir() {
+                walkdir(&path)
+            } else {
+                vec![path]
+            }
+        })
+        .collect()
+}
+
+#[test]
+fn merged_shards_are_the_single_run_also_after_a_kill() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let table = |name: &str, more: &[&str]| {
+        let (out, runs) = (at(name), at(name).join("kept"));
+        let mut arguments = vec![
+            "experiment",
+            "table4",
+            "--cases",
+            "4",
+            "--length",
+            "6",
+            "--json",
+        ];
+        let (out, runs) = (out.to_str().unwrap(), runs.to_str().unwrap());
+        arguments.extend(["--out", out, "--runs", runs]);
+        arguments.extend(more);
+        let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack-experiments"));
+        command.args(arguments).env("XDG_CACHE_HOME", cache);
+        command
+    };
+    let single = json(&table("single", &[]).output().unwrap());
+    text(&table("a", &["--shard", "0/2"]).output().unwrap());
+    // One that is killed as soon as it has kept a run goes on with the others.
+    let mut killed = table("b", &["--shard", "1/2"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let has_run = || at("b").is_dir() && runs(&at("b")).len() > 1;
+    while !has_run() && killed.try_wait().unwrap().is_none() {
+        std::thread::yield_now();
+    }
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    text(&table("b", &["--shard", "1/2"]).output().unwrap());
+    let kept = |name: &str| at(name).join("kept").to_str().unwrap().to_owned();
+    let (a, b, all) = (kept("a"), kept("b"), kept("all"));
+    let merge = |shards: &[&str]| {
+        let mut arguments = vec!["experiment", "merge", "--into", &all];
+        arguments.extend(shards);
+        ppnpack(&arguments)
+    };
+    let lacking = merge(&[&a]);
+    assert_eq!(lacking.status.code(), Some(2));
+    let error = String::from_utf8_lossy(&lacking.stderr).into_owned();
+    assert!(error.contains("missing or not finished: 1/2"), "{error}");
+    text(&merge(&[&a, &b]));
+    assert_eq!(
+        runs(&at("all").join("kept")),
+        runs(&at("single").join("kept"))
+    );
+    // The tables are made of what is there.
+    let merged = json(&table("all", &[]).output().unwrap());
+    let of = |results: &Value, name: &str| -> Vec<Value> {
+        let lines = results["lines"].as_array().unwrap().iter();
+        lines.map(|line| line[name].clone()).collect()
+    };
+    for name in [
+        "method",
+        "items",
+        "floor_compactness_percent",
+        "meshes_cm3",
+        "steps_widened",
+    ] {
+        assert_eq!(of(&merged, name), of(&single, name), "{name}");
+    }
 }
 
 /// On a coarse grid, placements pass a geometric test and are not tried.

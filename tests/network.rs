@@ -134,6 +134,8 @@ fn the_shipped_network_packs_on_its_own_grid_and_on_others() {
     ] {
         let summary = pack(folder.path(), grid);
         assert_eq!(summary["degraded"], serde_json::json!([]), "{summary}");
+        // What it packs it proposed itself.
+        assert_eq!(summary["steps_widened"], 0, "{summary}");
         assert_eq!(
             summary["settings"]["method"]["proposals"]["from"],
             "network"

@@ -45,7 +45,7 @@ fn packing_through_the_services_is_packing_without_them() {
     };
     let alone = run(&["pack"], "alone");
     let services = run(&["up", "--pack"], "services");
-    assert_eq!(services["compactness"], alone["compactness"]);
+    assert_eq!(services["floor_compactness"], alone["floor_compactness"]);
     assert_eq!(services["packed"], alone["packed"]);
     assert_eq!(services["degraded"], serde_json::json!([]));
     assert_eq!(placements(&out("services")), placements(&out("alone")));

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use crate::cache::Cache;
 use crate::object::{CatalogueObject, Model};
 use crate::poses;
+use crate::shape_class::ShapeClass;
 use crate::source::Origin;
 use crate::views;
 
@@ -75,6 +76,17 @@ impl Catalogue {
             .iter()
             .enumerate()
             .find(|(_, object)| object.model.name == name)
+    }
+
+    /// The objects of one class alone, in the same order; their indices are others.
+    #[must_use]
+    pub fn of_class(&self, class: ShapeClass) -> Self {
+        let objects = self.objects.iter();
+        let of_class = objects.filter(|object| ShapeClass::of(&object.model) == class);
+        Self {
+            objects: of_class.cloned().collect(),
+            resolution: self.resolution.clone(),
+        }
     }
 
     /// The items of all objects, by index, each in its first pose.

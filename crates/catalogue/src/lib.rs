@@ -39,6 +39,7 @@ pub mod repair;
 pub mod report;
 pub mod resting;
 pub mod seen;
+pub mod shape_class;
 #[cfg(test)]
 mod shapes;
 mod source;

@@ -2,6 +2,8 @@
 
 use ppnpack_cli::failure::{Failure, Outcome};
 use ppnpack_cli::sequence::{Sequence, SequenceFile};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 /// A sequence, by its number in the file.
 pub(crate) struct Case {
@@ -25,4 +27,19 @@ pub(crate) fn cases(sequences: &SequenceFile, first: u32, count: u32) -> Outcome
         Ok(Case { number, sequence })
     };
     (first..).take(count as usize).map(case).collect()
+}
+
+/// `count` random sequences of objects numbered below `objects`, each as likely as any other; they depend on the seed and their
+/// number alone.
+pub(crate) fn draw(seed: u64, count: u32, length: u32, objects: usize) -> Vec<Sequence> {
+    let sequences = (0..u64::from(count)).map(|case| {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(case + 1);
+        let drawn = (0..length).map(|_| random.random_range(0..objects.max(1)));
+        Sequence {
+            from: format!("sequence {case} of seed {seed}"),
+            objects: drawn.collect(),
+        }
+    });
+    sequences.collect()
 }

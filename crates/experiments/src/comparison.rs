@@ -1,9 +1,11 @@
 //! Several methods on the same sequences, in one cell: what table 1, table 4 and the Pareto charts have in common.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_catalogue::shape_class::ShapeClass;
 use ppnpack_chart::{Interval, PlotPoint};
 use ppnpack_cli::failure::{Failure, Outcome};
 use ppnpack_cli::network::Backend;
@@ -13,17 +15,19 @@ use ppnpack_cli::options::{
 use ppnpack_cli::sequence::{Sequence, SequenceFile};
 use ppnpack_cli::simulation::simulate;
 use ppnpack_model::weights::Model;
-use ppnpack_packing::episode::Play;
+use ppnpack_packing::episode::{Episode, Play};
 use ppnpack_packing::grid::Grid;
+use ppnpack_packing::item::Item;
 use ppnpack_packing::method::{Method, OpenNetwork, ProposalSource, Stability};
 use ppnpack_packing::objective::{Heuristic, Order};
 use ppnpack_packing::plan::Timings;
+use ppnpack_physics::packing_cell::SimulatedPackingCell;
 use serde::{Deserialize, Serialize};
 
 use crate::document;
 use crate::method::sdfm;
 use crate::network::NetworkOptions;
-use crate::runs::{Runs, hash};
+use crate::runs::{Part, Runs, hash};
 use crate::statistics::Mean;
 use crate::workers;
 
@@ -65,7 +69,7 @@ impl ComparisonOptions {
 }
 
 /// What all runs of a comparison share.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub(crate) struct Setting {
     pub(crate) catalogue_hash: String,
     pub(crate) grid: Grid,
@@ -90,8 +94,8 @@ pub(crate) struct Row {
     pub(crate) name: &'static str,
     pub(crate) heuristic: Heuristic,
     pub(crate) order: Order,
-    /// Whether placements are proposed by the network; else all are searched.
-    pub(crate) is_network: bool,
+    /// Where its proposals come from.
+    pub(crate) proposals: RowProposals,
     /// What the paper reports: seconds, cm³, percent, items.
     pub(crate) paper: [f64; 4],
 }
@@ -108,10 +112,21 @@ impl Row {
             name,
             heuristic,
             order,
-            is_network: false,
+            proposals: RowProposals::All,
             paper,
         }
     }
+}
+
+/// Where the proposals of a row come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum RowProposals {
+    /// All placements are searched.
+    All,
+    /// The network proposes.
+    Network,
+    /// A few are tried, as in the published code.
+    Tries,
 }
 
 /// The results of a table.
@@ -159,10 +174,13 @@ pub(crate) struct Run {
     pub(crate) check_s: f64,
     pub(crate) items: usize,
     pub(crate) placed: usize,
+    /// Of the steps that placed them: searched exhaustively, as none of their proposals was valid.
+    pub(crate) steps_widened: usize,
     pub(crate) voxels_m3: f64,
     pub(crate) meshes_m3: f64,
-    pub(crate) compactness: f64,
-    pub(crate) mesh_compactness: f64,
+    pub(crate) floor_compactness: f64,
+    pub(crate) box_compactness: f64,
+    pub(crate) mesh_floor_compactness: f64,
     pub(crate) height_m: f64,
 }
 
@@ -176,10 +194,17 @@ pub(crate) struct Means {
     pub(crate) check_s: Mean,
     pub(crate) items: Mean,
     pub(crate) fallen_out: Mean,
+    /// Of all sequences together, the steps and those that were searched exhaustively, as none of their proposals was valid.
+    pub(crate) steps: usize,
+    pub(crate) steps_widened: usize,
     pub(crate) voxels_cm3: Mean,
     pub(crate) meshes_cm3: Mean,
-    pub(crate) compactness_percent: Mean,
-    pub(crate) mesh_compactness_percent: Mean,
+    /// By the floor times the greatest height, as in the paper's published code.
+    pub(crate) floor_compactness_percent: Mean,
+    /// By the minimum bounding box of what was packed, as in the paper's text.
+    pub(crate) box_compactness_percent: Mean,
+    /// The first with the volume of the meshes.
+    pub(crate) mesh_floor_compactness_percent: Mean,
     pub(crate) height_m: Mean,
 }
 
@@ -205,6 +230,21 @@ impl<'a> Comparison<'a> {
             catalogue,
             options,
             backend,
+        })
+    }
+
+    /// The same with the objects of one class alone, and with the network of this file where one is given.
+    pub(crate) fn of_class(&self, class: ShapeClass, network: Option<&Path>) -> Outcome<Self> {
+        let mut setting = self.setting.clone();
+        let catalogue = self.catalogue.of_class(class);
+        setting.catalogue_hash = catalogue.content_hash();
+        let options = self.options.network.with_file(network);
+        Ok(Self {
+            options: self.options,
+            backend: self.backend,
+            model: options.find(self.backend, &setting.grid)?,
+            setting,
+            catalogue,
         })
     }
 
@@ -235,13 +275,14 @@ impl<'a> Comparison<'a> {
 
     fn contender(&self, row: &Row) -> Option<Contender> {
         let network = &self.options.network;
-        let (name, proposals) = match (row.is_network, &self.model) {
-            (false, _) => (row.name.to_owned(), ProposalSource::All),
-            (true, Ok(model)) => (
+        let (name, proposals) = match (row.proposals, &self.model) {
+            (RowProposals::All, _) => (row.name.to_owned(), ProposalSource::All),
+            (RowProposals::Tries, _) => (row.name.to_owned(), ProposalSource::PUBLISHED_TRIES),
+            (RowProposals::Network, Ok(model)) => (
                 format!("{} (K = {} %)", row.name, network.percent()),
                 network.source(&self.setting.grid, model),
             ),
-            (true, Err(_)) => return None,
+            (RowProposals::Network, Err(_)) => return None,
         };
         Some(Contender {
             name,
@@ -262,20 +303,26 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// Packs all sequences with all methods, those first that come first; gives the runs by method, then sequence. A
-    /// killed comparison goes on with what lies in `folder`.
+    /// The network with the items that it is asked about, where it can be used.
+    pub(crate) fn network<'i>(&'i self, items: &'i [Arc<Item>]) -> Option<Network<'i>> {
+        let model = self.model.as_ref().ok()?;
+        Some(self.options.network.of(self.backend, model, items))
+    }
+
+    /// Packs all sequences with all methods, those first that come first; gives the runs by method, then sequence; `None` where only
+    /// a shard of them is made here. A killed comparison goes on with what is kept.
     pub(crate) fn pack(
         &self,
         contenders: &[Contender],
         sequences: &[Sequence],
-        folder: &Path,
-    ) -> Outcome<Vec<Vec<Run>>> {
-        let runs = Runs::new(folder, &self.setting)?;
+        part: &Part,
+    ) -> Outcome<Option<Vec<Vec<Run>>>> {
+        let runs = Runs::new(&part.runs, &self.setting)?;
         let items = self.catalogue.items();
-        let network = self.model.as_ref().ok();
-        let network = network.map(|model| self.options.network.of(self.backend, model, &items));
+        let network = self.network(&items);
         let mut jobs = Vec::new();
-        for (case, sequence) in sequences.iter().enumerate() {
+        let cases = sequences.iter().enumerate();
+        for (case, sequence) in cases.filter(|(case, _)| part.has(*case)) {
             jobs.extend(contenders.iter().map(|it| (case, sequence, it)));
         }
         let pack = |(case, sequence, contender): &(usize, &Sequence, &Contender)| {
@@ -285,19 +332,23 @@ impl<'a> Comparison<'a> {
             })
         };
         let done = workers::map("Packing sequences", &jobs, self.options.workers(), pack)?;
+        if let Some(shard) = part.shard {
+            runs.finish_shard(shard)?;
+            return Ok(None);
+        }
         let of_contender = |at| done.iter().skip(at).step_by(contenders.len()).cloned();
-        Ok((0..contenders.len())
-            .map(|at| of_contender(at).collect())
-            .collect())
+        let by_contender = (0..contenders.len()).map(|at| of_contender(at).collect());
+        Ok(Some(by_contender.collect()))
     }
 
-    fn pack_one(
+    /// Packs one sequence with one method; gives the episode and the cell as it was left.
+    pub(crate) fn simulate(
         &self,
         contender: &Contender,
         sequence: &Sequence,
         case: usize,
         network: Option<Network<'_>>,
-    ) -> Outcome<Run> {
+    ) -> Outcome<(Episode, SimulatedPackingCell)> {
         let setting = &self.setting;
         let seed = setting.seed.wrapping_add(case as u64);
         let proposals = contender.proposals.clone();
@@ -310,7 +361,7 @@ impl<'a> Comparison<'a> {
         simulated.cell.seed = method.seed;
         let network = network.as_ref().map(|network| network as &dyn OpenNetwork);
         let mut planner = method.build(&setting.grid, network)?;
-        let (episode, _) = simulate(
+        simulate(
             &self.catalogue,
             &setting.grid,
             sequence,
@@ -318,7 +369,18 @@ impl<'a> Comparison<'a> {
             &mut planner,
             Play::with_buffer(method.buffer),
             &mut (),
-        )?;
+        )
+    }
+
+    fn pack_one(
+        &self,
+        contender: &Contender,
+        sequence: &Sequence,
+        case: usize,
+        network: Option<Network<'_>>,
+    ) -> Outcome<Run> {
+        let setting = &self.setting;
+        let (episode, _) = self.simulate(contender, sequence, case, network)?;
         let height = episode.scene.heightmap().max();
         let steps = &episode.steps;
         let mean = |stage: fn(&Timings) -> std::time::Duration| {
@@ -333,10 +395,12 @@ impl<'a> Comparison<'a> {
             check_s: mean(|timings| timings.check),
             items: episode.metrics.packed.items,
             placed: steps.len(),
+            steps_widened: episode.steps_widened(),
             voxels_m3: episode.metrics.packed.voxels_m3,
             meshes_m3: episode.metrics.packed.meshes_m3,
-            compactness: episode.metrics.compactness,
-            mesh_compactness: episode.metrics.mesh_compactness,
+            floor_compactness: episode.metrics.floor_compactness,
+            box_compactness: episode.metrics.box_compactness,
+            mesh_floor_compactness: episode.metrics.mesh_floor_compactness,
             height_m: f64::from(height) * setting.grid.resolution().height_unit_m(),
         })
     }
@@ -373,12 +437,20 @@ impl Means {
             check_s: mean(|run| run.check_s),
             items: mean(|run| run.items as f64),
             fallen_out: mean(|run| (run.placed - run.items) as f64),
+            steps: runs.iter().map(|run| run.placed).sum(),
+            steps_widened: runs.iter().map(|run| run.steps_widened).sum(),
             voxels_cm3: mean(|run| run.voxels_m3 * 1e6),
             meshes_cm3: mean(|run| run.meshes_m3 * 1e6),
-            compactness_percent: mean(|run| run.compactness * 100.0),
-            mesh_compactness_percent: mean(|run| run.mesh_compactness * 100.0),
+            floor_compactness_percent: mean(|run| run.floor_compactness * 100.0),
+            box_compactness_percent: mean(|run| run.box_compactness * 100.0),
+            mesh_floor_compactness_percent: mean(|run| run.mesh_floor_compactness * 100.0),
             height_m: mean(|run| run.height_m),
         }
+    }
+
+    /// How many steps were widened, of how many.
+    pub(crate) fn widened(&self) -> String {
+        format!("{} of {}", self.steps_widened, self.steps)
     }
 }
 
@@ -399,6 +471,14 @@ pub(crate) fn ratio_percent(runs: &[Run], others: &[Run], value: fn(&Run) -> f64
         half_width: 100.0 * deviation.half_width * scale,
     }
 }
+
+/// What the tables say of compactness.
+pub(crate) const COMPACTNESS: &str = "Compactness is the volume of the packed items over the floor times the greatest height, \
+    as in the paper's published code, or over the minimum bounding box of what was packed, as in its text.";
+
+/// What the tables say of steps that were widened.
+pub(crate) const WIDENED: &str =
+    "A step is widened to an exhaustive search where none of its proposals is valid.";
 
 /// A point of a chart, with both intervals.
 pub(crate) fn point(label: &str, x: &Mean, y: &Mean) -> PlotPoint {

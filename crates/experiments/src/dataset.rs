@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_catalogue::shape_class::ShapeClass;
 use ppnpack_dataset::{
     DatasetError, DatasetWriter, Drawn, Expert, ExpertSettings, FORMAT_VERSION, Manifest, Recorder,
     SequenceRecord, Settings, draw,
@@ -17,11 +18,22 @@ use crate::method::sdfm;
 use crate::{document, workers};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::options::{
-    CatalogueOptions, Conditions, GridOptions, PhysicsOptions, Simulated, parse_stability,
+    CatalogueOptions, Choice, Conditions, GridOptions, PhysicsOptions, Simulated, one_of,
+    parse_stability,
 };
 use ppnpack_cli::output::{print_json, print_line};
 use ppnpack_cli::sequence::{Sequence, SequenceFile};
 use ppnpack_cli::simulation::simulate;
+
+/// The classes of shapes by name.
+const SHAPES: [Choice<ShapeClass>; 2] = [
+    (
+        "regular",
+        ShapeClass::Regular,
+        "objects that fill at least half of their bounding box",
+    ),
+    ("irregular", ShapeClass::Irregular, "all others"),
+];
 
 /// Sequences in a shard: of a killed run at most this many per worker are played again.
 const SEQUENCES_PER_SHARD: u32 = 10;
@@ -32,6 +44,10 @@ const SEQUENCES_PER_SHARD: u32 = 10;
 pub struct DatasetArguments {
     #[command(flatten)]
     catalogue: CatalogueOptions,
+
+    /// Draw from the objects of one class alone, as table 2 does [default: from all]
+    #[arg(long, value_parser = one_of(&SHAPES))]
+    shapes: Option<ShapeClass>,
 
     /// How many sequences; more than a finished dataset has are added to it
     #[arg(long, value_name = "COUNT", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
@@ -94,6 +110,10 @@ pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
     let (physics, seed) = (&arguments.physics, arguments.seed);
     let simulated = physics.simulated(&grid, seed, Conditions::Reference)?;
     let catalogue = arguments.catalogue.load(grid.resolution())?;
+    let catalogue = match arguments.shapes {
+        Some(class) => catalogue.of_class(class),
+        None => catalogue,
+    };
     let settings = settings(arguments, &catalogue, &simulated)?;
     refuse_known(arguments, &catalogue, &settings)?;
     let (items, sequences) = (catalogue.items(), arguments.sequences);

@@ -7,8 +7,8 @@ use ppnpack_cli::network::Backend;
 use crate::accuracy::{calibration, heightmap, inspection, recognition};
 use crate::arm::{holding, oracle, proposals};
 use crate::{
-    filling, loads, pareto, physical, stability, stream, table1, table3, table4, transfer, tune,
-    value,
+    figure5, filling, loads, merge, pareto, physical, stability, stream, table1, table2, table3,
+    table4, transfer, tune, value,
 };
 
 /// Reproduce the paper's tables and test the engine's models.
@@ -20,10 +20,16 @@ pub struct ExperimentArguments {
 
 #[derive(Debug, Subcommand)]
 enum Experiment {
+    /// Put the runs of all shards of an experiment together
+    Merge(merge::MergeArguments),
     /// Packing heuristics compared: compactness, volume, items and decision time (Table I of the paper)
     Table1(table1::Table1Arguments),
+    /// Objects of regular and of irregular shape (Table II of the paper, whose objects are not published)
+    Table2(table2::Table2Arguments),
     /// How often the network finds the optimum, and what that owes to (Table III of the paper)
     Table3(table3::Table3Arguments),
+    /// The same objects packed by each heuristic, as pictures side by side (Figure 5 of the paper)
+    Figure5(figure5::Figure5Arguments),
     /// Objects that the network was not trained on (Table IV of the paper)
     Table4(table4::Table4Arguments),
     /// How often the network finds the optimum on grids that it was not trained on
@@ -66,8 +72,11 @@ pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Out
         backend
     };
     match &arguments.experiment {
+        Experiment::Merge(arguments) => merge::run(arguments),
         Experiment::Table1(arguments) => table1::run(arguments, prepared()),
+        Experiment::Table2(arguments) => table2::run(arguments, prepared()),
         Experiment::Table3(arguments) => table3::run(arguments, prepared()),
+        Experiment::Figure5(arguments) => figure5::run(arguments, prepared()),
         Experiment::Table4(arguments) => table4::run(arguments, prepared()),
         Experiment::Transfer(arguments) => transfer::run(arguments, prepared()),
         Experiment::Pareto(arguments) => pareto::run(arguments, prepared()),

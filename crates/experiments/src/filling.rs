@@ -90,6 +90,8 @@ pub(crate) struct Run {
     pub(crate) unsteady: usize,
     pub(super) set_aside: usize,
     pub(super) in_other_pose: usize,
+    /// Searched exhaustively, as none of their proposals was valid.
+    pub(super) steps_widened: usize,
     /// Of each step.
     pub(super) decision_s: Vec<f64>,
 }
@@ -182,6 +184,7 @@ pub(crate) fn pack(
             .count(),
         set_aside: episode.set_aside.len(),
         in_other_pose: steps().filter(|step| step.candidate.pose > 0).count(),
+        steps_widened: episode.steps_widened(),
         decision_s: steps()
             .map(|step| step.timings.total().as_secs_f64())
             .collect(),

@@ -1,6 +1,6 @@
 //! The network that an experiment compares.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
@@ -40,6 +40,15 @@ impl NetworkOptions {
     pub(crate) fn with_default(&self, percent: f64) -> Self {
         Self {
             percent: self.percent.or(Some(percent)),
+            ..self.clone()
+        }
+    }
+
+    /// The same with the weights of another file where one is given.
+    pub(crate) fn with_file(&self, file: Option<&Path>) -> Self {
+        let given = file.map(Path::to_owned);
+        Self {
+            model: given.or_else(|| self.model.clone()),
             ..self.clone()
         }
     }

@@ -13,8 +13,9 @@ use ppnpack_packing::objective::{Heuristic, Order};
 use serde::Serialize;
 
 use crate::comparison::{
-    Comparison, ComparisonOptions, Contender, Means, Setting, point, ratio_percent,
+    Comparison, ComparisonOptions, Contender, Means, Setting, WIDENED, point, ratio_percent,
 };
+use crate::runs::{Part, ShardOptions};
 use crate::statistics::Mean;
 use crate::{document, scene};
 
@@ -54,9 +55,12 @@ pub(crate) struct ParetoArguments {
     #[command(flatten)]
     comparison: ComparisonOptions,
 
-    /// Where pareto.md, pareto.json and the figures are written; a killed run goes on there
+    /// Where pareto.md, pareto.json and the figures are written
     #[arg(long, value_name = "DIR", default_value = "out/pareto")]
     out: PathBuf,
+
+    #[command(flatten)]
+    runs: ShardOptions,
 
     /// Print the results as JSON instead of tables
     #[arg(long)]
@@ -127,25 +131,36 @@ pub(crate) fn run(arguments: &ParetoArguments, backend: &dyn Backend) -> Outcome
         without_network: None,
         grids: Vec::new(),
     };
+    let part = arguments.runs.part(&arguments.out);
     for option in &arguments.grids {
         let comparison = Comparison::new(&arguments.comparison, backend, option.grid()?)?;
         results.without_network = comparison.without_network();
-        results.grids.push(compare(arguments, *option, comparison)?);
+        let Some(of_grid) = compare(arguments, &part, *option, comparison)? else {
+            continue;
+        };
+        results.grids.push(of_grid);
         // What is done is shown, even if a later grid is interrupted.
         save(arguments, &results)?;
+    }
+    if results.grids.is_empty() {
+        return part.tell(arguments.json);
     }
     let (folder, markdown) = (&arguments.out, markdown(&results));
     document::publish(folder, "pareto", &results, &markdown, arguments.json)
 }
 
+/// What a grid comes to; `None` where only a shard of its runs is made here.
 fn compare(
     arguments: &ParetoArguments,
+    part: &Part,
     option: GridOption,
     comparison: Comparison<'_>,
-) -> Outcome<OfGrid> {
+) -> Outcome<Option<OfGrid>> {
     let sequences = comparison.sequences(&arguments.sequences, arguments.cases)?;
     let contenders = contenders(arguments, &comparison);
-    let packed = comparison.pack(&contenders, &sequences, &arguments.out.join("runs"))?;
+    let Some(packed) = comparison.pack(&contenders, &sequences, part)? else {
+        return Ok(None);
+    };
     let all = packed.first().map_or(&[][..], |runs| runs);
     let (key, name, ..) = option.parts();
     let lines = contenders.into_iter().zip(&packed);
@@ -156,12 +171,12 @@ fn compare(
         mesh_volume_ratio_percent: ratio_percent(runs, all, |run| run.meshes_m3),
         decision_ratio_percent: ratio_percent(runs, all, |run| run.decision_s),
     });
-    Ok(OfGrid {
+    Ok(Some(OfGrid {
         name,
         key,
         lines: lines.collect(),
         settings: comparison.setting,
-    })
+    }))
 }
 
 /// The exhaustive search first.
@@ -202,7 +217,7 @@ fn save(arguments: &ParetoArguments, results: &Results) -> Outcome {
 fn scatter(grids: &[OfGrid]) -> Scatter {
     let point = |line: &Line| {
         let decision_ms = line.means.decision_s.scaled(1e3);
-        let compactness = &line.means.mesh_compactness_percent;
+        let compactness = &line.means.mesh_floor_compactness_percent;
         point(&line.method, &decision_ms, compactness)
     };
     let series = grids.iter().map(|grid| PointSeries {
@@ -213,7 +228,7 @@ fn scatter(grids: &[OfGrid]) -> Scatter {
     Scatter {
         title: "Mesh-volume compactness against decision time".to_owned(),
         x_label: "Decision time per item (ms)".to_owned(),
-        y_label: "Compactness by mesh volume (%)".to_owned(),
+        y_label: "Compactness of the meshes by the floor (%)".to_owned(),
         series: series.collect(),
     }
 }
@@ -223,7 +238,7 @@ fn markdown(results: &Results) -> String {
     if let Some(first) = results.grids.first() {
         text += &format!(
             "{} sequences, the same for every method; SDFM, {}; shares are of the exhaustive search (`all`) on the same \
-             grid, in this run.\n",
+             grid, in this run. Compactness is over the floor times the greatest height. {WIDENED}\n",
             first.lines.first().map_or(0, |line| line.means.cases),
             first.settings.in_words(results.workers),
         );
@@ -231,14 +246,14 @@ fn markdown(results: &Results) -> String {
     for grid in &results.grids {
         text += &format!(
             "\n## {}\n\n| proposals | decision per item (ms) | proposing | evaluating | checking | items packed | mesh volume \
-             (cm³) | mesh compactness (%) | share of mesh volume (%) | share of decision time (%) |\n\
-             |---|---|---|---|---|---|---|---|---|---|\n",
+             (cm³) | mesh compactness by floor (%) | share of mesh volume (%) | share of decision time (%) | steps widened |\n\
+             |---|---|---|---|---|---|---|---|---|---|---|\n",
             grid.name
         );
         for line in &grid.lines {
             let Line { means, .. } = line;
             text += &format!(
-                "| {} | {} | {:.3} | {:.3} | {:.3} | {} | {} | {} | {} | {} |\n",
+                "| {} | {} | {:.3} | {:.3} | {:.3} | {} | {} | {} | {} | {} | {} |\n",
                 line.method,
                 means.decision_s.scaled(1e3).shown(3),
                 means.propose_s.mean * 1e3,
@@ -246,9 +261,10 @@ fn markdown(results: &Results) -> String {
                 means.check_s.mean * 1e3,
                 means.items.shown(1),
                 means.meshes_cm3.shown(0),
-                means.mesh_compactness_percent.shown(1),
+                means.mesh_floor_compactness_percent.shown(1),
                 line.mesh_volume_ratio_percent.shown(1),
                 line.decision_ratio_percent.shown(1),
+                means.widened(),
             );
         }
         text += &format!("\n![{}](pareto-{}.svg)\n", grid.name, grid.key);

@@ -7,7 +7,16 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use ppnpack_cli::failure::{OrRun, Outcome};
+use ppnpack_cli::output::{print_json, print_line};
 use ppnpack_files::write_whole;
+
+use crate::shard::Shard;
+
+/// The settings of a folder of runs, beside them.
+pub(crate) const SETTINGS_FILE: &str = "settings.json";
+
+/// How the marks of finished shards end, beside the runs.
+pub(crate) const SHARD_EXTENSION: &str = "shard";
 
 /// Where finished runs are kept.
 #[derive(Debug, Args)]
@@ -20,6 +29,51 @@ pub(crate) struct RunsOption {
 impl RunsOption {
     pub(crate) fn folder(&self, out: &Path) -> PathBuf {
         self.runs.clone().unwrap_or_else(|| out.join("runs"))
+    }
+}
+
+/// Where finished runs are kept, and which of them are made here.
+#[derive(Debug, Args)]
+pub(crate) struct ShardOptions {
+    #[command(flatten)]
+    runs: RunsOption,
+
+    /// Pack every N-th sequence alone, from the I-th on, counted from 0, and make no tables: `ppnpack experiment merge` puts the runs of
+    /// all shards together
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+}
+
+impl ShardOptions {
+    pub(crate) fn part(&self, out: &Path) -> Part {
+        Part {
+            runs: self.runs.folder(out),
+            shard: self.shard,
+        }
+    }
+}
+
+/// The part of an experiment that is made here: all of it, or a shard.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct Part {
+    pub(crate) runs: PathBuf,
+    pub(crate) shard: Option<Shard>,
+}
+
+impl Part {
+    pub(crate) fn has(&self, number: usize) -> bool {
+        self.shard.is_none_or(|shard| shard.has(number))
+    }
+
+    /// Says what is to be done with the runs of a shard.
+    pub(crate) fn tell(&self, as_json: bool) -> Outcome {
+        if as_json {
+            return Ok(print_json(self)?);
+        }
+        let folder = self.runs.display();
+        Ok(print_line(&format!(
+            "The runs of this shard are in {folder}: `ppnpack experiment merge` puts those of all shards together"
+        ))?)
     }
 }
 
@@ -47,7 +101,7 @@ impl Runs {
         };
         let folder = folder.join(hash(&key, 16)?);
         let key = serde_json::to_vec(&key).or_run()?;
-        write_whole(&folder.join("settings.json"), &key)?;
+        write_whole(&folder.join(SETTINGS_FILE), &key)?;
         Ok(Self { folder })
     }
 
@@ -68,6 +122,13 @@ impl Runs {
         let run = make()?;
         write_whole(&path, &serde_json::to_vec(&run).or_run()?)?;
         Ok(run)
+    }
+
+    /// Notes that all runs of a shard are finished.
+    pub(crate) fn finish_shard(&self, shard: Shard) -> Outcome {
+        let name = shard.to_string().replace('/', "-of-");
+        let path = self.folder.join(name).with_extension(SHARD_EXTENSION);
+        Ok(write_whole(&path, &serde_json::to_vec(&shard).or_run()?)?)
     }
 }
 

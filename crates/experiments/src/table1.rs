@@ -10,9 +10,12 @@ use ppnpack_cli::options::{Conditions, GridOptions};
 use ppnpack_packing::objective::{Heuristic, Order};
 use serde::Serialize;
 
-use crate::comparison::{Comparison, ComparisonOptions, Means, Results, Row, Run, point};
+use crate::comparison::{
+    COMPACTNESS, Comparison, ComparisonOptions, Means, Results, Row, RowProposals, Run, WIDENED,
+    point,
+};
 use crate::document;
-use crate::runs::RunsOption;
+use crate::runs::ShardOptions;
 use crate::statistics::Mean;
 
 /// Packs the first test sequences with each packing heuristic and compares them.
@@ -37,7 +40,7 @@ pub(crate) struct Table1Arguments {
     out: PathBuf,
 
     #[command(flatten)]
-    runs: RunsOption,
+    runs: ShardOptions,
 
     /// Print the results as JSON instead of a table
     #[arg(long)]
@@ -63,18 +66,30 @@ impl Published {
     }
 }
 
+/// The paper's baseline by the rule of its published code.
+const PUBLISHED_RANDOM: &str = "Random, as published";
+
 /// Table I of the paper: 2,000 sequences.
-const ROWS: [Row; 7] = {
+pub(crate) const ROWS: [Row; 8] = {
     use Heuristic::{Dbl, Hm, Random, Sdfm};
     use Order::{Balance, BboxVolume, Shuffled};
     [
+        Row {
+            proposals: RowProposals::Tries,
+            ..Row::all(
+                PUBLISHED_RANDOM,
+                Random,
+                Shuffled,
+                [0.05, 10_905.0, 39.9, 27.54],
+            )
+        },
         Row::all("Random", Random, Shuffled, [0.05, 10_905.0, 39.9, 27.54]),
         Row::all("DBL (BBox)", Dbl, BboxVolume, [0.82, 15_073.0, 50.2, 37.17]),
         Row::all("HM (BBox)", Hm, BboxVolume, [0.83, 15_496.0, 51.7, 38.60]),
         Row::all("DBL (Balance)", Dbl, Balance, [1.90, 15_117.0, 50.3, 36.21]),
         Row::all("HM (Balance)", Hm, Balance, [1.64, 14_094.0, 49.2, 38.43]),
         Row {
-            is_network: true,
+            proposals: RowProposals::Network,
             ..Row::all("PPN-Pack", Sdfm, Balance, [0.43, 16_525.0, 55.9, 39.88])
         },
         Row::all("SDFM", Sdfm, Balance, [1.86, 16_897.0, 56.8, 40.77]),
@@ -86,7 +101,7 @@ const YARDSTICK_CASES: usize = 20;
 
 /// The published methods run independently on these meshes in another simulator, first 20 sequences: cm³, percent, items.
 const YARDSTICKS: [(&str, [f64; 3]); 4] = [
-    ("Random", [10_998.0, 38.8, 28.9]),
+    (PUBLISHED_RANDOM, [10_998.0, 38.8, 28.9]),
     ("DBL (BBox)", [14_425.0, 47.2, 38.2]),
     ("HM (BBox)", [14_276.0, 47.7, 38.5]),
     ("SDFM", [16_298.0, 55.0, 42.7]),
@@ -106,7 +121,7 @@ struct Line {
 #[derive(Debug, Serialize)]
 struct Yardstick {
     cases: usize,
-    compactness_percent: Mean,
+    floor_compactness_percent: Mean,
     items: Mean,
     voxels_cm3: Mean,
     published: Published,
@@ -119,9 +134,11 @@ pub(crate) fn run(arguments: &Table1Arguments, backend: &dyn Backend) -> Outcome
         arguments.grid.grid(Conditions::Reference)?,
     )?;
     let sequences = comparison.sequences(&arguments.sequences, arguments.cases)?;
-    let kept = arguments.runs.folder(&arguments.out);
+    let part = arguments.runs.part(&arguments.out);
     let (rows, contenders) = comparison.contenders(&ROWS);
-    let packed = comparison.pack(&contenders, &sequences, &kept)?;
+    let Some(packed) = comparison.pack(&contenders, &sequences, &part)? else {
+        return part.tell(arguments.json);
+    };
     let methods = rows.into_iter().zip(contenders).zip(&packed);
     let lines = methods.map(|((row, contender), runs)| {
         let [decision_s, packed @ ..] = row.paper;
@@ -145,7 +162,7 @@ fn yardstick(name: &str, runs: &[Run]) -> Option<Yardstick> {
     let means = Means::of(runs.get(..YARDSTICK_CASES)?);
     Some(Yardstick {
         cases: YARDSTICK_CASES,
-        compactness_percent: means.compactness_percent,
+        floor_compactness_percent: means.floor_compactness_percent,
         items: means.items,
         voxels_cm3: means.voxels_cm3,
         published: Published::new(None, *published),
@@ -159,9 +176,12 @@ fn markdown(results: &Results<'_, Line>) -> String {
     let mut text = format!(
         "# Table 1: packing heuristics\n\n\
          {cases} sequences, container {:.0} x {:.0} x {:.0} cm, {}, {}. The paper's figures (2,000 sequences, its own \
-         meshes and machine) are in brackets.\n\n\
-         | method | decision per item | items packed | voxel volume (cm³) | compactness (%) | mesh volume (cm³) | \
-         mesh compactness (%) | fell out |\n|---|---|---|---|---|---|---|---|\n",
+         meshes and machine) are in brackets. {COMPACTNESS} {WIDENED} `Random` places at any feasible placement, as the paper's text has \
+         it, and ends where there is none; `{PUBLISHED_RANDOM}` tries three yaws with three positions each, as its published \
+         code does, and ends where none of these is valid for any item of the buffer.\n\n\
+         | method | decision per item | items packed | voxel volume (cm³) | compactness by floor (%) | compactness by box (%) \
+         | mesh volume (cm³) | mesh compactness by floor (%) | fell out | steps widened |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n",
         container.x_m * 100.0,
         container.y_m * 100.0,
         container.z_m * 100.0,
@@ -171,7 +191,7 @@ fn markdown(results: &Results<'_, Line>) -> String {
     for line in &results.lines {
         let Line { paper, means, .. } = line;
         text += &format!(
-            "| {} | {} ms [{} s] | {} [{:.1}] | {} [{:.0}] | {} [{:.1}] | {} | {} | {:.2} |\n",
+            "| {} | {} ms [{} s] | {} [{:.1}] | {} [{:.0}] | {} [{:.1}] | {} | {} | {} | {:.2} | {} |\n",
             line.method,
             means.decision_s.scaled(1e3).shown(3),
             paper.decision_s.unwrap_or_default(),
@@ -179,11 +199,13 @@ fn markdown(results: &Results<'_, Line>) -> String {
             paper.items,
             means.voxels_cm3.shown(0),
             paper.voxels_cm3,
-            means.compactness_percent.shown(1),
+            means.floor_compactness_percent.shown(1),
             paper.compactness_percent,
+            means.box_compactness_percent.shown(1),
             means.meshes_cm3.shown(0),
-            means.mesh_compactness_percent.shown(1),
-            means.fallen_out.mean
+            means.mesh_floor_compactness_percent.shown(1),
+            means.fallen_out.mean,
+            means.widened(),
         );
     }
     text += &results.missing();
@@ -196,7 +218,7 @@ fn markdown(results: &Results<'_, Line>) -> String {
         text += &format!(
             "\n## The first {YARDSTICK_CASES} sequences\n\nIn brackets an independent run of the published methods on \
              the same meshes and sequences in PyBullet.\n\n\
-             | method | compactness (%) | items packed | voxel volume (cm³) |\n|---|---|---|---|\n"
+             | method | compactness by floor (%) | items packed | voxel volume (cm³) |\n|---|---|---|---|\n"
         );
     }
     for (line, comparison) in compared {
@@ -204,7 +226,7 @@ fn markdown(results: &Results<'_, Line>) -> String {
         text += &format!(
             "| {} | {} [{:.1}] | {} [{:.1}] | {} [{:.0}] |\n",
             line.method,
-            comparison.compactness_percent.shown(1),
+            comparison.floor_compactness_percent.shown(1),
             other.compactness_percent,
             comparison.items.shown(1),
             other.items,
@@ -218,7 +240,8 @@ fn markdown(results: &Results<'_, Line>) -> String {
 fn scatter(results: &Results<'_, Line>) -> Scatter {
     let ours = results.lines.iter().map(|line| {
         let decision_ms = line.means.decision_s.scaled(1e3);
-        point(&line.method, &decision_ms, &line.means.compactness_percent)
+        let compactness = &line.means.floor_compactness_percent;
+        point(&line.method, &decision_ms, compactness)
     });
     let paper = results.lines.iter().map(|line| PlotPoint {
         label: line.method.clone(),
@@ -234,7 +257,7 @@ fn scatter(results: &Results<'_, Line>) -> Scatter {
     Scatter {
         title: "Compactness against decision time".to_owned(),
         x_label: "Decision time per item (ms)".to_owned(),
-        y_label: "Compactness (%)".to_owned(),
+        y_label: "Compactness by the floor (%)".to_owned(),
         series: vec![
             series("ppnpack", false, ours.collect()),
             series("paper", true, paper.collect()),

@@ -3,20 +3,20 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_chart::{Bar, Bars};
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{Conditions, GridOptions};
-use ppnpack_cli::sequence::Sequence;
 use ppnpack_packing::objective::{Heuristic, Order};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use crate::comparison::{Comparison, ComparisonOptions, Means, Results, Row, ratio_percent};
-use crate::document;
+use crate::comparison::{
+    COMPACTNESS, Comparison, ComparisonOptions, Means, Results, Row, RowProposals, WIDENED,
+    ratio_percent,
+};
+use crate::runs::ShardOptions;
 use crate::statistics::Mean;
+use crate::{cases, document};
 
 /// Packs random sequences of unseen objects: at random, with the network's proposals, searching all placements. Give a
 /// --catalogue that the network was not trained on.
@@ -36,9 +36,12 @@ pub(crate) struct Table4Arguments {
     #[command(flatten)]
     comparison: ComparisonOptions,
 
-    /// Where table4.md, table4.json and table4.svg are written; a killed run goes on there
+    /// Where table4.md, table4.json and table4.svg are written
     #[arg(long, value_name = "DIR", default_value = "out/table4")]
     out: PathBuf,
+
+    #[command(flatten)]
+    runs: ShardOptions,
 
     /// Print the results as JSON instead of a table
     #[arg(long)]
@@ -46,13 +49,22 @@ pub(crate) struct Table4Arguments {
 }
 
 /// Results of the paper on its 28 unseen objects: 400 cases.
-const ROWS: [Row; 3] = {
+const ROWS: [Row; 4] = {
     use Heuristic::{Random, Sdfm};
     use Order::{Balance, Shuffled};
     [
+        Row {
+            proposals: RowProposals::Tries,
+            ..Row::all(
+                "Random, as published",
+                Random,
+                Shuffled,
+                [0.37, 19_029.0, 39.5, 27.54],
+            )
+        },
         Row::all("Random", Random, Shuffled, [0.37, 19_029.0, 39.5, 27.54]),
         Row {
-            is_network: true,
+            proposals: RowProposals::Network,
             ..Row::all("PPN-Pack", Sdfm, Balance, [0.45, 22_993.0, 47.3, 33.69])
         },
         Row::all("Search all", Sdfm, Balance, [1.58, 25_001.0, 49.8, 34.26]),
@@ -65,7 +77,7 @@ struct Line {
     #[serde(flatten)]
     means: Means,
     /// Of the exhaustive search's, on the same sequences.
-    compactness_ratio_percent: Mean,
+    floor_compactness_ratio_percent: Mean,
     mesh_volume_ratio_percent: Mean,
     /// Seconds, cm³, percent, items.
     paper: [f64; 4],
@@ -77,48 +89,37 @@ pub(crate) fn run(arguments: &Table4Arguments, backend: &dyn Backend) -> Outcome
         backend,
         arguments.grid.grid(Conditions::Reference)?,
     )?;
-    let sequences = draw(arguments, &comparison.catalogue);
+    let objects = comparison.catalogue.len();
+    let seed = comparison.setting.seed;
+    let sequences = cases::draw(seed, arguments.cases, arguments.length, objects);
     let (rows, contenders) = comparison.contenders(&ROWS);
-    let packed = comparison.pack(&contenders, &sequences, &arguments.out.join("runs"))?;
+    let part = arguments.runs.part(&arguments.out);
+    let Some(packed) = comparison.pack(&contenders, &sequences, &part)? else {
+        return part.tell(arguments.json);
+    };
     let all = packed.last().map_or(&[][..], |runs| runs);
     let methods = rows.into_iter().zip(contenders).zip(&packed);
     let lines = methods.map(|((row, contender), runs)| Line {
         method: contender.name,
         means: Means::of(runs),
-        compactness_ratio_percent: ratio_percent(runs, all, |run| run.compactness),
+        floor_compactness_ratio_percent: ratio_percent(runs, all, |run| run.floor_compactness),
         mesh_volume_ratio_percent: ratio_percent(runs, all, |run| run.meshes_m3),
         paper: row.paper,
     });
-    let objects = comparison.catalogue.len();
     let results = comparison.results(Some(objects), lines.collect());
     let folder = &arguments.out;
     let bars = results.lines.iter().map(|line| Bar {
         label: line.method.clone(),
-        value: line.means.compactness_percent.mean,
+        value: line.means.floor_compactness_percent.mean,
     });
     let chart = Bars {
         title: "Compactness on unseen objects".to_owned(),
-        value_label: "Compactness (%)".to_owned(),
+        value_label: "Compactness by the floor (%)".to_owned(),
         bars: bars.collect(),
     };
     document::figure(folder, "table4", chart.to_svg([700, 460]))?;
     let markdown = markdown(&results);
     document::publish(folder, "table4", &results, &markdown, arguments.json)
-}
-
-/// Sequences that depend on the seed and their number alone.
-fn draw(arguments: &Table4Arguments, catalogue: &Catalogue) -> Vec<Sequence> {
-    let seed = arguments.comparison.seed;
-    let sequences = (0..u64::from(arguments.cases)).map(|case| {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        random.set_stream(case + 1);
-        let objects = (0..arguments.length).map(|_| random.random_range(0..catalogue.len().max(1)));
-        Sequence {
-            from: format!("sequence {case} of seed {seed}"),
-            objects: objects.collect(),
-        }
-    });
-    sequences.collect()
 }
 
 fn markdown(results: &Results<'_, Line>) -> String {
@@ -128,9 +129,10 @@ fn markdown(results: &Results<'_, Line>) -> String {
     let mut text = format!(
         "# Table 4: objects that the network was not trained on\n\n\
          {cases} random sequences of {objects} objects, seed {}; {}, {}; shares are of what the exhaustive search packs on \
-         the same sequences. The paper's figures (400 sequences of its 28 objects, its own meshes and machine) are in brackets.\n\n\
-         | method | decision per item | items packed | voxel volume (cm³) | compactness (%) | share of compactness (%) | \
-         share of mesh volume (%) |\n|---|---|---|---|---|---|---|\n",
+         the same sequences. The paper's figures (400 sequences of its 28 objects, its own meshes and machine) are in brackets. {COMPACTNESS} {WIDENED} \
+         The rows of random placements are those of Table 1.\n\n\
+         | method | decision per item | items packed | voxel volume (cm³) | compactness by floor (%) | compactness by box (%) \
+         | share of compactness by floor (%) | share of mesh volume (%) | steps widened |\n|---|---|---|---|---|---|---|---|---|\n",
         settings.seed,
         settings.cells_in_words(),
         settings.in_words(results.workers),
@@ -139,14 +141,16 @@ fn markdown(results: &Results<'_, Line>) -> String {
         let Line { means, .. } = line;
         let [seconds, volume, compactness, items] = line.paper;
         text += &format!(
-            "| {} | {} ms [{seconds} s] | {} [{items:.1}] | {} [{volume:.0}] | {} [{compactness:.1}] | {} | {} |\n",
+            "| {} | {} ms [{seconds} s] | {} [{items:.1}] | {} [{volume:.0}] | {} [{compactness:.1}] | {} | {} | {} | {} |\n",
             line.method,
             means.decision_s.scaled(1e3).shown(3),
             means.items.shown(1),
             means.voxels_cm3.shown(0),
-            means.compactness_percent.shown(1),
-            line.compactness_ratio_percent.shown(1),
+            means.floor_compactness_percent.shown(1),
+            means.box_compactness_percent.shown(1),
+            line.floor_compactness_ratio_percent.shown(1),
             line.mesh_volume_ratio_percent.shown(1),
+            means.widened(),
         );
     }
     text += &results.missing();

@@ -12,7 +12,7 @@ use ppnpack_packing::grid::{ContainerSize, Grid};
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::method::{ProposalSource, Stability};
-use ppnpack_packing::plan::{Candidate, Planner};
+use ppnpack_packing::plan::{Candidate, Plan};
 use ppnpack_packing::step::StepInput;
 use serde::{Deserialize, Serialize};
 
@@ -88,6 +88,8 @@ struct Found {
     candidates: usize,
     /// Per share, the candidates with an optimum among the proposals.
     found: [usize; 5],
+    /// Per share, those for which no proposal was valid, so that all placements were searched: they do not count as found.
+    widened: [usize; 5],
 }
 
 #[derive(Debug, Serialize)]
@@ -95,6 +97,8 @@ struct Line {
     grid: &'static str,
     candidates: usize,
     accuracy_percent: Vec<Mean>,
+    /// Per share, the candidates for which no proposal was valid.
+    steps_widened: Vec<usize>,
 }
 
 #[derive(Debug, Serialize)]
@@ -177,10 +181,15 @@ fn measure(
             percentage(hits, run.candidates.max(1))
         }))
     };
+    let widened = |at: usize| {
+        let widened = found.iter().filter_map(|run| run.widened.get(at));
+        widened.sum::<usize>()
+    };
     Ok(Line {
         grid: case.name,
         candidates: found.iter().map(|run| run.candidates).sum(),
         accuracy_percent: (0..SHARES.len()).map(share).collect(),
+        steps_widened: (0..SHARES.len()).map(widened).collect(),
     })
 }
 
@@ -207,25 +216,25 @@ fn search(grid: &Grid, items: Vec<Arc<Item>>, network: Network<'_>, seed: u64) -
     for (scene, candidates) in &recorder.0 {
         for candidate in candidates.chunks(1) {
             let input = StepInput::new(grid, scene, candidate);
-            let Some(best) = value(&mut planner, &input)? else {
+            let Some(best) = value(planner.plan(&input).or_run()?) else {
                 continue;
             };
             found.candidates += 1;
-            for (planner, hits) in pruned.iter_mut().zip(&mut found.found) {
-                // A step for which no proposal was valid is searched exhaustively, and does not count as found.
-                let is_found = value(planner, &input)?.is_some_and(|value| value <= best + 1e-9);
-                *hits += usize::from(is_found);
+            let shares = found.found.iter_mut().zip(&mut found.widened);
+            for (planner, (hits, widened)) in pruned.iter_mut().zip(shares) {
+                let plan = planner.plan(&input).or_run()?;
+                let is_best = value(plan).is_some_and(|value| value <= best + 1e-9);
+                *hits += usize::from(is_best && !plan.is_widened());
+                *widened += usize::from(plan.is_widened());
             }
         }
     }
     Ok(found)
 }
 
-/// The value of a planner's choice among the proposals.
-fn value(planner: &mut Planner, input: &StepInput<'_>) -> Outcome<Option<f64>> {
-    let plan = planner.plan(input).or_run()?;
-    let choice = plan.choice().filter(|_| !plan.is_widened());
-    Ok(choice.map(|choice| choice.value))
+/// The value of the choice.
+fn value(plan: &Plan) -> Option<f64> {
+    plan.choice().map(|choice| choice.value)
 }
 
 /// The steps of an episode.
@@ -244,18 +253,20 @@ fn markdown(results: &Results) -> String {
         "# Accuracy away from the trained grid\n\nThe share of candidates whose optimum, the exhaustive search's best valid \
          placement, is among the best-scored K % of the network with hash `{}`. {} test sequences per grid, packed \
          exhaustively as planned, without physics; every candidate of every step counts. Intervals are 95 % confidence \
-         intervals over the sequences, by Student's t.\n\n| grid | candidates |",
+         intervals over the sequences, by Student's t. Candidates of which no proposal is valid, so that a step is widened to \
+         an exhaustive search, do not count as found; the last column has their number at each K.\n\n| grid | candidates |",
         results.model.get(..12).unwrap_or(""),
         results.sequences,
     );
     text += &shares::head();
-    text += "\n|---|---|---|---|---|---|---|\n";
+    text += " widened |\n|---|---|---|---|---|---|---|---|\n";
     for line in &results.lines {
         text += &format!("| {} | {} |", line.grid, line.candidates);
         for accuracy in &line.accuracy_percent {
             text += &format!(" {} |", accuracy.shown(1));
         }
-        text += "\n";
+        let widened: Vec<String> = line.steps_widened.iter().map(usize::to_string).collect();
+        text += &format!(" {} |\n", widened.join(", "));
     }
     text + "\n![Accuracy against K](transfer.svg)\n"
 }

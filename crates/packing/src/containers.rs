@@ -88,6 +88,8 @@ pub struct Chosen {
     pub evidence: Evidence,
     /// Why it was not planned as was asked for, where it was not.
     pub degraded: Vec<String>,
+    /// Whether none of the proposals was valid, so that all placements were searched.
+    pub is_widened: bool,
 }
 
 /// What planning a step took, over all containers.
@@ -205,6 +207,7 @@ impl OpenContainers {
                 },
                 evidence: offer.evidence,
                 degraded: offer.degraded,
+                is_widened: offer.is_widened,
             })
         });
         Ok((chosen, effort))
@@ -260,6 +263,7 @@ struct Offer {
     placement: Evaluated,
     evidence: Evidence,
     degraded: Vec<String>,
+    is_widened: bool,
 }
 
 impl Offer {
@@ -272,6 +276,7 @@ impl Offer {
             placement,
             evidence: plan.evidence().cloned().unwrap_or_default(),
             degraded: plan.degraded().to_vec(),
+            is_widened: plan.is_widened(),
         })
     }
 

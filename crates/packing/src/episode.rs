@@ -63,6 +63,8 @@ pub struct Step {
     pub timings: Timings,
     /// Why it was not planned as was asked for, where it was not.
     pub degraded: Vec<String>,
+    /// Whether none of the proposals was valid, so that all placements were searched.
+    pub is_widened: bool,
     /// Placements that were refused before the step was decided.
     pub refusals: Refusals,
 }
@@ -122,6 +124,16 @@ impl Episode {
         let decisions = self.steps.iter().map(|step| step.timings.total());
         decisions.map(|time| time.as_secs_f64()).sum::<f64>() / self.steps.len() as f64
     }
+
+    /// How many steps were searched exhaustively as none of their proposals was valid.
+    pub fn steps_widened(&self) -> usize {
+        steps_widened(&self.steps)
+    }
+}
+
+/// How many of these steps were searched exhaustively as none of their proposals was valid.
+pub fn steps_widened(steps: &[Step]) -> usize {
+    steps.iter().filter(|step| step.is_widened).count()
 }
 
 /// Watches an episode as it goes.
@@ -217,6 +229,7 @@ pub fn play(
             alternatives: plan.alternatives().copied().collect(),
             timings: plan.timings(),
             degraded: plan.degraded().to_vec(),
+            is_widened: plan.is_widened(),
             refusals: plan.refusals().clone(),
         };
         cell.place(&done.candidate, &choice.resting, &done.evidence)

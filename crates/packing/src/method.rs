@@ -17,7 +17,9 @@ use crate::loads::LoadSettings;
 use crate::look_ahead::{LookAhead, LookAheadSettings};
 use crate::objective::{Heuristic, Order, WeightError, Weights};
 use crate::plan::Planner;
-use crate::proposals::{OrExhaustive, Percent, PercentError, ProposeAll, ProposeRandom, Proposer};
+use crate::proposals::{
+    OrExhaustive, Percent, PercentError, ProposeAll, ProposeRandom, ProposeTries, Proposer,
+};
 use crate::scene_value::{Farsighted, SceneValue};
 use crate::search::{Search, SearchSettings};
 use crate::stability::{PhysicalStability, PhysicalStabilitySettings, PublishedStability};
@@ -86,6 +88,14 @@ pub enum ProposalSource {
     Random {
         /// `K`.
         percent: f64,
+    },
+    /// Some random yaws of each item, with some random positions each. Where none of these is valid for any item of the
+    /// buffer, nothing is placed, although there may be room: see [`ProposalSource::PUBLISHED_TRIES`].
+    Tries {
+        /// How many yaws, each drawn from all.
+        yaws: u8,
+        /// How many positions at each of them.
+        positions: u8,
     },
     /// The share that the heuristic ranks best on a coarser grid.
     Coarse {
@@ -311,6 +321,9 @@ impl Method {
             ProposalSource::Random { percent } => {
                 Box::new(ProposeRandom::new(Percent::new(*percent)?, self.seed))
             }
+            ProposalSource::Tries { yaws, positions } => {
+                Box::new(ProposeTries::new(*yaws, *positions, self.seed))
+            }
             ProposalSource::Coarse {
                 percent,
                 coarsening,
@@ -398,6 +411,12 @@ impl Stability {
 }
 
 impl ProposalSource {
+    /// What the published code of the paper's baseline "Random" tries for an item: its text says "a feasible placement".
+    pub const PUBLISHED_TRIES: Self = Self::Tries {
+        yaws: 3,
+        positions: 3,
+    };
+
     /// A coarse search on cells of `cell_m` at best, with `yaws` yaws at most. Where no cell is given it is the paper's,
     /// and at least two of the grid's, or it would be the exhaustive search twice.
     pub fn coarse(grid: &Grid, percent: f64, cell_m: Option<f64>, yaws: usize) -> Self {
@@ -430,6 +449,11 @@ impl ProposalSource {
     pub fn is_network(&self) -> bool {
         matches!(self, Self::Network { .. })
     }
+
+    /// Whether a step may have no choice although an item of the buffer has a valid placement.
+    pub fn gives_up_early(&self) -> bool {
+        matches!(self, Self::Tries { .. })
+    }
 }
 
 impl std::fmt::Display for ProposalSource {
@@ -438,6 +462,12 @@ impl std::fmt::Display for ProposalSource {
             Self::All => formatter.write_str("all"),
             Self::Bounded => formatter.write_str("bounded"),
             Self::Random { percent } => write!(formatter, "random, K = {percent} %"),
+            Self::Tries { yaws, positions } => {
+                write!(
+                    formatter,
+                    "tries, {yaws} yaws with {positions} positions each"
+                )
+            }
             Self::Coarse { percent, .. } => write!(formatter, "coarse, K = {percent} %"),
             Self::Network { percent, .. } => write!(formatter, "network, K = {percent} %"),
         }

@@ -17,14 +17,21 @@ pub struct PackedVolume {
 }
 
 /// How well a container is filled.
+///
+/// The paper gives compactness in two ways. Its text divides the volume of the items by that of the minimum bounding box of
+/// what was packed; its published code by the floor times the greatest height. Both are the same once the content touches all
+/// walls.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Metrics {
     /// What is inside.
     pub packed: PackedVolume,
-    /// Voxel volume over the volume up to the greatest height of the content, 0 to 1.
-    pub compactness: f64,
-    /// The same with the meshes' volume.
-    pub mesh_compactness: f64,
+    /// Voxel volume over the container's floor times the greatest height of the content, 0 to 1: after the paper's published
+    /// code.
+    pub floor_compactness: f64,
+    /// Voxel volume over the minimum bounding box of the content along the container's walls, 0 to 1: after the paper's text.
+    pub box_compactness: f64,
+    /// Mesh volume over the container's floor times the greatest height of the content, 0 to 1.
+    pub mesh_floor_compactness: f64,
     /// Mesh volume over that of the whole container, 0 to 1.
     pub utilisation: f64,
 }
@@ -38,9 +45,69 @@ impl Metrics {
         let share = |volume_m3: f64, of_m3: f64| if of_m3 > 0.0 { volume_m3 / of_m3 } else { 0.0 };
         Self {
             packed,
-            compactness: share(packed.voxels_m3, floor_m2 * height_m),
-            mesh_compactness: share(packed.meshes_m3, floor_m2 * height_m),
+            floor_compactness: share(packed.voxels_m3, floor_m2 * height_m),
+            box_compactness: share(packed.voxels_m3, covered_m2(grid, heightmap) * height_m),
+            mesh_floor_compactness: share(packed.meshes_m3, floor_m2 * height_m),
             utilisation: share(packed.meshes_m3, floor_m2 * container.z_m),
         }
+    }
+}
+
+/// The area of the smallest rectangle along the walls with all cells in which something lies, in square metres.
+fn covered_m2(grid: &Grid, heightmap: &Heightmap) -> f64 {
+    let is_covered = |x: usize, y: usize| heightmap.get(x, y).is_some_and(|height| height > 0);
+    let (nx, ny) = (heightmap.nx(), heightmap.ny());
+    let rows = extent(nx, |x| (0..ny).any(|y| is_covered(x, y)));
+    let columns = extent(ny, |y| (0..nx).any(|x| is_covered(x, y)));
+    let cell_m = grid.resolution().cell_m();
+    (rows * columns) as f64 * cell_m * cell_m
+}
+
+/// How many of the first `count` numbers there are from the first that is covered to the last.
+fn extent(count: usize, is_covered: impl Fn(usize) -> bool) -> usize {
+    let first = (0..count).find(|at| is_covered(*at));
+    let last = (0..count).rfind(|at| is_covered(*at));
+    first.zip(last).map_or(0, |(first, last)| last + 1 - first)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_block_in_the_middle_fills_its_box_and_a_part_of_what_is_above_the_floor() {
+        let grid = Grid::reference();
+        let mut heightmap = Heightmap::empty(&grid);
+        for (x, y) in (10..14).flat_map(|x| (5..13).map(move |y| (x, y))) {
+            heightmap.raise(x, y, 25);
+        }
+        let packed = PackedVolume {
+            items: 1,
+            voxels_m3: 0.04 * 0.08 * 0.05,
+            meshes_m3: 0.02 * 0.08 * 0.05,
+        };
+        let metrics = Metrics::new(&grid, &heightmap, packed);
+        let floor = 0.04 * 0.08 / (0.32 * 0.32);
+        for (found, expected) in [
+            (metrics.box_compactness, 1.0),
+            (metrics.floor_compactness, floor),
+            (metrics.mesh_floor_compactness, floor / 2.0),
+            (metrics.utilisation, floor / 2.0 * 0.05 / 0.3),
+        ] {
+            assert!((found - expected).abs() < 1e-12, "{metrics:?}");
+        }
+        // A low piece at each of two opposite corners.
+        heightmap.raise(0, 0, 1);
+        heightmap.raise(31, 31, 1);
+        let metrics = Metrics::new(&grid, &heightmap, packed);
+        assert!((metrics.box_compactness - metrics.floor_compactness).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_empty_container_is_not_compact() {
+        let grid = Grid::reference();
+        let empty = Heightmap::empty(&grid);
+        let metrics = Metrics::new(&grid, &empty, PackedVolume::default());
+        assert_eq!(metrics, Metrics::default());
     }
 }

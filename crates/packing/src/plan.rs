@@ -59,6 +59,9 @@ pub enum Reason {
     /// Wherever it was proposed it would stick out above the rim.
     #[error("would stick out above the rim everywhere")]
     NoFit,
+    /// None of those that were proposed was valid, and nothing else may be placed ([`Proposals::finish`]).
+    #[error("none of the placements that were tried is valid")]
+    NoneTried,
     /// Where it fits it was refused: the most frequent refusal.
     #[error("{} wherever it fits{}", .0.cause, .0.explanation())]
     Rejected(Refusal),
@@ -71,7 +74,7 @@ pub struct CandidateReport {
     pub counts: PlacementCounts,
     /// Placements that its last search refused before the step was decided: [`Plan::refusals`] has those of all.
     pub refusals: Refusals,
-    /// Whether every placement was looked at and none was valid; then it has a reason.
+    /// Why none was valid; `None` where not every placement that may be made was looked at, or one was valid.
     pub reason: Option<Reason>,
 }
 
@@ -157,7 +160,8 @@ impl Plan {
 }
 
 /// Plans steps by Algorithm 1: propose, rank, check from the best value down, take the first valid placement. Where no
-/// proposal of any candidate is valid, all placements are searched before the buffer is given up.
+/// proposal of any candidate is valid, all placements are searched before the buffer is given up, unless the proposer says
+/// that nothing else may be placed ([`Proposals::finish`]).
 pub struct Planner {
     proposer: Box<dyn Proposer>,
     search: ValidSearch,
@@ -283,7 +287,7 @@ impl Planner {
         self.search_all(input)?;
         let is_over = self.plan.is_cut() || input.below.is_some();
         let is_fruitless = self.plan.choice().is_none() && !is_over;
-        if is_fruitless && self.proposals.is_pruned() {
+        if is_fruitless && self.proposals.may_be_widened() {
             // Better late than not at all: an item is given up only where no placement is valid.
             self.proposals.widen();
             self.plan.is_widened = true;
@@ -443,7 +447,7 @@ impl Planner {
             let mut ranked = plan.ranked.iter();
             let is_placed = ranked.any(|ranked| ranked.placement.candidate == *candidate);
             if is_decided && !is_placed {
-                report.reason = Some(reason(report));
+                report.reason = Some(reason(report, self.proposals.is_final()));
             }
         }
         Ok(())
@@ -488,9 +492,11 @@ fn reason(
     CandidateReport {
         counts, refusals, ..
     }: &CandidateReport,
+    is_final: bool,
 ) -> Reason {
     match refusals.most() {
         _ if counts.possible == 0 => Reason::TooLarge,
+        _ if is_final => Reason::NoneTried,
         _ if counts.proposed == 0 => Reason::NotProposed,
         Some(most) if counts.fitting > 0 => Reason::Rejected(most.clone()),
         _ => Reason::NoFit,

@@ -1,14 +1,14 @@
 //! Proposals: the placements of each candidate that a step evaluates.
 
+mod drawn;
+
 use std::ops::Range;
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-
+use crate::grid::Grid;
 use crate::item::Item;
 use crate::placement::Placement;
 use crate::step::{StageResult, StepInput};
-use crate::{grid::Grid, random};
+pub use drawn::{ProposeRandom, ProposeTries};
 
 /// The placements proposed for one candidate; `P` are those that are named.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,6 +53,8 @@ pub struct Proposals {
     entries: Vec<CandidateProposals<Range<usize>>>,
     /// Why these are not the proposals that were wanted.
     degraded: Option<String>,
+    /// Whether nothing else may be placed, even where none of these is valid.
+    is_final: bool,
 }
 
 impl Proposals {
@@ -61,6 +63,18 @@ impl Proposals {
         self.placements.clear();
         self.entries.clear();
         self.degraded = None;
+        self.is_final = false;
+    }
+
+    /// Says that nothing else may be placed: where none of these is valid, the step has no choice, and is not searched
+    /// exhaustively.
+    pub fn finish(&mut self) {
+        self.is_final = true;
+    }
+
+    /// Whether nothing else may be placed.
+    pub(crate) fn is_final(&self) -> bool {
+        self.is_final
     }
 
     /// Says that these proposals stand in for those that were wanted, and why.
@@ -91,9 +105,9 @@ impl Proposals {
         self.entries.push(CandidateProposals::Some(range));
     }
 
-    /// Whether some placement of some candidate is not proposed, as far as is known without counting.
-    pub(crate) fn is_pruned(&self) -> bool {
-        self.entries.iter().any(|of| *of != CandidateProposals::All)
+    /// Whether some placement of some candidate is not proposed, as far as is known without counting, and may be.
+    pub(crate) fn may_be_widened(&self) -> bool {
+        !self.is_final && self.entries.iter().any(|of| *of != CandidateProposals::All)
     }
 
     /// Proposes everything for all candidates.
@@ -226,53 +240,6 @@ impl Percent {
     /// The share of a number of placements, rounded up.
     pub fn of(self, placements: u64) -> u64 {
         (placements as f64 * self.0 / 100.0).ceil() as u64
-    }
-}
-
-/// Proposes `K` % of `|P|` for each candidate, drawn from its possible placements; all of them where they are fewer.
-#[derive(Debug, Clone)]
-pub struct ProposeRandom {
-    share: Percent,
-    seed: u64,
-    drawn: Vec<Placement>,
-}
-
-impl ProposeRandom {
-    /// Proposes `share` of the placements, drawn with this seed.
-    pub fn new(share: Percent, seed: u64) -> Self {
-        Self {
-            share,
-            seed,
-            drawn: Vec::new(),
-        }
-    }
-}
-
-impl Proposer for ProposeRandom {
-    fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult {
-        proposals.clear();
-        for candidate in input.candidates {
-            let stream = random::mix(random::mix(self.seed, input.step), candidate.stream());
-            let mut random = ChaCha8Rng::seed_from_u64(stream);
-            let (grid, item) = (input.grid, &candidate.item);
-            let possible = possible_count(grid, item);
-            let mut wanted = self.share.of(all_count(grid, item)).min(possible);
-            // Selection sampling (Knuth, algorithm S): one pass, each subset equally likely, in order.
-            let mut left = possible;
-            for (yaw, view) in item.views().iter().enumerate() {
-                let (nx, ny) = view.corners((grid.nx(), grid.ny()));
-                for corner in 0..nx * ny {
-                    if random.random_range(0..left.max(1)) < wanted {
-                        wanted -= 1;
-                        let (x, y) = (corner / ny, corner % ny);
-                        self.drawn.push(Placement { yaw, x, y });
-                    }
-                    left = left.saturating_sub(1);
-                }
-            }
-            proposals.push(self.drawn.drain(..));
-        }
-        Ok(())
     }
 }
 

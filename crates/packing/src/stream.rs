@@ -195,6 +195,7 @@ fn done(step: u64, candidate: Candidate, chosen: &Chosen, effort: Effort) -> Ste
         alternatives: Vec::new(),
         timings: effort.timings,
         degraded: chosen.degraded.clone(),
+        is_widened: chosen.is_widened,
         refusals: effort.refusals,
     }
 }

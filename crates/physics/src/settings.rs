@@ -25,8 +25,9 @@ pub struct CellSettings {
     pub release: ReleaseSettings,
     /// The longest that bodies are given to settle after a release, in seconds of simulated time.
     ///
-    /// A phase ends early when all bodies are asleep, since nothing would move any more. The reference's 0.375 s (180
-    /// steps) can end in motion; a few seconds let everything come to rest.
+    /// A phase ends early when all bodies are asleep, since nothing would move any more. The reference's 0.375 s (the 180
+    /// steps at 480 Hz of the paper's published code, where the paper says 0.25 s) can end in motion; a few seconds let
+    /// everything come to rest.
     pub settle_time_s: f64,
     /// What is read from the poses at the end.
     pub outcome: OutcomeSettings,

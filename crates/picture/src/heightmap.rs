@@ -30,57 +30,99 @@ pub struct HeightField<'a> {
     pub scale_top_m: Option<f64>,
 }
 
+impl HeightField<'_> {
+    /// # Errors
+    /// [`PictureError`] where there are no cells, too many, or another number of heights.
+    fn check(&self) -> Result<(), PictureError> {
+        let Self { nx, ny, .. } = *self;
+        let found = self.heights_m.len();
+        if nx.checked_mul(ny) != Some(found) {
+            return Err(PictureError::HeightCount {
+                columns: nx,
+                rows: ny,
+                found,
+            });
+        }
+        if found == 0 || found > Size::MAX_PIXELS {
+            return Err(self.too_large());
+        }
+        Ok(())
+    }
+
+    fn too_large(&self) -> PictureError {
+        PictureError::Size {
+            width: u32::try_from(self.nx).unwrap_or(u32::MAX),
+            height: u32::try_from(self.ny).unwrap_or(u32::MAX),
+            limit: Size::MAX_PIXELS,
+        }
+    }
+
+    /// The edge of a cell in pixels where the longer side has so many at most. Cells are squares of whole pixels: blurred cells
+    /// would suggest heights that nobody measured.
+    fn cell_px(&self, edge_px: usize) -> i64 {
+        (edge_px / self.nx.max(self.ny)).max(1) as i64
+    }
+
+    /// The height at the upper end of the colour scale.
+    fn top_m(&self) -> f64 {
+        let heights = self.heights_m.iter().copied();
+        let highest = heights
+            .filter(|height| height.is_finite())
+            .fold(0.0, f64::max);
+        sound_length(self.scale_top_m.unwrap_or(highest))
+    }
+
+    /// Draws the cells with the upper left corner of the field there.
+    fn draw_cells(&self, image: &mut Image, left: i64, top: i64, cell: i64) {
+        let top_m = self.top_m();
+        for (x, column) in (0..).zip(self.heights_m.chunks_exact(self.ny)) {
+            for (y, height_m) in (0..).zip(column) {
+                let colour = if height_m.is_finite() {
+                    Colour::of_share(height_m / top_m)
+                } else {
+                    Colour::FAINT
+                };
+                let row = self.ny as i64 - 1 - y;
+                image.fill(left + x * cell, top + row * cell, cell, cell, colour);
+            }
+        }
+    }
+}
+
+/// Draws a height field without axes, with x to the right and y up, its longer side `edge_px` pixels at most; where it has more
+/// cells than that, a pixel each.
+///
+/// # Errors
+/// As [`heightmap`].
+pub fn bare_heightmap(field: &HeightField<'_>, edge_px: u32) -> Result<Image, PictureError> {
+    field.check()?;
+    let cell = field.cell_px(edge_px as usize);
+    let side = |cells: usize| u32::try_from(cell * cells as i64).map_err(|_| field.too_large());
+    let size = Size::new(side(field.nx)?, side(field.ny)?)?;
+    let mut image = Image::filled(size, Colour::WHITE);
+    field.draw_cells(&mut image, 0, 0, cell);
+    Ok(image)
+}
+
 /// Draws a height field with x to the right and y up.
 ///
 /// # Errors
 /// [`PictureError::HeightCount`] where the number of heights is not `nx * ny`, [`PictureError::Size`] where the field is
 /// empty or too large.
 pub fn heightmap(title: &str, field: &HeightField<'_>) -> Result<Image, PictureError> {
-    let HeightField {
-        nx, ny, heights_m, ..
-    } = *field;
-    if nx.checked_mul(ny) != Some(heights_m.len()) {
-        return Err(PictureError::HeightCount {
-            columns: nx,
-            rows: ny,
-            found: heights_m.len(),
-        });
-    }
-    let too_large = || PictureError::Size {
-        width: u32::try_from(nx).unwrap_or(u32::MAX),
-        height: u32::try_from(ny).unwrap_or(u32::MAX),
-        limit: Size::MAX_PIXELS,
-    };
-    if heights_m.is_empty() || heights_m.len() > Size::MAX_PIXELS {
-        return Err(too_large());
-    }
-    // Cells are squares of whole pixels: blurred cells would suggest heights that nobody measured.
-    let cell = (MAP / nx.max(ny)).max(1) as i64;
+    field.check()?;
+    let (nx, ny) = (field.nx, field.ny);
+    let cell = field.cell_px(MAP);
     let (width, height) = (cell * nx as i64, cell * ny as i64);
     // Narrow fields still need room for the title, flat ones for the colour bar.
-    let frame_width = u32::try_from(LEFT + RIGHT + width.max(320)).map_err(|_| too_large())?;
-    let frame_height = u32::try_from(TOP + BOTTOM + height.max(200)).map_err(|_| too_large())?;
+    let side = |pixels: i64| u32::try_from(pixels).map_err(|_| field.too_large());
+    let frame_width = side(LEFT + RIGHT + width.max(320))?;
+    let frame_height = side(TOP + BOTTOM + height.max(200))?;
     let mut image = Image::filled(Size::new(frame_width, frame_height)?, Colour::WHITE);
 
-    let highest = heights_m
-        .iter()
-        .copied()
-        .filter(|height| height.is_finite())
-        .fold(0.0, f64::max);
-    let top_m = sound_length(field.scale_top_m.unwrap_or(highest));
-
+    let top_m = field.top_m();
     image.fill(LEFT - 1, TOP - 1, width + 2, height + 2, Colour::LINE);
-    for (x, column) in (0..).zip(heights_m.chunks_exact(ny)) {
-        for (y, height_m) in (0..).zip(column) {
-            let colour = if height_m.is_finite() {
-                Colour::of_share(height_m / top_m)
-            } else {
-                Colour::FAINT
-            };
-            let row = ny as i64 - 1 - y;
-            image.fill(LEFT + x * cell, TOP + row * cell, cell, cell, colour);
-        }
-    }
+    field.draw_cells(&mut image, LEFT, TOP, cell);
 
     let heading = TextStyle::new(22.0, Colour::INK).bold();
     let fitted = heading.fitted(title, f64::from(frame_width) - LEFT as f64 - 16.0);

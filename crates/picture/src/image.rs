@@ -69,6 +69,11 @@ impl Image {
         Self { size, pixels }
     }
 
+    /// How large it is.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
     /// The pixels, in rows from the top.
     pub fn pixels(&self) -> &[Colour] {
         &self.pixels

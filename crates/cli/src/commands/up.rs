@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_packing::method::OpenNetwork;
+use ppnpack_packing::method::{OpenNetwork, ProposalSource};
 use ppnpack_perception_service::TraySettings;
 use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_recognition::library::{Library, LibrarySettings};
@@ -131,6 +131,11 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
     if sources.len() > 1 && is_elsewhere {
         return Err(Failure::input(
             "--proposals auto is measured here; say what the stack at --connect is configured with",
+        ));
+    }
+    if sources.iter().any(ProposalSource::gives_up_early) {
+        return Err(Failure::input(
+            "--proposals tries is for `ppnpack pack` and comparisons; a stack gives no item up that has a valid placement",
         ));
     }
     let poses = arguments.catalogue.poses;

@@ -65,6 +65,9 @@ enum ProposalsOption {
     Bounded,
     /// A random share of them, see --k
     Random,
+    /// Three random yaws of each item with three random positions each, as the published code of the paper's baseline; it
+    /// ends when none of these is valid for any item of the buffer
+    Tries,
     /// Those that the heuristic itself ranks best on a coarser grid, see --k and --proposal-cell
     Coarse,
     /// Those that the placement proposal network scores best, see --k and --model
@@ -188,6 +191,7 @@ impl ProposalOptions {
             ProposalsOption::All => vec![ProposalSource::All],
             ProposalsOption::Bounded => vec![ProposalSource::Bounded],
             ProposalsOption::Random => vec![ProposalSource::Random { percent }],
+            ProposalsOption::Tries => vec![ProposalSource::PUBLISHED_TRIES],
             ProposalsOption::Coarse => vec![coarse],
             ProposalsOption::Network => network.into_iter().collect(),
             ProposalsOption::Auto => {

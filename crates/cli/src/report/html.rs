@@ -37,7 +37,10 @@ pub(super) fn page(packing: &Packing, summary: &Summary, pictures: &Pictures) ->
     let packed = format!("{} / {}", metrics.packed.items, summary.items_in_sequence);
     let mut tiles = vec![
         ("items packed", packed),
-        ("compactness (voxels)", percent(metrics.compactness)),
+        (
+            "compactness by the floor (voxels)",
+            percent(metrics.floor_compactness),
+        ),
         ("container filled", percent(metrics.utilisation)),
         ("decision per item", duration(summary.decision_s.mean)),
     ];

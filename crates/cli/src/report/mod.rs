@@ -22,7 +22,7 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::method::Method;
 use ppnpack_packing::metrics::Metrics;
-use ppnpack_physics::outcome;
+use ppnpack_physics::outcome::{self, BodyState};
 use ppnpack_robot::station::StationSettings;
 use serde::Serialize;
 
@@ -108,6 +108,16 @@ pub struct Content {
     pub container_from_item: Isometry3<f64>,
     /// Whether its centre is inside.
     pub inside: bool,
+}
+
+impl From<BodyState> for Content {
+    fn from(body: BodyState) -> Self {
+        Self {
+            model: body.model,
+            container_from_item: body.container_from_item,
+            inside: body.inside,
+        }
+    }
 }
 
 impl Packing {

@@ -21,7 +21,9 @@ pub(super) fn draw(packing: &Packing) -> anyhow::Result<Pictures> {
     let title = "Heightmap of the packed container";
     let heights = drawing::heights(title, grid, packing.scene.heightmap(), None);
     Ok(Pictures {
-        packed_png: packed.context("packed.png cannot be drawn")?,
+        packed_png: packed
+            .and_then(|image| image.to_png())
+            .context("packed.png cannot be drawn")?,
         heightmap_png: heights.context("heightmap.png cannot be drawn")?,
         utilisation_svg: utilisation(packing)?,
         decisions_svg: decisions(packing)?,

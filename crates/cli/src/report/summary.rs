@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use ppnpack_packing::episode::{Ending, SetAside};
+use ppnpack_packing::episode::{Ending, SetAside, steps_widened};
 use ppnpack_packing::metrics::Metrics;
 use ppnpack_packing::plan::{Candidate, Timings};
 use serde::Serialize;
@@ -38,6 +38,8 @@ pub(crate) struct Summary {
     pub(crate) decision_s: Spread,
     /// Mean time per packed item in each stage, in seconds.
     pub(crate) stages_s: Stages,
+    /// Steps that were searched exhaustively as none of their proposals was valid.
+    pub(crate) steps_widened: usize,
     /// Why steps were not planned as was asked for; empty where all were.
     pub(crate) degraded: Vec<Degraded>,
     pub(crate) took_s: f64,
@@ -201,6 +203,7 @@ impl Packing {
                 check: mean(|timings| timings.check),
                 look_ahead: mean(|timings| timings.look_ahead),
             },
+            steps_widened: steps_widened(steps),
             degraded: self.degraded(),
             took_s: self.took.as_secs_f64(),
             arm: self.arm.as_ref().map(|arm| arm.summary(steps)),

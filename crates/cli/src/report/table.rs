@@ -92,8 +92,18 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
         ("Packed", packed),
         ("Volume of the meshes", cm3(metrics.packed.meshes_m3)),
         ("Volume of the voxels", cm3(metrics.packed.voxels_m3)),
-        ("Compactness (voxels)", percent(metrics.compactness)),
-        ("Compactness (meshes)", percent(metrics.mesh_compactness)),
+        (
+            "Compactness by the floor (voxels)",
+            percent(metrics.floor_compactness),
+        ),
+        (
+            "Compactness by the bounding box (voxels)",
+            percent(metrics.box_compactness),
+        ),
+        (
+            "Compactness by the floor (meshes)",
+            percent(metrics.mesh_floor_compactness),
+        ),
         ("Container filled (meshes)", percent(metrics.utilisation)),
         (
             "Unsteady when placed",
@@ -110,6 +120,10 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
         ("Whole run", duration(summary.took_s)),
         ("Ended because", ending),
     ];
+    if summary.steps_widened > 0 {
+        let text = format!("{} of {} steps", summary.steps_widened, packing.steps.len());
+        figures.push(("Searched exhaustively, as nothing proposed was valid", text));
+    }
     if let Some(Load { step, item, load_n }) = &summary.greatest_load {
         let text = format!("{load_n:.1} N at most: {item} in step {}", step + 1);
         figures.push(("Presses on what lies below", text));

@@ -100,6 +100,7 @@ fn step(done: &Done, catalogue: &Catalogue) -> Result<Step> {
             look_ahead: stage(decision, "look_ahead"),
         },
         degraded: decision.degraded.clone(),
+        is_widened: decision.is_widened,
         refusals: Refusals::default(),
     })
 }

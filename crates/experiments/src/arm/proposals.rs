@@ -56,6 +56,8 @@ fn sources(grid: &Grid) -> [ProposalSource; 5] {
 #[derive(Debug, Default)]
 struct Found {
     steps: usize,
+    /// Of these, searched exhaustively as none of their proposals was valid.
+    steps_widened: usize,
     decision_s: f64,
     check_s: f64,
     volume_m3: f64,
@@ -68,6 +70,7 @@ struct Found {
 impl Observer for Found {
     fn on_step(&mut self, step: &Step, _input: &StepInput<'_>) {
         self.steps += 1;
+        self.steps_widened += usize::from(step.is_widened);
         self.decision_s += step.timings.total().as_secs_f64();
         self.check_s += step.timings.check.as_secs_f64();
         self.cycle_s += step.cycle_s().unwrap_or_default();
@@ -105,9 +108,9 @@ fn measure(catalogue: &Catalogue, grid: &Grid, file: &SequenceFile, count: usize
     let held = objects.filter(|object| can_be_lifted(&object.candidate(0)));
     println!("{} of {all} objects can be picked", held.count());
     println!(
-        "| proposals | arm | steps | decision ms | of it checks ms | volume cm3 | asked per step | most | refused | cycle s |"
+        "| proposals | arm | steps | widened in all | decision ms | of it checks ms | volume cm3 | asked per step | most | refused | cycle s |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
     for source in sources(grid) {
         for has_arm in [false, true] {
             let started = Instant::now();
@@ -147,9 +150,10 @@ fn print(source: &ProposalSource, has_arm: bool, found: &Found, sequences: usize
         false => "| | |".to_owned(),
     };
     println!(
-        "| {source} | {} | {:.1} | {:.2} | {:.2} | {:.0} | {of_arm} |",
+        "| {source} | {} | {:.1} | {} | {:.2} | {:.2} | {:.0} | {of_arm} |",
         if has_arm { "yes" } else { "no" },
         steps / sequences as f64,
+        found.steps_widened,
         1e3 * found.decision_s / steps,
         1e3 * found.check_s / steps,
         1e6 * found.volume_m3 / sequences as f64

@@ -32,6 +32,8 @@ pub(super) struct DecisionRecord {
     /// The planned time of the arm's cycle, in seconds; 0 without an arm.
     pub(super) cycle_s: f64,
     pub(super) degraded: Vec<String>,
+    /// Whether none of the proposals was valid, so that all placements were searched.
+    pub(super) is_widened: bool,
 }
 
 impl DecisionRecord {

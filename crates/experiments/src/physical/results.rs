@@ -127,13 +127,19 @@ fn came_to(line: &Line) -> [Cell; 22] {
             "farthest that a placement moved another item (mm)",
             format!("{:.1}", line.greatest_disturbance_mm),
         ),
-        ("compactness (%)", line.compactness_percent.shown(1)),
+        (
+            "compactness of meshes by floor (%)",
+            line.compactness_percent.shown(1),
+        ),
         ("volume of meshes (l)", line.volume_l.shown(2)),
         ("decision: mean (ms)", line.decision_mean_ms.shown(2)),
         ("decision: median, 95 % (ms)", line.decision_ms.shown()),
         (
-            "decisions, of these degraded",
-            format!("{}, {}", line.decisions, line.degraded_decisions),
+            "decisions, of these degraded, widened to an exhaustive search",
+            format!(
+                "{}, {}, {}",
+                line.decisions, line.degraded_decisions, line.widened_decisions
+            ),
         ),
         ("known items recognised", percent(seen.right, seen.known)),
         (

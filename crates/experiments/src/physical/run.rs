@@ -445,6 +445,7 @@ fn decision_record(decision: &v1::Decision) -> DecisionRecord {
         check_s: stage_s("check"),
         cycle_s: decision.cycle.as_ref().map_or(0.0, |cycle| cycle.cycle_s),
         degraded: decision.degraded.clone(),
+        is_widened: decision.is_widened,
     }
 }
 

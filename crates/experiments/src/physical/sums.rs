@@ -31,6 +31,8 @@ pub(super) struct Line {
     pub(super) decision_ms: Spread,
     pub(super) decision_mean_ms: Mean,
     pub(super) degraded_decisions: usize,
+    /// Searched exhaustively, as none of their proposals was valid.
+    pub(super) widened_decisions: usize,
     pub(super) decisions: usize,
     /// The planned time of the arm's cycle.
     pub(super) cycle_s: Spread,
@@ -157,6 +159,7 @@ impl Line {
             decision_ms: Spread::of(decisions().map(|decision| decision.total_s() * 1e3)),
             decision_mean_ms: Mean::of(decisions().map(|decision| decision.total_s() * 1e3)),
             degraded_decisions: decisions().filter(|it| !it.degraded.is_empty()).count(),
+            widened_decisions: decisions().filter(|it| it.is_widened).count(),
             decisions: decisions().count(),
             cycle_s: Spread::of(cycles_s.filter(|cycle_s| *cycle_s > 0.0)),
             stages_ms: Stage::ALL.map(|name| (name, stage(name))).into(),

@@ -7,6 +7,7 @@ use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::closing::Closing;
+use ppnpack_packing::episode::steps_widened;
 use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings};
 use ppnpack_packing::orders::{ContainerRules, Orders};
 use ppnpack_packing::plan::{Planner, StageError};
@@ -50,6 +51,8 @@ pub(super) struct Container {
     /// Its inner size, in metres.
     pub(super) size_m: [f64; 3],
     pub(super) unsteady: usize,
+    /// Searched exhaustively, as none of their proposals was valid.
+    pub(super) steps_widened: usize,
     /// The rule by which it was closed, where it was.
     pub(super) closed_by: Option<String>,
 }
@@ -192,6 +195,7 @@ impl Container {
             unsteady: reports()
                 .filter(|report| is_unsteady(report.toppled, report.slide_m, report.inside))
                 .count(),
+            steps_widened: steps_widened(&filled.steps),
             closed_by: filled
                 .closing
                 .as_ref()

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::packing::{Container, Run};
 use super::{Choice, Setting, StreamArguments};
+use crate::comparison::WIDENED;
 use crate::document;
 use crate::filling::Way;
 use crate::statistics::{Mean, percentage, quantiles};
@@ -57,6 +58,8 @@ struct Line {
     containers_per_thousand: Mean,
     unsteady: usize,
     placed: usize,
+    /// Searched exhaustively, as none of their proposals was valid.
+    steps_widened: usize,
     unplaceable: usize,
     decision_median_s: f64,
     decision_95_s: f64,
@@ -143,6 +146,7 @@ impl Line {
             containers_per_thousand: Mean::of(runs.iter().map(|run| 1e3 / items(run))),
             unsteady: all().map(|container| container.unsteady).sum(),
             placed: all().map(|container| container.placed).sum(),
+            steps_widened: all().map(|container| container.steps_widened).sum(),
             unplaceable: runs.iter().map(|run| run.unplaceable).sum(),
             decision_median_s,
             decision_95_s,
@@ -228,9 +232,9 @@ impl<'a> Results<'a> {
              has a valid placement in any, the fullest is closed and an empty one opened; other rules that closed containers are named below. Volumes are of closed containers: the mean of \
              each stream, then over streams; differences are to the first line, stream by stream, with 95 % intervals by Student's t. \
              *Unsteady* is what toppled by more than 30 degrees, slid by more than 2 cm or left the container when it was placed. \
-             Decision times are of one step on one thread, {} streams at once. Machine: {}.\n\n\
-             | open | closed | mesh volume (cm³) | difference (cm³) | | items | containers per 1,000 items | unsteady | fit nowhere | \
-             decision, median | 95 % |\n|---|---|---|---|---|---|---|---|---|---|---|\n",
+             {WIDENED} Decision times are of one step on one thread, {} streams at once. Machine: {}.\n\n\
+             | open | closed | mesh volume (cm³) | difference (cm³) | | items | containers per 1,000 items | unsteady | steps widened | fit nowhere | \
+             decision, median | 95 % |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
             self.streams,
             self.source,
             self.first_stream,
@@ -241,7 +245,7 @@ impl<'a> Results<'a> {
         );
         for line in &self.lines {
             text += &format!(
-                "| {} | {} | {} | {} | {:+.1} % | {} | {} | {:.1} % ({} of {}) | {} | {:.1} ms | {:.1} ms |\n",
+                "| {} | {} | {} | {} | {:+.1} % | {} | {} | {:.1} % ({} of {}) | {} | {} | {:.1} ms | {:.1} ms |\n",
                 line.setting.shown(self.has_orders),
                 line.closed,
                 line.meshes_cm3.shown(0),
@@ -252,6 +256,7 @@ impl<'a> Results<'a> {
                 percentage(line.unsteady, line.placed),
                 line.unsteady,
                 line.placed,
+                line.steps_widened,
                 line.unplaceable,
                 line.decision_median_s * 1e3,
                 line.decision_95_s * 1e3

@@ -355,6 +355,11 @@ impl CellSettings {
         if let ProposalSource::Network { model: Some(_), .. } = method.proposals {
             return Err("proposals: unknown field `model`: a ppn service has its own".to_owned());
         }
+        if method.proposals.gives_up_early() {
+            let why = "proposals: `tries` gives items up that may have a valid placement, so that a session ends early: it is \
+                       for comparisons alone";
+            return Err(why.to_owned());
+        }
         let spans_s = [
             ("propose_limit_s", self.propose_limit_s),
             ("evaluate_limit_s", self.evaluate_limit_s),
@@ -473,6 +478,15 @@ mod tests {
             let error = toml::from_str::<CellSettings>(unknown).unwrap_err();
             assert!(error.to_string().contains("unknown field"), "{error}");
         }
+    }
+
+    #[test]
+    fn proposals_that_give_items_up_early_are_refused() {
+        let cell: CellSettings =
+            toml::from_str("proposals = { from = \"tries\", yaws = 3, positions = 3 }").unwrap();
+        assert_eq!(cell.method.proposals, ProposalSource::PUBLISHED_TRIES);
+        let refused = cell.validate().unwrap_err();
+        assert!(refused.starts_with("proposals: `tries`"), "{refused}");
     }
 
     #[test]

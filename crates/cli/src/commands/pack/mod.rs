@@ -187,12 +187,7 @@ fn settled(placed: &Placed) -> Settled {
 }
 
 fn content((arrival, body): (usize, BodyState)) -> (usize, Content) {
-    let content = Content {
-        model: body.model,
-        container_from_item: body.container_from_item,
-        inside: body.inside,
-    };
-    (arrival, content)
+    (arrival, body.into())
 }
 
 /// Shows how far the packing is.
