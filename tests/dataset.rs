@@ -129,6 +129,27 @@ fn a_killed_run_goes_on_and_ends_with_the_same_files() {
 }
 
 #[test]
+fn a_dataset_of_shards_is_that_of_a_single_run() {
+    let [single, first, second, all] = [(); 4].map(|()| tempfile::tempdir().unwrap());
+    let asked = ["--sequences", "12", "--json"];
+    json(&ppnpack(single.path(), &asked));
+    for (folder, shard, played) in [(&first, "0/2", 10), (&second, "1/2", 2)] {
+        let summary = json(&ppnpack(
+            folder.path(),
+            &[&asked[..], &["--shard", shard]].concat(),
+        ));
+        assert_eq!(summary["played"], played);
+    }
+    let from = [first.path(), second.path()].map(|path| path.to_str().unwrap());
+    let summary = json(&ppnpack(
+        all.path(),
+        &[&asked[..], &["--from"], &from].concat(),
+    ));
+    assert_eq!(summary["sequences"], 12);
+    assert_eq!(content(all.path()), content(single.path()));
+}
+
+#[test]
 fn a_dataset_has_what_was_asked_for() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("data");

@@ -126,6 +126,32 @@ impl DatasetWriter {
         Ok(())
     }
 
+    /// Takes over the finished shards of another folder of the same settings that are missing here. Gives how many.
+    ///
+    /// # Errors
+    /// [`DatasetError`] where that folder is of other settings, a shard of it is damaged, or none can be written.
+    pub fn adopt(&self, other: &Path) -> Result<usize, DatasetError> {
+        expect_settings(other, &self.layout.settings)?;
+        let mut progress = self.progress();
+        let mut adopted = 0;
+        for (index, range) in self.ranges() {
+            let path = other.join(shard_file(index));
+            if progress.shards.contains_key(&index) || !path.exists() {
+                continue;
+            }
+            let content = std::fs::read(&path).map_err(|source| DatasetError::Read {
+                path: path.clone(),
+                source,
+            })?;
+            let entry = self.entry(&shard_file(index), &content, &range);
+            let entry = entry.map_err(|reason| DatasetError::Damaged { path, reason })?;
+            write_whole(&self.folder.join(&entry.file.file), &content)?;
+            progress.shards.insert(index, entry);
+            adopted += 1;
+        }
+        Ok(adopted)
+    }
+
     /// Writes the manifest, which completes the dataset.
     ///
     /// # Errors
@@ -216,6 +242,12 @@ fn claim(folder: &Path, settings: &Settings) -> Result<(), DatasetError> {
     if !path.exists() {
         return write_json(&path, settings);
     }
+    expect_settings(folder, settings)
+}
+
+/// Refuses a folder of other settings.
+fn expect_settings(folder: &Path, settings: &Settings) -> Result<(), DatasetError> {
+    let path = folder.join(SETTINGS_FILE);
     let content = read_bounded(&path, MAX_JSON_BYTES)?;
     let found = serde_json::from_slice(&content).map_err(|error| DatasetError::Damaged {
         path,

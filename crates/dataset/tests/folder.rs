@@ -128,6 +128,43 @@ fn files_do_not_depend_on_order_threads_or_interruptions() {
 }
 
 #[test]
+fn shards_of_several_folders_are_one_dataset() {
+    let settings = settings(true);
+    let [straight, one, other, all] = [(); 4].map(|()| tempdir().unwrap());
+    write(straight.path(), &settings, 6);
+    for (folder, sequences) in [(&one, 0..2), (&other, 2..6)] {
+        let writer = writer(folder.path(), &settings, 6);
+        for sequence in sequences {
+            writer.add(&record(&settings, sequence)).unwrap();
+        }
+    }
+    let merging = writer(all.path(), &settings, 6);
+    assert_eq!(merging.adopt(one.path()).unwrap(), 1);
+    assert_eq!(merging.missing(), [2, 3, 4, 5]);
+    assert_eq!(merging.adopt(other.path()).unwrap(), 2);
+    assert_eq!(merging.adopt(other.path()).unwrap(), 0, "they are there");
+    merging.finish().unwrap();
+    assert_eq!(content(all.path()), content(straight.path()));
+
+    let mut foreign = settings.clone();
+    foreign.seed = 4;
+    let folder = tempdir().unwrap();
+    let merging = writer(folder.path(), &foreign, 6);
+    let refused = merging.adopt(one.path()).unwrap_err();
+    assert!(matches!(refused, DatasetError::OtherSettings { .. }));
+    let damaged = one.path().join("shard-00000.bin");
+    fs::write(&damaged, b"half").unwrap();
+    let folder = tempdir().unwrap();
+    let refused = writer(folder.path(), &settings, 6).adopt(one.path());
+    assert!(matches!(refused, Err(DatasetError::Damaged { path, .. }) if path == damaged));
+    assert!(
+        writer(folder.path(), &settings, 6)
+            .adopt(Path::new("/nowhere"))
+            .is_err()
+    );
+}
+
+#[test]
 fn damaged_shards_are_made_again() {
     let (folder, settings) = (tempdir().unwrap(), settings(true));
     write(folder.path(), &settings, 5);

@@ -15,6 +15,7 @@ use ppnpack_packing::method::{Method, ProposalSource, Stability};
 use serde::Serialize;
 
 use crate::method::sdfm;
+use crate::shard::Shard;
 use crate::{document, workers};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::options::{
@@ -91,6 +92,15 @@ pub struct DatasetArguments {
     #[arg(long, value_name = "DIR", default_value = "out/dataset")]
     out: PathBuf,
 
+    /// Play every N-th ten sequences alone, from the I-th on, counted from 0; a run without this, with the folders of all as --from,
+    /// makes one dataset of them
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+
+    /// Take over what other folders of the same settings have: those of shards
+    #[arg(long, value_name = "DIR", num_args = 1..)]
+    from: Vec<PathBuf>,
+
     /// Print a summary as JSON instead of a line
     #[arg(long)]
     json: bool,
@@ -127,7 +137,19 @@ pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
         let played = play(*sequence, &catalogue, &settings, &simulated, stability)?;
         writer.add(&played).or_run()
     };
-    workers::map("Playing sequences", &writer.missing(), workers, add)?;
+    for other in &arguments.from {
+        writer.adopt(other).map_err(of_folder)?;
+    }
+    let is_ours = |sequence: &u32| {
+        let tenth = (sequence / SEQUENCES_PER_SHARD) as usize;
+        arguments.shard.is_none_or(|shard| shard.has(tenth))
+    };
+    let mut missing = writer.missing();
+    missing.retain(is_ours);
+    workers::map("Playing sequences", &missing, workers, add)?;
+    if let Some(shard) = arguments.shard {
+        return print_shard(arguments, shard, missing.len());
+    }
     let manifest = writer.finish().or_run()?;
     print(arguments, &manifest)
 }
@@ -255,6 +277,18 @@ fn play(
     recorder
         .finish()
         .map_err(|error| Failure::Run(anyhow::anyhow!("sequence {sequence}: {error}")))
+}
+
+fn print_shard(arguments: &DatasetArguments, shard: Shard, played: usize) -> Outcome {
+    if arguments.json {
+        return Ok(print_json(
+            &serde_json::json!({ "shard": shard, "played": played }),
+        )?);
+    }
+    let folder = arguments.out.display();
+    Ok(print_line(&format!(
+        "{folder}: {played} sequences were played for shard {shard}; `ppnpack dataset --from` makes a dataset of all shards"
+    ))?)
 }
 
 fn print(arguments: &DatasetArguments, manifest: &Manifest) -> Outcome {
