@@ -9,6 +9,7 @@
 mod support;
 
 use std::fs;
+use std::path::Path;
 
 use ppnpack_dataset::{Dataset, DatasetError, DatasetWriter, Split, StepRecord};
 use support::{content, grid, items, record, settings, write, writer};
