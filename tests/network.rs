@@ -29,7 +29,7 @@ fn succeed(arguments: &[&str]) -> Output {
     output
 }
 
-/// A dataset of a few steps, with a sequence for the test split.
+/// A dataset of a few steps, with a sequence each for validation and for the test split.
 fn dataset(folder: &Path) -> PathBuf {
     let out = folder.join("dataset");
     succeed(&[
@@ -40,6 +40,7 @@ fn dataset(folder: &Path) -> PathBuf {
         "6",
         "--buffer",
         "2",
+        "--values",
         "--out",
         out.to_str().unwrap(),
     ]);
@@ -49,6 +50,12 @@ fn dataset(folder: &Path) -> PathBuf {
 const SMALL: [&str; 9] = [
     "train", "--widths", "4,4", "--head", "4", "--batch", "4", "--epochs", "3",
 ];
+
+/// The card of a trained network.
+fn card(folder: &Path) -> Value {
+    let card = std::fs::read(folder.join("model.json")).unwrap();
+    serde_json::from_slice(&card).unwrap()
+}
 
 fn training<'a>(dataset: &'a Path, out: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
     let mut arguments = SMALL.to_vec();
@@ -79,12 +86,14 @@ fn a_training_killed_and_resumed_ends_like_one_that_was_not() {
 
     let weights = |folder: &Path| std::fs::read(folder.join("model.safetensors")).unwrap();
     assert!(weights(&whole) == weights(&killed), "the weights differ");
-    let accuracy = |folder: &Path| {
-        let card = std::fs::read(folder.join("model.json")).unwrap();
-        let card: Value = serde_json::from_slice(&card).unwrap();
-        card["accuracy"].clone()
-    };
-    assert_eq!(accuracy(&whole), accuracy(&killed));
+    let (of_whole, of_killed) = (card(&whole), card(&killed));
+    for part in ["accuracy", "validation", "test", "epoch"] {
+        assert_eq!(of_whole[part], of_killed[part], "{part}");
+    }
+    // One sequence in ten is held out for validation, another one is the test split.
+    assert_eq!(of_whole["validation"]["sequences"], 1, "{of_whole}");
+    assert_eq!(of_whole["test"]["sequences"], 1, "{of_whole}");
+    assert_eq!(of_whole["accuracy"], of_whole["test"]["proposed"]);
     for name in ["accuracy.svg", "loss.svg", "epochs.json"] {
         assert!(killed.join(name).exists(), "{name}");
     }
@@ -98,6 +107,94 @@ fn a_training_killed_and_resumed_ends_like_one_that_was_not() {
     let model = whole.join("model.safetensors");
     let summary = pack(folder.path(), &["--model", model.to_str().unwrap()]);
     assert_eq!(summary["degraded"], serde_json::json!([]), "{summary}");
+}
+
+#[test]
+fn the_test_split_is_looked_at_when_validation_has_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let dataset = dataset(folder.path());
+    let out = folder.path().join("out");
+    let over_all = ["--loss-over", "all", "--schedule", "constant"];
+    let weights = || std::fs::read(out.join("model.safetensors")).unwrap();
+    succeed(&training(
+        &dataset,
+        &out,
+        &[&over_all[..], &["--no-test"]].concat(),
+    ));
+    let (chosen, before) = (card(&out), weights());
+    assert!(chosen["test"].is_null() && chosen["accuracy"] == serde_json::json!([]));
+    // The weights are those of the epoch that does best on the validation split over all placements.
+    let epochs: Vec<Value> =
+        serde_json::from_slice(&std::fs::read(out.join("epochs.json")).unwrap()).unwrap();
+    let share = |epoch: &Value| {
+        let answers = &epoch["validation"]["accuracies"]["over_all"];
+        answers[0]["share"].as_f64().unwrap()
+    };
+    let most = epochs.iter().map(share).fold(0.0, f64::max);
+    let best = epochs.iter().find(|epoch| share(epoch) == most).unwrap();
+    assert_eq!(chosen["epoch"], best["epoch"]);
+    assert_eq!(chosen["validation"], best["validation"]["accuracies"]);
+
+    succeed(&training(
+        &dataset,
+        &out,
+        &[&over_all[..], &["--resume"]].concat(),
+    ));
+    let tested = card(&out);
+    assert!(
+        weights() == before,
+        "looking at the test split changed the weights"
+    );
+    assert_eq!(tested["validation"], chosen["validation"]);
+    assert_eq!(tested["test"]["over_all"].as_array().unwrap().len(), 5);
+}
+
+#[test]
+fn table_3_tests_what_validation_chose() {
+    let folder = tempfile::tempdir().unwrap();
+    let dataset = dataset(folder.path());
+    let out = folder.path().join("table3");
+    let mut arguments = vec!["experiment", "table3", "--json", "--seeds", "2"];
+    arguments.extend([
+        "--epochs", "1", "--widths", "4,4", "--head", "4", "--batch", "8",
+    ]);
+    arguments.extend(["--cut-off", "10,40", "--dataset", dataset.to_str().unwrap()]);
+    arguments.extend(["--out", out.to_str().unwrap()]);
+    let results: Value = serde_json::from_slice(&succeed(&arguments).stdout).unwrap();
+    let rows = results["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 4);
+    for row in rows {
+        assert_eq!(row["cards"].as_array().unwrap().len(), 2);
+        let is_regression = row["cards"][0]["training"]["loss"] == "mse";
+        let tried = row["tried"].as_array().unwrap();
+        assert_eq!(tried.len(), if is_regression { 2 } else { 0 });
+        if is_regression {
+            let cut_off = &row["cards"][1]["training"]["cut_off"];
+            assert_eq!(*cut_off, row["recipe"]["cut_off"]);
+        }
+        // The paper's figures stand beside the paper's question alone.
+        for answer in row["answers"].as_array().unwrap() {
+            let is_papers = answer["question"] == "over-all" && row["network"] != "full";
+            assert_eq!(answer["paper_percent"].is_array(), is_papers, "{answer}");
+        }
+    }
+    // Each row has two tested networks; of the regressions, one recipe was tried and left untested.
+    let networks = out.join("networks");
+    let seeds = |path: &Path| std::fs::read_dir(path).unwrap().count();
+    for (network, recipes) in [("full", 1), ("no-ranking", 2)] {
+        let found = std::fs::read_dir(networks.join(network)).unwrap();
+        let mut found: Vec<usize> = found.map(|recipe| seeds(&recipe.unwrap().path())).collect();
+        found.sort_unstable();
+        assert_eq!(found.len(), recipes);
+        assert_eq!(found.last(), Some(&2), "{network}: {found:?}");
+        assert!(recipes == 1 || found.first() == Some(&1));
+    }
+
+    arguments.extend(["--validation", "0"]);
+    let refused = run(&arguments);
+    let message = String::from_utf8_lossy(&refused.stderr);
+    assert!(message.contains("no validation split"), "{message}");
+    assert_eq!(refused.status.code(), Some(2));
 }
 
 #[test]

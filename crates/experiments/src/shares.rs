@@ -9,7 +9,7 @@ use crate::document;
 use crate::statistics::Mean;
 
 /// The shares `K` of the paper's table, in percent.
-pub(crate) const SHARES: [f64; 5] = [1.0, 5.0, 8.0, 10.0, 20.0];
+pub(crate) const SHARES: [f64; 5] = ppnpack_model::accuracy::SHARES_PERCENT;
 
 /// The head of a table's columns of shares.
 pub(crate) fn head() -> String {

@@ -27,12 +27,11 @@ impl Mean {
         }
     }
 
-    /// The share of independent cases for which something holds, where it holds for `share` of `count`.
-    pub(crate) fn of_share(share: f64, count: usize) -> Self {
-        let variance = share * (1.0 - share) / (count as f64).max(1.0);
+    /// A mean over cases that are alike within clusters, from its standard error by clusters.
+    pub(crate) fn clustered(mean: f64, standard_error: f64, clusters: usize) -> Self {
         Self {
-            mean: share,
-            half_width: quantile_95(count) * variance.sqrt(),
+            mean,
+            half_width: quantile_95(clusters) * standard_error,
         }
     }
 
@@ -110,9 +109,10 @@ mod tests {
     }
 
     #[test]
-    fn a_share_is_the_mean_of_many_cases() {
-        let share = Mean::of_share(0.25, 10_000);
-        assert!((share.half_width - 1.96 * 0.00433).abs() < 1e-5);
+    fn an_interval_by_clusters_has_as_many_degrees_of_freedom_as_there_are_clusters_but_one() {
+        let of_clusters = Mean::clustered(0.25, 0.1, 5);
+        assert!((of_clusters.half_width - 0.2776445).abs() < 1e-6);
+        assert_eq!(Mean::clustered(0.25, 0.1, 1).half_width, 0.0);
     }
 
     #[test]

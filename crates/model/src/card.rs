@@ -2,20 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::accuracy::{Accuracies, Accuracy};
 use crate::architecture::Architecture;
 use crate::settings::{Device, TrainingSettings};
 
 /// The version of the card's and the weights' form; another one is refused.
 pub const FORMAT: u32 = 1;
-
-/// How often the optimum was among the best-scored share of the placements.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Accuracy {
-    /// `K`: the share of all placements, in percent.
-    pub percent: f64,
-    /// The part of the test candidates whose optimum was among them, from 0 to 1.
-    pub share: f64,
-}
 
 /// The data that a network was trained on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -34,6 +26,9 @@ pub struct DataFacts {
     pub container_m: [f64; 3],
     /// Candidates of the training split that have a valid placement.
     pub training_candidates: u64,
+    /// Candidates of the validation split that have a valid placement; 0 where there is no such split.
+    #[serde(default)]
+    pub validation_candidates: u64,
     /// Candidates of the test split that have a valid placement.
     pub test_candidates: u64,
 }
@@ -68,8 +63,15 @@ pub struct ModelCard {
     pub training_s: f64,
     /// The epoch, from 1, that the weights are from.
     pub epoch: usize,
-    /// Accuracy on the test split, by increasing share.
+    /// Accuracy of what the planner proposes on the test split, by increasing share; empty where the test split has not
+    /// been looked at.
     pub accuracy: Vec<Accuracy>,
+    /// Accuracy on the validation split, by every question; it chose the epoch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub validation: Option<Accuracies>,
+    /// Accuracy on the test split, by every question.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub test: Option<Accuracies>,
     /// What made it.
     pub versions: Versions,
 }

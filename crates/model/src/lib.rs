@@ -10,6 +10,7 @@
 //! # Ok::<(), ppnpack_model::weights::ModelError>(())
 //! ```
 
+pub mod accuracy;
 pub mod architecture;
 pub mod card;
 pub mod report;

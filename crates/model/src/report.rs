@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::card::Accuracy;
+use crate::accuracy::Accuracies;
 
 /// One epoch of a training.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -11,14 +11,21 @@ pub struct EpochReport {
     pub epoch: usize,
     /// The mean loss over the epoch's batches.
     pub training_loss: f64,
-    /// The mean loss on the test split.
-    pub test_loss: f64,
-    /// Accuracy on the test split, by increasing share.
-    pub accuracy: Vec<Accuracy>,
+    /// How the network does on the validation split, where there is one.
+    pub validation: Option<Evaluation>,
     /// Time spent on training until here, in seconds.
     pub training_s: f64,
     /// The part of the time in which training waited for data.
     pub waiting_share: f64,
+}
+
+/// How a network does on sequences that it was not trained on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Evaluation {
+    /// The mean loss over the steps.
+    pub loss: f64,
+    /// Accuracy, by every question.
+    pub accuracies: Accuracies,
 }
 
 /// What a training tells of its progress.

@@ -17,6 +17,28 @@ pub enum Loss {
     Mse,
 }
 
+/// Which placements of a candidate the loss is over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LossOver {
+    /// All placements, as in the paper: the network also learns what does not fit.
+    All,
+    /// Those that fit; the others are left out of the proposals, whatever their scores.
+    #[default]
+    Fitting,
+}
+
+/// How the learning rate changes during a training.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Schedule {
+    /// Not at all, as in the paper.
+    Constant,
+    /// It rises linearly over the first 3 % of the batches, then falls to 0 as a cosine.
+    #[default]
+    WarmUpAndCosine,
+}
+
 /// Where a network runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -36,12 +58,22 @@ pub struct TrainingSettings {
     pub architecture: Architecture,
     /// What is minimised.
     pub loss: Loss,
+    /// Which placements it is over.
+    #[serde(default)]
+    pub loss_over: LossOver,
+    /// How far above the optimum regression tells values apart, in units of the objective. The bulk of a container's
+    /// placements lies far up: told apart too, it would be most of the squared error.
+    #[serde(default = "TrainingSettings::usual_cut_off")]
+    pub cut_off: f64,
     /// Passes over the training split.
     pub epochs: usize,
     /// Packing steps per batch; each has up to a buffer of candidates.
     pub batch: usize,
-    /// The learning rate at its peak: it rises over the first steps and falls to 0 as a cosine.
+    /// The learning rate at its peak.
     pub learning_rate: f64,
+    /// How the learning rate changes.
+    #[serde(default)]
+    pub schedule: Schedule,
     /// AdamW's decay of the weights.
     pub weight_decay: f64,
     /// `D_loc`, the margin of the ranking loss within a yaw; over all yaws it is twice that.
@@ -52,6 +84,26 @@ pub struct TrainingSettings {
     pub seed: u64,
     /// Sequences of the training split that are used; all where it is not given.
     pub sequences: Option<usize>,
+    /// How many tenths of all sequences are held out of the training split for validation: those whose number ends in
+    /// 8, in 7, and so on. Without any, the last epoch's weights are kept instead of the best epoch's.
+    #[serde(default)]
+    pub validation_tenths: u32,
+}
+
+/// Tenths of the sequences that can be held out for validation: one of the training split's nine is left to train on.
+pub const MOST_VALIDATION_TENTHS: u32 = 8;
+
+impl TrainingSettings {
+    /// The cut-off of cards that name none.
+    fn usual_cut_off() -> f64 {
+        10.0
+    }
+
+    /// Whether a sequence of the training split is held out for validation.
+    pub fn is_validation(&self, sequence: u32) -> bool {
+        let digit = sequence % 10;
+        digit < 9 && digit + self.validation_tenths >= 9
+    }
 }
 
 impl Default for TrainingSettings {
@@ -59,14 +111,18 @@ impl Default for TrainingSettings {
         Self {
             architecture: Architecture::default(),
             loss: Loss::Ranking,
+            loss_over: LossOver::Fitting,
+            cut_off: Self::usual_cut_off(),
             epochs: 25,
             batch: 16,
             learning_rate: 2e-3,
+            schedule: Schedule::WarmUpAndCosine,
             weight_decay: 1e-2,
             margin: 1.0,
             augment: true,
             seed: 0,
             sequences: None,
+            validation_tenths: 1,
         }
     }
 }
@@ -86,4 +142,44 @@ pub struct TrainingRequest {
     pub threads: usize,
     /// Whether to go on from the checkpoint in the folder.
     pub resume: bool,
+    /// Whether to look at the test split when the training has ended. Whoever compares trainings does so for the one
+    /// that validation has chosen alone.
+    pub look_at_test: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn validation_takes_whole_sequences_from_the_end_of_each_ten_but_the_test_split() {
+        let held_out = |tenths| {
+            let settings = TrainingSettings {
+                validation_tenths: tenths,
+                ..TrainingSettings::default()
+            };
+            let sequences = (0..20).filter(|sequence| settings.is_validation(*sequence));
+            sequences.collect::<Vec<u32>>()
+        };
+        assert!(held_out(0).is_empty());
+        assert_eq!(held_out(1), [8, 18]);
+        assert_eq!(held_out(3), [6, 7, 8, 16, 17, 18]);
+        assert_eq!(held_out(MOST_VALIDATION_TENTHS).len(), 16);
+    }
+
+    #[test]
+    fn settings_that_name_less_are_those_of_the_network_that_ships() {
+        let mut settings = serde_json::to_value(TrainingSettings::default()).unwrap_or_default();
+        if let Some(entries) = settings.as_object_mut() {
+            for name in ["loss_over", "cut_off", "schedule", "validation_tenths"] {
+                assert!(entries.remove(name).is_some(), "{name}");
+            }
+        }
+        let read: Option<TrainingSettings> = serde_json::from_value(settings).ok();
+        let expected = TrainingSettings {
+            validation_tenths: 0,
+            ..TrainingSettings::default()
+        };
+        assert_eq!(read, Some(expected));
+    }
 }

@@ -122,9 +122,26 @@ impl Layout {
         let footprint = footprint(view);
         let (x, y) = self.symmetry.corner(corner, footprint, self.original);
         let image = self.symmetry.size(footprint);
-        let (x, y) = (x + image.nx / 2, y + image.ny / 2);
+        self.index(x + image.nx / 2, y + image.ny / 2)
+    }
+
+    /// The index of a cell of the padded map, by phase.
+    fn index(&self, x: usize, y: usize) -> usize {
         let phase = 2 * (x % 2) + y % 2;
         (phase * self.padded.nx / 2 + x / 2) * (self.padded.ny / 2) + y / 2
+    }
+
+    /// Per cell, indexed as by [`Self::cell_of`], whether it is one of the container's and no padding.
+    pub(crate) fn inside(&self) -> Vec<bool> {
+        let mut inside = vec![false; self.cells()];
+        for x in 0..self.container.nx {
+            for y in 0..self.container.ny {
+                if let Some(entry) = inside.get_mut(self.index(x, y)) {
+                    *entry = true;
+                }
+            }
+        }
+        inside
     }
 
     /// The placement that a cell stands for, where there is one; the inverse of [`Self::cell_of`] without a symmetry.

@@ -31,6 +31,7 @@ fn model(architecture: &Architecture, change: impl Fn(&Parameters)) -> Model {
             yaws: 4,
             container_m: [0.32, 0.32, 0.3],
             training_candidates: 0,
+            validation_candidates: 0,
             test_candidates: 0,
         },
         training: TrainingSettings::default(),
@@ -38,6 +39,8 @@ fn model(architecture: &Architecture, change: impl Fn(&Parameters)) -> Model {
         training_s: 0.0,
         epoch: 0,
         accuracy: vec![],
+        validation: None,
+        test: None,
         versions: Versions {
             ppnpack: String::new(),
             libtorch: String::new(),

@@ -14,9 +14,6 @@ use crate::maps::{Layout, limit, lowest};
 use crate::network::{CONTAINER_CHANNELS, RESTING_CHANNELS, VIEW_CHANNELS};
 use crate::symmetry::Symmetry;
 
-/// How far above the optimum values are told apart by regression, in units of the objective. The bulk of a container's
-/// placements lies further up: told apart too, it would be most of the squared error.
-const GREATEST_VALUE: f32 = 10.0;
 /// What the values are divided by for regression.
 const VALUE_SCALE: f32 = 10.0;
 
@@ -28,7 +25,9 @@ pub(crate) struct Batch {
     yaws: i64,
     size: (i64, i64),
     side: i64,
-    possible: f64,
+    possible: u64,
+    /// `[S]`: the steps' sequences.
+    sequences: Vec<u32>,
     /// `[S, CONTAINER_CHANNELS, X, Y]`.
     containers: Vec<f32>,
     /// `[U, VIEW_CHANNELS, side, side]`: the views that occur.
@@ -37,6 +36,8 @@ pub(crate) struct Batch {
     slots: Vec<i64>,
     /// `[S B R, RESTING_CHANNELS, L]`.
     resting: Vec<f32>,
+    /// `[L]`: the container's cells; the others are padding.
+    inside: Vec<bool>,
     /// `[S B R, L]`: where the view stays below the rim.
     fits: Vec<bool>,
     /// `[S B R, L]`: the optima per yaw.
@@ -62,12 +63,14 @@ pub(crate) struct BatchTensors {
 /// What a batch's scores are judged by; the tensors are `[N, R, L]`.
 #[derive(Debug)]
 pub(crate) struct Labels {
+    /// `[1, 1, L]`: the cells that stand for a placement, whether it fits or not.
+    pub(crate) inside: Tensor,
     pub(crate) fits: Tensor,
     pub(crate) optimal: Tensor,
     pub(crate) best: Tensor,
     pub(crate) values: Option<Tensor>,
     /// `|P|`: yaws times the container's cells.
-    pub(crate) possible: f64,
+    pub(crate) possible: u64,
 }
 
 /// Makes batches; keeps what is the same for all.
@@ -76,17 +79,23 @@ pub(crate) struct BatchMaker {
     grid: Grid,
     items: Vec<Arc<Item>>,
     stride: usize,
-    needs_values: bool,
+    /// Where values are cut off; none where they are not asked for.
+    cut_off: Option<f32>,
     resting: RestingHeights,
 }
 
 impl BatchMaker {
-    pub(crate) fn new(grid: &Grid, items: &[Arc<Item>], stride: usize, needs_values: bool) -> Self {
+    pub(crate) fn new(
+        grid: &Grid,
+        items: &[Arc<Item>],
+        stride: usize,
+        cut_off: Option<f32>,
+    ) -> Self {
         Self {
             grid: grid.clone(),
             items: items.to_vec(),
             stride,
-            needs_values,
+            cut_off,
             resting: RestingHeights::new(grid),
         }
     }
@@ -107,15 +116,17 @@ impl BatchMaker {
             yaws: yaws as i64,
             size: (layout.padded.nx as i64, layout.padded.ny as i64),
             side: side as i64,
-            possible: (yaws * self.grid.nx() * self.grid.ny()) as f64,
+            possible: (yaws * self.grid.nx() * self.grid.ny()) as u64,
+            sequences: steps.iter().map(|step| step.sequence).collect(),
             containers: vec![0.0; steps.len() * CONTAINER_CHANNELS as usize * cells],
             views,
             slots: vec![0; maps],
             resting: vec![0.0; maps * RESTING_CHANNELS as usize * cells],
+            inside: layout.inside(),
             fits: vec![false; maps * cells],
             optimal: vec![false; maps * cells],
             best: vec![false; maps * cells],
-            values: vec![0.0; if self.needs_values { maps * cells } else { 0 }],
+            values: vec![0.0; self.cut_off.map_or(0, |_| maps * cells)],
         };
         let containers = batch
             .containers
@@ -201,10 +212,12 @@ impl BatchMaker {
                     let corners = of_yaw.map(|placement| (placement.x, placement.y));
                     mark(layout, view, corners, best);
                 }
-                if let (Some(values), Some(kept)) =
-                    (batch.values.get_mut(range), candidate.values.as_ref())
-                {
-                    values.fill(GREATEST_VALUE / VALUE_SCALE);
+                if let (Some(cut_off), Some(values), Some(kept)) = (
+                    self.cut_off,
+                    batch.values.get_mut(range),
+                    candidate.values.as_ref(),
+                ) {
+                    values.fill(cut_off / VALUE_SCALE);
                     let Some(kept) = kept.yaws().get(yaw) else {
                         continue;
                     };
@@ -212,7 +225,7 @@ impl BatchMaker {
                     for (index, value) in kept.all_above_best().enumerate() {
                         let at = layout.cell_of((index / along_y, index % along_y), view);
                         if let Some(entry) = values.get_mut(at) {
-                            *entry = value.min(GREATEST_VALUE) / VALUE_SCALE;
+                            *entry = value.min(cut_off) / VALUE_SCALE;
                         }
                     }
                 }
@@ -240,6 +253,12 @@ impl Batch {
         self.steps as usize
     }
 
+    /// The sequence of a candidate, by its index among all of the batch.
+    pub(crate) fn sequence_of(&self, candidate: usize) -> Option<u32> {
+        let step = candidate.checked_div(self.candidates as usize)?;
+        self.sequences.get(step).copied()
+    }
+
     /// Copies the batch to a device.
     pub(crate) fn to(&self, device: Device) -> Result<BatchTensors, TchError> {
         let (nx, ny) = self.size;
@@ -261,6 +280,9 @@ impl Batch {
             slots: Tensor::f_from_slice(&self.slots)?.f_to(device)?,
             resting: floats(&self.resting, &[maps, RESTING_CHANNELS, nx * ny])?,
             labels: Labels {
+                inside: Tensor::f_from_slice(&self.inside)?
+                    .f_view([1, 1, -1])?
+                    .f_to(device)?,
                 fits: mask(&self.fits)?,
                 optimal: mask(&self.optimal)?,
                 best: mask(&self.best)?,

@@ -1,11 +1,13 @@
 //! Checkpoints: everything that a training needs to go on as if it had not been interrupted.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use ppnpack_files::write_whole;
+use ppnpack_model::accuracy::Question;
 use ppnpack_model::report::EpochReport;
 use ppnpack_model::settings::TrainingSettings;
-use ppnpack_model::weights::{tensors, to_bytes};
+use ppnpack_model::weights::{WeightTensor, tensors, to_bytes};
 use safetensors::SafeTensors;
 use serde::{Deserialize, Serialize};
 
@@ -34,37 +36,63 @@ pub(crate) struct State {
     pub(crate) training_s: f64,
 }
 
+impl State {
+    /// The epoch that does best on the validation split by the question that the network is trained for, the first of
+    /// equals; none without such a split.
+    pub(crate) fn best_epoch(&self) -> Option<usize> {
+        let question = Question::of_loss(self.settings.loss_over);
+        let mut best: Option<(usize, f64)> = None;
+        for report in &self.epochs {
+            let Some(validation) = &report.validation else {
+                continue;
+            };
+            let found = validation.accuracies.decisive(question);
+            if best.is_none_or(|(_, most)| found > most) {
+                best = Some((report.epoch, found));
+            }
+        }
+        best.map(|(epoch, _)| epoch)
+    }
+}
+
+/// A tensor's name among a checkpoint's, by what it is part of.
+const WEIGHT: &str = "weight/";
+const BEST: &str = "best/";
+
 pub(crate) fn path(folder: &Path) -> PathBuf {
     folder.join(CHECKPOINT_FILE)
 }
 
-/// Writes a checkpoint in place of the last.
+/// Writes a checkpoint in place of the last; `best` has the weights of the best epoch, if there is one.
 pub(crate) fn save(
     folder: &Path,
     state: &State,
     parameters: &Parameters,
     optimiser: &AdamW,
+    best: Option<&BTreeMap<String, WeightTensor>>,
 ) -> Result<(), NetworkError> {
     let path = path(folder);
     let weights = parameters.tensors().iter();
-    let weights = weights.map(|(name, tensor)| (format!("weight/{name}"), tensor));
+    let weights = weights.map(|(name, tensor)| (format!("{WEIGHT}{name}"), tensor));
     let moments = optimiser.moments.iter().flat_map(|(name, moments)| {
         let mean = (format!("mean/{name}"), &moments.mean);
         [mean, (format!("square/{name}"), &moments.square)]
     });
-    let tensors = all_to_plain(weights.chain(moments))?;
+    let mut tensors = all_to_plain(weights.chain(moments))?;
+    let best = best.into_iter().flatten();
+    tensors.extend(best.map(|(name, values)| (format!("{BEST}{name}"), values.clone())));
     let text = serde_json::to_string(state).map_err(|error| damaged(&path, &error))?;
     let bytes = to_bytes(&tensors, Some((STATE, text)))?;
     Ok(write_whole(&path, &bytes)?)
 }
 
-/// Takes a checkpoint's tensors over, and gives its state.
+/// Takes a checkpoint's tensors over; gives its state and the weights of its best epoch, if it has one.
 pub(crate) fn load(
     folder: &Path,
     expected: &State,
     parameters: &Parameters,
     optimiser: &mut AdamW,
-) -> Result<State, NetworkError> {
+) -> Result<(State, Option<BTreeMap<String, WeightTensor>>), NetworkError> {
     let path = path(folder);
     let bytes = std::fs::read(&path).map_err(|source| NetworkError::Read {
         path: path.clone(),
@@ -85,14 +113,23 @@ pub(crate) fn load(
         None => Err(damaged(&path, &format_args!("it has no tensor {name}"))),
     };
     for (name, tensor) in parameters.tensors() {
-        take(format!("weight/{name}"), tensor)?;
+        take(format!("{WEIGHT}{name}"), tensor)?;
     }
     for (name, moments) in &optimiser.moments {
         take(format!("mean/{name}"), &moments.mean)?;
         take(format!("square/{name}"), &moments.square)?;
     }
     optimiser.updates = state.updates;
-    Ok(state)
+    let of_best = |(name, values): (&String, &WeightTensor)| {
+        let name = name.strip_prefix(BEST)?;
+        Some((name.to_owned(), values.clone()))
+    };
+    let best: BTreeMap<_, _> = kept.iter().filter_map(of_best).collect();
+    let is_whole = best.len() == parameters.tensors().len();
+    if state.best_epoch().is_some() && !is_whole {
+        return Err(damaged(&path, &"it has not all weights of the best epoch"));
+    }
+    Ok((state, is_whole.then_some(best)))
 }
 
 /// What keeps one training's checkpoint from being another's.
@@ -113,5 +150,65 @@ pub(super) fn damaged(path: &Path, what: &dyn std::fmt::Display) -> NetworkError
     NetworkError::Checkpoint {
         path: path.to_owned(),
         what: what.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ppnpack_model::accuracy::{Rank, Tally};
+    use ppnpack_model::report::Evaluation;
+    use ppnpack_model::settings::LossOver;
+
+    use super::*;
+
+    /// An epoch after which the optimum has these placements before it, all of them fitting or none.
+    fn report(epoch: usize, ranks: Option<(u64, u64)>) -> EpochReport {
+        let validation = ranks.map(|(before, fitting_before)| {
+            let mut tally = Tally::default();
+            let rank = Rank {
+                placements: 1000,
+                fitting: 100,
+                before,
+                fitting_before,
+            };
+            tally.add(8, &rank);
+            Evaluation {
+                loss: 0.0,
+                accuracies: tally.accuracies(),
+            }
+        });
+        EpochReport {
+            epoch,
+            training_loss: 0.0,
+            validation,
+            training_s: 0.0,
+            waiting_share: 0.0,
+        }
+    }
+
+    fn best(over: LossOver, ranks: [Option<(u64, u64)>; 3]) -> Option<usize> {
+        let epochs = ranks.into_iter().enumerate();
+        let state = State {
+            settings: TrainingSettings {
+                loss_over: over,
+                ..TrainingSettings::default()
+            },
+            data_hash: String::new(),
+            epoch: 3,
+            batch: 0,
+            updates: 0,
+            loss_sum: 0.0,
+            epochs: epochs.map(|(at, ranks)| report(at + 1, ranks)).collect(),
+            training_s: 0.0,
+        };
+        state.best_epoch()
+    }
+
+    #[test]
+    fn the_best_epoch_is_the_first_that_validation_likes_most_by_the_question_trained_for() {
+        let ranks = [Some((50, 50)), Some((50, 0)), Some((0, 0))];
+        assert_eq!(best(LossOver::Fitting, ranks), Some(2));
+        assert_eq!(best(LossOver::All, ranks), Some(3));
+        assert_eq!(best(LossOver::All, [None; 3]), None);
     }
 }

@@ -2,44 +2,46 @@
 
 mod batch;
 mod checkpoint;
+mod data;
+mod evaluation;
 mod loader;
 mod loss;
 mod optimiser;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use ppnpack_dataset::{Dataset, Split, StepRecord};
+use ppnpack_dataset::Dataset;
 use ppnpack_files::write_whole;
-use ppnpack_model::card::{Accuracy, DataFacts, FORMAT, ModelCard, Versions};
-use ppnpack_model::report::{EpochReport, TrainingEvent};
-use ppnpack_model::settings::{Loss, TrainingRequest, TrainingSettings};
-use ppnpack_model::weights::to_bytes;
-use tch::{TchError, Tensor, no_grad};
+use ppnpack_model::accuracy::{Accuracies, Question};
+use ppnpack_model::card::{DataFacts, FORMAT, ModelCard, Versions};
+use ppnpack_model::report::{EpochReport, Evaluation, TrainingEvent};
+use ppnpack_model::settings::{Loss, TrainingRequest};
+use ppnpack_model::weights::{WeightTensor, to_bytes};
+use tch::{TchError, Tensor};
 
 use crate::error::NetworkError;
-use crate::files::all_to_plain;
+use crate::files::{all_to_plain, copy_into};
 use crate::network::{Network, Parameters};
 use crate::runtime;
 use batch::{Batch, BatchMaker, BatchTensors};
 pub use checkpoint::CHECKPOINT_FILE;
 use checkpoint::{State, damaged};
-use loader::{Loader, in_order, shuffled};
-use loss::{loss, ranks};
+use data::{Data, count};
+use evaluation::evaluate;
+use loader::{Loader, shuffled};
+use loss::loss;
 use optimiser::{AdamW, learning_rate};
-
-/// The shares `K`, in percent, that accuracy is reported for.
-pub const ACCURACY_PERCENTS: [f64; 5] = [1.0, 5.0, 8.0, 10.0, 20.0];
 
 /// The names of a training's results in its folder.
 pub const MODEL_FILE: &str = "model.safetensors";
 
 /// How often a checkpoint is written.
 const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(60);
-/// How many steps are looked at together outside of training.
-const EVALUATION_BATCH: usize = 64;
 
-/// Trains a network, or goes on training; leaves the model, its card and a checkpoint in the request's folder.
+/// Trains a network, or goes on training; leaves the model, its card and a checkpoint in the request's folder. Where there
+/// is a validation split, the model has the weights of the epoch that does best there; else those of the last.
 ///
 /// # Errors
 /// [`NetworkError`] where the data or the checkpoint cannot be used, or the loss is no number.
@@ -66,47 +68,6 @@ pub fn train(
     training.finish()
 }
 
-/// The steps that a training works on.
-struct Data {
-    training: Vec<StepRecord>,
-    test: Vec<StepRecord>,
-}
-
-impl Data {
-    fn load(
-        dataset: &Dataset,
-        settings: &TrainingSettings,
-        watch: &mut dyn FnMut(TrainingEvent),
-    ) -> Result<Self, NetworkError> {
-        let watch = std::cell::RefCell::new(watch);
-        let progress = |done, total| watch.borrow_mut()(TrainingEvent::Reading { done, total });
-        let with_values = settings.loss == Loss::Mse;
-        let load = |split| dataset.load(split, with_values, &progress);
-        let mut training = load(Split::Train)?;
-        if let Some(sequences) = settings.sequences {
-            let mut kept: Vec<u32> = training.iter().map(|step| step.sequence).collect();
-            kept.dedup();
-            let limit = kept.get(sequences).copied().unwrap_or(u32::MAX);
-            training.retain(|step| step.sequence < limit);
-        }
-        let test = load(Split::Test)?;
-        for (steps, what) in [(&training, "training steps"), (&test, "test steps")] {
-            if count(steps) == 0 {
-                return Err(NetworkError::NoData(what));
-            }
-        }
-        Ok(Self { training, test })
-    }
-}
-
-/// Candidates with a valid placement.
-fn count(steps: &[StepRecord]) -> u64 {
-    let candidates = steps.iter().flat_map(|step| &step.candidates);
-    candidates
-        .filter(|candidate| candidate.best_value().is_finite())
-        .count() as u64
-}
-
 /// A training under way.
 struct Training<'a> {
     request: &'a TrainingRequest,
@@ -117,6 +78,8 @@ struct Training<'a> {
     parameters: Parameters,
     optimiser: AdamW,
     state: State,
+    /// The weights of the best epoch so far, where the validation split tells which that is.
+    best: Option<BTreeMap<String, WeightTensor>>,
     saved: Instant,
 }
 
@@ -141,12 +104,14 @@ impl<'a> Training<'a> {
             epochs: Vec::new(),
             training_s: 0.0,
         };
+        let mut best = None;
         let path = checkpoint::path(&request.folder);
         if path.exists() {
             if !request.resume {
                 return Err(NetworkError::Unfinished { path });
             }
-            state = checkpoint::load(&request.folder, &state, &parameters, &mut optimiser)?;
+            let found = checkpoint::load(&request.folder, &state, &parameters, &mut optimiser)?;
+            (state, best) = found;
         }
         Ok(Self {
             request,
@@ -157,16 +122,19 @@ impl<'a> Training<'a> {
             parameters,
             optimiser,
             state,
+            best,
             saved: Instant::now(),
         })
     }
 
     fn maker(&self) -> BatchMaker {
+        let settings = &self.request.settings;
+        let needs_values = settings.loss == Loss::Mse;
         BatchMaker::new(
             &self.dataset.settings().grid,
             self.dataset.items(),
-            self.request.settings.architecture.stride(),
-            self.request.settings.loss == Loss::Mse,
+            settings.architecture.stride(),
+            needs_values.then_some(settings.cut_off as f32),
         )
     }
 
@@ -185,7 +153,8 @@ impl<'a> Training<'a> {
             for _ in &left {
                 let batch = loader.next()?;
                 let done = self.state.epoch as u64 * per_epoch + self.state.batch as u64;
-                let rate = learning_rate(settings.learning_rate, done, total);
+                let peak = settings.learning_rate;
+                let rate = learning_rate(settings.schedule, peak, done, total);
                 self.state.loss_sum += self.learn(&batch, rate)?;
                 self.state.batch += 1;
                 self.state.training_s += started.elapsed().as_secs_f64();
@@ -203,19 +172,21 @@ impl<'a> Training<'a> {
         })?;
         let training_loss = self.state.loss_sum / (per_epoch as f64).max(1.0);
         let spent = began.elapsed().as_secs_f64().max(f64::MIN_POSITIVE);
-        let (test_loss, accuracy) = self.evaluate()?;
+        let validation = self.validate()?;
         self.state.epoch += 1;
         self.state.batch = 0;
         self.state.loss_sum = 0.0;
         let report = EpochReport {
             epoch: self.state.epoch,
             training_loss,
-            test_loss,
-            accuracy,
+            validation,
             training_s: self.state.training_s,
             waiting_share: waited.as_secs_f64() / spent,
         };
         self.state.epochs.push(report.clone());
+        if report.validation.is_some() && self.state.best_epoch() == Some(self.state.epoch) {
+            self.best = Some(all_to_plain(self.parameters.tensors())?);
+        }
         self.save()?;
         Ok(report)
     }
@@ -225,7 +196,7 @@ impl<'a> Training<'a> {
         let settings = &self.request.settings;
         let tensors = batch.to(self.device)?;
         let scores = forward(&self.network, &tensors)?;
-        let loss = loss(&scores, &tensors.labels, settings.loss, settings.margin)?;
+        let loss = loss(&scores, &tensors.labels, settings)?;
         let value = loss.f_double_value(&[])?;
         if !value.is_finite() {
             return Err(self.keep_batch(&tensors)?);
@@ -252,46 +223,53 @@ impl<'a> Training<'a> {
     fn save(&mut self) -> Result<(), NetworkError> {
         self.saved = Instant::now();
         let folder = &self.request.folder;
-        checkpoint::save(folder, &self.state, &self.parameters, &self.optimiser)
+        let best = self.best.as_ref();
+        checkpoint::save(folder, &self.state, &self.parameters, &self.optimiser, best)
     }
 
-    /// How well the network does on the test split, on which it was not trained: its loss and accuracy.
-    fn evaluate(&mut self) -> Result<(f64, Vec<Accuracy>), NetworkError> {
-        self.network.set_training(false);
-        let settings = &self.request.settings;
+    /// How the network does on the validation split, where there is one.
+    fn validate(&mut self) -> Result<Option<Evaluation>, NetworkError> {
+        let steps = &self.data.validation;
+        if steps.is_empty() {
+            return Ok(None);
+        }
+        let (settings, maker) = (&self.request.settings, self.maker());
+        evaluate(&mut self.network, self.device, settings, maker, steps).map(Some)
+    }
+
+    /// How the network does on the test split, where the request looks at it.
+    fn test(&mut self) -> Result<Option<Accuracies>, NetworkError> {
+        if !self.request.look_at_test {
+            return Ok(None);
+        }
+        let (settings, maker) = (&self.request.settings, self.maker());
         let steps = &self.data.test;
-        let plans = in_order(steps.len(), EVALUATION_BATCH);
-        let batches = plans.len();
-        let mut all_ranks: Vec<(i64, f64)> = Vec::new();
-        let mut loss_sum = 0.0;
-        std::thread::scope(|scope| -> Result<(), NetworkError> {
-            let mut loader = Loader::start(scope, self.maker(), steps, plans);
-            for _ in 0..batches {
-                let batch = loader.next()?;
-                no_grad(|| -> Result<(), NetworkError> {
-                    let tensors = batch.to(self.device)?;
-                    let scores = forward(&self.network, &tensors)?;
-                    let loss = loss(&scores, &tensors.labels, settings.loss, settings.margin)?;
-                    loss_sum += loss.f_double_value(&[])? * batch.len() as f64;
-                    let ranks = ranks(&scores, &tensors.labels)?;
-                    let possible = tensors.labels.possible;
-                    all_ranks.extend(ranks.into_iter().map(|rank| (rank, possible)));
-                    Ok(())
-                })?;
+        let found = evaluate(&mut self.network, self.device, settings, maker, steps)?;
+        Ok(Some(found.accuracies))
+    }
+
+    /// Gives the network the weights of the best epoch, where there is one.
+    fn take_best(&self) -> Result<(), NetworkError> {
+        let Some(best) = &self.best else {
+            return Ok(());
+        };
+        for (name, tensor) in self.parameters.tensors() {
+            if let Some(values) = best.get(name) {
+                copy_into("the best epoch", name, values, tensor)?;
             }
-            Ok(())
-        })?;
-        let accuracy = ACCURACY_PERCENTS.map(|percent| accuracy(&all_ranks, percent));
-        let loss = loss_sum / (steps.len() as f64).max(1.0);
-        Ok((loss, accuracy.to_vec()))
+        }
+        Ok(())
     }
 
     /// Writes the model and its card.
     fn finish(mut self) -> Result<ModelCard, NetworkError> {
-        let accuracy = match self.state.epochs.last() {
-            Some(report) => report.accuracy.clone(),
-            None => self.evaluate()?.1,
-        };
+        self.take_best()?;
+        let epoch = self.state.best_epoch().unwrap_or(self.state.epoch);
+        let chosen = self.state.epochs.iter();
+        let chosen = chosen.filter(|report| report.epoch == epoch);
+        let validation = chosen.filter_map(|report| report.validation.clone()).next();
+        let test = self.test()?;
+        let proposed = test.as_ref().map(|test| test.of(Question::Proposed));
         let bytes = to_bytes(&all_to_plain(self.parameters.tensors())?, None)?;
         let data = self.dataset.settings();
         let container = data.grid.container();
@@ -309,13 +287,16 @@ impl<'a> Training<'a> {
                 yaws: data.grid.resolution().yaws().count(),
                 container_m: [container.x_m, container.y_m, container.z_m],
                 training_candidates: count(&self.data.training),
+                validation_candidates: count(&self.data.validation),
                 test_candidates: count(&self.data.test),
             },
             training: self.request.settings.clone(),
             device: self.request.device,
             training_s: self.state.training_s,
-            epoch: self.state.epoch,
-            accuracy,
+            epoch,
+            accuracy: proposed.map(<[_]>::to_vec).unwrap_or_default(),
+            validation: validation.map(|validation| validation.accuracies),
+            test,
             versions: Versions {
                 ppnpack: env!("CARGO_PKG_VERSION").to_owned(),
                 libtorch: runtime::LIBTORCH_VERSION.to_owned(),
@@ -348,13 +329,4 @@ fn forward(network: &Network, batch: &BatchTensors) -> Result<Tensor, NetworkErr
     let resting = resting.then_some(&batch.resting);
     let scores = network.score(&network.fuse(&containers, &chosen)?, resting)?;
     Ok(scores.f_view_as(&batch.labels.fits)?)
-}
-
-/// The share of candidates whose rank lies within so many percent of their possible placements.
-fn accuracy(ranks: &[(i64, f64)], percent: f64) -> Accuracy {
-    let within = ranks
-        .iter()
-        .filter(|(rank, possible)| (*rank as f64) < (possible * percent / 100.0).ceil());
-    let share = within.count() as f64 / (ranks.len() as f64).max(1.0);
-    Accuracy { percent, share }
 }

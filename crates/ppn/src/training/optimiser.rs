@@ -1,7 +1,8 @@
-//! AdamW with a learning rate that rises, then falls as a cosine.
+//! AdamW, and the schedules of its learning rate.
 
 use std::collections::BTreeMap;
 
+use ppnpack_model::settings::Schedule;
 use tch::{TchError, Tensor};
 
 use crate::network::Parameters;
@@ -82,8 +83,16 @@ impl AdamW {
     }
 }
 
-/// The learning rate of a batch: it rises linearly to `peak`, then falls to 0 as a cosine.
-pub(crate) fn learning_rate(peak: f64, batch: u64, batches: u64) -> f64 {
+/// The learning rate of a batch, counted from 0 over all epochs.
+pub(crate) fn learning_rate(schedule: Schedule, peak: f64, batch: u64, batches: u64) -> f64 {
+    match schedule {
+        Schedule::Constant => peak,
+        Schedule::WarmUpAndCosine => warm_up_and_cosine(peak, batch, batches),
+    }
+}
+
+/// It rises linearly to `peak`, then falls to 0 as a cosine.
+fn warm_up_and_cosine(peak: f64, batch: u64, batches: u64) -> f64 {
     let (at, all) = (batch as f64 + 1.0, batches.max(1) as f64);
     let rising = (all * RISING_SHARE).max(1.0);
     if at <= rising {
@@ -100,10 +109,12 @@ mod tests {
     #[test]
     fn the_learning_rate_rises_and_falls() {
         let rates: Vec<f64> = (0..100)
-            .map(|batch| learning_rate(1.0, batch, 100))
+            .map(|batch| learning_rate(Schedule::WarmUpAndCosine, 1.0, batch, 100))
             .collect();
         assert!((rates[0] - 1.0 / 3.0).abs() < 1e-9 && (rates[2] - 1.0).abs() < 1e-9);
         assert!(rates[2..].windows(2).all(|pair| pair[1] < pair[0]));
         assert!(rates[99].abs() < 1e-9);
+        let mut constant = (0..100).map(|batch| learning_rate(Schedule::Constant, 0.5, batch, 100));
+        assert!(constant.all(|rate| rate == 0.5));
     }
 }

@@ -1,0 +1,225 @@
+//! The options of trainings.
+
+use clap::Args;
+use ppnpack_cli::failure::{OrInput, Outcome};
+use ppnpack_cli::options::{Choice, one_of, parse_device, positive};
+use ppnpack_model::architecture::{Architecture, Fusion, Normalisation};
+use ppnpack_model::settings::{
+    Device, Loss, LossOver, MOST_VALIDATION_TENTHS, Schedule, TrainingSettings,
+};
+
+use crate::workers;
+
+/// How large a network is.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Network")]
+pub(crate) struct SizeOptions {
+    /// Channels of the encoder blocks, from the finest; each block halves the resolution
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "8,16,16,16"
+    )]
+    widths: Vec<usize>,
+
+    /// Channels at the container's resolution
+    #[arg(long, value_name = "COUNT", default_value_t = 8)]
+    head: usize,
+}
+
+impl SizeOptions {
+    /// An architecture of this size.
+    pub(crate) fn architecture(&self) -> Outcome<Architecture> {
+        let architecture = Architecture {
+            widths: self.widths.clone(),
+            head: self.head,
+            ..Architecture::default()
+        };
+        architecture.validate().or_input()?;
+        Ok(architecture)
+    }
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Network")]
+pub(super) struct NetworkOptions {
+    #[command(flatten)]
+    size: SizeOptions,
+
+    /// How the features of container and item meet
+    #[arg(long, value_parser = one_of(&FUSIONS), default_value = "correlation")]
+    fusion: Fusion,
+
+    /// How activations are normalised
+    #[arg(long, value_parser = one_of(&NORMALISATIONS), default_value = "batch")]
+    normalisation: Normalisation,
+
+    /// Leave out the exact resting heights: the network of the paper sees heightmaps alone
+    #[arg(long)]
+    no_resting_heights: bool,
+}
+
+impl NetworkOptions {
+    fn architecture(&self) -> Outcome<Architecture> {
+        Ok(Architecture {
+            fusion: self.fusion,
+            normalisation: self.normalisation,
+            resting_heights: !self.no_resting_heights,
+            ..self.size.architecture()?
+        })
+    }
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Training")]
+pub(super) struct TrainingOptions {
+    /// What is minimised
+    #[arg(long, value_parser = one_of(&LOSSES), default_value = "ranking")]
+    loss: Loss,
+
+    /// Which placements the loss is over
+    #[arg(long, value_parser = one_of(&LOSS_OVERS), default_value = "fitting")]
+    loss_over: LossOver,
+
+    /// How far above the optimum --loss mse tells values apart, in units of the objective
+    #[arg(long, value_name = "VALUE", default_value_t = 10.0, value_parser = positive)]
+    cut_off: f64,
+
+    /// Passes over the training split
+    #[arg(long, value_name = "COUNT", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    epochs: u32,
+
+    /// The learning rate at its peak
+    #[arg(long, value_name = "RATE", default_value_t = 2e-3, value_parser = positive)]
+    learning_rate: f64,
+
+    /// How the learning rate changes
+    #[arg(long, value_parser = one_of(&SCHEDULES), default_value = "cosine")]
+    schedule: Schedule,
+
+    /// The margin of the ranking loss within a yaw
+    #[arg(long, value_name = "SCORE", default_value_t = 1.0, value_parser = positive)]
+    margin: f64,
+
+    #[command(flatten)]
+    pub(super) run: RunOptions,
+}
+
+impl TrainingOptions {
+    /// What to train, and how.
+    pub(super) fn settings(&self, network: &NetworkOptions) -> Outcome<TrainingSettings> {
+        Ok(TrainingSettings {
+            architecture: network.architecture()?,
+            loss: self.loss,
+            loss_over: self.loss_over,
+            cut_off: self.cut_off,
+            epochs: self.epochs as usize,
+            learning_rate: self.learning_rate,
+            schedule: self.schedule,
+            margin: self.margin,
+            ..self.run.settings()
+        })
+    }
+}
+
+/// What every training is told.
+#[derive(Debug, Args)]
+pub(crate) struct RunOptions {
+    /// Packing steps per batch
+    #[arg(long, value_name = "COUNT", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    batch: u32,
+
+    /// AdamW's decay of the weights
+    #[arg(long, value_name = "DECAY", default_value_t = 1e-2)]
+    weight_decay: f64,
+
+    /// Train on the data as recorded, without mirror images and quarter turns
+    #[arg(long)]
+    no_augment: bool,
+
+    /// Use only so many sequences of the training split, after those held out for validation
+    #[arg(long, value_name = "COUNT")]
+    sequences: Option<usize>,
+
+    /// Tenths of the sequences that are held out of the training split for validation: those whose number ends in 8, in 7
+    /// and so on. They choose the epoch; with 0 it is the last
+    #[arg(long, value_name = "TENTHS", default_value_t = 1, value_parser = clap::value_parser!(u32).range(..=i64::from(MOST_VALIDATION_TENTHS)))]
+    pub(crate) validation: u32,
+
+    /// Seeds the initial weights and the order of the data
+    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
+    pub(crate) seed: u64,
+
+    /// Where to train
+    #[arg(long, value_parser = parse_device(), default_value = "cpu")]
+    pub(crate) device: Device,
+
+    /// Threads on the processor [default: one per core]
+    #[arg(long, value_name = "COUNT")]
+    threads: Option<usize>,
+}
+
+impl RunOptions {
+    pub(crate) fn threads(&self) -> usize {
+        self.threads.unwrap_or_else(workers::default_count)
+    }
+
+    /// The settings that are the same for every training that is compared with another.
+    pub(crate) fn settings(&self) -> TrainingSettings {
+        TrainingSettings {
+            batch: self.batch as usize,
+            weight_decay: self.weight_decay,
+            augment: !self.no_augment,
+            sequences: self.sequences,
+            validation_tenths: self.validation,
+            seed: self.seed,
+            ..TrainingSettings::default()
+        }
+    }
+}
+
+const FUSIONS: [Choice<Fusion>; 2] = [
+    (
+        "correlation",
+        Fusion::Correlation,
+        "Cross-correlation: the item's features are the kernel",
+    ),
+    ("concat", Fusion::Concatenation, "Side by side"),
+];
+
+const NORMALISATIONS: [Choice<Normalisation>; 2] = [
+    ("batch", Normalisation::Batch, "Over the batch"),
+    ("none", Normalisation::None, "Not at all"),
+];
+
+const LOSSES: [Choice<Loss>; 2] = [
+    ("ranking", Loss::Ranking, "The optima rank above the rest"),
+    (
+        "mse",
+        Loss::Mse,
+        "Regression to the heuristic's values; needs a dataset made with --values",
+    ),
+];
+
+pub(crate) const LOSS_OVERS: [Choice<LossOver>; 2] = [
+    (
+        "all",
+        LossOver::All,
+        "All, as in the paper: what does not fit is to be scored worse as well",
+    ),
+    (
+        "fitting",
+        LossOver::Fitting,
+        "Those that fit: the planner leaves out the others anyhow",
+    ),
+];
+
+pub(crate) const SCHEDULES: [Choice<Schedule>; 2] = [
+    ("constant", Schedule::Constant, "Not at all"),
+    (
+        "cosine",
+        Schedule::WarmUpAndCosine,
+        "It rises over the first 3 % of the batches, then falls to 0 as a cosine",
+    ),
+];
