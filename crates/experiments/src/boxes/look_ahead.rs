@@ -26,8 +26,8 @@ pub(super) struct LookAhead {
     pub(super) placements: usize,
     /// About how many roll-outs a decision has, over all of them.
     pub(super) rollouts: usize,
-    /// The time after which a decision begins no other future.
-    pub(super) budget: Duration,
+    /// The time after which a decision begins no other future, in milliseconds.
+    pub(super) budget_ms: u64,
 }
 
 /// What a decision came to.
@@ -49,13 +49,14 @@ impl LookAhead {
     /// The placement whose roll-outs fill the bin most, of those that the bin accepts; `None` where there is none.
     pub(super) fn choose(&self, bin: &Bin, arriving: Sides, futures: &mut Boxes) -> Option<Choice> {
         let started = Instant::now();
+        let budget = Duration::from_millis(self.budget_ms);
         let mut is_cut = false;
         let mut arms = self.arms(bin, arriving);
         let rounds = rounds(arms.len()).max(1);
         while arms.len() > 1 && !is_cut {
             let count = self.rollouts / rounds / arms.len();
             for _ in 0..count.max(1) {
-                is_cut = started.elapsed() >= self.budget;
+                is_cut = started.elapsed() >= budget;
                 if is_cut {
                     break;
                 }
@@ -115,7 +116,7 @@ mod tests {
             policy: Policy::Snug,
             placements: 8,
             rollouts,
-            budget: Duration::from_secs(600),
+            budget_ms: 600_000,
         }
     }
 
@@ -164,7 +165,7 @@ mod tests {
     #[test]
     fn without_time_the_policy_decides_and_it_is_said() {
         let late = LookAhead {
-            budget: Duration::ZERO,
+            budget_ms: 0,
             ..look_ahead(100)
         };
         let bin = Bin::empty(Setting::Stable);

@@ -141,8 +141,6 @@ impl Player {
 
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
-
     use super::super::source::Split;
     use super::super::surface::SIDE;
     use super::*;
@@ -160,7 +158,7 @@ mod tests {
         policy: Policy::Snug,
         placements: 4,
         rollouts: 16,
-        budget: Duration::from_secs(600),
+        budget_ms: 600_000,
     };
 
     /// The bin as its single cells, filled or not.

@@ -13,7 +13,6 @@ mod support;
 mod surface;
 
 use std::path::PathBuf;
-use std::time::Duration;
 
 use clap::Args;
 use ppnpack_cli::failure::Outcome;
@@ -121,7 +120,7 @@ impl BoxesArguments {
                 policy: self.policy,
                 placements: usize::from(self.placements),
                 rollouts: self.rollouts as usize,
-                budget: Duration::from_millis(self.budget_ms),
+                budget_ms: self.budget_ms,
             },
         }
     }

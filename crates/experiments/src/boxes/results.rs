@@ -145,7 +145,7 @@ impl<'a> Results<'a> {
             look_ahead.placements,
             document::name_of(&look_ahead.policy),
             look_ahead.rollouts,
-            look_ahead.budget.as_millis(),
+            look_ahead.budget_ms,
         )
     }
 }
