@@ -346,3 +346,44 @@ fn a_line_of_orders_that_is_wrong_is_named() {
         "{error}"
     );
 }
+
+#[test]
+fn boxes_are_packed_beside_published_results_and_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let run = || {
+        json(&ppnpack(&[
+            "experiment",
+            "boxes",
+            "--instances",
+            "3",
+            "--placements",
+            "3",
+            "--rollouts",
+            "6",
+            "--out",
+            out.to_str().unwrap(),
+            "--json",
+        ]))
+    };
+    let results = run();
+    let lines = results["lines"].as_array().unwrap();
+    let methods = ["dbl", "hm", "sdfm", "mta", "snug", "look-ahead"];
+    for (index, line) in lines.iter().enumerate() {
+        assert_eq!(line["setting"], ["1", "2"][index / methods.len()]);
+        assert_eq!(line["method"], methods[index % methods.len()]);
+        let percent = line["utilisation_percent"]["mean"].as_f64().unwrap();
+        assert!((20.0..=100.0).contains(&percent), "{line}");
+    }
+    assert_eq!(lines.len(), 2 * methods.len());
+    let table = std::fs::read_to_string(out.join("boxes.md")).unwrap();
+    for row in [
+        "## Setting 2",
+        "| DBL | ",
+        "| *PCT & EV*, PCT, ICLR 2022, Table 2 | 85.3 | 32.8 |",
+    ] {
+        assert!(table.contains(row), "{table}");
+    }
+    // Times and all: the runs are taken from the disk.
+    assert_eq!(run(), results);
+}

@@ -7,8 +7,8 @@ use ppnpack_cli::network::Backend;
 use crate::accuracy::{calibration, heightmap, inspection, recognition};
 use crate::arm::{holding, oracle, proposals};
 use crate::{
-    figure5, filling, loads, merge, pareto, physical, stability, stream, table1, table2, table3,
-    table4, transfer, tune, value,
+    boxes, figure5, filling, loads, merge, pareto, physical, stability, stream, table1, table2,
+    table3, table4, transfer, tune, value,
 };
 
 /// Reproduce the paper's tables and test the engine's models.
@@ -34,6 +34,8 @@ enum Experiment {
     Table4(table4::Table4Arguments),
     /// How often the network finds the optimum on grids that it was not trained on
     Transfer(transfer::TransferArguments),
+    /// Boxes packed one by one into a bin of 10 x 10 x 10, beside published results
+    Boxes(boxes::BoxesArguments),
     /// Decision time against packed volume, for every way to propose placements, on several grids
     Pareto(pareto::ParetoArguments),
     /// How full containers get and what topples or slides, with placements tried in a simulation, resting poses, setting aside
@@ -79,6 +81,7 @@ pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Out
         Experiment::Figure5(arguments) => figure5::run(arguments, prepared()),
         Experiment::Table4(arguments) => table4::run(arguments, prepared()),
         Experiment::Transfer(arguments) => transfer::run(arguments, prepared()),
+        Experiment::Boxes(arguments) => boxes::run(arguments),
         Experiment::Pareto(arguments) => pareto::run(arguments, prepared()),
         Experiment::Filling(arguments) => filling::run(arguments),
         Experiment::Stream(arguments) => stream::run(arguments),

@@ -13,6 +13,7 @@
 
 mod accuracy;
 mod arm;
+mod boxes;
 mod cases;
 mod comparison;
 mod dataset;

@@ -195,11 +195,9 @@ fn a_step_is_widened_unless_nothing_else_may_be_placed() {
     let held = [Candidate::new(0, item(vec![block(4, 4); 4]))];
     let share = ProposeRandom::new(Percent::new(10.0).unwrap(), 1);
     let tries = ProposeTries::new(200, 3, 1);
-    let proposers: [(Box<dyn Proposer>, Box<dyn Proposer>, bool); 2] = [
-        (Box::new(share.clone()), Box::new(share), true),
-        (Box::new(tries.clone()), Box::new(tries), false),
-    ];
-    for (mut proposer, same, may_be_widened) in proposers {
+    let share: [Box<dyn Proposer>; 2] = [Box::new(share.clone()), Box::new(share)];
+    let tries: [Box<dyn Proposer>; 2] = [Box::new(tries.clone()), Box::new(tries)];
+    for ([mut proposer, same], may_be_widened) in [(share, true), (tries, false)] {
         let settings = SearchSettings {
             heuristic: Heuristic::Random,
             order: Order::Shuffled,

@@ -17,15 +17,13 @@ const BALANCED: f64 = 1e-6;
 /// What stiffens contacts that lie on a line or at a point against turning, as a share of the stiffness of all.
 const STIFFENED: f64 = 1e-8;
 
-/// The share of the weight that each contact bears, where an item with its centre of mass there stands on them at all.
+/// The share of the weight that each contact bears; `None` where an item with its centre of mass there does not stand on them.
 ///
 /// The pressure is that of a stiff item on soft ground (Winkler's foundation): it changes linearly across the contacts and is nowhere
 /// below 0, and forces and moments balance. On two narrow supports that is the lever rule; on more than three, where a rigid item's
-/// weight could be spread in many ways, it is the most even one. Positions are in metres, in the plane of the floor.
-pub(crate) fn bearing_shares(
-    contacts: &[Point2<f64>],
-    centre_of_mass: &Point2<f64>,
-) -> Option<Vec<f64>> {
+/// weight could be spread in many ways, it is the most even one. Positions are in metres,
+/// in the plane of the floor; any other unit of length does as well.
+pub fn bearing_shares(contacts: &[Point2<f64>], centre_of_mass: &Point2<f64>) -> Option<Vec<f64>> {
     let size_m = contacts.iter().fold(0.0_f64, |size_m, contact| {
         size_m.max((contact - centre_of_mass).amax())
     });

@@ -18,6 +18,7 @@ use ppnpack_numbers::{SettingError, within};
 use serde::{Deserialize, Serialize};
 
 pub use balance::BalanceCheck;
+pub use bearing::bearing_shares;
 pub use check::LoadCheck;
 pub use pile::Pile;
 

@@ -1,0 +1,184 @@
+//! The packing engine on the benchmark: its search ranks placements of boxes on a grid of one cell a unit.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use ppnpack_cli::failure::{OrRun, Outcome};
+use ppnpack_packing::candidate::Candidate;
+use ppnpack_packing::evaluator::Evaluator;
+use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
+use ppnpack_packing::heightmap::{Heightmap, Scene};
+use ppnpack_packing::item::{Item, ItemError, ViewSurfaces};
+use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::proposals::Proposals;
+use ppnpack_packing::search::{Search, SearchSettings};
+use ppnpack_packing::step::{Evaluated, StepInput};
+use ppnpack_packing::valid::SearchError;
+
+use super::bin::Bin;
+use super::rules::Setting;
+use super::surface::{Placed, SIDE, Sides, Surface};
+
+/// A cell of the benchmark is a centimetre of the engine, in which the published weights are written.
+const CELL_M: f64 = 0.01;
+
+/// A box is placed as it comes, or turned by a quarter.
+const YAWS: usize = 2;
+
+/// A heuristic of the engine.
+pub(super) struct Engine {
+    grid: Grid,
+    search: Search,
+    /// Those that were met, by their sides.
+    items: HashMap<Sides, Arc<Item>>,
+}
+
+impl Engine {
+    /// A heuristic with the project's weights for items in as many poses as the setting has; the poses of a box compete
+    /// with one another.
+    pub(super) fn new(setting: Setting, heuristic: Heuristic) -> Outcome<Self> {
+        let side_m = f64::from(SIDE) * CELL_M;
+        let container = ContainerSize {
+            x_m: side_m,
+            y_m: side_m,
+            z_m: side_m,
+        };
+        let yaws = Yaws::half_turn(YAWS).or_run()?;
+        let resolution = Resolution::new(CELL_M, CELL_M, yaws).or_run()?;
+        let grid = Grid::new(container, resolution).or_run()?;
+        let some = Sides { x: 1, y: 1, z: 1 };
+        let settings = SearchSettings {
+            heuristic,
+            order: Order::Balance,
+            weights: Weights::for_poses(setting.poses(some).count()),
+            ..SearchSettings::default()
+        };
+        Ok(Self {
+            search: Search::new(&grid, &settings).or_run()?,
+            grid,
+            items: HashMap::new(),
+        })
+    }
+
+    /// The placement of least value that the bin accepts; `None` where there is none.
+    pub(super) fn choose(&mut self, bin: &Bin, arriving: Sides) -> Outcome<Option<Placed>> {
+        let poses: Vec<Sides> = bin.setting().poses(arriving).collect();
+        let candidates = poses.iter().enumerate().map(|(pose, sides)| {
+            let item = self.item(*sides)?;
+            Ok(Candidate {
+                pose,
+                ..Candidate::new(0, item)
+            })
+        });
+        let candidates = candidates.collect::<Result<Vec<_>, ItemError>>().or_run()?;
+        let scene = Scene::from_heightmap(heightmap(bin.surface())?);
+        let input = StepInput::new(&self.grid, &scene, &candidates);
+        let mut proposals = Proposals::default();
+        candidates.iter().for_each(|_| proposals.push_all());
+        let group: Vec<usize> = (0..candidates.len()).collect();
+        let ranked = self.search.rank(&input, &group, &proposals);
+        ranked.map_err(SearchError::Evaluate).or_run()?;
+        loop {
+            let next = self.search.next_best(&input);
+            let Some(next) = next.map_err(SearchError::Evaluate).or_run()? else {
+                return Ok(None);
+            };
+            let placed = placed(&poses, &next);
+            if let Some(placed) = placed.filter(|placed| bin.accepts(placed)) {
+                return Ok(Some(placed));
+            }
+        }
+    }
+
+    /// A box of these sides as an item of the engine.
+    fn item(&mut self, sides: Sides) -> Result<Arc<Item>, ItemError> {
+        if let Some(item) = self.items.get(&sides) {
+            return Ok(Arc::clone(item));
+        }
+        let views = [sides, sides.turned()].map(|Sides { x, y, z }| {
+            let [nx, ny] = [x, y].map(usize::from);
+            let (top, bottom) = (vec![Units::from(z); nx * ny], vec![0; nx * ny]);
+            ViewSurfaces::of_cells(nx, ny, top, bottom)
+        });
+        let volume_m3 = f64::from(sides.volume()) * CELL_M.powi(3);
+        let item = Arc::new(Item::new("box", views.to_vec(), volume_m3)?);
+        self.items.insert(sides, Arc::clone(&item));
+        Ok(item)
+    }
+}
+
+fn heightmap(surface: &Surface) -> Outcome<Heightmap> {
+    let heights = surface.heights().map(Units::from).collect();
+    let side = usize::from(SIDE);
+    Heightmap::from_units(side, side, heights).or_run()
+}
+
+/// A placement of the engine in the bin's terms.
+fn placed(poses: &[Sides], found: &Evaluated) -> Option<Placed> {
+    let pose = poses.get(found.candidate)?;
+    let at = found.resting.placement;
+    Some(Placed {
+        sides: if at.yaw == 0 { *pose } else { pose.turned() },
+        x: u8::try_from(at.x).ok()?,
+        y: u8::try_from(at.y).ok()?,
+        z: u8::try_from(found.resting.resting_height).ok()?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::policy::Policy;
+    use super::super::source::{Instance, Split};
+    use super::*;
+
+    fn instance(number: u32) -> Instance {
+        Instance {
+            seed: 3,
+            split: Split::Tune,
+            number,
+        }
+    }
+
+    /// Without a stability rule the choices are those of the search alone.
+    #[test]
+    fn the_compact_policies_choose_as_the_engine_does() {
+        let pairs = [(Policy::Dbl, Heuristic::Dbl), (Policy::Hm, Heuristic::Hm)];
+        for (policy, heuristic) in pairs {
+            let mut engine = Engine::new(Setting::Free, heuristic).unwrap();
+            let mut compared = 0;
+            for number in 0..40 {
+                let mut bin = Bin::empty(Setting::Free);
+                for arriving in instance(number).boxes() {
+                    let compact = policy.choose(bin.surface(), arriving, Setting::Free);
+                    assert_eq!(engine.choose(&bin, arriving).unwrap(), compact);
+                    compared += 1;
+                    let Some(placed) = compact else { break };
+                    bin.place(&placed);
+                }
+            }
+            assert!(compared > 400, "{compared}");
+        }
+    }
+
+    /// Where both choose, that is; a box that stands by itself may still tip another one.
+    #[test]
+    fn where_boxes_have_to_be_stable_both_choose_what_stands() {
+        let mut engine = Engine::new(Setting::Stable, Heuristic::Dbl).unwrap();
+        let mut equal = 0;
+        for number in 0..40 {
+            let mut bin = Bin::empty(Setting::Stable);
+            for arriving in instance(number).boxes() {
+                let compact = Policy::Dbl.choose(bin.surface(), arriving, Setting::Stable);
+                let compact = compact.filter(|placed| bin.accepts(placed));
+                let chosen = engine.choose(&bin, arriving).unwrap();
+                if compact.is_some() {
+                    assert_eq!(chosen, compact);
+                    equal += 1;
+                }
+                let Some(placed) = chosen else { break };
+                bin.place(&placed);
+            }
+        }
+        assert!(equal > 400, "{equal}");
+    }
+}

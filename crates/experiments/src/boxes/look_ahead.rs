@@ -1,0 +1,188 @@
+//! Looking ahead over the known distribution of boxes.
+//!
+//! The best placements by a one-step policy are followed to the end of the episode by roll-outs of it, all through the same
+//! futures (common random numbers), so that their differences scatter less than their ends. By sequential halving (Karnin,
+//! Koren and Somekh, *Almost Optimal Exploration in Multi-Armed Bandits*, ICML 2013) the worse half is left out after each
+//! round, and the next round's roll-outs are shared by fewer.
+//!
+//! Where boxes have to be stable, the roll-outs ask of each box whether it stands by itself, but not whether it tips another
+//! one; what is chosen in the end passes the whole rule.
+
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+
+use super::bin::Bin;
+use super::policy::Policy;
+use super::source::Boxes;
+use super::surface::{Placed, Sides};
+
+/// How far a decision looks ahead.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct LookAhead {
+    /// By which placements are ranked, and roll-outs played.
+    pub(super) policy: Policy,
+    /// How many of the best placements are followed.
+    pub(super) placements: usize,
+    /// About how many roll-outs a decision has, over all of them.
+    pub(super) rollouts: usize,
+    /// The time after which a decision begins no other future, in milliseconds.
+    pub(super) budget_ms: u64,
+}
+
+/// What a decision came to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Choice {
+    pub(super) placed: Placed,
+    /// Whether the time was over before all roll-outs were played.
+    pub(super) is_cut: bool,
+}
+
+/// A placement with the volume that its roll-outs packed so far.
+#[derive(Debug, Clone, Copy)]
+struct Arm {
+    placed: Placed,
+    volume: u64,
+}
+
+impl LookAhead {
+    /// The placement whose roll-outs fill the bin most, of those that the bin accepts; `None` where there is none.
+    pub(super) fn choose(&self, bin: &Bin, arriving: Sides, futures: &mut Boxes) -> Option<Choice> {
+        let started = Instant::now();
+        let budget = Duration::from_millis(self.budget_ms);
+        let mut is_cut = false;
+        let mut arms = self.arms(bin, arriving);
+        let rounds = rounds(arms.len()).max(1);
+        while arms.len() > 1 && !is_cut {
+            let count = self.rollouts / rounds / arms.len();
+            for _ in 0..count.max(1) {
+                is_cut = started.elapsed() >= budget;
+                if is_cut {
+                    break;
+                }
+                self.follow(bin, &mut arms, &future(bin.free_volume(), futures));
+            }
+            // Equal ones stay in the policy's order.
+            arms.sort_by_key(|arm| std::cmp::Reverse(arm.volume));
+            arms.truncate(arms.len().div_ceil(2));
+        }
+        let placed = arms.first()?.placed;
+        Some(Choice { placed, is_cut })
+    }
+
+    /// The policy's best placements that the bin accepts.
+    fn arms(&self, bin: &Bin, arriving: Sides) -> Vec<Arm> {
+        let ranked = self.policy.ranked(bin.surface(), arriving, bin.setting());
+        let accepted = ranked.into_iter().filter(|placed| bin.accepts(placed));
+        let arms = accepted.map(|placed| Arm { placed, volume: 0 });
+        arms.take(self.placements).collect()
+    }
+
+    /// Plays one future out after each of the placements.
+    fn follow(&self, bin: &Bin, arms: &mut [Arm], future: &[Sides]) {
+        for arm in arms {
+            let mut surface = *bin.surface();
+            surface.place(&arm.placed);
+            let volume = self.policy.play_out(surface, future, bin.setting());
+            arm.volume += u64::from(volume);
+        }
+    }
+}
+
+/// How often so many are halved until one is left.
+fn rounds(arms: usize) -> usize {
+    arms.next_power_of_two().ilog2() as usize
+}
+
+/// Boxes that arrive next: more than there is room for.
+fn future(free_volume: u32, boxes: &mut Boxes) -> Vec<Sides> {
+    let mut drawn = 0;
+    let fitting = boxes.take_while(|sides| {
+        let is_open = drawn <= free_volume;
+        drawn += sides.volume();
+        is_open
+    });
+    fitting.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::rules::Setting;
+    use super::super::source::{Instance, Split};
+    use super::*;
+
+    fn look_ahead(rollouts: usize) -> LookAhead {
+        LookAhead {
+            policy: Policy::Snug,
+            placements: 8,
+            rollouts,
+            budget_ms: 600_000,
+        }
+    }
+
+    const INSTANCE: Instance = Instance {
+        seed: 5,
+        split: Split::Tune,
+        number: 0,
+    };
+
+    fn packed_volume(look_ahead: LookAhead, number: u32) -> (u32, bool) {
+        let instance = Instance { number, ..INSTANCE };
+        let mut bin = Bin::empty(Setting::Free);
+        let mut futures = instance.futures();
+        let mut is_cut = false;
+        for arriving in instance.boxes() {
+            let Some(choice) = look_ahead.choose(&bin, arriving, &mut futures) else {
+                break;
+            };
+            is_cut |= choice.is_cut;
+            bin.place(&choice.placed);
+        }
+        (bin.packed_volume(), is_cut)
+    }
+
+    #[test]
+    fn choices_are_repeated() {
+        assert_eq!(
+            packed_volume(look_ahead(50), 0),
+            packed_volume(look_ahead(50), 0)
+        );
+    }
+
+    #[test]
+    fn looking_ahead_fills_more_than_the_policy() {
+        let ahead: u32 = (0..12)
+            .map(|number| packed_volume(look_ahead(100), number).0)
+            .sum();
+        let alone = LookAhead {
+            placements: 1,
+            ..look_ahead(1)
+        };
+        let alone: u32 = (0..12).map(|number| packed_volume(alone, number).0).sum();
+        assert!(ahead > alone, "{ahead} against {alone}");
+    }
+
+    #[test]
+    fn without_time_the_policy_decides_and_it_is_said() {
+        let late = LookAhead {
+            budget_ms: 0,
+            ..look_ahead(100)
+        };
+        let bin = Bin::empty(Setting::Stable);
+        let arriving = Sides { x: 2, y: 3, z: 1 };
+        let choice = late
+            .choose(&bin, arriving, &mut INSTANCE.futures())
+            .unwrap();
+        let best = Policy::Snug.choose(bin.surface(), arriving, Setting::Stable);
+        assert_eq!((Some(choice.placed), choice.is_cut), (best, true));
+    }
+
+    #[test]
+    fn a_future_has_more_than_there_is_room_for() {
+        let future = future(1000, &mut INSTANCE.futures());
+        let volume = |boxes: &[Sides]| boxes.iter().map(|sides| sides.volume()).sum::<u32>();
+        assert!(volume(&future) > 1000);
+        assert!(volume(&future[..future.len() - 1]) <= 1000);
+        assert_eq!([1, 2, 3, 8, 9].map(rounds), [0, 1, 2, 3, 4]);
+    }
+}

@@ -1,0 +1,251 @@
+//! The methods that are compared, and how one plays an instance.
+
+use std::time::Instant;
+
+use clap::ValueEnum;
+use ppnpack_cli::failure::Outcome;
+use ppnpack_packing::objective::Heuristic;
+use serde::{Deserialize, Serialize};
+
+use super::bin::Bin;
+use super::engine::Engine;
+use super::look_ahead::{Choice, LookAhead};
+use super::policy::Policy;
+use super::rules::Setting;
+use super::source::{Boxes, Instance};
+use super::surface::{BIN_VOLUME, Placed, Sides};
+
+/// A method by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Method {
+    /// The engine's deepest bottom-left
+    Dbl,
+    /// The engine's heightmap minimisation
+    Hm,
+    /// The engine's signed-distance-field minimisation
+    Sdfm,
+    /// The engine's maximum touching area
+    Mta,
+    /// Little space lost below the box, a low top, much touched at the sides
+    Snug,
+    /// Roll-outs of the policy through common futures from the known distribution
+    LookAhead,
+}
+
+impl Method {
+    /// Its name in tables.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Dbl => "DBL",
+            Self::Hm => "HM",
+            Self::Sdfm => "SDFM",
+            Self::Mta => "MTA",
+            Self::Snug => "snug",
+            Self::LookAhead => "look-ahead",
+        }
+    }
+
+    /// What plays it.
+    pub(super) fn player(self, setting: Setting, look_ahead: &LookAhead) -> Outcome<Player> {
+        let engine = |heuristic| {
+            Engine::new(setting, heuristic)
+                .map(Box::new)
+                .map(Player::Engine)
+        };
+        match self {
+            Self::Dbl => engine(Heuristic::Dbl),
+            Self::Hm => engine(Heuristic::Hm),
+            Self::Sdfm => engine(Heuristic::Sdfm),
+            Self::Mta => engine(Heuristic::Mta),
+            Self::Snug => Ok(Player::Policy(Policy::Snug)),
+            Self::LookAhead => Ok(Player::LookAhead(*look_ahead)),
+        }
+    }
+}
+
+/// What chooses placements.
+pub(super) enum Player {
+    Engine(Box<Engine>),
+    Policy(Policy),
+    LookAhead(LookAhead),
+}
+
+/// How an instance was packed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Run {
+    /// The boxes, as they were placed.
+    pub(super) placed: Vec<Placed>,
+    /// The time of each decision that placed a box, in seconds.
+    pub(super) decision_s: Vec<f64>,
+    /// Decisions of which the time was over before all roll-outs were played.
+    pub(super) cut: usize,
+}
+
+impl Run {
+    /// The share of the bin that is filled, in percent.
+    pub(super) fn utilisation_percent(&self) -> f64 {
+        let volume: u32 = self.placed.iter().map(|placed| placed.sides.volume()).sum();
+        100.0 * f64::from(volume) / f64::from(BIN_VOLUME)
+    }
+}
+
+impl Player {
+    /// Packs an instance until the first box that fits nowhere.
+    pub(super) fn play(&mut self, setting: Setting, instance: &Instance) -> Outcome<Run> {
+        let mut bin = Bin::empty(setting);
+        let mut futures = instance.futures();
+        let mut run = Run {
+            placed: Vec::new(),
+            decision_s: Vec::new(),
+            cut: 0,
+        };
+        for arriving in instance.boxes() {
+            let started = Instant::now();
+            let choice = self.choose(&bin, arriving, &mut futures)?;
+            let took_s = started.elapsed().as_secs_f64();
+            let Some(Choice { placed, is_cut }) = choice else {
+                break;
+            };
+            run.decision_s.push(took_s);
+            run.cut += usize::from(is_cut);
+            run.placed.push(placed);
+            bin.place(&placed);
+        }
+        Ok(run)
+    }
+
+    fn choose(
+        &mut self,
+        bin: &Bin,
+        arriving: Sides,
+        futures: &mut Boxes,
+    ) -> Outcome<Option<Choice>> {
+        let whole = |placed| Choice {
+            placed,
+            is_cut: false,
+        };
+        Ok(match self {
+            Self::Engine(engine) => engine.choose(bin, arriving)?.map(whole),
+            Self::Policy(policy) => {
+                let ranked = policy.ranked(bin.surface(), arriving, bin.setting());
+                ranked
+                    .into_iter()
+                    .find(|placed| bin.accepts(placed))
+                    .map(whole)
+            }
+            Self::LookAhead(look_ahead) => look_ahead.choose(bin, arriving, futures),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::source::Split;
+    use super::super::surface::SIDE;
+    use super::*;
+
+    const ALL: [Method; 6] = [
+        Method::Dbl,
+        Method::Hm,
+        Method::Sdfm,
+        Method::Mta,
+        Method::Snug,
+        Method::LookAhead,
+    ];
+
+    const LOOK_AHEAD: LookAhead = LookAhead {
+        policy: Policy::Snug,
+        placements: 4,
+        rollouts: 16,
+        budget_ms: 600_000,
+    };
+
+    /// The bin as its single cells, filled or not.
+    #[derive(Default)]
+    struct Voxels(std::collections::HashSet<(u8, u8, u8)>);
+
+    impl Voxels {
+        fn of(placed: &Placed) -> impl Iterator<Item = (u8, u8, u8)> {
+            let (z, top) = (placed.z, placed.top());
+            placed
+                .cells()
+                .flat_map(move |(x, y)| (z..top).map(move |z| (x, y, z)))
+        }
+
+        /// Whether a box is inside, on free cells only, and nothing is above it in its way down.
+        fn is_free_from_above(&self, placed: &Placed) -> bool {
+            let is_inside = |(x, y, z): (u8, u8, u8)| x.max(y).max(z) < SIDE;
+            let mut way = placed
+                .cells()
+                .flat_map(|(x, y)| (placed.z..SIDE).map(move |z| (x, y, z)));
+            Self::of(placed).all(is_inside) && way.all(|cell| !self.0.contains(&cell))
+        }
+
+        /// Whether it lies on the floor or on something.
+        fn is_borne(&self, placed: &Placed) -> bool {
+            let mut cells = placed.cells();
+            placed.z == 0 || cells.any(|(x, y)| self.0.contains(&(x, y, placed.z - 1)))
+        }
+    }
+
+    /// Every way to lower a box into the bin, by trying all.
+    fn ways(voxels: &Voxels, setting: Setting, arriving: Sides) -> Vec<Placed> {
+        let Sides { x, y, z } = arriving;
+        let turns = [
+            (x, y, z),
+            (y, x, z),
+            (x, z, y),
+            (z, x, y),
+            (y, z, x),
+            (z, y, x),
+        ];
+        let turns = turns
+            .into_iter()
+            .take(if setting == Setting::Free { 6 } else { 2 });
+        let mut ways = Vec::new();
+        for sides in turns.map(|(x, y, z)| Sides { x, y, z }) {
+            for x in 0..=SIDE - sides.x {
+                for y in 0..=SIDE - sides.y {
+                    let rests = (0..=SIDE - sides.z).map(|z| Placed { sides, x, y, z });
+                    let free = rests.filter(|placed| voxels.is_free_from_above(placed));
+                    ways.extend(free.filter(|placed| voxels.is_borne(placed)));
+                }
+            }
+        }
+        ways
+    }
+
+    #[test]
+    fn boxes_never_overlap_and_the_episode_ends_where_nothing_fits() {
+        for (setting, split) in [(Setting::Stable, Split::Tune), (Setting::Free, Split::Test)] {
+            for method in ALL {
+                let instance = Instance {
+                    seed: 11,
+                    split,
+                    number: 2,
+                };
+                let mut player = method.player(setting, &LOOK_AHEAD).unwrap();
+                let run = player.play(setting, &instance).unwrap();
+                let mut voxels = Voxels::default();
+                let mut bin = Bin::empty(setting);
+                for (placed, arriving) in run.placed.iter().zip(instance.boxes()) {
+                    let mut sides = [placed.sides, arriving].map(|Sides { x, y, z }| [x, y, z]);
+                    sides.iter_mut().for_each(|sides| sides.sort_unstable());
+                    assert_eq!(sides[0], sides[1]);
+                    assert!(ways(&voxels, setting, arriving).contains(placed));
+                    assert!(bin.accepts(placed));
+                    voxels.0.extend(Voxels::of(placed));
+                    bin.place(placed);
+                }
+                assert!(!run.placed.is_empty());
+                assert_eq!(voxels.0.len() as u32, bin.packed_volume());
+                let utilisation = f64::from(bin.packed_volume()) / 10.0;
+                assert!((run.utilisation_percent() - utilisation).abs() < 1e-9);
+                let last = instance.boxes().nth(run.placed.len()).unwrap();
+                let ways = ways(&voxels, setting, last);
+                assert!(ways.iter().all(|placed| !bin.accepts(placed)), "{method:?}");
+            }
+        }
+    }
+}

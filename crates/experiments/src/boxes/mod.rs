@@ -1,0 +1,169 @@
+//! `ppnpack experiment boxes`: the public benchmark of online 3D bin packing.
+
+mod bin;
+mod engine;
+mod look_ahead;
+mod methods;
+mod policy;
+mod published;
+mod results;
+mod rules;
+mod source;
+mod support;
+mod surface;
+
+use std::path::PathBuf;
+
+use clap::Args;
+use ppnpack_cli::failure::Outcome;
+use serde::Serialize;
+
+use crate::document;
+use crate::runs::{Runs, RunsOption};
+use crate::workers;
+use look_ahead::LookAhead;
+use methods::{Method, Run};
+use policy::Policy;
+use results::Results;
+use rules::Setting;
+use source::{Instance, Split};
+
+/// How many instances are kept in a file.
+const KEPT_TOGETHER: usize = 20;
+
+/// Packs boxes into a bin of 10 x 10 x 10 one by one, as others do.
+#[derive(Debug, Args)]
+pub(crate) struct BoxesArguments {
+    /// How many instances
+    #[arg(long, value_name = "COUNT", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..))]
+    instances: u32,
+
+    /// The benchmark's settings: 1 has a stability rule and two orientations, 2 six orientations alone
+    #[arg(
+        long,
+        value_enum,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "1,2"
+    )]
+    settings: Vec<Setting>,
+
+    /// The methods to compare
+    #[arg(
+        long,
+        value_enum,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "dbl,hm,sdfm,mta,snug,look-ahead"
+    )]
+    methods: Vec<Method>,
+
+    /// The policy of the look-ahead's roll-outs
+    #[arg(long, value_enum, default_value_t = Policy::Snug)]
+    policy: Policy,
+
+    /// How many of the policy's best placements the look-ahead follows
+    #[arg(long, value_name = "COUNT", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..))]
+    placements: u16,
+
+    /// About how many roll-outs a decision of the look-ahead has
+    #[arg(long, value_name = "COUNT", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
+    rollouts: u32,
+
+    /// After how many milliseconds a decision of the look-ahead begins no other future; where that is met, results depend on
+    /// the machine
+    #[arg(long, value_name = "MS", default_value_t = 1000)]
+    budget_ms: u64,
+
+    /// Which instances: settings are chosen on other ones than the tests'
+    #[arg(long, value_enum, default_value_t = Split::Test)]
+    split: Split,
+
+    /// The seed of the boxes and the futures
+    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
+    seed: u64,
+
+    /// Instances packed at once [default: one per core]
+    #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
+    workers: usize,
+
+    /// Where boxes.md and boxes.json are written
+    #[arg(long, value_name = "DIR", default_value = "out/boxes")]
+    out: PathBuf,
+
+    #[command(flatten)]
+    runs: RunsOption,
+
+    /// Print the results as JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+/// What results depend on.
+#[derive(Debug, Serialize)]
+struct Settings {
+    settings: Vec<Setting>,
+    instances: u32,
+    split: Split,
+    seed: u64,
+    look_ahead: LookAhead,
+}
+
+impl BoxesArguments {
+    fn settings(&self) -> Settings {
+        Settings {
+            settings: self.settings.clone(),
+            instances: self.instances,
+            split: self.split,
+            seed: self.seed,
+            look_ahead: LookAhead {
+                policy: self.policy,
+                placements: usize::from(self.placements),
+                rollouts: self.rollouts as usize,
+                budget_ms: self.budget_ms,
+            },
+        }
+    }
+}
+
+impl Settings {
+    fn all_instances(&self) -> Vec<Instance> {
+        let instance = |number| Instance {
+            seed: self.seed,
+            split: self.split,
+            number,
+        };
+        (0..self.instances).map(instance).collect()
+    }
+}
+
+pub(crate) fn run(arguments: &BoxesArguments) -> Outcome {
+    let settings = arguments.settings();
+    let instances = settings.all_instances();
+    let together: Vec<&[Instance]> = instances.chunks(KEPT_TOGETHER).collect();
+    let folder = arguments.runs.folder(&arguments.out);
+    let mut results = Results::new(&settings, arguments.workers);
+    for setting in &arguments.settings {
+        for method in &arguments.methods {
+            let look_ahead = (*method == Method::LookAhead).then_some(settings.look_ahead);
+            let of = (setting, method, look_ahead, settings.split, settings.seed);
+            let kept = Runs::new(&folder, &of)?;
+            let pack = |together: &&[Instance]| {
+                let first = together.first().map_or(0, |instance| instance.number);
+                let name = format!("{first:06}-{}", together.len());
+                let is_whole = |runs: &Vec<Run>| runs.len() == together.len();
+                kept.finish(&name, is_whole, || {
+                    let mut player = method.player(*setting, &settings.look_ahead)?;
+                    let runs = together
+                        .iter()
+                        .map(|instance| player.play(*setting, instance));
+                    runs.collect()
+                })
+            };
+            let runs = workers::map("Packing", &together, arguments.workers, pack)?;
+            results.add(*setting, *method, &runs.concat());
+        }
+    }
+    let markdown = results.markdown();
+    document::publish(&arguments.out, "boxes", &results, &markdown, arguments.json)
+}

@@ -1,0 +1,86 @@
+//! The benchmark's settings: how boxes may be turned, and whether they have to be stable.
+
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+
+use super::surface::Sides;
+
+/// The most ways in which a box may lie.
+const MOST_ORIENTATIONS: usize = 6;
+
+/// A setting of the benchmark.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+pub(super) enum Setting {
+    /// Boxes have to be stable, and are turned about the vertical alone.
+    #[value(name = "1")]
+    #[serde(rename = "1")]
+    Stable,
+    /// Boxes lie anyhow, and stay where they are placed.
+    #[value(name = "2")]
+    #[serde(rename = "2")]
+    Free,
+}
+
+impl Setting {
+    /// Its number in the papers.
+    pub(super) fn number(self) -> u8 {
+        match self {
+            Self::Stable => 1,
+            Self::Free => 2,
+        }
+    }
+
+    /// Its rules, for people.
+    pub(super) fn in_words(self) -> &'static str {
+        match self {
+            Self::Stable => "two orientations, boxes have to be stable",
+            Self::Free => "six orientations, no stability rule",
+        }
+    }
+
+    /// Whether boxes have to be stable.
+    pub(super) fn asks_for_stability(self) -> bool {
+        self == Self::Stable
+    }
+
+    /// The poses of a box: which of its sides stands. Each may be turned about the vertical.
+    pub(super) fn poses(self, Sides { x, y, z }: Sides) -> impl Iterator<Item = Sides> {
+        let poses = [(x, y, z), (x, z, y), (y, z, x)];
+        let count = match self {
+            Self::Stable => 1,
+            Self::Free => poses.len(),
+        };
+        let poses = poses.into_iter().take(count);
+        poses.map(|(x, y, z)| Sides { x, y, z })
+    }
+
+    /// The ways in which a box may lie, each once: pose by pose, as it comes and turned, as the engine ranks equal ones.
+    pub(super) fn orientations(self, sides: Sides) -> impl Iterator<Item = Sides> {
+        let mut known: [Option<Sides>; MOST_ORIENTATIONS] = [None; MOST_ORIENTATIONS];
+        let all = self.poses(sides).flat_map(|pose| [pose, pose.turned()]);
+        all.filter(move |sides| {
+            let is_new = !known.contains(&Some(*sides));
+            if is_new && let Some(free) = known.iter_mut().find(|known| known.is_none()) {
+                *free = Some(*sides);
+            }
+            is_new
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_lies_in_two_or_six_ways_and_a_cube_in_one() {
+        let count = |setting: Setting, (x, y, z)| setting.orientations(Sides { x, y, z }).count();
+        assert_eq!(count(Setting::Stable, (1, 2, 3)), 2);
+        assert_eq!(count(Setting::Free, (1, 2, 3)), 6);
+        assert_eq!(count(Setting::Free, (1, 2, 2)), 3);
+        assert_eq!(count(Setting::Stable, (2, 2, 3)), 1);
+        assert_eq!(count(Setting::Free, (2, 2, 2)), 1);
+        let stand = Setting::Stable.orientations(Sides { x: 1, y: 2, z: 3 });
+        assert!(stand.map(|sides| sides.z).all(|z| z == 3));
+    }
+}

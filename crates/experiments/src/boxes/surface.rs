@@ -1,0 +1,197 @@
+//! Boxes on a compact heightmap of the bin: what roll-outs are played on.
+
+use serde::{Deserialize, Serialize};
+
+/// Cells along each side of the bin.
+pub(super) const SIDE: u8 = 10;
+
+/// Units of volume in the bin.
+pub(super) const BIN_VOLUME: u32 = (SIDE as u32).pow(3);
+
+/// The longest side of a box.
+pub(super) const LONGEST: u8 = 5;
+
+/// Cells of the floor.
+pub(super) const CELLS: usize = (SIDE as usize).pow(2);
+
+/// Heights beyond the last cell, so that windows are shifted without asking where the map ends.
+const PADDED: usize = CELLS + (LONGEST as usize) * (SIDE as usize + 1);
+
+/// The sides of a box as it lies, in cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub(super) struct Sides {
+    pub(super) x: u8,
+    pub(super) y: u8,
+    pub(super) z: u8,
+}
+
+impl Sides {
+    /// Its volume, in cells cubed.
+    pub(super) fn volume(self) -> u32 {
+        self.floor_cells() * u32::from(self.z)
+    }
+
+    /// The same box after a quarter turn about the vertical.
+    pub(super) fn turned(self) -> Self {
+        Self {
+            x: self.y,
+            y: self.x,
+            z: self.z,
+        }
+    }
+
+    /// The cells of its bottom.
+    pub(super) fn floor_cells(self) -> u32 {
+        u32::from(self.x) * u32::from(self.y)
+    }
+}
+
+/// A box where it lies: its sides, and its corner with the lowest coordinates, in cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Placed {
+    pub(super) sides: Sides,
+    pub(super) x: u8,
+    pub(super) y: u8,
+    pub(super) z: u8,
+}
+
+impl Placed {
+    /// The height of its top, in cells.
+    pub(super) fn top(&self) -> u8 {
+        self.z + self.sides.z
+    }
+
+    /// The cells of the floor that it lies above.
+    pub(super) fn cells(&self) -> impl Iterator<Item = (u8, u8)> + use<> {
+        let Self { sides, x, y, .. } = *self;
+        (x..x + sides.x).flat_map(move |x| (y..y + sides.y).map(move |y| (x, y)))
+    }
+}
+
+/// The index of a cell, row-major as in the engine.
+pub(super) fn index(x: u8, y: u8) -> usize {
+    usize::from(x) * usize::from(SIDE) + usize::from(y)
+}
+
+/// How high each cell is filled. Boxes come from above, so that everything below counts as full.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Surface {
+    heights: [u8; PADDED],
+}
+
+impl Surface {
+    /// That of the empty bin.
+    pub(super) fn empty() -> Self {
+        Self {
+            heights: [0; PADDED],
+        }
+    }
+
+    /// The height of a cell; 0 outside the bin.
+    pub(super) fn height(&self, x: u8, y: u8) -> u8 {
+        self.heights.get(index(x, y)).copied().unwrap_or(0)
+    }
+
+    /// The heights of all cells, row-major.
+    pub(super) fn heights(&self) -> impl Iterator<Item = u8> {
+        self.heights.iter().copied().take(CELLS)
+    }
+
+    /// Raises the cells that a box covers to its top.
+    pub(super) fn place(&mut self, placed: &Placed) {
+        let Placed { sides, x, y, .. } = *placed;
+        for row in x..x + sides.x {
+            let from = index(row, y);
+            let cells = self.heights.get_mut(from..from + usize::from(sides.y));
+            cells.unwrap_or_default().fill(placed.top());
+        }
+    }
+
+    /// The greatest height below a bottom of these sides with its corner at each cell: where a box comes to rest. It
+    /// says nothing of corners from which the bottom leaves the bin.
+    pub(super) fn resting_heights(&self, sides: Sides) -> Windows {
+        self.windows(sides, u8::max)
+    }
+
+    /// The sum of the heights below a bottom of these sides with its corner at each cell; at most 250.
+    pub(super) fn height_sums(&self, sides: Sides) -> Windows {
+        self.windows(sides, u8::wrapping_add)
+    }
+
+    fn windows(&self, sides: Sides, join: impl Fn(u8, u8) -> u8) -> Windows {
+        let mut rows = self.heights;
+        for shift in 1..usize::from(sides.y) {
+            join_shifted(&mut rows, &self.heights, shift, &join);
+        }
+        let mut windows = rows;
+        for shift in 1..usize::from(sides.x) {
+            join_shifted(&mut windows, &rows, shift * usize::from(SIDE), &join);
+        }
+        Windows(windows)
+    }
+}
+
+fn join_shifted(
+    into: &mut [u8; PADDED],
+    from: &[u8; PADDED],
+    shift: usize,
+    join: impl Fn(u8, u8) -> u8,
+) {
+    let shifted = from.get(shift..).unwrap_or_default();
+    for (into, from) in into.iter_mut().zip(shifted) {
+        *into = join(*into, *from);
+    }
+}
+
+/// A value for each corner of a bottom.
+pub(super) struct Windows([u8; PADDED]);
+
+impl Windows {
+    /// The value at a corner.
+    pub(super) fn at(&self, x: u8, y: u8) -> u8 {
+        self.0.get(index(x, y)).copied().unwrap_or(u8::MAX)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    #[test]
+    fn windows_are_those_of_plain_loops() {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        for _ in 0..200 {
+            let mut surface = Surface::empty();
+            let heights: Vec<u8> = (0..CELLS).map(|_| random.random_range(0..=SIDE)).collect();
+            surface.heights[..CELLS].copy_from_slice(&heights);
+            let [nx, ny] = [0; 2].map(|_| random.random_range(1..=LONGEST));
+            let sides = Sides { x: nx, y: ny, z: 1 };
+            let (resting, sums) = (surface.resting_heights(sides), surface.height_sums(sides));
+            for x in 0..=SIDE - nx {
+                for y in 0..=SIDE - ny {
+                    let placed = Placed { sides, x, y, z: 0 };
+                    let below = || placed.cells().map(|(x, y)| heights[index(x, y)]);
+                    assert_eq!(Some(resting.at(x, y)), below().max());
+                    assert_eq!(sums.at(x, y), below().sum::<u8>());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_box_raises_the_cells_below_it_alone() {
+        let mut surface = Surface::empty();
+        let sides = Sides { x: 2, y: 5, z: 3 };
+        let (x, y, z) = (8, 5, 4);
+        let placed = Placed { sides, x, y, z };
+        surface.place(&placed);
+        let cells = (0..SIDE).flat_map(|x| (0..SIDE).map(move |y| (x, y)));
+        let raised: Vec<_> = cells.filter(|(x, y)| surface.height(*x, *y) == 7).collect();
+        assert_eq!(raised, placed.cells().collect::<Vec<_>>());
+        assert_eq!(raised.len(), 10);
+        assert_eq!(surface.heights().filter(|height| *height > 0).count(), 10);
+    }
+}
