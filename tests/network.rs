@@ -178,6 +178,9 @@ fn table_3_tests_what_validation_chose() {
             assert_eq!(answer["paper_percent"].is_array(), is_papers, "{answer}");
         }
     }
+    let page = std::fs::read_to_string(out.join("table3.md")).unwrap();
+    assert_eq!(page.matches("[81.0]").count(), 1, "{page}");
+    assert_eq!(page.matches("cut off at 40").count(), 2, "{page}");
     // Each row has two tested networks; of the regressions, one recipe was tried and left untested.
     let networks = out.join("networks");
     let seeds = |path: &Path| std::fs::read_dir(path).unwrap().count();

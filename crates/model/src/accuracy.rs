@@ -242,7 +242,7 @@ mod tests {
         };
         let (proposed, over_all): (Vec<f64>, Vec<f64>) =
             (shares(Question::Proposed), shares(Question::OverAll));
-        assert_eq!(proposed, [2.0, 2.0, 2.0, 2.0, 3.0]);
+        assert_eq!(proposed, [2.0, 2.0, 2.0, 3.0, 3.0]);
         assert_eq!(over_all, [1.0, 2.0, 2.0, 2.0, 2.0]);
         assert!((accuracies.decisive(Question::OverAll) - 1.0 / 3.0).abs() < 1e-12);
         let nothing = Tally::default().accuracies();

@@ -229,6 +229,33 @@ fn cells_and_placements_are_one_to_one() {
 }
 
 #[test]
+fn padding_stands_for_no_placement_and_every_other_cell_for_one() {
+    let size = ContainerSize {
+        x_m: 0.41,
+        y_m: 0.23,
+        z_m: 0.2,
+    };
+    let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(4).unwrap()).unwrap();
+    let grid = Grid::new(size, resolution).unwrap();
+    for symmetry in (0..Symmetry::COUNT).map(Symmetry::of) {
+        let layout = Layout::new(&grid, 16, symmetry);
+        let inside = layout.inside();
+        assert_eq!(inside.len(), layout.cells());
+        let cells = inside.iter().filter(|inside| **inside).count();
+        assert_eq!(cells, grid.nx() * grid.ny());
+        for item in items(4) {
+            for view in item.views().iter().filter(|view| layout.admits(view)) {
+                for x in 0..=grid.nx() - view.nx() {
+                    for y in 0..=grid.ny() - view.ny() {
+                        assert!(inside[layout.cell_of((x, y), view)]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn containers_of_any_size_and_any_number_of_yaws_are_served() {
     let size = ContainerSize {
         x_m: 0.41,
