@@ -151,14 +151,19 @@ mod tests {
 
     #[test]
     fn looking_ahead_fills_more_than_the_policy() {
-        let ahead: u32 = (0..12)
-            .map(|number| packed_volume(look_ahead(100), number).0)
-            .sum();
+        let volume = |look_ahead| {
+            let packed = (0..8).map(|number| packed_volume(look_ahead, number).0);
+            packed.sum::<u32>()
+        };
+        let ahead = LookAhead {
+            policy: Policy::Dbl,
+            ..look_ahead(100)
+        };
         let alone = LookAhead {
             placements: 1,
-            ..look_ahead(1)
+            ..ahead
         };
-        let alone: u32 = (0..12).map(|number| packed_volume(alone, number).0).sum();
+        let (ahead, alone) = (volume(ahead), volume(alone));
         assert!(ahead > alone, "{ahead} against {alone}");
     }
 

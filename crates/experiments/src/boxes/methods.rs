@@ -27,7 +27,7 @@ pub(super) enum Method {
     Sdfm,
     /// The engine's maximum touching area
     Mta,
-    /// Little space lost below the box, a low top, much touched at the sides
+    /// Little space lost below the box, much touched at its sides, its top level with those beside it
     Snug,
     /// Roll-outs of the policy through common futures from the known distribution
     LookAhead,

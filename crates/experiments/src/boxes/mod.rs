@@ -72,7 +72,7 @@ pub(crate) struct BoxesArguments {
 
     /// After how many milliseconds a decision of the look-ahead begins no other future; where that is met, results depend on
     /// the machine
-    #[arg(long, value_name = "MS", default_value_t = 1000)]
+    #[arg(long, value_name = "MS", default_value_t = 950)]
     budget_ms: u64,
 
     /// Which instances: settings are chosen on other ones than the tests'

@@ -134,9 +134,10 @@ impl<'a> Results<'a> {
              2022). Both forbid boxes that topple or tip others; how loads are spread over more than two boxes below differs, as \
              may what happens right on an edge, where a box topples here.\n\
              - *DBL, HM, SDFM, MTA* are the packing engine's, with the weights that the project has for one pose in setting 1 and \
-             for several in setting 2. *snug* is this experiment's: 5 times the volume lost \
-             below the box, 10 times the height of its top, 1 times its distance along x and y from the corner, less 5 times the \
-             faces that touch boxes or walls at its sides. Its weights are the best of a dozen on other draws of the distribution.\n\
+             for several in setting 2. *snug* is this experiment's: it lays a box low, \
+             with little volume lost below it, many faces that touch boxes or walls at its sides, and its top level with those \
+             beside it or at the rim. Its weights were found by hill climbing on sequences of another generator, by the rule \
+             that each box stands by itself.\n\
              - *look-ahead* follows the {} best placements by {} to the end of the episode by roll-outs of it, all through the \
              same futures drawn from the known distribution, about {} roll-outs a decision by sequential halving. A decision \
              begins no future after {} ms; then it is counted as cut short.\n\
