@@ -3,7 +3,8 @@
 //! The best placements by a one-step policy are followed to the end of the episode by roll-outs of it, all through the same
 //! futures (common random numbers), so that their differences scatter less than their ends. By sequential halving (Karnin,
 //! Koren and Somekh, *Almost Optimal Exploration in Multi-Armed Bandits*, ICML 2013) the worse half is left out after each
-//! round, and the next round's roll-outs are shared by fewer.
+//! round, and the next round's roll-outs are shared by fewer. The policy's own choice stays to the end, and is left only where
+//! another one packs more by a margin of standard errors: of several means the best is often the luckiest.
 //!
 //! Where boxes have to be stable, the roll-outs ask of each box whether it stands by itself, but not whether it tips another
 //! one; what is chosen in the end passes the whole rule.
@@ -18,7 +19,7 @@ use super::source::Boxes;
 use super::surface::{Placed, Sides};
 
 /// How far a decision looks ahead.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct LookAhead {
     /// By which placements are ranked, and roll-outs played.
     pub(super) policy: Policy,
@@ -26,6 +27,8 @@ pub(super) struct LookAhead {
     pub(super) placements: usize,
     /// About how many roll-outs a decision has, over all of them.
     pub(super) rollouts: usize,
+    /// By how many standard errors of the mean difference a placement has to pack more than the policy's choice.
+    pub(super) margin: f64,
     /// The time after which a decision begins no other future, in milliseconds.
     pub(super) budget_ms: u64,
 }
@@ -38,11 +41,17 @@ pub(super) struct Choice {
     pub(super) is_cut: bool,
 }
 
-/// A placement with the volume that its roll-outs packed so far.
-#[derive(Debug, Clone, Copy)]
+/// A placement with the volumes that its roll-outs packed so far, a future each, in cells cubed.
+#[derive(Debug, Clone)]
 struct Arm {
     placed: Placed,
-    volume: u64,
+    volumes: Vec<u32>,
+}
+
+impl Arm {
+    fn volume(&self) -> u32 {
+        self.volumes.iter().sum()
+    }
 }
 
 impl LookAhead {
@@ -52,21 +61,18 @@ impl LookAhead {
         let budget = Duration::from_millis(self.budget_ms);
         let mut is_cut = false;
         let mut arms = self.arms(bin, arriving);
-        let rounds = rounds(arms.len()).max(1);
-        while arms.len() > 1 && !is_cut {
+        let rounds = rounds(arms.len());
+        for _ in 0..rounds {
             let count = self.rollouts / rounds / arms.len();
             for _ in 0..count.max(1) {
-                is_cut = started.elapsed() >= budget;
-                if is_cut {
-                    break;
+                is_cut |= started.elapsed() >= budget;
+                if !is_cut {
+                    self.follow(bin, &mut arms, &future(bin.free_volume(), futures));
                 }
-                self.follow(bin, &mut arms, &future(bin.free_volume(), futures));
             }
-            // Equal ones stay in the policy's order.
-            arms.sort_by_key(|arm| std::cmp::Reverse(arm.volume));
-            arms.truncate(arms.len().div_ceil(2));
+            halve(&mut arms);
         }
-        let placed = arms.first()?.placed;
+        let placed = preferred(&arms, self.margin)?.placed;
         Some(Choice { placed, is_cut })
     }
 
@@ -74,7 +80,10 @@ impl LookAhead {
     fn arms(&self, bin: &Bin, arriving: Sides) -> Vec<Arm> {
         let ranked = self.policy.ranked(bin.surface(), arriving, bin.setting());
         let accepted = ranked.into_iter().filter(|placed| bin.accepts(placed));
-        let arms = accepted.map(|placed| Arm { placed, volume: 0 });
+        let arms = accepted.map(|placed| Arm {
+            placed,
+            volumes: Vec::new(),
+        });
         arms.take(self.placements).collect()
     }
 
@@ -84,9 +93,36 @@ impl LookAhead {
             let mut surface = *bin.surface();
             surface.place(&arm.placed);
             let volume = self.policy.play_out(surface, future, bin.setting());
-            arm.volume += u64::from(volume);
+            arm.volumes.push(volume);
         }
     }
+}
+
+/// Leaves out the worse half, but never the first, the policy's choice, nor the last one beside it.
+fn halve(arms: &mut Vec<Arm>) {
+    if let Some((_, others)) = arms.split_first_mut() {
+        // Equal ones stay in the policy's order.
+        others.sort_by_key(|arm| std::cmp::Reverse(arm.volume()));
+    }
+    arms.truncate(arms.len().div_ceil(2).max(2));
+}
+
+/// The one that packs most of those that pack more than the first by a margin of standard errors; else the first.
+fn preferred(arms: &[Arm], margin: f64) -> Option<&Arm> {
+    let (first, others) = arms.split_first()?;
+    let mut best = (first, 0.0);
+    for arm in others {
+        let pairs = arm.volumes.iter().zip(&first.volumes);
+        let gains = pairs.map(|(volume, first)| f64::from(*volume) - f64::from(*first));
+        let count = arm.volumes.len() as f64;
+        let mean = gains.clone().sum::<f64>() / count;
+        let squares: f64 = gains.map(|gain| (gain - mean).powi(2)).sum();
+        let error = (squares / (count - 1.0).max(1.0) / count).sqrt();
+        if mean > margin * error && mean > best.1 {
+            best = (arm, mean);
+        }
+    }
+    Some(best.0)
 }
 
 /// How often so many are halved until one is left.
@@ -116,6 +152,7 @@ mod tests {
             policy: Policy::Snug,
             placements: 8,
             rollouts,
+            margin: 1.0,
             budget_ms: 600_000,
         }
     }
@@ -180,6 +217,32 @@ mod tests {
             .unwrap();
         let best = Policy::Snug.choose(bin.surface(), arriving, Setting::Stable);
         assert_eq!((Some(choice.placed), choice.is_cut), (best, true));
+    }
+
+    #[test]
+    fn the_policys_choice_is_left_only_where_another_packs_more_by_the_margin() {
+        let arm = |x: u8, volumes: [u32; 2]| Arm {
+            placed: Placed {
+                sides: Sides { x: 1, y: 1, z: 1 },
+                x,
+                y: 0,
+                z: 0,
+            },
+            volumes: volumes.to_vec(),
+        };
+        let chosen = |arms: &[Arm], margin| preferred(arms, margin).map(|arm| arm.placed.x);
+        // The second is better by 2 on average, with a standard error of 1.
+        let mut arms = vec![arm(0, [10, 10]), arm(1, [11, 13])];
+        assert_eq!(chosen(&arms, 1.9), Some(1));
+        assert_eq!(chosen(&arms, 2.0), Some(0));
+        arms.extend([arm(2, [9, 9]), arm(3, [20, 20]), arm(4, [12, 12])]);
+        halve(&mut arms);
+        let kept: Vec<u8> = arms.iter().map(|arm| arm.placed.x).collect();
+        assert_eq!(kept, [0, 3, 1]);
+        halve(&mut arms);
+        assert_eq!(chosen(&arms, 100.0), Some(3));
+        assert_eq!(arms.len(), 2);
+        assert_eq!(chosen(&[], 0.0), None);
     }
 
     #[test]

@@ -158,6 +158,7 @@ mod tests {
         policy: Policy::Snug,
         placements: 4,
         rollouts: 16,
+        margin: 1.0,
         budget_ms: 600_000,
     };
 

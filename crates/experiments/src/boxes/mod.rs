@@ -70,6 +70,10 @@ pub(crate) struct BoxesArguments {
     #[arg(long, value_name = "COUNT", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
     rollouts: u32,
 
+    /// By how many standard errors a placement has to pack more than the policy's choice to be made in its place
+    #[arg(long, value_name = "NUMBER", default_value_t = 1.0)]
+    margin: f64,
+
     /// After how many milliseconds a decision of the look-ahead begins no other future; where that is met, results depend on
     /// the machine
     #[arg(long, value_name = "MS", default_value_t = 950)]
@@ -120,6 +124,7 @@ impl BoxesArguments {
                 policy: self.policy,
                 placements: usize::from(self.placements),
                 rollouts: self.rollouts as usize,
+                margin: self.margin,
                 budget_ms: self.budget_ms,
             },
         }

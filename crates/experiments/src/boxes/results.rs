@@ -139,13 +139,15 @@ impl<'a> Results<'a> {
              beside it or at the rim. Its weights were found by hill climbing on sequences of another generator, by the rule \
              that each box stands by itself.\n\
              - *look-ahead* follows the {} best placements by {} to the end of the episode by roll-outs of it, all through the \
-             same futures drawn from the known distribution, about {} roll-outs a decision by sequential halving. A decision \
-             begins no future after {} ms; then it is counted as cut short.\n\
+             same futures drawn from the known distribution, about {} roll-outs a decision by sequential halving. The \
+             policy's own choice is left only where another one packs more by {} standard errors of the mean difference. A \
+             decision begins no future after {} ms; then it is counted as cut short.\n\
              - The boxes of the test split, those of the split for tuning and the futures of both are different streams of one \
              generator.\n",
             look_ahead.placements,
             document::name_of(&look_ahead.policy),
             look_ahead.rollouts,
+            look_ahead.margin,
             look_ahead.budget_ms,
         )
     }
