@@ -81,7 +81,7 @@ pub(crate) fn run(arguments: &Figure5Arguments, backend: &dyn Backend) -> Outcom
     let packed = workers::map("Packing", &contenders, workers, pack)?;
 
     let folder = &arguments.out;
-    let title = format!("{} objects, {}", sequence.objects.len(), sequence.from);
+    let title = title(arguments);
     let columns: Vec<Column> = packed.iter().map(column).collect();
     let sheet = gallery(&title, &columns).or_run()?.to_png().or_run()?;
     write_whole(&folder.join("figure5.png"), &sheet)?;
@@ -89,6 +89,17 @@ pub(crate) fn run(arguments: &Figure5Arguments, backend: &dyn Backend) -> Outcom
     let results = comparison.results(None, lines.collect());
     let markdown = markdown(&results, &title);
     document::publish(folder, "figure5", &results, &markdown, arguments.json)
+}
+
+/// Which objects are packed.
+fn title(arguments: &Figure5Arguments) -> String {
+    let file = arguments.sequences.file_name().unwrap_or_default();
+    format!(
+        "The first {} objects of sequence {} of {}",
+        arguments.length,
+        arguments.sequence,
+        file.display()
+    )
 }
 
 /// The first objects of the sequence that was asked for.
@@ -171,11 +182,12 @@ fn column(packed: &Packed) -> Column {
 fn markdown(results: &Results<'_, Line>, title: &str) -> String {
     let settings = results.settings;
     let mut text = format!(
-        "# Figure 5: the same objects, packed by each method\n\n{title}; {}, {}. One sequence says little of the methods: see table 1.\n\n\
+        "# Figure 5: the same objects, packed by each method\n\n{title}; {}, buffer {}, {} stability test. One sequence says little of the methods: see table 1.\n\n\
          ![The containers, and their heightmaps from above](figure5.png)\n\n\
          | method | items packed | compactness by floor (%) | mesh volume (cm³) | height (cm) |\n|---|---|---|---|---|\n",
         settings.cells_in_words(),
-        settings.in_words(results.workers),
+        settings.buffer,
+        document::name_of(&settings.stability),
     );
     for line in &results.lines {
         text += &format!(
