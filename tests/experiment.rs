@@ -163,6 +163,31 @@ fn the_methods_are_drawn_side_by_side_on_the_same_objects() {
 }
 
 #[test]
+fn a_network_of_a_class_that_is_not_there_is_named_before_anything_is_packed() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = ppnpack(&[
+        "experiment",
+        "table2",
+        "--irregular-model",
+        "/nowhere.safetensors",
+        "--out",
+        folder.path().to_str().unwrap(),
+    ]);
+    assert_eq!(output.status.code(), Some(2));
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(error.contains("/nowhere"), "{error}");
+    assert_eq!(folder.path().read_dir().unwrap().count(), 0);
+}
+
+#[test]
+fn a_margin_that_is_no_number_is_refused() {
+    let output = ppnpack(&["experiment", "boxes", "--margin", "nan"]);
+    assert_eq!(output.status.code(), Some(2));
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(error.contains("must be a number of at least 0"), "{error}");
+}
+
+#[test]
 fn regular_and_irregular_objects_are_packed_apart() {
     let folder = tempfile::tempdir().unwrap();
     let results = json(&ppnpack(&[

@@ -138,7 +138,7 @@ pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
         writer.add(&played).or_run()
     };
     for other in &arguments.from {
-        writer.adopt(other).map_err(of_folder)?;
+        writer.adopt(other).map_err(of_given)?;
     }
     let is_ours = |sequence: &u32| {
         let tenth = (sequence / SEQUENCES_PER_SHARD) as usize;
@@ -185,6 +185,14 @@ fn settings(
 fn of_folder(error: DatasetError) -> Failure {
     match error {
         DatasetError::Write(_) | DatasetError::Read { .. } => Failure::Run(error.into()),
+        _ => Failure::Input(error.into()),
+    }
+}
+
+/// What is wrong with a folder of --from is an input's fault; that its shards cannot be written here is not.
+fn of_given(error: DatasetError) -> Failure {
+    match error {
+        DatasetError::Write(_) => Failure::Run(error.into()),
         _ => Failure::Input(error.into()),
     }
 }

@@ -109,11 +109,18 @@ pub(crate) fn run(arguments: &Table2Arguments, backend: &dyn Backend) -> Outcome
     let grid = arguments.grid.grid(Conditions::Reference)?;
     let comparison = Comparison::new(&arguments.comparison, backend, grid)?;
     let part = arguments.runs.part(&arguments.out);
-    let classes = ShapeClass::ALL.map(|class| self::class(class, arguments, &part, &comparison));
-    let classes: Outcome<Vec<Option<Class>>> = classes.into_iter().collect();
-    let Some(classes) = classes?.into_iter().collect() else {
+    // What is wrong with either class is said before anything is packed.
+    let mut of_classes = Vec::new();
+    for class in ShapeClass::ALL {
+        of_classes.push((class, of_class(class, arguments, &comparison)?));
+    }
+    let mut classes = Vec::new();
+    for (class, comparison) in &of_classes {
+        classes.extend(pack(*class, arguments, &part, comparison)?);
+    }
+    if classes.is_empty() {
         return part.tell(arguments.json);
-    };
+    }
     let results = comparison.results(None, classes);
     let markdown = markdown(&results);
     document::publish(
@@ -125,25 +132,42 @@ pub(crate) fn run(arguments: &Table2Arguments, backend: &dyn Backend) -> Outcome
     )
 }
 
+/// The comparison on the objects of one class, with its network.
+fn of_class<'a>(
+    class: ShapeClass,
+    arguments: &Table2Arguments,
+    comparison: &Comparison<'a>,
+) -> Outcome<Comparison<'a>> {
+    let model = match class {
+        ShapeClass::Regular => &arguments.regular_model,
+        ShapeClass::Irregular => &arguments.irregular_model,
+    };
+    let comparison = comparison.of_class(class, model.as_deref())?;
+    if comparison.catalogue.is_empty() {
+        return Err(Failure::input(format_args!(
+            "no object of the catalogue is {}: choose another --catalogue",
+            name(class)
+        )));
+    }
+    Ok(comparison)
+}
+
+fn name(class: ShapeClass) -> &'static str {
+    match class {
+        ShapeClass::Regular => "regular",
+        ShapeClass::Irregular => "irregular",
+    }
+}
+
 /// Packs the sequences of one class; `None` where only a shard of them is made here.
-fn class(
+fn pack(
     class: ShapeClass,
     arguments: &Table2Arguments,
     part: &Part,
     comparison: &Comparison<'_>,
 ) -> Outcome<Option<Class>> {
-    let (name, model) = match class {
-        ShapeClass::Regular => ("regular", &arguments.regular_model),
-        ShapeClass::Irregular => ("irregular", &arguments.irregular_model),
-    };
-    let comparison = comparison.of_class(class, model.as_deref())?;
     let objects = comparison.catalogue.objects.iter();
     let objects: Vec<String> = objects.map(|object| object.model.name.clone()).collect();
-    if objects.is_empty() {
-        return Err(Failure::input(format_args!(
-            "no object of the catalogue is {name}: choose another --catalogue"
-        )));
-    }
     let seed = comparison.setting.seed;
     let sequences = cases::draw(seed, arguments.cases, arguments.length, objects.len());
     let (_, contenders) = comparison.contenders(&ROWS);
@@ -153,7 +177,7 @@ fn class(
     let all = packed.last().map_or(&[][..], |runs| runs);
     let methods = contenders.into_iter().zip(&packed);
     Ok(Some(Class {
-        name,
+        name: name(class),
         objects,
         lines: methods
             .map(|(contender, runs)| line(contender.name, runs, all))

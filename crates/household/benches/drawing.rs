@@ -6,30 +6,23 @@
     reason = "a panic here is a failing run"
 )]
 
+mod grids;
+
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use ppnpack_catalogue::catalogue::{Catalogue, Settings};
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::plan::{Candidate, StepInput};
 use ppnpack_packing::proposals::{Percent, Proposals, ProposeRandom, ProposeTries, Proposer};
 
-/// Cell, yaws and a name.
-const GRIDS: [(f64, usize, &str); 3] = [
-    (0.01, 4, "1 cm, 4 yaws"),
-    (0.005, 8, "5 mm, 8 yaws"),
-    (0.0025, 16, "2.5 mm, 16 yaws"),
-];
+use grids::GRIDS;
 
 fn drawing(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("drawing");
-    for (cell_m, yaws, name) in GRIDS {
-        let resolution = Resolution::new(cell_m, 0.002, Yaws::half_turn(yaws).unwrap()).unwrap();
-        let grid = Grid::new(ContainerSize::REFERENCE, resolution).unwrap();
-        let source = ppnpack_household::source(ppnpack_household::BUILTIN);
-        let settings = Settings::default();
-        let catalogue = Catalogue::load(&source, &settings, grid.resolution(), &|_, _| {}).unwrap();
+    for named in GRIDS {
+        let (_, _, name) = named;
+        let grid = grids::grid(named);
+        let catalogue = grids::catalogue(&grid);
         let candidates = Candidate::sequence(catalogue.items().into_iter().take(5));
         let scene = Scene::from_heightmap(Heightmap::empty(&grid));
         let share = |percent| ProposeRandom::new(Percent::new(percent).unwrap(), 0);

@@ -10,18 +10,20 @@
     reason = "a panic here is a failing run"
 )]
 
+mod grids;
+
 use std::hint::black_box;
 use std::sync::Arc;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
-use ppnpack_catalogue::catalogue::{Catalogue, Settings};
+use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::object::Model;
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::coarse::{CoarseGrid, CoarseToFine, Coarsening};
 use ppnpack_packing::containers::{ContainerChoice, ContainersStep, OpenContainer, OpenContainers};
 use ppnpack_packing::content::LyingSolid;
 use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
+use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::loads::LoadSettings;
@@ -34,12 +36,7 @@ use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::{PhysicalStability, PublishedStability};
 use ppnpack_packing::survey::survey;
 
-/// Cell, yaws and a name.
-const GRIDS: [(f64, usize, &str); 3] = [
-    (0.01, 4, "1 cm, 4 yaws"),
-    (0.005, 8, "5 mm, 8 yaws"),
-    (0.0025, 16, "2.5 mm, 16 yaws"),
-];
+use grids::{GRIDS, NamedGrid, catalogue};
 
 const BUFFER: usize = 5;
 
@@ -52,17 +49,10 @@ struct Setting {
     placed: Vec<(Arc<Item>, RestingPlacement)>,
 }
 
-/// The objects, as they are packed on a grid.
-fn catalogue(grid: &Grid) -> Catalogue {
-    let named = std::env::var("PPNPACK_BENCH_OBJECTS");
-    let source = ppnpack_household::source(named.as_deref().unwrap_or(ppnpack_household::BUILTIN));
-    Catalogue::load(&source, &Settings::default(), grid.resolution(), &|_, _| {}).unwrap()
-}
-
 impl Setting {
-    fn new((cell_m, yaws, name): (f64, usize, &'static str)) -> Self {
-        let resolution = Resolution::new(cell_m, 0.002, Yaws::half_turn(yaws).unwrap()).unwrap();
-        let grid = Grid::new(ContainerSize::REFERENCE, resolution).unwrap();
+    fn new(named: NamedGrid) -> Self {
+        let (_, _, name) = named;
+        let grid = grids::grid(named);
         let catalogue = catalogue(&grid);
         // 37 is coprime to the usual catalogue sizes, so this visits all objects in a mixed order.
         let objects = (0..80).map(|arrival| (arrival * 37 + 11) % catalogue.len());

@@ -71,7 +71,7 @@ pub(crate) struct BoxesArguments {
     rollouts: u32,
 
     /// By how many standard errors a placement has to pack more than the policy's choice to be made in its place
-    #[arg(long, value_name = "NUMBER", default_value_t = 1.0)]
+    #[arg(long, value_name = "NUMBER", default_value_t = 1.0, value_parser = margin, allow_hyphen_values = true)]
     margin: f64,
 
     /// After how many milliseconds a decision of the look-ahead begins no other future; where that is met, results depend on
@@ -111,6 +111,14 @@ struct Settings {
     split: Split,
     seed: u64,
     look_ahead: LookAhead,
+}
+
+/// Parses a number of at least 0.
+fn margin(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
+        _ => Err("must be a number of at least 0".to_owned()),
+    }
 }
 
 impl BoxesArguments {

@@ -228,15 +228,20 @@ fn cells_and_placements_are_one_to_one() {
     }
 }
 
-#[test]
-fn padding_stands_for_no_placement_and_every_other_cell_for_one() {
+/// A grid whose sides are no multiples of what a network halves.
+fn uneven() -> Grid {
     let size = ContainerSize {
         x_m: 0.41,
         y_m: 0.23,
         z_m: 0.2,
     };
     let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(4).unwrap()).unwrap();
-    let grid = Grid::new(size, resolution).unwrap();
+    Grid::new(size, resolution).unwrap()
+}
+
+#[test]
+fn padding_stands_for_no_placement_and_every_other_cell_for_one() {
+    let grid = uneven();
     for symmetry in (0..Symmetry::COUNT).map(Symmetry::of) {
         let layout = Layout::new(&grid, 16, symmetry);
         let inside = layout.inside();
@@ -257,13 +262,7 @@ fn padding_stands_for_no_placement_and_every_other_cell_for_one() {
 
 #[test]
 fn containers_of_any_size_and_any_number_of_yaws_are_served() {
-    let size = ContainerSize {
-        x_m: 0.41,
-        y_m: 0.23,
-        z_m: 0.2,
-    };
-    let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(4).unwrap()).unwrap();
-    let grid = Grid::new(size, resolution).unwrap();
+    let grid = uneven();
     let model = plain(&Architecture::default());
     let items = items(2);
     let all: Vec<&Item> = items.iter().collect();
