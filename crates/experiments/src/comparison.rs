@@ -89,24 +89,24 @@ pub(crate) struct Comparison<'a> {
     pub(crate) model: Result<Model, String>,
 }
 
-/// A row of one of the paper's tables.
-pub(crate) struct Row {
+/// A row of one of the paper's tables; `P` is what the paper reports of it: seconds, cm³, percent, items, where nothing else is said.
+pub(crate) struct Row<P = [f64; 4]> {
     pub(crate) name: &'static str,
     pub(crate) heuristic: Heuristic,
     pub(crate) order: Order,
     /// Where its proposals come from.
     pub(crate) proposals: RowProposals,
-    /// What the paper reports: seconds, cm³, percent, items.
-    pub(crate) paper: [f64; 4],
+    /// What the paper reports.
+    pub(crate) paper: P,
 }
 
-impl Row {
+impl<P> Row<P> {
     /// An exhaustive search.
     pub(crate) const fn all(
         name: &'static str,
         heuristic: Heuristic,
         order: Order,
-        paper: [f64; 4],
+        paper: P,
     ) -> Self {
         Self {
             name,
@@ -267,13 +267,16 @@ impl<'a> Comparison<'a> {
     }
 
     /// The rows of a table and their methods, but for the network's where that cannot be used.
-    pub(crate) fn contenders<'r>(&self, rows: &'r [Row]) -> (Vec<&'r Row>, Vec<Contender>) {
+    pub(crate) fn contenders<'r, P>(
+        &self,
+        rows: &'r [Row<P>],
+    ) -> (Vec<&'r Row<P>>, Vec<Contender>) {
         let rows = rows.iter();
         rows.filter_map(|row| Some((row, self.contender(row)?)))
             .unzip()
     }
 
-    fn contender(&self, row: &Row) -> Option<Contender> {
+    fn contender<P>(&self, row: &Row<P>) -> Option<Contender> {
         let network = &self.options.network;
         let (name, proposals) = match (row.proposals, &self.model) {
             (RowProposals::All, _) => (row.name.to_owned(), ProposalSource::All),
