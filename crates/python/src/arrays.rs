@@ -3,6 +3,7 @@
 use numpy::ndarray::Dimension;
 use numpy::{
     Element, IntoPyArray, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray,
+    PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
 
@@ -42,6 +43,6 @@ pub(crate) fn frozen<T: Element, D: Dimension>(
     array: Bound<'_, PyArray<T, D>>,
 ) -> Py<PyArray<T, D>> {
     // Nobody else has it yet.
-    let _ = array.readwrite().make_nonwriteable();
+    drop(array.readwrite().make_nonwriteable());
     array.unbind()
 }

@@ -24,7 +24,7 @@ use crate::item::Item;
 /// ~/.cache/ppnpack; with cache=False nowhere.
 ///
 /// catalogue["mug"] and catalogue[3] are items in their first pose.
-#[pyclass(frozen, sequence, module = "ppnpack")]
+#[pyclass(frozen, module = "ppnpack")]
 pub(crate) struct Catalogue {
     inner: catalogue::Catalogue,
     /// Of each object, its poses.
@@ -102,6 +102,11 @@ impl Catalogue {
         let item = self.poses.get(self.index(&object)?).and_then(|poses| poses.first());
         let item = item.map(|item| item.clone_ref(py));
         item.ok_or_else(|| PyIndexError::new_err("the catalogue has no such object"))
+    }
+
+    /// Itself: it never changes.
+    fn __deepcopy__<'py>(slf: PyRef<'py, Self>, _memo: &Bound<'py, PyAny>) -> PyRef<'py, Self> {
+        slf
     }
 
     fn __repr__(&self) -> String {

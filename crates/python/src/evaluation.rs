@@ -107,15 +107,26 @@ pub(crate) fn everywhere(
     resting: &mut RestingHeights,
 ) -> Vec<Units> {
     let mut heights = vec![OUTSIDE; item.views().len() * grid.nx() * grid.ny()];
+    write_everywhere(grid, item, resting, &mut heights);
+    heights
+}
+
+/// Writes them to where there is room for all.
+pub(crate) fn write_everywhere(
+    grid: &grid::Grid,
+    item: &item::Item,
+    resting: &mut RestingHeights,
+    heights: &mut [Units],
+) {
+    heights.fill(OUTSIDE);
     let of_yaws = heights.chunks_exact_mut(grid.nx() * grid.ny());
     for (of_yaw, map) in of_yaws.zip(resting.of(item)) {
         for (row, found) in of_yaw.chunks_exact_mut(grid.ny()).zip(map.rows()) {
-            for (height, found) in row.iter_mut().zip(found) {
-                *height = *found;
+            if let Some(row) = row.get_mut(..found.len()) {
+                row.copy_from_slice(found);
             }
         }
     }
-    heights
 }
 
 impl Surveys {

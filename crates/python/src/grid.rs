@@ -14,7 +14,7 @@ use crate::error::OrRaise;
 ///
 /// container_m: inner sides along x, y and z, in metres. cell_m: the edge of a cell. height_unit_m: one unit of height. yaws: how many,
 /// evenly over half a turn, or angles in radians, counter-clockwise seen from above.
-#[pyclass(frozen, eq, from_py_object, module = "ppnpack")]
+#[pyclass(frozen, eq, module = "ppnpack")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct Grid {
     pub(crate) inner: grid::Grid,
@@ -135,6 +135,12 @@ impl Grid {
         let heights = values(&heights).into_iter();
         let metres = heights.map(|height| f64::from(height) * unit_m);
         array2(py, shape.into(), metres.collect())
+    }
+
+    /// What an equal one is made of, so that it can be copied and sent to other processes.
+    fn __getnewargs__(&self) -> ((f64, f64, f64), f64, f64, Vec<f64>) {
+        let yaws_rad = self.inner.resolution().yaws().radians().to_vec();
+        (self.container_m(), self.cell_m(), self.height_unit_m(), yaws_rad)
     }
 
     fn __repr__(&self) -> String {

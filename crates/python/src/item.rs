@@ -202,6 +202,11 @@ impl Item {
         Ok(self.view(yaw)?.voxel_count())
     }
 
+    /// Itself: it never changes.
+    fn __deepcopy__<'py>(slf: PyRef<'py, Self>, _memo: &Bound<'py, PyAny>) -> PyRef<'py, Self> {
+        slf
+    }
+
     fn __repr__(&self) -> String {
         let (name, pose, yaws) = (self.item().name(), self.candidate.pose, self.yaws());
         format!("<ppnpack.Item {name}, pose {pose}, {yaws} yaws>")

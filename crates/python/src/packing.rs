@@ -15,6 +15,7 @@ use ppnpack_physics::settings::CellSettings;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::evaluation::{OUTSIDE, write_everywhere};
 use crate::placement::lay;
 
 /// What packings of a kind have in common.
@@ -113,6 +114,8 @@ pub(crate) struct ObservedIn<'a> {
     /// The same.
     pub(crate) bottom: &'a mut [Units],
     /// The same.
+    pub(crate) resting: &'a mut [Units],
+    /// The same.
     pub(crate) mask: &'a mut [i8],
 }
 
@@ -139,6 +142,8 @@ pub(crate) struct Packing {
     cell: Option<SimulatedCell>,
     resting: RestingHeights,
     stability: PublishedStability,
+    /// Of each action the height at which the item would come to rest.
+    heights: Vec<Units>,
     /// Of each action whether it is possible.
     mask: Vec<i8>,
     packed_m3: f64,
@@ -158,6 +163,7 @@ impl Packing {
             cell,
             resting: RestingHeights::new(&setup.grid),
             stability: PublishedStability::default(),
+            heights: vec![OUTSIDE; setup.actions()],
             mask: vec![0; setup.actions()],
             packed_m3: 0.0,
             packed: 0,
@@ -282,51 +288,65 @@ impl Packing {
 
     /// Finds out what is possible now.
     fn refresh(&mut self) {
+        self.find_heights();
+        self.mask.fill(0);
         let Self {
             setup,
             slots,
             heightmap,
-            resting,
             stability,
+            heights,
             mask,
             ..
         } = self;
-        let item = |slot: &Option<usize>| slot.and_then(|index| setup.objects.get(index));
-        let buffer = slots.iter().filter_map(item).map(|object| &*object.item);
-        resting.update(heightmap, buffer);
-        mask.fill(0);
-        let per_slot = mask.chunks_exact_mut(setup.actions() / setup.buffer);
-        for (mask, slot) in per_slot.zip(slots.iter()) {
-            let Some(object) = item(slot) else { continue };
-            let per_yaw = mask.chunks_exact_mut(setup.cells());
-            let maps = resting.of(&object.item);
-            for ((yaw, mask), (map, view)) in per_yaw.enumerate().zip(maps.zip(object.item.views())) {
-                let highest = setup.grid.rim() - view.height();
-                let rows = mask.chunks_exact_mut(setup.grid.ny()).zip(map.rows());
-                for (x, (row, heights)) in rows.enumerate() {
-                    for (possible, height) in row.iter_mut().zip(heights) {
-                        *possible = i8::from(*height <= highest);
-                    }
-                    if !setup.is_tested {
-                        continue;
-                    }
-                    for (y, (possible, height)) in row.iter_mut().zip(heights).enumerate() {
-                        let at = RestingPlacement {
-                            placement: Placement { yaw, x, y },
-                            resting_height: *height,
-                        };
-                        *possible &= i8::from(*possible == 1 && stability.is_stable(&setup.grid, heightmap, view, &at));
-                    }
+        let (grid, cells) = (&setup.grid, setup.cells());
+        let per_slot = setup.actions() / setup.buffer;
+        let per_slot = mask.chunks_exact_mut(per_slot).zip(heights.chunks_exact(per_slot));
+        for ((mask, heights), slot) in per_slot.zip(slots.iter()) {
+            let Some(object) = slot.and_then(|index| setup.objects.get(index)) else {
+                continue;
+            };
+            let per_yaw = mask.chunks_exact_mut(cells).zip(heights.chunks_exact(cells));
+            for (yaw, ((mask, heights), view)) in per_yaw.zip(object.item.views()).enumerate() {
+                let highest = grid.rim() - view.height();
+                for (possible, height) in mask.iter_mut().zip(heights) {
+                    *possible = i8::from((0..=highest).contains(height));
+                }
+                if setup.is_tested {
+                    let refused = |at: &RestingPlacement| !stability.is_stable(grid, heightmap, view, at);
+                    leave_out(grid.ny(), yaw, mask, heights, refused);
                 }
             }
         }
         self.is_over = !self.mask.contains(&1);
     }
 
+    /// Finds out how high the items of the buffer would come to rest.
+    fn find_heights(&mut self) {
+        let Self {
+            setup,
+            slots,
+            heightmap,
+            resting,
+            heights,
+            ..
+        } = self;
+        let item = |slot: &Option<usize>| slot.and_then(|index| setup.objects.get(index));
+        let buffer = slots.iter().filter_map(item).map(|object| &*object.item);
+        resting.update(heightmap, buffer);
+        for (heights, slot) in heights.chunks_exact_mut(setup.actions() / setup.buffer).zip(slots.iter()) {
+            match item(slot) {
+                Some(object) => write_everywhere(&setup.grid, &object.item, resting, heights),
+                None => heights.fill(OUTSIDE),
+            }
+        }
+    }
+
     /// Writes down all that is observed.
     pub(crate) fn observe(&self, into: ObservedIn<'_>) {
         into.heightmap.copy_from_slice(self.heightmap.heights());
         into.mask.copy_from_slice(&self.mask);
+        into.resting.copy_from_slice(&self.heights);
         let per_slot = self.setup.actions() / self.setup.buffer;
         let tops = into.top.chunks_exact_mut(per_slot);
         let bottoms = into.bottom.chunks_exact_mut(per_slot);
@@ -348,5 +368,24 @@ impl Packing {
     pub(crate) fn objects(&self) -> impl Iterator<Item = i64> {
         let slots = self.slots.iter();
         slots.map(|slot| slot.and_then(|index| i64::try_from(index).ok()).unwrap_or(-1))
+    }
+}
+
+/// Takes out of a mask what is refused, at one yaw.
+fn leave_out(
+    ny: usize,
+    yaw: usize,
+    mask: &mut [i8],
+    heights: &[Units],
+    mut is_refused: impl FnMut(&RestingPlacement) -> bool,
+) {
+    let possible = mask.iter_mut().zip(heights).enumerate();
+    for (index, (possible, height)) in possible.filter(|(_, (possible, _))| **possible == 1) {
+        let (x, y) = (index / ny, index % ny);
+        let at = RestingPlacement {
+            placement: Placement { yaw, x, y },
+            resting_height: *height,
+        };
+        *possible = i8::from(!is_refused(&at));
     }
 }

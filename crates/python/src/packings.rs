@@ -18,6 +18,15 @@ use crate::error::OrRaise;
 use crate::grid::Grid;
 use crate::packing::{ObservedIn, Packing, Setup, Stepped as One};
 
+/// The most packings that are stepped together.
+const MAX_COUNT: usize = 65_536;
+
+/// The most items that a step may choose from.
+const MAX_BUFFER: usize = 256;
+
+/// The most items that arrive.
+const MAX_ITEMS: usize = 1_000_000;
+
 /// Packings that are stepped together: what ppnpack.envs is made of.
 ///
 /// Each has an empty container, in which items of a catalogue are packed: `items` arrive in random order, `buffer` of which may be chosen
@@ -43,6 +52,7 @@ pub(crate) struct Observation {
     heightmap: Py<PyArray<i16, Dim<[usize; 3]>>>,
     item_top: Py<PyArray<i16, Dim<[usize; 5]>>>,
     item_bottom: Py<PyArray<i16, Dim<[usize; 5]>>>,
+    resting_height: Py<PyArray<i16, Dim<[usize; 5]>>>,
     action_mask: Py<PyArray<i8, Dim<[usize; 2]>>>,
     objects: Py<PyArray<i64, Dim<[usize; 2]>>>,
 }
@@ -67,6 +77,7 @@ struct Buffers {
     heightmap: Vec<Units>,
     top: Vec<Units>,
     bottom: Vec<Units>,
+    resting: Vec<Units>,
     mask: Vec<i8>,
 }
 
@@ -91,7 +102,9 @@ impl Packings {
         seed: u64,
     ) -> PyResult<Self> {
         let grid = &grid.inner;
-        at_least_one(&[("count", count), ("buffer", buffer), ("items", items)])?;
+        within("count", count, MAX_COUNT)?;
+        within("buffer", buffer, MAX_BUFFER)?;
+        within("items", items, MAX_ITEMS)?;
         catalogue.check(grid)?;
         let is_tested = match stability {
             "none" => false,
@@ -227,6 +240,7 @@ impl Packings {
             heightmap: vec![0; packings.len() * cells],
             top: vec![0; packings.len() * actions],
             bottom: vec![0; packings.len() * actions],
+            resting: vec![0; packings.len() * actions],
             mask: vec![0; packings.len() * actions],
         };
         let one = |(number, (packing, into)): (usize, (&mut Packing, ObservedIn<'_>))| {
@@ -271,6 +285,7 @@ impl Packings {
             heightmap: array(py, [count, nx, ny], buffers.heightmap)?,
             item_top: array(py, items, buffers.top)?,
             item_bottom: array(py, items, buffers.bottom)?,
+            resting_height: array(py, items, buffers.resting)?,
             action_mask: array(py, [count, self.setup.actions()], buffers.mask)?,
             objects: array(py, [count, slots], objects)?,
         })
@@ -282,12 +297,15 @@ impl Buffers {
         let heightmaps = self.heightmap.chunks_exact_mut(cells);
         let tops = self.top.chunks_exact_mut(actions);
         let bottoms = self.bottom.chunks_exact_mut(actions);
+        let resting = self.resting.chunks_exact_mut(actions);
         let masks = self.mask.chunks_exact_mut(actions);
-        let all = heightmaps.zip(tops).zip(bottoms).zip(masks);
-        all.map(|(((heightmap, top), bottom), mask)| ObservedIn {
+        let items = tops.zip(bottoms).zip(resting);
+        let all = heightmaps.zip(items).zip(masks);
+        all.map(|((heightmap, ((top, bottom), resting)), mask)| ObservedIn {
             heightmap,
             top,
             bottom,
+            resting,
             mask,
         })
     }
@@ -322,11 +340,13 @@ fn pool(threads: Option<usize>, count: usize) -> PyResult<Option<rayon::ThreadPo
     pool.map(Some).or_runtime_error()
 }
 
-fn at_least_one(numbers: &[(&str, usize)]) -> PyResult<()> {
-    match numbers.iter().find(|(_, number)| *number == 0) {
-        None => Ok(()),
-        Some((name, _)) => Err(PyValueError::new_err(format!("{name} must be at least 1"))),
+fn within(name: &str, number: usize, most: usize) -> PyResult<()> {
+    if (1..=most).contains(&number) {
+        return Ok(());
     }
+    Err(PyValueError::new_err(format!(
+        "{name} must be between 1 and {most}, but is {number}"
+    )))
 }
 
 fn same_count(what: &str, given: usize, packings: usize) -> PyResult<()> {

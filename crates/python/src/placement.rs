@@ -16,7 +16,7 @@ use crate::item::Item;
 /// yaw: index of a yaw of the grid. x, y: cell of the footprint's corner with the lowest indices. resting_height: of the item's lowest
 /// point above the floor, in units. Of a plan also slot, the item's index in the buffer, pose, which of the poses that were given of it,
 /// and value, that of the objective: lower is better.
-#[pyclass(frozen, eq, get_all, from_py_object, module = "ppnpack")]
+#[pyclass(frozen, eq, get_all, module = "ppnpack")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct Placement {
     yaw: usize,

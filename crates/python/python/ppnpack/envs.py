@@ -18,6 +18,7 @@ Observation, a dictionary; arrays are the caller's own:
     item_top       int16 [slot, yaw, nx, ny]   upper surfaces of the buffer's items from their lowest points, from the footprint's corner on;
                                                0 where there is no material
     item_bottom    int16 [slot, yaw, nx, ny]   lower surfaces; -1 where there is no material
+    resting_height int16 [slot, yaw, nx, ny]   where the item would come to rest; -1 where its footprint is not inside the container
     action_mask    int8 [actions]              1 where an action is possible
 
 Action: an index into [slot, yaw, x, y], row-major; `action_shape` is that shape.
@@ -70,8 +71,8 @@ class PackingEnv(gymnasium.Env[dict[str, NDArray[Any]], np.int64]):
         render_mode: None = None,
     ) -> None:
         self.render_mode = render_mode
-        self.grid = grid or Grid()
-        self.catalogue = catalogue or Catalogue(self.grid)
+        self.grid = Grid() if grid is None else grid
+        self.catalogue = Catalogue(self.grid) if catalogue is None else catalogue
         self.action_shape = (buffer, *self.grid.shape)
         self.observation_space = _observation_space(self.action_shape)
         self.action_space = spaces.Discrete(_size(self.action_shape))
@@ -109,6 +110,7 @@ class PackingEnv(gymnasium.Env[dict[str, NDArray[Any]], np.int64]):
             "heightmap": observed.heightmap[0],
             "item_top": observed.item_top[0],
             "item_bottom": observed.item_bottom[0],
+            "resting_height": observed.resting_height[0],
             "action_mask": observed.action_mask[0],
         }
 
@@ -138,8 +140,8 @@ class VectorPackingEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDA
         super().__init__()
         self.num_envs = num_envs
         self.render_mode = render_mode
-        self.grid = grid or Grid()
-        self.catalogue = catalogue or Catalogue(self.grid)
+        self.grid = Grid() if grid is None else grid
+        self.catalogue = Catalogue(self.grid) if catalogue is None else catalogue
         self.action_shape = (buffer, *self.grid.shape)
         self.single_observation_space = _observation_space(self.action_shape)
         self.single_action_space = spaces.Discrete(_size(self.action_shape))
@@ -201,6 +203,7 @@ def _observation_space(action_shape: tuple[int, ...]) -> spaces.Dict:
             "heightmap": spaces.Box(0, _MAX_UNITS, action_shape[2:], np.int16),
             "item_top": spaces.Box(0, _MAX_UNITS, action_shape, np.int16),
             "item_bottom": spaces.Box(-1, _MAX_UNITS, action_shape, np.int16),
+            "resting_height": spaces.Box(-1, _MAX_UNITS, action_shape, np.int16),
             "action_mask": spaces.MultiBinary(_size(action_shape)),
         }
     )
@@ -211,6 +214,7 @@ def _observation(observed: Observation) -> dict[str, NDArray[Any]]:
         "heightmap": observed.heightmap,
         "item_top": observed.item_top,
         "item_bottom": observed.item_bottom,
+        "resting_height": observed.resting_height,
         "action_mask": observed.action_mask,
     }
 
@@ -224,5 +228,4 @@ gymnasium.register(
     id="ppnpack/Packing-v0",
     entry_point="ppnpack.envs:PackingEnv",
     vector_entry_point="ppnpack.envs:VectorPackingEnv",
-    disable_env_checker=True,
 )
