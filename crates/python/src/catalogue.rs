@@ -44,7 +44,10 @@ impl Catalogue {
     #[pyo3(signature = (
         grid, source = "builtin", *, unit = "m", poses = 1, pose = "as-given", density_kg_m3 = DEFAULT_DENSITY_KG_M3, cache = true
     ))]
-    #[expect(clippy::too_many_arguments, reason = "they have names where it is called")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "they have names where it is called"
+    )]
     fn new(
         py: Python<'_>,
         grid: &Grid,
@@ -57,7 +60,11 @@ impl Catalogue {
     ) -> PyResult<Self> {
         let unit: LengthUnit = unit.parse().or_value_error()?;
         let pose: Pose = serde_json::from_value(Value::from(pose)).or_value_error()?;
-        let cache = if cache { CacheDir::User } else { CacheDir::Nowhere };
+        let cache = if cache {
+            CacheDir::User
+        } else {
+            CacheDir::Nowhere
+        };
         let settings = Settings {
             unit,
             density_kg_m3,
@@ -99,7 +106,10 @@ impl Catalogue {
     }
 
     fn __getitem__(&self, py: Python<'_>, object: Which) -> PyResult<Py<Item>> {
-        let item = self.poses.get(self.index(&object)?).and_then(|poses| poses.first());
+        let item = self
+            .poses
+            .get(self.index(&object)?)
+            .and_then(|poses| poses.first());
         let item = item.map(|item| item.clone_ref(py));
         item.ok_or_else(|| PyIndexError::new_err("the catalogue has no such object"))
     }

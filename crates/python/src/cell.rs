@@ -237,7 +237,10 @@ fn planned<'a>(
     grid: &grid::Grid,
     item: &'a Item,
     placement: &Placement,
-) -> PyResult<(&'a std::sync::Arc<ppnpack_packing::model::Model>, Isometry3<f64>)> {
+) -> PyResult<(
+    &'a std::sync::Arc<ppnpack_packing::model::Model>,
+    Isometry3<f64>,
+)> {
     let name = item.item().name();
     let model = item.own.as_ref().ok_or_else(|| {
         PyValueError::new_err(format!(
@@ -245,7 +248,8 @@ fn planned<'a>(
         ))
     })?;
     let frame = item.item().container_from_item(grid, &placement.resting());
-    let frame = frame.ok_or_else(|| PyValueError::new_err(format!("item {name} has no such yaw")))?;
+    let frame =
+        frame.ok_or_else(|| PyValueError::new_err(format!("item {name} has no such yaw")))?;
     Ok((model, item.candidate.lying.own_frame(&frame)))
 }
 

@@ -69,7 +69,8 @@ pub(crate) fn evaluate(
     let (grid, item) = (&grid.inner, item.item());
     let scene = SceneArgument::read(grid, scene)?;
     item.check_yaws(grid).or_value_error()?;
-    let surveys = py.detach(|| Surveys::of(grid, scene.get().heightmap(), item, heuristic, &weights));
+    let surveys =
+        py.detach(|| Surveys::of(grid, scene.get().heightmap(), item, heuristic, &weights));
     let surveys = surveys.or_value_error()?;
     let shape = [item.views().len(), grid.nx(), grid.ny()];
     Ok(Evaluation {

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use numpy::{PyArray3, PyArrayLike3, AllowTypeChange, PyUntypedArrayMethods};
+use numpy::{AllowTypeChange, PyArray3, PyArrayLike3, PyUntypedArrayMethods};
 use ppnpack_packing::evaluator::Evaluator;
 use ppnpack_packing::grid::{Grid, Units};
 use ppnpack_packing::item::ShapeId;
@@ -214,9 +214,9 @@ fn proposed(
     let count = held.item.views().len() * cells;
     match proposals {
         CandidateProposals::All => vec![true; count],
-        CandidateProposals::AllAt(yaws) => {
-            (0..count).map(|index| yaws.contains(index / cells)).collect()
-        }
+        CandidateProposals::AllAt(yaws) => (0..count)
+            .map(|index| yaws.contains(index / cells))
+            .collect(),
         CandidateProposals::Some(placements) => {
             let mut is_proposed = vec![false; count];
             for at in placements {

@@ -140,7 +140,12 @@ impl Grid {
     /// What an equal one is made of, so that it can be copied and sent to other processes.
     fn __getnewargs__(&self) -> ((f64, f64, f64), f64, f64, Vec<f64>) {
         let yaws_rad = self.inner.resolution().yaws().radians().to_vec();
-        (self.container_m(), self.cell_m(), self.height_unit_m(), yaws_rad)
+        (
+            self.container_m(),
+            self.cell_m(),
+            self.height_unit_m(),
+            yaws_rad,
+        )
     }
 
     fn __repr__(&self) -> String {

@@ -123,9 +123,13 @@ impl Item {
             vertices: triples(&values(&vertices), vertices.as_array().ncols(), "vertices")?
                 .map(|at| Point3::from(*at))
                 .collect(),
-            triangles: triples(&values(&triangles), triangles.as_array().ncols(), "triangles")?
-                .copied()
-                .collect(),
+            triangles: triples(
+                &values(&triangles),
+                triangles.as_array().ncols(),
+                "triangles",
+            )?
+            .copied()
+            .collect(),
         };
         let settings = ModelSettings {
             mass_kg,

@@ -9,6 +9,11 @@
 //!   its own copy of a heightmap or an item's surfaces.
 //! - What is wrong with an input is a `ValueError`, what went wrong on the way a `RuntimeError`, in the engine's words.
 
+#![expect(
+    clippy::needless_pass_by_value,
+    reason = "the interpreter's arguments are given by value"
+)]
+
 mod arrays;
 mod catalogue;
 mod cell;

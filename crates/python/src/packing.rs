@@ -71,7 +71,9 @@ impl Setup {
         is_tested: bool,
         cell: Option<CellSettings>,
     ) -> Self {
-        let maps = objects.iter().map(|object| PaddedMaps::of(&grid, &object.item));
+        let maps = objects
+            .iter()
+            .map(|object| PaddedMaps::of(&grid, &object.item));
         Self {
             maps: maps.collect(),
             grid,
@@ -301,19 +303,24 @@ impl Packing {
         } = self;
         let (grid, cells) = (&setup.grid, setup.cells());
         let per_slot = setup.actions() / setup.buffer;
-        let per_slot = mask.chunks_exact_mut(per_slot).zip(heights.chunks_exact(per_slot));
+        let per_slot = mask
+            .chunks_exact_mut(per_slot)
+            .zip(heights.chunks_exact(per_slot));
         for ((mask, heights), slot) in per_slot.zip(slots.iter()) {
             let Some(object) = slot.and_then(|index| setup.objects.get(index)) else {
                 continue;
             };
-            let per_yaw = mask.chunks_exact_mut(cells).zip(heights.chunks_exact(cells));
+            let per_yaw = mask
+                .chunks_exact_mut(cells)
+                .zip(heights.chunks_exact(cells));
             for (yaw, ((mask, heights), view)) in per_yaw.zip(object.item.views()).enumerate() {
                 let highest = grid.rim() - view.height();
                 for (possible, height) in mask.iter_mut().zip(heights) {
                     *possible = i8::from((0..=highest).contains(height));
                 }
                 if setup.is_tested {
-                    let refused = |at: &RestingPlacement| !stability.is_stable(grid, heightmap, view, at);
+                    let refused =
+                        |at: &RestingPlacement| !stability.is_stable(grid, heightmap, view, at);
                     leave_out(grid.ny(), yaw, mask, heights, refused);
                 }
             }
@@ -334,7 +341,10 @@ impl Packing {
         let item = |slot: &Option<usize>| slot.and_then(|index| setup.objects.get(index));
         let buffer = slots.iter().filter_map(item).map(|object| &*object.item);
         resting.update(heightmap, buffer);
-        for (heights, slot) in heights.chunks_exact_mut(setup.actions() / setup.buffer).zip(slots.iter()) {
+        for (heights, slot) in heights
+            .chunks_exact_mut(setup.actions() / setup.buffer)
+            .zip(slots.iter())
+        {
             match item(slot) {
                 Some(object) => write_everywhere(&setup.grid, &object.item, resting, heights),
                 None => heights.fill(OUTSIDE),
@@ -367,7 +377,10 @@ impl Packing {
     /// The objects in the buffer, by slot; -1 where there is none.
     pub(crate) fn objects(&self) -> impl Iterator<Item = i64> {
         let slots = self.slots.iter();
-        slots.map(|slot| slot.and_then(|index| i64::try_from(index).ok()).unwrap_or(-1))
+        slots.map(|slot| {
+            slot.and_then(|index| i64::try_from(index).ok())
+                .unwrap_or(-1)
+        })
     }
 }
 

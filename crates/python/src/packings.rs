@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
-use numpy::{IntoPyArray, PyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
 use numpy::ndarray::{Dim, Dimension, IntoDimension};
+use numpy::{IntoPyArray, PyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
 use ppnpack_packing::grid::Units;
 use ppnpack_physics::error::PhysicsError;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -87,7 +87,10 @@ impl Packings {
     #[pyo3(signature = (
         grid, catalogue, count = 1, *, buffer = 5, items = 80, physics = false, stability = "none", cell = None, threads = None, seed = 0
     ))]
-    #[expect(clippy::too_many_arguments, reason = "they have names where it is called")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "they have names where it is called"
+    )]
     fn new(
         py: Python<'_>,
         grid: &Grid,
@@ -122,8 +125,8 @@ impl Packings {
         py.detach(|| {
             let setup = Setup::new(grid, objects, buffer, items, is_tested, settings);
             let setup = Arc::new(setup);
-            let packings =
-                (0..count as u64).map(|number| Packing::new(Arc::clone(&setup), seed.wrapping_add(number)));
+            let packings = (0..count as u64)
+                .map(|number| Packing::new(Arc::clone(&setup), seed.wrapping_add(number)));
             let packings = packings.collect::<Result<_, _>>().or_value_error()?;
             Ok(Self {
                 packings: Mutex::new(packings),
@@ -162,7 +165,10 @@ impl Packings {
                 same_count("sequences of objects", objects.len(), count)?;
                 self.check(objects)?;
             }
-            let begin = |number: usize, packing: &mut Packing| match objects.as_ref().and_then(|all| all.get(number)) {
+            let begin = |number: usize, packing: &mut Packing| match objects
+                .as_ref()
+                .and_then(|all| all.get(number))
+            {
                 Some(objects) => packing.begin(objects),
                 None => packing.reset(seeds.get(number).copied().flatten()),
             };
@@ -191,16 +197,23 @@ impl Packings {
             let over = packings.iter().map(Packing::is_over);
             let over: Vec<bool> = over.collect();
             if !autoreset && over.contains(&true) {
-                return Err(PyValueError::new_err("a packing is over: reset it before the next step"));
+                return Err(PyValueError::new_err(
+                    "a packing is over: reset it before the next step",
+                ));
             }
             let (steps, buffers) = self.all(&mut packings, |number, packing| {
                 if packing.is_over() {
                     packing.reset(None);
-                    return Ok(One { is_valid: true, ..One::default() });
+                    return Ok(One {
+                        is_valid: true,
+                        ..One::default()
+                    });
                 }
                 packing.step(actions.get(number).copied().unwrap_or(-1))
             })?;
-            let outcomes = packings.iter().map(|packing| (packing.volume_share(), packing.packed() as i64));
+            let outcomes = packings
+                .iter()
+                .map(|packing| (packing.volume_share(), packing.packed() as i64));
             let outcomes: (Vec<f64>, Vec<i64>) = outcomes.unzip();
             Ok((steps, buffers, objects_of(&packings), outcomes, over))
         });
@@ -293,7 +306,11 @@ impl Packings {
 }
 
 impl Buffers {
-    fn per_packing(&mut self, cells: usize, actions: usize) -> impl Iterator<Item = ObservedIn<'_>> {
+    fn per_packing(
+        &mut self,
+        cells: usize,
+        actions: usize,
+    ) -> impl Iterator<Item = ObservedIn<'_>> {
         let heightmaps = self.heightmap.chunks_exact_mut(cells);
         let tops = self.top.chunks_exact_mut(actions);
         let bottoms = self.bottom.chunks_exact_mut(actions);

@@ -44,7 +44,8 @@ impl Plan {
         };
         let first_poses = candidates.iter().zip(plan.candidates());
         let first_poses = first_poses.filter(|(held, _)| held.pose == 0);
-        let reason = |report: &plan::CandidateReport| report.reason.as_ref().map(ToString::to_string);
+        let reason =
+            |report: &plan::CandidateReport| report.reason.as_ref().map(ToString::to_string);
         let timings = plan.timings();
         Self {
             choice: plan.choice().as_ref().and_then(placement),
@@ -67,7 +68,10 @@ impl Plan {
 impl Plan {
     fn __repr__(&self) -> String {
         match &self.choice {
-            Some(_) => format!("<ppnpack.Plan with a choice and {} alternatives>", self.alternatives.len()),
+            Some(_) => format!(
+                "<ppnpack.Plan with a choice and {} alternatives>",
+                self.alternatives.len()
+            ),
             None => "<ppnpack.Plan without a choice>".to_owned(),
         }
     }

@@ -47,7 +47,10 @@ pub(crate) struct Planner {
 impl Planner {
     #[new]
     #[pyo3(signature = (grid, method = None, *, evaluator = None, mix = Vec::new(), threads = 1, **settings))]
-    #[expect(clippy::too_many_arguments, reason = "they have names where it is called")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "they have names where it is called"
+    )]
     fn new(
         py: Python<'_>,
         grid: &Grid,
@@ -129,8 +132,8 @@ impl Planner {
                 deadline: deadline.and_then(|after| Instant::now().checked_add(after)),
                 ..StepInput::new(&self.grid, scene.get(), &candidates)
             };
-            let plan = planner.plan(&input)?;
-            Ok(Some(Plan::of(plan, &candidates)))
+            let plan = planner.plan(&input);
+            plan.map(|plan| Some(Plan::of(plan, &candidates)))
         });
         match planned {
             Ok(Some(plan)) => Ok(plan),
@@ -163,16 +166,27 @@ fn build(
     let trial = trial::check(method.trial, &method.loads, twin, pool.clone()).or_value_error()?;
     let proposer = method.proposer(grid, None).or_value_error()?;
     let planner = match evaluator {
-        None => method.build_with(grid, proposer, trial, threads).or_value_error()?,
+        None => method
+            .build_with(grid, proposer, trial, threads)
+            .or_value_error()?,
         Some(evaluator) => {
             let mut checks = method.stability.checks();
             checks.extend(method.loads.checks());
             checks.push(Box::new(Sequence));
             checks.extend(trial);
-            plan::Planner::new(proposer, Box::new(evaluator), checks, method.order, method.seed)
+            plan::Planner::new(
+                proposer,
+                Box::new(evaluator),
+                checks,
+                method.order,
+                method.seed,
+            )
         }
     };
-    let mix: Vec<_> = mix.iter().map(|item| Arc::clone(item.get().item())).collect();
+    let mix: Vec<_> = mix
+        .iter()
+        .map(|item| Arc::clone(item.get().item()))
+        .collect();
     let chooser = method.chooser(grid, &mix, pool).or_value_error()?;
     Ok(planner.with_chooser(chooser))
 }
@@ -212,7 +226,9 @@ fn exception(py: Python<'_>, error: &PlanError) -> PyErr {
         return exception;
     }
     match error {
-        PlanError::SceneSize { .. } | PlanError::Yaws(_) => PyValueError::new_err(error.to_string()),
+        PlanError::SceneSize { .. } | PlanError::Yaws(_) => {
+            PyValueError::new_err(error.to_string())
+        }
         _ => PyRuntimeError::new_err(error.to_string()),
     }
 }
