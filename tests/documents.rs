@@ -16,6 +16,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use ppnpack_service::metrics::Metric;
 use serde_json::Value;
 
 /// What follows is written by hand.
@@ -310,6 +311,34 @@ fn every_page_is_in_the_book() {
         assert!(
             name == "SUMMARY.md" || listed.iter().any(|link| *link == name),
             "docs/SUMMARY.md does not list {name}"
+        );
+    }
+}
+
+#[test]
+fn every_reason_check_and_metric_is_explained() {
+    let root = root();
+    let guide = fs::read_to_string(root.join("docs/guides/figures.md")).unwrap();
+    let mut names: Vec<String> = Metric::ALL
+        .iter()
+        .map(|metric| metric.name().to_owned())
+        .collect();
+    for schema in ["planner.proto", "placement.proto"] {
+        let text = fs::read_to_string(root.join("proto/ppnpack/v1").join(schema)).unwrap();
+        let values = text
+            .lines()
+            .filter_map(|line| line.trim().split_once(" = "));
+        let values = values.map(|(name, _)| name.to_owned()).filter(|name| {
+            (name.starts_with("REASON_") || name.starts_with("CHECK_"))
+                && !name.ends_with("_UNSPECIFIED")
+        });
+        names.extend(values);
+    }
+    assert!(names.len() > 30, "{names:?}");
+    for name in names {
+        assert!(
+            guide.contains(&format!("`{name}`")),
+            "docs/guides/figures.md lacks {name}"
         );
     }
 }
