@@ -3,6 +3,8 @@
 //! Each mean with its interval (`a ± b`) in the generated part of `docs/results/NAME.md` has to be in a `NAME*.json` beside it. A figure
 //! that is quoted elsewhere names its source in a comment that readers do not see:
 //! `16.9<!-- docs/results/pareto.json#/grids/2/lines/0/decision_s/mean * 1000 --> ms`.
+//!
+//! What a page links to is there: files, and the headings in them. Every page is in the book.
 
 #![allow(
     clippy::unwrap_used,
@@ -14,6 +16,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use ppnpack_service::metrics::Metric;
 use serde_json::Value;
 
 /// What follows is written by hand.
@@ -44,6 +47,16 @@ fn files(folder: &Path, end: &str) -> Vec<PathBuf> {
         .collect();
     found.sort();
     found
+}
+
+/// All pages.
+fn pages() -> Vec<PathBuf> {
+    let root = root();
+    let mut pages = vec![root.join("README.md")];
+    for folder in ["docs", "docs/guides", "docs/results"] {
+        pages.extend(files(&root.join(folder), ".md"));
+    }
+    pages
 }
 
 /// Whether a letter may be of a number.
@@ -178,11 +191,8 @@ fn quoted(text: &str) -> Vec<Quoted<'_>> {
 #[test]
 fn quoted_figures_are_those_of_their_sources() {
     let root = root();
-    let mut documents = files(&root.join("docs"), ".md");
-    documents.extend(files(&root.join("docs/results"), ".md"));
-    documents.push(root.join("README.md"));
     let mut compared = 0;
-    for document in documents {
+    for document in pages() {
         let text = fs::read_to_string(&document).unwrap();
         for Quoted {
             number,
@@ -202,6 +212,143 @@ fn quoted_figures_are_those_of_their_sources() {
         }
     }
     assert!(compared >= 10, "{compared}");
+}
+
+/// A page's text, without what is between fences and without code in its lines.
+fn prose(text: &str) -> String {
+    let mut is_code = false;
+    let lines = text.lines().filter(|line| {
+        let is_fence = line.starts_with("```");
+        is_code ^= is_fence;
+        !is_code && !is_fence
+    });
+    let lines: Vec<&str> = lines.collect();
+    // Every other part is between backticks; code does not go over paragraphs.
+    let paragraphs = lines.split(|line| line.is_empty());
+    let plain = paragraphs.map(|paragraph| {
+        let paragraph = paragraph.join("\n");
+        let parts: Vec<&str> = paragraph.split('`').step_by(2).collect();
+        parts.join("`")
+    });
+    plain.collect::<Vec<_>>().join("\n\n")
+}
+
+/// What a text links to, pictures too.
+fn links(text: &str) -> Vec<String> {
+    let text = prose(text);
+    let starts = text.match_indices("](");
+    let links = starts.map(|(at, sign)| {
+        let link = &text[at + sign.len()..];
+        link[..link.find(')').unwrap()].to_owned()
+    });
+    links.filter(|link| !link.contains("://")).collect()
+}
+
+/// The names of a page's headings in links, as code hosts and the book make them.
+fn anchors(text: &str) -> Vec<String> {
+    let mut is_code = false;
+    let mut names: Vec<String> = Vec::new();
+    let mut anchors = Vec::new();
+    for line in text.lines() {
+        is_code ^= line.starts_with("```");
+        let heading = line.trim_start_matches('#');
+        if is_code || heading.len() == line.len() || !heading.starts_with(' ') {
+            continue;
+        }
+        let letters = heading.trim().chars().flat_map(char::to_lowercase);
+        let name: String = letters
+            .filter(|letter| letter.is_alphanumeric() || matches!(letter, ' ' | '-' | '_'))
+            .map(|letter| if letter == ' ' { '-' } else { letter })
+            .collect();
+        // A later heading of the same name has a number.
+        let before = names.iter().filter(|known| **known == name).count();
+        anchors.push(match before {
+            0 => name.clone(),
+            count => format!("{name}-{count}"),
+        });
+        names.push(name);
+    }
+    anchors
+}
+
+#[test]
+fn what_pages_link_to_is_there() {
+    let mut followed = 0;
+    for page in pages() {
+        let text = fs::read_to_string(&page).unwrap();
+        for link in links(&text) {
+            let (file, anchor) = link.split_once('#').unwrap_or((&link, ""));
+            let target = match file {
+                "" => page.clone(),
+                file => page.parent().unwrap().join(file),
+            };
+            let place = format!("{}: {link}", page.display());
+            assert!(target.exists(), "{place}: there is no such file");
+            if !anchor.is_empty() {
+                let text = fs::read_to_string(&target).unwrap();
+                let known = anchors(&text);
+                assert!(
+                    known.iter().any(|name| name == anchor),
+                    "{place}: of {known:?}"
+                );
+            }
+            followed += 1;
+        }
+    }
+    assert!(followed > 300, "{followed}");
+}
+
+#[test]
+fn every_page_is_in_the_book() {
+    let docs = root().join("docs");
+    let summary = fs::read_to_string(docs.join("SUMMARY.md")).unwrap();
+    let listed = links(&summary);
+    for page in pages() {
+        let Ok(name) = page.strip_prefix(&docs) else {
+            continue;
+        };
+        let name = name.to_string_lossy();
+        assert!(
+            name == "SUMMARY.md" || listed.iter().any(|link| *link == name),
+            "docs/SUMMARY.md does not list {name}"
+        );
+    }
+}
+
+#[test]
+fn every_reason_check_and_metric_is_explained() {
+    let root = root();
+    let guide = fs::read_to_string(root.join("docs/guides/figures.md")).unwrap();
+    let mut names: Vec<String> = Metric::ALL
+        .iter()
+        .map(|metric| metric.name().to_owned())
+        .collect();
+    for schema in ["planner.proto", "placement.proto"] {
+        let text = fs::read_to_string(root.join("proto/ppnpack/v1").join(schema)).unwrap();
+        let values = text
+            .lines()
+            .filter_map(|line| line.trim().split_once(" = "));
+        let values = values.map(|(name, _)| name.to_owned()).filter(|name| {
+            (name.starts_with("REASON_") || name.starts_with("CHECK_"))
+                && !name.ends_with("_UNSPECIFIED")
+        });
+        names.extend(values);
+    }
+    assert!(names.len() > 30, "{names:?}");
+    for name in names {
+        assert!(
+            guide.contains(&format!("`{name}`")),
+            "docs/guides/figures.md lacks {name}"
+        );
+    }
+}
+
+#[test]
+fn links_and_headings_are_read() {
+    let text = "# A `b` of c\n[d](e.md#f), ![g](h.png)\n`[i](j)`\n\n```\n# [k](l)\n```\n## Twice\n## Twice\n";
+    assert_eq!(links(text), ["e.md#f", "h.png"]);
+    assert_eq!(anchors(text), ["a-b-of-c", "twice", "twice-1"]);
+    assert_eq!(links("[a](https://b.c)"), Vec::<String>::new());
 }
 
 #[test]

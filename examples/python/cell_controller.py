@@ -7,6 +7,7 @@ Likewise the planner and the bridge may be restarted at any time.
 """
 
 import argparse
+import os
 import sys
 import time
 import uuid
@@ -138,7 +139,8 @@ def pack(cell, session_id, objects):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--connect", default="tcp/127.0.0.1:7447", help="a Zenoh router, or `ppnpack up`")
+    endpoint = os.environ.get("PPNPACK_ENDPOINT", "tcp/127.0.0.1:7447")
+    parser.add_argument("--connect", default=endpoint, help="a Zenoh router, or `ppnpack up`; PPNPACK_ENDPOINT is another default")
     parser.add_argument("--zenoh-config", help="a Zenoh configuration file instead, as for mutual TLS")
     parser.add_argument("--cell", default="cell-1")
     parser.add_argument("--session", default=None, help="names the session; give it again to go on with it")

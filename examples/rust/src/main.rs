@@ -14,8 +14,8 @@ use zenoh::Wait;
 /// Packs objects through a running ppnpack stack.
 #[derive(Debug, Parser)]
 struct Arguments {
-    /// A Zenoh router, or `ppnpack up`
-    #[arg(long, default_value = "tcp/127.0.0.1:7447")]
+    /// A Zenoh router, or `ppnpack up`; the environment's PPNPACK_ENDPOINT is another default
+    #[arg(long, default_value_t = default_endpoint())]
     connect: String,
     /// The cell
     #[arg(long, default_value = "cell-1")]
@@ -33,6 +33,10 @@ const PATIENCE: Duration = Duration::from_secs(60);
 
 /// How long to wait before a cell that is held is asked again.
 const HELD_PAUSE: Duration = Duration::from_millis(200);
+
+fn default_endpoint() -> String {
+    std::env::var("PPNPACK_ENDPOINT").unwrap_or_else(|_| "tcp/127.0.0.1:7447".to_owned())
+}
 
 fn main() -> Result<()> {
     let arguments = Arguments::parse();

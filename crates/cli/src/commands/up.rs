@@ -30,9 +30,6 @@ use crate::sequence::SequenceOptions;
 use crate::stack::controller::{Controller, Job};
 use crate::stack::{self, Containers, Stack, connect};
 
-/// Where others connect to if nothing else is said: Zenoh's own port.
-const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
-
 /// Runs perception, ppn, heuristic, bridge (simulated cells) and planner in one process, with a Zenoh router that cell
 /// controllers connect to.
 #[derive(Debug, Args)]
@@ -66,7 +63,8 @@ pub(crate) struct UpArguments {
     #[arg(long, conflicts_with = "pack")]
     renew: bool,
 
-    /// A Zenoh endpoint to listen on (may be repeated) [default: tcp/127.0.0.1:7447, and none with --pack]
+    /// A Zenoh endpoint to listen on (may be repeated) [default: the environment's PPNPACK_ENDPOINT, else tcp/127.0.0.1:7447; none with
+    /// --pack]
     #[arg(long, value_name = "ENDPOINT")]
     listen: Vec<String>,
 
@@ -258,7 +256,7 @@ impl UpArguments {
 
     fn listen(&self) -> Vec<String> {
         if self.listen.is_empty() && !self.job.pack {
-            vec![DEFAULT_ENDPOINT.to_owned()]
+            vec![connect::default_endpoint()]
         } else {
             self.listen.clone()
         }

@@ -9,6 +9,17 @@ use ppnpack_service::configuration::{Endpoints, ZenohSettings};
 
 use crate::failure::{OrInput, Outcome};
 
+/// Where a stack is if nothing else is said: Zenoh's own port.
+const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
+
+/// The environment variable that names another default.
+const ENDPOINT_VARIABLE: &str = "PPNPACK_ENDPOINT";
+
+/// Where `ppnpack up` listens, and the other commands connect, if no option says otherwise.
+pub(crate) fn default_endpoint() -> String {
+    std::env::var(ENDPOINT_VARIABLE).unwrap_or_else(|_| DEFAULT_ENDPOINT.to_owned())
+}
+
 /// A session with the stack at an endpoint; `file` is a Zenoh configuration to begin with.
 pub(crate) fn open(endpoint: &str, file: Option<&Path>) -> Outcome<zenoh::Session> {
     use zenoh::Wait;
@@ -27,8 +38,8 @@ pub(crate) fn open(endpoint: &str, file: Option<&Path>) -> Outcome<zenoh::Sessio
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Connection")]
 pub(crate) struct ConnectOptions {
-    /// The Zenoh endpoint of a router, or of `ppnpack up`
-    #[arg(long, value_name = "ENDPOINT", default_value = "tcp/127.0.0.1:7447")]
+    /// The Zenoh endpoint of a router, or of `ppnpack up`; the environment's PPNPACK_ENDPOINT is another default
+    #[arg(long, value_name = "ENDPOINT", default_value_t = default_endpoint())]
     connect: String,
 
     /// A Zenoh configuration (JSON5) to begin with, such as one with certificates

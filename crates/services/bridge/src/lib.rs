@@ -42,6 +42,11 @@ pub use settings::Settings;
 use simulated::SimulatedRobot;
 use streams::Streams;
 
+/// Compiles the example of the guide.
+#[cfg(doctest)]
+#[doc = include_str!("../../../../docs/guides/real-robot.md")]
+struct RealRobot;
+
 /// How long a robot may take to stop when it is cut off.
 const CUT_OFF_PATIENCE: Duration = Duration::from_secs(1);
 
