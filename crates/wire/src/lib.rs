@@ -24,6 +24,7 @@ pub mod keys;
 pub mod limits;
 pub mod ros;
 pub mod rpc;
+pub mod schemas;
 mod structure;
 
 pub use decode::{MAX_CLOUD_BYTES, MAX_MESSAGE_BYTES, decode, encoding_of};
