@@ -24,5 +24,5 @@ pub use difference::{Difference, difference};
 pub use error::RecordingError;
 pub use reader::{End, Reader, RecordedMessage};
 pub use recorder::{RecordSettings, Recorded, Recorder};
-pub use rotation::Rotation;
+pub use rotation::{Rotation, utc};
 pub use topic::{Kind, Topic};

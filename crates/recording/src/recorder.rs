@@ -1,7 +1,8 @@
 //! Recording: the streams of cells into files, until it is told to end.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -14,8 +15,8 @@ use zenoh::Session;
 use crate::error::RecordingError;
 use crate::file::RecordingFile;
 use crate::queue::{Entry, Queue, Taken};
-use crate::rotation::{Rotation, delete_oldest, free_name};
-use crate::shapes::{self, RecordInlet};
+use crate::rotation::{Rotation, delete_oldest, name};
+use crate::shapes::{self, FetcherThread, RecordInlet};
 use crate::source::{self, now_ns};
 use crate::topic::Topic;
 
@@ -41,9 +42,18 @@ pub struct RecordSettings {
 pub struct Recorder {
     subscriptions: Vec<Subscription>,
     records: RecordInlet,
-    fetcher: JoinHandle<()>,
-    queue: Arc<Queue>,
+    fetcher: FetcherThread,
+    queue: OpenQueue,
     writer: JoinHandle<Result<Recorded, RecordingError>>,
+}
+
+/// A queue that something is put into, until it is dropped.
+struct OpenQueue(Arc<Queue>);
+
+impl Drop for OpenQueue {
+    fn drop(&mut self) {
+        self.0.close();
+    }
 }
 
 /// What was recorded.
@@ -80,7 +90,7 @@ impl Recorder {
             subscriptions,
             records,
             fetcher,
-            queue,
+            queue: OpenQueue(queue),
             writer: writer.map_err(|error| RecordingError::Thread(error.to_string()))?,
         })
     }
@@ -97,8 +107,8 @@ impl Recorder {
     pub fn finish(self) -> Result<Recorded, RecordingError> {
         let lost = |_| RecordingError::Thread("it ended by a panic".to_owned());
         drop((self.subscriptions, self.records));
-        self.fetcher.join().map_err(lost)?;
-        self.queue.close();
+        self.fetcher.finish()?;
+        drop(self.queue);
         self.writer.join().map_err(lost)?
     }
 }
@@ -108,12 +118,14 @@ struct Writer {
     folder: PathBuf,
     rotation: Rotation,
     file: RecordingFile,
+    /// Of the file, counted up from file to file.
+    number: u64,
     recorded: Recorded,
 }
 
 impl Writer {
     fn begin(settings: &RecordSettings) -> Result<Self, RecordingError> {
-        let file = RecordingFile::begin(free_name(&settings.folder, now_ns()))?;
+        let (file, number) = begin_file(&settings.folder, 1)?;
         let mut writer = Self {
             folder: settings.folder.clone(),
             rotation: settings.rotation,
@@ -122,6 +134,7 @@ impl Writer {
                 ..Recorded::default()
             },
             file,
+            number,
         };
         writer.delete_oldest()?;
         // Its header is in the file from the beginning.
@@ -161,7 +174,8 @@ impl Writer {
     }
 
     fn go_on_in_another_file(&mut self, queue: &Queue) -> Result<(), RecordingError> {
-        let next = RecordingFile::begin(free_name(&self.folder, now_ns()))?;
+        let (next, number) = begin_file(&self.folder, self.number + 1)?;
+        self.number = number;
         self.recorded.files.push(next.path().to_owned());
         let full = std::mem::replace(&mut self.file, next);
         full.finish(&queue.dropped())?;
@@ -176,5 +190,21 @@ impl Writer {
             tracing::info!(file = %deleted.display(), "an old recording is deleted");
         }
         Ok(())
+    }
+}
+
+/// Begins a file of this number, or of the next one that is free: another recorder may write into the folder, too.
+fn begin_file(folder: &Path, first: u64) -> Result<(RecordingFile, u64), RecordingError> {
+    let mut number = first;
+    loop {
+        match RecordingFile::begin(name(folder, now_ns(), number)) {
+            Ok(file) => return Ok((file, number)),
+            Err(RecordingError::File { source, .. })
+                if source.kind() == ErrorKind::AlreadyExists =>
+            {
+                number += 1;
+            }
+            Err(error) => return Err(error),
+        }
     }
 }

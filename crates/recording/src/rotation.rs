@@ -32,16 +32,10 @@ impl Default for Rotation {
     }
 }
 
-/// A free name for a file that is begun now, such as `ppnpack-20260131T235959Z.mcap`; with a number where there are others of that second.
-pub(crate) fn free_name(folder: &Path, now_ns: u64) -> PathBuf {
+/// The name of a file that is begun now, such as `ppnpack-20260131T235959Z-000001.mcap`; the number tells those of one second apart.
+pub(crate) fn name(folder: &Path, now_ns: u64, number: u64) -> PathBuf {
     let at = utc(now_ns / 1_000_000_000);
-    let numbered = |number: u32| match number {
-        0 => folder.join(format!("{PREFIX}{at}{SUFFIX}")),
-        number => folder.join(format!("{PREFIX}{at}.{number:03}{SUFFIX}")),
-    };
-    let mut names = (0..1_000).map(numbered);
-    let free = names.find(|path| !path.exists());
-    free.unwrap_or_else(|| numbered(1_000))
+    folder.join(format!("{PREFIX}{at}-{number:06}{SUFFIX}"))
 }
 
 /// Deletes the oldest recordings of a folder, by their names, until no more than `keep` are left. Gives those that were.
@@ -73,7 +67,7 @@ pub(crate) fn delete_oldest(folder: &Path, keep: usize) -> Result<Vec<PathBuf>, 
 }
 
 /// A time of the Gregorian calendar in UTC, such as `20260131T235959Z`.
-pub(crate) fn utc(seconds: u64) -> String {
+pub fn utc(seconds: u64) -> String {
     let (days, second) = (seconds / 86_400, seconds % 86_400);
     // Years are counted from March, so that a leap day is the last of its year; 719,468 days are from 0000-03-01 to 1970.
     let days = days + 719_468;
@@ -107,19 +101,19 @@ mod tests {
     }
 
     #[test]
-    fn names_are_free_and_the_oldest_are_deleted() {
+    fn the_oldest_are_deleted() {
         let folder = tempfile::tempdir().unwrap();
-        let at = |seconds: u64| {
-            let path = free_name(folder.path(), seconds * 1_000_000_000);
+        let at = |seconds: u64, number: u64| {
+            let path = name(folder.path(), seconds * 1_000_000_000, number);
             std::fs::write(&path, "").unwrap();
             path
         };
-        let (first, second, third) = (at(0), at(0), at(1));
-        std::fs::write(folder.path().join("notes.txt"), "").unwrap();
-        assert_eq!(second, folder.path().join("ppnpack-19700101T000000Z.001.mcap"));
-        assert_eq!(delete_oldest(folder.path(), 2).unwrap().len(), 1);
-        assert!(third.exists());
-        assert_eq!(delete_oldest(folder.path(), 0).unwrap().len(), 2);
-        assert!(!first.exists() && folder.path().join("notes.txt").exists());
+        let (first, second, third) = (at(0, 9), at(0, 10), at(1, 1));
+        let notes = folder.path().join("notes.txt");
+        std::fs::write(&notes, "").unwrap();
+        assert_eq!(second, folder.path().join("ppnpack-19700101T000000Z-000010.mcap"));
+        assert_eq!(delete_oldest(folder.path(), 2).unwrap(), [first]);
+        assert_eq!(delete_oldest(folder.path(), 0).unwrap(), [second, third]);
+        assert!(notes.exists());
     }
 }

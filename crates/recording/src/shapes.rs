@@ -1,8 +1,8 @@
 //! The items and solids that records name, fetched from the planner that published them.
 
 use std::collections::{BTreeSet, HashMap};
-use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -21,6 +21,9 @@ const MOST_WAITING: usize = 64;
 /// How long a planner may take to answer: it plans a step before.
 const PATIENCE: Duration = Duration::from_secs(10);
 
+/// How long the planners may take altogether once the recording ends.
+const LAST_PATIENCE: Duration = Duration::from_secs(2);
+
 /// How many shapes are asked for at once.
 const MOST_ASKED: usize = 256;
 
@@ -34,6 +37,21 @@ pub(crate) struct RecordInlet {
     queue: Arc<Queue>,
 }
 
+/// The thread that fetches shapes. It ends when the inlet and its clones are gone.
+pub(crate) struct FetcherThread {
+    thread: JoinHandle<()>,
+    ends_at: Arc<OnceLock<Instant>>,
+}
+
+impl FetcherThread {
+    /// Waits for its end; nothing is asked for any more after a while.
+    pub(crate) fn finish(self) -> Result<(), RecordingError> {
+        self.ends_at.get_or_init(|| Instant::now() + LAST_PATIENCE);
+        let lost = |_| RecordingError::Thread("it ended by a panic".to_owned());
+        self.thread.join().map_err(lost)
+    }
+}
+
 impl RecordInlet {
     /// Adds a record, or drops it where too many wait.
     pub(crate) fn push(&self, sample: Sample) {
@@ -44,18 +62,20 @@ impl RecordInlet {
     }
 }
 
-/// Starts the thread that fetches shapes, and puts each record with them into the queue. It ends when the inlet and its clones are gone.
+/// Starts the thread that fetches shapes, and puts each record with them into the queue.
 pub(crate) fn start(
     client: Client,
     queue: &Arc<Queue>,
-) -> Result<(RecordInlet, JoinHandle<()>), RecordingError> {
+) -> Result<(RecordInlet, FetcherThread), RecordingError> {
     let (waiting, records) = sync_channel(MOST_WAITING);
     let inlet = RecordInlet {
         waiting,
         queue: Arc::clone(queue),
     };
+    let ends_at = Arc::new(OnceLock::new());
     let fetcher = Fetcher {
         client,
+        ends_at: Arc::clone(&ends_at),
         kept: HashMap::new(),
         kept_bytes: 0,
     };
@@ -63,11 +83,13 @@ pub(crate) fn start(
     let thread = std::thread::Builder::new().name("shapes".to_owned());
     let thread = thread.spawn(move || fetcher.run(&records, &queue));
     let thread = thread.map_err(|error| RecordingError::Thread(error.to_string()))?;
-    Ok((inlet, thread))
+    Ok((inlet, FetcherThread { thread, ends_at }))
 }
 
 struct Fetcher {
     client: Client,
+    /// Where the recording ends: nothing is waited for after that.
+    ends_at: Arc<OnceLock<Instant>>,
     /// Encoded shapes by their ids.
     kept: HashMap<Vec<u8>, ZBytes>,
     kept_bytes: usize,
@@ -108,7 +130,8 @@ impl Fetcher {
 
     /// Fetches those of the shapes that are not kept yet.
     fn fetch(&mut self, cell: &Cell, ids: &BTreeSet<Vec<u8>>) -> Result<(), String> {
-        let deadline = Instant::now() + PATIENCE;
+        let patience = Instant::now() + PATIENCE;
+        let deadline = self.ends_at.get().map_or(patience, |end| patience.min(*end));
         let missing = ids.iter().filter(|id| !self.kept.contains_key(*id));
         let mut missing: Vec<Vec<u8>> = missing.cloned().collect();
         while !missing.is_empty() {

@@ -3392,3 +3392,307 @@ impl ::prost::Name for ProposeReply {
         "/ppnpack.v1.ProposeReply".into()
     }
 }
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct PlanningRecord {
+    #[prost(string, tag = "1")]
+    pub cell: ::prost::alloc::string::String,
+    #[prost(string, tag = "2")]
+    pub session_id: ::prost::alloc::string::String,
+    #[prost(uint64, tag = "3")]
+    pub step: u64,
+    #[prost(int64, tag = "4")]
+    pub planned_at_ns: i64,
+    #[prost(message, optional, tag = "5")]
+    pub versions: ::core::option::Option<Versions>,
+    #[prost(string, tag = "6")]
+    pub settings: ::prost::alloc::string::String,
+    #[prost(uint32, tag = "7")]
+    pub alternatives: u32,
+    #[prost(message, repeated, tag = "8")]
+    pub items: ::prost::alloc::vec::Vec<RecordedItem>,
+    #[prost(message, repeated, tag = "9")]
+    pub candidates: ::prost::alloc::vec::Vec<RecordedCandidate>,
+    #[prost(message, repeated, tag = "10")]
+    pub containers: ::prost::alloc::vec::Vec<RecordedContainer>,
+    #[prost(message, repeated, tag = "11")]
+    pub attempts: ::prost::alloc::vec::Vec<RecordedAttempt>,
+    #[prost(bytes = "vec", repeated, tag = "12")]
+    pub mix: ::prost::alloc::vec::Vec<::prost::alloc::vec::Vec<u8>>,
+    #[prost(bool, tag = "13")]
+    pub is_cut: bool,
+    #[prost(message, optional, tag = "14")]
+    pub decision: ::core::option::Option<Decision>,
+}
+impl ::prost::Name for PlanningRecord {
+    const NAME: &'static str = "PlanningRecord";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.PlanningRecord".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.PlanningRecord".into()
+    }
+}
+
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct RecordedItem {
+    #[prost(string, tag = "1")]
+    pub item_id: ::prost::alloc::string::String,
+    #[prost(string, tag = "2")]
+    pub object: ::prost::alloc::string::String,
+    #[prost(uint64, tag = "3")]
+    pub arrival: u64,
+}
+impl ::prost::Name for RecordedItem {
+    const NAME: &'static str = "RecordedItem";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.RecordedItem".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.RecordedItem".into()
+    }
+}
+
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct RecordedCandidate {
+    #[prost(uint64, tag = "1")]
+    pub arrival: u64,
+    #[prost(uint32, tag = "2")]
+    pub pose: u32,
+    #[prost(bytes = "vec", tag = "3")]
+    pub item: ::prost::alloc::vec::Vec<u8>,
+    #[prost(bytes = "vec", tag = "4")]
+    pub solid: ::prost::alloc::vec::Vec<u8>,
+    #[prost(double, optional, tag = "5")]
+    pub mass_kg: ::core::option::Option<f64>,
+    #[prost(message, optional, tag = "6")]
+    pub heightmap_from_item: ::core::option::Option<Pose>,
+    #[prost(message, optional, tag = "7")]
+    pub waits_at: ::core::option::Option<Pose>,
+    #[prost(message, optional, tag = "8")]
+    pub rules: ::core::option::Option<ItemRules>,
+    #[prost(uint32, tag = "9")]
+    pub stop: u32,
+}
+impl ::prost::Name for RecordedCandidate {
+    const NAME: &'static str = "RecordedCandidate";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.RecordedCandidate".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.RecordedCandidate".into()
+    }
+}
+
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct RecordedContainer {
+    #[prost(string, tag = "1")]
+    pub container: ::prost::alloc::string::String,
+    #[prost(message, optional, tag = "2")]
+    pub scene: ::core::option::Option<Scene>,
+    #[prost(message, optional, tag = "3")]
+    pub content: ::core::option::Option<RecordedContent>,
+    #[prost(uint32, repeated, tag = "4")]
+    pub stops: ::prost::alloc::vec::Vec<u32>,
+}
+impl ::prost::Name for RecordedContainer {
+    const NAME: &'static str = "RecordedContainer";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.RecordedContainer".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.RecordedContainer".into()
+    }
+}
+
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct RecordedContent {
+    #[prost(message, repeated, tag = "1")]
+    pub bodies: ::prost::alloc::vec::Vec<RecordedBody>,
+    #[prost(bool, tag = "2")]
+    pub has_seen: bool,
+    #[prost(bool, tag = "3")]
+    pub is_partial: bool,
+}
+impl ::prost::Name for RecordedContent {
+    const NAME: &'static str = "RecordedContent";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.RecordedContent".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.RecordedContent".into()
+    }
+}
+
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct RecordedBody {
+    #[prost(string, tag = "1")]
+    pub name: ::prost::alloc::string::String,
+    #[prost(bytes = "vec", tag = "2")]
+    pub solid: ::prost::alloc::vec::Vec<u8>,
+    #[prost(message, optional, tag = "3")]
+    pub container_from_item: ::core::option::Option<Pose>,
+    #[prost(double, tag = "4")]
+    pub mass_kg: f64,
+    #[prost(double, optional, tag = "5")]
+    pub carries_kg: ::core::option::Option<f64>,
+}
+impl ::prost::Name for RecordedBody {
+    const NAME: &'static str = "RecordedBody";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.RecordedBody".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.RecordedBody".into()
+    }
+}
+
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct RecordedAttempt {
+    #[prost(message, repeated, tag = "1")]
+    pub containers: ::prost::alloc::vec::Vec<AdmittedCandidates>,
+}
+impl ::prost::Name for RecordedAttempt {
+    const NAME: &'static str = "RecordedAttempt";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.RecordedAttempt".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.RecordedAttempt".into()
+    }
+}
+
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct AdmittedCandidates {
+    #[prost(uint32, repeated, tag = "1")]
+    pub candidates: ::prost::alloc::vec::Vec<u32>,
+}
+impl ::prost::Name for AdmittedCandidates {
+    const NAME: &'static str = "AdmittedCandidates";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.AdmittedCandidates".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.AdmittedCandidates".into()
+    }
+}
+
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Solid {
+    #[prost(string, tag = "1")]
+    pub name: ::prost::alloc::string::String,
+    #[prost(double, repeated, tag = "2")]
+    pub vertices_m: ::prost::alloc::vec::Vec<f64>,
+    #[prost(uint32, repeated, tag = "3")]
+    pub triangles: ::prost::alloc::vec::Vec<u32>,
+    #[prost(double, tag = "4")]
+    pub volume_m3: f64,
+    #[prost(message, repeated, tag = "5")]
+    pub pieces: ::prost::alloc::vec::Vec<ConvexPiece>,
+    #[prost(double, tag = "6")]
+    pub mass_kg: f64,
+    #[prost(message, optional, tag = "7")]
+    pub centre_of_mass: ::core::option::Option<Vector3>,
+    #[prost(double, repeated, tag = "8")]
+    pub inertia_kg_m2: ::prost::alloc::vec::Vec<f64>,
+    #[prost(double, optional, tag = "9")]
+    pub carries_kg: ::core::option::Option<f64>,
+}
+impl ::prost::Name for Solid {
+    const NAME: &'static str = "Solid";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.Solid".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.Solid".into()
+    }
+}
+
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct ConvexPiece {
+    #[prost(double, repeated, tag = "1")]
+    pub vertices_m: ::prost::alloc::vec::Vec<f64>,
+}
+impl ::prost::Name for ConvexPiece {
+    const NAME: &'static str = "ConvexPiece";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.ConvexPiece".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.ConvexPiece".into()
+    }
+}
+
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct ShapesRequest {
+    #[prost(message, optional, tag = "1")]
+    pub header: ::core::option::Option<RequestHeader>,
+    #[prost(bytes = "vec", repeated, tag = "2")]
+    pub ids: ::prost::alloc::vec::Vec<::prost::alloc::vec::Vec<u8>>,
+}
+impl ::prost::Name for ShapesRequest {
+    const NAME: &'static str = "ShapesRequest";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.ShapesRequest".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.ShapesRequest".into()
+    }
+}
+
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct ShapesReply {
+    #[prost(message, optional, tag = "1")]
+    pub header: ::core::option::Option<ReplyHeader>,
+    #[prost(message, repeated, tag = "2")]
+    pub shapes: ::prost::alloc::vec::Vec<Shape>,
+    #[prost(bytes = "vec", repeated, tag = "3")]
+    pub unknown: ::prost::alloc::vec::Vec<::prost::alloc::vec::Vec<u8>>,
+}
+impl ::prost::Name for ShapesReply {
+    const NAME: &'static str = "ShapesReply";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.ShapesReply".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.ShapesReply".into()
+    }
+}
+
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Shape {
+    #[prost(bytes = "vec", tag = "1")]
+    pub id: ::prost::alloc::vec::Vec<u8>,
+    #[prost(oneof = "shape::Shape", tags = "2, 3")]
+    pub shape: ::core::option::Option<shape::Shape>,
+}
+pub mod shape {
+    #[derive(Clone, PartialEq, ::prost::Oneof)]
+    pub enum Shape {
+        #[prost(message, tag = "2")]
+        Item(super::Item),
+        #[prost(message, tag = "3")]
+        Solid(super::Solid),
+    }
+}
+impl ::prost::Name for Shape {
+    const NAME: &'static str = "Shape";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.Shape".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.Shape".into()
+    }
+}

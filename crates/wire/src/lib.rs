@@ -15,6 +15,7 @@
 
 pub mod convert;
 pub mod debug;
+pub mod debug_plan;
 mod decode;
 pub mod error;
 pub mod header;
