@@ -50,7 +50,10 @@ impl Running {
                 break;
             }
         }
-        assert!(lines.last().is_some_and(|line| line.starts_with(ready)), "{lines:?}");
+        assert!(
+            lines.last().is_some_and(|line| line.starts_with(ready)),
+            "{lines:?}"
+        );
         Self { child, lines }
     }
 
@@ -65,7 +68,10 @@ fn up(options: &[&str]) -> (Running, String) {
     let mut command = ppnpack(&["up", "--listen", "tcp/127.0.0.1:0"]);
     command.args(options);
     let up = Running::start(command, "Ready");
-    let endpoint = up.lines.iter().find_map(|line| line.strip_prefix("Zenoh: "));
+    let endpoint = up
+        .lines
+        .iter()
+        .find_map(|line| line.strip_prefix("Zenoh: "));
     let endpoint = endpoint.unwrap().to_owned();
     (up, endpoint)
 }
@@ -80,7 +86,11 @@ fn record(endpoint: &str, folder: &Path, options: &[&str]) -> Running {
 fn pack(endpoint: &str, options: &[&str], out: &Path) {
     let mut command = ppnpack(&["up", "--pack", "--connect", endpoint, "--json", "--out"]);
     let output = command.arg(out).args(options).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
 }
 
 fn files(folder: &Path) -> Vec<PathBuf> {
@@ -109,12 +119,19 @@ fn decoded(file: &Path) -> BTreeMap<String, usize> {
         let message = message.unwrap();
         let channel = &message.channel;
         let schema = channel.schema.as_ref().unwrap();
-        assert_eq!((schema.encoding.as_str(), channel.message_encoding.as_str()), ("protobuf", "protobuf"));
+        assert_eq!(
+            (schema.encoding.as_str(), channel.message_encoding.as_str()),
+            ("protobuf", "protobuf")
+        );
         let pool = DescriptorPool::decode(schema.data.as_ref()).unwrap();
         let descriptor = pool.get_message_by_name(&schema.name).unwrap();
         let decoded = DynamicMessage::decode(descriptor, message.data.as_ref()).unwrap();
         let unknown = decoded.unknown_fields().count();
-        assert_eq!(unknown, 0, "{} has fields that its schema does not have", channel.topic);
+        assert_eq!(
+            unknown, 0,
+            "{} has fields that its schema does not have",
+            channel.topic
+        );
         *counts.entry(channel.topic.clone()).or_default() += 1;
     }
     counts
@@ -153,8 +170,20 @@ fn what_a_stack_does_is_recorded_and_decided_again() {
     let file = &files[0];
 
     let counts = decoded(file);
-    for stream in ["heightmap", "state", "outcome", "plan", "session", "record", "shape", "debug_scene"] {
-        assert!(counts.contains_key(&format!("/cell-1/{stream}")), "{stream}: {counts:?}");
+    for stream in [
+        "heightmap",
+        "state",
+        "outcome",
+        "plan",
+        "session",
+        "record",
+        "shape",
+        "debug_scene",
+    ] {
+        assert!(
+            counts.contains_key(&format!("/cell-1/{stream}")),
+            "{stream}: {counts:?}"
+        );
     }
     let decisions = counts["/cell-1/plan"] as u64;
     assert_eq!(decisions, 8);
@@ -165,7 +194,10 @@ fn what_a_stack_does_is_recorded_and_decided_again() {
     assert_eq!(contents["is_whole"], true, "{contents}");
     assert_eq!(contents["decisions"]["decided"], decisions, "{contents}");
     assert_eq!(contents["topics"]["/cell-1/plan"]["messages"], decisions);
-    assert_eq!(contents["topics"]["/cell-1/plan"]["schema"], "ppnpack.v1.Decision");
+    assert_eq!(
+        contents["topics"]["/cell-1/plan"]["schema"],
+        "ppnpack.v1.Decision"
+    );
     assert_eq!(contents["cells"], serde_json::json!(["cell-1"]));
 
     let replayed = asked("replay", file);
@@ -181,7 +213,12 @@ fn what_a_stack_does_is_recorded_and_decided_again() {
 
 fn is_found_where_it_was_changed(file: &Path, folder: &Path) {
     let other = folder.join("changed.mcap");
-    changed(file, &other, |decision| decision.value = decision.value.next_up(), 3);
+    changed(
+        file,
+        &other,
+        |decision| decision.value = decision.value.next_up(),
+        3,
+    );
     let replayed = asked("replay", &other);
     let again = json(&replayed);
     assert_eq!(replayed.status.code(), Some(1), "{again}");
@@ -194,10 +231,29 @@ fn is_found_where_it_was_changed(file: &Path, folder: &Path) {
     assert!(errors.contains("step 3: value is recorded as"), "{errors}");
 }
 
+/// The largest record of a file that is a chunk: an opcode and a length are before each record.
+fn largest_chunk(bytes: &[u8]) -> std::ops::Range<usize> {
+    let mut chunks = Vec::new();
+    let mut at = mcap::MAGIC.len();
+    while at + 9 <= bytes.len() - mcap::MAGIC.len() {
+        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap());
+        let end = at + 9 + usize::try_from(length).unwrap();
+        if bytes[at] == mcap::records::op::CHUNK {
+            chunks.push(at + 9..end);
+        }
+        at = end;
+    }
+    chunks
+        .into_iter()
+        .max_by_key(ExactSizeIterator::len)
+        .unwrap()
+}
+
 fn is_said_to_be_damaged(file: &Path, folder: &Path) {
     let mut bytes = std::fs::read(file).unwrap();
-    let middle = bytes.len() / 2;
-    for byte in &mut bytes[middle..middle + 64] {
+    let chunk = largest_chunk(&bytes);
+    let middle = (chunk.start + chunk.end) / 2;
+    for byte in &mut bytes[middle..middle + 16] {
         *byte ^= 0x55;
     }
     let damaged = folder.join("damaged.mcap");
@@ -243,7 +299,10 @@ fn a_recorder_that_is_killed_leaves_what_it_had_flushed() {
     let contents = json(&asked("inspect", &file));
     assert_eq!(contents["is_whole"], false, "{contents}");
     assert_eq!(contents["decisions"]["decided"], decided, "{contents}");
-    assert!(contents["topics"].get("/cell-1/cloud").is_none(), "{contents}");
+    assert!(
+        contents["topics"].get("/cell-1/cloud").is_none(),
+        "{contents}"
+    );
     let replayed = asked("replay", &file);
     let again = json(&replayed);
     assert_eq!(again["equal"], decided, "{again}");

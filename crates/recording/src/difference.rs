@@ -121,7 +121,7 @@ fn shown(value: &Value) -> String {
         Value::Bytes(bytes) => format!("{} bytes", bytes.len()),
         Value::List(list) => format!("{} of them", list.len()),
         Value::Map(map) => format!("{} of them", map.len()),
-        Value::Message(message) => message.to_string(),
+        Value::Message(message) => format!("a {}", message.descriptor().name()),
     };
     let end = text.floor_char_boundary(MOST_SHOWN_BYTES);
     match text.get(..end) {
@@ -158,7 +158,10 @@ mod tests {
                 }),
                 orientation: None,
             }),
-            alternatives: vec![v1::RankedPlacement::default(), v1::RankedPlacement::default()],
+            alternatives: vec![
+                v1::RankedPlacement::default(),
+                v1::RankedPlacement::default(),
+            ],
             ..v1::Decision::default()
         }
     }

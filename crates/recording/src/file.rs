@@ -122,7 +122,9 @@ impl RecordingFile {
         payload: &ZBytes,
     ) -> Result<(), RecordingError> {
         let header = self.header(topic, at_ns)?;
-        let written = self.writer.write_to_known_channel(&header, &payload.to_bytes());
+        let written = self
+            .writer
+            .write_to_known_channel(&header, &payload.to_bytes());
         written.map_err(|error| failed(&self.path, &error))
     }
 
@@ -130,7 +132,8 @@ impl RecordingFile {
     fn header(&mut self, topic: &Topic, at_ns: u64) -> Result<MessageHeader, RecordingError> {
         if !self.channels.contains_key(topic) {
             let id = self.add_channel(topic)?;
-            self.channels.insert(topic.clone(), Channel { id, sequence: 0 });
+            self.channels
+                .insert(topic.clone(), Channel { id, sequence: 0 });
         }
         let mut header = MessageHeader {
             channel_id: 0,
@@ -152,14 +155,18 @@ impl RecordingFile {
         let schema_id = match self.schemas.get(&schema.name) {
             Some(id) => *id,
             None => {
-                let added = self.writer.add_schema(&schema.name, PROTOBUF, &schema.descriptors);
+                let added = self
+                    .writer
+                    .add_schema(&schema.name, PROTOBUF, &schema.descriptors);
                 let id = added.map_err(|error| failed(&path, &error))?;
                 self.schemas.insert(schema.name, id);
                 id
             }
         };
         let name = topic.to_string();
-        let added = self.writer.add_channel(schema_id, &name, PROTOBUF, &BTreeMap::new());
+        let added = self
+            .writer
+            .add_channel(schema_id, &name, PROTOBUF, &BTreeMap::new());
         added.map_err(|error| failed(&path, &error))
     }
 
@@ -194,7 +201,9 @@ impl RecordingFile {
         let finished = self.writer.finish();
         finished.map_err(|error| failed(&self.path, &error))?;
         let Counted { file, .. } = self.writer.into_inner();
-        let file = file.into_inner().map_err(std::io::IntoInnerError::into_error);
+        let file = file
+            .into_inner()
+            .map_err(std::io::IntoInnerError::into_error);
         let synced = file.and_then(|file| file.sync_all());
         synced.map_err(|source| RecordingError::File {
             path: self.path.clone(),

@@ -6,9 +6,10 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mcap::records::{ChunkHeader, Record, op};
+use mcap::read::ChunkReader;
+use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::{ChunkReader, McapError, parse_record};
+use mcap::{McapError, parse_record};
 
 use crate::error::RecordingError;
 use crate::file::DROPPED;
@@ -195,7 +196,9 @@ impl Reader {
             Err(McapError::UnexpectedEof) => return Ok(Step::Last(self.cut())),
             Err(error) => return Err(self.damaged(&error)),
         };
-        let taken = self.take(opcode, &data).map_err(|error| self.damaged(&error))?;
+        let taken = self
+            .take(opcode, &data)
+            .map_err(|error| self.damaged(&error))?;
         // An opcode and a length are before each record.
         self.offset += 9 + data.len() as u64;
         Ok(taken)
@@ -239,7 +242,7 @@ impl Reader {
             return Err(McapError::ChunkTooLarge(header.uncompressed_size));
         }
         let mut messages = Vec::new();
-        for record in ChunkReader::new(ChunkHeader::clone(&header), &data)? {
+        for record in ChunkReader::new(header, &data)? {
             messages.extend(self.take_record(record?)?);
         }
         self.ready.extend(messages);

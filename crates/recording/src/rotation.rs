@@ -77,7 +77,11 @@ pub fn utc(seconds: u64) -> String {
     let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
     let month_from_march = (5 * day_of_year + 2) / 153;
     let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
-    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
+    let month = if month_from_march < 10 {
+        month_from_march + 3
+    } else {
+        month_from_march - 9
+    };
     let year = 400 * era + year_of_era + u64::from(month <= 2);
     let (hour, minute, second) = (second / 3_600, second / 60 % 60, second % 60);
     format!("{year:04}{month:02}{day:02}T{hour:02}{minute:02}{second:02}Z")
@@ -111,7 +115,10 @@ mod tests {
         let (first, second, third) = (at(0, 9), at(0, 10), at(1, 1));
         let notes = folder.path().join("notes.txt");
         std::fs::write(&notes, "").unwrap();
-        assert_eq!(second, folder.path().join("ppnpack-19700101T000000Z-000010.mcap"));
+        assert_eq!(
+            second,
+            folder.path().join("ppnpack-19700101T000000Z-000010.mcap")
+        );
         assert_eq!(delete_oldest(folder.path(), 2).unwrap(), [first]);
         assert_eq!(delete_oldest(folder.path(), 0).unwrap(), [second, third]);
         assert!(notes.exists());

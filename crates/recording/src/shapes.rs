@@ -131,7 +131,10 @@ impl Fetcher {
     /// Fetches those of the shapes that are not kept yet.
     fn fetch(&mut self, cell: &Cell, ids: &BTreeSet<Vec<u8>>) -> Result<(), String> {
         let patience = Instant::now() + PATIENCE;
-        let deadline = self.ends_at.get().map_or(patience, |end| patience.min(*end));
+        let deadline = self
+            .ends_at
+            .get()
+            .map_or(patience, |end| patience.min(*end));
         let missing = ids.iter().filter(|id| !self.kept.contains_key(*id));
         let mut missing: Vec<Vec<u8>> = missing.cloned().collect();
         while !missing.is_empty() {
@@ -160,8 +163,13 @@ impl Fetcher {
 pub(crate) fn named(record: &v1::PlanningRecord) -> BTreeSet<Vec<u8>> {
     let candidates = record.candidates.iter();
     let candidates = candidates.flat_map(|held| [&held.item, &held.solid]);
-    let contents = record.containers.iter().filter_map(|at| at.content.as_ref());
-    let bodies = contents.flat_map(|content| &content.bodies).map(|body| &body.solid);
+    let contents = record
+        .containers
+        .iter()
+        .filter_map(|at| at.content.as_ref());
+    let bodies = contents
+        .flat_map(|content| &content.bodies)
+        .map(|body| &body.solid);
     let ids = candidates.chain(bodies).chain(&record.mix);
     ids.filter(|id| !id.is_empty()).cloned().collect()
 }

@@ -80,7 +80,14 @@ mod tests {
             let topic = Topic { cell, kind };
             assert_eq!(Topic::parse(&topic.to_string()), Some(topic));
         }
-        for other in ["", "/", "/cell-1", "/cell-1/else", "cell-1/plan", "/a b/plan"] {
+        for other in [
+            "",
+            "/",
+            "/cell-1",
+            "/cell-1/else",
+            "cell-1/plan",
+            "/a b/plan",
+        ] {
             assert_eq!(Topic::parse(other), None, "{other}");
         }
     }

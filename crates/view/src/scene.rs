@@ -19,7 +19,9 @@ pub(crate) fn draw(cell: &Cell, record: &[u8], shapes: &mut Shapes) -> Result<Sc
     let chosen = decision.map(|decision| decision.container.as_str());
     let mut containers = record.containers.iter();
     let named = chosen.and_then(|name| containers.find(|at| at.container == name));
-    let at = named.or(record.containers.first()).ok_or("it has no container")?;
+    let at = named
+        .or(record.containers.first())
+        .ok_or("it has no container")?;
     let scene = convert::scene::read_required("scene", at.scene.as_ref());
     let (grid, _) = scene.map_err(|error| error.to_string())?;
     let bodies = at.content.iter().flat_map(|content| &content.bodies);
@@ -39,7 +41,12 @@ pub(crate) fn draw(cell: &Cell, record: &[u8], shapes: &mut Shapes) -> Result<Sc
         choice_box: decision.and_then(|decision| step.choice_box(decision)),
         runners_up: decision.map_or_else(Vec::new, |decision| step.runners_up(decision)),
     };
-    Ok(debug_plan::scene(cell, record.planned_at_ns, grid.container(), &planned))
+    Ok(debug_plan::scene(
+        cell,
+        record.planned_at_ns,
+        grid.container(),
+        &planned,
+    ))
 }
 
 struct Step<'a> {
@@ -95,7 +102,11 @@ impl<'a> Step<'a> {
 
     /// The item of this id in one of its poses.
     fn held(&self, item_id: &str, pose: u32) -> Option<&'a v1::RecordedCandidate> {
-        let item = self.record.items.iter().find(|item| item.item_id == item_id)?;
+        let item = self
+            .record
+            .items
+            .iter()
+            .find(|item| item.item_id == item_id)?;
         let mut candidates = self.record.candidates.iter();
         candidates.find(|held| held.arrival == item.arrival && held.pose == pose)
     }

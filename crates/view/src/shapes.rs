@@ -78,11 +78,13 @@ impl Shapes {
         match shape.shape {
             Some(v1::shape::Shape::Item(item)) => {
                 let item = convert::item::read(&item).ok();
-                self.items.extend(item.map(|item| (shape.id, Arc::new(item))));
+                self.items
+                    .extend(item.map(|item| (shape.id, Arc::new(item))));
             }
             Some(v1::shape::Shape::Solid(solid)) => {
                 let solid = convert::solid::read(&solid).ok();
-                self.solids.extend(solid.map(|solid| (shape.id, Arc::new(solid))));
+                self.solids
+                    .extend(solid.map(|solid| (shape.id, Arc::new(solid))));
             }
             None => {}
         }

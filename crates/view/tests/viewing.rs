@@ -84,13 +84,18 @@ impl Viewer {
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         let mut request = format!("ws://{address}").into_client_request().unwrap();
         let protocol = "foxglove.sdk.v1".parse().unwrap();
-        request.headers_mut().insert("sec-websocket-protocol", protocol);
+        request
+            .headers_mut()
+            .insert("sec-websocket-protocol", protocol);
         let (socket, _) = tungstenite::client(request, stream).unwrap();
         let mut viewer = Self {
             socket,
             channels: BTreeMap::new(),
         };
-        while !topics.iter().all(|topic| viewer.channels.contains_key(*topic)) {
+        while !topics
+            .iter()
+            .all(|topic| viewer.channels.contains_key(*topic))
+        {
             viewer.read();
         }
         viewer
@@ -99,10 +104,13 @@ impl Viewer {
     /// Subscribes channels, each by its number among these.
     fn look_at(&mut self, topics: &[&str]) {
         let subscriptions = topics.iter().enumerate();
-        let subscriptions = subscriptions.map(|(id, topic)| json!({"id": id, "channelId": self.channels[*topic]["id"]}));
+        let subscriptions = subscriptions
+            .map(|(id, topic)| json!({"id": id, "channelId": self.channels[*topic]["id"]}));
         let subscriptions: Vec<Value> = subscriptions.collect();
         let message = json!({"op": "subscribe", "subscriptions": subscriptions});
-        self.socket.send(Message::text(message.to_string())).unwrap();
+        self.socket
+            .send(Message::text(message.to_string()))
+            .unwrap();
     }
 
     /// The number of the subscription and the payload of the next message, where one came.
@@ -138,9 +146,14 @@ impl Viewer {
     /// A message of a channel, decoded by the schema that was advertised with it.
     fn decoded(&self, topic: &str, payload: &[u8]) -> DynamicMessage {
         let channel = &self.channels[topic];
-        assert_eq!((&channel["encoding"], &channel["schemaEncoding"]), (&json!("protobuf"), &json!("protobuf")));
+        assert_eq!(
+            (&channel["encoding"], &channel["schemaEncoding"]),
+            (&json!("protobuf"), &json!("protobuf"))
+        );
         let schema = channel["schema"].as_str().unwrap();
-        let schema = STANDARD.decode(schema).or_else(|_| STANDARD_NO_PAD.decode(schema));
+        let schema = STANDARD
+            .decode(schema)
+            .or_else(|_| STANDARD_NO_PAD.decode(schema));
         let pool = DescriptorPool::decode(schema.unwrap().as_slice()).unwrap();
         let name = channel["schemaName"].as_str().unwrap();
         DynamicMessage::decode(pool.get_message_by_name(name).unwrap(), payload).unwrap()
@@ -166,14 +179,19 @@ fn a_viewer_sees_what_it_looks_at_and_nothing_is_read_for_others() {
     assert!(!rig.clouds.has_readers() && !rig.records.has_readers());
     rig.plans.put(&decision(7)).unwrap();
     let (_, payload) = viewer.next();
-    assert_eq!(v1::Decision::decode(payload.as_slice()).unwrap(), decision(7));
+    assert_eq!(
+        v1::Decision::decode(payload.as_slice()).unwrap(),
+        decision(7)
+    );
     let decoded = viewer.decoded("/cell-1/plan", &payload);
     let step = decoded.get_field_by_name("step").unwrap().as_u64();
     assert_eq!(step, Some(7));
     viewer.look_at(&["/cell-1/plan", "/cell-1/planned_scene"]);
     until("records are read", || rig.records.has_readers());
     drop(viewer);
-    until("nothing is read any more", || !rig.plans.has_readers() && !rig.records.has_readers());
+    until("nothing is read any more", || {
+        !rig.plans.has_readers() && !rig.records.has_readers()
+    });
     rig.view.finish().unwrap();
 }
 
@@ -193,10 +211,18 @@ fn a_viewer_that_does_not_read_holds_nobody_up() {
     until("a plan is seen", || {
         step += 1;
         rig.plans.put(&decision(step)).unwrap();
-        other.socket.get_ref().set_read_timeout(Some(Duration::from_millis(100))).unwrap();
+        other
+            .socket
+            .get_ref()
+            .set_read_timeout(Some(Duration::from_millis(100)))
+            .unwrap();
         matches!(other.socket.read(), Ok(Message::Binary(_)))
     });
-    other.socket.get_ref().set_read_timeout(Some(PATIENCE)).unwrap();
+    other
+        .socket
+        .get_ref()
+        .set_read_timeout(Some(PATIENCE))
+        .unwrap();
     let cloud = v1::PointCloud {
         data: vec![7; 1 << 20],
         ..v1::PointCloud::default()

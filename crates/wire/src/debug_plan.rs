@@ -8,10 +8,12 @@ use nalgebra::Isometry3;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::model::Model;
 
-use crate::debug::{Foxglove, ItemBox, SceneUpdate, color, cube, edges, frame, label, pose, timestamp};
+use crate::debug::{
+    Foxglove, ItemBox, SceneUpdate, color, cube, edges, frame, label, pose, timestamp,
+};
 use crate::keys::Cell;
 
-/// Triangles of a mesh that are drawn at most; a larger one is drawn as the hulls of its convex pieces would be: as its box.
+/// Triangles of a mesh that are drawn at most; a larger one is drawn as its box.
 const MOST_TRIANGLES: usize = 20_000;
 
 /// What is decided.
@@ -83,7 +85,13 @@ pub fn scene(
         let seen = 1.0 / (rank + 1) as f64;
         let alpha = RUNNER_UP.a * seen;
         SceneEntity {
-            cubes: vec![cube(next, Color { a: alpha, ..RUNNER_UP })],
+            cubes: vec![cube(
+                next,
+                Color {
+                    a: alpha,
+                    ..RUNNER_UP
+                },
+            )],
             texts: vec![label(next)],
             ..entity(format!("runner_up/{}", rank + 1))
         }
@@ -196,8 +204,21 @@ mod tests {
             z_m: 0.2,
         };
         let Foxglove(scene) = scene(&Cell::new("cell-1").unwrap(), 0, size, &step);
-        let ids: Vec<&str> = scene.entities.iter().map(|entity| entity.id.as_str()).collect();
-        assert_eq!(ids, ["container", "body/a", "choice", "runner_up/1", "runner_up/2"]);
+        let ids: Vec<&str> = scene
+            .entities
+            .iter()
+            .map(|entity| entity.id.as_str())
+            .collect();
+        assert_eq!(
+            ids,
+            [
+                "container",
+                "body/a",
+                "choice",
+                "runner_up/1",
+                "runner_up/2"
+            ]
+        );
         assert_eq!(scene.entities[1].triangles[0].indices.len(), 36);
         assert!(scene.entities[2].cubes.is_empty() && !scene.entities[2].triangles.is_empty());
     }

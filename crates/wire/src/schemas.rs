@@ -35,7 +35,12 @@ impl MessageSchema {
         }
         let is_needed = |file: &FileDescriptorProto| files.contains(file.name());
         let needed = FileDescriptorSet {
-            file: all.file.iter().filter(|file| is_needed(file)).cloned().collect(),
+            file: all
+                .file
+                .iter()
+                .filter(|file| is_needed(file))
+                .cloned()
+                .collect(),
         };
         Ok(Self {
             name: M::full_name(),

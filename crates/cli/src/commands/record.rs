@@ -58,7 +58,10 @@ pub(crate) struct RecordArguments {
 }
 
 fn stream(text: &str) -> Result<Stream, String> {
-    let found = Stream::ALL.iter().copied().find(|known| known.as_str() == text);
+    let found = Stream::ALL
+        .iter()
+        .copied()
+        .find(|known| known.as_str() == text);
     found.ok_or_else(|| {
         let names: Vec<&str> = Stream::ALL.iter().map(|known| known.as_str()).collect();
         format!("one of {} is possible", names.join(", "))
@@ -75,7 +78,10 @@ pub(crate) fn run(arguments: &RecordArguments) -> Outcome {
     ctrlc::set_handler(move || asked.request()).or_run()?;
     let session = arguments.connection.open()?;
     let recorder = Recorder::start(&session, &arguments.settings()).or_run()?;
-    print_line(&format!("Recording into {}. Ctrl-C ends it.", folder.display()))?;
+    print_line(&format!(
+        "Recording into {}. Ctrl-C ends it.",
+        folder.display()
+    ))?;
     let end = arguments.time.map(|time| Instant::now() + time);
     while !shutdown.is_requested()
         && !recorder.has_ended()
@@ -94,7 +100,9 @@ impl RecordArguments {
         RecordSettings {
             folder: self.out.clone(),
             cells: self.cell.clone(),
-            streams: streams.filter(|stream| !self.without.contains(stream)).collect(),
+            streams: streams
+                .filter(|stream| !self.without.contains(stream))
+                .collect(),
             rotation: Rotation {
                 size_bytes: self.rotate_size,
                 age: self.rotate_age,

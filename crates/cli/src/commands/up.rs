@@ -216,7 +216,9 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
         listen: arguments.listen(),
     };
     let stack = Stack::start(&plan)?;
-    let view = arguments.view.map(|address| View::start(stack.session(), address));
+    let view = arguments
+        .view
+        .map(|address| View::start(stack.session(), address));
     let view = view.transpose().or_run()?;
     if !arguments.job.pack {
         return serve(stack, &plan, view);

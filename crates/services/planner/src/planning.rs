@@ -134,7 +134,10 @@ struct Parts<'a> {
 
 impl Parts<'_> {
     fn grid(&self) -> Result<Grid, String> {
-        self.settings.grid.build().map_err(|error| error.to_string())
+        self.settings
+            .grid
+            .build()
+            .map_err(|error| error.to_string())
     }
 
     /// With a search in this process, which checks stability itself.

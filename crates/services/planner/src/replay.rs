@@ -14,8 +14,8 @@ use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
 
 use crate::planning::{Planning, Step};
-pub use crate::record::{ShapeSource, Unreadable};
 use crate::record::{RecordedStep, items};
+pub use crate::record::{ShapeSource, Unreadable};
 use crate::settings::CellSettings;
 use crate::step_plan::PlansContainers;
 
@@ -102,8 +102,7 @@ impl Replayer {
             return Ok(None);
         };
         let container = step.containers.get(found.container);
-        let decision =
-            container.map(|at| found.decision(&items(record), &at.name, &at.grid));
+        let decision = container.map(|at| found.decision(&items(record), &at.name, &at.grid));
         Ok(decision.flatten())
     }
 

@@ -105,7 +105,9 @@ impl StepPlan<'_> {
         let mut missed = Vec::new();
         let mut is_cut = false;
         for (container, (at, admitted)) in self.containers.iter().zip(attempt).enumerate() {
-            let candidates = admitted.iter().filter_map(|index| self.candidates.get(*index));
+            let candidates = admitted
+                .iter()
+                .filter_map(|index| self.candidates.get(*index));
             let candidates: Vec<Candidate> = candidates.cloned().collect();
             let least = best.as_ref().and_then(|best| best.plan.choice());
             let least = least.map(|choice| choice.value);

@@ -99,8 +99,13 @@ impl Tape {
     fn shapes(&self, record: &v1::PlanningRecord) -> Shapes {
         let candidates = record.candidates.iter();
         let candidates = candidates.flat_map(|held| [&held.item, &held.solid]);
-        let contents = record.containers.iter().filter_map(|at| at.content.as_ref());
-        let bodies = contents.flat_map(|content| &content.bodies).map(|body| &body.solid);
+        let contents = record
+            .containers
+            .iter()
+            .filter_map(|at| at.content.as_ref());
+        let bodies = contents
+            .flat_map(|content| &content.bodies)
+            .map(|body| &body.solid);
         let ids = candidates.chain(bodies).chain(&record.mix);
         let request = v1::ShapesRequest {
             ids: ids.filter(|id| !id.is_empty()).cloned().collect(),
@@ -109,7 +114,11 @@ impl Tape {
         let reply = self.client.call(&cell(), request, soon()).unwrap();
         assert_eq!(reply.unknown, Vec::<Vec<u8>>::new());
         let shapes = reply.shapes.into_iter();
-        Shapes(shapes.map(|shape| (shape.id, shape.shape.unwrap())).collect())
+        Shapes(
+            shapes
+                .map(|shape| (shape.id, shape.shape.unwrap()))
+                .collect(),
+        )
     }
 
     /// Takes the next record; gives it with what is decided again.
@@ -239,7 +248,12 @@ fn the_containers_of_a_cell_are_chosen_from_again() {
             ..announcement(item_id, square("slab", cells, 0.0001))
         };
         rig.call(v1::AnnounceRequest {
-            items: vec![item("a", "x", 9), item("b", "y", 7), item("c", "x", 8), item("d", "y", 6)],
+            items: vec![
+                item("a", "x", 9),
+                item("b", "y", 7),
+                item("c", "x", 8),
+                item("d", "y", 6),
+            ],
             ..v1::AnnounceRequest::default()
         });
         let mut replayer = replayer();
@@ -289,9 +303,15 @@ fn what_cannot_be_planned_again_is_told_apart() {
     });
     assert!(matches!(network, Unreplayable::Network), "{network}");
     let lost = refused(&|record| record.candidates[0].item = vec![1; 32]);
-    assert!(matches!(lost, Unreplayable::Record(Unreadable::Lacks { .. })), "{lost}");
+    assert!(
+        matches!(lost, Unreplayable::Record(Unreadable::Lacks { .. })),
+        "{lost}"
+    );
     let grid = refused(&|record| record.containers[0].scene = None);
-    assert!(matches!(grid, Unreplayable::Record(Unreadable::Field(_))), "{grid}");
+    assert!(
+        matches!(grid, Unreplayable::Record(Unreadable::Field(_))),
+        "{grid}"
+    );
     rig.finish();
 }
 

@@ -105,5 +105,8 @@ pub fn write(model: &Model) -> v1::Solid {
 }
 
 fn write_points(points: &[Point3<f64>]) -> Vec<f64> {
-    points.iter().flat_map(|point| [point.x, point.y, point.z]).collect()
+    points
+        .iter()
+        .flat_map(|point| [point.x, point.y, point.z])
+        .collect()
 }

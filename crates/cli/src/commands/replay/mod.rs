@@ -66,7 +66,11 @@ pub(crate) fn run(arguments: &ReplayArguments) -> Outcome {
         different, damage, ..
     } = &replayed;
     match (different.first(), damage) {
-        (Some(first), _) => Err(anyhow!("{} steps go otherwise than they were recorded: {first}", different.len()).into()),
+        (Some(first), _) => Err(anyhow!(
+            "{} steps go otherwise than they were recorded: {first}",
+            different.len()
+        )
+        .into()),
         (None, Some(damage)) => Err(anyhow!("{damage}").into()),
         (None, None) => Ok(()),
     }
@@ -76,7 +80,9 @@ fn replay(file: &Path, is_any_version: bool) -> Outcome<Replayed> {
     let mut reader = Reader::open(file).or_input()?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let mut replay = Replay {
-        replayer: Replayer::new(cores).map_err(|error| anyhow!(error)).or_run()?,
+        replayer: Replayer::new(cores)
+            .map_err(|error| anyhow!(error))
+            .or_run()?,
         shapes: RecordedShapes::default(),
         is_any_version,
         replayed: Replayed::default(),
@@ -132,7 +138,10 @@ impl Replay {
 
     fn step(&mut self, record: &v1::PlanningRecord) -> Outcome {
         let own = env!("CARGO_PKG_VERSION");
-        let software = record.versions.as_ref().map(|versions| versions.software.as_str());
+        let software = record
+            .versions
+            .as_ref()
+            .map(|versions| versions.software.as_str());
         let software = software.unwrap_or_default();
         if software != own && !self.is_any_version {
             self.leave_out(format!(
@@ -237,10 +246,14 @@ fn told(replayed: &Replayed) -> String {
         is_whole,
         damage,
     } = replayed;
-    let mut lines = vec![format!("{equal} steps go as they were recorded, bit for bit")];
+    let mut lines = vec![format!(
+        "{equal} steps go as they were recorded, bit for bit"
+    )];
     lines.extend(different.iter().map(|other| format!("different: {other}")));
     let left_out = not_replayed.iter();
-    lines.extend(left_out.map(|(why, count)| format!("{count} steps were not planned again: {why}")));
+    lines.extend(
+        left_out.map(|(why, count)| format!("{count} steps were not planned again: {why}")),
+    );
     if !is_whole && damage.is_none() {
         let cut = "the recording has no end: its recorder was killed, or is still writing it; the last second before that may be missing";
         lines.push(cut.to_owned());

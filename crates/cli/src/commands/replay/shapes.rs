@@ -21,7 +21,9 @@ impl RecordedShapes {
     /// Adds an encoded shape. One that cannot be read is not there for the steps that name it.
     pub(super) fn add(&mut self, payload: &[u8]) {
         if let Ok(shape) = decode::<v1::Shape>(payload, MAX_MESSAGE_BYTES) {
-            self.encoded.entry(shape.id).or_insert_with(|| payload.to_vec());
+            self.encoded
+                .entry(shape.id)
+                .or_insert_with(|| payload.to_vec());
         }
     }
 
@@ -33,7 +35,10 @@ impl RecordedShapes {
         };
         let shape = self.encoded.get(id);
         let shape = shape.and_then(|shape| decode::<v1::Shape>(shape, MAX_MESSAGE_BYTES).ok());
-        shape.and_then(|shape| shape.shape).filter(|shape| is_named(shape, id)).ok_or_else(lacks)
+        shape
+            .and_then(|shape| shape.shape)
+            .filter(|shape| is_named(shape, id))
+            .ok_or_else(lacks)
     }
 }
 

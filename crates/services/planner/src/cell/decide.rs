@@ -153,7 +153,11 @@ impl CellPlanner {
     }
 
     /// What a step is planned on: the attempts as the rules of the cell have them.
-    pub(super) fn step_plan<'a>(&self, prepared: &'a Prepared, alternatives: usize) -> StepPlan<'a> {
+    pub(super) fn step_plan<'a>(
+        &self,
+        prepared: &'a Prepared,
+        alternatives: usize,
+    ) -> StepPlan<'a> {
         // Neither whether nothing fits nor what a rule would give way to is known before all were seen.
         let is_all_seen = prepared.left_out.is_empty();
         // One that was closed for an order is not to be missed by it.

@@ -6,7 +6,7 @@ use ppnpack_wire::v1;
 use super::CellPlanner;
 use super::prepare::Prepared;
 use super::refusal::Refusal;
-use crate::record::CameOf;
+use crate::record::StepResult;
 use crate::step_plan::Found;
 
 /// Records that wait until a request is answered, at most; more are published before.
@@ -31,15 +31,18 @@ impl CellPlanner {
         let names = plan.containers.iter().map(|at| at.name);
         let places = names.filter_map(|name| self.places.iter().find(|place| place.name == name));
         let grids: Vec<Grid> = places.map(|place| place.planning.grid().clone()).collect();
-        let objects = self.objects.as_ref().filter(|_| self.settings.method.look_ahead.is_on());
+        let objects = self
+            .objects
+            .as_ref()
+            .filter(|_| self.settings.method.look_ahead.is_on());
         let mix = objects.map_or(&[][..], |objects| objects.items());
-        let came_of = CameOf {
+        let result = StepResult {
             session_id: self.session.id(),
             is_cut: found.is_cut,
             decision,
         };
         let items = prepared.buffer_items();
-        let record = self.recorder.record(&plan, &items, &grids, mix, &came_of);
+        let record = self.recorder.record(&plan, &items, &grids, mix, &result);
         if self.news.records.len() < MOST_WAITING {
             self.news.records.push(record);
         } else {

@@ -32,7 +32,7 @@ pub(crate) struct Recorder {
 }
 
 /// What came of a step.
-pub(crate) struct CameOf<'a> {
+pub(crate) struct StepResult<'a> {
     pub(crate) session_id: &'a str,
     pub(crate) is_cut: bool,
     pub(crate) decision: Option<&'a v1::Decision>,
@@ -65,7 +65,7 @@ impl Recorder {
         items: &[BufferItem<'_>],
         grids: &[Grid],
         mix: &[Arc<Item>],
-        result: &CameOf<'_>,
+        result: &StepResult<'_>,
     ) -> v1::PlanningRecord {
         self.shapes.make_room();
         let planned_at = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);

@@ -72,7 +72,10 @@ fn container(at: &ContainerStep<'_>, grid: &Grid, shapes: &mut Shapes) -> v1::Re
     v1::RecordedContainer {
         container: at.name.to_owned(),
         scene: Some(convert::scene::write(grid, at.scene)),
-        content: at.scene.content().map(|content| content_of(content, shapes)),
+        content: at
+            .scene
+            .content()
+            .map(|content| content_of(content, shapes)),
         stops: stops.iter().map(stop).collect(),
     }
 }
