@@ -34,9 +34,8 @@ pub(crate) struct Table1Arguments {
     #[command(flatten)]
     grid: GridOptions,
 
-    /// The grids over the reference container on which the bounded search packs the same sequences, too; none where no value is
-    /// given
-    #[arg(long, value_enum, value_delimiter = ',', num_args = 0.., default_value = "coarse,medium,fine")]
+    /// The grids over the reference container on which the bounded search packs the same sequences, too
+    #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',')]
     grids: Vec<GridOption>,
 
     #[command(flatten)]
