@@ -80,6 +80,8 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
             sequences.to_str().unwrap(),
             "--cases",
             "2",
+            "--grids",
+            "coarse",
             "--out",
             out.to_str().unwrap(),
             "--json",
@@ -94,6 +96,13 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
     };
     let first = run();
     assert!(first["lines"].as_array().unwrap().len() >= 6);
+    // The bounded search packs what the search of all placements packs.
+    let bounded = &first["bounded"].as_array().unwrap()[..];
+    assert_eq!(bounded.len(), 1);
+    for packed in ["items", "meshes_cm3", "floor_compactness_percent"] {
+        assert_eq!(bounded[0][packed], line(&first, "SDFM")[packed], "{packed}");
+    }
+    assert_eq!(line(&first, "SDFM")["difference"]["items"]["mean"], 0.0);
     let version = &first["settings"]["version"];
     assert_eq!(version, env!("CARGO_PKG_VERSION"));
     for name in ["table1.md", "table1.json", "table1.svg"] {

@@ -147,6 +147,27 @@ fn the_test_split_is_looked_at_when_validation_has_chosen() {
     );
     assert_eq!(tested["validation"], chosen["validation"]);
     assert_eq!(tested["test"]["over_all"].as_array().unwrap().len(), 5);
+    // What was trained can be measured again, and comes out the same.
+    let model = out.join("model.safetensors");
+    let mut again = vec!["experiment", "network", "--json", "--threads", "1"];
+    again.extend(["--model", model.to_str().unwrap()]);
+    again.extend(["--dataset", dataset.to_str().unwrap()]);
+    again.extend(["--out", folder.path().to_str().unwrap()]);
+    let measured: Value = serde_json::from_slice(&succeed(&again).stdout).unwrap();
+    assert_eq!(measured["test"], tested["test"]);
+}
+
+#[test]
+fn a_network_whose_features_meet_at_the_full_resolution_is_trained_and_packs() {
+    let folder = tempfile::tempdir().unwrap();
+    let dataset = dataset(folder.path());
+    let out = folder.path().join("out");
+    let full = ["--finest", "full", "--no-resting-heights"];
+    succeed(&training(&dataset, &out, &full));
+    assert_eq!(card(&out)["architecture"]["finest"], "full");
+    let model = out.join("model.safetensors");
+    let summary = pack(folder.path(), &["--model", model.to_str().unwrap()]);
+    assert_eq!(summary["degraded"], serde_json::json!([]), "{summary}");
 }
 
 #[test]

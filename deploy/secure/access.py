@@ -32,7 +32,7 @@ ROUTER = "router"
 # Health is asked for under any cell, and under `all`.
 ANY_CELL = ["*"]
 # What may be asked in every cell at once: requests that change nothing.
-LOOKS = ("explain", "heightmap", "outcome", "session", "state")
+LOOKS = ("explain", "heightmap", "outcome", "session", "shapes", "state")
 
 
 class Wrong(Exception):

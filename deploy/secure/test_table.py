@@ -65,7 +65,7 @@ class Table(unittest.TestCase):
 
     def test_services_publish_and_read_what_their_sources_do(self):
         told = self.refusal(lambda table: table["planner"]["publishes"].append("debug_scene"))
-        self.assertIn("planner.publishes lists ['debug_scene', 'plan', 'session']", told)
+        self.assertIn("planner.publishes lists ['debug_scene', 'plan', 'record', 'session']", told)
         told = self.refusal(lambda table: table["bridge"]["publishes"].remove("debug_cloud"))
         self.assertIn("bridge.publishes", told)
         told = self.refusal(lambda table: table["perception"]["subscribes"].remove("tray_cloud"))

@@ -44,6 +44,7 @@ fuzz_target!(|data: &[u8]| {
         check::<v1::ExplainRequest>,
         check::<v1::AutomaticRequest>,
         check::<v1::SessionRequest>,
+        check::<v1::ShapesRequest>,
     ];
     checks[usize::from(*kind) % checks.len()](payload);
 });

@@ -55,6 +55,14 @@ enum Command<More: Commands> {
     Watch(commands::watch::WatchArguments),
     /// Send one request to a service by hand
     Call(commands::call::CallArguments),
+    /// Serve the cells to Foxglove, as they work
+    View(commands::view::ViewArguments),
+    /// Record what the cells do, with all that each decision depends on
+    Record(commands::record::RecordArguments),
+    /// Say what is in a recording
+    Inspect(commands::inspect::InspectArguments),
+    /// Plan the decisions of a recording again, and compare
+    Replay(commands::replay::ReplayArguments),
     #[command(flatten)]
     More(More),
     /// Look at the objects of a folder or of the built-in set
@@ -94,6 +102,10 @@ fn run<More: Commands>(command: &Command<More>, backend: &dyn Backend) -> Outcom
         Command::Status(arguments) => commands::status::run(arguments),
         Command::Watch(arguments) => commands::watch::run(arguments),
         Command::Call(arguments) => commands::call::run(arguments),
+        Command::View(arguments) => commands::view::run(arguments),
+        Command::Record(arguments) => commands::record::run(arguments),
+        Command::Inspect(arguments) => commands::inspect::run(arguments),
+        Command::Replay(arguments) => commands::replay::run(arguments),
         Command::More(more) => more.run(backend),
         Command::Catalogue(arguments) => commands::catalogue::run(arguments),
         Command::Perceive(arguments) => commands::perceive::run(arguments),

@@ -1,4 +1,6 @@
-//! Times and forces on the command line: a number with a unit.
+//! Times, forces and sizes on the command line: a number with a unit.
+
+use std::time::Duration;
 
 use crate::unit::split_unit;
 
@@ -17,6 +19,28 @@ const TIME: Quantity = Quantity {
     units: &[("s", 1.0), ("ms", 0.001)],
     use_units: "ms or s",
     example: "20ms or 1s",
+};
+
+const AGE: Quantity = Quantity {
+    name: "time",
+    units: &[("s", 1.0), ("min", 60.0), ("h", 3_600.0), ("d", 86_400.0)],
+    use_units: "s, min, h or d",
+    example: "10min or 1h",
+};
+
+const SIZE: Quantity = Quantity {
+    name: "size",
+    units: &[
+        ("B", 1.0),
+        ("kB", 1e3),
+        ("MB", 1e6),
+        ("GB", 1e9),
+        ("KiB", 1024.0),
+        ("MiB", 1_048_576.0),
+        ("GiB", 1_073_741_824.0),
+    ],
+    use_units: "B, kB, MB, GB, KiB, MiB or GiB",
+    example: "500MB or 1GiB",
 };
 
 const FORCE: Quantity = Quantity {
@@ -40,6 +64,28 @@ pub(crate) fn parse_time(text: &str) -> Result<f64, String> {
 /// What is wrong with it, in words.
 pub(crate) fn parse_force(text: &str) -> Result<f64, String> {
     FORCE.parse(text)
+}
+
+/// Parses a longer time such as `10min`, above 0.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub(crate) fn parse_age(text: &str) -> Result<Duration, String> {
+    let seconds = AGE.parse(text)?;
+    let age = Duration::try_from_secs_f64(seconds).ok();
+    age.filter(|age| !age.is_zero())
+        .ok_or_else(|| format!("'{text}' is no time above 0 that can be waited for"))
+}
+
+/// Parses a size such as `500MB`, of at least 1 byte; gives bytes.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub(crate) fn parse_size(text: &str) -> Result<u64, String> {
+    match SIZE.parse(text)? {
+        bytes if (1.0..1e18).contains(&bytes) => Ok(bytes as u64),
+        _ => Err(format!("'{text}' is no size from 1 B to 1,000,000,000 GB")),
+    }
 }
 
 impl Quantity {
@@ -75,6 +121,21 @@ mod tests {
         assert_eq!(parse_force("20N"), Ok(20.0));
         assert_eq!(parse_force(" 0.5 "), Ok(0.5));
         assert_eq!(parse_force("0"), Ok(0.0));
+    }
+
+    #[test]
+    fn ages_and_sizes_are_read_with_their_units() {
+        assert_eq!(parse_age("10min"), Ok(Duration::from_secs(600)));
+        assert_eq!(parse_age("0.5h"), Ok(Duration::from_secs(1_800)));
+        assert_eq!(parse_size("500MB"), Ok(500_000_000));
+        assert_eq!(parse_size("1 GiB").map_err(|_| ()), Err(()));
+        assert_eq!(parse_size("1GiB"), Ok(1 << 30));
+        for text in ["0s", "1ms", "-1h"] {
+            assert!(parse_age(text).is_err(), "{text}");
+        }
+        for text in ["0B", "12", "1e99GB"] {
+            assert!(parse_size(text).is_err(), "{text}");
+        }
     }
 
     #[test]

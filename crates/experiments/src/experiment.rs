@@ -7,8 +7,8 @@ use ppnpack_cli::network::Backend;
 use crate::accuracy::{calibration, heightmap, inspection, recognition};
 use crate::arm::{holding, oracle, proposals};
 use crate::{
-    boxes, figure5, filling, loads, merge, pareto, physical, stability, stream, table1, table2,
-    table3, table4, transfer, tune, value,
+    boxes, figure5, filling, loads, merge, network_accuracy, pareto, physical, stability, stream,
+    table1, table2, table3, table4, transfer, tune, value,
 };
 
 /// Reproduce the paper's tables and test the engine's models.
@@ -28,6 +28,8 @@ enum Experiment {
     Table2(table2::Table2Arguments),
     /// How often the network finds the optimum, and what that owes to (Table III of the paper)
     Table3(table3::Table3Arguments),
+    /// How often a network that was trained before finds the optimum, by each question of Table III
+    Network(network_accuracy::NetworkArguments),
     /// The same objects packed by each heuristic, as pictures side by side (Figure 5 of the paper)
     Figure5(figure5::Figure5Arguments),
     /// Objects that the network was not trained on (Table IV of the paper)
@@ -78,6 +80,7 @@ pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Out
         Experiment::Table1(arguments) => table1::run(arguments, prepared()),
         Experiment::Table2(arguments) => table2::run(arguments, prepared()),
         Experiment::Table3(arguments) => table3::run(arguments, prepared()),
+        Experiment::Network(arguments) => network_accuracy::run(arguments, prepared()),
         Experiment::Figure5(arguments) => figure5::run(arguments, prepared()),
         Experiment::Table4(arguments) => table4::run(arguments, prepared()),
         Experiment::Transfer(arguments) => transfer::run(arguments, prepared()),

@@ -25,6 +25,7 @@ mod loads;
 mod merge;
 mod method;
 mod network;
+mod network_accuracy;
 mod pareto;
 mod physical;
 mod runs;

@@ -7,15 +7,17 @@ use ppnpack_chart::{PlotPoint, PointSeries, Scatter};
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{Conditions, GridOptions};
+use ppnpack_packing::method::ProposalSource;
 use ppnpack_packing::objective::{Heuristic, Order};
 use serde::Serialize;
 
 use crate::comparison::{
-    COMPACTNESS, Comparison, ComparisonOptions, Means, Results, Row, RowProposals, Run, WIDENED,
-    point,
+    COMPACTNESS, Comparison, ComparisonOptions, Contender, Means, Results, Row, RowProposals, Run,
+    WIDENED, point,
 };
 use crate::document;
-use crate::runs::ShardOptions;
+use crate::pareto::GridOption;
+use crate::runs::{Part, ShardOptions};
 use crate::statistics::Mean;
 
 /// Packs the first test sequences with each packing heuristic and compares them.
@@ -31,6 +33,11 @@ pub(crate) struct Table1Arguments {
 
     #[command(flatten)]
     grid: GridOptions,
+
+    /// The grids over the reference container on which the bounded search packs the same sequences, too; none where no value is
+    /// given
+    #[arg(long, value_enum, value_delimiter = ',', num_args = 0.., default_value = "coarse,medium,fine")]
+    grids: Vec<GridOption>,
 
     #[command(flatten)]
     comparison: ComparisonOptions,
@@ -113,8 +120,48 @@ struct Line {
     #[serde(flatten)]
     means: Means,
     paper: Published,
+    /// To the search of all placements by SDFM.
+    difference: Difference,
     #[serde(skip_serializing_if = "Option::is_none")]
     yardstick: Option<Yardstick>,
+}
+
+/// By how much a method packs more than another one on the same sequences: means of the differences.
+#[derive(Debug, Serialize)]
+struct Difference {
+    items: Mean,
+    voxels_cm3: Mean,
+    floor_compactness_percent: Mean,
+}
+
+impl Difference {
+    fn of(runs: &[Run], others: &[Run]) -> Self {
+        let pairs = || runs.iter().zip(others);
+        let mean = |value: fn(&Run) -> f64| {
+            Mean::of(pairs().map(|(run, other)| value(run) - value(other)))
+        };
+        Self {
+            items: mean(|run| run.items as f64),
+            voxels_cm3: mean(|run| run.voxels_m3 * 1e6),
+            floor_compactness_percent: mean(|run| run.floor_compactness * 100.0),
+        }
+    }
+}
+
+/// The bounded search on one grid.
+#[derive(Debug, Serialize)]
+struct Bounded {
+    grid: &'static str,
+    #[serde(flatten)]
+    means: Means,
+}
+
+#[derive(Debug, Serialize)]
+struct Table<'a> {
+    #[serde(flatten)]
+    methods: Results<'a, Line>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    bounded: Vec<Bounded>,
 }
 
 /// The first sequences alone, beside another simulator's results on them.
@@ -136,9 +183,13 @@ pub(crate) fn run(arguments: &Table1Arguments, backend: &dyn Backend) -> Outcome
     let sequences = comparison.sequences(&arguments.sequences, arguments.cases)?;
     let part = arguments.runs.part(&arguments.out);
     let (rows, contenders) = comparison.contenders(&ROWS);
-    let Some(packed) = comparison.pack(&contenders, &sequences, &part)? else {
+    let packed = comparison.pack(&contenders, &sequences, &part)?;
+    let bounded = bounded(arguments, backend, &part)?;
+    let (Some(packed), Some(bounded)) = (packed, bounded) else {
         return part.tell(arguments.json);
     };
+    // The rows end with the search of all placements by SDFM.
+    let reference = packed.last().map_or(&[][..], |runs| runs);
     let methods = rows.into_iter().zip(contenders).zip(&packed);
     let lines = methods.map(|((row, contender), runs)| {
         let [decision_s, packed @ ..] = row.paper;
@@ -146,15 +197,47 @@ pub(crate) fn run(arguments: &Table1Arguments, backend: &dyn Backend) -> Outcome
             method: contender.name,
             means: Means::of(runs),
             paper: Published::new(Some(decision_s), packed),
+            difference: Difference::of(runs, reference),
             yardstick: yardstick(row.name, runs),
         }
     });
-    let results = comparison.results(None, lines.collect());
+    let table = Table {
+        methods: comparison.results(None, lines.collect()),
+        bounded,
+    };
     let folder = &arguments.out;
-    let chart = scatter(&results);
+    let chart = scatter(&table.methods);
     document::figure(folder, "table1", chart.to_svg([900, 600]))?;
-    let markdown = markdown(&results);
-    document::publish(folder, "table1", &results, &markdown, arguments.json)
+    document::publish(folder, "table1", &table, &markdown(&table), arguments.json)
+}
+
+/// The bounded search on each grid; `None` where only a shard is packed here.
+fn bounded(
+    arguments: &Table1Arguments,
+    backend: &dyn Backend,
+    part: &Part,
+) -> Outcome<Option<Vec<Bounded>>> {
+    let mut all = Some(Vec::new());
+    for option in &arguments.grids {
+        let (_, name, ..) = option.parts();
+        let comparison = Comparison::new(&arguments.comparison, backend, option.grid()?)?;
+        let sequences = comparison.sequences(&arguments.sequences, arguments.cases)?;
+        let contender = Contender {
+            name: "SDFM, bounded".to_owned(),
+            heuristic: Heuristic::Sdfm,
+            order: Order::Balance,
+            proposals: ProposalSource::Bounded,
+        };
+        let packed = comparison.pack(&[contender], &sequences, part)?;
+        all = all.zip(packed).map(|(mut all, packed)| {
+            all.extend(packed.iter().map(|runs| Bounded {
+                grid: name,
+                means: Means::of(runs),
+            }));
+            all
+        });
+    }
+    Ok(all)
 }
 
 fn yardstick(name: &str, runs: &[Run]) -> Option<Yardstick> {
@@ -169,7 +252,15 @@ fn yardstick(name: &str, runs: &[Run]) -> Option<Yardstick> {
     })
 }
 
-fn markdown(results: &Results<'_, Line>) -> String {
+fn markdown(table: &Table<'_>) -> String {
+    let results = &table.methods;
+    methods_part(results)
+        + &differences_part(results)
+        + &bounded_part(&table.bounded)
+        + &yardstick_part(results)
+}
+
+fn methods_part(results: &Results<'_, Line>) -> String {
     let settings = results.settings;
     let container = settings.grid.container();
     let cases = results.lines.first().map_or(0, |line| line.means.cases);
@@ -208,8 +299,51 @@ fn markdown(results: &Results<'_, Line>) -> String {
             means.widened(),
         );
     }
-    text += &results.missing();
-    text += "\n![Compactness against decision time](table1.svg)\n";
+    text + &results.missing() + "\n![Compactness against decision time](table1.svg)\n"
+}
+
+fn differences_part(results: &Results<'_, Line>) -> String {
+    let mut text = "\n## Against the search of all placements by SDFM\n\nMeans of the differences on the same sequences.\n\n\
+         | method | items packed | voxel volume (cm³) | compactness by floor (points) |\n|---|---|---|---|\n"
+        .to_owned();
+    let (_, others) = results.lines.split_last().unzip();
+    for line in others.unwrap_or_default() {
+        let difference = &line.difference;
+        text += &format!(
+            "| {} | {} | {} | {} |\n",
+            line.method,
+            difference.items.shown(1),
+            difference.voxels_cm3.shown(0),
+            difference.floor_compactness_percent.shown(1),
+        );
+    }
+    text
+}
+
+fn bounded_part(bounded: &[Bounded]) -> String {
+    if bounded.is_empty() {
+        return String::new();
+    }
+    let mut text = "\n## The bounded search on other grids\n\nSDFM (Balance) on the same sequences; it chooses what the search of all \
+         placements chooses. Voxels inflate items, less on finer grids: only the volume of the meshes compares across grids.\n\n\
+         | grid | decision per item | items packed | mesh volume (cm³) | mesh compactness by floor (%) | fell out |\n\
+         |---|---|---|---|---|---|\n"
+        .to_owned();
+    for Bounded { grid, means } in bounded {
+        text += &format!(
+            "| {grid} | {} ms | {} | {} | {} | {:.2} |\n",
+            means.decision_s.scaled(1e3).shown(3),
+            means.items.shown(1),
+            means.meshes_cm3.shown(0),
+            means.mesh_floor_compactness_percent.shown(1),
+            means.fallen_out.mean,
+        );
+    }
+    text
+}
+
+fn yardstick_part(results: &Results<'_, Line>) -> String {
+    let mut text = String::new();
     let lines = results.lines.iter();
     let mut compared = lines
         .filter_map(|line| Some((line, line.yardstick.as_ref()?)))
@@ -262,5 +396,21 @@ fn scatter(results: &Results<'_, Line>) -> Scatter {
             series("ppnpack", false, ours.collect()),
             series("paper", true, paper.collect()),
         ],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_are_of_the_same_sequence() {
+        let run = |items| Run {
+            items,
+            ..Run::default()
+        };
+        let (runs, others) = ([run(30), run(50)], [run(29), run(49)]);
+        let difference = Difference::of(&runs, &others).items;
+        assert_eq!((difference.mean, difference.half_width), (1.0, 0.0));
     }
 }

@@ -5,7 +5,7 @@
     reason = "a bench that cannot run should say so at once"
 )]
 
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
 use nalgebra::Isometry3;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_catalogue::raster::raise_surface;
@@ -39,8 +39,11 @@ fn raster(criterion: &mut Criterion) {
         let triangles = model.mesh.triangles.len();
         let label = format!("surface of {}, {triangles} triangles", model.name);
         group.bench_function(BenchmarkId::new(label, name), |bencher| {
-            let mut surface = Surface::empty(&grid);
-            bencher.iter(|| raise_surface(&model.mesh, &pose, &mut surface));
+            bencher.iter_batched_ref(
+                || Surface::empty(&grid),
+                |surface| raise_surface(&model.mesh, &pose, surface),
+                BatchSize::SmallInput,
+            );
         });
         group.bench_function(BenchmarkId::new("views of one item", name), |bencher| {
             bencher.iter(|| views::item(&model, &resolution).unwrap());

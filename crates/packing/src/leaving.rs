@@ -23,6 +23,11 @@ impl Stop {
         number.map_or(Self::LAST, Self)
     }
 
+    /// Its number; `None` of that after all others.
+    pub fn number(self) -> Option<u32> {
+        (self != Self::LAST).then_some(self.0)
+    }
+
     /// In words.
     fn said(self) -> String {
         match self {
@@ -54,6 +59,21 @@ impl Leaving {
             first: std::iter::repeat_n(Stop::LAST, grid.nx() * grid.ny()).collect(),
             earliest: Stop::LAST,
         }
+    }
+
+    /// Of a container of which the stop of each cell is known, in the order of a heightmap's heights; `None` where they are not as many
+    /// as the grid has cells.
+    pub fn from_stops(grid: &Grid, first: &[Stop]) -> Option<Self> {
+        (first.len() == grid.nx() * grid.ny()).then(|| Self {
+            ny: grid.ny(),
+            first: first.into(),
+            earliest: first.iter().copied().min().unwrap_or_default(),
+        })
+    }
+
+    /// The stop of each cell, in the order of a heightmap's heights.
+    pub fn stops(&self) -> &[Stop] {
+        &self.first
     }
 
     /// An item lies where it was placed, and leaves at a stop.

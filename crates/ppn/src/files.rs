@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use ppnpack_model::weights::WeightTensor;
+use ppnpack_model::weights::{Model, WeightTensor};
 use tch::{Device, Kind, TchError, Tensor};
 
 use crate::error::NetworkError;
+use crate::network::Network;
 
 /// A tensor's values in plain memory.
 fn to_plain(tensor: &Tensor) -> Result<WeightTensor, TchError> {
@@ -27,6 +28,28 @@ pub(crate) fn all_to_plain<'a, Name: Into<String>>(
 ) -> Result<BTreeMap<String, WeightTensor>, TchError> {
     let plain = |(name, tensor): (Name, _)| Ok((name.into(), to_plain(tensor)?));
     tensors.into_iter().map(plain).collect()
+}
+
+/// The network of a model, whose weights must be those of its architecture.
+pub(crate) fn network_of(model: &Model, device: Device) -> Result<Network, NetworkError> {
+    let (network, parameters) = Network::new(&model.card().architecture, device)?;
+    let (origin, given) = (model.origin(), model.tensors());
+    let named = |tensor: &String| (origin.to_owned(), tensor.clone());
+    for (name, tensor) in parameters.tensors() {
+        let values = given.get(name).ok_or_else(|| {
+            let (origin, tensor) = named(name);
+            NetworkError::MissingTensor { origin, tensor }
+        })?;
+        copy_into(origin, name, values, tensor)?;
+    }
+    let is_unknown = |name: &&String| !parameters.tensors().contains_key(*name);
+    match given.keys().find(is_unknown) {
+        Some(name) => {
+            let (origin, tensor) = named(name);
+            Err(NetworkError::UnknownTensor { origin, tensor })
+        }
+        None => Ok(network),
+    }
 }
 
 /// Takes values over into a tensor of the network; they must have its shape.

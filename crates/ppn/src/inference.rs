@@ -14,7 +14,7 @@ use ppnpack_packing::resting::RestingHeights;
 use tch::{TchError, Tensor};
 
 use crate::error::NetworkError;
-use crate::files::copy_into;
+use crate::files::network_of;
 use crate::maps::{Layout, limit, lowest};
 use crate::network::{CONTAINER_CHANNELS, Network, RESTING_CHANNELS, VIEW_CHANNELS, ViewFeatures};
 use crate::runtime;
@@ -77,21 +77,7 @@ impl Inference {
     pub(crate) fn new(model: &Model, grid: &Grid, device: Device) -> Result<Self, NetworkError> {
         let device = runtime::device(device)?;
         let architecture = &model.card().architecture;
-        let (network, parameters) = Network::new(architecture, device)?;
-        let (origin, given) = (model.origin(), model.tensors());
-        let named = |tensor: &String| (origin.to_owned(), tensor.clone());
-        for (name, tensor) in parameters.tensors() {
-            let values = given.get(name).ok_or_else(|| {
-                let (origin, tensor) = named(name);
-                NetworkError::MissingTensor { origin, tensor }
-            })?;
-            copy_into(origin, name, values, tensor)?;
-        }
-        let is_unknown = |name: &&String| !parameters.tensors().contains_key(*name);
-        if let Some(name) = given.keys().find(is_unknown) {
-            let (origin, tensor) = named(name);
-            return Err(NetworkError::UnknownTensor { origin, tensor });
-        }
+        let network = network_of(model, device)?;
         let network = tch::no_grad(|| network.folded())?;
         let layout = Layout::new(grid, architecture.stride(), Symmetry::default());
         Ok(Self {

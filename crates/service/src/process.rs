@@ -131,6 +131,11 @@ impl Process {
         self.inner.identity.service
     }
 
+    /// What made its answers, but for the network.
+    pub fn versions(&self) -> v1::Versions {
+        self.inner.identity.versions(None)
+    }
+
     /// What it needs, and whether it has it.
     pub fn health(&self) -> &Health {
         &self.inner.health

@@ -52,6 +52,12 @@ impl<M: Message + Name> Publisher<M> {
         })
     }
 
+    /// Whether somebody subscribes to the stream, as far as this session has heard.
+    pub fn has_readers(&self) -> bool {
+        let status = self.publisher.matching_status().wait();
+        status.is_ok_and(|status| status.matching())
+    }
+
     /// Publishes a message.
     ///
     /// # Errors
@@ -228,22 +234,37 @@ pub fn subscribe_unread<M: Message + Name + Default + 'static>(
     limit_bytes: usize,
     on_message: impl Fn(Cell, Unread<'_, M>) + Send + Sync + 'static,
 ) -> Result<Subscription, ServiceError> {
-    let received = metrics::counter(Metric::ReceivedTotal, &[("stream", stream.as_str())]);
     let malformed = Malformed::new(stream.to_string());
-    let callback = move |sample: Sample| {
-        received.increment(1);
-        let cell = match Key::parse(sample.key_expr().as_str()) {
-            Ok(Key::Stream(cell, _)) => cell,
-            Ok(_) => return,
-            Err(error) => return malformed.count(&error),
-        };
+    subscribe_payloads(session, cell, stream, move |cell, payload| {
         let unread = Unread {
-            payload: sample.payload(),
+            payload: &payload,
             limit_bytes,
             malformed: &malformed,
             message: PhantomData,
         };
         on_message(cell, unread);
+    })
+}
+
+/// As [`subscribe`], for who passes messages on as they are encoded: nobody has looked at them.
+///
+/// # Errors
+/// [`ServiceError::Zenoh`] where the session is closed.
+pub fn subscribe_payloads(
+    session: &Session,
+    cell: Option<&Cell>,
+    stream: Stream,
+    on_payload: impl Fn(Cell, ZBytes) + Send + Sync + 'static,
+) -> Result<Subscription, ServiceError> {
+    let received = metrics::counter(Metric::ReceivedTotal, &[("stream", stream.as_str())]);
+    let malformed = Malformed::new(stream.to_string());
+    let callback = move |sample: Sample| {
+        received.increment(1);
+        match Key::parse(sample.key_expr().as_str()) {
+            Ok(Key::Stream(cell, _)) => on_payload(cell, sample.payload().clone()),
+            Ok(_) => {}
+            Err(error) => malformed.count(&error),
+        }
     };
     let key = match cell {
         Some(cell) => Key::Stream(cell.clone(), stream).to_string(),

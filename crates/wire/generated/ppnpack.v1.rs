@@ -3392,3 +3392,357 @@ impl ::prost::Name for ProposeReply {
         "/ppnpack.v1.ProposeReply".into()
     }
 }
+/// All that a step was planned on, and what came of it: enough to plan it again. Published on the stream "record" after the step, while
+/// somebody subscribes to it. Items and solids are named by ids; rpc/planner/shapes has them.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct PlanningRecord {
+    /// The cell of the planner.
+    #[prost(string, tag = "1")]
+    pub cell: ::prost::alloc::string::String,
+    /// The session, and the number of the step in it, from 0. A step in which items are set aside is planned several times.
+    #[prost(string, tag = "2")]
+    pub session_id: ::prost::alloc::string::String,
+    #[prost(uint64, tag = "3")]
+    pub step: u64,
+    /// When it was planned, in nanoseconds since 1970, for people and recordings.
+    #[prost(int64, tag = "4")]
+    pub planned_at_ns: i64,
+    /// What planned it.
+    #[prost(message, optional, tag = "5")]
+    pub versions: ::core::option::Option<Versions>,
+    /// The settings of the planner's cell, as TOML.
+    #[prost(string, tag = "6")]
+    pub settings: ::prost::alloc::string::String,
+    /// How many valid placements beside the best were wanted.
+    #[prost(uint32, tag = "7")]
+    pub alternatives: u32,
+    /// The items of the buffer, in their order.
+    #[prost(message, repeated, tag = "8")]
+    pub items: ::prost::alloc::vec::Vec<RecordedItem>,
+    /// The items in their order, each in all the poses in which it may be packed.
+    #[prost(message, repeated, tag = "9")]
+    pub candidates: ::prost::alloc::vec::Vec<RecordedCandidate>,
+    /// The open containers that could be planned on, the fullest first.
+    #[prost(message, repeated, tag = "10")]
+    pub containers: ::prost::alloc::vec::Vec<RecordedContainer>,
+    /// What the containers may take. The attempts were made in this order, until something had a valid placement.
+    #[prost(message, repeated, tag = "11")]
+    pub attempts: ::prost::alloc::vec::Vec<RecordedAttempt>,
+    /// The ids of the items, 32 bytes each, that a look ahead draws from; empty where there is none.
+    #[prost(bytes = "vec", repeated, tag = "12")]
+    pub mix: ::prost::alloc::vec::Vec<::prost::alloc::vec::Vec<u8>>,
+    /// Whether the time was over before everything was looked at: planned again, the step may go otherwise.
+    #[prost(bool, tag = "13")]
+    pub is_cut: bool,
+    /// What was decided; absent where nothing had a valid placement.
+    #[prost(message, optional, tag = "14")]
+    pub decision: ::core::option::Option<Decision>,
+}
+impl ::prost::Name for PlanningRecord {
+    const NAME: &'static str = "PlanningRecord";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.PlanningRecord".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.PlanningRecord".into()
+    }
+}
+/// An item of the buffer.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct RecordedItem {
+    #[prost(string, tag = "1")]
+    pub item_id: ::prost::alloc::string::String,
+    /// The name of the object that it is.
+    #[prost(string, tag = "2")]
+    pub object: ::prost::alloc::string::String,
+    /// Its number in the order in which the items of the session were announced, from 0.
+    #[prost(uint64, tag = "3")]
+    pub arrival: u64,
+}
+impl ::prost::Name for RecordedItem {
+    const NAME: &'static str = "RecordedItem";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.RecordedItem".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.RecordedItem".into()
+    }
+}
+/// An item in one of the poses in which it may be packed.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct RecordedCandidate {
+    /// As RecordedItem.arrival.
+    #[prost(uint64, tag = "1")]
+    pub arrival: u64,
+    /// Which of the item's resting poses, as in Decision.
+    #[prost(uint32, tag = "2")]
+    pub pose: u32,
+    /// The id of its heightmaps, 32 bytes.
+    #[prost(bytes = "vec", tag = "3")]
+    pub item: ::prost::alloc::vec::Vec<u8>,
+    /// The id of its solid, in the frame of its heightmaps, 32 bytes; empty where it is not known.
+    #[prost(bytes = "vec", tag = "4")]
+    pub solid: ::prost::alloc::vec::Vec<u8>,
+    /// Its mass, in kilograms, where that was told.
+    #[prost(double, optional, tag = "5")]
+    pub mass_kg: ::core::option::Option<f64>,
+    /// As in Announcement.
+    #[prost(message, optional, tag = "6")]
+    pub heightmap_from_item: ::core::option::Option<Pose>,
+    #[prost(message, optional, tag = "7")]
+    pub waits_at: ::core::option::Option<Pose>,
+    #[prost(message, optional, tag = "8")]
+    pub rules: ::core::option::Option<ItemRules>,
+    /// As in OrderLine.
+    #[prost(uint32, tag = "9")]
+    pub stop: u32,
+}
+impl ::prost::Name for RecordedCandidate {
+    const NAME: &'static str = "RecordedCandidate";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.RecordedCandidate".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.RecordedCandidate".into()
+    }
+}
+/// A container as the step found it.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct RecordedContainer {
+    /// Its name; empty in a cell with one.
+    #[prost(string, tag = "1")]
+    pub container: ::prost::alloc::string::String,
+    /// What was seen, with everything blocked that must stay free.
+    #[prost(message, optional, tag = "2")]
+    pub scene: ::core::option::Option<Scene>,
+    /// What is known to lie in it; absent where nobody asked.
+    #[prost(message, optional, tag = "3")]
+    pub content: ::core::option::Option<RecordedContent>,
+    /// For each cell of the scene, in the order of its heights: at which stop that of the items above it leaves that leaves first; 0: after
+    /// all stops. Empty where none leaves at one.
+    #[prost(uint32, repeated, tag = "4")]
+    pub stops: ::prost::alloc::vec::Vec<u32>,
+}
+impl ::prost::Name for RecordedContainer {
+    const NAME: &'static str = "RecordedContainer";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.RecordedContainer".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.RecordedContainer".into()
+    }
+}
+/// What is known to lie in a container.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct RecordedContent {
+    #[prost(message, repeated, tag = "1")]
+    pub bodies: ::prost::alloc::vec::Vec<RecordedBody>,
+    /// Whether some of them are no more than the shapes that were seen.
+    #[prost(bool, tag = "2")]
+    pub has_seen: bool,
+    /// Whether something else lies there, of which no solid is known.
+    #[prost(bool, tag = "3")]
+    pub is_partial: bool,
+}
+impl ::prost::Name for RecordedContent {
+    const NAME: &'static str = "RecordedContent";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.RecordedContent".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.RecordedContent".into()
+    }
+}
+/// A solid that lies in a container.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct RecordedBody {
+    /// Names the item, for people.
+    #[prost(string, tag = "1")]
+    pub name: ::prost::alloc::string::String,
+    /// The id of the solid, 32 bytes.
+    #[prost(bytes = "vec", tag = "2")]
+    pub solid: ::prost::alloc::vec::Vec<u8>,
+    /// Where the solid's frame is.
+    #[prost(message, optional, tag = "3")]
+    pub container_from_item: ::core::option::Option<Pose>,
+    #[prost(double, tag = "4")]
+    pub mass_kg: f64,
+    /// The greatest mass that may rest on it, in kilograms, where there is a limit.
+    #[prost(double, optional, tag = "5")]
+    pub carries_kg: ::core::option::Option<f64>,
+}
+impl ::prost::Name for RecordedBody {
+    const NAME: &'static str = "RecordedBody";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.RecordedBody".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.RecordedBody".into()
+    }
+}
+/// One attempt to pack something by the rules of what containers may hold.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct RecordedAttempt {
+    /// For each of the containers.
+    #[prost(message, repeated, tag = "1")]
+    pub containers: ::prost::alloc::vec::Vec<AdmittedCandidates>,
+}
+impl ::prost::Name for RecordedAttempt {
+    const NAME: &'static str = "RecordedAttempt";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.RecordedAttempt".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.RecordedAttempt".into()
+    }
+}
+/// What a container may take.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct AdmittedCandidates {
+    /// Indices into the candidates.
+    #[prost(uint32, repeated, tag = "1")]
+    pub candidates: ::prost::alloc::vec::Vec<u32>,
+}
+impl ::prost::Name for AdmittedCandidates {
+    const NAME: &'static str = "AdmittedCandidates";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.AdmittedCandidates".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.AdmittedCandidates".into()
+    }
+}
+/// The geometry of an object, independent of any grid, in metres in its own frame. Named by the BLAKE3 hash, 32 bytes, of this message in
+/// canonical encoding.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Solid {
+    /// The name of the object, for people: 1 to 256 bytes.
+    #[prost(string, tag = "1")]
+    pub name: ::prost::alloc::string::String,
+    /// The closed surface: x, y and z of each vertex, and three vertices, from 0, for each triangle, counter-clockwise seen from outside.
+    #[prost(double, repeated, tag = "2")]
+    pub vertices_m: ::prost::alloc::vec::Vec<f64>,
+    #[prost(uint32, repeated, tag = "3")]
+    pub triangles: ::prost::alloc::vec::Vec<u32>,
+    /// What it encloses, in cubic metres.
+    #[prost(double, tag = "4")]
+    pub volume_m3: f64,
+    /// Convex pieces that together approximate it.
+    #[prost(message, repeated, tag = "5")]
+    pub pieces: ::prost::alloc::vec::Vec<ConvexPiece>,
+    /// Of the whole object.
+    #[prost(double, tag = "6")]
+    pub mass_kg: f64,
+    #[prost(message, optional, tag = "7")]
+    pub centre_of_mass: ::core::option::Option<Vector3>,
+    /// About the centre of mass, along the axes of the frame: nine numbers, column by column.
+    #[prost(double, repeated, tag = "8")]
+    pub inertia_kg_m2: ::prost::alloc::vec::Vec<f64>,
+    /// The greatest mass that may rest on it, in kilograms, where that is known.
+    #[prost(double, optional, tag = "9")]
+    pub carries_kg: ::core::option::Option<f64>,
+}
+impl ::prost::Name for Solid {
+    const NAME: &'static str = "Solid";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.Solid".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.Solid".into()
+    }
+}
+/// The hull of some points.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct ConvexPiece {
+    /// x, y and z of each.
+    #[prost(double, repeated, tag = "1")]
+    pub vertices_m: ::prost::alloc::vec::Vec<f64>,
+}
+impl ::prost::Name for ConvexPiece {
+    const NAME: &'static str = "ConvexPiece";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.ConvexPiece".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.ConvexPiece".into()
+    }
+}
+/// rpc/planner/shapes: the items and solids that recent records name.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct ShapesRequest {
+    #[prost(message, optional, tag = "1")]
+    pub header: ::core::option::Option<RequestHeader>,
+    /// 1 to 1,024 ids of 32 bytes.
+    #[prost(bytes = "vec", repeated, tag = "2")]
+    pub ids: ::prost::alloc::vec::Vec<::prost::alloc::vec::Vec<u8>>,
+}
+impl ::prost::Name for ShapesRequest {
+    const NAME: &'static str = "ShapesRequest";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.ShapesRequest".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.ShapesRequest".into()
+    }
+}
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct ShapesReply {
+    #[prost(message, optional, tag = "1")]
+    pub header: ::core::option::Option<ReplyHeader>,
+    /// Those that are known, as many as go into one message, at least one; ask again for the others.
+    #[prost(message, repeated, tag = "2")]
+    pub shapes: ::prost::alloc::vec::Vec<Shape>,
+    /// The ids of those that are not known any more.
+    #[prost(bytes = "vec", repeated, tag = "3")]
+    pub unknown: ::prost::alloc::vec::Vec<::prost::alloc::vec::Vec<u8>>,
+}
+impl ::prost::Name for ShapesReply {
+    const NAME: &'static str = "ShapesReply";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.ShapesReply".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.ShapesReply".into()
+    }
+}
+/// An item or a solid by its id. Recordings have each once.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Shape {
+    /// 32 bytes.
+    #[prost(bytes = "vec", tag = "1")]
+    pub id: ::prost::alloc::vec::Vec<u8>,
+    #[prost(oneof = "shape::Shape", tags = "2, 3")]
+    pub shape: ::core::option::Option<shape::Shape>,
+}
+/// Nested message and enum types in `Shape`.
+pub mod shape {
+    #[derive(Clone, PartialEq, ::prost::Oneof)]
+    pub enum Shape {
+        #[prost(message, tag = "2")]
+        Item(super::Item),
+        #[prost(message, tag = "3")]
+        Solid(super::Solid),
+    }
+}
+impl ::prost::Name for Shape {
+    const NAME: &'static str = "Shape";
+    const PACKAGE: &'static str = "ppnpack.v1";
+    fn full_name() -> ::prost::alloc::string::String {
+        "ppnpack.v1.Shape".into()
+    }
+    fn type_url() -> ::prost::alloc::string::String {
+        "/ppnpack.v1.Shape".into()
+    }
+}

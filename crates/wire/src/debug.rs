@@ -225,18 +225,18 @@ pub fn cloud(cell: &Cell, cloud: &Cloud<'_>) -> PointCloud {
     })
 }
 
-fn frame(cell: &Cell) -> String {
+pub(crate) fn frame(cell: &Cell) -> String {
     format!("{cell}/container")
 }
 
 /// What lies before 1970 or after 2106 is moved there.
-fn timestamp(at_ns: i64) -> Timestamp {
+pub(crate) fn timestamp(at_ns: i64) -> Timestamp {
     let at_ns = u64::try_from(at_ns).unwrap_or(0);
     let seconds = u32::try_from(at_ns / 1_000_000_000).unwrap_or(u32::MAX);
     Timestamp::new(seconds, (at_ns % 1_000_000_000) as u32)
 }
 
-fn pose(pose: &Isometry3<f64>) -> messages::Pose {
+pub(crate) fn pose(pose: &Isometry3<f64>) -> messages::Pose {
     let rotation = pose.rotation.coords;
     messages::Pose {
         position: Some(vector(&pose.translation.vector)),
@@ -257,11 +257,11 @@ fn vector(vector: &nalgebra::Vector3<f64>) -> Vector3 {
     }
 }
 
-const fn color(r: f64, g: f64, b: f64, a: f64) -> Color {
+pub(crate) const fn color(r: f64, g: f64, b: f64, a: f64) -> Color {
     Color { r, g, b, a }
 }
 
-fn cube(item: &ItemBox, color: Color) -> CubePrimitive {
+pub(crate) fn cube(item: &ItemBox, color: Color) -> CubePrimitive {
     CubePrimitive {
         pose: Some(pose(&item.container_from_middle)),
         size: Some(vector(&item.size_m)),
@@ -270,7 +270,7 @@ fn cube(item: &ItemBox, color: Color) -> CubePrimitive {
 }
 
 /// The label above a box, facing the viewer.
-fn label(item: &ItemBox) -> TextPrimitive {
+pub(crate) fn label(item: &ItemBox) -> TextPrimitive {
     let above = Translation3::new(0.0, 0.0, item.size_m.z) * item.container_from_middle;
     TextPrimitive {
         pose: Some(pose(&above)),
@@ -283,7 +283,7 @@ fn label(item: &ItemBox) -> TextPrimitive {
 }
 
 /// The twelve edges of the container.
-fn edges(size: ContainerSize) -> LinePrimitive {
+pub(crate) fn edges(size: ContainerSize) -> LinePrimitive {
     let corner = |index: u32| Point3 {
         x: f64::from(index & 1) * size.x_m,
         y: f64::from((index >> 1) & 1) * size.y_m,

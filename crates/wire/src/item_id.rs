@@ -1,11 +1,11 @@
-//! Items are named by their content.
+//! Items and solids are named by their content.
 
 use prost::Message;
 
 use crate::error::WireError;
 use crate::v1;
 
-/// The id of an item: the BLAKE3 hash of its message.
+/// The id of an item or a solid: the BLAKE3 hash of its message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ItemId([u8; 32]);
 
@@ -13,6 +13,11 @@ impl ItemId {
     /// The id of an item.
     pub fn of(item: &v1::Item) -> Self {
         Self(*blake3::hash(&item.encode_to_vec()).as_bytes())
+    }
+
+    /// The id of a solid.
+    pub fn of_solid(solid: &v1::Solid) -> Self {
+        Self(*blake3::hash(&solid.encode_to_vec()).as_bytes())
     }
 
     /// An id from its 32 bytes.

@@ -154,6 +154,8 @@ chunks! {
         Plan = "plan",
         /// [`Session`](crate::v1::Session): the packing session, from the planner.
         Session = "session",
+        /// [`PlanningRecord`](crate::v1::PlanningRecord): what steps were planned on, from the planner.
+        Record = "record",
         /// The heightmap as a `foxglove.Grid`, from perception.
         DebugHeightmap = "debug_heightmap",
         /// The content as a `foxglove.SceneUpdate`, from the bridge.
@@ -232,6 +234,8 @@ chunks! {
         Automatic = "automatic",
         /// Of the planner: [`SessionRequest`](crate::v1::SessionRequest).
         Session = "session",
+        /// Of the planner: [`ShapesRequest`](crate::v1::ShapesRequest).
+        Shapes = "shapes",
     }
 }
 

@@ -15,6 +15,7 @@
 
 pub mod convert;
 pub mod debug;
+pub mod debug_plan;
 mod decode;
 pub mod error;
 pub mod header;
@@ -24,6 +25,7 @@ pub mod keys;
 pub mod limits;
 pub mod ros;
 pub mod rpc;
+pub mod schemas;
 mod structure;
 
 pub use decode::{MAX_CLOUD_BYTES, MAX_MESSAGE_BYTES, decode, encoding_of};

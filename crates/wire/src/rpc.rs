@@ -87,4 +87,5 @@ requests! {
     ExplainRequest -> ExplainReply: Some(Service::Planner), Explain;
     AutomaticRequest -> AutomaticReply: Some(Service::Planner), Automatic;
     SessionRequest -> SessionReply: Some(Service::Planner), Session;
+    ShapesRequest -> ShapesReply: Some(Service::Planner), Shapes;
 }

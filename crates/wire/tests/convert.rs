@@ -5,13 +5,15 @@
     reason = "a panic in a test is a failing test"
 )]
 
-use nalgebra::Point3;
+use nalgebra::{Matrix3, Point3};
+use ppnpack_packing::model::mesh::Mesh;
+use ppnpack_packing::model::{ConvexPiece, MassProperties, Model};
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::refusal::{Cause, Refusal};
 use ppnpack_packing::search::SearchSettings;
 use ppnpack_packing::step::{Evaluated, PlacementCounts};
 use ppnpack_packing::valid::Tally;
-use ppnpack_wire::convert::{cloud, grid, item, objective, placement, pose, scene};
+use ppnpack_wire::convert::{cloud, grid, item, objective, placement, pose, scene, solid};
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{decode, v1};
 use proptest::prelude::*;
@@ -252,4 +254,51 @@ fn coordinates_are_found_anywhere_in_a_point() {
     let is_hole = |point: &Point3<f32>| point.iter().any(|coordinate| !coordinate.is_finite());
     let holes: Vec<bool> = points.iter().map(is_hole).collect();
     assert_eq!(holes, [false, true, true]);
+}
+
+/// A solid of an eighth of a cube, with numbers that no decimal writes.
+fn model(carries_kg: Option<f64>) -> Model {
+    let corner = |x: f64, y: f64, z: f64| Point3::new(x / 3.0, -y / 7.0, z.sqrt());
+    let vertices = vec![
+        corner(0.0, 0.0, 0.0),
+        corner(1.0, 0.0, 0.0),
+        corner(0.0, 1.0, 0.0),
+        corner(0.0, 0.0, 2.0),
+    ];
+    Model {
+        name: "corner".to_owned(),
+        mesh: Mesh {
+            vertices: vertices.clone(),
+            triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+        },
+        volume_m3: 1.0 / 6.0,
+        pieces: vec![
+            ConvexPiece { vertices },
+            ConvexPiece {
+                vertices: Vec::new(),
+            },
+        ],
+        mass: MassProperties {
+            mass_kg: 0.1 + 0.2,
+            centre_of_mass_m: corner(0.25, 0.25, 0.25),
+            inertia_kg_m2: Matrix3::new(1.0, 0.1, 0.2, 0.3, 2.0, 0.4, 0.5, 0.6, 3.0) / 3.0,
+        },
+        carries_kg,
+        resting_poses: Vec::new(),
+    }
+}
+
+#[test]
+fn solids_stay_what_they_are() {
+    for carries_kg in [None, Some(0.0), Some(1.0 / 3.0)] {
+        let sender = model(carries_kg);
+        let message = solid::write(&sender);
+        let receiver = solid::read(&sent(&message)).unwrap();
+        assert_eq!(receiver, sender);
+        assert_eq!(solid::write(&receiver), message);
+        assert_eq!(
+            ItemId::of_solid(&message),
+            ItemId::of_solid(&sent(&message))
+        );
+    }
 }

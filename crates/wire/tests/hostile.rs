@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Scene, Surface};
-use ppnpack_wire::convert::{check, cloud, grid, item, objective, placement, pose, scene};
+use ppnpack_wire::convert::{check, cloud, grid, item, objective, placement, pose, scene, solid};
 use ppnpack_wire::header::{self, RequestHeader};
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::{Cell, Instance};
@@ -507,6 +507,47 @@ fn long_texts_are_cut_between_characters() {
     assert_eq!(cut, "ä".repeat(2048));
     let cut = header::text(&format!("a{}", "ä".repeat(3000)));
     assert_eq!(cut.len(), 4095);
+}
+
+#[test]
+fn solids() {
+    let good = v1::Solid {
+        name: "solid".to_owned(),
+        vertices_m: vec![0.0; 9],
+        triangles: vec![0, 1, 2],
+        pieces: vec![v1::ConvexPiece {
+            vertices_m: vec![0.0; 12],
+        }],
+        centre_of_mass: Some(v1::Vector3::default()),
+        inertia_kg_m2: vec![1.0; 9],
+        ..v1::Solid::default()
+    };
+    refused(
+        &good,
+        solid::read,
+        &[
+            ("solid.name", |solid| solid.name.clear()),
+            ("solid.vertices_m", |solid| solid.vertices_m.truncate(8)),
+            ("solid.vertices_m", |solid| solid.vertices_m[3] = f64::NAN),
+            ("solid.vertices_m", |solid| solid.vertices_m[3] = 1e300),
+            ("solid.triangles", |solid| solid.triangles.truncate(2)),
+            ("solid.triangles", |solid| solid.triangles[2] = 3),
+            ("solid.pieces.vertices_m", |solid| {
+                solid.pieces[0].vertices_m.truncate(11);
+            }),
+            ("solid.centre_of_mass", |solid| solid.centre_of_mass = None),
+            ("solid.inertia_kg_m2", |solid| {
+                solid.inertia_kg_m2.truncate(8);
+            }),
+            ("solid.inertia_kg_m2", |solid| {
+                solid.inertia_kg_m2[0] = f64::INFINITY;
+            }),
+            ("solid.mass_kg", |solid| solid.mass_kg = -1.0),
+            ("solid.carries_kg", |solid| {
+                solid.carries_kg = Some(f64::NAN);
+            }),
+        ],
+    );
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! `ppnpack up`: all services in one process; with `--pack` one sequence is packed through them.
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
@@ -13,10 +14,12 @@ use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_recognition::recognise::RecognitionSettings;
 use ppnpack_recognition::segmentation::{Region, SegmentationSettings};
 use ppnpack_service::rpc::Client;
+use ppnpack_view::View;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
 
 use super::job::{ALTERNATIVES, ResultOptions, SettingAsideOptions};
+use super::view::{self, DEFAULT_ADDRESS};
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::fastest;
 use crate::network::Backend;
@@ -76,6 +79,10 @@ pub(crate) struct UpArguments {
     /// recognised there. See docs/protocol.md
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = parse_region, allow_hyphen_values = true)]
     tray: Option<Region>,
+
+    /// Serve the cells to Foxglove as they work, at this address [with no address: 127.0.0.1:8765]
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = DEFAULT_ADDRESS, conflicts_with = "connect")]
+    view: Option<SocketAddr>,
 
     #[command(flatten)]
     job: JobOptions,
@@ -207,13 +214,18 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
         listen: arguments.listen(),
     };
     let stack = Stack::start(&plan)?;
+    let view = arguments
+        .view
+        .map(|address| View::start(stack.session(), address));
+    let view = view.transpose().or_run()?;
     if !arguments.job.pack {
-        return serve(stack, &plan);
+        return serve(stack, &plan, view);
     }
     let cell = plan.cells.first().cloned();
     let cell = cell.ok_or_else(|| Failure::input("--pack needs a cell"))?;
     let controller = Controller::new(stack.client(), cell);
     let packing = job(&controller)?;
+    view.map_or(Ok(()), View::finish).or_run()?;
     stack.finish()?;
     arguments.job.results.publish(&packing)
 }
@@ -264,15 +276,19 @@ impl UpArguments {
 }
 
 /// Serves until it is told to end.
-fn serve(stack: Stack, plan: &stack::Plan<'_>) -> Outcome {
+fn serve(stack: Stack, plan: &stack::Plan<'_>, view: Option<View>) -> Outcome {
     let shutdown = stack.shutdown().clone();
     ctrlc::set_handler(move || shutdown.request()).or_run()?;
     let cells: Vec<&str> = plan.cells.iter().map(Cell::as_str).collect();
     print_line(&format!("Cells: {}", cells.join(", ")))?;
     print_line(&format!("Zenoh: {}", stack.endpoint()))?;
+    if let Some(view) = &view {
+        print_line(&view::address(view))?;
+    }
     print_line("Ready. `ppnpack status` and `ppnpack watch` show what goes on; Ctrl-C ends it.")?;
     stack.shutdown().wait();
     let fault = stack.fault();
+    view.map_or(Ok(()), View::finish).or_run()?;
     stack.finish()?;
     match fault {
         Some(fault) => Err(anyhow::Error::msg(fault).into()),

@@ -5,7 +5,7 @@ use ppnpack_model::card::ModelCard;
 use ppnpack_model::settings::LossOver;
 
 use super::recipes::Recipe;
-use super::results::{Results, Row, percent};
+use super::results::{Results, Row};
 use crate::statistics::Mean;
 use crate::train::ranked;
 use crate::{document, shares};
@@ -105,21 +105,12 @@ fn table(results: &Results, question: Question) -> String {
         let paper = answer.and_then(|answer| answer.paper_percent);
         let paper: &[f64] = paper.as_ref().map_or(&[], |paper| paper);
         let accuracy = answer.map_or(&[][..], |answer| &answer.accuracy_percent);
-        text += &format!("| {} |{}", row.network, cells(accuracy, paper));
+        text += &format!("| {} |{}", row.network, shares::cells(accuracy, paper));
         let training = Mean::of(row.cards.iter().map(|card| card.training_s));
         let parameters = row.cards.first().map_or(0, |card| card.parameters);
         text += &format!(" {parameters} | {:.0} s |\n", training.mean);
     }
     text + "\n"
-}
-
-/// Accuracies as a table's cells, each with the paper's in brackets where there is one.
-fn cells(accuracy: &[Mean], paper: &[f64]) -> String {
-    let cells = accuracy.iter().enumerate().map(|(at, mean)| {
-        let paper = paper.get(at).map(|paper| format!(" [{paper:.1}]"));
-        format!(" {}{} |", mean.shown(1), paper.unwrap_or_default())
-    });
-    cells.collect()
 }
 
 /// What validation chose among, where it chose.
@@ -143,13 +134,13 @@ fn choices(results: &Results) -> String {
 
 fn tried(row: &Row, question: Question) -> String {
     let lines = row.tried.iter().map(|tried| {
-        let accuracy = percent(&[&tried.validation], question);
+        let accuracy = shares::percent(&[&tried.validation], question);
         let is_chosen = tried.recipe == row.recipe;
         format!(
             "| {} | {} |{} {} |\n",
             row.network,
             settings(&tried.recipe),
-            cells(&accuracy, &[]),
+            shares::cells(&accuracy, &[]),
             if is_chosen { "yes" } else { "" }
         )
     });

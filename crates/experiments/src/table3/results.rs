@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::recipes::Recipe;
 use super::variants::Variant;
-use crate::shares::SHARES;
+use crate::shares::percent;
 use crate::statistics::Mean;
 
 /// The table.
@@ -77,58 +77,5 @@ impl Row {
     pub(super) fn answer(&self, question: Question) -> Option<&Answer> {
         let mut answers = self.answers.iter();
         answers.find(|answer| answer.question == question)
-    }
-}
-
-/// Percentages at the table's shares: with several networks, means over them with intervals over them; with one, intervals
-/// over the sequences.
-pub(super) fn percent(networks: &[&Accuracies], question: Question) -> Vec<Mean> {
-    let at_share = |at: usize| {
-        let found = |of: &&Accuracies| of.of(question).get(at).map(|answer| answer.share);
-        let mean = match networks {
-            [one] => one.of(question).get(at).map(|answer| {
-                let error = answer.standard_error.unwrap_or(0.0);
-                Mean::clustered(answer.share, error, one.sequences)
-            }),
-            several => Some(Mean::of(several.iter().filter_map(found))),
-        };
-        mean.unwrap_or_default().scaled(100.0)
-    };
-    (0..SHARES.len()).map(at_share).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use ppnpack_model::accuracy::{Rank, Tally};
-
-    use super::*;
-
-    /// Two sequences of candidates, of which so many of ten each have their optimum scored best.
-    fn accuracies(found: [u64; 2]) -> Accuracies {
-        let mut tally = Tally::default();
-        for (sequence, found) in (0..).zip(found) {
-            for candidate in 0..10 {
-                let before = if candidate < found { 0 } else { 900 };
-                let rank = Rank {
-                    placements: 1000,
-                    fitting: 1000,
-                    before,
-                    fitting_before: before,
-                };
-                tally.add(sequence, &rank);
-            }
-        }
-        tally.accuracies()
-    }
-
-    #[test]
-    fn one_network_has_an_interval_over_sequences_and_several_over_networks() {
-        let (good, bad) = (accuracies([6, 8]), accuracies([5, 5]));
-        let one = percent(&[&good], Question::OverAll)[0];
-        // Means of 0.6 and 0.8: an error of 0.1, and 12.706 of them with one degree of freedom.
-        assert!((one.mean - 70.0).abs() < 1e-9 && (one.half_width - 127.062).abs() < 1e-2);
-        let both = percent(&[&good, &bad], Question::OverAll)[0];
-        assert!((both.mean - 60.0).abs() < 1e-9 && (both.half_width - 127.062).abs() < 1e-2);
-        assert_eq!(percent(&[&bad], Question::OverAll)[0].half_width, 0.0);
     }
 }

@@ -3,6 +3,8 @@
 use ppnpack_model::architecture::{Architecture, Fusion};
 use ppnpack_model::settings::{Loss, TrainingSettings};
 
+use crate::shares::PAPER_PERCENT;
+
 /// A row of the table.
 pub(super) struct Variant {
     pub(super) name: &'static str,
@@ -28,7 +30,7 @@ const HEIGHTMAPS: Variant = Variant {
     name: "heightmaps alone (the paper's inputs)",
     key: "heightmaps",
     resting_heights: false,
-    paper_percent: Some([81.0, 94.9, 97.2, 98.0, 99.4]),
+    paper_percent: Some(PAPER_PERCENT),
     ..FULL
 };
 

@@ -3,7 +3,7 @@
 use clap::Args;
 use ppnpack_cli::failure::{OrInput, Outcome};
 use ppnpack_cli::options::{Choice, one_of, parse_device, positive};
-use ppnpack_model::architecture::{Architecture, Fusion, Normalisation};
+use ppnpack_model::architecture::{Architecture, Finest, Fusion, Normalisation};
 use ppnpack_model::settings::{
     Device, Loss, LossOver, MOST_VALIDATION_TENTHS, Schedule, TrainingSettings,
 };
@@ -14,7 +14,8 @@ use crate::workers;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Network")]
 pub(crate) struct SizeOptions {
-    /// Channels of the encoder blocks, from the finest; each block halves the resolution
+    /// Channels of the encoder blocks, from the finest; each block halves the resolution. The paper's text has 64,128,256,512,
+    /// its published code 64,128,256,512,1024 with --finest full
     #[arg(
         long,
         value_name = "LIST",
@@ -26,6 +27,10 @@ pub(crate) struct SizeOptions {
     /// Channels at the container's resolution
     #[arg(long, value_name = "COUNT", default_value_t = 8)]
     head: usize,
+
+    /// The finest resolution at which the features of container and item meet
+    #[arg(long, value_parser = one_of(&FINESTS), default_value = "half")]
+    finest: Finest,
 }
 
 impl SizeOptions {
@@ -34,6 +39,7 @@ impl SizeOptions {
         let architecture = Architecture {
             widths: self.widths.clone(),
             head: self.head,
+            finest: self.finest,
             ..Architecture::default()
         };
         architecture.validate().or_input()?;
@@ -178,6 +184,19 @@ impl RunOptions {
         }
     }
 }
+
+const FINESTS: [Choice<Finest>; 2] = [
+    (
+        "half",
+        Finest::Half,
+        "Half of the container's, as in the paper's text",
+    ),
+    (
+        "full",
+        Finest::Full,
+        "The container's, as in its published code",
+    ),
+];
 
 const FUSIONS: [Choice<Fusion>; 2] = [
     (

@@ -83,11 +83,42 @@ pub fn raise_surface(mesh: &Mesh, pose: &Isometry3<f64>, surface: &mut Surface) 
         ny: surface.ny(),
     };
     let posed = mesh.transformed(pose);
-    for triangle in posed.corners() {
-        rasterise(&triangle, &raster, |x, y, _, highest| {
-            surface.raise(x, y, highest.max(0.0) as f32);
-        });
+    // Of a closed mesh what faces down is covered by what faces up, so that once that is drawn little else is left to clip.
+    for is_upper in [true, false] {
+        for triangle in posed.corners() {
+            if faces_up(&triangle) == is_upper && !is_covered(&triangle, &raster, surface) {
+                rasterise(&triangle, &raster, |x, y, _, highest| {
+                    surface.raise(x, y, highest.max(0.0) as f32);
+                });
+            }
+        }
     }
+}
+
+/// Whether the outer side of a triangle is seen from above.
+fn faces_up([a, b, c]: &[Point3<f64>; 3]) -> bool {
+    (b.xy() - a.xy()).perp(&(c.xy() - a.xy())) > 0.0
+}
+
+/// Whether all squares that a triangle may touch are at least as high as its highest corner, so that it raises none.
+fn is_covered(triangle: &[Point3<f64>; 3], raster: &Raster, surface: &Surface) -> bool {
+    let [a, b, c] = triangle;
+    let (lowest, highest) = (a.inf(b).inf(c), a.sup(b).sup(c));
+    let scale = 1.0 / raster.pitch_m;
+    let range = |from: f64, to: f64, origin: f64, count: usize| {
+        touched((from - origin) * scale, (to - origin) * scale, count, 0.0)
+    };
+    let (xs, ys) = (
+        range(lowest.x, highest.x, raster.origin.x, raster.nx),
+        range(lowest.y, highest.y, raster.origin.y, raster.ny),
+    );
+    let highest_m = highest.z as f32;
+    let rows = surface.heights_m().chunks_exact(surface.ny().max(1));
+    let mut rows = rows.skip(xs.start).take(xs.len());
+    rows.all(|row| {
+        let squares = row.get(ys.clone()).unwrap_or_default();
+        squares.iter().all(|height_m| *height_m >= highest_m)
+    })
 }
 
 /// The unit intervals, less `slack` at both ends, that meet the interval between two coordinates.

@@ -1,15 +1,15 @@
 use nalgebra::Vector3;
-use ppnpack_model::architecture::{Architecture, Normalisation};
+use ppnpack_model::architecture::{Architecture, Finest, Normalisation};
 use ppnpack_model::card::{DataFacts, FORMAT, ModelCard, Versions};
 use ppnpack_model::settings::TrainingSettings;
 use ppnpack_model::weights::to_bytes;
 use ppnpack_packing::grid::{ContainerSize, Resolution, Yaws};
-use ppnpack_packing::item::ViewSurfaces;
+use ppnpack_packing::item::{ItemView, ViewSurfaces};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::files::all_to_plain;
+use crate::files::{all_to_plain, copy_into};
 use crate::network::Parameters;
 
 /// A network with random weights and running statistics, as a model.
@@ -47,6 +47,14 @@ fn model(architecture: &Architecture, change: impl Fn(&Parameters)) -> Model {
         },
     };
     Model::new("a test", &bytes, card).unwrap()
+}
+
+/// The architecture that ships, and the one whose features meet at the container's own resolution.
+fn architectures() -> [Architecture; 2] {
+    [Finest::Half, Finest::Full].map(|finest| Architecture {
+        finest,
+        ..Architecture::default()
+    })
 }
 
 fn plain(architecture: &Architecture) -> Model {
@@ -102,12 +110,14 @@ fn a_batch_gives_what_single_runs_give_and_caches_change_nothing() {
     let resolution = Grid::reference().resolution().clone();
     // The second admits items that need a larger canvas than others do.
     for grid in [Grid::reference(), Grid::new(long, resolution).unwrap()] {
-        a_batch_gives_what_single_runs_give(&grid);
+        for architecture in architectures() {
+            a_batch_gives_what_single_runs_give(&grid, &architecture);
+        }
     }
 }
 
-fn a_batch_gives_what_single_runs_give(grid: &Grid) {
-    let model = plain(&Architecture::default());
+fn a_batch_gives_what_single_runs_give(grid: &Grid, architecture: &Architecture) {
+    let model = plain(architecture);
     let (items, scene) = (items(5), heightmap(grid, 1));
     let all: Vec<&Item> = items.iter().collect();
     let mut batched = Inference::new(&model, grid, Device::Cpu).unwrap();
@@ -126,6 +136,43 @@ fn a_batch_gives_what_single_runs_give(grid: &Grid) {
 }
 
 #[test]
+fn at_the_full_resolution_scores_move_with_what_lies_there() {
+    let grid = Grid::reference();
+    let model = plain(&Architecture {
+        widths: vec![4],
+        finest: Finest::Full,
+        resting_heights: false,
+        ..Architecture::default()
+    });
+    let items = items(20);
+    let is_small = |view: &ItemView| view.nx().max(view.ny()) < 12;
+    let small = items.iter().find(|item| is_small(&item.views()[0]));
+    let item = small.unwrap();
+    let view = &item.views()[0];
+    let mut inference = Inference::new(&model, &grid, Device::Cpu).unwrap();
+    let layout = inference.layout;
+    let mut scores = |bump: (usize, usize)| {
+        let mut heights = vec![0; grid.nx() * grid.ny()];
+        heights[bump.0 * grid.ny() + bump.1] = 50;
+        let scene = Heightmap::from_units(grid.nx(), grid.ny(), heights).unwrap();
+        inference.score(&scene, &[item]).unwrap().scores
+    };
+    let still = scores((15, 15));
+    let at = |scores: &[f32], x, y| scores[layout.cell_of((x, y), view)];
+    for (dx, dy) in [(1, 0), (0, 1)] {
+        let moved = scores((15 + dx, 15 + dy));
+        // Where neither convolutions nor the item reach a wall.
+        let (free_x, free_y) = (3..grid.nx() - view.nx() - 3, 3..grid.ny() - view.ny() - 3);
+        let mut differing = 0;
+        for (x, y) in free_x.flat_map(|x| free_y.clone().map(move |y| (x, y))) {
+            close(&[at(&still, x, y)], &[at(&moved, x + dx, y + dy)]);
+            differing += usize::from(at(&still, x, y) != at(&moved, x, y));
+        }
+        assert!(differing > 0, "the bump changes no score");
+    }
+}
+
+#[test]
 fn folding_changes_nothing() {
     let grid = Grid::reference();
     let shaken = |parameters: &Parameters| {
@@ -135,11 +182,11 @@ fn folding_changes_nothing() {
             }
         }
     };
-    for normalisation in [Normalisation::Batch, Normalisation::None] {
-        let architecture = Architecture {
-            normalisation,
-            ..Architecture::default()
-        };
+    let without = architectures().map(|architecture| Architecture {
+        normalisation: Normalisation::None,
+        ..architecture
+    });
+    for architecture in architectures().into_iter().chain(without) {
         let model = model(&architecture, shaken);
         let items = items(3);
         let all: Vec<&Item> = items.iter().collect();
@@ -161,8 +208,14 @@ fn folding_changes_nothing() {
 
 #[test]
 fn every_proposal_fits_and_no_placement_is_proposed_twice() {
+    for architecture in architectures() {
+        every_proposal_fits(&architecture);
+    }
+}
+
+fn every_proposal_fits(architecture: &Architecture) {
     let grid = Grid::reference();
-    let model = plain(&Architecture::default());
+    let model = plain(architecture);
     let (items, scene) = (items(6), heightmap(&grid, 4));
     let all: Vec<&Item> = items.iter().collect();
     let mut inference = Inference::new(&model, &grid, Device::Cpu).unwrap();

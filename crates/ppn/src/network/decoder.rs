@@ -2,7 +2,7 @@
 
 use tch::{TchError, Tensor};
 
-use ppnpack_model::architecture::{Architecture, Normalisation};
+use ppnpack_model::architecture::{Architecture, Finest, Normalisation};
 
 use super::fusion::fused_width;
 use super::layers::Mixing;
@@ -16,7 +16,8 @@ pub(crate) const RESTING_CHANNELS: i64 = 2;
 ///
 /// Each output cell of such a de-convolution has one input cell, so it is a [`Mixing`] to four times the channels,
 /// spread over the four output cells. At the container's resolution nothing mixes neighbours any more, so the four
-/// are left apart as *phases*: cell `(2 x + dx, 2 y + dy)` is cell `(x, y)` of phase `2 dx + dy`.
+/// are left apart as *phases*: cell `(2 x + dx, 2 y + dy)` is cell `(x, y)` of phase `2 dx + dy`. Where the finest features are at
+/// that resolution already, the hidden layer is taken apart so.
 #[derive(Debug)]
 pub(super) struct Decoder {
     blocks: Vec<Mixing>,
@@ -24,6 +25,7 @@ pub(super) struct Decoder {
     hidden: Mixing,
     resting: Option<Tensor>,
     score: Mixing,
+    finest: Finest,
 }
 
 impl Decoder {
@@ -47,13 +49,17 @@ impl Decoder {
         let finest = widths.first().copied().unwrap_or(head);
         let inputs = decoded + fused_width(architecture.fusion, finest);
         let none = Normalisation::None;
+        let spread = match architecture.finest {
+            Finest::Half => 4 * head,
+            Finest::Full => head,
+        };
         let mut layer = |name: &str, shape, normalisation| {
             Mixing::new(parameters, &format!("head.{name}"), shape, normalisation)
         };
         Ok(Self {
             blocks,
             mixing: layer("mixing", (inputs, 2 * head), normalisation)?,
-            hidden: layer("hidden", (2 * head, 4 * head), none)?,
+            hidden: layer("hidden", (2 * head, spread), none)?,
             score: layer("score", (head, 1), none)?,
             resting: if architecture.resting_heights {
                 let shape = [head, RESTING_CHANNELS];
@@ -61,10 +67,11 @@ impl Decoder {
             } else {
                 None
             },
+            finest: architecture.finest,
         })
     }
 
-    /// `fused` from the finest, `[C_i, N, X / 2^(i+1), Y / 2^(i+1)]`, and `resting`, `[4, RESTING_CHANNELS, N X Y / 4]`
+    /// `fused` from the finest, `[C_i, N, X_i, Y_i]`, and `resting`, `[4, RESTING_CHANNELS, N X Y / 4]`
     /// where the network has it, to `[4, N X Y / 4]`: the scores by phase.
     pub(super) fn forward(
         &self,
@@ -88,8 +95,7 @@ impl Decoder {
         let input = beside(finest, decoded.as_ref())?;
         let mixed = self.mixing.forward(&input, training)?.f_relu_()?;
         let hidden = self.hidden.forward(&mixed, training)?;
-        let (four_heads, cells) = hidden.size2()?;
-        let mut hidden = hidden.f_view([4, four_heads / 4, cells])?;
+        let mut hidden = self.by_phase(&hidden, finest)?;
         if let (Some(weight), Some(resting)) = (&self.resting, resting) {
             let (head, channels) = weight.size2()?;
             let weight = weight.f_unsqueeze(0)?;
@@ -97,6 +103,20 @@ impl Decoder {
             hidden = hidden.f_baddbmm_(&weight, resting)?;
         }
         self.score.forward_phases(&hidden.f_relu_()?)
+    }
+
+    /// The hidden layer at the resolution of the finest features as `[4, head, N X Y / 4]`.
+    fn by_phase(&self, hidden: &Tensor, finest: &Tensor) -> Result<Tensor, TchError> {
+        let (channels, cells) = hidden.size2()?;
+        match self.finest {
+            Finest::Half => hidden.f_view([4, channels / 4, cells]),
+            Finest::Full => {
+                let (_, maps, nx, ny) = finest.size4()?;
+                let cells = hidden.f_view([channels, maps, nx / 2, 2, ny / 2, 2])?;
+                let phases = cells.f_permute([3, 5, 0, 1, 2, 4])?;
+                phases.f_reshape([4, channels, -1])
+            }
+        }
     }
 
     pub(super) fn folded(&self) -> Result<Self, TchError> {
@@ -107,6 +127,7 @@ impl Decoder {
             hidden: self.hidden.folded()?,
             score: self.score.folded()?,
             resting: self.resting.as_ref().map(Tensor::f_detach).transpose()?,
+            finest: self.finest,
         })
     }
 }

@@ -2,15 +2,16 @@
 
 use tch::{TchError, Tensor};
 
-use ppnpack_model::architecture::Architecture;
+use ppnpack_model::architecture::{Architecture, Finest};
 
 use super::layers::Convolution;
 use super::parameters::Parameters;
 
-/// Blocks of two 3 x 3 convolutions and a 2 x 2 maximum pool.
+/// Blocks of two 3 x 3 convolutions and a 2 x 2 maximum pool, after them or, in all but the first, before them.
 #[derive(Debug)]
 pub(super) struct Encoder {
     blocks: Vec<[Convolution; 2]>,
+    finest: Finest,
 }
 
 impl Encoder {
@@ -32,11 +33,15 @@ impl Encoder {
             blocks.push([convolution(0, channels)?, convolution(1, width)?]);
             channels = width;
         }
-        Ok(Self { blocks })
+        Ok(Self {
+            blocks,
+            finest: architecture.finest,
+        })
     }
 
-    /// `[N, inputs, X, Y]` to `[N, widths[i], X / 2^(i+1), Y / 2^(i+1)]` per block. Where a mask `[N, 1, X, Y]` is
-    /// given, features outside of it are 0 at every layer, so that they do not depend on the canvas around it.
+    /// `[N, inputs, X, Y]` to `[N, widths[i], X / 2^(i+1), Y / 2^(i+1)]` per block, or to twice that resolution where the first
+    /// block keeps the finest. Where a mask `[N, 1, X, Y]` is given, features outside of it are 0 at every layer, so that they do
+    /// not depend on the canvas around it.
     pub(super) fn forward(
         &self,
         input: &Tensor,
@@ -45,16 +50,23 @@ impl Encoder {
     ) -> Result<Vec<Tensor>, TchError> {
         let mut mask = mask.map(Tensor::shallow_clone);
         let mut features: Vec<Tensor> = Vec::with_capacity(self.blocks.len());
-        for block in &self.blocks {
+        for (level, block) in self.blocks.iter().enumerate() {
             let mut current = features.last().unwrap_or(input).shallow_clone();
+            if self.finest == Finest::Full && level > 0 {
+                current = halved(&current)?;
+                mask = mask.as_ref().map(halved).transpose()?;
+            }
             for convolution in block {
                 current = convolution.forward(&current, training)?.f_relu_()?;
                 if let Some(mask) = &mask {
                     current = current.f_mul(mask)?;
                 }
             }
-            features.push(halved(&current)?);
-            mask = mask.as_ref().map(halved).transpose()?;
+            if self.finest == Finest::Half {
+                current = halved(&current)?;
+                mask = mask.as_ref().map(halved).transpose()?;
+            }
+            features.push(current);
         }
         Ok(features)
     }
@@ -64,6 +76,7 @@ impl Encoder {
         let blocks = self.blocks.iter().map(fold);
         Ok(Self {
             blocks: blocks.collect::<Result<_, TchError>>()?,
+            finest: self.finest,
         })
     }
 }

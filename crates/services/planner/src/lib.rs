@@ -7,9 +7,12 @@ mod cell;
 mod interruption;
 mod objects;
 mod planning;
+mod record;
 mod remote;
+pub mod replay;
 mod scenes;
 mod settings;
+mod step_plan;
 mod store;
 
 use std::sync::Arc;
@@ -136,6 +139,7 @@ impl PlannerService {
                 },
             )?,
             address.listen(process, Some(cell), Message::Session)?,
+            address.listen(process, Some(cell), Message::Shapes)?,
         ]);
         Ok(())
     }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::evaluator::Evaluator;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
@@ -50,8 +51,6 @@ impl Planning {
         mix: &[Arc<Item>],
         interruption: &Interruption,
     ) -> Result<Self, String> {
-        let grid = settings.grid.build().map_err(|error| error.to_string())?;
-        let method = &settings.method;
         let peers = |alive: &Arc<Alive>, limit_s: f64| Peers {
             cell: cell.clone(),
             client: helpers.client.clone(),
@@ -59,46 +58,44 @@ impl Planning {
             limit: Duration::from_secs_f64(limit_s),
         };
         let network = PpnServices(peers(&helpers.ppn, settings.propose_limit_s));
-        let proposer = method.proposer_or_exhaustive(&grid, Some(&network));
-        let proposer = proposer.map_err(|error| error.to_string())?;
-        let mut checks = rules::checks();
-        checks.extend(method.loads.checks());
-        checks.push(Box::new(interruption.clone()));
-        if let Some(station) = settings.station().map_err(|error| error.to_string())? {
-            // The planner asks the arm itself, last, going through the placements by increasing value: it is asked for
-            // a handful of placements, and a heuristic service would need the arm, what is around it and the items'
-            // meshes.
-            checks.push(Box::new(station.check()));
-        }
-        let mut twin = settings.twin.clone();
-        twin.cell.container = grid.container();
-        let trial = trial::check(method.trial, &method.loads, twin, helpers.threads.clone());
-        checks.extend(trial.map_err(|error| error.to_string())?);
-        let evaluator: Box<dyn Evaluator> = match settings.evaluate {
+        let parts = Parts {
+            settings,
+            mix,
+            threads: helpers.threads.clone(),
+            network: Some(&network),
+            interruption: Some(interruption),
+        };
+        match settings.evaluate {
             Where::Fastest | Where::Services => {
+                let grid = parts.grid()?;
                 let peers = peers(&helpers.heuristic, settings.evaluate_limit_s);
                 let is_sooner_taken = settings.evaluate == Where::Fastest;
-                let local = LocalSearches::new(&grid, method, settings.search_bytes());
+                let local = LocalSearches::new(&grid, &settings.method, settings.search_bytes());
                 let local = local.map_err(|error| error.to_string())?;
-                Box::new(SharedEvaluator::new(peers, local, is_sooner_taken))
+                let evaluator = SharedEvaluator::new(peers, local, is_sooner_taken);
+                parts.build(Box::new(evaluator), Vec::new())
             }
-            Where::InProcess => {
-                checks.extend(method.stability.checks());
-                let search = Search::new(&grid, &method.search_settings());
-                let search = search.map_err(|error| error.to_string())?;
-                Box::new(search.bounded().within_bytes(settings.search_bytes()))
-            }
+            Where::InProcess => parts.build_here(),
+        }
+    }
+
+    /// Planning by a cell's settings in this process alone, to the same decisions.
+    ///
+    /// # Errors
+    /// What is not possible in the settings, or cannot be done without other services.
+    pub(crate) fn alone(
+        settings: &CellSettings,
+        threads: Option<Arc<rayon::ThreadPool>>,
+        mix: &[Arc<Item>],
+    ) -> Result<Self, String> {
+        let parts = Parts {
+            settings,
+            mix,
+            threads,
+            network: None,
+            interruption: None,
         };
-        let chooser = method.chooser(&grid, mix, helpers.threads.clone());
-        let chooser = chooser.map_err(|error| error.to_string())?;
-        let evaluator = method.farsighted(evaluator);
-        let planner = Planner::new(proposer, evaluator, checks, method.order, method.seed);
-        Ok(Self {
-            grid,
-            planner: planner
-                .with_chooser(chooser)
-                .with_time_cost(method.time_cost()),
-        })
+        parts.build_here()
     }
 
     pub(crate) fn grid(&self) -> &Grid {
@@ -119,8 +116,74 @@ impl Planning {
             step: step.number,
             alternatives: step.alternatives,
             below: step.below,
-            deadline: Some(step.deadline),
+            deadline: step.deadline,
             ..StepInput::new(&self.grid, step.scene, step.candidates)
+        })
+    }
+}
+
+/// What planning is made of.
+struct Parts<'a> {
+    settings: &'a CellSettings,
+    /// What may arrive.
+    mix: &'a [Arc<Item>],
+    threads: Option<Arc<rayon::ThreadPool>>,
+    network: Option<&'a dyn OpenNetwork>,
+    interruption: Option<&'a Interruption>,
+}
+
+impl Parts<'_> {
+    fn grid(&self) -> Result<Grid, String> {
+        self.settings
+            .grid
+            .build()
+            .map_err(|error| error.to_string())
+    }
+
+    /// With a search in this process, which checks stability itself.
+    fn build_here(&self) -> Result<Planning, String> {
+        let method = &self.settings.method;
+        let search = Search::new(&self.grid()?, &method.search_settings());
+        let search = search.map_err(|error| error.to_string())?;
+        let search = search.bounded().within_bytes(self.settings.search_bytes());
+        self.build(Box::new(search), method.stability.checks())
+    }
+
+    /// With an evaluator; `more` are the checks that are asked after all others.
+    fn build(
+        &self,
+        evaluator: Box<dyn Evaluator>,
+        more: Vec<BoxedCheck>,
+    ) -> Result<Planning, String> {
+        let Self { settings, .. } = *self;
+        let (grid, method) = (self.grid()?, &settings.method);
+        let proposer = method.proposer_or_exhaustive(&grid, self.network);
+        let proposer = proposer.map_err(|error| error.to_string())?;
+        let mut checks = rules::checks();
+        checks.extend(method.loads.checks());
+        if let Some(interruption) = self.interruption {
+            checks.push(Box::new(interruption.clone()));
+        }
+        if let Some(station) = settings.station().map_err(|error| error.to_string())? {
+            // The planner asks the arm itself, last, going through the placements by increasing value: it is asked for
+            // a handful of placements, and a heuristic service would need the arm, what is around it and the items'
+            // meshes.
+            checks.push(Box::new(station.check()));
+        }
+        let mut twin = settings.twin.clone();
+        twin.cell.container = grid.container();
+        let trial = trial::check(method.trial, &method.loads, twin, self.threads.clone());
+        checks.extend(trial.map_err(|error| error.to_string())?);
+        checks.extend(more);
+        let chooser = method.chooser(&grid, self.mix, self.threads.clone());
+        let chooser = chooser.map_err(|error| error.to_string())?;
+        let evaluator = method.farsighted(evaluator);
+        let planner = Planner::new(proposer, evaluator, checks, method.order, method.seed);
+        Ok(Planning {
+            grid,
+            planner: planner
+                .with_chooser(chooser)
+                .with_time_cost(method.time_cost()),
         })
     }
 }
@@ -134,7 +197,8 @@ pub(crate) struct Step<'a> {
     pub(crate) alternatives: usize,
     /// Only placements of a lower value are wanted.
     pub(crate) below: Option<f64>,
-    pub(crate) deadline: Instant,
+    /// When the plan has to be there; `None` where it is waited for as long as it takes.
+    pub(crate) deadline: Option<Instant>,
 }
 
 /// The ppn services, any of which has the network.

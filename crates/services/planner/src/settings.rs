@@ -326,7 +326,8 @@ impl CellSettings {
         ))
     }
 
-    fn validate(&self) -> Result<(), String> {
+    /// Checks that all is possible, but for the containers.
+    pub(crate) fn validate(&self) -> Result<(), String> {
         let grid = self.grid.build().map_err(|error| error.to_string())?;
         self.validate_search(&grid)?;
         self.station().map_err(|error| format!("arm: {error}"))?;

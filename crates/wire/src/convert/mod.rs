@@ -17,3 +17,4 @@ pub mod placement;
 pub mod pose;
 pub mod scene;
 pub mod settling;
+pub mod solid;

@@ -66,6 +66,9 @@ messages! {
     SessionContainer ClosedContainer SettledDecision Settling Load
     // ppn.proto
     ProposeRequest ProposeReply
+    // record.proto
+    PlanningRecord RecordedItem RecordedCandidate RecordedContainer RecordedContent RecordedBody RecordedAttempt AdmittedCandidates Solid
+    ConvexPiece ShapesRequest ShapesReply Shape
     // scene.proto
     Scene Surface Heightmap HeightmapId HeightmapQuality Doubt
 }

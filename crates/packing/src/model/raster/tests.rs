@@ -210,4 +210,31 @@ proptest! {
             prop_assert!(height >= lowest - 1e-4 && height <= highest + 1e-4);
         }
     }
+
+    #[test]
+    fn a_surface_is_that_of_all_triangles_whichever_way_they_face(
+        triangles in prop::collection::vec(triangles(0.12), 1..40),
+    ) {
+        let grid = Grid::reference();
+        let mut surface = Surface::empty(&grid);
+        let mut expected = surface.clone();
+        let raster = Raster {
+            origin: Point2::origin(),
+            pitch_m: surface.pitch_m(),
+            nx: surface.nx(),
+            ny: surface.ny(),
+        };
+        for triangle in &triangles {
+            rasterise(triangle, &raster, |x, y, _, highest| {
+                expected.raise(x, y, highest.max(0.0) as f32);
+            });
+        }
+        let indices = 0..triangles.len() as u32;
+        let mesh = Mesh {
+            vertices: triangles.concat(),
+            triangles: indices.map(|number| [0, 1, 2].map(|corner| 3 * number + corner)).collect(),
+        };
+        raise_surface(&mesh, &Isometry3::identity(), &mut surface);
+        prop_assert_eq!(surface, expected);
+    }
 }

@@ -63,6 +63,9 @@ impl CellPlanner {
                     ..v1::SessionReply::default()
                 })
             }),
+            Message::Shapes(incoming) => self.carry_out(incoming, |planner, request| {
+                planner.shapes(&request.message().ids)
+            }),
             Message::Outcome(outcome) => self.on_outcome(&outcome),
             Message::Inspected(decision_id, answer) => self.on_inspected(&decision_id, *answer),
             Message::Renewed(id, answer) => self.on_renewed(&id, answer),

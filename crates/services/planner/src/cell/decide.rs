@@ -2,11 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::containers::ContainerChoice;
-use ppnpack_packing::orders::Attempt;
-use ppnpack_packing::plan::{CandidateReport, Plan, Reason, Timings};
+use ppnpack_packing::plan::{CandidateReport, Plan, Reason};
 use ppnpack_packing::refusal::Refusals;
-use ppnpack_packing::step::{Candidate, Evaluated, PlacementCounts};
+use ppnpack_packing::step::PlacementCounts;
 use ppnpack_packing::valid::Tally;
 use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
@@ -17,6 +15,7 @@ use super::prepare::{Prepared, PreparedContainer, poses_of};
 use super::refusal::Refusal;
 use crate::interruption::INTERRUPTED;
 use crate::planning::Step;
+use crate::step_plan::{Found, PlansContainers, StepPlan, write_ranked};
 use ppnpack_protocol::session::SessionItem;
 
 /// What planning a step led to.
@@ -24,19 +23,6 @@ pub(crate) enum Decided {
     Decision(Box<v1::Decision>),
     NothingFits(Vec<v1::ItemReason>),
     NothingWaits,
-}
-
-/// What planning a step over the open containers found.
-struct Found {
-    /// That of the placement, by its place among the prepared ones; without one that which holds least.
-    container: usize,
-    /// What it may take; the plan is of these.
-    candidates: Vec<Candidate>,
-    plan: Plan,
-    /// Over all containers.
-    timings: Timings,
-    /// Containers, and the arrivals of items that have no valid placement there.
-    missed: Vec<(String, Vec<usize>)>,
 }
 
 impl CellPlanner {
@@ -50,7 +36,7 @@ impl CellPlanner {
     ) -> Result<Decided, Refusal> {
         let begun = Instant::now();
         let mut setting_aside = Duration::ZERO;
-        let (prepared, found, choice, waited) = loop {
+        let (prepared, found, waited) = loop {
             let started = Instant::now();
             let buffer = self.session.buffer(self.settings.method.buffer);
             let items: Vec<SessionItem> = buffer.cloned().collect();
@@ -63,9 +49,10 @@ impl CellPlanner {
             for (container, arrivals) in &found.missed {
                 self.note_missed(container, arrivals);
             }
-            if let Some(choice) = found.plan.choice() {
-                break (prepared, found, choice, waited);
+            if found.plan.choice().is_some() {
+                break (prepared, found, waited);
             }
+            self.record(&prepared, &found, alternatives, None);
             // What fits nowhere now may fit into a container that comes.
             if !self.session.may_set_aside() || self.is_renewing() {
                 let reasons = self.reasons(&prepared, &found);
@@ -80,7 +67,7 @@ impl CellPlanner {
         };
         // Whoever asked may have left, and a decision that nobody knows of keeps others waiting.
         in_time(deadline)?;
-        let mut decision = self.decision(request_id, &prepared, &choice, &found)?;
+        let mut decision = self.decision(request_id, &prepared, &found)?;
         decision.stages.insert(0, header::stage("prepare", waited));
         if !setting_aside.is_zero() {
             let stage = header::stage("set_aside", setting_aside);
@@ -93,6 +80,7 @@ impl CellPlanner {
             .stages
             .push(header::stage("save", saving.elapsed()));
         counts::decisions(&self.cell, !decision.degraded.is_empty(), 1);
+        self.record(&prepared, &found, alternatives, Some(&decision));
         if let Some(container) = prepared.containers.get(found.container) {
             self.will_inspect(&decision, &container.seen.scene);
         }
@@ -141,7 +129,7 @@ impl CellPlanner {
         Ok(v1::ExplainReply {
             best: choice
                 .as_ref()
-                .map(|best| prepared.write_ranked(&found.candidates, best)),
+                .map(|best| write_ranked(&prepared.buffer_items(), &found.candidates, best)),
             reason: reasons.into_iter().next(),
             counts: Some(write_reports(found.plan.candidates())),
             ..v1::ExplainReply::default()
@@ -154,170 +142,64 @@ impl CellPlanner {
     /// # Errors
     /// [`Status::Unavailable`] where nothing fits into those that are seen, and others are not.
     fn plan(&mut self, prepared: &Prepared, alternatives: usize) -> Result<Found, Refusal> {
+        let plan = self.step_plan(prepared, alternatives);
+        let found = plan.plan(self)?;
+        let none = || Refusal::new(Status::Failed, "no container was planned on");
+        let found = found.ok_or_else(none)?;
+        if found.plan.choice().is_none() && !prepared.left_out.is_empty() {
+            return Err(Refusal::unavailable(prepared.left_out.join("; ")));
+        }
+        Ok(found)
+    }
+
+    /// What a step is planned on: the attempts as the rules of the cell have them.
+    pub(super) fn step_plan<'a>(
+        &self,
+        prepared: &'a Prepared,
+        alternatives: usize,
+    ) -> StepPlan<'a> {
         // Neither whether nothing fits nor what a rule would give way to is known before all were seen.
         let is_all_seen = prepared.left_out.is_empty();
         // One that was closed for an order is not to be missed by it.
         let is_one_to_come = self.settings.closing.rules.rest_of_order && self.is_renewing();
-        let attempts = prepared.attempts(is_all_seen && !is_one_to_come);
-        let mut timings = Timings::default();
-        let mut missed = Vec::new();
-        let mut last = None;
-        for attempt in attempts {
-            let found = self.plan_by(prepared, alternatives, attempt)?;
-            timings += found.timings;
-            missed.extend(found.missed);
-            let found = Found {
-                timings,
-                missed: missed.clone(),
-                ..found
-            };
-            if found.plan.choice().is_some() {
-                return Ok(found);
-            }
-            last = Some(found);
-        }
-        match last {
-            Some(last) if is_all_seen => Ok(last),
-            _ => Err(Refusal::unavailable(prepared.left_out.join("; "))),
-        }
-    }
-
-    fn plan_by(
-        &mut self,
-        prepared: &Prepared,
-        alternatives: usize,
-        attempt: Attempt,
-    ) -> Result<Found, Refusal> {
-        let mut best: Option<Found> = None;
-        let mut timings = Timings::default();
-        let mut emptiest = None;
-        let mut missed = Vec::new();
-        for (container, at) in prepared.containers.iter().enumerate() {
-            let candidates = prepared.admitted(at, attempt);
-            let least = best.as_ref().and_then(|best| best.plan.choice());
-            let least = least.map(|choice| choice.value);
-            let step = Step {
-                below: least.filter(|_| self.is_by_value(&at.name)),
-                ..prepared.step(&at.scene, &candidates, alternatives)
-            };
-            let plan = match candidates.is_empty() {
-                true => Plan::default(),
-                false => self.plan_in(&at.name, &step)?,
-            };
-            timings += plan.timings();
-            let value = plan.choice().map(|choice| choice.value);
-            if value.is_none() && step.below.is_none() {
-                let arrivals = candidates.iter().map(|held| held.arrival).collect();
-                missed.push((at.name.clone(), arrivals));
-            }
-            let found = Found {
-                container,
-                candidates,
-                plan,
-                timings,
-                missed: Vec::new(),
-            };
-            match value {
-                None => emptiest = Some(found),
-                Some(value) if least.is_none_or(|least| value < least) => best = Some(found),
-                Some(_) => {}
-            }
-            if best.is_some() && self.settings.choice == ContainerChoice::Fullest {
-                break;
-            }
-        }
-        let none = || Refusal::new(Status::Failed, "no container was planned on");
-        let found = best.or(emptiest).ok_or_else(none)?;
-        Ok(Found {
-            timings,
-            missed,
-            ..found
-        })
-    }
-
-    /// Whether a container is searched no further than to a value.
-    fn is_by_value(&mut self, container: &str) -> bool {
-        let place = self.place_of(container);
-        place.is_ok_and(|place| place.planning.is_by_value())
-    }
-
-    fn plan_in(&mut self, container: &str, step: &Step<'_>) -> Result<Plan, Refusal> {
-        let plan = self.place_of(container)?.planning.plan(step).cloned();
-        let is_interrupted = self.own.interruption.is_asked_for();
-        let plan = plan.map_err(|error| match is_interrupted {
-            true => Refusal::unavailable(INTERRUPTED),
-            false => error.into(),
-        })?;
-        // With a value to be below, another container has a placement.
-        if plan.choice().is_none() && plan.is_cut() && step.below.is_none() {
-            let late =
-                "the time limit passed before a valid placement was found: give it more time";
-            return Err(Refusal::new(Status::TimedOut, late));
-        }
-        Ok(plan)
+        prepared.step_plan(
+            alternatives,
+            is_all_seen && !is_one_to_come,
+            self.settings.choice,
+        )
     }
 
     fn decision(
         &mut self,
         request_id: &str,
         prepared: &Prepared,
-        choice: &Evaluated,
         found: &Found,
     ) -> Result<v1::Decision, Refusal> {
         let lost = || Refusal::new(Status::Failed, "the plan chose an item that is not there");
-        let Prepared { items, .. } = prepared;
-        let Found { plan, timings, .. } = found;
         let container = prepared.containers.get(found.container);
         let PreparedContainer { name, seen, .. } = container.ok_or_else(lost)?;
         let place = self.place_of(name)?;
-        let held = found.candidates.get(choice.candidate).ok_or_else(lost)?;
-        let item = prepared.item_of(held);
-        let item = item.and_then(|item| items.get(item)).ok_or_else(lost)?;
-        let frame = held
-            .item
-            .container_from_item(place.planning.grid(), &choice.resting);
-        let container_from_item = held.lying.own_frame(&frame.ok_or_else(lost)?);
+        let chosen = found.decision(&prepared.buffer_items(), name, place.planning.grid());
+        let chosen = chosen.ok_or_else(lost)?;
         let decided_at_ns = place.bridge_clock.now_ns();
-        let cycle = plan.evidence().and_then(|found| found.cycle.as_ref());
-        let stages = vec![
-            header::stage("propose", timings.propose),
-            header::stage("evaluate", timings.evaluate),
-            header::stage("check", timings.check),
-            header::stage("look_ahead", timings.look_ahead),
-        ];
+        let Found { plan, timings, .. } = found;
         Ok(v1::Decision {
             decision_id: format!("{:032x}", rand::random::<u128>()),
             request_id: request_id.to_owned(),
             session_id: self.session.id().to_owned(),
             step: self.session.step(),
-            item_id: item.item_id.clone(),
-            object: item.object.clone(),
-            placement: Some(convert::placement::write_resting(&choice.resting)),
-            container_from_item: Some(convert::pose::write(&container_from_item)),
-            value: choice.value,
-            alternatives: plan
-                .alternatives()
-                .map(|other| prepared.write_ranked(&found.candidates, other))
-                .collect(),
-            buffer: items.iter().map(|item| item.item_id.clone()).collect(),
             heightmap: Some(seen.id),
             state_number: seen.state_number,
             degraded: [plan.degraded(), &prepared.left_out].concat(),
-            is_widened: plan.is_widened(),
-            stages,
-            cycle: cycle.map(|cycle| Box::new(convert::cycle::write(cycle))),
+            stages: vec![
+                header::stage("propose", timings.propose),
+                header::stage("evaluate", timings.evaluate),
+                header::stage("check", timings.check),
+                header::stage("look_ahead", timings.look_ahead),
+            ],
             set_aside: self.session.reasons_set_aside_now(),
-            settling: plan
-                .evidence()
-                .and_then(|found| found.settling.as_ref())
-                .map(convert::settling::write),
-            load: plan
-                .evidence()
-                .and_then(|found| found.load.as_ref())
-                .map(|load| Box::new(convert::load::write(load))),
-            pose: u32::try_from(held.pose).unwrap_or(u32::MAX),
             decided_at_ns,
-            container: name.clone(),
+            ..chosen
         })
     }
 
@@ -362,6 +244,31 @@ impl CellPlanner {
         let has_regions = is_kept || self.session.packed_in(container).any(is_fragile);
         let plan = has_regions.then(|| self.plan_in(container, alone));
         plan.is_some_and(|plan| plan.is_ok_and(|plan| plan.choice().is_some()))
+    }
+}
+
+impl PlansContainers for CellPlanner {
+    type Error = Refusal;
+
+    fn is_by_value(&mut self, container: &str) -> bool {
+        let place = self.place_of(container);
+        place.is_ok_and(|place| place.planning.is_by_value())
+    }
+
+    fn plan_in(&mut self, container: &str, step: &Step<'_>) -> Result<Plan, Refusal> {
+        let plan = self.place_of(container)?.planning.plan(step).cloned();
+        let is_interrupted = self.own.interruption.is_asked_for();
+        let plan = plan.map_err(|error| match is_interrupted {
+            true => Refusal::unavailable(INTERRUPTED),
+            false => error.into(),
+        })?;
+        // With a value to be below, another container has a placement.
+        if plan.choice().is_none() && plan.is_cut() && step.below.is_none() {
+            let late =
+                "the time limit passed before a valid placement was found: give it more time";
+            return Err(Refusal::new(Status::TimedOut, late));
+        }
+        Ok(plan)
     }
 }
 

@@ -16,6 +16,7 @@ mod orders;
 mod place;
 mod poses;
 mod prepare;
+mod recording;
 mod refusal;
 mod renew;
 mod reported;
@@ -42,6 +43,7 @@ use ppnpack_wire::v1;
 use crate::interruption::{Interrupting, Interruption};
 use crate::objects::{GridObjects, Object, Objects};
 use crate::planning::Helpers;
+use crate::record::Recorder;
 use crate::settings::CellSettings;
 use crate::store::{Store, StoreError};
 use automatic::Automatic;
@@ -72,6 +74,7 @@ pub(crate) enum Message {
     /// Where it is switched off, the plan that is being made is interrupted until this is dropped.
     Automatic(Incoming<v1::AutomaticRequest>, Option<Interrupting>),
     Session(Incoming<v1::SessionRequest>),
+    Shapes(Incoming<v1::ShapesRequest>),
     /// The bridge says how a placement ended.
     Outcome(v1::Outcome),
     /// What perception answered about the placement of this decision.
@@ -100,6 +103,7 @@ pub(crate) struct CellPlanner {
     renewals: BTreeMap<String, Renewal>,
     decisions: Publisher<v1::Decision>,
     sessions: Publisher<v1::Session>,
+    recorder: Recorder,
     news: News,
     /// The last decision's item, until it is known how it lies.
     to_inspect: Option<ToInspect>,
@@ -124,6 +128,7 @@ pub(crate) struct Own {
 #[derive(Debug, Default)]
 struct News {
     decisions: Vec<v1::Decision>,
+    records: Vec<v1::PlanningRecord>,
     is_session_new: bool,
 }
 
@@ -195,6 +200,7 @@ impl CellPlanner {
             renewals: BTreeMap::new(),
             decisions: Publisher::new(process, cell, Stream::Plan)?,
             sessions: Publisher::new(process, cell, Stream::Session)?,
+            recorder: Recorder::new(process, cell, settings)?,
             news: News {
                 is_session_new: true,
                 ..News::default()
@@ -305,12 +311,16 @@ impl CellPlanner {
     fn publish_news(&mut self) {
         let News {
             decisions,
+            records,
             is_session_new,
         } = std::mem::take(&mut self.news);
         for decision in decisions {
             if let Err(error) = self.decisions.put(&decision) {
                 tracing::warn!(cell = %self.cell, %error, "a decision is not published");
             }
+        }
+        for record in &records {
+            self.recorder.publish(record);
         }
         if is_session_new && let Err(error) = self.sessions.put(&self.message()) {
             tracing::warn!(cell = %self.cell, %error, "the session is not published");

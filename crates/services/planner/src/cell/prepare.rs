@@ -4,11 +4,11 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::blocked::block;
+use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::orders::{Attempt, Orders};
-use ppnpack_packing::step::{Candidate, Evaluated};
-use ppnpack_wire::convert;
-use ppnpack_wire::v1::{self, Status};
+use ppnpack_packing::step::Candidate;
+use ppnpack_wire::v1::Status;
 
 use super::CellPlanner;
 use super::counts;
@@ -16,6 +16,7 @@ use super::footprint::footprint;
 use super::refusal::Refusal;
 use crate::planning::Step;
 use crate::scenes::Seen;
+use crate::step_plan::{BufferItem, ContainerStep, StepPlan};
 use ppnpack_protocol::session::{ItemState, SessionError, SessionItem};
 
 /// How long a step waits for the heightmaps of all open containers. Then it goes on with those that there are.
@@ -66,29 +67,49 @@ impl Prepared {
             number: self.number,
             alternatives,
             below: None,
-            deadline: self.deadline,
+            deadline: Some(self.deadline),
         }
     }
 
-    /// The place among the items of the one that a candidate is.
-    pub(super) fn item_of(&self, held: &Candidate) -> Option<usize> {
-        let mut items = self.items.iter();
-        items.position(|item| item.arrival == held.arrival)
+    /// The step over all containers.
+    pub(super) fn step_plan(
+        &self,
+        alternatives: usize,
+        may_give_way: bool,
+        choice: ContainerChoice,
+    ) -> StepPlan<'_> {
+        let containers = self.containers.iter().map(|container| ContainerStep {
+            name: &container.name,
+            scene: &container.scene,
+        });
+        let attempts = self.attempts(may_give_way).into_iter().map(|attempt| {
+            let containers = self.containers.iter();
+            let admitted = containers.map(|container| self.admitted(container, attempt));
+            admitted.collect()
+        });
+        StepPlan {
+            containers: containers.collect(),
+            candidates: &self.candidates,
+            attempts: attempts.collect(),
+            number: self.number,
+            alternatives,
+            choice,
+            deadline: Some(self.deadline),
+        }
     }
 
-    /// A placement of one of these candidates as one of its item.
-    pub(super) fn write_ranked(
-        &self,
-        candidates: &[Candidate],
-        ranked: &Evaluated,
-    ) -> v1::RankedPlacement {
-        let held = candidates.get(ranked.candidate);
-        let item = held.and_then(|held| self.item_of(held)).unwrap_or_default();
-        convert::placement::write_ranked_item(ranked, item, held.map_or(0, |held| held.pose))
+    /// The items, as decisions name them.
+    pub(super) fn buffer_items(&self) -> Vec<BufferItem<'_>> {
+        let items = self.items.iter().map(|item| BufferItem {
+            item_id: &item.item_id,
+            object: &item.object,
+            arrival: item.arrival,
+        });
+        items.collect()
     }
 
     /// The tries to pack something, until one finds anything. The last of them is of all items.
-    pub(super) fn attempts(&self, may_give_way: bool) -> Vec<Attempt> {
+    fn attempts(&self, may_give_way: bool) -> Vec<Attempt> {
         let Some(orders) = &self.orders else {
             return vec![Attempt::STRICT];
         };
@@ -103,18 +124,14 @@ impl Prepared {
         attempts
     }
 
-    /// What a container may take in a try.
-    pub(super) fn admitted(
-        &self,
-        container: &PreparedContainer,
-        attempt: Attempt,
-    ) -> Vec<Candidate> {
-        let candidates = self.candidates.iter();
-        let admitted = candidates.filter(|held| {
+    /// Which of the candidates a container may take in a try.
+    fn admitted(&self, container: &PreparedContainer, attempt: Attempt) -> Vec<usize> {
+        let candidates = self.candidates.iter().enumerate();
+        let admitted = candidates.filter(|(_, held)| {
             let orders = self.orders.as_ref();
             orders.is_none_or(|orders| orders.admits(attempt, container.at, held.arrival))
         });
-        admitted.cloned().collect()
+        admitted.map(|(index, _)| index).collect()
     }
 
     /// By which rule a container may not take an item, for people; `None` where it may, or with `gives_way` where that rule gives way.

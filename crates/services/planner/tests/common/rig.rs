@@ -39,7 +39,7 @@ pub(crate) struct Rig {
     pub(crate) shown: Arc<Mutex<Shown>>,
     _perception: (Process, Listener),
     _bridge: Option<(Process, Listener)>,
-    _hub: Hub,
+    pub(crate) hub: Hub,
 }
 
 impl Rig {
@@ -88,7 +88,7 @@ impl Rig {
             shown,
             _perception: (perception, listener),
             _bridge: bridge,
-            _hub: hub,
+            hub,
         }
     }
 

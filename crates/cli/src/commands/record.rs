@@ -1,0 +1,130 @@
+//! `ppnpack record`: what cells do, into MCAP files.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use clap::Args;
+use ppnpack_recording::{RecordSettings, Recorded, Recorder, Rotation};
+use ppnpack_service::Shutdown;
+use ppnpack_wire::keys::{Cell, Stream};
+
+use crate::failure::{OrInput, OrRun, Outcome};
+use crate::output::print_line;
+use crate::quantity::{parse_age, parse_size};
+use crate::stack::connect::ConnectOptions;
+
+/// How often it is looked whether the recording still goes on.
+const LOOK: Duration = Duration::from_millis(200);
+
+/// Records what cells publish, with all that each decision depends on, until Ctrl-C: MCAP files that Foxglove opens, and that
+/// `ppnpack inspect` and `ppnpack replay` read. What came is in the file within a second.
+#[derive(Debug, Args)]
+pub(crate) struct RecordArguments {
+    /// The folder of the files; it is made
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+
+    /// A cell or a container to record (may be repeated) [default: all]
+    #[arg(long, value_name = "NAME", value_parser = |text: &str| Cell::new(text))]
+    cell: Vec<Cell>,
+
+    /// A stream that is left out, such as cloud (may be repeated)
+    #[arg(long, value_name = "STREAM", value_parser = stream)]
+    without: Vec<Stream>,
+
+    /// Go on in another file where one has this size
+    #[arg(long, value_name = "SIZE", default_value = "1GiB", value_parser = parse_size)]
+    rotate_size: u64,
+
+    /// Go on in another file where one was begun so long ago, such as 1h
+    #[arg(long, value_name = "TIME", value_parser = parse_age)]
+    rotate_age: Option<Duration>,
+
+    /// Keep no more than so many recordings in the folder: the oldest are deleted [default: all]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
+    keep: Option<u32>,
+
+    /// What may wait to be written; more is dropped and counted
+    #[arg(long, value_name = "SIZE", default_value = "256MiB", value_parser = parse_size)]
+    queue: u64,
+
+    /// End after so long [default: with Ctrl-C]
+    #[arg(long, value_name = "TIME", value_parser = parse_age)]
+    time: Option<Duration>,
+
+    #[command(flatten)]
+    connection: ConnectOptions,
+}
+
+fn stream(text: &str) -> Result<Stream, String> {
+    let found = Stream::ALL
+        .iter()
+        .copied()
+        .find(|known| known.as_str() == text);
+    found.ok_or_else(|| {
+        let names: Vec<&str> = Stream::ALL.iter().map(|known| known.as_str()).collect();
+        format!("one of {} is possible", names.join(", "))
+    })
+}
+
+pub(crate) fn run(arguments: &RecordArguments) -> Outcome {
+    let folder = &arguments.out;
+    std::fs::create_dir_all(folder)
+        .with_context(|| format!("{} cannot be made", folder.display()))
+        .or_input()?;
+    let shutdown = Shutdown::default();
+    let asked = shutdown.clone();
+    ctrlc::set_handler(move || asked.request()).or_run()?;
+    let session = arguments.connection.open()?;
+    let recorder = Recorder::start(&session, &arguments.settings()).or_run()?;
+    print_line(&format!(
+        "Recording into {}. Ctrl-C ends it.",
+        folder.display()
+    ))?;
+    let end = arguments.time.map(|time| Instant::now() + time);
+    while !shutdown.is_requested()
+        && !recorder.has_ended()
+        && end.is_none_or(|end| Instant::now() < end)
+    {
+        shutdown.wait_timeout(LOOK);
+    }
+    let recorded = recorder.finish().or_run()?;
+    print_line(&told(&recorded))?;
+    Ok(())
+}
+
+impl RecordArguments {
+    fn settings(&self) -> RecordSettings {
+        let streams = Stream::ALL.iter().copied();
+        RecordSettings {
+            folder: self.out.clone(),
+            cells: self.cell.clone(),
+            streams: streams
+                .filter(|stream| !self.without.contains(stream))
+                .collect(),
+            rotation: Rotation {
+                size_bytes: self.rotate_size,
+                age: self.rotate_age,
+                keep: self.keep.map(|keep| keep as usize),
+            },
+            queue_bytes: usize::try_from(self.queue).unwrap_or(usize::MAX),
+        }
+    }
+}
+
+/// What was recorded, for people.
+fn told(recorded: &Recorded) -> String {
+    let Recorded {
+        files,
+        messages,
+        dropped,
+    } = recorded;
+    let files = files.iter().map(|file| format!("  {}", file.display()));
+    let dropped = dropped.iter().map(|(topic, count)| {
+        format!("Dropped of {topic}: {count}, as they came faster than they could be written")
+    });
+    let first = format!("Recorded {messages} messages:");
+    let lines: Vec<String> = std::iter::once(first).chain(files).chain(dropped).collect();
+    lines.join("\n")
+}

@@ -1,0 +1,262 @@
+//! `ppnpack replay`: the decisions of a recording, planned again and compared.
+
+mod shapes;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::anyhow;
+use clap::Args;
+use ppnpack_planner::replay::Replayer;
+use ppnpack_recording::{Difference, End, Kind, Reader, RecordedMessage, Topic, difference};
+use ppnpack_wire::keys::Stream;
+use ppnpack_wire::{MAX_MESSAGE_BYTES, decode, v1};
+use serde::Serialize;
+
+use crate::failure::{OrInput, OrRun, Outcome};
+use crate::output;
+use shapes::RecordedShapes;
+
+/// Plans each step of a recording again, and compares bit for bit with what was decided. Ends with 1 where a step goes otherwise.
+#[derive(Debug, Args)]
+pub(crate) struct ReplayArguments {
+    /// An MCAP file of `ppnpack record`
+    file: PathBuf,
+
+    /// Plan again also what another release of the software has planned
+    #[arg(long)]
+    any_version: bool,
+
+    /// Print JSON instead of text
+    #[arg(long)]
+    json: bool,
+}
+
+/// What became of the steps of a recording.
+#[derive(Debug, Default, Serialize)]
+struct Replayed {
+    /// Steps that went as they were recorded.
+    equal: u64,
+    /// Steps that went otherwise.
+    different: Vec<Other>,
+    /// Steps that were not planned again: how many for which reason.
+    not_replayed: BTreeMap<String, u64>,
+    /// Whether its recorder ended the file.
+    is_whole: bool,
+    /// What is wrong with the file, where something is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    damage: Option<String>,
+}
+
+/// A step that went otherwise than it was recorded.
+#[derive(Debug, Serialize)]
+struct Other {
+    cell: String,
+    session: String,
+    step: u64,
+    field: String,
+    recorded: String,
+    replayed: String,
+}
+
+pub(crate) fn run(arguments: &ReplayArguments) -> Outcome {
+    let replayed = replay(&arguments.file, arguments.any_version)?;
+    output::print(&replayed, arguments.json, || told(&replayed))?;
+    let Replayed {
+        different, damage, ..
+    } = &replayed;
+    match (different.first(), damage) {
+        (Some(first), _) => Err(anyhow!(
+            "{} steps go otherwise than they were recorded: {first}",
+            different.len()
+        )
+        .into()),
+        (None, Some(damage)) => Err(anyhow!("{damage}").into()),
+        (None, None) => Ok(()),
+    }
+}
+
+fn replay(file: &Path, is_any_version: bool) -> Outcome<Replayed> {
+    let mut reader = Reader::open(file).or_input()?;
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut replay = Replay {
+        replayer: Replayer::new(cores)
+            .map_err(|error| anyhow!(error))
+            .or_run()?,
+        shapes: RecordedShapes::default(),
+        is_any_version,
+        replayed: Replayed::default(),
+    };
+    loop {
+        match reader.next_message() {
+            Ok(Some(message)) => replay.take(&message)?,
+            Ok(None) => break,
+            Err(error @ ppnpack_recording::RecordingError::Damaged { .. }) => {
+                replay.replayed.damage = Some(error.to_string());
+                break;
+            }
+            Err(error) => return Err(anyhow::Error::from(error).into()),
+        }
+    }
+    let mut replayed = replay.replayed;
+    let lost = reader.dropped().iter().filter_map(|(topic, dropped)| {
+        let topic = Topic::parse(topic)?;
+        (topic.kind == Kind::Stream(Stream::Record)).then_some(*dropped)
+    });
+    let lost: u64 = lost.sum();
+    if lost > 0 {
+        let why = "they came faster than they could be recorded".to_owned();
+        replayed.not_replayed.insert(why, lost);
+    }
+    replayed.is_whole = reader.end() == Some(End::Whole);
+    Ok(replayed)
+}
+
+/// Replaying, message after message.
+struct Replay {
+    replayer: Replayer,
+    shapes: RecordedShapes,
+    is_any_version: bool,
+    replayed: Replayed,
+}
+
+impl Replay {
+    fn take(&mut self, message: &RecordedMessage) -> Outcome {
+        let topic = Topic::parse(&message.topic);
+        match topic.map(|topic| topic.kind) {
+            Some(Kind::Shape) => self.shapes.add(&message.payload),
+            Some(Kind::Stream(Stream::Record)) => {
+                match decode::<v1::PlanningRecord>(&message.payload, MAX_MESSAGE_BYTES) {
+                    Ok(record) => self.step(&record)?,
+                    Err(error) => self.leave_out(format!("the record cannot be read: {error}")),
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, record: &v1::PlanningRecord) -> Outcome {
+        let own = env!("CARGO_PKG_VERSION");
+        let software = record
+            .versions
+            .as_ref()
+            .map(|versions| versions.software.as_str());
+        let software = software.unwrap_or_default();
+        if software != own && !self.is_any_version {
+            self.leave_out(format!(
+                "release {software} planned it, and this is {own}: --any-version plans it all the same"
+            ));
+            return Ok(());
+        }
+        let replayed = match self.replayer.replay(record, &mut self.shapes) {
+            Ok(replayed) => replayed,
+            Err(error) => {
+                self.leave_out(error.to_string());
+                return Ok(());
+            }
+        };
+        let recorded = record.decision.as_ref().map(follows);
+        match compare(recorded.as_ref(), replayed.as_ref())? {
+            None => self.replayed.equal += 1,
+            Some(difference) => {
+                let Difference {
+                    field,
+                    first,
+                    second,
+                } = difference;
+                self.replayed.different.push(Other {
+                    cell: record.cell.clone(),
+                    session: record.session_id.clone(),
+                    step: record.step,
+                    field,
+                    recorded: first,
+                    replayed: second,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn leave_out(&mut self, why: String) {
+        *self.replayed.not_replayed.entry(why).or_default() += 1;
+    }
+}
+
+/// What of a decision follows from what it was planned on: all but its names, times and states, and but for which services were there.
+fn follows(decision: &v1::Decision) -> v1::Decision {
+    v1::Decision {
+        decision_id: String::new(),
+        request_id: String::new(),
+        session_id: String::new(),
+        step: 0,
+        heightmap: None,
+        state_number: 0,
+        degraded: Vec::new(),
+        stages: Vec::new(),
+        set_aside: Vec::new(),
+        decided_at_ns: 0,
+        ..decision.clone()
+    }
+}
+
+/// The first difference between what was decided and what is decided again.
+fn compare(
+    recorded: Option<&v1::Decision>,
+    replayed: Option<&v1::Decision>,
+) -> Outcome<Option<Difference>> {
+    let said = |decision: Option<&v1::Decision>| match decision {
+        Some(decision) => format!("item '{}' is placed", decision.item_id),
+        None => "nothing has a valid placement".to_owned(),
+    };
+    match (recorded, replayed) {
+        (Some(recorded), Some(replayed)) => difference(recorded, replayed).or_run(),
+        (None, None) => Ok(None),
+        (recorded, replayed) => Ok(Some(Difference {
+            field: "decision".to_owned(),
+            first: said(recorded),
+            second: said(replayed),
+        })),
+    }
+}
+
+impl std::fmt::Display for Other {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self {
+            cell,
+            session,
+            step,
+            field,
+            recorded,
+            replayed,
+        } = self;
+        write!(
+            formatter,
+            "cell {cell}, session {session}, step {step}: {field} is recorded as {recorded}, and is now {replayed}"
+        )
+    }
+}
+
+/// What became of the steps, for people.
+fn told(replayed: &Replayed) -> String {
+    let Replayed {
+        equal,
+        different,
+        not_replayed,
+        is_whole,
+        damage,
+    } = replayed;
+    let mut lines = vec![format!(
+        "{equal} steps go as they were recorded, bit for bit"
+    )];
+    lines.extend(different.iter().map(|other| format!("different: {other}")));
+    let left_out = not_replayed.iter();
+    lines.extend(
+        left_out.map(|(why, count)| format!("{count} steps were not planned again: {why}")),
+    );
+    if !is_whole && damage.is_none() {
+        let cut = "the recording has no end: its recorder was killed, or is still writing it; the last second before that may be missing";
+        lines.push(cut.to_owned());
+    }
+    lines.join("\n")
+}

@@ -1,0 +1,111 @@
+//! `ppnpack experiment network`: how often a trained network has the optimum among its best-scored placements.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use ppnpack_cli::failure::{OrRun, Outcome};
+use ppnpack_cli::network::Backend;
+use ppnpack_cli::options::{parse_device, read_model};
+use ppnpack_cli::progress;
+use ppnpack_model::accuracy::{Accuracies, Question};
+use ppnpack_model::report::TrainingEvent;
+use ppnpack_model::settings::{Device, MeasurementRequest};
+use serde::Serialize;
+
+use crate::shares::{self, PAPER_PERCENT};
+use crate::train::ranked;
+use crate::{document, workers};
+
+/// Measures on a dataset's test split how often a trained network has the optimum among its best-scored placements, by each
+/// of the three questions that `experiment table3` asks.
+#[derive(Debug, Args)]
+pub(crate) struct NetworkArguments {
+    /// The network's weights, a .safetensors file with its .json card beside it [default: those that ship]
+    #[arg(long, value_name = "FILE")]
+    model: Option<PathBuf>,
+
+    /// The folder that `ppnpack dataset` made
+    #[arg(long, value_name = "DIR", default_value = "out/dataset")]
+    dataset: PathBuf,
+
+    /// Where the network runs
+    #[arg(long, value_parser = parse_device(), default_value = "cpu")]
+    device: Device,
+
+    /// Threads on the processor [default: one per core]
+    #[arg(long, value_name = "COUNT")]
+    threads: Option<usize>,
+
+    /// Where network.md and network.json are written
+    #[arg(long, value_name = "DIR", default_value = "out/network")]
+    out: PathBuf,
+
+    /// Print the results as JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct Results {
+    machine: String,
+    version: &'static str,
+    /// The hash of its weights.
+    model: String,
+    parameters: u64,
+    test: Accuracies,
+}
+
+pub(crate) fn run(arguments: &NetworkArguments, backend: &dyn Backend) -> Outcome {
+    let model = read_model(arguments.model.as_deref())?;
+    let request = MeasurementRequest {
+        dataset: arguments.dataset.clone(),
+        device: arguments.device,
+        threads: arguments.threads.unwrap_or_else(workers::default_count),
+    };
+    let bar = progress::bar("Reading the dataset", 0);
+    let test = backend.measure(&model, &request, &mut |event| {
+        if let TrainingEvent::Reading { done, total } = event {
+            bar.set_length(total as u64);
+            bar.set_position(done as u64);
+        }
+    });
+    bar.finish_and_clear();
+    let card = model.card();
+    let results = Results {
+        machine: document::machine(),
+        version: env!("CARGO_PKG_VERSION"),
+        model: card.weights_blake3.clone(),
+        parameters: card.parameters,
+        test: test.or_run()?,
+    };
+    let page = markdown(&results);
+    document::publish(&arguments.out, "network", &results, &page, arguments.json)
+}
+
+fn markdown(results: &Results) -> String {
+    let test = &results.test;
+    let mut text = format!(
+        "# How often a network has the optimum among its best-scored placements\n\n{} parameters, on {} candidates of {} test \
+         sequences, where {:.1} % of all placements fit. Intervals are 95 % over the sequences. In brackets the paper's \
+         network, on its own data. Machine: {}.\n\n| the optimum is |{}\n|---|---|---|---|---|---|\n",
+        results.parameters,
+        test.candidates,
+        test.sequences,
+        100.0 * test.fitting_share,
+        results.machine,
+        shares::head()
+    );
+    for question in Question::ALL {
+        let paper: &[f64] = match question {
+            Question::OverAll => &PAPER_PERCENT,
+            Question::Proposed | Question::AmongFitting => &[],
+        };
+        let accuracy = shares::percent(&[test], question);
+        text += &format!(
+            "| {} |{}\n",
+            ranked(question),
+            shares::cells(&accuracy, paper)
+        );
+    }
+    text
+}

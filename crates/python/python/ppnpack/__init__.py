@@ -1,0 +1,77 @@
+"""Plans how a robot packs general objects into a container, one at a time.
+
+    import ppnpack
+
+    grid = ppnpack.Grid()                       # 32 x 32 cells of 1 cm, heights in units of 2 mm, 4 yaws
+    catalogue = ppnpack.Catalogue(grid)         # 80 household objects
+    buffer = [catalogue["mug"], catalogue["bowl"]]
+    plan = ppnpack.plan(grid, grid.empty(), buffer)
+    heightmap = ppnpack.place(grid.empty(), buffer[plan.choice.slot], plan.choice)
+
+Heights are int16 arrays [x, y] in units of the grid; what there is of every placement of an item is an array [yaw, x, y], by the cell of the
+footprint's corner with the lowest indices. Everything else is in SI units, and names say them. Whatever computes does so with the
+interpreter's lock released. ppnpack.envs has environments for Gymnasium.
+"""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppnpack._native import (
+    Body,
+    Catalogue,
+    Evaluation,
+    Grid,
+    Item,
+    Observation,
+    Packings,
+    PlacedReport,
+    Placement,
+    Plan,
+    Planner,
+    Scene,
+    SimulatedCell,
+    Stepped,
+    evaluate,
+    place,
+    resting_heights,
+)
+
+__all__ = [
+    "Body",
+    "Catalogue",
+    "Evaluation",
+    "Grid",
+    "Item",
+    "Observation",
+    "Packings",
+    "PlacedReport",
+    "Placement",
+    "Plan",
+    "Planner",
+    "Scene",
+    "SimulatedCell",
+    "Stepped",
+    "evaluate",
+    "place",
+    "plan",
+    "resting_heights",
+]
+
+
+def plan(
+    grid: Grid,
+    scene: Scene | NDArray[np.int16],
+    buffer: Iterable[Item | Sequence[Item]],
+    method: dict[str, Any] | None = None,
+    *,
+    step: int = 0,
+    alternatives: int = 0,
+    deadline_s: float | None = None,
+    **settings: Any,
+) -> Plan:
+    """Plans one step. A Planner does the same, and is quicker for more than one."""
+    planner = Planner(grid, method, **settings)
+    return planner.plan(scene, buffer, step=step, alternatives=alternatives, deadline_s=deadline_s)

@@ -1,0 +1,231 @@
+"""Packing as environments of Gymnasium: `pip install ppnpack[envs]`.
+
+    import gymnasium
+    import ppnpack.envs
+
+    env = gymnasium.make("ppnpack/Packing-v0", physics=False)
+    observation, info = env.reset(seed=1)
+    action = env.action_space.sample(observation["action_mask"])
+    observation, reward, terminated, truncated, info = env.step(action)
+
+An episode packs one container: `items` objects of a catalogue arrive in random order, and a step places one of the `buffer` ones that wait
+at a yaw and a cell. The next one that arrives takes the slot of the one that was placed. The reward is by how much the packed share of the
+container's volume changed, so that an episode's rewards add up to the share that is packed in the end. It ends when nothing can be placed any
+more, or when an action is taken that is not possible.
+
+Observation, a dictionary; arrays are the caller's own:
+    heightmap      int16 [nx, ny]              the container's, in units of the grid
+    item_top       int16 [slot, yaw, nx, ny]   upper surfaces of the buffer's items from their lowest points, from the footprint's corner on;
+                                               0 where there is no material
+    item_bottom    int16 [slot, yaw, nx, ny]   lower surfaces; -1 where there is no material
+    resting_height int16 [slot, yaw, nx, ny]   where the item would come to rest; -1 where its footprint is not inside the container
+    action_mask    int8 [actions]              1 where an action is possible
+
+Action: an index into [slot, yaw, x, y], row-major; `action_shape` is that shape.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from ppnpack import Catalogue, Grid, Observation, Packings
+
+__all__ = ["PackingEnv", "VectorPackingEnv"]
+
+# The greatest height of the engine, in units.
+_MAX_UNITS = 8191
+_SEEDS = 2**63
+
+
+class PackingEnv(gymnasium.Env[dict[str, NDArray[Any]], np.int64]):
+    """One container.
+
+    grid: the paper's where none is given. catalogue: the objects, made for the grid; the built-in ones where none is given. buffer: how many
+    items a step may choose from. items: how many arrive in an episode. physics: whether they are released in a simulated cell, settle and are
+    scanned; else each stays where it comes to rest. stability: "published" has only placements possible that the paper's test accepts, "none"
+    all that fit below the rim. cell: settings of the simulated cell that differ, as of ppnpack.SimulatedCell.
+
+    reset takes as options {"objects": [...]}: the indices in the catalogue of those that arrive, in place of random ones.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}
+
+    def __init__(
+        self,
+        grid: Grid | None = None,
+        catalogue: Catalogue | None = None,
+        *,
+        buffer: int = 5,
+        items: int = 80,
+        physics: bool = False,
+        stability: str = "none",
+        cell: dict[str, Any] | None = None,
+        render_mode: None = None,
+    ) -> None:
+        self.render_mode = render_mode
+        self.grid = Grid() if grid is None else grid
+        self.catalogue = Catalogue(self.grid) if catalogue is None else catalogue
+        self.action_shape = (buffer, *self.grid.shape)
+        self.observation_space = _observation_space(self.action_shape)
+        self.action_space = spaces.Discrete(_size(self.action_shape))
+        self._packings = Packings(
+            self.grid, self.catalogue, buffer=buffer, items=items, physics=physics, stability=stability, cell=cell
+        )
+        self._mask = np.zeros(_size(self.action_shape), np.int8)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+        super().reset(seed=seed)
+        objects = (options or {}).get("objects")
+        seeds = [int(self.np_random.integers(_SEEDS))]
+        observed = self._packings.reset(seeds, None if objects is None else [list(objects)])
+        return self._observation(observed), {"objects": observed.objects[0], "volume_share": 0.0, "packed": 0}
+
+    def step(self, action: Any) -> tuple[dict[str, NDArray[Any]], float, bool, bool, dict[str, Any]]:
+        observed, stepped = self._packings.step(np.array([action], np.int64))
+        info = {
+            "objects": observed.objects[0],
+            "volume_share": float(stepped.volume_share[0]),
+            "packed": int(stepped.packed[0]),
+            "is_valid": bool(stepped.is_valid[0]),
+        }
+        return self._observation(observed), float(stepped.reward[0]), bool(stepped.is_over[0]), False, info
+
+    def action_masks(self) -> NDArray[np.bool_]:
+        """Which actions are possible: bool [actions]. Some libraries ask an environment for it by this name."""
+        return self._mask == 1
+
+    def _observation(self, observed: Observation) -> dict[str, NDArray[Any]]:
+        self._mask = observed.action_mask[0].copy()
+        return {
+            "heightmap": observed.heightmap[0],
+            "item_top": observed.item_top[0],
+            "item_bottom": observed.item_bottom[0],
+            "resting_height": observed.resting_height[0],
+            "action_mask": observed.action_mask[0],
+        }
+
+
+class VectorPackingEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDArray[Any]]):
+    """Containers that are stepped together, on so many threads; as many as the machine has cores where it is not said.
+
+    The rest is as in PackingEnv. One that is over begins anew at the next step, whatever its action is.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        grid: Grid | None = None,
+        catalogue: Catalogue | None = None,
+        *,
+        buffer: int = 5,
+        items: int = 80,
+        physics: bool = False,
+        stability: str = "none",
+        cell: dict[str, Any] | None = None,
+        threads: int | None = None,
+        render_mode: None = None,
+    ) -> None:
+        super().__init__()
+        self.num_envs = num_envs
+        self.render_mode = render_mode
+        self.grid = Grid() if grid is None else grid
+        self.catalogue = Catalogue(self.grid) if catalogue is None else catalogue
+        self.action_shape = (buffer, *self.grid.shape)
+        self.single_observation_space = _observation_space(self.action_shape)
+        self.single_action_space = spaces.Discrete(_size(self.action_shape))
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._packings = Packings(
+            self.grid,
+            self.catalogue,
+            num_envs,
+            buffer=buffer,
+            items=items,
+            physics=physics,
+            stability=stability,
+            cell=cell,
+            threads=threads,
+        )
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+        if seed is None or isinstance(seed, int):
+            super().reset(seed=seed)
+            seeds: list[int | None] = [int(drawn) for drawn in self.np_random.integers(_SEEDS, size=self.num_envs)]
+        else:
+            seeds = list(seed)
+        objects = (options or {}).get("objects")
+        observed = self._packings.reset(seeds, None if objects is None else [list(each) for each in objects])
+        infos = {
+            "objects": observed.objects,
+            "volume_share": np.zeros(self.num_envs),
+            "packed": np.zeros(self.num_envs, np.int64),
+        }
+        return _observation(observed), _of_all(infos, self.num_envs)
+
+    def step(
+        self, actions: NDArray[np.int64]
+    ) -> tuple[dict[str, NDArray[Any]], NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
+        observed, stepped = self._packings.step(np.asarray(actions, np.int64), autoreset=True)
+        infos = {
+            "objects": observed.objects,
+            "volume_share": stepped.volume_share,
+            "packed": stepped.packed,
+            "is_valid": stepped.is_valid,
+        }
+        truncations = np.zeros(self.num_envs, np.bool_)
+        return _observation(observed), stepped.reward, stepped.is_over, truncations, _of_all(infos, self.num_envs)
+
+
+def _size(shape: Sequence[int]) -> int:
+    return int(np.prod(shape))
+
+
+def _observation_space(action_shape: tuple[int, ...]) -> spaces.Dict:
+    return spaces.Dict(
+        {
+            "heightmap": spaces.Box(0, _MAX_UNITS, action_shape[2:], np.int16),
+            "item_top": spaces.Box(0, _MAX_UNITS, action_shape, np.int16),
+            "item_bottom": spaces.Box(-1, _MAX_UNITS, action_shape, np.int16),
+            "resting_height": spaces.Box(-1, _MAX_UNITS, action_shape, np.int16),
+            "action_mask": spaces.MultiBinary(_size(action_shape)),
+        }
+    )
+
+
+def _observation(observed: Observation) -> dict[str, NDArray[Any]]:
+    return {
+        "heightmap": observed.heightmap,
+        "item_top": observed.item_top,
+        "item_bottom": observed.item_bottom,
+        "resting_height": observed.resting_height,
+        "action_mask": observed.action_mask,
+    }
+
+
+def _of_all(infos: dict[str, NDArray[Any]], num_envs: int) -> dict[str, Any]:
+    """With the masks that say that each environment has each information."""
+    return infos | {f"_{key}": np.ones(num_envs, np.bool_) for key in infos}
+
+
+gymnasium.register(
+    id="ppnpack/Packing-v0",
+    entry_point="ppnpack.envs:PackingEnv",
+    vector_entry_point="ppnpack.envs:VectorPackingEnv",
+)

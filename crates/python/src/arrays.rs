@@ -1,0 +1,48 @@
+//! NumPy arrays in and out.
+
+use numpy::ndarray::Dimension;
+use numpy::{
+    Element, IntoPyArray, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray,
+    PyUntypedArrayMethods,
+};
+use pyo3::prelude::*;
+
+/// The values of an array, row-major: the copy that the engine keeps.
+pub(crate) fn values<T: Element + Copy, D: Dimension>(array: &PyReadonlyArray<'_, T, D>) -> Vec<T> {
+    match array.as_slice() {
+        Ok(values) if array.is_c_contiguous() => values.to_vec(),
+        _ => array.as_array().iter().copied().collect(),
+    }
+}
+
+/// Moves values into an array.
+pub(crate) fn array1<T: Element>(py: Python<'_>, values: Vec<T>) -> Bound<'_, PyArray1<T>> {
+    values.into_pyarray(py)
+}
+
+/// Moves row-major values into an array of two dimensions.
+pub(crate) fn array2<T: Element>(
+    py: Python<'_>,
+    shape: [usize; 2],
+    values: Vec<T>,
+) -> PyResult<Bound<'_, PyArray2<T>>> {
+    values.into_pyarray(py).reshape(shape)
+}
+
+/// Moves row-major values into an array of three dimensions.
+pub(crate) fn array3<T: Element>(
+    py: Python<'_>,
+    shape: [usize; 3],
+    values: Vec<T>,
+) -> PyResult<Bound<'_, PyArray3<T>>> {
+    values.into_pyarray(py).reshape(shape)
+}
+
+/// An array that is handed out many times: it cannot be written to.
+pub(crate) fn frozen<T: Element, D: Dimension>(
+    array: Bound<'_, PyArray<T, D>>,
+) -> Py<PyArray<T, D>> {
+    // Nobody else has it yet.
+    drop(array.readwrite().make_nonwriteable());
+    array.unbind()
+}

@@ -1,0 +1,260 @@
+//! The simulated cell.
+
+use std::sync::{Mutex, MutexGuard, TryLockError};
+
+use nalgebra::Isometry3;
+use numpy::PyArray2;
+use ppnpack_packing::content::LyingSolid;
+use ppnpack_packing::grid;
+use ppnpack_physics::cell;
+use ppnpack_physics::error::PhysicsError;
+use ppnpack_physics::outcome;
+use ppnpack_physics::settings::CellSettings;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays::array2;
+use crate::error::OrRaise;
+use crate::grid::Grid;
+use crate::item::Item;
+use crate::placement::Placement;
+use crate::scene::Scene;
+use crate::settings::json;
+
+/// A simulated container: items are released above their places, fall and settle; what lies there is scanned from above.
+///
+/// base: the settings that the others change, "robot" (lays items down from 1 cm, up to 2 s to come to rest) or "reference" (the paper's:
+/// released 12 cm above, 0.375 s). Others, as dictionaries, are those of `ppnpack_physics`' CellSettings: walls, contact, release,
+/// settle_time_s, outcome, solver, seed. The container is that of the grid.
+///
+/// The same settings and the same calls give the same results, bit for bit. A cell does one thing at a time: have one for each thread.
+#[pyclass(frozen, module = "ppnpack")]
+pub(crate) struct SimulatedCell {
+    grid: grid::Grid,
+    cell: Mutex<cell::SimulatedCell>,
+}
+
+/// What became of a placement by the end of its settling phase.
+///
+/// body: the number of the new body. container_from_item: its pose at the end, float64 [4, 4]. slide_m, height_change_m: how far its
+/// centre of mass is from where it was planned, horizontally and upwards. tilt_rad: how far it tilted. toppled, inside, lost: whether it
+/// tilted too far, its centre of mass is inside the container, it left the container. disturbance_m: how far the other body that moved most
+/// moved. others_lost: earlier bodies that left the container. still: whether all is at rest. simulated_s: how long the phase took in the
+/// simulation.
+#[pyclass(frozen, get_all, module = "ppnpack")]
+pub(crate) struct PlacedReport {
+    body: usize,
+    container_from_item: Py<PyArray2<f64>>,
+    slide_m: f64,
+    height_change_m: f64,
+    tilt_rad: f64,
+    toppled: bool,
+    inside: bool,
+    lost: bool,
+    disturbance_m: f64,
+    others_lost: Vec<usize>,
+    still: bool,
+    simulated_s: f64,
+}
+
+/// What lies in or on the container.
+///
+/// body: its number, in the order of placing. name: of its object. container_from_item: where the object's own frame is, float64 [4, 4].
+/// inside: whether its centre of mass is inside the container. mass_kg, volume_m3: of the object.
+#[pyclass(frozen, get_all, module = "ppnpack")]
+pub(crate) struct Body {
+    body: usize,
+    name: String,
+    container_from_item: Py<PyArray2<f64>>,
+    inside: bool,
+    mass_kg: f64,
+    volume_m3: f64,
+}
+
+#[pymethods]
+impl SimulatedCell {
+    #[new]
+    #[pyo3(signature = (grid, base = "robot", **settings))]
+    fn new(grid: &Grid, base: &str, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let settings = cell_settings(&grid.inner, base, settings)?;
+        Ok(Self {
+            grid: grid.inner.clone(),
+            cell: Mutex::new(cell::SimulatedCell::new(settings).or_value_error()?),
+        })
+    }
+
+    /// Empties the container.
+    fn reset(&self, py: Python<'_>) -> PyResult<()> {
+        py.detach(|| {
+            self.lock()?.reset();
+            Ok(())
+        })
+    }
+
+    /// Releases an item above where it shall lie, and lets everything settle. On an error nothing has changed.
+    fn place(&self, py: Python<'_>, item: &Item, placement: &Placement) -> PyResult<PlacedReport> {
+        let report = py.detach(|| {
+            let (model, pose) = planned(&self.grid, item, placement)?;
+            self.lock()?.place(model, &pose).or_value_error()
+        });
+        PlacedReport::of(py, report?)
+    }
+
+    /// What place would report; the cell stays as it is.
+    fn try_place(
+        &self,
+        py: Python<'_>,
+        item: &Item,
+        placement: &Placement,
+    ) -> PyResult<PlacedReport> {
+        let report = py.detach(|| {
+            let (model, pose) = planned(&self.grid, item, placement)?;
+            self.lock()?.try_place(model, &pose).or_value_error()
+        });
+        PlacedReport::of(py, report?)
+    }
+
+    /// Lets everything settle for one more phase; how long that took, in seconds of simulated time.
+    fn settle(&self, py: Python<'_>) -> PyResult<f64> {
+        py.detach(|| Ok(self.lock()?.settle()))
+    }
+
+    /// The scene that the next placement is planned on: the heightmap, the surface and all solids.
+    fn scan(&self, py: Python<'_>) -> PyResult<Scene> {
+        py.detach(|| {
+            let mut cell = self.lock()?;
+            let scene = scanned(&mut cell, &self.grid).or_runtime_error()?;
+            Ok(Scene::of(scene))
+        })
+    }
+
+    /// What lies in or on the container, in the order of placing; what left it is no longer there.
+    fn contents(&self, py: Python<'_>) -> PyResult<Vec<Body>> {
+        let bodies = py.detach(|| PyResult::Ok(self.lock()?.contents()))?;
+        bodies.iter().map(|state| Body::of(py, state)).collect()
+    }
+
+    /// Whether every body is at rest.
+    #[getter]
+    fn is_still(&self) -> PyResult<bool> {
+        Ok(self.lock()?.is_still())
+    }
+
+    fn __repr__(&self) -> String {
+        let bodies = self.lock().map(|cell| cell.contents().len());
+        bodies.map_or_else(
+            |_| "<ppnpack.SimulatedCell at work>".to_owned(),
+            |bodies| format!("<ppnpack.SimulatedCell with {bodies} bodies>"),
+        )
+    }
+}
+
+impl SimulatedCell {
+    fn lock(&self) -> PyResult<MutexGuard<'_, cell::SimulatedCell>> {
+        match self.cell.try_lock() {
+            Ok(cell) => Ok(cell),
+            Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
+            Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(
+                "the cell is busy with something else: have one for each thread",
+            )),
+        }
+    }
+}
+
+impl PlacedReport {
+    fn of(py: Python<'_>, report: outcome::PlacedReport) -> PyResult<Self> {
+        Ok(Self {
+            body: report.id.index(),
+            container_from_item: matrix(py, &report.container_from_item)?,
+            slide_m: report.slide_m,
+            height_change_m: report.height_change_m,
+            tilt_rad: report.tilt_rad,
+            toppled: report.toppled,
+            inside: report.inside,
+            lost: report.lost,
+            disturbance_m: report.disturbance_m(),
+            others_lost: report.others_lost.iter().map(|id| id.index()).collect(),
+            still: report.still,
+            simulated_s: report.simulated_s,
+        })
+    }
+}
+
+impl Body {
+    fn of(py: Python<'_>, state: &outcome::BodyState) -> PyResult<Self> {
+        Ok(Self {
+            body: state.id.index(),
+            name: state.model.name.clone(),
+            container_from_item: matrix(py, &state.container_from_item)?,
+            inside: state.inside,
+            mass_kg: state.model.mass.mass_kg,
+            volume_m3: state.model.volume_m3,
+        })
+    }
+}
+
+/// The settings of a cell whose container is that of a grid.
+pub(crate) fn cell_settings(
+    grid: &grid::Grid,
+    base: &str,
+    over: Option<&Bound<'_, PyDict>>,
+) -> PyResult<CellSettings> {
+    let base = match base {
+        "robot" => CellSettings::robot(),
+        "reference" => CellSettings::default(),
+        other => {
+            return Err(PyValueError::new_err(format!(
+                "a cell's base is 'robot' or 'reference', not '{other}'"
+            )));
+        }
+    };
+    let settings = match over {
+        None => base,
+        Some(over) => base.overlaid(json(over.as_any())?).or_value_error()?,
+    };
+    let settings = CellSettings {
+        container: grid.container(),
+        ..settings
+    };
+    settings.validate().or_value_error()?;
+    Ok(settings)
+}
+
+/// The heightmap, the surface and the solids of a cell.
+pub(crate) fn scanned(
+    cell: &mut cell::SimulatedCell,
+    grid: &grid::Grid,
+) -> Result<ppnpack_packing::heightmap::Scene, PhysicsError> {
+    let scene = cell.scan(grid)?;
+    let bodies = cell.contents().into_iter();
+    let solids = bodies.map(|body| LyingSolid::new(body.model, body.container_from_item));
+    Ok(scene.with_content(solids.collect()))
+}
+
+/// The model that a cell is given, and where its frame shall be.
+fn planned<'a>(
+    grid: &grid::Grid,
+    item: &'a Item,
+    placement: &Placement,
+) -> PyResult<(
+    &'a std::sync::Arc<ppnpack_packing::model::Model>,
+    Isometry3<f64>,
+)> {
+    let name = item.item().name();
+    let model = item.own.as_ref().ok_or_else(|| {
+        PyValueError::new_err(format!(
+            "the solid of item {name} is not known: take it from a catalogue, or make it of a mesh"
+        ))
+    })?;
+    let frame = item.item().container_from_item(grid, &placement.resting());
+    let frame =
+        frame.ok_or_else(|| PyValueError::new_err(format!("item {name} has no such yaw")))?;
+    Ok((model, item.candidate.lying.own_frame(&frame)))
+}
+
+fn matrix(py: Python<'_>, pose: &Isometry3<f64>) -> PyResult<Py<PyArray2<f64>>> {
+    // nalgebra's matrices are column-major.
+    let rows = pose.to_homogeneous().transpose();
+    Ok(array2(py, [4, 4], rows.as_slice().to_vec())?.unbind())
+}

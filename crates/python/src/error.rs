@@ -1,0 +1,34 @@
+//! Errors of the engine as exceptions, in the same words.
+
+use std::error::Error;
+use std::fmt::Display;
+
+use pyo3::PyErr;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+
+/// Turns what went wrong into an exception.
+pub(crate) trait OrRaise<T> {
+    /// An input is wrong: `ValueError`.
+    fn or_value_error(self) -> PyResult<T>;
+
+    /// Something went wrong on the way: `RuntimeError`.
+    fn or_runtime_error(self) -> PyResult<T>;
+}
+
+impl<T, E: Display> OrRaise<T> for Result<T, E> {
+    fn or_value_error(self) -> PyResult<T> {
+        self.map_err(|error| PyValueError::new_err(error.to_string()))
+    }
+
+    fn or_runtime_error(self) -> PyResult<T> {
+        self.map_err(|error| PyRuntimeError::new_err(error.to_string()))
+    }
+}
+
+/// The exception that led to an error, where Python code that the engine called raised one.
+pub(crate) fn raised(py: Python<'_>, error: &(dyn Error + 'static)) -> Option<PyErr> {
+    let mut causes = std::iter::successors(Some(error), |cause| cause.source());
+    let exception = causes.find_map(|cause| cause.downcast_ref::<PyErr>());
+    exception.map(|exception| exception.clone_ref(py))
+}

@@ -1,0 +1,159 @@
+//! Grids.
+
+use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
+use ppnpack_packing::grid::{self, ContainerSize, Resolution, Yaws};
+use pyo3::prelude::*;
+
+use crate::arrays::{array1, array2, values};
+use crate::error::OrRaise;
+
+/// A container seen as a grid of cells with heights in units.
+///
+/// Grid() is the paper's: 32 x 32 cells of 1 cm, 150 units of 2 mm, yaws of 0, 45, 90 and 135 degrees. Cell (x, y) covers
+/// [x, x + 1) x [y, y + 1) cells of the container frame: right-handed, z up, the origin at an inner bottom corner.
+///
+/// container_m: inner sides along x, y and z, in metres. cell_m: the edge of a cell. height_unit_m: one unit of height. yaws: how many,
+/// evenly over half a turn, or angles in radians, counter-clockwise seen from above.
+#[pyclass(frozen, eq, module = "ppnpack")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct Grid {
+    pub(crate) inner: grid::Grid,
+}
+
+/// How many yaws, or which.
+#[derive(FromPyObject)]
+enum YawsArgument {
+    Count(usize),
+    Radians(Vec<f64>),
+}
+
+#[pymethods]
+impl Grid {
+    #[new]
+    #[pyo3(signature = (container_m = (0.32, 0.32, 0.30), cell_m = 0.01, height_unit_m = 0.002, yaws = YawsArgument::Count(4)))]
+    fn new(
+        container_m: (f64, f64, f64),
+        cell_m: f64,
+        height_unit_m: f64,
+        yaws: YawsArgument,
+    ) -> PyResult<Self> {
+        let yaws = match yaws {
+            YawsArgument::Count(count) => Yaws::half_turn(count),
+            YawsArgument::Radians(radians) => Yaws::from_radians(radians),
+        };
+        let (x_m, y_m, z_m) = container_m;
+        let container = ContainerSize { x_m, y_m, z_m };
+        let resolution =
+            Resolution::new(cell_m, height_unit_m, yaws.or_value_error()?).or_value_error()?;
+        let inner = grid::Grid::new(container, resolution).or_value_error()?;
+        Ok(Self { inner })
+    }
+
+    /// Cells along x.
+    #[getter]
+    fn nx(&self) -> usize {
+        self.inner.nx()
+    }
+
+    /// Cells along y.
+    #[getter]
+    fn ny(&self) -> usize {
+        self.inner.ny()
+    }
+
+    /// The container's height, in units.
+    #[getter]
+    fn rim(&self) -> i16 {
+        self.inner.rim()
+    }
+
+    /// The container's inner sides along x, y and z, in metres.
+    #[getter]
+    fn container_m(&self) -> (f64, f64, f64) {
+        let ContainerSize { x_m, y_m, z_m } = self.inner.container();
+        (x_m, y_m, z_m)
+    }
+
+    /// The container's inner volume, in cubic metres.
+    #[getter]
+    fn volume_m3(&self) -> f64 {
+        let (x_m, y_m, z_m) = self.container_m();
+        x_m * y_m * z_m
+    }
+
+    /// The edge of a cell, in metres.
+    #[getter]
+    fn cell_m(&self) -> f64 {
+        self.inner.resolution().cell_m()
+    }
+
+    /// One unit of height, in metres.
+    #[getter]
+    fn height_unit_m(&self) -> f64 {
+        self.inner.resolution().height_unit_m()
+    }
+
+    /// The yaws, in radians: float64 [yaws].
+    #[getter]
+    fn yaws_rad<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        array1(py, self.inner.resolution().yaws().radians().to_vec())
+    }
+
+    /// The shape of what there is of each placement of an item: (yaws, nx, ny).
+    #[getter]
+    fn shape(&self) -> (usize, usize, usize) {
+        let yaws = self.inner.resolution().yaws().count();
+        (yaws, self.inner.nx(), self.inner.ny())
+    }
+
+    /// The heightmap of an empty container: int16 [nx, ny], zeros.
+    fn empty<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<i16>> {
+        PyArray2::zeros(py, [self.inner.nx(), self.inner.ny()], false)
+    }
+
+    /// Heights in metres, float64 of any two dimensions, as units, rounded up: int16 of the same shape.
+    fn units<'py>(
+        &self,
+        py: Python<'py>,
+        heights_m: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<i16>>> {
+        let resolution = self.inner.resolution();
+        let shape = heights_m.as_array().dim();
+        let heights = values(&heights_m).into_iter();
+        let units = heights.map(|height_m| resolution.units_above(height_m));
+        array2(py, shape.into(), units.collect())
+    }
+
+    /// Heights in units, int16 of any two dimensions, in metres: float64 of the same shape.
+    fn metres<'py>(
+        &self,
+        py: Python<'py>,
+        heights: PyReadonlyArray2<'py, i16>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let unit_m = self.inner.resolution().height_unit_m();
+        let shape = heights.as_array().dim();
+        let heights = values(&heights).into_iter();
+        let metres = heights.map(|height| f64::from(height) * unit_m);
+        array2(py, shape.into(), metres.collect())
+    }
+
+    /// What an equal one is made of, so that it can be copied and sent to other processes.
+    fn __getnewargs__(&self) -> ((f64, f64, f64), f64, f64, Vec<f64>) {
+        let yaws_rad = self.inner.resolution().yaws().radians().to_vec();
+        (
+            self.container_m(),
+            self.cell_m(),
+            self.height_unit_m(),
+            yaws_rad,
+        )
+    }
+
+    fn __repr__(&self) -> String {
+        let (x_m, y_m, z_m) = self.container_m();
+        let (yaws, nx, ny) = self.shape();
+        format!(
+            "<ppnpack.Grid {x_m} x {y_m} x {z_m} m: {nx} x {ny} cells, {} units, {yaws} yaws>",
+            self.inner.rim()
+        )
+    }
+}

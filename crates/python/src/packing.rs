@@ -1,0 +1,404 @@
+//! One packing, step by step: a container, a sequence of items seen through a buffer, and which placements are possible.
+
+use std::sync::Arc;
+
+use ppnpack_catalogue::object::CatalogueObject;
+use ppnpack_packing::grid::{ABSENT, Grid, Units};
+use ppnpack_packing::heightmap::Heightmap;
+use ppnpack_packing::item::Item;
+use ppnpack_packing::placement::{Placement, RestingPlacement};
+use ppnpack_packing::resting::RestingHeights;
+use ppnpack_packing::stability::PublishedStability;
+use ppnpack_physics::cell::SimulatedCell;
+use ppnpack_physics::error::PhysicsError;
+use ppnpack_physics::settings::CellSettings;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::evaluation::{OUTSIDE, write_everywhere};
+use crate::placement::lay;
+
+/// What packings of a kind have in common.
+pub(crate) struct Setup {
+    pub(crate) grid: Grid,
+    pub(crate) objects: Vec<CatalogueObject>,
+    /// Of each object.
+    maps: Vec<PaddedMaps>,
+    /// How many items a step may choose from.
+    pub(crate) buffer: usize,
+    /// How many items arrive in all.
+    pub(crate) items: usize,
+    /// Whether what the published stability test refuses is not possible.
+    pub(crate) is_tested: bool,
+    /// The cell that items are released in; without one they stay where they come to rest.
+    pub(crate) cell: Option<CellSettings>,
+}
+
+/// An item's surfaces as observed: padded to the grid, one after another per yaw; without material 0 above and -1 below. What does not
+/// fit on the grid is cut off.
+struct PaddedMaps {
+    top: Vec<Units>,
+    bottom: Vec<Units>,
+}
+
+impl PaddedMaps {
+    fn of(grid: &Grid, item: &Item) -> Self {
+        let cells = grid.nx() * grid.ny();
+        let mut maps = Self {
+            top: vec![0; item.views().len() * cells],
+            bottom: vec![ABSENT; item.views().len() * cells],
+        };
+        for (yaw, view) in item.views().iter().enumerate() {
+            let inside = |x: usize, y: usize| x < grid.nx() && y < grid.ny();
+            for (x, y, lower, upper) in view.cells().filter(|(x, y, ..)| inside(*x, *y)) {
+                let index = yaw * cells + x * grid.ny() + y;
+                let places = maps.top.get_mut(index).zip(maps.bottom.get_mut(index));
+                if let Some((top, bottom)) = places {
+                    (*top, *bottom) = (upper, lower);
+                }
+            }
+        }
+        maps
+    }
+}
+
+impl Setup {
+    pub(crate) fn new(
+        grid: Grid,
+        objects: Vec<CatalogueObject>,
+        buffer: usize,
+        items: usize,
+        is_tested: bool,
+        cell: Option<CellSettings>,
+    ) -> Self {
+        let maps = objects
+            .iter()
+            .map(|object| PaddedMaps::of(&grid, &object.item));
+        Self {
+            maps: maps.collect(),
+            grid,
+            objects,
+            buffer,
+            items,
+            is_tested,
+            cell,
+        }
+    }
+
+    /// Yaws, and cells along x and y.
+    pub(crate) fn shape(&self) -> [usize; 3] {
+        let yaws = self.grid.resolution().yaws().count();
+        [yaws, self.grid.nx(), self.grid.ny()]
+    }
+
+    /// Cells of the container.
+    pub(crate) fn cells(&self) -> usize {
+        self.grid.nx() * self.grid.ny()
+    }
+
+    /// How many actions there are: one per slot of the buffer, yaw and cell.
+    pub(crate) fn actions(&self) -> usize {
+        self.buffer * self.shape().iter().product::<usize>()
+    }
+
+    fn volume_m3(&self) -> f64 {
+        let container = self.grid.container();
+        container.x_m * container.y_m * container.z_m
+    }
+}
+
+/// Where one packing writes what is observed of it.
+pub(crate) struct ObservedIn<'a> {
+    /// [nx, ny]
+    pub(crate) heightmap: &'a mut [Units],
+    /// [slot, yaw, nx, ny]
+    pub(crate) top: &'a mut [Units],
+    /// The same.
+    pub(crate) bottom: &'a mut [Units],
+    /// The same.
+    pub(crate) resting: &'a mut [Units],
+    /// The same.
+    pub(crate) mask: &'a mut [i8],
+}
+
+/// What a step led to.
+#[derive(Default, Clone, Copy)]
+pub(crate) struct Stepped {
+    /// The change of the packed share of the container's volume.
+    pub(crate) reward: f64,
+    /// Whether nothing can be placed any more, or the action was not possible.
+    pub(crate) is_over: bool,
+    /// Whether the action was possible.
+    pub(crate) is_valid: bool,
+}
+
+/// A container as it is packed.
+pub(crate) struct Packing {
+    setup: Arc<Setup>,
+    random: ChaCha8Rng,
+    /// Objects that are still to arrive, the last one next.
+    arriving: Vec<usize>,
+    /// The object in each slot of the buffer.
+    slots: Vec<Option<usize>>,
+    heightmap: Heightmap,
+    cell: Option<SimulatedCell>,
+    resting: RestingHeights,
+    stability: PublishedStability,
+    /// Of each action the height at which the item would come to rest.
+    heights: Vec<Units>,
+    /// Of each action whether it is possible.
+    mask: Vec<i8>,
+    packed_m3: f64,
+    packed: usize,
+    is_over: bool,
+}
+
+impl Packing {
+    /// An empty container; nothing arrives before the first reset.
+    pub(crate) fn new(setup: Arc<Setup>, seed: u64) -> Result<Self, PhysicsError> {
+        let cell = setup.cell.clone().map(SimulatedCell::new).transpose()?;
+        Ok(Self {
+            random: ChaCha8Rng::seed_from_u64(seed),
+            arriving: Vec::new(),
+            slots: vec![None; setup.buffer],
+            heightmap: Heightmap::empty(&setup.grid),
+            cell,
+            resting: RestingHeights::new(&setup.grid),
+            stability: PublishedStability::default(),
+            heights: vec![OUTSIDE; setup.actions()],
+            mask: vec![0; setup.actions()],
+            packed_m3: 0.0,
+            packed: 0,
+            is_over: true,
+            setup,
+        })
+    }
+
+    /// Begins anew, with the stream of random numbers of a seed where one is given.
+    pub(crate) fn reset(&mut self, seed: Option<u64>) {
+        if let Some(seed) = seed {
+            self.random = ChaCha8Rng::seed_from_u64(seed);
+        }
+        let (objects, items) = (self.setup.objects.len(), self.setup.items);
+        let random = &mut self.random;
+        let drawn = (0..items).map(|_| random.random_range(0..objects));
+        let drawn: Vec<usize> = drawn.collect();
+        self.begin(&drawn);
+    }
+
+    /// Begins anew with these objects, in this order.
+    pub(crate) fn begin(&mut self, objects: &[usize]) {
+        self.arriving = objects.iter().rev().copied().collect();
+        for slot in &mut self.slots {
+            *slot = self.arriving.pop();
+        }
+        self.heightmap = Heightmap::empty(&self.setup.grid);
+        if let Some(cell) = &mut self.cell {
+            cell.reset();
+        }
+        (self.packed_m3, self.packed) = (0.0, 0);
+        self.refresh();
+    }
+
+    /// Whether it is over, so that a reset is next.
+    pub(crate) fn is_over(&self) -> bool {
+        self.is_over
+    }
+
+    /// How many items lie in the container.
+    pub(crate) fn packed(&self) -> usize {
+        self.packed
+    }
+
+    /// The share of the container's volume that they fill.
+    pub(crate) fn volume_share(&self) -> f64 {
+        self.packed_m3 / self.setup.volume_m3()
+    }
+
+    /// Places an item. An action that is not possible ends the packing, and changes nothing.
+    pub(crate) fn step(&mut self, action: i64) -> Result<Stepped, PhysicsError> {
+        let share = self.volume_share();
+        let is_valid = self.place(action)?;
+        if is_valid {
+            self.refresh();
+        } else {
+            self.is_over = true;
+        }
+        Ok(Stepped {
+            reward: self.volume_share() - share,
+            is_over: self.is_over,
+            is_valid,
+        })
+    }
+
+    /// Whether the action was possible, and the item is placed.
+    fn place(&mut self, action: i64) -> Result<bool, PhysicsError> {
+        let setup = Arc::clone(&self.setup);
+        let Some((slot, placement)) = self.possible(action) else {
+            return Ok(false);
+        };
+        let object = self.slots.get(slot).copied().flatten();
+        let Some(object) = object.and_then(|index| setup.objects.get(index)) else {
+            return Ok(false);
+        };
+        let Placement { yaw, x, y } = placement;
+        let view = object.item.views().get(yaw);
+        let Some((view, resting_height)) =
+            view.and_then(|view| Some((view, self.resting.at(view, x, y)?)))
+        else {
+            return Ok(false);
+        };
+        let at = RestingPlacement {
+            placement,
+            resting_height,
+        };
+        match &mut self.cell {
+            None => {
+                lay(&mut self.heightmap, view, &at);
+                self.packed += 1;
+                self.packed_m3 += object.model.volume_m3;
+            }
+            Some(cell) => {
+                let Some(pose) = object.item.container_from_item(&setup.grid, &at) else {
+                    return Ok(false);
+                };
+                cell.place(&object.model, &pose)?;
+                self.heightmap = cell.scan(&setup.grid)?.heightmap().clone();
+                let inside = || cell.contents().into_iter().filter(|body| body.inside);
+                self.packed = inside().count();
+                self.packed_m3 = inside().map(|body| body.model.volume_m3).sum();
+            }
+        }
+        if let Some(slot) = self.slots.get_mut(slot) {
+            *slot = self.arriving.pop();
+        }
+        Ok(true)
+    }
+
+    /// The slot and the placement of an action that is possible.
+    fn possible(&self, action: i64) -> Option<(usize, Placement)> {
+        let action = usize::try_from(action).ok()?;
+        self.mask.get(action).filter(|possible| **possible == 1)?;
+        let [yaws, nx, ny] = self.setup.shape();
+        let placement = Placement {
+            yaw: action / (nx * ny) % yaws,
+            x: action / ny % nx,
+            y: action % ny,
+        };
+        Some((action / (yaws * nx * ny), placement))
+    }
+
+    /// Finds out what is possible now.
+    fn refresh(&mut self) {
+        self.find_heights();
+        self.mask.fill(0);
+        let Self {
+            setup,
+            slots,
+            heightmap,
+            stability,
+            heights,
+            mask,
+            ..
+        } = self;
+        let (grid, cells) = (&setup.grid, setup.cells());
+        let per_slot = setup.actions() / setup.buffer;
+        let per_slot = mask
+            .chunks_exact_mut(per_slot)
+            .zip(heights.chunks_exact(per_slot));
+        for ((mask, heights), slot) in per_slot.zip(slots.iter()) {
+            let Some(object) = slot.and_then(|index| setup.objects.get(index)) else {
+                continue;
+            };
+            let per_yaw = mask
+                .chunks_exact_mut(cells)
+                .zip(heights.chunks_exact(cells));
+            for (yaw, ((mask, heights), view)) in per_yaw.zip(object.item.views()).enumerate() {
+                let highest = grid.rim() - view.height();
+                for (possible, height) in mask.iter_mut().zip(heights) {
+                    *possible = i8::from((0..=highest).contains(height));
+                }
+                if setup.is_tested {
+                    let refused =
+                        |at: &RestingPlacement| !stability.is_stable(grid, heightmap, view, at);
+                    leave_out(grid.ny(), yaw, mask, heights, refused);
+                }
+            }
+        }
+        self.is_over = !self.mask.contains(&1);
+    }
+
+    /// Finds out how high the items of the buffer would come to rest.
+    fn find_heights(&mut self) {
+        let Self {
+            setup,
+            slots,
+            heightmap,
+            resting,
+            heights,
+            ..
+        } = self;
+        let item = |slot: &Option<usize>| slot.and_then(|index| setup.objects.get(index));
+        let buffer = slots.iter().filter_map(item).map(|object| &*object.item);
+        resting.update(heightmap, buffer);
+        for (heights, slot) in heights
+            .chunks_exact_mut(setup.actions() / setup.buffer)
+            .zip(slots.iter())
+        {
+            match item(slot) {
+                Some(object) => write_everywhere(&setup.grid, &object.item, resting, heights),
+                None => heights.fill(OUTSIDE),
+            }
+        }
+    }
+
+    /// Writes down all that is observed.
+    pub(crate) fn observe(&self, into: ObservedIn<'_>) {
+        into.heightmap.copy_from_slice(self.heightmap.heights());
+        into.mask.copy_from_slice(&self.mask);
+        into.resting.copy_from_slice(&self.heights);
+        let per_slot = self.setup.actions() / self.setup.buffer;
+        let tops = into.top.chunks_exact_mut(per_slot);
+        let bottoms = into.bottom.chunks_exact_mut(per_slot);
+        for ((top, bottom), slot) in tops.zip(bottoms).zip(&self.slots) {
+            match slot.and_then(|index| self.setup.maps.get(index)) {
+                Some(maps) => {
+                    top.copy_from_slice(&maps.top);
+                    bottom.copy_from_slice(&maps.bottom);
+                }
+                None => {
+                    top.fill(0);
+                    bottom.fill(ABSENT);
+                }
+            }
+        }
+    }
+
+    /// The objects in the buffer, by slot; -1 where there is none.
+    pub(crate) fn objects(&self) -> impl Iterator<Item = i64> {
+        let slots = self.slots.iter();
+        slots.map(|slot| {
+            slot.and_then(|index| i64::try_from(index).ok())
+                .unwrap_or(-1)
+        })
+    }
+}
+
+/// Takes out of a mask what is refused, at one yaw.
+fn leave_out(
+    ny: usize,
+    yaw: usize,
+    mask: &mut [i8],
+    heights: &[Units],
+    mut is_refused: impl FnMut(&RestingPlacement) -> bool,
+) {
+    let possible = mask.iter_mut().zip(heights).enumerate();
+    for (index, (possible, height)) in possible.filter(|(_, (possible, _))| **possible == 1) {
+        let (x, y) = (index / ny, index % ny);
+        let at = RestingPlacement {
+            placement: Placement { yaw, x, y },
+            resting_height: *height,
+        };
+        *possible = i8::from(!is_refused(&at));
+    }
+}

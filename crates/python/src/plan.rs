@@ -1,0 +1,78 @@
+//! What a step came to.
+
+use ppnpack_packing::candidate::Candidate;
+use ppnpack_packing::plan;
+use ppnpack_packing::step::Evaluated;
+use pyo3::prelude::*;
+
+use crate::placement::Placement;
+
+/// The outcome of planning one step.
+///
+/// choice: the best valid placement, None where no item of the buffer has one. alternatives: the next best ones, as many as were asked
+/// for. reasons: per item of the buffer why no placement was valid in its first pose, None where one was or that is not known.
+/// degraded: why the step was not planned as was asked for, where it was not. is_widened: whether no proposal was valid, so
+/// that all placements were searched. is_cut: whether the time was over before everything was looked at. took_s: how long it took, in
+/// seconds, by stage.
+#[pyclass(frozen, get_all, module = "ppnpack")]
+pub(crate) struct Plan {
+    choice: Option<Placement>,
+    alternatives: Vec<Placement>,
+    reasons: Vec<Option<String>>,
+    degraded: Vec<String>,
+    is_widened: bool,
+    is_cut: bool,
+    took_s: Took,
+}
+
+/// Time by stage, in seconds.
+#[derive(Clone, Copy, IntoPyObject, IntoPyObjectRef)]
+struct Took {
+    propose: f64,
+    evaluate: f64,
+    check: f64,
+    look_ahead: f64,
+}
+
+impl Plan {
+    /// What Python is told of a plan for these candidates.
+    pub(crate) fn of(plan: &plan::Plan, candidates: &[Candidate]) -> Self {
+        let placement = |found: &Evaluated| {
+            let held = candidates.get(found.candidate)?;
+            let (slot, pose) = (held.arrival, held.pose);
+            Some(Placement::planned(&found.resting, slot, pose, found.value))
+        };
+        let first_poses = candidates.iter().zip(plan.candidates());
+        let first_poses = first_poses.filter(|(held, _)| held.pose == 0);
+        let reason =
+            |report: &plan::CandidateReport| report.reason.as_ref().map(ToString::to_string);
+        let timings = plan.timings();
+        Self {
+            choice: plan.choice().as_ref().and_then(placement),
+            alternatives: plan.alternatives().filter_map(placement).collect(),
+            reasons: first_poses.map(|(_, report)| reason(report)).collect(),
+            degraded: plan.degraded().to_vec(),
+            is_widened: plan.is_widened(),
+            is_cut: plan.is_cut(),
+            took_s: Took {
+                propose: timings.propose.as_secs_f64(),
+                evaluate: timings.evaluate.as_secs_f64(),
+                check: timings.check.as_secs_f64(),
+                look_ahead: timings.look_ahead.as_secs_f64(),
+            },
+        }
+    }
+}
+
+#[pymethods]
+impl Plan {
+    fn __repr__(&self) -> String {
+        match &self.choice {
+            Some(_) => format!(
+                "<ppnpack.Plan with a choice and {} alternatives>",
+                self.alternatives.len()
+            ),
+            None => "<ppnpack.Plan without a choice>".to_owned(),
+        }
+    }
+}

@@ -1,0 +1,36 @@
+"""What the tests share."""
+
+import pathlib
+
+import numpy as np
+import pytest
+
+import ppnpack
+
+REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
+
+
+@pytest.fixture(scope="session")
+def grid():
+    return ppnpack.Grid()
+
+
+@pytest.fixture(scope="session")
+def catalogue(grid):
+    return ppnpack.Catalogue(grid)
+
+
+@pytest.fixture(scope="session")
+def block():
+    """A block of 6 x 4 cells, 25 units high, at four yaws that look the same."""
+    top = np.full((6, 4), 25, np.int16)
+    return ppnpack.Item("block", [top] * 4, [np.zeros_like(top)] * 4)
+
+
+@pytest.fixture(scope="session")
+def shared():
+    """The folder of data beside the repository."""
+    folder = REPOSITORY.parent / "shared"
+    if not folder.is_dir():
+        pytest.skip(f"{folder} is absent")
+    return folder

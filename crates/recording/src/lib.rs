@@ -1,0 +1,28 @@
+//! Recordings of packing cells: [MCAP](https://mcap.dev) files with what the cells published, and with all that each decision depended on.
+//!
+//! [`Recorder`] writes them as the cells work. It reads the cells' streams through a queue with a bound, and whatever does not fit is
+//! counted and said in the file. [`Reader`] reads them, also those whose recorder was killed, and [`Contents`] says what is in one.
+//! [`difference`] finds what two messages do not have alike.
+//!
+//! A file has a channel for each stream of each cell, such as `/cell-1/plan`, with the protobuf schema of its messages. What steps were
+//! planned on is on `/cell-1/record`; the items and solids that this names are on `/cell-1/shape`, each once, and before they are named.
+
+mod contents;
+mod difference;
+mod error;
+mod file;
+mod queue;
+mod reader;
+mod recorder;
+mod rotation;
+mod shapes;
+mod source;
+mod topic;
+
+pub use contents::{Contents, Decisions, TopicContents};
+pub use difference::{Difference, difference};
+pub use error::RecordingError;
+pub use reader::{End, Reader, RecordedMessage};
+pub use recorder::{RecordSettings, Recorded, Recorder};
+pub use rotation::{Rotation, utc};
+pub use topic::{Kind, Topic};

@@ -1,0 +1,289 @@
+//! Reading a recording from its beginning, also one whose recorder was killed.
+
+use std::collections::{HashMap, VecDeque};
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use mcap::read::ChunkReader;
+use mcap::records::{Record, op};
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::{McapError, parse_record};
+
+use crate::error::RecordingError;
+use crate::file::DROPPED;
+
+/// Records beyond this are not read, in bytes: they are no recorder's.
+const MOST_RECORD_BYTES: usize = 512 << 20;
+
+/// A message of a recording.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RecordedMessage {
+    /// The channel, such as `/cell-1/plan`.
+    pub topic: Arc<str>,
+    /// The full name of its schema, such as `ppnpack.v1.Decision`.
+    pub schema: Arc<str>,
+    /// When it came to the recorder, in nanoseconds since 1970.
+    pub at_ns: u64,
+    /// The encoded message.
+    pub payload: Vec<u8>,
+}
+
+/// How a file ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// Whole, as its recorder ended it.
+    Whole,
+    /// Its recorder was killed, or is still writing it: what it had not flushed is missing.
+    Cut {
+        /// How many bytes were read.
+        offset: u64,
+    },
+}
+
+/// Reads a recording, message after message. Takes memory for one chunk at a time.
+pub struct Reader {
+    path: PathBuf,
+    file: File,
+    records: LinearReader,
+    /// Up to here all is good.
+    offset: u64,
+    schemas: HashMap<u16, Schema>,
+    channels: HashMap<u16, Channel>,
+    ready: VecDeque<RecordedMessage>,
+    dropped: HashMap<String, u64>,
+    /// Once its header was read.
+    library: Option<String>,
+    end: Option<End>,
+    has_failed: bool,
+}
+
+#[derive(Clone)]
+struct Schema {
+    name: Arc<str>,
+    descriptors: Arc<[u8]>,
+}
+
+#[derive(Clone)]
+struct Channel {
+    topic: Arc<str>,
+    schema: u16,
+}
+
+/// What one look into the file gave.
+enum Step {
+    /// Something was read, or has to be.
+    On,
+    Last(End),
+}
+
+impl Reader {
+    /// Opens a recording.
+    ///
+    /// # Errors
+    /// [`RecordingError`] where it cannot be read, or is no MCAP file.
+    pub fn open(path: &Path) -> Result<Self, RecordingError> {
+        let file = File::open(path).map_err(|source| RecordingError::File {
+            path: path.to_owned(),
+            action: "read",
+            source,
+        })?;
+        let options = LinearReaderOptions::default()
+            .with_emit_chunks(true)
+            .with_skip_end_magic(true)
+            .with_record_length_limit(MOST_RECORD_BYTES);
+        let mut reader = Self {
+            path: path.to_owned(),
+            file,
+            records: LinearReader::new_with_options(options),
+            offset: mcap::MAGIC.len() as u64,
+            schemas: HashMap::new(),
+            channels: HashMap::new(),
+            ready: VecDeque::new(),
+            dropped: HashMap::new(),
+            library: None,
+            end: None,
+            has_failed: false,
+        };
+        // Its header tells whether it is one.
+        while reader.library.is_none() && reader.end.is_none() {
+            reader.advance()?;
+        }
+        Ok(reader)
+    }
+
+    /// The next message; `None` after the last: [`Self::end`] says how the file ends.
+    ///
+    /// # Errors
+    /// [`RecordingError::Damaged`] where the file is; nothing comes after that.
+    pub fn next_message(&mut self) -> Result<Option<RecordedMessage>, RecordingError> {
+        loop {
+            if let Some(message) = self.ready.pop_front() {
+                return Ok(Some(message));
+            }
+            if self.end.is_some() || self.has_failed {
+                return Ok(None);
+            }
+            self.advance()?;
+        }
+    }
+
+    /// How the file ends, once all was read.
+    pub fn end(&self) -> Option<End> {
+        self.end
+    }
+
+    /// The program that wrote it.
+    pub fn library(&self) -> &str {
+        self.library.as_deref().unwrap_or_default()
+    }
+
+    /// How many messages were dropped while it was written, by channel, as far as it was read.
+    pub fn dropped(&self) -> &HashMap<String, u64> {
+        &self.dropped
+    }
+
+    /// The schema of this name, as an encoded `google.protobuf.FileDescriptorSet`, where one was read.
+    pub fn descriptors(&self, schema: &str) -> Option<&[u8]> {
+        let mut schemas = self.schemas.values();
+        let schema = schemas.find(|known| *known.name == *schema)?;
+        Some(&schema.descriptors)
+    }
+
+    fn advance(&mut self) -> Result<(), RecordingError> {
+        match self.step() {
+            Ok(Step::On) => Ok(()),
+            Ok(Step::Last(end)) => {
+                self.end = Some(end);
+                Ok(())
+            }
+            Err(error) => {
+                self.has_failed = true;
+                Err(error)
+            }
+        }
+    }
+
+    fn step(&mut self) -> Result<Step, RecordingError> {
+        let event = match self.records.next_event() {
+            None => return Ok(Step::Last(self.cut())),
+            Some(event) => event,
+        };
+        let (opcode, data) = match event {
+            Ok(LinearReadEvent::ReadRequest(bytes)) => {
+                let read = self.file.read(self.records.insert(bytes));
+                let read = read.map_err(|source| RecordingError::File {
+                    path: self.path.clone(),
+                    action: "read",
+                    source,
+                })?;
+                self.records.notify_read(read);
+                return Ok(Step::On);
+            }
+            Ok(LinearReadEvent::Record { opcode, data }) => (opcode, data.to_vec()),
+            Err(McapError::BadMagic) => {
+                return Err(RecordingError::NoRecording {
+                    path: self.path.clone(),
+                });
+            }
+            // A recorder that is killed leaves the beginning of what it was about to write.
+            Err(McapError::UnexpectedEof) if self.library.is_none() => {
+                return Err(RecordingError::NoRecording {
+                    path: self.path.clone(),
+                });
+            }
+            Err(McapError::UnexpectedEof) => return Ok(Step::Last(self.cut())),
+            Err(error) => return Err(self.damaged(&error)),
+        };
+        let taken = self
+            .take(opcode, &data)
+            .map_err(|error| self.damaged(&error))?;
+        // An opcode and a length are before each record.
+        self.offset += 9 + data.len() as u64;
+        Ok(taken)
+    }
+
+    fn cut(&self) -> End {
+        End::Cut {
+            offset: self.offset,
+        }
+    }
+
+    fn damaged(&self, error: &McapError) -> RecordingError {
+        RecordingError::Damaged {
+            path: self.path.clone(),
+            offset: self.offset,
+            reason: error.to_string(),
+        }
+    }
+
+    /// Takes a record of the file. Those that nobody here asks for are not looked into.
+    fn take(&mut self, opcode: u8, data: &[u8]) -> Result<Step, McapError> {
+        match opcode {
+            op::FOOTER => return Ok(Step::Last(End::Whole)),
+            op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA => {
+                let record = parse_record(opcode, data)?;
+                let message = self.take_record(record)?;
+                self.ready.extend(message);
+            }
+            op::CHUNK => self.take_chunk(data)?,
+            _ => {}
+        }
+        Ok(Step::On)
+    }
+
+    /// Takes what is in a chunk, once all of it is known to be good.
+    fn take_chunk(&mut self, data: &[u8]) -> Result<(), McapError> {
+        let Record::Chunk { header, data } = parse_record(op::CHUNK, data)? else {
+            return Ok(());
+        };
+        if header.uncompressed_size > MOST_RECORD_BYTES as u64 {
+            return Err(McapError::ChunkTooLarge(header.uncompressed_size));
+        }
+        let mut messages = Vec::new();
+        for record in ChunkReader::new(header, &data)? {
+            messages.extend(self.take_record(record?)?);
+        }
+        self.ready.extend(messages);
+        Ok(())
+    }
+
+    fn take_record(&mut self, record: Record<'_>) -> Result<Option<RecordedMessage>, McapError> {
+        match record {
+            Record::Header(header) => self.library = Some(header.library),
+            Record::Schema { header, data } => {
+                let schema = Schema {
+                    name: header.name.as_str().into(),
+                    descriptors: data.as_ref().into(),
+                };
+                self.schemas.insert(header.id, schema);
+            }
+            Record::Channel(channel) => {
+                let known = Channel {
+                    topic: channel.topic.as_str().into(),
+                    schema: channel.schema_id,
+                };
+                self.channels.insert(channel.id, known);
+            }
+            Record::Message { header, data } => {
+                let unknown = || McapError::UnknownChannel(header.sequence, header.channel_id);
+                let channel = self.channels.get(&header.channel_id).ok_or_else(unknown)?;
+                let schema = self.schemas.get(&channel.schema);
+                return Ok(Some(RecordedMessage {
+                    topic: Arc::clone(&channel.topic),
+                    schema: schema.map_or_else(|| "".into(), |schema| Arc::clone(&schema.name)),
+                    at_ns: header.log_time,
+                    payload: data.into_owned(),
+                }));
+            }
+            Record::Metadata(metadata) if metadata.name == DROPPED => {
+                let counts = metadata.metadata.into_iter();
+                let counts = counts.filter_map(|(topic, count)| Some((topic, count.parse().ok()?)));
+                self.dropped.extend(counts);
+            }
+            _ => {}
+        }
+        Ok(None)
+    }
+}

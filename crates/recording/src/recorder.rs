@@ -1,0 +1,210 @@
+//! Recording: the streams of cells into files, until it is told to end.
+
+use std::collections::BTreeMap;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use ppnpack_service::rpc::Client;
+use ppnpack_service::stream::Subscription;
+use ppnpack_wire::keys::{Cell, Stream};
+use zenoh::Session;
+
+use crate::error::RecordingError;
+use crate::file::RecordingFile;
+use crate::queue::{Entry, Queue, Taken};
+use crate::rotation::{Rotation, delete_oldest, name};
+use crate::shapes::{self, FetcherThread, RecordInlet};
+use crate::source::{self, now_ns};
+use crate::topic::Topic;
+
+/// How often what came is in the file for whoever reads it: what is lost at most where the recorder is killed.
+const FLUSHED_EVERY: Duration = Duration::from_secs(1);
+
+/// What is recorded, and where.
+#[derive(Debug, Clone)]
+pub struct RecordSettings {
+    /// The folder of the files; it has to be there.
+    pub folder: PathBuf,
+    /// The cells and containers; all where none is named.
+    pub cells: Vec<Cell>,
+    /// The streams.
+    pub streams: Vec<Stream>,
+    /// When another file is begun, and how many are kept.
+    pub rotation: Rotation,
+    /// How much may wait to be written, in bytes; more is dropped and counted.
+    pub queue_bytes: usize,
+}
+
+/// A recording under way. It ends when it is told to, or with the first error.
+pub struct Recorder {
+    subscriptions: Vec<Subscription>,
+    records: RecordInlet,
+    fetcher: FetcherThread,
+    queue: OpenQueue,
+    writer: JoinHandle<Result<Recorded, RecordingError>>,
+}
+
+/// A queue that something is put into, until it is dropped.
+struct OpenQueue(Arc<Queue>);
+
+impl Drop for OpenQueue {
+    fn drop(&mut self) {
+        self.0.close();
+    }
+}
+
+/// What was recorded.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Recorded {
+    /// The files, the oldest first; some may be deleted by now.
+    pub files: Vec<PathBuf>,
+    /// How many messages are in them.
+    pub messages: u64,
+    /// How many messages were dropped, by channel.
+    pub dropped: BTreeMap<Topic, u64>,
+}
+
+impl Recorder {
+    /// Begins to record.
+    ///
+    /// # Errors
+    /// [`RecordingError`] where a file cannot be made, or the session is closed.
+    pub fn start(session: &Session, settings: &RecordSettings) -> Result<Self, RecordingError> {
+        let queue = Arc::new(Queue::new(settings.queue_bytes));
+        let writer = Writer::begin(settings)?;
+        let (records, fetcher) = shapes::start(Client::new(session), &queue)?;
+        let RecordSettings { cells, streams, .. } = settings;
+        let subscriptions = source::subscribe(session, cells, streams, &queue, &records)?;
+        let thread = std::thread::Builder::new().name("recorder".to_owned());
+        let entries = Arc::clone(&queue);
+        let writer = thread.spawn(move || {
+            let recorded = writer.run(&entries);
+            // Nobody takes anything out any more.
+            entries.close();
+            recorded
+        });
+        Ok(Self {
+            subscriptions,
+            records,
+            fetcher,
+            queue: OpenQueue(queue),
+            writer: writer.map_err(|error| RecordingError::Thread(error.to_string()))?,
+        })
+    }
+
+    /// Whether it has ended by itself: [`Self::finish`] says why.
+    pub fn has_ended(&self) -> bool {
+        self.writer.is_finished()
+    }
+
+    /// Ends the recording with what has come so far.
+    ///
+    /// # Errors
+    /// [`RecordingError`] where something could not be written.
+    pub fn finish(self) -> Result<Recorded, RecordingError> {
+        let lost = |_| RecordingError::Thread("it ended by a panic".to_owned());
+        drop((self.subscriptions, self.records));
+        self.fetcher.finish()?;
+        drop(self.queue);
+        self.writer.join().map_err(lost)?
+    }
+}
+
+/// Writes what comes.
+struct Writer {
+    folder: PathBuf,
+    rotation: Rotation,
+    file: RecordingFile,
+    /// Of the file, counted up from file to file.
+    number: u64,
+    recorded: Recorded,
+}
+
+impl Writer {
+    fn begin(settings: &RecordSettings) -> Result<Self, RecordingError> {
+        let (file, number) = begin_file(&settings.folder, 1)?;
+        let mut writer = Self {
+            folder: settings.folder.clone(),
+            rotation: settings.rotation,
+            recorded: Recorded {
+                files: vec![file.path().to_owned()],
+                ..Recorded::default()
+            },
+            file,
+            number,
+        };
+        writer.delete_oldest()?;
+        // Its header is in the file from the beginning.
+        writer.file.flush(&BTreeMap::new())?;
+        Ok(writer)
+    }
+
+    fn run(mut self, queue: &Queue) -> Result<Recorded, RecordingError> {
+        let mut next_flush = Instant::now() + FLUSHED_EVERY;
+        loop {
+            match queue.take(next_flush) {
+                Taken::Entry(entry) => self.write(&entry, queue)?,
+                Taken::Nothing => {}
+                Taken::End => break,
+            }
+            if Instant::now() >= next_flush {
+                self.file.flush(&queue.dropped())?;
+                next_flush = Instant::now() + FLUSHED_EVERY;
+            }
+        }
+        self.recorded.dropped = queue.dropped();
+        self.file.finish(&self.recorded.dropped)?;
+        Ok(self.recorded)
+    }
+
+    fn write(&mut self, entry: &Entry, queue: &Queue) -> Result<(), RecordingError> {
+        let Rotation {
+            size_bytes, age, ..
+        } = self.rotation;
+        let is_old = age.is_some_and(|age| self.file.begun().elapsed() >= age);
+        if is_old || self.file.bytes() >= size_bytes {
+            self.go_on_in_another_file(queue)?;
+        }
+        self.file.write(entry)?;
+        self.recorded.messages += 1;
+        Ok(())
+    }
+
+    fn go_on_in_another_file(&mut self, queue: &Queue) -> Result<(), RecordingError> {
+        let (next, number) = begin_file(&self.folder, self.number + 1)?;
+        self.number = number;
+        self.recorded.files.push(next.path().to_owned());
+        let full = std::mem::replace(&mut self.file, next);
+        full.finish(&queue.dropped())?;
+        self.delete_oldest()
+    }
+
+    fn delete_oldest(&mut self) -> Result<(), RecordingError> {
+        let Some(keep) = self.rotation.keep else {
+            return Ok(());
+        };
+        for deleted in delete_oldest(&self.folder, keep.max(1))? {
+            tracing::info!(file = %deleted.display(), "an old recording is deleted");
+        }
+        Ok(())
+    }
+}
+
+/// Begins a file of this number, or of the next one that is free: another recorder may write into the folder, too.
+fn begin_file(folder: &Path, first: u64) -> Result<(RecordingFile, u64), RecordingError> {
+    let mut number = first;
+    loop {
+        match RecordingFile::begin(name(folder, now_ns(), number)) {
+            Ok(file) => return Ok((file, number)),
+            Err(RecordingError::File { source, .. })
+                if source.kind() == ErrorKind::AlreadyExists =>
+            {
+                number += 1;
+            }
+            Err(error) => return Err(error),
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! When a recording goes on in another file, and how many files are kept.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use crate::error::RecordingError;
+
+/// What the names of all recordings begin with.
+const PREFIX: &str = "ppnpack-";
+
+/// What they end with.
+const SUFFIX: &str = ".mcap";
+
+/// When a recording goes on in another file, and how many files are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rotation {
+    /// A file of this size is followed by another one, in bytes.
+    pub size_bytes: u64,
+    /// A file that was begun so long ago is followed by another one.
+    pub age: Option<Duration>,
+    /// How many recordings the folder holds at most, the newest; older ones are deleted. `None`: all.
+    pub keep: Option<usize>,
+}
+
+impl Default for Rotation {
+    fn default() -> Self {
+        Self {
+            size_bytes: 1 << 30,
+            age: None,
+            keep: None,
+        }
+    }
+}
+
+/// The name of a file that is begun now, such as `ppnpack-20260131T235959Z-000001.mcap`; the number tells those of one second apart.
+pub(crate) fn name(folder: &Path, now_ns: u64, number: u64) -> PathBuf {
+    let at = utc(now_ns / 1_000_000_000);
+    folder.join(format!("{PREFIX}{at}-{number:06}{SUFFIX}"))
+}
+
+/// Deletes the oldest recordings of a folder, by their names, until no more than `keep` are left. Gives those that were.
+pub(crate) fn delete_oldest(folder: &Path, keep: usize) -> Result<Vec<PathBuf>, RecordingError> {
+    let failed = |source| RecordingError::File {
+        path: folder.to_owned(),
+        action: "listed",
+        source,
+    };
+    let mut recordings = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        let name = path.file_name().and_then(|name| name.to_str());
+        if name.is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(SUFFIX)) {
+            recordings.push(path);
+        }
+    }
+    recordings.sort();
+    let surplus = recordings.len().saturating_sub(keep);
+    recordings.truncate(surplus);
+    for path in &recordings {
+        std::fs::remove_file(path).map_err(|source| RecordingError::File {
+            path: path.clone(),
+            action: "deleted",
+            source,
+        })?;
+    }
+    Ok(recordings)
+}
+
+/// A time of the Gregorian calendar in UTC, such as `20260131T235959Z`.
+pub fn utc(seconds: u64) -> String {
+    let (days, second) = (seconds / 86_400, seconds % 86_400);
+    // Years are counted from March, so that a leap day is the last of its year; 719,468 days are from 0000-03-01 to 1970.
+    let days = days + 719_468;
+    let (era, day_of_era) = (days / 146_097, days % 146_097);
+    let year_of_era =
+        (day_of_era - day_of_era / 1_460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month_from_march = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
+    let month = if month_from_march < 10 {
+        month_from_march + 3
+    } else {
+        month_from_march - 9
+    };
+    let year = 400 * era + year_of_era + u64::from(month <= 2);
+    let (hour, minute, second) = (second / 3_600, second / 60 % 60, second % 60);
+    format!("{year:04}{month:02}{day:02}T{hour:02}{minute:02}{second:02}Z")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_those_of_the_calendar() {
+        for (seconds, text) in [
+            (0, "19700101T000000Z"),
+            (951_782_400, "20000229T000000Z"),
+            (951_868_799, "20000229T235959Z"),
+            (1_798_761_599, "20261231T235959Z"),
+            (4_107_542_400, "21000301T000000Z"),
+        ] {
+            assert_eq!(utc(seconds), text);
+        }
+    }
+
+    #[test]
+    fn the_oldest_are_deleted() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |seconds: u64, number: u64| {
+            let path = name(folder.path(), seconds * 1_000_000_000, number);
+            std::fs::write(&path, "").unwrap();
+            path
+        };
+        let (first, second, third) = (at(0, 9), at(0, 10), at(1, 1));
+        let notes = folder.path().join("notes.txt");
+        std::fs::write(&notes, "").unwrap();
+        assert_eq!(
+            second,
+            folder.path().join("ppnpack-19700101T000000Z-000010.mcap")
+        );
+        assert_eq!(delete_oldest(folder.path(), 2).unwrap(), [first]);
+        assert_eq!(delete_oldest(folder.path(), 0).unwrap(), [second, third]);
+        assert!(notes.exists());
+    }
+}

@@ -1,0 +1,55 @@
+//! The streams of cells, as they come.
+
+use std::sync::Arc;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use ppnpack_service::ServiceError;
+use ppnpack_service::stream::{self, Subscription};
+use ppnpack_wire::keys::{Cell, Stream};
+use zenoh::Session;
+use zenoh::bytes::ZBytes;
+
+use crate::queue::{Entry, Queue, Sample};
+use crate::shapes::RecordInlet;
+use crate::topic::{Kind, Topic};
+
+/// Puts what these cells publish into a queue, of all cells where none is named; records go where their shapes are fetched.
+pub(crate) fn subscribe(
+    session: &Session,
+    cells: &[Cell],
+    streams: &[Stream],
+    queue: &Arc<Queue>,
+    records: &RecordInlet,
+) -> Result<Vec<Subscription>, ServiceError> {
+    let named: Vec<Option<&Cell>> = match cells {
+        [] => vec![None],
+        cells => cells.iter().map(Some).collect(),
+    };
+    let mut subscriptions = Vec::new();
+    for cell in named {
+        for stream in streams.iter().copied() {
+            let (queue, records) = (Arc::clone(queue), records.clone());
+            let on_payload = move |cell: Cell, payload: ZBytes| {
+                let kind = Kind::Stream(stream);
+                let sample = Sample {
+                    topic: Topic { cell, kind },
+                    at_ns: now_ns(),
+                    payload,
+                };
+                match stream {
+                    Stream::Record => records.push(sample),
+                    _ => queue.push(Entry::new(sample)),
+                }
+            };
+            let subscription = stream::subscribe_payloads(session, cell, stream, on_payload);
+            subscriptions.push(subscription?);
+        }
+    }
+    Ok(subscriptions)
+}
+
+/// Nanoseconds since 1970.
+pub(crate) fn now_ns() -> u64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH);
+    now.map_or(0, |now| u64::try_from(now.as_nanos()).unwrap_or(u64::MAX))
+}

@@ -1,0 +1,97 @@
+//! What steps were planned on, told to who records it.
+
+mod read;
+mod shapes;
+mod write;
+
+use std::sync::Arc;
+use std::time::SystemTime;
+
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::item::Item;
+use ppnpack_service::ServiceError;
+use ppnpack_service::process::Process;
+use ppnpack_service::stream::Publisher;
+use ppnpack_wire::keys::{Cell, Stream};
+use ppnpack_wire::v1;
+
+use crate::settings::CellSettings;
+use crate::step_plan::{BufferItem, StepPlan};
+pub(crate) use read::{RecordedStep, items};
+pub use read::{ShapeSource, Unreadable};
+use shapes::Shapes;
+
+/// Publishes the records of a cell while somebody reads them.
+pub(crate) struct Recorder {
+    records: Publisher<v1::PlanningRecord>,
+    shapes: Shapes,
+    cell: String,
+    versions: v1::Versions,
+    /// As JSON.
+    settings: String,
+}
+
+/// What came of a step.
+pub(crate) struct StepResult<'a> {
+    pub(crate) session_id: &'a str,
+    pub(crate) is_cut: bool,
+    pub(crate) decision: Option<&'a v1::Decision>,
+}
+
+impl Recorder {
+    pub(crate) fn new(
+        process: &Process,
+        cell: &Cell,
+        settings: &CellSettings,
+    ) -> Result<Self, ServiceError> {
+        Ok(Self {
+            records: Publisher::new(process, cell, Stream::Record)?,
+            shapes: Shapes::default(),
+            cell: cell.to_string(),
+            versions: process.versions(),
+            settings: serde_json::to_string(settings).map_err(ServiceError::start)?,
+        })
+    }
+
+    /// Whether somebody reads records.
+    pub(crate) fn is_wanted(&self) -> bool {
+        self.records.has_readers()
+    }
+
+    /// The record of a step; `mix` are the items that a look ahead draws from.
+    pub(crate) fn record(
+        &mut self,
+        plan: &StepPlan<'_>,
+        items: &[BufferItem<'_>],
+        grids: &[Grid],
+        mix: &[Arc<Item>],
+        result: &StepResult<'_>,
+    ) -> v1::PlanningRecord {
+        self.shapes.make_room();
+        let planned_at = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+        let planned_at_ns = planned_at.map_or(0, |at| i64::try_from(at.as_nanos()).unwrap_or(0));
+        v1::PlanningRecord {
+            cell: self.cell.clone(),
+            session_id: result.session_id.to_owned(),
+            planned_at_ns,
+            versions: Some(self.versions.clone()),
+            settings: self.settings.clone(),
+            mix: mix.iter().map(|item| self.shapes.item(item)).collect(),
+            is_cut: result.is_cut,
+            decision: result.decision.cloned(),
+            ..write::step(plan, items, grids, &mut self.shapes)
+        }
+    }
+
+    /// Publishes a record.
+    pub(crate) fn publish(&self, record: &v1::PlanningRecord) {
+        if let Err(error) = self.records.put(record) {
+            tracing::warn!(cell = self.cell, %error, "a record is not published");
+        }
+    }
+
+    /// The items and solids of recent records.
+    pub(crate) fn shapes(&self, ids: &[Vec<u8>]) -> v1::ShapesReply {
+        self.shapes.reply(ids)
+    }
+}

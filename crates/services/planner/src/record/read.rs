@@ -1,0 +1,211 @@
+//! A record as a step that can be planned again.
+
+use std::sync::Arc;
+
+use ppnpack_packing::candidate::{Candidate, Lying};
+use ppnpack_packing::containers::ContainerChoice;
+use ppnpack_packing::content::{Content, LyingBody, LyingSolid};
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::item::Item;
+use ppnpack_packing::leaving::{Leaving, Stop};
+use ppnpack_packing::loads::Burden;
+use ppnpack_packing::model::Model;
+use ppnpack_protocol::session::message;
+use ppnpack_wire::{WireError, convert, v1};
+
+use crate::step_plan::{AttemptPlan, BufferItem, ContainerStep, StepPlan};
+
+/// Why a record is no step.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Unreadable {
+    /// An item or a solid that it names is not there.
+    #[error("the recording lacks the {what} {id} that the step names")]
+    Lacks {
+        /// `item` or `solid`.
+        what: &'static str,
+        /// The first digits of its id.
+        id: String,
+    },
+    /// A field is not possible.
+    #[error(transparent)]
+    Field(#[from] WireError),
+    /// The numbers of a container's stops are not as many as its cells.
+    #[error("container '{0}' has another number of stops than of cells")]
+    Stops(String),
+}
+
+/// Where the items and solids of records are.
+pub trait ShapeSource {
+    /// An item by its id.
+    ///
+    /// # Errors
+    /// [`Unreadable`] where it is not there, or is no item.
+    fn item(&mut self, id: &[u8]) -> Result<Arc<Item>, Unreadable>;
+
+    /// A solid by its id.
+    ///
+    /// # Errors
+    /// [`Unreadable`] where it is not there, or is no solid.
+    fn solid(&mut self, id: &[u8]) -> Result<Arc<Model>, Unreadable>;
+}
+
+/// A step over the open containers, as it was recorded.
+pub(crate) struct RecordedStep {
+    pub(crate) containers: Vec<RecordedContainer>,
+    candidates: Vec<Candidate>,
+    attempts: Vec<AttemptPlan>,
+    number: u64,
+    alternatives: usize,
+}
+
+pub(crate) struct RecordedContainer {
+    pub(crate) name: String,
+    pub(crate) grid: Grid,
+    scene: Scene,
+}
+
+impl RecordedStep {
+    pub(crate) fn read(
+        record: &v1::PlanningRecord,
+        shapes: &mut dyn ShapeSource,
+    ) -> Result<Self, Unreadable> {
+        let candidates = record.candidates.iter();
+        let candidates = candidates.map(|held| candidate(held, shapes));
+        let candidates = candidates.collect::<Result<_, _>>()?;
+        let containers = record.containers.iter();
+        let containers = containers.map(|at| container(at, shapes));
+        Ok(Self {
+            containers: containers.collect::<Result<_, _>>()?,
+            candidates,
+            attempts: record.attempts.iter().map(attempt).collect(),
+            number: record.step,
+            alternatives: index(record.alternatives),
+        })
+    }
+
+    /// The step, to be planned however long it takes.
+    pub(crate) fn plan(&self, choice: ContainerChoice) -> StepPlan<'_> {
+        let containers = self.containers.iter().map(|at| ContainerStep {
+            name: &at.name,
+            scene: &at.scene,
+        });
+        StepPlan {
+            containers: containers.collect(),
+            candidates: &self.candidates,
+            attempts: self.attempts.clone(),
+            number: self.number,
+            alternatives: self.alternatives,
+            choice,
+            deadline: None,
+        }
+    }
+}
+
+/// The items of the buffer.
+pub(crate) fn items(record: &v1::PlanningRecord) -> Vec<BufferItem<'_>> {
+    let items = record.items.iter().map(|item| BufferItem {
+        item_id: &item.item_id,
+        object: &item.object,
+        arrival: arrival(item.arrival),
+    });
+    items.collect()
+}
+
+fn candidate(
+    held: &v1::RecordedCandidate,
+    shapes: &mut dyn ShapeSource,
+) -> Result<Candidate, Unreadable> {
+    let frame = |field, pose: &Option<v1::Pose>| {
+        let pose = pose.as_ref();
+        let pose = pose.map(|pose| convert::pose::read_required(field, Some(pose)));
+        pose.transpose()
+    };
+    let solid = Some(&held.solid).filter(|solid| !solid.is_empty());
+    let model = solid.map(|solid| shapes.solid(solid)).transpose()?;
+    Ok(Candidate {
+        pose: index(held.pose),
+        model,
+        mass_kg: held.mass_kg,
+        lying: Lying {
+            heightmap_from_item: frame("heightmap_from_item", &held.heightmap_from_item)?,
+            waits_at: frame("waits_at", &held.waits_at)?,
+        },
+        rules: message::read_rules(held.rules.as_ref())?,
+        stop: stop(&held.stop),
+        ..Candidate::new(arrival(held.arrival), shapes.item(&held.item)?)
+    })
+}
+
+fn container(
+    at: &v1::RecordedContainer,
+    shapes: &mut dyn ShapeSource,
+) -> Result<RecordedContainer, Unreadable> {
+    let (grid, mut scene) = convert::scene::read_required("scene", at.scene.as_ref())?;
+    if let Some(content) = &at.content {
+        scene = scene.with_content(content_of(content, shapes)?);
+    }
+    if !at.stops.is_empty() {
+        let stops: Vec<Stop> = at.stops.iter().map(stop).collect();
+        let leaving = Leaving::from_stops(&grid, &stops);
+        let leaving = leaving.ok_or_else(|| Unreadable::Stops(at.container.clone()))?;
+        scene = scene.with_leaving(leaving);
+    }
+    Ok(RecordedContainer {
+        name: at.container.clone(),
+        grid,
+        scene,
+    })
+}
+
+fn content_of(
+    content: &v1::RecordedContent,
+    shapes: &mut dyn ShapeSource,
+) -> Result<Content, Unreadable> {
+    let bodies = content.bodies.iter().map(|recorded| {
+        let solid = body(recorded, shapes)?;
+        // Which of them were seen makes no difference, but whether some were.
+        Ok(match content.has_seen {
+            true => LyingBody::Seen(solid),
+            false => LyingBody::Known(solid),
+        })
+    });
+    let bodies = bodies.collect::<Result<Vec<_>, Unreadable>>()?;
+    let unknown = content.is_partial.then_some(LyingBody::Unknown);
+    Ok(bodies.into_iter().chain(unknown).collect())
+}
+
+fn body(
+    recorded: &v1::RecordedBody,
+    shapes: &mut dyn ShapeSource,
+) -> Result<LyingSolid, Unreadable> {
+    let pose = recorded.container_from_item.as_ref();
+    Ok(LyingSolid {
+        model: shapes.solid(&recorded.solid)?,
+        container_from_item: convert::pose::read_required("container_from_item", pose)?,
+        burden: Burden {
+            name: recorded.name.as_str().into(),
+            mass_kg: recorded.mass_kg,
+            carries_kg: recorded.carries_kg,
+        },
+    })
+}
+
+fn attempt(recorded: &v1::RecordedAttempt) -> AttemptPlan {
+    let containers = recorded.containers.iter();
+    let admitted = containers.map(|at| at.candidates.iter().map(|at| index(*at)).collect());
+    admitted.collect()
+}
+
+fn stop(number: &u32) -> Stop {
+    Stop::new((*number != 0).then_some(*number))
+}
+
+fn index(number: u32) -> usize {
+    usize::try_from(number).unwrap_or(usize::MAX)
+}
+
+fn arrival(number: u64) -> usize {
+    usize::try_from(number).unwrap_or(usize::MAX)
+}

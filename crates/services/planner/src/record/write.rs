@@ -1,0 +1,113 @@
+//! A step as a record.
+
+use ppnpack_packing::candidate::{Candidate, Rules};
+use ppnpack_packing::content::{Content, LyingSolid};
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::leaving::{Leaving, Stop};
+use ppnpack_wire::{convert, v1};
+
+use super::shapes::Shapes;
+use crate::step_plan::{AttemptPlan, BufferItem, ContainerStep, StepPlan};
+
+/// What a step was planned on; `grids` are those of its containers.
+pub(super) fn step(
+    plan: &StepPlan<'_>,
+    items: &[BufferItem<'_>],
+    grids: &[Grid],
+    shapes: &mut Shapes,
+) -> v1::PlanningRecord {
+    let candidates = plan.candidates.iter();
+    let candidates = candidates.map(|held| candidate(held, shapes)).collect();
+    let containers = plan.containers.iter().zip(grids);
+    let containers = containers.map(|(at, grid)| container(at, grid, shapes));
+    v1::PlanningRecord {
+        step: plan.number,
+        alternatives: number(plan.alternatives),
+        items: items
+            .iter()
+            .map(|item| v1::RecordedItem {
+                item_id: item.item_id.to_owned(),
+                object: item.object.to_owned(),
+                arrival: item.arrival as u64,
+            })
+            .collect(),
+        candidates,
+        containers: containers.collect(),
+        attempts: plan.attempts.iter().map(attempt).collect(),
+        ..v1::PlanningRecord::default()
+    }
+}
+
+fn candidate(held: &Candidate, shapes: &mut Shapes) -> v1::RecordedCandidate {
+    let frame = |pose: &Option<_>| pose.as_ref().map(convert::pose::write);
+    let solid = held.model.as_ref().map(|model| shapes.solid(model));
+    v1::RecordedCandidate {
+        arrival: held.arrival as u64,
+        pose: number(held.pose),
+        item: shapes.item(&held.item),
+        solid: solid.unwrap_or_default(),
+        mass_kg: held.mass_kg,
+        heightmap_from_item: frame(&held.lying.heightmap_from_item),
+        waits_at: frame(&held.lying.waits_at),
+        rules: rules(&held.rules),
+        stop: stop(&held.stop),
+    }
+}
+
+fn rules(rules: &Rules) -> Option<v1::ItemRules> {
+    (*rules != Rules::default()).then_some(v1::ItemRules {
+        is_fragile: rules.is_fragile,
+        is_bottom_only: rules.is_bottom_only,
+        is_upright: rules.is_upright,
+        carries_kg: rules.carries_kg,
+    })
+}
+
+fn stop(stop: &Stop) -> u32 {
+    stop.number().unwrap_or(0)
+}
+
+fn container(at: &ContainerStep<'_>, grid: &Grid, shapes: &mut Shapes) -> v1::RecordedContainer {
+    let stops = at.scene.leaving().map(Leaving::stops).unwrap_or_default();
+    v1::RecordedContainer {
+        container: at.name.to_owned(),
+        scene: Some(convert::scene::write(grid, at.scene)),
+        content: at
+            .scene
+            .content()
+            .map(|content| content_of(content, shapes)),
+        stops: stops.iter().map(stop).collect(),
+    }
+}
+
+fn content_of(content: &Content, shapes: &mut Shapes) -> v1::RecordedContent {
+    let bodies = content.solids().iter();
+    v1::RecordedContent {
+        bodies: bodies.map(|solid| body(solid, shapes)).collect(),
+        has_seen: content.has_seen(),
+        is_partial: content.is_partial(),
+    }
+}
+
+fn body(solid: &LyingSolid, shapes: &mut Shapes) -> v1::RecordedBody {
+    v1::RecordedBody {
+        name: solid.burden.name.to_string(),
+        solid: shapes.solid(&solid.model),
+        container_from_item: Some(convert::pose::write(&solid.container_from_item)),
+        mass_kg: solid.burden.mass_kg,
+        carries_kg: solid.burden.carries_kg,
+    }
+}
+
+fn attempt(admitted: &AttemptPlan) -> v1::RecordedAttempt {
+    let containers = admitted.iter().map(|candidates| v1::AdmittedCandidates {
+        candidates: candidates.iter().map(|index| number(*index)).collect(),
+    });
+    v1::RecordedAttempt {
+        containers: containers.collect(),
+    }
+}
+
+fn number(number: usize) -> u32 {
+    u32::try_from(number).unwrap_or(u32::MAX)
+}

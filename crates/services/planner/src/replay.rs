@@ -1,0 +1,173 @@
+//! Recorded steps planned again, without any other service.
+//!
+//! Whatever a decision depends on is in its record, and what is planned depends on nothing else: not on the number of threads, on what
+//! was planned before, on who evaluated the placements, nor on how long it took. So a step that was planned to its end leads to the same
+//! decision again, bit for bit, in the same build on processors that reckon alike.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use ppnpack_packing::item::Item;
+use ppnpack_packing::plan::{Plan, PlanError};
+use ppnpack_physics::trial;
+use ppnpack_wire::keys::Cell;
+use ppnpack_wire::v1;
+
+use crate::planning::{Planning, Step};
+use crate::record::{RecordedStep, items};
+pub use crate::record::{ShapeSource, Unreadable};
+use crate::settings::CellSettings;
+use crate::step_plan::PlansContainers;
+
+/// Why a step is not planned again.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Unreplayable {
+    /// It ran out of time.
+    #[error("its time was over before everything was looked at")]
+    Cut,
+    /// The placements that the network proposed are not recorded.
+    #[error("the network proposed its placements, and is not in the recording")]
+    Network,
+    /// The settings are those of another version.
+    #[error("the settings of its cell cannot be read: {0}")]
+    Settings(serde_json::Error),
+    /// The settings cannot be followed here, such as with an arm whose file is not here.
+    #[error("its cell cannot be planned here: {0}")]
+    Planning(String),
+    /// It names a container that the settings do not have.
+    #[error("its cell has no container '{0}'")]
+    Container(String),
+    /// The record is no step.
+    #[error(transparent)]
+    Record(#[from] Unreadable),
+    /// Planning failed.
+    #[error("planning it again failed: {0}")]
+    Failed(#[from] PlanError),
+}
+
+/// Plans recorded steps again.
+pub struct Replayer {
+    threads: Option<Arc<rayon::ThreadPool>>,
+    /// Of the cell that was planned last.
+    cell: Option<ReplayedCell>,
+}
+
+/// The containers of a cell, each planned by the settings of a record.
+struct ReplayedCell {
+    /// What it was made of.
+    made_of: MadeOf,
+    settings: CellSettings,
+    plannings: HashMap<String, Planning>,
+}
+
+/// What the planning of a cell is made of.
+#[derive(PartialEq)]
+struct MadeOf {
+    cell: String,
+    settings: String,
+    mix: Vec<Vec<u8>>,
+}
+
+impl Replayer {
+    /// Plans on so many threads; the decisions are the same with any number.
+    ///
+    /// # Errors
+    /// Where the threads cannot be had.
+    pub fn new(threads: usize) -> Result<Self, String> {
+        let threads = trial::pool(threads).map_err(|error| error.to_string())?;
+        Ok(Self {
+            threads,
+            cell: None,
+        })
+    }
+
+    /// Plans a step again: what is decided, with all that follows from what it was planned on; without the names, times and states of a
+    /// decision. `None` where nothing has a valid placement.
+    ///
+    /// # Errors
+    /// [`Unreplayable`] says why it cannot be planned again.
+    pub fn replay(
+        &mut self,
+        record: &v1::PlanningRecord,
+        shapes: &mut dyn ShapeSource,
+    ) -> Result<Option<v1::Decision>, Unreplayable> {
+        if record.is_cut {
+            return Err(Unreplayable::Cut);
+        }
+        let step = RecordedStep::read(record, shapes)?;
+        let cell = self.cell_of(record, shapes)?;
+        let found = step.plan(cell.settings.choice).plan(cell)?;
+        let Some(found) = found else {
+            return Ok(None);
+        };
+        let container = step.containers.get(found.container);
+        let decision = container.map(|at| found.decision(&items(record), &at.name, &at.grid));
+        Ok(decision.flatten())
+    }
+
+    /// The cell of a record, which is kept for the next one.
+    fn cell_of(
+        &mut self,
+        record: &v1::PlanningRecord,
+        shapes: &mut dyn ShapeSource,
+    ) -> Result<&mut ReplayedCell, Unreplayable> {
+        let made_of = MadeOf {
+            cell: record.cell.clone(),
+            settings: record.settings.clone(),
+            mix: record.mix.clone(),
+        };
+        let kept = self.cell.take().filter(|cell| cell.made_of == made_of);
+        let cell = match kept {
+            Some(kept) => kept,
+            None => ReplayedCell::new(made_of, self.threads.as_ref(), shapes)?,
+        };
+        Ok(self.cell.insert(cell))
+    }
+}
+
+impl ReplayedCell {
+    fn new(
+        made_of: MadeOf,
+        threads: Option<&Arc<rayon::ThreadPool>>,
+        shapes: &mut dyn ShapeSource,
+    ) -> Result<Self, Unreplayable> {
+        let settings: CellSettings =
+            serde_json::from_str(&made_of.settings).map_err(Unreplayable::Settings)?;
+        if settings.method.proposals.is_network() {
+            return Err(Unreplayable::Network);
+        }
+        let possible = settings.validate();
+        possible.map_err(Unreplayable::Planning)?;
+        let mix = made_of.mix.iter().map(|id| shapes.item(id));
+        let mix = mix.collect::<Result<Vec<Arc<Item>>, _>>()?;
+        let planned = |error: &dyn std::fmt::Display| Unreplayable::Planning(error.to_string());
+        let cell = Cell::new(&made_of.cell).map_err(|error| planned(&error))?;
+        let plans = settings.container_plans(&cell);
+        let plannings = plans.map_err(|error| planned(&error))?.into_iter();
+        let plannings = plannings.map(|plan| {
+            let planning = Planning::alone(&plan.settings, threads.cloned(), &mix);
+            Ok((plan.name, planning.map_err(Unreplayable::Planning)?))
+        });
+        Ok(Self {
+            plannings: plannings.collect::<Result<_, Unreplayable>>()?,
+            settings,
+            made_of,
+        })
+    }
+}
+
+impl PlansContainers for ReplayedCell {
+    type Error = Unreplayable;
+
+    fn is_by_value(&mut self, container: &str) -> bool {
+        let planning = self.plannings.get(container);
+        planning.is_some_and(Planning::is_by_value)
+    }
+
+    fn plan_in(&mut self, container: &str, step: &Step<'_>) -> Result<Plan, Unreplayable> {
+        let unknown = || Unreplayable::Container(container.to_owned());
+        let planning = self.plannings.get_mut(container).ok_or_else(unknown)?;
+        Ok(planning.plan(step)?.clone())
+    }
+}

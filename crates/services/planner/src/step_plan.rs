@@ -1,0 +1,216 @@
+//! A step over the open containers of a cell, and what is found: the same when it is planned and when it is planned again.
+
+use std::time::Instant;
+
+use ppnpack_packing::containers::ContainerChoice;
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::plan::{Plan, Timings};
+use ppnpack_packing::step::{Candidate, Evaluated};
+use ppnpack_wire::{convert, v1};
+
+use crate::planning::Step;
+
+/// What a step over the open containers is planned on.
+pub(crate) struct StepPlan<'a> {
+    /// The open containers, the fullest first.
+    pub(crate) containers: Vec<ContainerStep<'a>>,
+    /// The items of the buffer in their order, each in all the poses in which it may be packed.
+    pub(crate) candidates: &'a [Candidate],
+    /// The attempts to pack something: they are made until one finds anything.
+    pub(crate) attempts: Vec<AttemptPlan>,
+    pub(crate) number: u64,
+    pub(crate) alternatives: usize,
+    pub(crate) choice: ContainerChoice,
+    pub(crate) deadline: Option<Instant>,
+}
+
+/// A container as a step is planned on it.
+pub(crate) struct ContainerStep<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) scene: &'a Scene,
+}
+
+/// By container: which candidates it may take in an attempt, by their indices.
+pub(crate) type AttemptPlan = Vec<Vec<usize>>;
+
+/// Who plans in each container.
+pub(crate) trait PlansContainers {
+    type Error;
+
+    /// Whether a container is searched no further than to a value.
+    fn is_by_value(&mut self, container: &str) -> bool;
+
+    fn plan_in(&mut self, container: &str, step: &Step<'_>) -> Result<Plan, Self::Error>;
+}
+
+/// What planning a step over the open containers found.
+pub(crate) struct Found {
+    /// That of the placement, by its place among those of the step; without one that which holds least.
+    pub(crate) container: usize,
+    /// What it may take; the plan is of these.
+    pub(crate) candidates: Vec<Candidate>,
+    pub(crate) plan: Plan,
+    /// Over all containers.
+    pub(crate) timings: Timings,
+    /// Containers, and the arrivals of items that have no valid placement there.
+    pub(crate) missed: Vec<(String, Vec<usize>)>,
+    /// Whether the time was over in any container before everything was looked at.
+    pub(crate) is_cut: bool,
+}
+
+/// An item of the buffer, as decisions name it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BufferItem<'a> {
+    pub(crate) item_id: &'a str,
+    pub(crate) object: &'a str,
+    pub(crate) arrival: usize,
+}
+
+impl StepPlan<'_> {
+    /// Plans the step: the fullest container that can take an item of the buffer, or that of the best value. What the first attempt that
+    /// finds a placement finds; else the last of them. `None` where there is no container.
+    pub(crate) fn plan<P: PlansContainers>(
+        &self,
+        planner: &mut P,
+    ) -> Result<Option<Found>, P::Error> {
+        let mut all: Option<Found> = None;
+        for attempt in &self.attempts {
+            let Some(mut found) = self.plan_attempt(planner, attempt)? else {
+                continue;
+            };
+            if let Some(mut before) = all {
+                found.timings += before.timings;
+                before.missed.append(&mut found.missed);
+                found.missed = before.missed;
+                found.is_cut |= before.is_cut;
+            }
+            let is_done = found.plan.choice().is_some();
+            all = Some(found);
+            if is_done {
+                break;
+            }
+        }
+        Ok(all)
+    }
+
+    fn plan_attempt<P: PlansContainers>(
+        &self,
+        planner: &mut P,
+        attempt: &AttemptPlan,
+    ) -> Result<Option<Found>, P::Error> {
+        let mut best: Option<Found> = None;
+        let mut emptiest = None;
+        let mut timings = Timings::default();
+        let mut missed = Vec::new();
+        let mut is_cut = false;
+        for (container, (at, admitted)) in self.containers.iter().zip(attempt).enumerate() {
+            let candidates = admitted
+                .iter()
+                .filter_map(|index| self.candidates.get(*index));
+            let candidates: Vec<Candidate> = candidates.cloned().collect();
+            let least = best.as_ref().and_then(|best| best.plan.choice());
+            let least = least.map(|choice| choice.value);
+            let step = Step {
+                below: least.filter(|_| planner.is_by_value(at.name)),
+                ..self.step(at.scene, &candidates)
+            };
+            let plan = match candidates.is_empty() {
+                true => Plan::default(),
+                false => planner.plan_in(at.name, &step)?,
+            };
+            timings += plan.timings();
+            is_cut |= plan.is_cut();
+            let value = plan.choice().map(|choice| choice.value);
+            if value.is_none() && step.below.is_none() {
+                let arrivals = candidates.iter().map(|held| held.arrival).collect();
+                missed.push((at.name.to_owned(), arrivals));
+            }
+            let found = Found {
+                container,
+                candidates,
+                plan,
+                timings,
+                missed: Vec::new(),
+                is_cut,
+            };
+            match value {
+                None => emptiest = Some(found),
+                Some(value) if least.is_none_or(|least| value < least) => best = Some(found),
+                Some(_) => {}
+            }
+            if best.is_some() && self.choice == ContainerChoice::Fullest {
+                break;
+            }
+        }
+        Ok(best.or(emptiest).map(|found| Found {
+            timings,
+            missed,
+            is_cut,
+            ..found
+        }))
+    }
+
+    fn step<'a>(&self, scene: &'a Scene, candidates: &'a [Candidate]) -> Step<'a> {
+        Step {
+            scene,
+            candidates,
+            number: self.number,
+            alternatives: self.alternatives,
+            below: None,
+            deadline: self.deadline,
+        }
+    }
+}
+
+impl Found {
+    /// What was chosen for a container, as a decision without all that does not follow from what it was planned on: its names, times and
+    /// states. `None` where nothing was.
+    pub(crate) fn decision(
+        &self,
+        items: &[BufferItem<'_>],
+        container: &str,
+        grid: &Grid,
+    ) -> Option<v1::Decision> {
+        let choice = self.plan.choice()?;
+        let held = self.candidates.get(choice.candidate)?;
+        let item = items.iter().find(|item| item.arrival == held.arrival)?;
+        let frame = held.item.container_from_item(grid, &choice.resting)?;
+        let container_from_item = held.lying.own_frame(&frame);
+        let evidence = self.plan.evidence();
+        let cycle = evidence.and_then(|found| found.cycle.as_ref());
+        let settling = evidence.and_then(|found| found.settling.as_ref());
+        let load = evidence.and_then(|found| found.load.as_ref());
+        let alternatives = self.plan.alternatives();
+        Some(v1::Decision {
+            item_id: item.item_id.to_owned(),
+            object: item.object.to_owned(),
+            placement: Some(convert::placement::write_resting(&choice.resting)),
+            container_from_item: Some(convert::pose::write(&container_from_item)),
+            value: choice.value,
+            alternatives: alternatives
+                .map(|other| write_ranked(items, &self.candidates, other))
+                .collect(),
+            buffer: items.iter().map(|item| item.item_id.to_owned()).collect(),
+            is_widened: self.plan.is_widened(),
+            cycle: cycle.map(|cycle| Box::new(convert::cycle::write(cycle))),
+            settling: settling.map(convert::settling::write),
+            load: load.map(|load| Box::new(convert::load::write(load))),
+            pose: u32::try_from(held.pose).unwrap_or(u32::MAX),
+            container: container.to_owned(),
+            ..v1::Decision::default()
+        })
+    }
+}
+
+/// A placement of one of these candidates as one of its item.
+pub(crate) fn write_ranked(
+    items: &[BufferItem<'_>],
+    candidates: &[Candidate],
+    ranked: &Evaluated,
+) -> v1::RankedPlacement {
+    let held = candidates.get(ranked.candidate);
+    let position = |held: &Candidate| items.iter().position(|item| item.arrival == held.arrival);
+    let item = held.and_then(position).unwrap_or_default();
+    convert::placement::write_ranked_item(ranked, item, held.map_or(0, |held| held.pose))
+}

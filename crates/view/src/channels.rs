@@ -1,0 +1,136 @@
+//! The channels of a cell, each read only while somebody looks at it.
+
+use std::borrow::Cow;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use foxglove::{Context, PartialMetadata, RawChannel, Schema};
+use ppnpack_service::stream::{self, Subscription};
+use ppnpack_wire::debug::SceneUpdate;
+use ppnpack_wire::keys::{Cell, Stream};
+use ppnpack_wire::schemas::MessageSchema;
+use prost::Message;
+use zenoh::Session;
+use zenoh::bytes::ZBytes;
+
+use crate::error::ViewError;
+
+/// What the messages of all channels are encoded in, and their schemas.
+const PROTOBUF: &str = "protobuf";
+
+/// The name of the scene of the last step, beside those of the streams.
+const PLANNED_SCENE: &str = "planned_scene";
+
+/// A stream of a cell, passed on as it comes.
+pub(crate) struct StreamChannel {
+    cell: Cell,
+    stream: Stream,
+    channel: Arc<RawChannel>,
+    subscription: Option<Subscription>,
+}
+
+impl StreamChannel {
+    pub(crate) fn new(
+        context: &Arc<Context>,
+        cell: &Cell,
+        stream: Stream,
+    ) -> Result<Self, ViewError> {
+        let schema = MessageSchema::of_stream(stream);
+        let schema = schema.map_err(|error| ViewError::Channel(error.to_string()))?;
+        Ok(Self {
+            channel: channel(context, cell, stream.as_str(), schema)?,
+            cell: cell.clone(),
+            stream,
+            subscription: None,
+        })
+    }
+
+    /// Reads the stream while somebody looks at it.
+    pub(crate) fn follow(&mut self, session: &Session) -> Result<(), ViewError> {
+        match (self.channel.has_sinks(), &self.subscription) {
+            (true, None) => {
+                let channel = Arc::clone(&self.channel);
+                // It only puts the message into the viewers' queues.
+                let pass_on = move |_, payload: ZBytes| log(&channel, &payload.to_bytes());
+                let subscription =
+                    stream::subscribe_payloads(session, Some(&self.cell), self.stream, pass_on)?;
+                self.subscription = Some(subscription);
+            }
+            (false, Some(_)) => self.subscription = None,
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+/// The scene of the last step.
+pub(crate) struct SceneChannel {
+    cell: Cell,
+    channel: Arc<RawChannel>,
+    /// The newest record, until it is drawn.
+    newest: Arc<Mutex<Option<ZBytes>>>,
+    subscription: Option<Subscription>,
+}
+
+impl SceneChannel {
+    pub(crate) fn new(context: &Arc<Context>, cell: &Cell) -> Result<Self, ViewError> {
+        let schema = MessageSchema::of_stream(Stream::DebugScene);
+        let schema = schema.map_err(|error| ViewError::Channel(error.to_string()))?;
+        Ok(Self {
+            channel: channel(context, cell, PLANNED_SCENE, schema)?,
+            cell: cell.clone(),
+            newest: Arc::default(),
+            subscription: None,
+        })
+    }
+
+    /// Reads the records while somebody looks at the scene. Gives a new one.
+    pub(crate) fn follow(&mut self, session: &Session) -> Result<Option<ZBytes>, ViewError> {
+        match (self.channel.has_sinks(), &self.subscription) {
+            (true, None) => {
+                let newest = Arc::clone(&self.newest);
+                let keep = move |_, payload| *lock(&newest) = Some(payload);
+                let records =
+                    stream::subscribe_payloads(session, Some(&self.cell), Stream::Record, keep)?;
+                self.subscription = Some(records);
+            }
+            (false, Some(_)) => self.subscription = None,
+            _ => {}
+        }
+        Ok(lock(&self.newest).take())
+    }
+
+    /// Shows a scene.
+    pub(crate) fn show(&self, scene: &SceneUpdate) {
+        log(&self.channel, &scene.encode_to_vec());
+    }
+}
+
+fn channel(
+    context: &Arc<Context>,
+    cell: &Cell,
+    name: &str,
+    schema: MessageSchema,
+) -> Result<Arc<RawChannel>, ViewError> {
+    let schema = Schema {
+        name: schema.name,
+        encoding: PROTOBUF.to_owned(),
+        data: Cow::Owned(schema.descriptors),
+    };
+    let channel = context
+        .channel_builder(format!("/{cell}/{name}"))
+        .message_encoding(PROTOBUF)
+        .schema(schema)
+        .build_raw();
+    channel.map_err(|error| ViewError::Channel(error.to_string()))
+}
+
+fn log(channel: &RawChannel, payload: &[u8]) {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH);
+    let at_ns = now.map_or(0, |now| u64::try_from(now.as_nanos()).unwrap_or(u64::MAX));
+    channel.log_with_meta(payload, PartialMetadata::with_log_time(at_ns));
+}
+
+fn lock<T>(value: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    value.lock().unwrap_or_else(PoisonError::into_inner)
+}

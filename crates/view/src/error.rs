@@ -1,0 +1,26 @@
+//! What keeps cells from being viewed.
+
+use std::net::SocketAddr;
+
+/// What keeps cells from being viewed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ViewError {
+    /// The address is not to be had.
+    #[error("{address} cannot be listened on: {reason}; give another --address")]
+    Listen {
+        /// Which one.
+        address: SocketAddr,
+        /// Why not.
+        reason: String,
+    },
+    /// A stream cannot be read.
+    #[error(transparent)]
+    Service(#[from] ppnpack_service::ServiceError),
+    /// A channel cannot be made.
+    #[error("a channel cannot be made: {0}")]
+    Channel(String),
+    /// A thread cannot be had, or ended otherwise than it should.
+    #[error("a thread of the view: {0}")]
+    Thread(String),
+}

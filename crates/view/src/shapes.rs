@@ -1,0 +1,92 @@
+//! The items and solids that records name, asked for and kept.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use ppnpack_packing::item::Item;
+use ppnpack_packing::model::Model;
+use ppnpack_service::rpc::Client;
+use ppnpack_wire::keys::Cell;
+use ppnpack_wire::{convert, v1};
+
+/// How long a planner may take to answer: it plans a step before.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// How many shapes are asked for at once.
+const MOST_ASKED: usize = 256;
+
+/// Shapes that are kept before all are forgotten and asked for anew.
+const MOST_KEPT: usize = 1_024;
+
+/// Items and solids by their ids.
+pub(crate) struct Shapes {
+    client: Client,
+    items: HashMap<Vec<u8>, Arc<Item>>,
+    solids: HashMap<Vec<u8>, Arc<Model>>,
+}
+
+impl Shapes {
+    pub(crate) fn new(client: Client) -> Self {
+        Self {
+            client,
+            items: HashMap::new(),
+            solids: HashMap::new(),
+        }
+    }
+
+    pub(crate) fn item(&self, id: &[u8]) -> Option<&Arc<Item>> {
+        self.items.get(id)
+    }
+
+    pub(crate) fn solid(&self, id: &[u8]) -> Option<&Arc<Model>> {
+        self.solids.get(id)
+    }
+
+    /// Asks for those that are not kept yet; what nobody has is left out.
+    pub(crate) fn fetch<'a>(&mut self, cell: &Cell, ids: impl Iterator<Item = &'a Vec<u8>>) {
+        if self.items.len() + self.solids.len() > MOST_KEPT {
+            self.items.clear();
+            self.solids.clear();
+        }
+        let is_new = |id: &&Vec<u8>| {
+            !id.is_empty() && !self.items.contains_key(*id) && !self.solids.contains_key(*id)
+        };
+        let mut missing: Vec<Vec<u8>> = ids.filter(is_new).cloned().collect();
+        missing.sort();
+        missing.dedup();
+        let deadline = Instant::now() + PATIENCE;
+        while !missing.is_empty() {
+            let request = v1::ShapesRequest {
+                ids: missing.iter().take(MOST_ASKED).cloned().collect(),
+                ..v1::ShapesRequest::default()
+            };
+            let reply = match self.client.call(cell, request, deadline) {
+                Ok(reply) if !reply.shapes.is_empty() => reply,
+                Ok(_) => return,
+                Err(error) => return tracing::debug!(%cell, %error, "no shapes"),
+            };
+            missing.retain(|id| {
+                let is_answered = reply.shapes.iter().any(|shape| shape.id == *id);
+                !is_answered && !reply.unknown.contains(id)
+            });
+            reply.shapes.into_iter().for_each(|shape| self.keep(shape));
+        }
+    }
+
+    fn keep(&mut self, shape: v1::Shape) {
+        match shape.shape {
+            Some(v1::shape::Shape::Item(item)) => {
+                let item = convert::item::read(&item).ok();
+                self.items
+                    .extend(item.map(|item| (shape.id, Arc::new(item))));
+            }
+            Some(v1::shape::Shape::Solid(solid)) => {
+                let solid = convert::solid::read(&solid).ok();
+                self.solids
+                    .extend(solid.map(|solid| (shape.id, Arc::new(solid))));
+            }
+            None => {}
+        }
+    }
+}

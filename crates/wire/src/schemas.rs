@@ -1,0 +1,100 @@
+//! The schemas of messages, as recordings and viewers need them beside the bytes.
+
+use std::collections::BTreeSet;
+
+use foxglove::{Encode, messages};
+use prost::{DecodeError, Message, Name};
+use prost_types::{FileDescriptorProto, FileDescriptorSet};
+
+use crate::keys::Stream;
+use crate::{schema, v1};
+
+/// The schema of a message.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MessageSchema {
+    /// The message's full name, such as `ppnpack.v1.Decision`.
+    pub name: String,
+    /// The files that define it, as an encoded `google.protobuf.FileDescriptorSet`.
+    pub descriptors: Vec<u8>,
+}
+
+impl MessageSchema {
+    /// That of a message of this protocol.
+    ///
+    /// # Errors
+    /// Never on a schema that this crate was built with.
+    pub fn of<M: Name>() -> Result<Self, DecodeError> {
+        let all = schema()?;
+        let mut files = BTreeSet::new();
+        let defines = |file: &&FileDescriptorProto| {
+            let mut messages = file.message_type.iter();
+            file.package() == M::PACKAGE && messages.any(|message| message.name() == M::NAME)
+        };
+        if let Some(file) = all.file.iter().find(defines) {
+            add_with_imports(&all, file, &mut files);
+        }
+        let is_needed = |file: &FileDescriptorProto| files.contains(file.name());
+        let needed = FileDescriptorSet {
+            file: all
+                .file
+                .iter()
+                .filter(|file| is_needed(file))
+                .cloned()
+                .collect(),
+        };
+        Ok(Self {
+            name: M::full_name(),
+            descriptors: needed.encode_to_vec(),
+        })
+    }
+
+    /// That of a stream's messages.
+    ///
+    /// # Errors
+    /// Never on a schema that this crate was built with.
+    pub fn of_stream(stream: Stream) -> Result<Self, DecodeError> {
+        match stream {
+            Stream::Cloud | Stream::TrayCloud => Self::of::<v1::PointCloud>(),
+            Stream::Heightmap => Self::of::<v1::Heightmap>(),
+            Stream::State => Self::of::<v1::CellState>(),
+            Stream::Outcome => Self::of::<v1::Outcome>(),
+            Stream::Plan => Self::of::<v1::Decision>(),
+            Stream::Session => Self::of::<v1::Session>(),
+            Stream::Record => Self::of::<v1::PlanningRecord>(),
+            Stream::DebugHeightmap => Ok(Self::of_foxglove::<messages::Grid>()),
+            Stream::DebugScene => Ok(Self::of_foxglove::<messages::SceneUpdate>()),
+            Stream::DebugCloud => Ok(Self::of_foxglove::<messages::PointCloud>()),
+        }
+    }
+
+    /// That of a message of Foxglove's.
+    pub fn of_foxglove<M: Encode>() -> Self {
+        let schema = M::get_schema();
+        schema.map_or_else(
+            || Self {
+                name: String::new(),
+                descriptors: Vec::new(),
+            },
+            |schema| Self {
+                name: schema.name,
+                descriptors: schema.data.into_owned(),
+            },
+        )
+    }
+}
+
+/// Adds a file and all that it imports, by their names.
+fn add_with_imports(
+    all: &FileDescriptorSet,
+    file: &FileDescriptorProto,
+    added: &mut BTreeSet<String>,
+) {
+    if !added.insert(file.name().to_owned()) {
+        return;
+    }
+    for import in &file.dependency {
+        if let Some(imported) = all.file.iter().find(|other| other.name() == import) {
+            add_with_imports(all, imported, added);
+        }
+    }
+}

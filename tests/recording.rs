@@ -1,0 +1,330 @@
+//! Recordings, made by the program as a running stack works: read by others, inspected, planned again.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "a panic in a test is a failing test"
+)]
+
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use ppnpack_wire::v1;
+use prost::Message;
+use prost_reflect::{DescriptorPool, DynamicMessage};
+use serde_json::Value;
+
+fn ppnpack(arguments: &[&str]) -> Command {
+    let cache: PathBuf = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack"));
+    command.args(arguments).env("XDG_CACHE_HOME", cache);
+    command
+}
+
+/// A program that runs until it is told to end, and was waited for until it had printed a line that begins so.
+struct Running {
+    child: Child,
+    lines: Vec<String>,
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        drop(self.child.kill());
+        drop(self.child.wait());
+    }
+}
+
+impl Running {
+    fn start(mut command: Command, ready: &str) -> Self {
+        let command = command.stdout(Stdio::piped()).stderr(Stdio::inherit());
+        let mut child = command.spawn().unwrap();
+        let mut lines = Vec::new();
+        for line in BufReader::new(child.stdout.take().unwrap()).lines() {
+            lines.push(line.unwrap());
+            if lines.last().unwrap().starts_with(ready) {
+                break;
+            }
+        }
+        assert!(
+            lines.last().is_some_and(|line| line.starts_with(ready)),
+            "{lines:?}"
+        );
+        Self { child, lines }
+    }
+
+    fn signal(&mut self, signal: Signal) -> Option<i32> {
+        kill(Pid::from_raw(self.child.id().try_into().unwrap()), signal).unwrap();
+        self.child.wait().unwrap().code()
+    }
+}
+
+/// A running stack, and where it listens.
+fn up(options: &[&str]) -> (Running, String) {
+    let mut command = ppnpack(&["up", "--listen", "tcp/127.0.0.1:0"]);
+    command.args(options);
+    let up = Running::start(command, "Ready");
+    let endpoint = up
+        .lines
+        .iter()
+        .find_map(|line| line.strip_prefix("Zenoh: "));
+    let endpoint = endpoint.unwrap().to_owned();
+    (up, endpoint)
+}
+
+fn record(endpoint: &str, folder: &Path, options: &[&str]) -> Running {
+    let mut command = ppnpack(&["record", "--connect", endpoint, "--out"]);
+    command.arg(folder).args(options);
+    Running::start(command, "Recording")
+}
+
+/// Packs some items through a running stack.
+fn pack(endpoint: &str, options: &[&str], out: &Path) {
+    let mut command = ppnpack(&["up", "--pack", "--connect", endpoint, "--json", "--out"]);
+    let output = command.arg(out).args(options).output().unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    files
+}
+
+fn asked(command: &str, file: &Path) -> Output {
+    ppnpack(&[command, "--json"]).arg(file).output().unwrap()
+}
+
+fn json(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|error| {
+        let errors = String::from_utf8_lossy(&output.stderr);
+        panic!("{error}: {errors}")
+    })
+}
+
+/// How often each channel has a message that its own schema decodes to its end, by the reader of the format's own library.
+fn decoded(file: &Path) -> BTreeMap<String, usize> {
+    let bytes = std::fs::read(file).unwrap();
+    let mut counts = BTreeMap::new();
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let message = message.unwrap();
+        let channel = &message.channel;
+        let schema = channel.schema.as_ref().unwrap();
+        assert_eq!(
+            (schema.encoding.as_str(), channel.message_encoding.as_str()),
+            ("protobuf", "protobuf")
+        );
+        let pool = DescriptorPool::decode(schema.data.as_ref()).unwrap();
+        let descriptor = pool.get_message_by_name(&schema.name).unwrap();
+        let decoded = DynamicMessage::decode(descriptor, message.data.as_ref()).unwrap();
+        let unknown = decoded.unknown_fields().count();
+        assert_eq!(
+            unknown, 0,
+            "{} has fields that its schema does not have",
+            channel.topic
+        );
+        *counts.entry(channel.topic.clone()).or_default() += 1;
+    }
+    counts
+}
+
+/// A copy of a recording in which the decision of a step is another one.
+fn changed(file: &Path, to: &Path, change: impl Fn(&mut v1::Decision), of_step: u64) {
+    let bytes = std::fs::read(file).unwrap();
+    let mut writer = mcap::Writer::new(std::fs::File::create(to).unwrap()).unwrap();
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let mut message = message.unwrap();
+        if message.channel.topic.ends_with("/record") {
+            let mut record = v1::PlanningRecord::decode(message.data.as_ref()).unwrap();
+            if record.step == of_step {
+                change(record.decision.as_mut().unwrap());
+            }
+            message.data = record.encode_to_vec().into();
+        }
+        writer.write(&message).unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+#[test]
+fn what_a_stack_does_is_recorded_and_decided_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let grid = ["--cell", "1cm", "--yaws", "4"];
+    let (_up, endpoint) = up(&grid);
+    let recordings = folder.path().join("recordings");
+    let mut recorder = record(&endpoint, &recordings, &[]);
+    let options = [&grid[..], &["--random", "8"]].concat();
+    pack(&endpoint, &options, &folder.path().join("out"));
+    assert_eq!(recorder.signal(Signal::SIGINT), Some(0));
+    let files = files(&recordings);
+    assert_eq!(files.len(), 1, "{files:?}");
+    let file = &files[0];
+
+    let counts = decoded(file);
+    for stream in [
+        "heightmap",
+        "state",
+        "outcome",
+        "plan",
+        "session",
+        "record",
+        "shape",
+        "debug_scene",
+    ] {
+        assert!(
+            counts.contains_key(&format!("/cell-1/{stream}")),
+            "{stream}: {counts:?}"
+        );
+    }
+    let decisions = counts["/cell-1/plan"] as u64;
+    assert_eq!(decisions, 8);
+
+    let inspected = asked("inspect", file);
+    assert!(inspected.status.success());
+    let contents = json(&inspected);
+    assert_eq!(contents["is_whole"], true, "{contents}");
+    assert_eq!(contents["decisions"]["decided"], decisions, "{contents}");
+    assert_eq!(contents["topics"]["/cell-1/plan"]["messages"], decisions);
+    assert_eq!(
+        contents["topics"]["/cell-1/plan"]["schema"],
+        "ppnpack.v1.Decision"
+    );
+    assert_eq!(contents["cells"], serde_json::json!(["cell-1"]));
+
+    let replayed = asked("replay", file);
+    let again = json(&replayed);
+    assert_eq!(again["equal"], decisions, "{again}");
+    assert_eq!(again["different"], serde_json::json!([]), "{again}");
+    assert_eq!(again["not_replayed"], serde_json::json!({}), "{again}");
+    assert!(replayed.status.success());
+
+    is_found_where_it_was_changed(file, folder.path());
+    is_said_to_be_damaged(file, folder.path());
+}
+
+fn is_found_where_it_was_changed(file: &Path, folder: &Path) {
+    let other = folder.join("changed.mcap");
+    changed(
+        file,
+        &other,
+        |decision| decision.value = decision.value.next_up(),
+        3,
+    );
+    let replayed = asked("replay", &other);
+    let again = json(&replayed);
+    assert_eq!(replayed.status.code(), Some(1), "{again}");
+    assert_eq!(again["equal"], 7, "{again}");
+    let different = &again["different"][0];
+    assert_eq!(different["step"], 3, "{again}");
+    assert_eq!(different["field"], "value", "{again}");
+    assert_ne!(different["recorded"], different["replayed"], "{again}");
+    let errors = String::from_utf8_lossy(&replayed.stderr);
+    assert!(errors.contains("step 3: value is recorded as"), "{errors}");
+}
+
+/// The largest record of a file that is a chunk: an opcode and a length are before each record.
+fn largest_chunk(bytes: &[u8]) -> std::ops::Range<usize> {
+    let mut chunks = Vec::new();
+    let mut at = mcap::MAGIC.len();
+    while at + 9 <= bytes.len() - mcap::MAGIC.len() {
+        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap());
+        let end = at + 9 + usize::try_from(length).unwrap();
+        if bytes[at] == mcap::records::op::CHUNK {
+            chunks.push(at + 9..end);
+        }
+        at = end;
+    }
+    chunks
+        .into_iter()
+        .max_by_key(ExactSizeIterator::len)
+        .unwrap()
+}
+
+fn is_said_to_be_damaged(file: &Path, folder: &Path) {
+    let mut bytes = std::fs::read(file).unwrap();
+    let chunk = largest_chunk(&bytes);
+    let middle = (chunk.start + chunk.end) / 2;
+    for byte in &mut bytes[middle..middle + 16] {
+        *byte ^= 0x55;
+    }
+    let damaged = folder.join("damaged.mcap");
+    std::fs::write(&damaged, &bytes).unwrap();
+    for command in ["inspect", "replay"] {
+        let output = asked(command, &damaged);
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{command}: {errors}");
+        assert!(errors.contains("damaged at byte"), "{command}: {errors}");
+    }
+    let other = folder.join("other.mcap");
+    std::fs::write(&other, "no recording").unwrap();
+    let output = asked("inspect", &other);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{errors}");
+    assert!(errors.contains("is no MCAP file"), "{errors}");
+}
+
+#[test]
+fn a_recorder_that_is_killed_leaves_what_it_had_flushed() {
+    let folder = tempfile::tempdir().unwrap();
+    let grid = ["--cell", "1cm", "--yaws", "4"];
+    let (_up, endpoint) = up(&grid);
+    let recordings = folder.path().join("recordings");
+    let mut recorder = record(&endpoint, &recordings, &["--without", "cloud"]);
+    let options = [&grid[..], &["--random", "3"]].concat();
+    pack(&endpoint, &options, &folder.path().join("out"));
+    let file = files(&recordings)[0].clone();
+    // The recorder flushes every second.
+    let deadline = Instant::now() + Duration::from_secs(20);
+    let decided = loop {
+        let contents = json(&asked("inspect", &file));
+        let decided = contents["decisions"]["decided"].as_u64().unwrap();
+        if decided == 3 {
+            assert_eq!(contents["is_whole"], false, "{contents}");
+            break decided;
+        }
+        assert!(Instant::now() < deadline, "{contents}");
+        std::thread::sleep(Duration::from_millis(50));
+    };
+    // The cell goes on to publish its state: the recorder is killed as it writes.
+    recorder.signal(Signal::SIGKILL);
+    let contents = json(&asked("inspect", &file));
+    assert_eq!(contents["is_whole"], false, "{contents}");
+    assert_eq!(contents["decisions"]["decided"], decided, "{contents}");
+    assert!(
+        contents["topics"].get("/cell-1/cloud").is_none(),
+        "{contents}"
+    );
+    let replayed = asked("replay", &file);
+    let again = json(&replayed);
+    assert_eq!(again["equal"], decided, "{again}");
+    assert!(replayed.status.success(), "{again}");
+    assert_eq!(again["is_whole"], false, "{again}");
+}
+
+#[test]
+fn recordings_go_on_in_other_files_and_the_oldest_are_deleted() {
+    let folder = tempfile::tempdir().unwrap();
+    let grid = ["--cell", "1cm", "--yaws", "4"];
+    let (_up, endpoint) = up(&grid);
+    let recordings = folder.path().join("recordings");
+    let rotation = ["--rotate-size", "1B", "--keep", "2"];
+    let mut recorder = record(&endpoint, &recordings, &rotation);
+    let options = [&grid[..], &["--random", "2"]].concat();
+    pack(&endpoint, &options, &folder.path().join("out"));
+    assert_eq!(recorder.signal(Signal::SIGINT), Some(0));
+    let files = files(&recordings);
+    assert_eq!(files.len(), 2, "{files:?}");
+    for file in &files {
+        let contents = json(&asked("inspect", file));
+        assert_eq!(contents["is_whole"], true, "{contents}");
+    }
+}
