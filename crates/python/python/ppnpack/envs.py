@@ -165,7 +165,7 @@ class VectorPackingEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDA
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-        if seed is None or isinstance(seed, int):
+        if seed is None or isinstance(seed, int | np.integer):
             super().reset(seed=seed)
             seeds: list[int | None] = [int(drawn) for drawn in self.np_random.integers(_SEEDS, size=self.num_envs)]
         else:
