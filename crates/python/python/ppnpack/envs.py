@@ -73,12 +73,12 @@ class PackingEnv(gymnasium.Env[dict[str, NDArray[Any]], np.int64]):
         self.render_mode = render_mode
         self.grid = Grid() if grid is None else grid
         self.catalogue = Catalogue(self.grid) if catalogue is None else catalogue
-        self.action_shape = (buffer, *self.grid.shape)
-        self.observation_space = _observation_space(self.action_shape)
-        self.action_space = spaces.Discrete(_size(self.action_shape))
         self._packings = Packings(
             self.grid, self.catalogue, buffer=buffer, items=items, physics=physics, stability=stability, cell=cell
         )
+        self.action_shape = (buffer, *self.grid.shape)
+        self.observation_space = _observation_space(self.action_shape)
+        self.action_space = spaces.Discrete(_size(self.action_shape))
         self._mask = np.zeros(_size(self.action_shape), np.int8)
 
     def reset(
@@ -142,11 +142,6 @@ class VectorPackingEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDA
         self.render_mode = render_mode
         self.grid = Grid() if grid is None else grid
         self.catalogue = Catalogue(self.grid) if catalogue is None else catalogue
-        self.action_shape = (buffer, *self.grid.shape)
-        self.single_observation_space = _observation_space(self.action_shape)
-        self.single_action_space = spaces.Discrete(_size(self.action_shape))
-        self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.action_space = batch_space(self.single_action_space, num_envs)
         self._packings = Packings(
             self.grid,
             self.catalogue,
@@ -158,6 +153,11 @@ class VectorPackingEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDA
             cell=cell,
             threads=threads,
         )
+        self.action_shape = (buffer, *self.grid.shape)
+        self.single_observation_space = _observation_space(self.action_shape)
+        self.single_action_space = spaces.Discrete(_size(self.action_shape))
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
 
     def reset(
         self,
