@@ -27,7 +27,7 @@ Action: an index into [slot, yaw, x, y], row-major; `action_shape` is that shape
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import gymnasium
 import numpy as np
@@ -66,7 +66,7 @@ class PackingEnv(gymnasium.Env[dict[str, NDArray[Any]], np.int64]):
         buffer: int = 5,
         items: int = 80,
         physics: bool = False,
-        stability: str = "none",
+        stability: Literal["none", "published"] = "none",
         cell: dict[str, Any] | None = None,
         render_mode: None = None,
     ) -> None:
@@ -77,7 +77,7 @@ class PackingEnv(gymnasium.Env[dict[str, NDArray[Any]], np.int64]):
             self.grid, self.catalogue, buffer=buffer, items=items, physics=physics, stability=stability, cell=cell
         )
         self.action_shape = (buffer, *self.grid.shape)
-        self.observation_space = _observation_space(self.action_shape)
+        self.observation_space: spaces.Space[Any] = _observation_space(self.action_shape)
         self.action_space = spaces.Discrete(_size(self.action_shape))
         self._mask = np.zeros(_size(self.action_shape), np.int8)
 
@@ -102,7 +102,8 @@ class PackingEnv(gymnasium.Env[dict[str, NDArray[Any]], np.int64]):
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Which actions are possible: bool [actions]. Some libraries ask an environment for it by this name."""
-        return self._mask == 1
+        possible: NDArray[np.bool_] = self._mask == 1
+        return possible
 
     def _observation(self, observed: Observation) -> dict[str, NDArray[Any]]:
         self._mask = observed.action_mask[0].copy()
@@ -132,7 +133,7 @@ class VectorPackingEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDA
         buffer: int = 5,
         items: int = 80,
         physics: bool = False,
-        stability: str = "none",
+        stability: Literal["none", "published"] = "none",
         cell: dict[str, Any] | None = None,
         threads: int | None = None,
         render_mode: None = None,
