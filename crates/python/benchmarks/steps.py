@@ -1,73 +1,79 @@
-"""Steps per second of the environments, with random possible actions, on one core and on all.
+"""Steps per second of the environments, with random possible actions.
 
 usage: python steps.py [SECONDS]
+
+A rate per second is that of the clock; one per processor second does not depend on what else the machine does, as far as that leaves
+the processor's caches alone.
 """
 
 import os
-import platform
 import sys
 import time
 
 import numpy as np
 
 import ppnpack
-from ppnpack.envs import PackingEnv
+from ppnpack.envs import PackingEnv, VectorPackingEnv
 
 
-def rate(step, seconds):
-    """How often a second a function that takes some steps takes one."""
-    steps, started = 0, time.perf_counter()
-    while time.perf_counter() - started < seconds:
-        steps += step()
-    return steps / (time.perf_counter() - started)
+class Player:
+    """Takes random possible actions in one environment."""
 
+    def __init__(self, env):
+        self.env, self.random = env, np.random.default_rng(1)
+        self.observation, _ = env.reset(seed=1)
 
-def single(env, random):
-    """A step of one environment, with the choice of its action."""
-    state = {"observation": env.reset(seed=1)[0]}
-
-    def step():
-        mask = state["observation"]["action_mask"]
-        state["observation"], _, terminated, _, _ = env.step(random.choice(np.flatnonzero(mask)))
+    def step(self):
+        possible = np.flatnonzero(self.observation["action_mask"])
+        action = possible[self.random.integers(len(possible))]
+        self.observation, _, terminated, _, _ = self.env.step(action)
         if terminated:
-            state["observation"] = env.reset()[0]
+            self.observation, _ = self.env.reset()
         return 1
 
-    return step
+
+class VectorPlayer:
+    """Takes random possible actions in environments that are stepped together."""
+
+    def __init__(self, envs):
+        self.envs, self.random = envs, np.random.default_rng(1)
+        self.observation, _ = envs.reset(seed=1)
+
+    def step(self):
+        # The first possible action from a random one on, and over the end.
+        mask = self.observation["action_mask"]
+        first = int(self.random.integers(mask.shape[1]))
+        after = mask[:, first:]
+        actions = np.where(after.any(1), first + after.argmax(1), mask.argmax(1))
+        self.observation, *_ = self.envs.step(actions)
+        return self.envs.num_envs
 
 
-def native(packings, random, count):
-    """A step of all packings without Gymnasium; the actions are drawn before."""
-    state = {"mask": packings.reset(list(range(count))).action_mask}
-
-    def step():
-        # The first possible action from a random place on.
-        start = int(random.integers(state["mask"].shape[1]))
-        actions = (np.roll(state["mask"], -start, 1).argmax(1) + start) % state["mask"].shape[1]
-        observed, _ = packings.step(actions, autoreset=True)
-        state["mask"] = observed.action_mask
-        return count
-
-    return step
+def rates(player, seconds):
+    """Steps per second of the clock, and of the processor."""
+    steps, started, busy = 0, time.perf_counter(), time.process_time()
+    while time.perf_counter() - started < seconds:
+        steps += player.step()
+    return steps / (time.perf_counter() - started), steps / (time.process_time() - busy)
 
 
 def main():
-    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 5.0
+    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 10.0
     cores = len(os.sched_getaffinity(0))
-    print(f"{platform.processor() or platform.machine()}, {cores} cores, load {os.getloadavg()[0]:.1f}; random possible actions, 80 items, buffer 5")
-    print("| cell | physics | environment | threads | steps/s |\n|---|---|---|---|---|")
+    print(f"{cores} cores, load {os.getloadavg()[0]:.1f}; 80 items, buffer 5, random possible actions, with the choice of these\n")
+    print("| grid | physics | environments | threads | steps/s | per processor second |\n|---|---|---|---|---|---|", flush=True)
     for cell_m, yaws in [(0.01, 4), (0.005, 8)]:
         grid = ppnpack.Grid(cell_m=cell_m, yaws=yaws)
         catalogue = ppnpack.Catalogue(grid)
         for physics in [False, True]:
-            random = np.random.default_rng(1)
             about = f"{1000 * cell_m:g} mm, {yaws} yaws | {'yes' if physics else 'no'}"
-            env = PackingEnv(grid, catalogue, physics=physics)
-            print(f"| {about} | one | 1 | {rate(single(env, random), seconds):,.0f} |", flush=True)
+            players = [("1 | 1", Player(PackingEnv(grid, catalogue, physics=physics)))]
             for threads in sorted({1, cores}):
-                count = 16
-                packings = ppnpack.Packings(grid, catalogue, count, physics=physics, threads=threads)
-                print(f"| {about} | {count} together | {threads} | {rate(native(packings, random, count), seconds):,.0f} |", flush=True)
+                envs = VectorPackingEnv(16, grid, catalogue, physics=physics, threads=threads)
+                players.append((f"16 | {threads}", VectorPlayer(envs)))
+            for what, player in players:
+                of_clock, of_processor = rates(player, seconds)
+                print(f"| {about} | {what} | {of_clock:,.0f} | {of_processor:,.0f} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ use crate::item::Item;
 
 /// Objects ready to be packed on a grid.
 ///
-/// Catalogue(grid) has the 80 built-in household objects. With source the folder of mesh files (.ply, .obj, .stl; closed, z up) that it
+/// Catalogue(grid) has the 96 built-in household objects. With source the folder of mesh files (.ply, .obj, .stl; closed, z up) that it
 /// names: in the order of its objects.csv where it has one, else by file name. unit: that of the files, "m", "cm", "mm" or "in". poses: in how
 /// many resting poses an object may be packed at most. pose: "as-given", or "most-probable". Meshes are decomposed once and kept in
 /// ~/.cache/ppnpack; with cache=False nowhere.

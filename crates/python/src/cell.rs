@@ -10,6 +10,7 @@ use ppnpack_physics::cell;
 use ppnpack_physics::error::PhysicsError;
 use ppnpack_physics::outcome;
 use ppnpack_physics::settings::CellSettings;
+use ppnpack_physics::twin::TwinSettings;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -24,8 +25,8 @@ use crate::settings::json;
 
 /// A simulated container: items are released above their places, fall and settle; what lies there is scanned from above.
 ///
-/// base: the settings that the others change, "robot" (lays items down from 1 cm, up to 2 s to come to rest) or "reference" (the paper's:
-/// released 12 cm above, 0.375 s). Others, as dictionaries, are those of `ppnpack_physics`' CellSettings: walls, contact, release,
+/// base: the settings that the others change: "robot" (lays items down from 1 cm, up to 2 s to come to rest), "twin" (the same as placements
+/// are tried before they are made, with half the steps: 1/240 s, 1 s at most) or "reference" (the paper's: released 12 cm above, 0.375 s). Others, as dictionaries, are those of `ppnpack_physics`' CellSettings: walls, contact, release,
 /// settle_time_s, outcome, solver, seed. The container is that of the grid.
 ///
 /// The same settings and the same calls give the same results, bit for bit. A cell does one thing at a time: have one for each thread.
@@ -202,10 +203,11 @@ pub(crate) fn cell_settings(
 ) -> PyResult<CellSettings> {
     let base = match base {
         "robot" => CellSettings::robot(),
+        "twin" => TwinSettings::of(&CellSettings::robot()).cell,
         "reference" => CellSettings::default(),
         other => {
             return Err(PyValueError::new_err(format!(
-                "a cell's base is 'robot' or 'reference', not '{other}'"
+                "a cell's base is 'robot', 'twin' or 'reference', not '{other}'"
             )));
         }
     };

@@ -28,7 +28,12 @@ impl<T, E: Display> OrRaise<T> for Result<T, E> {
 
 /// The exception that led to an error, where Python code that the engine called raised one.
 pub(crate) fn raised(py: Python<'_>, error: &(dyn Error + 'static)) -> Option<PyErr> {
-    let mut causes = std::iter::successors(Some(error), |cause| cause.source());
-    let exception = causes.find_map(|cause| cause.downcast_ref::<PyErr>());
-    exception.map(|exception| exception.clone_ref(py))
+    let mut cause = Some(error);
+    while let Some(error) = cause {
+        if let Some(exception) = error.downcast_ref::<PyErr>() {
+            return Some(exception.clone_ref(py));
+        }
+        cause = error.source();
+    }
+    None
 }

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use numpy::{AllowTypeChange, PyArray3, PyArrayLike3, PyUntypedArrayMethods};
+use numpy::{AllowTypeChange, PyArrayLike3, PyUntypedArrayMethods};
 use ppnpack_packing::evaluator::Evaluator;
 use ppnpack_packing::grid::{Grid, Units};
 use ppnpack_packing::item::ShapeId;

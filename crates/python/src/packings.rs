@@ -32,7 +32,7 @@ const MAX_ITEMS: usize = 1_000_000;
 /// Each has an empty container, in which items of a catalogue are packed: `items` arrive in random order, `buffer` of which may be chosen
 /// from. Action ((slot * yaws + yaw) * nx + x) * ny + y places the item of a slot. The next item that arrives takes that slot. A placement is
 /// possible where the item fits below the rim; with stability="published", where the paper's test accepts it too. physics: whether items are
-/// released in a simulated cell, whose settings are those of `cell` (see SimulatedCell) over those of "robot"; else they stay where
+/// released in a simulated cell, whose settings are those of `cell` over those of "twin" (see SimulatedCell); else they stay where
 /// they come to rest. threads: how many step at the same time; as many as the machine has cores where it is not given.
 #[pyclass(frozen, module = "ppnpack")]
 pub(crate) struct Packings {
@@ -118,7 +118,7 @@ impl Packings {
                 )));
             }
         };
-        let settings = cell_settings(grid, "robot", cell)?;
+        let settings = cell_settings(grid, "twin", cell)?;
         let settings = physics.then_some(settings);
         let objects = catalogue.objects().to_vec();
         let grid = grid.clone();

@@ -1,5 +1,6 @@
 """What the tests share."""
 
+import os
 import pathlib
 
 import numpy as np
@@ -32,5 +33,6 @@ def shared():
     """The folder of data beside the repository."""
     folder = REPOSITORY.parent / "shared"
     if not folder.is_dir():
+        assert "CI" not in os.environ, f"{folder} is absent"
         pytest.skip(f"{folder} is absent")
     return folder

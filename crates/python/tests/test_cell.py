@@ -65,7 +65,7 @@ def test_settings_are_those_of_the_engine(grid, catalogue):
         ppnpack.SimulatedCell(grid, contact={"item_friction": -1.0})
     with pytest.raises(ValueError, match="unknown field"):
         ppnpack.SimulatedCell(grid, gravity=1.0)
-    with pytest.raises(ValueError, match="'robot' or 'reference'"):
+    with pytest.raises(ValueError, match="'robot', 'twin' or 'reference'"):
         ppnpack.SimulatedCell(grid, "moon")
 
 

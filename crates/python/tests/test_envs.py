@@ -158,11 +158,11 @@ def test_vectors_are_environments_side_by_side(grid, catalogue, physics):
 def test_wrong_settings_are_refused(grid, catalogue):
     with pytest.raises(ValueError, match="stability is"):
         ppnpack.envs.PackingEnv(grid, catalogue, stability="some")
-    with pytest.raises(ValueError, match="buffer must be"):
+    with pytest.raises(ValueError, match="buffer must be between 1 and 256"):
         ppnpack.envs.PackingEnv(grid, catalogue, buffer=0)
     with pytest.raises(ValueError, match="another cell, height unit or yaws"):
         ppnpack.envs.PackingEnv(ppnpack.Grid(cell_m=0.02), catalogue)
     env = ppnpack.envs.PackingEnv(grid, catalogue)
-    with pytest.raises(ValueError, match="no object 80"):
-        env.reset(options={"objects": [80]})
+    with pytest.raises(ValueError, match="no object 96"):
+        env.reset(options={"objects": [96]})
     assert env.reset(seed=1)

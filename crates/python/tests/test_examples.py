@@ -1,5 +1,6 @@
 """The examples run, and show what they are to show."""
 
+import json
 import pathlib
 import re
 import subprocess
@@ -32,3 +33,15 @@ def test_a_trained_policy_packs_more_than_random_placements_on_other_seeds():
     printed = output("train_policy.py")
     better, error = map(float, re.search(r"better by (-?[\d.]+) \+- ([\d.]+)", printed).groups())
     assert better > 3 * error and better > 2
+
+
+def test_the_documents_code_runs(tmp_path, monkeypatch):
+    text = (EXAMPLES.parents[1] / "docs" / "python.md").read_text()
+    blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    assert len(blocks) >= 4
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "methods.json").write_text(json.dumps([{"method": {"heuristic": "dbl"}}]))
+    names = {}
+    for block in blocks:
+        exec(compile(block, "python.md", "exec"), names)
+    names["planner"].plan(names["grid"].empty(), [names["catalogue"]["mug"]])

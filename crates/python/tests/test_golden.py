@@ -27,7 +27,7 @@ def one_yaw():
 
 
 def test_all_cases_are_met(cases, one_yaw):
-    compared = 0
+    compared, differing = 0, 0
     for case in cases:
         item = golden_item(case)
         placed = tuple(slice(side) for side in case["drop"].shape)
@@ -42,13 +42,14 @@ def test_all_cases_are_met(cases, one_yaw):
             error = np.abs(found.value[0][placed][fits].astype(np.float32) - case[name][fits])
             assert error.max(initial=0.0) <= TOLERANCE
             compared += fits.sum()
-        # Far from the margin of the support polygon both tests agree; within rounding of it they need not.
-        differing = found.stable[0][placed][fits] != (case["stable"][fits] == 1)
-        assert differing.mean() < 0.01
+        differing += (found.stable[0][placed][fits] != (case["stable"][fits] == 1)).sum()
         outside = np.ones((32, 32), bool)
         outside[placed] = False
         assert (found.resting_height[0][outside] == -1).all() and not found.fits[0][outside].any()
     assert compared > 10_000
+    # Of the support polygon both implementations say the same, but within rounding of its margin.
+    print(differing, compared)
+    assert differing < 0.003 * compared
 
 
 def test_the_planner_chooses_the_golden_optimum(cases, one_yaw):

@@ -3,7 +3,7 @@
     import ppnpack
 
     grid = ppnpack.Grid()                       # 32 x 32 cells of 1 cm, heights in units of 2 mm, 4 yaws
-    catalogue = ppnpack.Catalogue(grid)         # 80 household objects
+    catalogue = ppnpack.Catalogue(grid)         # 96 household objects
     buffer = [catalogue["mug"], catalogue["bowl"]]
     plan = ppnpack.plan(grid, grid.empty(), buffer)
     heightmap = ppnpack.place(grid.empty(), buffer[plan.choice.slot], plan.choice)

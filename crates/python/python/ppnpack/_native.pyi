@@ -5,9 +5,30 @@ from typing import Any, Literal, TypedDict, final
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import Self
 
-Heights = NDArray[np.int16]
-_Evaluator = Callable[[Heights, "Item", Heights, NDArray[np.bool_]], NDArray[np.float64]]
+__all__ = [
+    "Body",
+    "Catalogue",
+    "Evaluation",
+    "Grid",
+    "Item",
+    "Observation",
+    "Packings",
+    "PlacedReport",
+    "Placement",
+    "Plan",
+    "Planner",
+    "Scene",
+    "SimulatedCell",
+    "Stepped",
+    "evaluate",
+    "place",
+    "resting_heights",
+]
+
+_Heights = NDArray[np.int16]
+_Evaluator = Callable[[_Heights, "Item", _Heights, NDArray[np.bool_]], NDArray[np.float64]]
 
 class _Took(TypedDict):
     propose: float
@@ -17,13 +38,13 @@ class _Took(TypedDict):
 
 @final
 class Grid:
-    def __init__(
-        self,
-        container_m: tuple[float, float, float] = (0.32, 0.32, 0.30),
+    def __new__(
+        cls,
+        container_m: tuple[float, float, float] = ...,
         cell_m: float = 0.01,
         height_unit_m: float = 0.002,
-        yaws: int | Sequence[float] = 4,
-    ) -> None: ...
+        yaws: int | Sequence[float] = ...,
+    ) -> Self: ...
     @property
     def nx(self) -> int: ...
     @property
@@ -42,21 +63,21 @@ class Grid:
     def yaws_rad(self) -> NDArray[np.float64]: ...
     @property
     def shape(self) -> tuple[int, int, int]: ...
-    def empty(self) -> Heights: ...
-    def units(self, heights_m: NDArray[np.float64]) -> Heights: ...
-    def metres(self, heights: Heights) -> NDArray[np.float64]: ...
+    def empty(self) -> _Heights: ...
+    def units(self, heights_m: NDArray[np.float64]) -> _Heights: ...
+    def metres(self, heights: _Heights) -> NDArray[np.float64]: ...
 
 @final
 class Item:
-    def __init__(
-        self,
+    def __new__(
+        cls,
         name: str,
-        tops: Sequence[Heights],
-        bottoms: Sequence[Heights],
+        tops: Sequence[_Heights],
+        bottoms: Sequence[_Heights],
         *,
         mesh_volume_m3: float = 0.0,
         mass_kg: float | None = None,
-    ) -> None: ...
+    ) -> Self: ...
     @staticmethod
     def from_mesh(
         grid: Grid,
@@ -79,15 +100,16 @@ class Item:
     def mass_kg(self) -> float | None: ...
     @property
     def has_solid(self) -> bool: ...
-    def top(self, yaw: int = 0) -> Heights: ...
-    def bottom(self, yaw: int = 0) -> Heights: ...
+    def top(self, yaw: int = 0) -> _Heights: ...
+    def bottom(self, yaw: int = 0) -> _Heights: ...
     def height(self, yaw: int = 0) -> int: ...
     def voxel_count(self, yaw: int = 0) -> int: ...
+    def __deepcopy__(self, memo: object, /) -> Self: ...
 
 @final
 class Catalogue:
-    def __init__(
-        self,
+    def __new__(
+        cls,
         grid: Grid,
         source: str = "builtin",
         *,
@@ -96,18 +118,19 @@ class Catalogue:
         pose: Literal["as-given", "most-probable"] = "as-given",
         density_kg_m3: float = ...,
         cache: bool = True,
-    ) -> None: ...
+    ) -> Self: ...
     @property
     def names(self) -> list[str]: ...
     def content_hash(self) -> str: ...
     def poses(self, object: int | str) -> list[Item]: ...
     def __len__(self) -> int: ...
-    def __getitem__(self, object: int | str) -> Item: ...
+    def __getitem__(self, object: int | str, /) -> Item: ...
+    def __deepcopy__(self, memo: object, /) -> Self: ...
 
 @final
 class Placement:
-    def __init__(
-        self,
+    def __new__(
+        cls,
         yaw: int,
         x: int,
         y: int,
@@ -116,7 +139,7 @@ class Placement:
         slot: int = 0,
         pose: int = 0,
         value: float | None = None,
-    ) -> None: ...
+    ) -> Self: ...
     @property
     def yaw(self) -> int: ...
     @property
@@ -134,9 +157,9 @@ class Placement:
 
 @final
 class Scene:
-    def __init__(self, grid: Grid, heightmap: Heights, surface_m: NDArray[np.float32] | None = None) -> None: ...
+    def __new__(cls, grid: Grid, heightmap: _Heights, surface_m: NDArray[np.float32] | None = None) -> Self: ...
     @property
-    def heightmap(self) -> Heights: ...
+    def heightmap(self) -> _Heights: ...
     @property
     def surface_m(self) -> NDArray[np.float32] | None: ...
     @property
@@ -161,21 +184,21 @@ class Plan:
 
 @final
 class Planner:
-    def __init__(
-        self,
+    def __new__(
+        cls,
         grid: Grid,
         method: dict[str, Any] | None = None,
         *,
         evaluator: _Evaluator | None = None,
-        mix: Sequence[Item] = (),
+        mix: Sequence[Item] = ...,
         threads: int = 1,
         **settings: Any,
-    ) -> None: ...
+    ) -> Self: ...
     @property
     def method(self) -> dict[str, Any]: ...
     def plan(
         self,
-        scene: Scene | Heights,
+        scene: Scene | _Heights,
         buffer: Iterable[Item | Sequence[Item]],
         *,
         step: int = 0,
@@ -186,7 +209,7 @@ class Planner:
 @final
 class Evaluation:
     @property
-    def resting_height(self) -> Heights: ...
+    def resting_height(self) -> _Heights: ...
     @property
     def fits(self) -> NDArray[np.bool_]: ...
     @property
@@ -196,13 +219,13 @@ class Evaluation:
 
 def evaluate(
     grid: Grid,
-    scene: Scene | Heights,
+    scene: Scene | _Heights,
     item: Item,
     heuristic: Literal["sdfm", "dbl", "hm", "mta"] = "sdfm",
     weights: dict[str, float] | None = None,
 ) -> Evaluation: ...
-def resting_heights(grid: Grid, scene: Scene | Heights, item: Item) -> Heights: ...
-def place(heightmap: Heights, item: Item, placement: Placement) -> Heights: ...
+def resting_heights(grid: Grid, scene: Scene | _Heights, item: Item) -> _Heights: ...
+def place(heightmap: _Heights, item: Item, placement: Placement) -> _Heights: ...
 
 @final
 class PlacedReport:
@@ -248,7 +271,7 @@ class Body:
 
 @final
 class SimulatedCell:
-    def __init__(self, grid: Grid, base: Literal["robot", "reference"] = "robot", **settings: Any) -> None: ...
+    def __new__(cls, grid: Grid, base: Literal["robot", "twin", "reference"] = "robot", **settings: Any) -> Self: ...
     def reset(self) -> None: ...
     def place(self, item: Item, placement: Placement) -> PlacedReport: ...
     def try_place(self, item: Item, placement: Placement) -> PlacedReport: ...
@@ -261,13 +284,13 @@ class SimulatedCell:
 @final
 class Observation:
     @property
-    def heightmap(self) -> Heights: ...
+    def heightmap(self) -> _Heights: ...
     @property
-    def item_top(self) -> Heights: ...
+    def item_top(self) -> _Heights: ...
     @property
-    def item_bottom(self) -> Heights: ...
+    def item_bottom(self) -> _Heights: ...
     @property
-    def resting_height(self) -> Heights: ...
+    def resting_height(self) -> _Heights: ...
     @property
     def action_mask(self) -> NDArray[np.int8]: ...
     @property
@@ -290,8 +313,8 @@ class Stepped:
 
 @final
 class Packings:
-    def __init__(
-        self,
+    def __new__(
+        cls,
         grid: Grid,
         catalogue: Catalogue,
         count: int = 1,
@@ -303,7 +326,7 @@ class Packings:
         cell: dict[str, Any] | None = None,
         threads: int | None = None,
         seed: int = 0,
-    ) -> None: ...
+    ) -> Self: ...
     @property
     def actions(self) -> int: ...
     def __len__(self) -> int: ...

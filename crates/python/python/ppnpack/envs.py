@@ -27,7 +27,7 @@ Action: an index into [slot, yaw, x, y], row-major; `action_shape` is that shape
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import gymnasium
 import numpy as np
@@ -66,19 +66,19 @@ class PackingEnv(gymnasium.Env[dict[str, NDArray[Any]], np.int64]):
         buffer: int = 5,
         items: int = 80,
         physics: bool = False,
-        stability: str = "none",
+        stability: Literal["none", "published"] = "none",
         cell: dict[str, Any] | None = None,
         render_mode: None = None,
     ) -> None:
         self.render_mode = render_mode
         self.grid = Grid() if grid is None else grid
         self.catalogue = Catalogue(self.grid) if catalogue is None else catalogue
-        self.action_shape = (buffer, *self.grid.shape)
-        self.observation_space = _observation_space(self.action_shape)
-        self.action_space = spaces.Discrete(_size(self.action_shape))
         self._packings = Packings(
             self.grid, self.catalogue, buffer=buffer, items=items, physics=physics, stability=stability, cell=cell
         )
+        self.action_shape = (buffer, *self.grid.shape)
+        self.observation_space: spaces.Space[Any] = _observation_space(self.action_shape)
+        self.action_space = spaces.Discrete(_size(self.action_shape))
         self._mask = np.zeros(_size(self.action_shape), np.int8)
 
     def reset(
@@ -102,7 +102,8 @@ class PackingEnv(gymnasium.Env[dict[str, NDArray[Any]], np.int64]):
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Which actions are possible: bool [actions]. Some libraries ask an environment for it by this name."""
-        return self._mask == 1
+        possible: NDArray[np.bool_] = self._mask == 1
+        return possible
 
     def _observation(self, observed: Observation) -> dict[str, NDArray[Any]]:
         self._mask = observed.action_mask[0].copy()
@@ -132,7 +133,7 @@ class VectorPackingEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDA
         buffer: int = 5,
         items: int = 80,
         physics: bool = False,
-        stability: str = "none",
+        stability: Literal["none", "published"] = "none",
         cell: dict[str, Any] | None = None,
         threads: int | None = None,
         render_mode: None = None,
@@ -142,11 +143,6 @@ class VectorPackingEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDA
         self.render_mode = render_mode
         self.grid = Grid() if grid is None else grid
         self.catalogue = Catalogue(self.grid) if catalogue is None else catalogue
-        self.action_shape = (buffer, *self.grid.shape)
-        self.single_observation_space = _observation_space(self.action_shape)
-        self.single_action_space = spaces.Discrete(_size(self.action_shape))
-        self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.action_space = batch_space(self.single_action_space, num_envs)
         self._packings = Packings(
             self.grid,
             self.catalogue,
@@ -158,6 +154,11 @@ class VectorPackingEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDA
             cell=cell,
             threads=threads,
         )
+        self.action_shape = (buffer, *self.grid.shape)
+        self.single_observation_space = _observation_space(self.action_shape)
+        self.single_action_space = spaces.Discrete(_size(self.action_shape))
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
 
     def reset(
         self,
@@ -165,7 +166,7 @@ class VectorPackingEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDA
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-        if seed is None or isinstance(seed, int):
+        if seed is None or isinstance(seed, int | np.integer):
             super().reset(seed=seed)
             seeds: list[int | None] = [int(drawn) for drawn in self.np_random.integers(_SEEDS, size=self.num_envs)]
         else:
