@@ -14,6 +14,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use common::{announcement, block, cell, containers, rig, soon, square};
+use ppnpack_packing::coarse::Coarsening;
 use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::loads::LoadSettings;
@@ -295,7 +296,7 @@ fn what_cannot_be_planned_again_is_told_apart() {
         let mut cell: serde_json::Value = serde_json::from_str(&record.settings).unwrap();
         let proposals = ProposalSource::Network {
             percent: 5.0,
-            coarsening: Default::default(),
+            coarsening: Coarsening { cells: 1, yaws: 1 },
             model: None,
         };
         cell["proposals"] = serde_json::to_value(proposals).unwrap();
