@@ -178,7 +178,6 @@ fn what_a_stack_does_is_recorded_and_decided_again() {
         "session",
         "record",
         "shape",
-        "debug_scene",
     ] {
         assert!(
             counts.contains_key(&format!("/cell-1/{stream}")),
