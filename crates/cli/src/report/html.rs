@@ -79,11 +79,11 @@ fn answer(body: &mut String, packing: &Packing, summary: &Summary, pictures: &Pi
         settings.grid.ny(),
     );
     let said = words::answer(packing, summary);
-    let aside = words::aside(packing, summary).unwrap_or_default();
+    let aside = words::aside(packing, summary);
+    let aside = aside.map_or_else(String::new, |text| format!("<p>{}</p>", escape(&text)));
     body.push_str(&format!(
-        "<div class=answer><div><h1>Packing report</h1><p class=said>{}</p><p>{}</p><p class=sub>{}</p></div>",
+        "<div class=answer><div><h1>Packing report</h1><p class=said>{}</p>{aside}<p class=sub>{}</p></div>",
         escape(&said),
-        escape(&aside),
         escape(&subtitle)
     ));
     image(body, &pictures.packed_png, "The packed container");
