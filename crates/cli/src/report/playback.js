@@ -115,11 +115,11 @@
     model: models[step.lies.model], pose: pose(step.lies), colour: channels(step.colour),
   });
 
-  // The view: an orbit around the container.
-  const view = { azimuth: -1.0, elevation: 0.75, zoom: 1 };
+  // The view: an orbit around the container, which begins where the picture was taken.
+  const view = { azimuth: -2.14, elevation: 0.71, zoom: 1 };
   let shown = data.steps.length;
   const camera = () => {
-    const away = (2.9 * radius) / view.zoom;
+    const away = (2.25 * radius) / view.zoom;
     const [azimuth, elevation] = [view.azimuth, view.elevation];
     const back = [Math.cos(azimuth) * Math.cos(elevation), Math.sin(azimuth) * Math.cos(elevation), Math.sin(elevation)];
     const eye = centre.map((along, axis) => along + away * back[axis]);

@@ -178,7 +178,7 @@ mod tests {
     fn all_meshes_together_keep_within_what_a_page_may_take() {
         for models in [1, 40, 96, MOST_STEPS] {
             let vertices = most_vertices(models);
-            assert!(vertices >= 8 && vertices <= MOST_VERTICES);
+            assert!((8..=MOST_VERTICES).contains(&vertices));
             assert!(
                 models * vertices * BYTES_PER_VERTEX <= MESH_BYTES,
                 "{models}"

@@ -177,7 +177,7 @@ mod tests {
                 vertices.len() / 3
             );
             let triangles = decoded(&quantised.triangles);
-            assert!(!triangles.is_empty() && triangles.len() % 3 == 0);
+            assert!(!triangles.is_empty() && triangles.len().is_multiple_of(3));
             let all_there = |corner: &u16| usize::from(*corner) < vertices.len() / 3;
             assert!(triangles.iter().all(all_there));
             let reach_m = f64::from(*vertices.iter().max().unwrap()) * quantised.step_m;
