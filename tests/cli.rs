@@ -149,10 +149,10 @@ fn plays_every_step(page: &str, steps: usize) {
 /// The 16-bit numbers in a base64 text.
 fn numbers(text: &Value) -> Vec<u16> {
     let bytes = STANDARD.decode(text.as_str().unwrap()).unwrap();
-    let pairs = bytes.chunks_exact(2);
-    pairs
-        .map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
-        .collect()
+    let (pairs, []) = bytes.as_chunks::<2>() else {
+        unreachable!("half a number");
+    };
+    pairs.iter().map(|pair| u16::from_le_bytes(*pair)).collect()
 }
 
 #[test]
@@ -196,7 +196,7 @@ fn packings_are_compared_by_settings_figures_and_choices() {
     );
     let [one, again, other, out] = ["one", "again", "other", "out"].map(path);
     let compare = |a: &Path, b: &Path| {
-        let [a, b, out] = [a, b, &out].map(|path| path.to_str().unwrap());
+        let [a, b, out] = [a, b, out.as_path()].map(|path| path.to_str().unwrap());
         let compared = json(&ppnpack(&["compare", a, b, "--json", "--out", out]));
         let page = Path::new(out).join("compare.html");
         (compared, std::fs::read_to_string(page).unwrap())
