@@ -68,7 +68,7 @@ impl Playback {
         let mut models: Vec<&Arc<Model>> = Vec::new();
         let steps = packing.steps.iter().zip(&packing.settled);
         let steps = steps.map(|(step, settled)| PlayedStep {
-            item: step.candidate.item.name().to_owned(),
+            item: step.candidate.item.name().to_string(),
             told: told(packing, step, *settled),
             colour: hex(Colour::of_item(step.candidate.arrival)),
             lies: packing.lies(step.candidate.arrival).map(|content| {

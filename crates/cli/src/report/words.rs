@@ -27,7 +27,9 @@ pub(super) fn answer(packing: &Packing, summary: &Summary) -> String {
     let unsteady = |is_so: fn(&Settled) -> bool| -> Vec<&str> {
         let steps = packing.steps.iter().zip(&packing.settled);
         let steps = steps.filter(|(_, settled)| settled.is_unsteady() && is_so(settled));
-        steps.map(|(step, _)| step.candidate.item.name()).collect()
+        steps
+            .map(|(step, _)| step.candidate.item.name().as_ref())
+            .collect()
     };
     let answer = Answer {
         packed: summary.metrics.packed.items,
