@@ -5,6 +5,8 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
 
 #[path = "../crates/packing/tests/golden/cases.rs"]
@@ -97,6 +99,179 @@ fn packing_the_builtin_set_writes_a_whole_report() {
         .lines()
         .count();
     assert_eq!(lines as u64, summary["items_placed"].as_u64().unwrap() + 1);
+    assert!(page.len() < 3_000_000, "{} bytes", page.len());
+    let answer = format!("{} of 12 items are packed", summary["packed"]["items"]);
+    assert!(page.contains(&answer), "{answer}");
+    plays_every_step(&page, lines - 1);
+}
+
+/// The data of the page's viewer.
+fn playback(page: &str) -> Value {
+    let begin = "<script type=\"application/json\" id=playback-data>";
+    let (_, data) = page.split_once(begin).unwrap();
+    let (data, _) = data.split_once("</script>").unwrap();
+    serde_json::from_str(data).unwrap()
+}
+
+/// The page's viewer has as many steps, and shapes that can be drawn for all that lies in the container.
+fn plays_every_step(page: &str, steps: usize) {
+    let playback = playback(page);
+    let models = playback["models"].as_array().unwrap();
+    for model in models {
+        let [vertices, triangles] = ["vertices", "triangles"].map(|of| numbers(&model[of]));
+        assert!(vertices.len() >= 12 && vertices.len().is_multiple_of(3));
+        assert!(triangles.len().is_multiple_of(3));
+        let all_there = |corner: &u16| usize::from(*corner) < vertices.len() / 3;
+        assert!(triangles.iter().all(all_there));
+        let step_m = model["step_m"].as_f64().unwrap();
+        let longest_m = f64::from(*vertices.iter().max().unwrap()) * step_m;
+        assert!((0.005..0.6).contains(&longest_m), "{longest_m} m");
+    }
+    let played = playback["steps"].as_array().unwrap();
+    assert_eq!(played.len(), steps);
+    let size_m = &playback["container_m"];
+    let lying: Vec<&Value> = played.iter().filter_map(|step| step.get("lies")).collect();
+    assert!(!lying.is_empty());
+    for lies in lying {
+        assert!((lies["model"].as_u64().unwrap() as usize) < models.len());
+        let part = |index: usize| lies["rotation"][index].as_f64().unwrap();
+        let norm: f64 = (0..4).map(|index| part(index).powi(2)).sum();
+        assert!((norm - 1.0).abs() < 1e-6, "{lies}");
+        // Frames of items may lie outside of them, but not far.
+        for axis in 0..3 {
+            let at_m = lies["position_m"][axis].as_f64().unwrap();
+            let end_m = size_m[axis].as_f64().unwrap();
+            assert!(at_m > -0.5 && at_m < end_m + 0.5, "{lies}");
+        }
+    }
+}
+
+/// The 16-bit numbers in a base64 text.
+fn numbers(text: &Value) -> Vec<u16> {
+    let bytes = STANDARD.decode(text.as_str().unwrap()).unwrap();
+    let (pairs, []) = bytes.as_chunks::<2>() else {
+        unreachable!("half a number");
+    };
+    pairs.iter().map(|pair| u16::from_le_bytes(*pair)).collect()
+}
+
+#[test]
+fn names_of_items_are_text_in_the_report() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = "<img src=x onerror='a()'>&\"b\"";
+    let file = folder.path().join(format!("{name}.ply"));
+    std::fs::write(file, cube_ply(&[])).unwrap();
+    let out = folder.path().join("out");
+    let mut arguments = vec!["pack", "--random", "2", "--cell", "1cm", "--yaws", "4"];
+    arguments.extend(["--tries", "0", "--json"]);
+    arguments.extend(["--catalogue", folder.path().to_str().unwrap()]);
+    arguments.extend(["--out", out.to_str().unwrap()]);
+    let summary = json(&ppnpack(&arguments));
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(!page.contains("<img src=x"));
+    assert!(page.contains("1 &lt;img src=x onerror=&#39;a()&#39;&gt;&amp;&quot;b&quot;"));
+    let steps = summary["items_placed"].as_u64().unwrap() as usize;
+    plays_every_step(&page, steps);
+    assert_eq!(playback(&page)["steps"][0]["item"], name);
+}
+
+/// Packs the same few items with further options into a folder; returns the summary.
+fn pack_few(out: &Path, more: &[&str]) -> Value {
+    let mut arguments = vec!["pack", "--items", "mug,bowl,tennis_ball,tuna_can"];
+    arguments.extend(["--cell", "1cm", "--tries", "0", "--json"]);
+    arguments.extend(["--out", out.to_str().unwrap()]);
+    arguments.extend(more);
+    json(&ppnpack(&arguments))
+}
+
+#[test]
+fn packings_are_compared_by_settings_figures_and_choices() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let summary = pack_few(&path("one"), &["--yaws", "4"]);
+    pack_few(&path("again"), &["--yaws", "4"]);
+    pack_few(
+        &path("other"),
+        &["--yaws", "4", "--container", "40x40x30cm", "--buffer", "1"],
+    );
+    let [one, again, other, out] = ["one", "again", "other", "out"].map(path);
+    let compare = |a: &Path, b: &Path| {
+        let [a, b, out] = [a, b, out.as_path()].map(|path| path.to_str().unwrap());
+        let compared = json(&ppnpack(&["compare", a, b, "--json", "--out", out]));
+        let page = Path::new(out).join("compare.html");
+        (compared, std::fs::read_to_string(page).unwrap())
+    };
+    let (same, page) = compare(&one, &again);
+    assert_eq!(same["settings"], serde_json::json!([]));
+    assert_eq!(same["parting"], Value::Null);
+    assert_eq!(same["steps_in_common"], summary["items_placed"]);
+    let figures = same["figures"].as_array().unwrap();
+    let filled = figures
+        .iter()
+        .find(|figure| figure["pointer"] == "/utilisation");
+    assert_eq!(filled.unwrap()["difference"], 0.0);
+    assert_eq!(page.matches("data:image/png;base64,").count(), 2);
+    assert!(page.contains("The settings are the same") && page.contains("Nowhere: all "));
+
+    let (parted, page) = compare(&one, &other);
+    let settings = parted["settings"].as_array().unwrap();
+    let names: Vec<&str> = settings
+        .iter()
+        .map(|setting| setting["setting"].as_str().unwrap())
+        .collect();
+    assert!(names.contains(&"grid.container.x_m"), "{names:?}");
+    assert!(names.iter().all(|name| !name.contains("yaws")), "{names:?}");
+    let step = parted["parting"]["step"].as_u64();
+    assert_eq!(step, parted["steps_in_common"].as_u64());
+    assert!(page.contains("grid.container.x_m") && page.contains("fuller, by"));
+
+    let [a, b, out] = [&one, &other, &out].map(|path| path.to_str().unwrap());
+    let told = ppnpack(&["compare", a, b, "--out", out]);
+    let told = String::from_utf8(told.stdout).unwrap();
+    for part in [
+        "Container filled (meshes), in %",
+        "grid.container.x_m",
+        "compare.html",
+    ] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+}
+
+#[test]
+fn what_is_no_run_or_one_of_another_version_is_not_compared() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let [run, empty, older, several] = ["run", "empty", "older", "several"].map(path);
+    pack_few(&run, &["--yaws", "4"]);
+    for folder in [&empty, &older, &several] {
+        std::fs::create_dir(folder).unwrap();
+    }
+    let write = |folder: &Path, summary: &str| {
+        std::fs::write(folder.join("summary.json"), summary).unwrap();
+    };
+    write(&older, r#"{"version": "0.0.1", "settings": {}}"#);
+    let now = env!("CARGO_PKG_VERSION");
+    write(
+        &several,
+        &format!(r#"{{"version": "{now}", "containers": [], "settings": {{}}}}"#),
+    );
+    let run = run.to_str().unwrap();
+    let out = path("out");
+    let cases: [(&Path, &[&str]); 3] = [
+        (&empty, &["empty is no run", "summary.json", "--out"]),
+        (&older, &["version 0.0.1", now, "pack again"]),
+        (&several, &["several containers", "container-001"]),
+    ];
+    for (folder, parts) in cases {
+        let folder = folder.to_str().unwrap();
+        for [a, b] in [[run, folder], [folder, run]] {
+            refused(&["compare", a, b, "--out", out.to_str().unwrap()], parts);
+        }
+    }
+    write(&empty, "{");
+    let empty = empty.to_str().unwrap();
+    refused(&["compare", run, empty], &["summary.json", "no result"]);
+    assert!(!out.exists(), "a page of what was refused");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //! further commands build on: options, output, sequences, the simulated cell, all services in one process.
 
 mod commands;
+mod comparison;
 pub mod drawing;
 pub mod failure;
 mod fastest;
@@ -47,6 +48,8 @@ struct Arguments<More: Commands> {
 enum Command<More: Commands> {
     /// Pack one sequence of objects in the simulated cell and report on it
     Pack(Box<commands::pack::PackArguments>),
+    /// Compare two packings: settings, figures, and where their choices part
+    Compare(commands::compare::CompareArguments),
     /// Run all services in one process, over Zenoh
     Up(Box<commands::up::UpArguments>),
     /// Show which services are alive, and whether they are ready
@@ -98,6 +101,7 @@ pub fn main<More: Commands>(backend: &dyn Backend) -> ExitCode {
 fn run<More: Commands>(command: &Command<More>, backend: &dyn Backend) -> Outcome {
     match command {
         Command::Pack(arguments) => commands::pack::run(arguments, backend),
+        Command::Compare(arguments) => commands::compare::run(arguments),
         Command::Up(arguments) => commands::up::run(arguments, backend),
         Command::Status(arguments) => commands::status::run(arguments),
         Command::Watch(arguments) => commands::watch::run(arguments),

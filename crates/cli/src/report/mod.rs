@@ -2,9 +2,12 @@
 
 mod arm;
 mod csv;
-mod html;
+pub(crate) mod html;
 mod pictures;
+mod playback;
 mod several;
+mod simplified;
+mod steps;
 mod summary;
 pub(crate) mod table;
 mod words;
@@ -97,6 +100,17 @@ impl Settled {
     pub(crate) fn is_unsteady(&self) -> bool {
         outcome::is_unsteady(self.toppled, self.slide_m, self.inside)
     }
+
+    /// How it did not stay, where it did not.
+    fn unsteadiness(&self) -> Option<String> {
+        let what = match self {
+            _ if !self.is_unsteady() => return None,
+            Self { inside: false, .. } => "fell out".to_owned(),
+            Self { toppled: true, .. } => "toppled".to_owned(),
+            Self { slide_m, .. } => format!("slid by {:.1} cm", slide_m * 100.0),
+        };
+        Some(what)
+    }
 }
 
 /// Something that lies in or on the container.
@@ -147,4 +161,35 @@ pub(crate) fn write(packing: &Packing, summary: &Summary, folder: &Path) -> anyh
     let json = serde_json::to_vec_pretty(summary).context("the summary cannot be encoded")?;
     files.add("summary.json", &json)?;
     Ok(files.publish()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_did_not_stay_is_said_once() {
+        let stayed = Settled {
+            slide_m: 0.001,
+            tilt_rad: 0.0,
+            toppled: false,
+            inside: true,
+        };
+        assert_eq!(stayed.unsteadiness(), None);
+        let slid = Settled {
+            slide_m: 0.031,
+            ..stayed
+        };
+        assert_eq!(slid.unsteadiness().as_deref(), Some("slid by 3.1 cm"));
+        let toppled = Settled {
+            toppled: true,
+            ..slid
+        };
+        assert_eq!(toppled.unsteadiness().as_deref(), Some("toppled"));
+        let out = Settled {
+            inside: false,
+            ..toppled
+        };
+        assert_eq!(out.unsteadiness().as_deref(), Some("fell out"));
+    }
 }

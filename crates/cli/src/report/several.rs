@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::html::{STYLE, escape};
+use super::html::{document, escape};
 use super::summary::{EndingSummary, Spread, Summary, Unplaceable};
 use super::table::{duration, percent};
 use super::{Packing, Settings};
@@ -125,6 +125,24 @@ impl SeveralSummary {
         ]
     }
 
+    /// How many items went into how many containers, and what did not stay or fit.
+    fn answer(&self) -> String {
+        let unsteady = match self.items_unsteady {
+            0 => "every item stayed where it was placed".to_owned(),
+            count => format!("{count} toppled, slid by more than 2 cm or fell out"),
+        };
+        let left = match self.unplaceable.len() {
+            0 => String::new(),
+            count => format!("; {count} fit into no container"),
+        };
+        format!(
+            "{} of {} items were placed into {} containers; {unsteady}{left}.",
+            self.items_placed,
+            self.items_in_sequence,
+            self.containers.len()
+        )
+    }
+
     /// A table for the terminal.
     pub(crate) fn table(&self) -> String {
         let mut table = output::table();
@@ -144,7 +162,10 @@ impl SeveralSummary {
 
 /// `report.html` of several containers: what each came to, with its picture, and a link to its report.
 pub(crate) fn page_of_several(all: &SeveralSummary) -> String {
-    let mut body = "<h1>Packing report</h1><p class=sub>Several containers</p><table>".to_owned();
+    let mut body = format!(
+        "<h1>Packing report</h1><p class=said>{}</p><table>",
+        all.answer()
+    );
     for (name, value) in all.figures() {
         body += &format!("<tr><th>{name}<td>{}</tr>", escape(&value));
     }
@@ -168,9 +189,5 @@ pub(crate) fn page_of_several(all: &SeveralSummary) -> String {
         }
         body += "</ul>";
     }
-    format!(
-        "<!doctype html><html lang=en><meta charset=utf-8>\
-         <meta name=viewport content=\"width=device-width, initial-scale=1\">\
-         <title>Packing report</title><style>{STYLE}</style><body>{body}</body></html>\n"
-    )
+    document("Packing report", &body)
 }
