@@ -47,10 +47,6 @@ pub(crate) struct Planner {
 impl Planner {
     #[new]
     #[pyo3(signature = (grid, method = None, *, evaluator = None, mix = Vec::new(), threads = 1, **settings))]
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "they have names where it is called"
-    )]
     fn new(
         py: Python<'_>,
         grid: &Grid,

@@ -48,7 +48,6 @@ def test_all_cases_are_met(cases, one_yaw):
         assert (found.resting_height[0][outside] == -1).all() and not found.fits[0][outside].any()
     assert compared > 10_000
     # Of the support polygon both implementations say the same, but within rounding of its margin.
-    print(differing, compared)
     assert differing < 0.003 * compared
 
 
