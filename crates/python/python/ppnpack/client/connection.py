@@ -54,7 +54,7 @@ class Connection:
 
     def close(self) -> None:
         """Ends the connection."""
-        self.session.close()
+        self.session.close()  # type: ignore[no-untyped-call]
 
     def __enter__(self) -> Connection:
         return self

@@ -39,7 +39,7 @@ class Heightmap:
     @property
     def heights_m(self) -> NDArray[np.float64]:
         """The heights in metres."""
-        return self.heights * self.height_unit_m
+        return self.heights.astype(np.float64) * self.height_unit_m
 
     @classmethod
     def of(cls, message: HeightmapMessage, age_s: float | None = None) -> Heightmap:

@@ -86,7 +86,7 @@ class Stream(Generic[T]):
             self._is_closed = True
             self._messages.clear()
             self._changed.notify_all()
-        self._subscriber.undeclare()
+        self._subscriber.undeclare()  # type: ignore[no-untyped-call]
 
     def __enter__(self) -> Stream[T]:
         return self
