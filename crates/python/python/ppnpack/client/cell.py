@@ -45,7 +45,8 @@ class Cell:
     def ask(self, service: str, method: str, request: requests.Request, reply_type: type[R], *, container: str = "") -> R:
         """Any request of the protocol; the others of this class are made of it. container: one of a cell with several, at bridge and
         perception."""
-        if service == "planner" and not request.header.session_id:
+        # In begin it would be the session that is to be replaced.
+        if service == "planner" and method != "begin" and not request.header.session_id:
             request.header.session_id = self.session_id
         where = container or self.name
         limits = {"limit_s": self.limit_s, "patience_s": self.patience_s}
@@ -76,7 +77,7 @@ class Cell:
             gives_up_pending=gives_up_pending,
             containers=list(containers),
         )
-        self.session_id = replaces
+        request.header.session_id = replaces
         session = self.ask("planner", "begin", request, planner.BeginReply).session
         self.session_id = session_id
         return session
