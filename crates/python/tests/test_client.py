@@ -98,16 +98,19 @@ def until(stream, holds):
     return message
 
 
-def test_a_stream_that_is_closed_ends_its_reader(cell):
-    stream = cell.plans()
+@pytest.mark.parametrize("closes", ["stream", "connection"])
+def test_a_stream_that_is_closed_ends_its_reader(stack, closes):
+    connection = Connection(stack.endpoint)
+    stream = connection.cell().plans()
     read = []
     reader = threading.Thread(target=lambda: read.extend(stream))
     reader.start()
-    stream.close()
+    {"stream": stream, "connection": connection}[closes].close()
     reader.join(PATIENCE_S)
     assert not reader.is_alive() and read == []
     with pytest.raises(ValueError, match="closed"):
         stream.receive(1.0)
+    connection.close()
 
 
 def test_a_stream_with_nothing_to_tell_says_so(cell):

@@ -18,7 +18,7 @@ T = TypeVar("T")
 
 
 class Stream(Generic[T]):
-    """The messages of one stream, as they come; made by Cell. Closes with `with`, or by close.
+    """The messages of one stream, as they come; made by Cell. Closes with `with`, by close, or with its connection.
 
     Streams tell of things, and nothing depends on their arrival: whatever matters can be asked for.
     """
@@ -29,7 +29,8 @@ class Stream(Generic[T]):
         self._changed = threading.Condition()
         self._is_closed = False
         self._key = key
-        self._subscriber = session.declare_subscriber(key, self._on_sample)
+        # Also told of the end of the session.
+        self._subscriber = session.declare_subscriber(key, zenoh.handlers.Callback(self._on_sample, self._on_end))
 
     def _on_sample(self, sample: zenoh.Sample) -> None:
         if len(sample.payload) > MESSAGE_BYTES:
@@ -37,6 +38,12 @@ class Stream(Generic[T]):
         with self._changed:
             self._messages.append(sample.payload.to_bytes())
             self._changed.notify()
+
+    def _on_end(self) -> None:
+        with self._changed:
+            self._is_closed = True
+            self._messages.clear()
+            self._changed.notify_all()
 
     def receive(self, within_s: float) -> T:
         """The next message. Raises TimeoutError where none comes in time, and ValueError where the stream is closed."""
@@ -80,13 +87,9 @@ class Stream(Generic[T]):
 
     def close(self) -> None:
         """Ends it; what waits in receive or an iteration returns."""
-        with self._changed:
-            if self._is_closed:
-                return
-            self._is_closed = True
-            self._messages.clear()
-            self._changed.notify_all()
-        self._subscriber.undeclare()  # type: ignore[no-untyped-call]
+        if not self._is_closed:
+            self._on_end()
+            self._subscriber.undeclare()  # type: ignore[no-untyped-call]
 
     def __enter__(self) -> Stream[T]:
         return self
