@@ -29,6 +29,16 @@ def block():
 
 
 @pytest.fixture(scope="session")
+def program():
+    """The command `ppnpack`, where it is built."""
+    named = os.environ.get("PPNPACK_PROGRAM", "")
+    if not pathlib.Path(named).is_file():
+        assert "CI" not in os.environ, f"PPNPACK_PROGRAM names no program: {named!r}"
+        pytest.skip(f"PPNPACK_PROGRAM names no program ({named!r}): cargo build --bin ppnpack, and run scripts/test-python")
+    return named
+
+
+@pytest.fixture(scope="session")
 def shared():
     """The folder of data beside the repository."""
     folder = REPOSITORY.parent / "shared"

@@ -1,7 +1,10 @@
 """The stubs say what the native part has, and the rest of the package keeps to them."""
 
+import pathlib
 import subprocess
 import sys
+
+SETTINGS = pathlib.Path(__file__).resolve().parents[1] / "pyproject.toml"
 
 
 def mypy(tmp_path, *arguments):
@@ -14,4 +17,4 @@ def test_stubs_are_those_of_the_native_part(tmp_path):
 
 
 def test_the_package_keeps_to_its_types(tmp_path):
-    mypy(tmp_path, "mypy", "--strict", "--package", "ppnpack")
+    mypy(tmp_path, "mypy", "--strict", "--config-file", str(SETTINGS), "--package", "ppnpack")

@@ -10,34 +10,40 @@
 
 Heights are int16 arrays [x, y] in units of the grid; what there is of every placement of an item is an array [yaw, x, y], by the cell of the
 footprint's corner with the lowest indices. Everything else is in SI units, and names say them. Whatever computes does so with the
-interpreter's lock released. ppnpack.envs has environments for Gymnasium.
+interpreter's lock released. ppnpack.envs has environments for Gymnasium, ppnpack.client is a client of the services.
 """
 
-from collections.abc import Iterable, Sequence
-from typing import Any
+from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+import importlib
+from typing import TYPE_CHECKING, Any
 
-from ppnpack._native import (
-    Body,
-    Catalogue,
-    Evaluation,
-    Grid,
-    Item,
-    Observation,
-    Packings,
-    PlacedReport,
-    Placement,
-    Plan,
-    Planner,
-    Scene,
-    SimulatedCell,
-    Stepped,
-    evaluate,
-    place,
-    resting_heights,
-)
+# The engine is loaded when it is first used: the client does without.
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from ppnpack._native import (
+        Body,
+        Catalogue,
+        Evaluation,
+        Grid,
+        Item,
+        Observation,
+        Packings,
+        PlacedReport,
+        Placement,
+        Plan,
+        Planner,
+        Scene,
+        SimulatedCell,
+        Stepped,
+        evaluate,
+        place,
+        resting_heights,
+    )
 
 __all__ = [
     "Body",
@@ -73,5 +79,20 @@ def plan(
     **settings: Any,
 ) -> Plan:
     """Plans one step. A Planner does the same, and is quicker for more than one."""
+    from ppnpack._native import Planner
+
     planner = Planner(grid, method, **settings)
     return planner.plan(scene, buffer, step=step, alternatives=alternatives, deadline_s=deadline_s)
+
+
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> Any:
+        if name not in __all__:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        value = getattr(importlib.import_module("ppnpack._native"), name)
+        globals()[name] = value
+        return value
+
+    def __dir__() -> list[str]:
+        return sorted({*globals(), *__all__})
