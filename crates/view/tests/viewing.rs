@@ -143,6 +143,15 @@ impl Viewer {
         }
     }
 
+    /// The plan that comes next within a time, where one does.
+    fn plan_within(&mut self, time: Duration) -> Option<v1::Decision> {
+        self.socket.get_ref().set_read_timeout(Some(time)).unwrap();
+        match self.socket.read() {
+            Ok(Message::Binary(data)) if data[0] == 1 => v1::Decision::decode(&data[13..]).ok(),
+            _ => None,
+        }
+    }
+
     /// A message of a channel, decoded by the schema that was advertised with it.
     fn decoded(&self, topic: &str, payload: &[u8]) -> DynamicMessage {
         let channel = &self.channels[topic];
@@ -208,45 +217,31 @@ fn a_viewer_that_does_not_read_holds_nobody_up() {
     until("plans are read", || rig.plans.has_readers());
     // Once a message has come, the other viewer's subscription is known.
     let mut step = 0;
-    until("a plan is seen", || {
-        step += 1;
-        rig.plans.put(&decision(step)).unwrap();
-        other
-            .socket
-            .get_ref()
-            .set_read_timeout(Some(Duration::from_millis(100)))
-            .unwrap();
-        matches!(other.socket.read(), Ok(Message::Binary(_)))
-    });
-    other
-        .socket
-        .get_ref()
-        .set_read_timeout(Some(PATIENCE))
-        .unwrap();
+    let mut sees_a_plan = |rig: &Rig, other: &mut Viewer| {
+        let first = step + 1;
+        until("a plan is seen", || {
+            step += 1;
+            rig.plans.put(&decision(step)).unwrap();
+            let seen = other.plan_within(Duration::from_millis(100));
+            seen.is_some_and(|seen| seen.step >= first)
+        });
+    };
+    sees_a_plan(&rig, &mut other);
     let cloud = v1::PointCloud {
         data: vec![7; 1 << 20],
         ..v1::PointCloud::default()
     };
-    let started = Instant::now();
     let mut slowest = Duration::ZERO;
     for _ in 0..CLOUDS {
         let began = Instant::now();
         rig.clouds.put(&cloud).unwrap();
         slowest = slowest.max(began.elapsed());
     }
-    // Four hundred megabytes wait for somebody who reads none of them.
-    rig.plans.put(&decision(1_000)).unwrap();
-    let last = loop {
-        let (_, payload) = other.next();
-        let seen = v1::Decision::decode(payload.as_slice()).unwrap();
-        if seen.step == 1_000 {
-            break seen;
-        }
-    };
-    assert_eq!(last, decision(1_000));
+    // Four hundred megabytes wait for somebody who reads none of them. On their way to the view, messages are dropped as for any reader
+    // that does not keep up, plans too, so that not every one comes.
+    sees_a_plan(&rig, &mut other);
     assert_eq!(rig.view.viewers(), 2, "the stalled one is still there");
     assert!(slowest < Duration::from_secs(1), "{slowest:?}");
-    assert!(started.elapsed() < PATIENCE);
     drop(stalled);
     rig.view.finish().unwrap();
 }

@@ -111,7 +111,7 @@ fn mesh(placed: &Placed<'_>, colour: Color) -> Option<TriangleListPrimitive> {
     let own = &placed.model.mesh;
     let boxed = match own.triangles.len() {
         0 => return None,
-        ..=MOST_TRIANGLES => None,
+        1..=MOST_TRIANGLES => None,
         _ => Some(own.bounds()?.mesh()),
     };
     let drawn = boxed.as_ref().unwrap_or(own);
