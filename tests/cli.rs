@@ -1,6 +1,10 @@
 //! The command end to end, as a user runs it: results, exit codes, and one clear line for every bad input.
 
-#![allow(clippy::unwrap_used, reason = "a panic in a test is a failing test")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a panic in a test is a failing test"
+)]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
