@@ -162,7 +162,13 @@ fn a_network_whose_features_meet_at_the_full_resolution_is_trained_and_packs() {
     let folder = tempfile::tempdir().unwrap();
     let dataset = dataset(folder.path());
     let out = folder.path().join("out");
-    let full = ["--finest", "full", "--no-resting-heights"];
+    let full = [
+        "--finest",
+        "full",
+        "--no-resting-heights",
+        "--sequences",
+        "1",
+    ];
     succeed(&training(&dataset, &out, &full));
     assert_eq!(card(&out)["architecture"]["finest"], "full");
     let model = out.join("model.safetensors");

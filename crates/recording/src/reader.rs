@@ -6,7 +6,6 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mcap::read::ChunkReader;
 use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, parse_record};
@@ -233,17 +232,29 @@ impl Reader {
         Ok(Step::On)
     }
 
-    /// Takes what is in a chunk, once all of it is known to be good.
-    fn take_chunk(&mut self, data: &[u8]) -> Result<(), McapError> {
-        let Record::Chunk { header, data } = parse_record(op::CHUNK, data)? else {
-            return Ok(());
-        };
-        if header.uncompressed_size > MOST_RECORD_BYTES as u64 {
-            return Err(McapError::ChunkTooLarge(header.uncompressed_size));
-        }
+    /// Takes what is in a chunk, once all of it is known to be good: a damaged one may say any length of a record in it.
+    fn take_chunk(&mut self, chunk: &[u8]) -> Result<(), McapError> {
+        let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_skip_end_magic(true)
+            .with_prevalidate_chunk_crcs(true)
+            .with_record_length_limit(MOST_RECORD_BYTES);
+        let mut records = LinearReader::new_with_options(options);
+        // As a file of its own, of this one record.
+        let mut head = vec![op::CHUNK];
+        head.extend((chunk.len() as u64).to_le_bytes());
+        let mut file = head.as_slice().chain(chunk);
         let mut messages = Vec::new();
-        for record in ChunkReader::new(header, &data)? {
-            messages.extend(self.take_record(record?)?);
+        while let Some(event) = records.next_event() {
+            match event? {
+                LinearReadEvent::ReadRequest(bytes) => {
+                    let read = file.read(records.insert(bytes))?;
+                    records.notify_read(read);
+                }
+                LinearReadEvent::Record { opcode, data } => {
+                    messages.extend(self.take_record(parse_record(opcode, data)?)?);
+                }
+            }
         }
         self.ready.extend(messages);
         Ok(())
