@@ -298,3 +298,110 @@ impl Reader {
         Ok(None)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use ppnpack_wire::keys::{Cell, Stream};
+
+    use super::*;
+    use crate::file::RecordingFile;
+    use crate::queue::{Entry, Sample};
+    use crate::topic::{Kind, Topic};
+
+    /// A recording of some messages, in chunks.
+    fn recording(folder: &Path) -> PathBuf {
+        let mut file = RecordingFile::begin(folder.join("whole.mcap")).unwrap();
+        let cell = Cell::new("cell-1").unwrap();
+        for number in 0..40_u8 {
+            let streams = [Stream::Plan, Stream::State];
+            let topic = Topic {
+                cell: cell.clone(),
+                kind: Kind::Stream(streams[usize::from(number % 2)]),
+            };
+            file.write(&Entry::new(Sample {
+                topic,
+                at_ns: u64::from(number),
+                payload: vec![number; 50].into(),
+            }))
+            .unwrap();
+            if number % 10 == 9 {
+                file.flush(&BTreeMap::new()).unwrap();
+            }
+        }
+        file.finish(&BTreeMap::new()).unwrap()
+    }
+
+    /// All messages up to the end or a fault, and whether there was none.
+    fn read(path: &Path) -> (Vec<RecordedMessage>, Result<Option<End>, RecordingError>) {
+        let mut messages = Vec::new();
+        let mut reader = match Reader::open(path) {
+            Ok(reader) => reader,
+            Err(error) => return (messages, Err(error)),
+        };
+        loop {
+            match reader.next_message() {
+                Ok(Some(message)) => messages.push(message),
+                Ok(None) => return (messages, Ok(reader.end())),
+                Err(error) => return (messages, Err(error)),
+            }
+        }
+    }
+
+    #[test]
+    fn a_file_that_was_cut_anywhere_gives_what_is_before_that() {
+        let folder = tempfile::tempdir().unwrap();
+        let whole = recording(folder.path());
+        let (all, end) = read(&whole);
+        assert_eq!((all.len(), end.unwrap()), (40, Some(End::Whole)));
+        let bytes = std::fs::read(&whole).unwrap();
+        let cut = folder.path().join("cut.mcap");
+        let mut most = 0;
+        for length in (0..bytes.len() - 40).step_by(7) {
+            std::fs::write(&cut, &bytes[..length]).unwrap();
+            let (messages, end) = read(&cut);
+            match end {
+                Ok(end) => assert!(end.is_some()),
+                Err(error) => {
+                    assert!(
+                        matches!(error, RecordingError::NoRecording { .. }),
+                        "{length}: {error}"
+                    );
+                }
+            }
+            assert!(
+                messages.len() >= most && messages.len() % 10 == 0,
+                "{length}"
+            );
+            assert_eq!(messages, all[..messages.len()], "{length}");
+            most = messages.len();
+        }
+        assert_eq!(most, 40);
+    }
+
+    #[test]
+    fn a_damaged_file_gives_no_message_that_was_not_in_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let whole = recording(folder.path());
+        let (all, _) = read(&whole);
+        let bytes = std::fs::read(&whole).unwrap();
+        let damaged = folder.path().join("damaged.mcap");
+        let mut told = 0;
+        for at in (0..bytes.len()).step_by(3) {
+            let mut other = bytes.clone();
+            let end = (at + 4).min(other.len());
+            for byte in &mut other[at..end] {
+                *byte ^= 0xA5;
+            }
+            std::fs::write(&damaged, &other).unwrap();
+            let (messages, end) = read(&damaged);
+            // Of a channel that is not known any more nothing is told, and names outside of chunks have no checksum.
+            let known =
+                |message: &RecordedMessage| all.iter().any(|of| of.payload == message.payload);
+            assert!(messages.iter().all(known), "{at}");
+            told += usize::from(end.is_err());
+        }
+        assert!(told > 100, "{told}");
+    }
+}
