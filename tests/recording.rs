@@ -159,7 +159,8 @@ fn changed(file: &Path, to: &Path, change: impl Fn(&mut v1::Decision), of_step: 
 fn what_a_stack_does_is_recorded_and_decided_again() {
     let folder = tempfile::tempdir().unwrap();
     let grid = ["--cell", "1cm", "--yaws", "4"];
-    let (_up, endpoint) = up(&grid);
+    // For a view, the stack publishes what viewers draw.
+    let (_up, endpoint) = up(&[&grid[..], &["--view", "127.0.0.1:0"]].concat());
     let recordings = folder.path().join("recordings");
     let mut recorder = record(&endpoint, &recordings, &[]);
     let options = [&grid[..], &["--random", "8"]].concat();
@@ -178,6 +179,9 @@ fn what_a_stack_does_is_recorded_and_decided_again() {
         "session",
         "record",
         "shape",
+        "debug_heightmap",
+        "debug_scene",
+        "debug_cloud",
     ] {
         assert!(
             counts.contains_key(&format!("/cell-1/{stream}")),

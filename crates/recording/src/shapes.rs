@@ -7,6 +7,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use ppnpack_service::rpc::Client;
+use ppnpack_service::shapes;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, decode, v1};
 use prost::Message;
@@ -23,9 +24,6 @@ const PATIENCE: Duration = Duration::from_secs(10);
 
 /// How long the planners may take altogether once the recording ends.
 const LAST_PATIENCE: Duration = Duration::from_secs(2);
-
-/// How many shapes are asked for at once.
-const MOST_ASKED: usize = 256;
 
 /// How much is kept before all is forgotten and fetched anew, in bytes.
 const MOST_KEPT_BYTES: usize = 256 << 20;
@@ -117,9 +115,9 @@ impl Fetcher {
             self.kept.clear();
             self.kept_bytes = 0;
         }
-        let ids = named(&record);
+        let ids = shapes::named(&record);
         if let Err(error) = self.fetch(&sample.topic.cell, &ids) {
-            tracing::warn!(topic = %sample.topic, error, "a step is recorded without its shapes");
+            tracing::warn!(topic = %sample.topic, error, "a step is recorded without all of its shapes");
         }
         let known = ids.into_iter().filter_map(|id| {
             let payload = self.kept.get(&id)?.clone();
@@ -136,40 +134,16 @@ impl Fetcher {
             .get()
             .map_or(patience, |end| patience.min(*end));
         let missing = ids.iter().filter(|id| !self.kept.contains_key(*id));
-        let mut missing: Vec<Vec<u8>> = missing.cloned().collect();
-        while !missing.is_empty() {
-            let asked = missing.iter().take(MOST_ASKED).cloned().collect();
-            let request = v1::ShapesRequest {
-                ids: asked,
-                ..v1::ShapesRequest::default()
-            };
-            let reply = self.client.call(cell, request, deadline);
-            let reply = reply.map_err(|error| error.to_string())?;
-            if reply.shapes.is_empty() {
-                return Err(format!("{} of them are not known any more", missing.len()));
-            }
-            for shape in reply.shapes {
-                let payload = ZBytes::from(shape.encode_to_vec());
-                self.kept_bytes += payload.len();
-                self.kept.insert(shape.id, payload);
-            }
-            missing.retain(|id| !self.kept.contains_key(id) && !reply.unknown.contains(id));
+        let missing: Vec<Vec<u8>> = missing.cloned().collect();
+        let (kept, kept_bytes) = (&mut self.kept, &mut self.kept_bytes);
+        let lacking = shapes::fetch(&self.client, cell, missing, deadline, |shape| {
+            let payload = ZBytes::from(shape.encode_to_vec());
+            *kept_bytes += payload.len();
+            kept.insert(shape.id, payload);
+        });
+        match lacking.map_err(|error| error.to_string())? {
+            0 => Ok(()),
+            lacking => Err(format!("{lacking} of them are not known any more")),
         }
-        Ok(())
     }
-}
-
-/// The ids of all items and solids that a record names.
-pub(crate) fn named(record: &v1::PlanningRecord) -> BTreeSet<Vec<u8>> {
-    let candidates = record.candidates.iter();
-    let candidates = candidates.flat_map(|held| [&held.item, &held.solid]);
-    let contents = record
-        .containers
-        .iter()
-        .filter_map(|at| at.content.as_ref());
-    let bodies = contents
-        .flat_map(|content| &content.bodies)
-        .map(|body| &body.solid);
-    let ids = candidates.chain(bodies).chain(&record.mix);
-    ids.filter(|id| !id.is_empty()).cloned().collect()
 }

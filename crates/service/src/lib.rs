@@ -44,7 +44,7 @@
 //!
 //! - [`actor`]: threads that own what they work on, and take it from bounded mailboxes,
 //! - [`rpc`]: answer requests and make them,
-//! - [`stream`]: publish data and read it,
+//! - [`stream`]: publish data and read it; [`shapes`]: what records of planned steps name,
 //! - [`alive`]: say that it is there, and see who else is,
 //! - [`lease`]: serve a cell that no other instance serves,
 //! - [`health`]: say what it needs, and whether it has it,
@@ -73,6 +73,7 @@ pub mod process;
 pub mod rpc;
 mod run;
 mod session;
+pub mod shapes;
 pub mod shutdown;
 pub mod stream;
 pub mod supervision;

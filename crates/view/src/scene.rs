@@ -25,10 +25,7 @@ pub(crate) fn draw(cell: &Cell, record: &[u8], shapes: &mut Shapes) -> Result<Sc
     let scene = convert::scene::read_required("scene", at.scene.as_ref());
     let (grid, _) = scene.map_err(|error| error.to_string())?;
     let bodies = at.content.iter().flat_map(|content| &content.bodies);
-    let solids = bodies.clone().map(|body| &body.solid);
-    let candidates = record.candidates.iter();
-    let held = candidates.flat_map(|held| [&held.item, &held.solid]);
-    shapes.fetch(cell, solids.chain(held));
+    shapes.fetch(cell, &record);
     let step = Step {
         record: &record,
         grid: &grid,

@@ -7,14 +7,12 @@ use std::time::{Duration, Instant};
 use ppnpack_packing::item::Item;
 use ppnpack_packing::model::Model;
 use ppnpack_service::rpc::Client;
+use ppnpack_service::shapes;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::{convert, v1};
 
 /// How long a planner may take to answer: it plans a step before.
 const PATIENCE: Duration = Duration::from_secs(5);
-
-/// How many shapes are asked for at once.
-const MOST_ASKED: usize = 256;
 
 /// Shapes that are kept before all are forgotten and asked for anew.
 const MOST_KEPT: usize = 1_024;
@@ -43,35 +41,21 @@ impl Shapes {
         self.solids.get(id)
     }
 
-    /// Asks for those that are not kept yet; what nobody has is left out.
-    pub(crate) fn fetch<'a>(&mut self, cell: &Cell, ids: impl Iterator<Item = &'a Vec<u8>>) {
+    /// Asks for what a record names and is not kept yet; what nobody has is left out.
+    pub(crate) fn fetch(&mut self, cell: &Cell, record: &v1::PlanningRecord) {
         if self.items.len() + self.solids.len() > MOST_KEPT {
             self.items.clear();
             self.solids.clear();
         }
-        let is_new = |id: &&Vec<u8>| {
-            !id.is_empty() && !self.items.contains_key(*id) && !self.solids.contains_key(*id)
-        };
-        let mut missing: Vec<Vec<u8>> = ids.filter(is_new).cloned().collect();
-        missing.sort();
-        missing.dedup();
+        let mut missing = shapes::named(record);
+        missing.retain(|id| !self.items.contains_key(id) && !self.solids.contains_key(id));
         let deadline = Instant::now() + PATIENCE;
-        while !missing.is_empty() {
-            let request = v1::ShapesRequest {
-                ids: missing.iter().take(MOST_ASKED).cloned().collect(),
-                ..v1::ShapesRequest::default()
-            };
-            let reply = match self.client.call(cell, request, deadline) {
-                Ok(reply) if !reply.shapes.is_empty() => reply,
-                Ok(_) => return,
-                Err(error) => return tracing::debug!(%cell, %error, "no shapes"),
-            };
-            missing.retain(|id| {
-                let is_answered = reply.shapes.iter().any(|shape| shape.id == *id);
-                !is_answered && !reply.unknown.contains(id)
-            });
-            reply.shapes.into_iter().for_each(|shape| self.keep(shape));
+        let mut fetched = Vec::new();
+        let keep = |shape| fetched.push(shape);
+        if let Err(error) = shapes::fetch(&self.client, cell, missing, deadline, keep) {
+            tracing::debug!(%cell, %error, "not all shapes");
         }
+        fetched.into_iter().for_each(|shape| self.keep(shape));
     }
 
     fn keep(&mut self, shape: v1::Shape) {

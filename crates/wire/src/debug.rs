@@ -169,6 +169,18 @@ pub fn heightmap(
     })
 }
 
+/// These entities in place of all that were there.
+pub(crate) fn in_place_of_all(at_ns: i64, entities: Vec<SceneEntity>) -> SceneUpdate {
+    Foxglove(messages::SceneUpdate {
+        deletions: vec![SceneEntityDeletion {
+            timestamp: Some(timestamp(at_ns)),
+            r#type: scene_entity_deletion::Type::All.into(),
+            id: String::new(),
+        }],
+        entities,
+    })
+}
+
 /// The container, what lies in it and what was decided, as a `foxglove.SceneUpdate` that replaces the one before.
 pub fn scene(
     cell: &Cell,
@@ -196,14 +208,7 @@ pub fn scene(
         texts: vec![label(decision)],
         ..entity("decision")
     }));
-    Foxglove(messages::SceneUpdate {
-        deletions: vec![SceneEntityDeletion {
-            timestamp: Some(timestamp(at_ns)),
-            r#type: scene_entity_deletion::Type::All.into(),
-            id: String::new(),
-        }],
-        entities,
-    })
+    in_place_of_all(at_ns, entities)
 }
 
 /// A cloud as a `foxglove.PointCloud`, with all of its fields.

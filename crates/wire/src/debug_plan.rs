@@ -1,15 +1,12 @@
 //! What a step was planned on and what came of it, for people to look at: a `foxglove.SceneUpdate` with the meshes of all that lies there.
 
-use foxglove::messages::{
-    self, Color, Point3, SceneEntity, SceneEntityDeletion, TextPrimitive, TriangleListPrimitive,
-    scene_entity_deletion,
-};
+use foxglove::messages::{Color, Point3, SceneEntity, TextPrimitive, TriangleListPrimitive};
 use nalgebra::Isometry3;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::model::Model;
 
 use crate::debug::{
-    Foxglove, ItemBox, SceneUpdate, color, cube, edges, frame, label, pose, timestamp,
+    ItemBox, SceneUpdate, color, cube, edges, frame, in_place_of_all, label, pose, timestamp,
 };
 use crate::keys::Cell;
 
@@ -96,14 +93,7 @@ pub fn scene(
             ..entity(format!("runner_up/{}", rank + 1))
         }
     }));
-    Foxglove(messages::SceneUpdate {
-        deletions: vec![SceneEntityDeletion {
-            timestamp: Some(timestamp(at_ns)),
-            r#type: scene_entity_deletion::Type::All.into(),
-            id: String::new(),
-        }],
-        entities,
-    })
+    in_place_of_all(at_ns, entities)
 }
 
 /// The mesh of an object where it is; its box where it has too many triangles, and `None` where it has none.
@@ -159,6 +149,7 @@ mod tests {
     use ppnpack_packing::model::mesh::Mesh;
 
     use super::*;
+    use crate::debug::Foxglove;
 
     fn model() -> Model {
         Model {

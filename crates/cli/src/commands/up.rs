@@ -236,6 +236,8 @@ impl UpArguments {
         let mut sensing = stack::Sensing {
             // A packing of its own is done as soon as can be; a cell that others watch moves in time.
             motion_speed: if self.job.pack { 0.0 } else { 1.0 },
+            // Beside the streams of the services, a viewer draws those.
+            debug_streams: self.view.is_some(),
             ..stack::Sensing::default()
         };
         if let Some(region) = self.tray {

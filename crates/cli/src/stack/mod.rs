@@ -93,6 +93,8 @@ pub struct Sensing {
     pub mapper: MapperSettings,
     /// How often placements go wrong.
     pub faults: FaultSettings,
+    /// Whether what viewers draw is published beside what services read.
+    pub debug_streams: bool,
     /// How fast robots follow the motions of placements: 1 in time, 0 without any wait.
     pub motion_speed: f64,
     /// Whether placed items are inspected.
@@ -250,6 +252,7 @@ fn perception_settings(plan: &Plan<'_>) -> ppnpack_perception_service::Settings 
         mapper: sensing.mapper.clone(),
         catalogue: sensing.library.as_ref().map(|_| plan.source.to_owned()),
         trays: trays.unwrap_or_default(),
+        debug_streams: plan.sensing.debug_streams,
         ..ppnpack_perception_service::Settings::default()
     }
 }
@@ -271,6 +274,7 @@ fn bridge_settings(plan: &Plan<'_>) -> ppnpack_bridge::Settings {
         robots: robots.collect(),
         journal: file(plan, "bridge.redb"),
         catalogue: plan.source.to_owned(),
+        debug_streams: plan.sensing.debug_streams,
         ..ppnpack_bridge::Settings::default()
     }
 }

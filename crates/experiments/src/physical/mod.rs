@@ -277,6 +277,7 @@ impl World<'_> {
                 camera: settings.camera,
                 mapper: settings.mapper.clone(),
                 faults: settings.faults,
+                debug_streams: false,
                 motion_speed: 0.0,
                 inspect: true,
                 tray: Some(tray::settings()),

@@ -171,3 +171,20 @@ impl PlansContainers for ReplayedCell {
         Ok(planning.plan(step)?.clone())
     }
 }
+
+/// What of a decision follows from what it was planned on: all but its names, times and states, and but for which services were there.
+pub fn what_follows(decision: &v1::Decision) -> v1::Decision {
+    v1::Decision {
+        decision_id: String::new(),
+        request_id: String::new(),
+        session_id: String::new(),
+        step: 0,
+        heightmap: None,
+        state_number: 0,
+        degraded: Vec::new(),
+        stages: Vec::new(),
+        set_aside: Vec::new(),
+        decided_at_ns: 0,
+        ..decision.clone()
+    }
+}

@@ -23,10 +23,11 @@ use ppnpack_packing::model::Model;
 use ppnpack_packing::orders::Sharing;
 use ppnpack_packing::trial::TrialSettings;
 use ppnpack_planner::CellSettings;
-use ppnpack_planner::replay::{Replayer, ShapeSource, Unreadable, Unreplayable};
+use ppnpack_planner::replay::{Replayer, ShapeSource, Unreadable, Unreplayable, what_follows};
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::Client;
+use ppnpack_service::shapes;
 use ppnpack_service::stream::{self, Subscription};
 use ppnpack_wire::keys::{Service, Stream};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, convert, v1};
@@ -98,18 +99,8 @@ impl Tape {
     }
 
     fn shapes(&self, record: &v1::PlanningRecord) -> Shapes {
-        let candidates = record.candidates.iter();
-        let candidates = candidates.flat_map(|held| [&held.item, &held.solid]);
-        let contents = record
-            .containers
-            .iter()
-            .filter_map(|at| at.content.as_ref());
-        let bodies = contents
-            .flat_map(|content| &content.bodies)
-            .map(|body| &body.solid);
-        let ids = candidates.chain(bodies).chain(&record.mix);
         let request = v1::ShapesRequest {
-            ids: ids.filter(|id| !id.is_empty()).cloned().collect(),
+            ids: shapes::named(record).into_iter().collect(),
             ..v1::ShapesRequest::default()
         };
         let reply = self.client.call(&cell(), request, soon()).unwrap();
@@ -127,23 +118,6 @@ impl Tape {
         let record = self.next();
         let decision = replayer.replay(&record, &mut self.shapes(&record)).unwrap();
         (record, decision)
-    }
-}
-
-/// What of a decision follows from its input.
-fn follows(decision: v1::Decision) -> v1::Decision {
-    v1::Decision {
-        decision_id: String::new(),
-        request_id: String::new(),
-        session_id: String::new(),
-        step: 0,
-        heightmap: None,
-        state_number: 0,
-        degraded: Vec::new(),
-        stages: Vec::new(),
-        set_aside: Vec::new(),
-        decided_at_ns: 0,
-        ..decision
     }
 }
 
@@ -192,7 +166,7 @@ fn tried_placements_are_decided_again() {
         let recorded = record.decision.unwrap();
         assert_eq!(recorded, decision);
         assert!(decision.settling.is_some() && !decision.alternatives.is_empty());
-        assert_eq!(again.unwrap(), follows(recorded), "step {step}");
+        assert_eq!(again.unwrap(), what_follows(&recorded), "step {step}");
         let cells = if decision.item_id == "a" { 12 } else { 6 };
         rig.place_square(&decision, cells);
     }
@@ -263,7 +237,7 @@ fn the_containers_of_a_cell_are_chosen_from_again() {
             rig.step();
             let (record, again) = tape.replayed(&mut replayer);
             assert_eq!(record.containers.len(), 2);
-            let recorded = follows(record.decision.unwrap());
+            let recorded = what_follows(&record.decision.unwrap());
             chosen.push(recorded.container.clone());
             assert_eq!(again.unwrap(), recorded);
         }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::Args;
-use ppnpack_planner::replay::Replayer;
+use ppnpack_planner::replay::{Replayer, what_follows};
 use ppnpack_recording::{Difference, End, Kind, Reader, RecordedMessage, Topic, difference};
 use ppnpack_wire::keys::Stream;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, decode, v1};
@@ -156,7 +156,7 @@ impl Replay {
                 return Ok(());
             }
         };
-        let recorded = record.decision.as_ref().map(follows);
+        let recorded = record.decision.as_ref().map(what_follows);
         match compare(recorded.as_ref(), replayed.as_ref())? {
             None => self.replayed.equal += 1,
             Some(difference) => {
@@ -180,23 +180,6 @@ impl Replay {
 
     fn leave_out(&mut self, why: String) {
         *self.replayed.not_replayed.entry(why).or_default() += 1;
-    }
-}
-
-/// What of a decision follows from what it was planned on: all but its names, times and states, and but for which services were there.
-fn follows(decision: &v1::Decision) -> v1::Decision {
-    v1::Decision {
-        decision_id: String::new(),
-        request_id: String::new(),
-        session_id: String::new(),
-        step: 0,
-        heightmap: None,
-        state_number: 0,
-        degraded: Vec::new(),
-        stages: Vec::new(),
-        set_aside: Vec::new(),
-        decided_at_ns: 0,
-        ..decision.clone()
     }
 }
 
