@@ -117,7 +117,7 @@ fn playback(page: &str) -> Value {
     serde_json::from_str(data).unwrap()
 }
 
-/// The page's viewer has as many steps, and shapes that can be drawn for all that lies in the container.
+/// The page's viewer has as many steps, with shapes that can be drawn, where each was planned and what each moved.
 fn plays_every_step(page: &str, steps: usize) {
     let playback = playback(page);
     let models = playback["models"].as_array().unwrap();
@@ -133,20 +133,33 @@ fn plays_every_step(page: &str, steps: usize) {
     }
     let played = playback["steps"].as_array().unwrap();
     assert_eq!(played.len(), steps);
-    let size_m = &playback["container_m"];
-    let lying: Vec<&Value> = played.iter().filter_map(|step| step.get("lies")).collect();
-    assert!(!lying.is_empty());
-    for lies in lying {
-        assert!((lies["model"].as_u64().unwrap() as usize) < models.len());
-        let part = |index: usize| lies["rotation"][index].as_f64().unwrap();
-        let norm: f64 = (0..4).map(|index| part(index).powi(2)).sum();
-        assert!((norm - 1.0).abs() < 1e-6, "{lies}");
-        // Frames of items may lie outside of them, but not far.
-        for axis in 0..3 {
-            let at_m = lies["position_m"][axis].as_f64().unwrap();
-            let end_m = size_m[axis].as_f64().unwrap();
-            assert!(at_m > -0.5 && at_m < end_m + 0.5, "{lies}");
+    assert!(page.contains(&format!("max={0} value={0}", 2 * steps)));
+    for (number, step) in played.iter().enumerate() {
+        assert!((step["model"].as_u64().unwrap() as usize) < models.len());
+        let container_m = &playback["container_m"];
+        is_near_the_container(&step["planned"], container_m);
+        // What is shown to move was placed then or before.
+        for shift in step["shifts"].as_array().unwrap() {
+            assert!(shift["item"].as_u64().unwrap() as usize <= number, "{step}");
+            is_near_the_container(&shift["pose"], container_m);
         }
+    }
+    let of_itself = |(number, step): &(usize, &Value)| {
+        let mut shifts = step["shifts"].as_array().unwrap().iter();
+        shifts.any(|shift| shift["item"] == *number)
+    };
+    assert!(played.iter().enumerate().filter(of_itself).count() > 0);
+}
+
+/// A pose in whole numbers: tenths of millimetres, and ten-thousandths of a unit quaternion.
+fn is_near_the_container(pose: &Value, container_m: &Value) {
+    let part = |index: usize| pose[index].as_f64().unwrap() * 1e-4;
+    let norm: f64 = (3..7).map(|index| part(index).powi(2)).sum();
+    assert!((norm - 1.0).abs() < 1e-3, "{pose}");
+    // Frames of items may lie outside of them, but not far.
+    for axis in 0..3 {
+        let end_m = container_m[axis].as_f64().unwrap();
+        assert!(part(axis) > -0.5 && part(axis) < end_m + 0.5, "{pose}");
     }
 }
 

@@ -35,6 +35,7 @@ mod container;
 mod convert;
 pub mod error;
 mod laid;
+pub mod moves;
 pub mod outcome;
 mod overlap;
 pub mod packing_cell;

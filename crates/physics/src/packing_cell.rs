@@ -22,6 +22,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cell::SimulatedCell;
 use crate::error::PhysicsError;
+use crate::moves::{LastPoses, Moves};
 use crate::outcome::{BodyState, PlacedReport};
 use crate::settings::CellSettings;
 
@@ -32,6 +33,8 @@ pub struct Placed {
     pub arrival: usize,
     /// What became of it by the end of its settling phase.
     pub report: PlacedReport,
+    /// What lies elsewhere by then than before, itself among it.
+    pub moves: Moves,
 }
 
 /// Which of the content's heights within a cell of the grid is the cell's.
@@ -55,6 +58,7 @@ pub struct SimulatedPackingCell {
     models: BTreeMap<ShapeId, Arc<Model>>,
     /// By the numbers of their bodies.
     placed: Vec<Placed>,
+    last_poses: LastPoses,
     /// What is known of these bodies; their masses may be other ones.
     known: Vec<Arc<Model>>,
     sampling: Sampling,
@@ -107,6 +111,7 @@ impl SimulatedPackingCell {
             grid: grid.clone(),
             models: objects.flat_map(by_shape).collect(),
             placed: Vec::new(),
+            last_poses: LastPoses::default(),
             known: Vec::new(),
             sampling,
         })
@@ -224,7 +229,14 @@ impl PackingCell for SimulatedPackingCell {
         self.placed.push(Placed {
             arrival: item.arrival,
             report,
+            moves: Moves::default(),
         });
+        let contents = self.contents().into_iter();
+        let poses = contents.map(|(arrival, body)| (arrival, body.container_from_item));
+        let moves = self.last_poses.changed(poses);
+        if let Some(placed) = self.placed.last_mut() {
+            placed.moves = moves;
+        }
         Ok(())
     }
 

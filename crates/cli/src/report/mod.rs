@@ -3,6 +3,7 @@
 mod arm;
 mod csv;
 pub(crate) mod html;
+mod motion;
 mod pictures;
 mod playback;
 mod several;
@@ -25,6 +26,7 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::method::Method;
 use ppnpack_packing::metrics::Metrics;
+use ppnpack_physics::moves::Moves;
 use ppnpack_physics::outcome::{self, BodyState};
 use ppnpack_robot::station::StationSettings;
 use serde::Serialize;
@@ -73,6 +75,8 @@ pub(crate) struct Packing {
     pub(crate) steps: Vec<Step>,
     /// What became of each placement by the end of its settling phase.
     pub(crate) settled: Vec<Settled>,
+    /// What each step changed of how everything lies.
+    pub(crate) moves: Vec<Moves>,
     pub(crate) ending: EndingSummary,
     /// Items that were set aside for the next container.
     pub(crate) set_aside: Vec<Unplaceable>,

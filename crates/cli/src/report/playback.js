@@ -1,4 +1,5 @@
-// Plays a packing step by step: the container and its items in WebGL, a slider, and what each step decided.
+// Plays a packing step by step: the container and its items in WebGL, a slider, and what each step decided. The slider has two
+// positions a step: its item as planned, and everything as it lay then.
 'use strict';
 (() => {
   const section = document.getElementById('playback');
@@ -96,12 +97,16 @@
 
   // Matrices are columns, as WebGL wants them.
   const identity = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
-  const pose = ({ position_m: [x, y, z], rotation: [w, i, j, k] }) => [
-    1 - 2 * (j * j + k * k), 2 * (i * j + k * w), 2 * (i * k - j * w), 0,
-    2 * (i * j - k * w), 1 - 2 * (i * i + k * k), 2 * (j * k + i * w), 0,
-    2 * (i * k + j * w), 2 * (j * k - i * w), 1 - 2 * (i * i + j * j), 0,
-    x, y, z, 1,
-  ];
+  const matrix = (pose) => {
+    const [x, y, z, ...turn] = pose.map((whole) => whole / 1e4);
+    const [w, i, j, k] = unit(turn);
+    return [
+      1 - 2 * (j * j + k * k), 2 * (i * j + k * w), 2 * (i * k - j * w), 0,
+      2 * (i * j - k * w), 1 - 2 * (i * i + k * k), 2 * (j * k + i * w), 0,
+      2 * (i * k + j * w), 2 * (j * k - i * w), 1 - 2 * (i * i + j * j), 0,
+      x, y, z, 1,
+    ];
+  };
   const multiply = (a, b) => {
     const product = new Array(16).fill(0);
     for (let entry = 0; entry < 16; entry += 1) {
@@ -111,13 +116,29 @@
     }
     return product;
   };
-  const items = data.steps.map((step) => step.lies && {
-    model: models[step.lies.model], pose: pose(step.lies), colour: channels(step.colour),
-  });
+  const items = data.steps.map((step) => ({ model: models[step.model], colour: channels(step.colour) }));
+
+  // What is to be seen at a position of the slider: where each item lies, and what that step placed or moved.
+  const last = 2 * data.steps.length;
+  const scene = (position) => {
+    const done = Math.floor(position / 2);
+    const poses = new Map();
+    data.steps.slice(0, done).forEach((step) => {
+      step.gone.forEach((item) => poses.delete(item));
+      step.shifts.forEach(({ item, pose }) => poses.set(item, matrix(pose)));
+    });
+    if (position % 2 === 0) {
+      return { poses, now: new Set(done > 0 ? data.steps[done - 1].shifts.map(({ item }) => item) : []) };
+    }
+    const { planned } = data.steps[done];
+    if (planned) poses.set(done, matrix(planned));
+    return { poses, now: new Set([done]) };
+  };
 
   // The view: an orbit around the container, which begins where the picture was taken.
   const view = { azimuth: -2.14, elevation: 0.71, zoom: 1 };
-  let shown = data.steps.length;
+  let shown = last;
+  let drawn = scene(shown);
   const camera = () => {
     const away = (2.25 * radius) / view.zoom;
     const [azimuth, elevation] = [view.azimuth, view.elevation];
@@ -137,11 +158,11 @@
     ];
     return { matrix: multiply(lens, look), eye };
   };
-  const draw = (kind, shape, matrix, colour, shading) => {
+  const draw = (kind, shape, pose, colour, shading) => {
     gl.bindBuffer(gl.ARRAY_BUFFER, shape.made);
     gl.vertexAttribPointer(at, 3, gl.FLOAT, false, 24, 0);
     gl.vertexAttribPointer(normalAt, 3, gl.FLOAT, false, 24, 12);
-    gl.uniformMatrix4fv(worldFromItem, false, matrix);
+    gl.uniformMatrix4fv(worldFromItem, false, pose);
     gl.uniform4fv(colourOf, colour);
     gl.uniform1f(lit, shading);
     gl.drawArrays(kind, 0, shape.count);
@@ -154,15 +175,14 @@
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    const { matrix, eye } = camera();
-    gl.uniformMatrix4fv(clipFromWorld, false, matrix);
-    gl.uniform3fv(eyeAt, eye);
+    const seen = camera();
+    gl.uniformMatrix4fv(clipFromWorld, false, seen.matrix);
+    gl.uniform3fv(eyeAt, seen.eye);
     draw(gl.TRIANGLES, floor, identity, [0.55, 0.6, 0.66, 0.35], 0);
     draw(gl.LINES, edges, identity, [0.5, 0.55, 0.6, 1], 0);
-    items.slice(0, shown).forEach((item, step) => {
-      if (!item) return;
-      const isNow = step === shown - 1;
-      draw(gl.TRIANGLES, item.model, item.pose, [...(isNow ? item.colour : faded(item.colour)), 1], 1);
+    drawn.poses.forEach((pose, item) => {
+      const { model, colour } = items[item];
+      if (model) draw(gl.TRIANGLES, model, pose, [...(drawn.now.has(item) ? colour : faded(colour)), 1], 1);
     });
   };
   let isDue = false;
@@ -181,16 +201,24 @@
     made.textContent = text;
     return made;
   };
-  const show = (step) => {
-    shown = Math.max(0, Math.min(data.steps.length, step));
+  const told = (position) => {
+    if (position === 0) return ['Before the first step', 'The container is empty.'];
+    const number = Math.ceil(position / 2);
+    const step = data.steps[number - 1];
+    const isPlanned = position % 2 === 1;
+    const head = `Step ${number} of ${data.steps.length}: ${step.item}${isPlanned ? ', as planned' : ''}`;
+    if (isPlanned) return [head, step.decided];
+    const isThere = drawn.poses.has(number - 1);
+    return [head, step.became, ...(isThere ? [] : ['It is not in the container, and not drawn.'])];
+  };
+  const show = (position) => {
+    shown = Math.max(0, Math.min(last, position));
+    drawn = scene(shown);
     slider.value = String(shown);
-    const placed = data.steps[shown - 1];
-    const head = placed ? `Step ${shown} of ${data.steps.length}: ${placed.item}` : 'Before the first step';
+    const [head, ...texts] = told(shown);
     slider.setAttribute('aria-valuetext', head);
-    const told = placed ? placed.told : 'The container is empty.';
-    const gone = placed && !placed.lies ? [paragraph('It is not in the container at the end, and not drawn.', 'p')] : [];
-    now.replaceChildren(paragraph(head, 'h3'), paragraph(told, 'p'), ...gone);
-    now.style.borderColor = placed ? placed.colour : 'transparent';
+    now.replaceChildren(paragraph(head, 'h3'), ...texts.map((text) => paragraph(text, 'p')));
+    now.style.borderColor = shown > 0 ? data.steps[Math.ceil(shown / 2) - 1].colour : 'transparent';
     redraw();
   };
   let timer = null;
@@ -201,13 +229,13 @@
     now.setAttribute('aria-live', 'polite');
   };
   const start = () => {
-    if (shown >= data.steps.length) show(0);
+    if (shown >= last) show(0);
     play.textContent = 'Pause';
     now.setAttribute('aria-live', 'off');
     timer = setInterval(() => {
       show(shown + 1);
-      if (shown >= data.steps.length) pause();
-    }, 900);
+      if (shown >= last) pause();
+    }, 500);
   };
   play.addEventListener('click', () => (timer === null ? start() : pause()));
   slider.addEventListener('input', () => { pause(); show(Number(slider.value)); });
@@ -265,5 +293,5 @@
   section.hidden = false;
   document.getElementById('no-playback').hidden = true;
   new ResizeObserver(redraw).observe(canvas);
-  show(data.steps.length);
+  show(last);
 })();

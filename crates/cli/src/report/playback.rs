@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use nalgebra::Isometry3;
 use ppnpack_catalogue::object::Model;
 use ppnpack_packing::episode::Step;
 use ppnpack_picture::Colour;
 use serde::Serialize;
 
+use super::motion::{QuantisedPose, Shape, Shapes, Shift, disturbed, shifts};
 use super::simplified::QuantisedMesh;
 use super::{Packing, Settled};
 
@@ -26,6 +26,12 @@ const BYTES_PER_VERTEX: usize = 6 + 2 * 6;
 /// Even if there is room, no mesh has more vertices: enough to recognise it by.
 const MOST_VERTICES: usize = 1_200;
 
+/// What a step moved by less is not named, in metres.
+const NOTICEABLE_M: f64 = 2e-3;
+
+/// So many items that a step moved are named at most.
+const MOST_NAMES: usize = 3;
+
 /// A packing as the viewer needs it.
 #[derive(Debug, Serialize)]
 pub(super) struct Playback {
@@ -36,27 +42,26 @@ pub(super) struct Playback {
     steps: Vec<PlayedStep>,
 }
 
-/// What a step placed.
+/// What a step placed, and what it moved.
 #[derive(Debug, Serialize)]
 struct PlayedStep {
     item: String,
-    /// What was decided and what became of it, for people.
-    told: String,
+    /// What was decided, for people.
+    decided: String,
+    /// What became of it and of the others.
+    became: String,
     /// `#rrggbb`, as in the picture.
     colour: String,
-    /// How it lies at the end; absent where it does not lie in or on the container.
+    /// Index of its shape; absent where that is not known.
     #[serde(skip_serializing_if = "Option::is_none")]
-    lies: Option<Lies>,
-}
-
-#[derive(Debug, Serialize)]
-struct Lies {
-    /// Index of its shape.
-    model: usize,
-    /// The origin of the item frame in the container frame.
-    position_m: [f64; 3],
-    /// The quaternion's w, x, y, z.
-    rotation: [f64; 4],
+    model: Option<usize>,
+    /// Where its shape was planned to lie.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    planned: Option<QuantisedPose>,
+    /// What lies elsewhere after it.
+    shifts: Vec<Shift>,
+    /// What is in the container no longer after it: the steps that placed it.
+    gone: Vec<usize>,
 }
 
 impl Playback {
@@ -65,16 +70,27 @@ impl Playback {
         if packing.steps.is_empty() || packing.steps.len() > MOST_STEPS {
             return None;
         }
+        let shapes = shapes(packing);
         let mut models: Vec<&Arc<Model>> = Vec::new();
         let steps = packing.steps.iter().zip(&packing.settled);
-        let steps = steps.map(|(step, settled)| PlayedStep {
-            item: step.candidate.item.name().to_string(),
-            told: told(packing, step, *settled),
-            colour: hex(Colour::of_item(step.candidate.arrival)),
-            lies: packing.lies(step.candidate.arrival).map(|content| {
-                let model = index_of(&mut models, &content.model);
-                Lies::new(model, &content.container_from_item)
-            }),
+        let further = shifts(&packing.moves, &shapes).into_iter();
+        let further = further.zip(disturbed(&packing.moves, &shapes));
+        let further = further.zip(&packing.moves);
+        let steps = steps.zip(further);
+        let steps = steps.map(|((step, settled), ((shifts, disturbed), moves))| {
+            let shape = shapes.get(&step.candidate.arrival);
+            let shape = shape.map(|(_, shape)| shape);
+            let number = |arrival: &usize| shapes.get(arrival).map(|(number, _)| *number);
+            PlayedStep {
+                item: step.candidate.item.name().to_string(),
+                decided: decided(packing, step),
+                became: became(packing, *settled, &disturbed),
+                colour: hex(Colour::of_item(step.candidate.arrival)),
+                model: shape.map(|shape| index_of(&mut models, shape.model)),
+                planned: shape.and_then(|shape| shape.planned(step, &packing.settings.grid)),
+                shifts,
+                gone: moves.gone.iter().filter_map(number).collect(),
+            }
         });
         let steps = steps.collect();
         let most = most_vertices(models.len());
@@ -91,12 +107,14 @@ impl Playback {
     /// The section of the page: the picture is shown where the viewer cannot be.
     pub(super) fn section(&self) -> String {
         let data = script_safe(&serde_json::to_string(self).unwrap_or_default());
-        let last = self.steps.len();
+        // Two positions a step: as planned, and as everything lay after it.
+        let last = 2 * self.steps.len();
         format!(
             "<section id=playback hidden aria-labelledby=playback-title><h2 id=playback-title>Step by step</h2>\
              <div class=player><div><canvas tabindex=0 role=application aria-label=\"The container in 3D. Arrow keys turn it, plus and \
-             minus zoom, page up and page down go through the steps.\"></canvas>\
-             <p class=sub>Drag or arrow keys turn, pinch, plus and minus zoom. Items are shown as they lie at the end.</p></div>\
+             minus zoom, page up and page down go through the steps, as planned and as everything lay then.\"></canvas>\
+             <p class=sub>Drag or arrow keys turn, pinch, plus and minus zoom. Each step is shown twice: its item where it was planned to lie, \
+             and then everything as it lay, with what moved in full colour.</p></div>\
              <div><p class=controls><button type=button class=play>Play</button>\
              <input type=range min=0 max={last} value={last} step=1 aria-label=\"Step\"></p>\
              <div class=now aria-live=polite></div></div></div></section>\
@@ -107,34 +125,56 @@ impl Playback {
     }
 }
 
-impl Lies {
-    fn new(model: usize, container_from_item: &Isometry3<f64>) -> Self {
-        let rotation = container_from_item.rotation.quaternion();
-        Self {
-            model,
-            position_m: container_from_item.translation.vector.into(),
-            rotation: [rotation.w, rotation.i, rotation.j, rotation.k],
-        }
-    }
+/// The shapes of what was placed, where they are known.
+fn shapes(packing: &Packing) -> Shapes<'_> {
+    let steps = packing.steps.iter().enumerate();
+    let shapes = steps.filter_map(|(number, step)| {
+        let arrival = step.candidate.arrival;
+        let shape = Shape::of(step, packing.lies(arrival))?;
+        Some((arrival, (number, shape)))
+    });
+    shapes.collect()
 }
 
-/// What a step decided, and what became of it.
-fn told(packing: &Packing, step: &Step, settled: Settled) -> String {
+/// What a step decided.
+fn decided(packing: &Packing, step: &Step) -> String {
     let resolution = packing.settings.grid.resolution();
     let at = step.choice.resting;
     let cell_cm = resolution.cell_m() * 100.0;
     let height_cm = f64::from(at.resting_height) * resolution.height_unit_m() * 100.0;
     let yaw_deg = packing.yaw_rad(step).unwrap_or_default().to_degrees();
-    let decided = format!(
-        "Placed at x {:.1} cm, y {:.1} cm, {height_cm:.1} cm above the floor, turned by {yaw_deg:.0}°; value {:.2}, decided in {:.1} ms.",
+    format!(
+        "Planned at x {:.1} cm, y {:.1} cm, {height_cm:.1} cm above the floor, turned by {yaw_deg:.0}°; value {:.2}, decided in {:.1} ms.",
         at.placement.x as f64 * cell_cm,
         at.placement.y as f64 * cell_cm,
         step.choice.value,
         step.timings.total().as_secs_f64() * 1e3
-    );
-    match settled.unsteadiness() {
-        Some(what) => format!("{decided} It {what}."),
-        None => format!("{decided} It stayed where it was placed."),
+    )
+}
+
+/// What became of a placed item, and of those that it moved: the steps that placed them, and how far.
+fn became(packing: &Packing, settled: Settled, disturbed: &[(usize, f64)]) -> String {
+    let own = match settled.unsteadiness() {
+        Some(what) => format!("It {what}."),
+        None => "It stayed where it was placed.".to_owned(),
+    };
+    let noticeable = disturbed
+        .iter()
+        .filter(|(_, moved_m)| *moved_m >= NOTICEABLE_M);
+    let mut moved: Vec<(usize, f64)> = noticeable.copied().collect();
+    moved.sort_by(|(_, one), (_, other)| other.total_cmp(one));
+    let named = moved
+        .iter()
+        .take(MOST_NAMES)
+        .filter_map(|(number, moved_m)| {
+            let name = packing.steps.get(*number)?.candidate.item.name();
+            Some(format!("{name} by {:.1} cm", moved_m * 100.0))
+        });
+    let named: Vec<String> = named.collect();
+    match (named.is_empty(), moved.len().saturating_sub(MOST_NAMES)) {
+        (true, _) => own,
+        (false, 0) => format!("{own} It moved {}.", named.join(", ")),
+        (false, more) => format!("{own} It moved {} and {more} more.", named.join(", ")),
     }
 }
 

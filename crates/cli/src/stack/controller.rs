@@ -3,11 +3,13 @@
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
+use ppnpack_physics::moves::{LastPoses, Moves};
 use ppnpack_service::rpc::{CallError, Client};
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, ExecutionPhase, PlanResult};
 
+use super::report;
 use crate::failure::{OrRun, Outcome};
 
 /// How long one request may take.
@@ -27,6 +29,8 @@ pub struct Controller {
 pub(crate) struct Done {
     pub(crate) decision: v1::Decision,
     pub(crate) outcome: v1::Outcome,
+    /// What it changed of how everything lies.
+    pub(crate) moves: Moves,
 }
 
 /// What is to be packed.
@@ -72,6 +76,7 @@ impl Controller {
     pub(crate) fn pack(&self, job: &Job, on_step: &mut dyn FnMut(&Done)) -> Outcome<Packed> {
         self.begin_with(&job.session_id, &job.items, Some(job.set_aside))?;
         let mut done = Vec::new();
+        let mut last_poses = LastPoses::default();
         let reasons = loop {
             let request = v1::PlanRequest {
                 alternatives: job.alternatives,
@@ -82,7 +87,12 @@ impl Controller {
                 (PlanResult::Decided, Some(decision)) => {
                     let outcome = self.place(v1::PlaceRequest::from(&decision))?;
                     self.report(&decision.decision_id, outcome.clone())?;
-                    let step = Done { decision, outcome };
+                    let poses = report::poses(&self.state()?).or_run()?;
+                    let step = Done {
+                        decision,
+                        outcome,
+                        moves: last_poses.changed(poses),
+                    };
                     on_step(&step);
                     done.push(step);
                 }

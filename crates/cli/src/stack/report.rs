@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context, Result};
+use nalgebra::Isometry3;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::object::CatalogueObject;
 use ppnpack_packing::check::Evidence;
@@ -56,6 +57,7 @@ pub(crate) fn packing(
         settings,
         steps,
         settled: settled.collect(),
+        moves: packed.done.iter().map(|done| done.moves.clone()).collect(),
         scene,
         contents,
         took,
@@ -114,8 +116,12 @@ fn known<'a>(
     let (_, found) = catalogue
         .find(object)
         .with_context(|| format!("the catalogue has no object {object}"))?;
-    let arrival = arrival_of(item_id).with_context(|| format!("item {item_id} is not of here"))?;
-    Ok((arrival, found))
+    Ok((arrived(item_id)?, found))
+}
+
+/// The place of an item in the sequence of arrivals.
+fn arrived(item_id: &str) -> Result<usize> {
+    arrival_of(item_id).with_context(|| format!("item {item_id} is not of here"))
 }
 
 fn stage(decision: &v1::Decision, name: &str) -> Duration {
@@ -131,6 +137,20 @@ fn stage(decision: &v1::Decision, name: &str) -> Duration {
 pub fn contents(state: &v1::CellState, catalogue: &Catalogue) -> Result<Vec<(usize, Content)>> {
     let bodies = state.bodies.iter();
     bodies.map(|body| content(body, catalogue)).collect()
+}
+
+/// How all that lies in the container lies, each with its place in the sequence of arrivals.
+///
+/// # Errors
+/// Where an item is not of here, or a message lacks something.
+pub(super) fn poses(state: &v1::CellState) -> Result<Vec<(usize, Isometry3<f64>)>> {
+    let pose = |body: &v1::Body| {
+        let arrival = arrived(&body.item_id)?;
+        let pose = body.container_from_item.as_ref();
+        let pose = convert::pose::read_required("container_from_item", pose)?;
+        Ok((arrival, pose))
+    };
+    state.bodies.iter().map(pose).collect()
 }
 
 fn content(body: &v1::Body, catalogue: &Catalogue) -> Result<(usize, Content)> {

@@ -11,6 +11,7 @@ use ppnpack_packing::episode::{Observer, Play, Step};
 use ppnpack_packing::method::OpenNetwork;
 use ppnpack_packing::plan::Planner;
 use ppnpack_packing::step::StepInput;
+use ppnpack_physics::moves::Moves;
 use ppnpack_physics::outcome::BodyState;
 use ppnpack_physics::packing_cell::Placed;
 use ppnpack_physics::trial;
@@ -170,6 +171,7 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         scene: episode.scene,
         metrics: episode.metrics,
         settled: cell.placed().iter().map(settled).collect(),
+        moves: cell.placed().iter().map(moves).collect(),
         contents: cell.contents().into_iter().map(content).collect(),
         took: started.elapsed(),
         arm: work,
@@ -184,6 +186,10 @@ fn settled(placed: &Placed) -> Settled {
         toppled: placed.report.toppled,
         inside: placed.report.inside,
     }
+}
+
+fn moves(placed: &Placed) -> Moves {
+    placed.moves.clone()
 }
 
 fn content((arrival, body): (usize, BodyState)) -> (usize, Content) {

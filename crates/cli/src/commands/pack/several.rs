@@ -18,7 +18,7 @@ use ppnpack_packing::stream::{ContainerSupply, Filled, StreamPlay, play_stream};
 use ppnpack_physics::packing_cell::SimulatedPackingCell;
 
 use super::super::job::ResultOptions;
-use super::{content, settled};
+use super::{content, moves, settled};
 use crate::failure::{OrInput, OrRun, Outcome};
 use crate::progress;
 use crate::report::{ArmWork, EndingSummary, Packing, Settings, Unplaceable};
@@ -84,6 +84,7 @@ fn packing(job: &Job<'_>, filled: Filled<WatchedCell<'_>>, started: Instant) -> 
         settings: job.settings.clone(),
         steps: numbered.collect(),
         settled: cell.placed().iter().map(settled).collect(),
+        moves: cell.placed().iter().map(moves).collect(),
         ending: match closing {
             Some(why) => EndingSummary::Closed {
                 why: why.to_string(),
