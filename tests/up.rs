@@ -34,6 +34,17 @@ fn placements(folder: &Path) -> Vec<Vec<String>> {
     lines.collect()
 }
 
+/// How everything lay after each step, as a report plays it.
+fn played(folder: &Path) -> Vec<[Value; 3]> {
+    let page = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    let (_, data) = page.split_once("id=playback-data>").unwrap();
+    let (data, _) = data.split_once("</script>").unwrap();
+    let playback: Value = serde_json::from_str(data).unwrap();
+    let steps = playback["steps"].as_array().unwrap().iter();
+    let steps = steps.map(|step| ["planned", "shifts", "gone"].map(|of| step[of].clone()));
+    steps.collect()
+}
+
 #[test]
 fn packing_through_the_services_is_packing_without_them() {
     let folder = tempfile::tempdir().unwrap();
@@ -49,6 +60,7 @@ fn packing_through_the_services_is_packing_without_them() {
     assert_eq!(services["packed"], alone["packed"]);
     assert_eq!(services["degraded"], serde_json::json!([]));
     assert_eq!(placements(&out("services")), placements(&out("alone")));
+    assert_eq!(played(&out("services")), played(&out("alone")));
 }
 
 #[test]
