@@ -2,12 +2,17 @@
 
 use std::path::Path;
 
-use ppnpack_chart::ChartError;
+use ppnpack_chart::{Bar, Bars, ChartError};
 use serde::{Serialize, Serializer};
 
 use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_cli::output::{print_json, print_line};
 use ppnpack_files::write_whole;
+
+use crate::page;
+
+/// The page of an experiment, in its folder.
+const PAGE: &str = "report.html";
 
 /// Everything from this line on is written by hand.
 const NOTES: &str = "<!-- Notes: what follows is kept when the experiment is run again. -->";
@@ -20,30 +25,53 @@ pub(crate) fn write(path: &Path, generated: &str) -> Outcome {
     Ok(write_whole(path, document.as_bytes())?)
 }
 
-/// Writes an experiment's results as `<name>.json` and its document as `<name>.md`.
-pub(crate) fn save(folder: &Path, name: &str, results: &impl Serialize, markdown: &str) -> Outcome {
-    let json = serde_json::to_vec_pretty(results).or_run()?;
-    write_whole(&folder.join(format!("{name}.json")), &json)?;
-    write(&folder.join(format!("{name}.md")), markdown)
+/// What an experiment came to, as its files say it.
+pub(crate) struct Document<'a, R> {
+    /// What its files are named by.
+    pub(crate) name: &'a str,
+    /// What its page says first.
+    pub(crate) answer: Answer<'a>,
+    pub(crate) results: &'a R,
+    /// The names of what was measured, at any depth of the results: all else in them are settings.
+    pub(crate) measured: &'a [&'a str],
+    /// The document in Markdown.
+    pub(crate) markdown: String,
 }
 
-/// Writes both, and prints one of the two.
-pub(crate) fn publish(
-    folder: &Path,
-    name: &str,
-    results: &impl Serialize,
-    markdown: &str,
-    as_json: bool,
-) -> Outcome {
-    save(folder, name, results, markdown)?;
-    if as_json {
-        print_json(results)?;
-    } else {
-        print_line(markdown)?;
-        let path = folder.join(format!("{name}.md"));
-        print_line(&format!("Written to {}", path.display()))?;
+/// What was asked, and what came out.
+pub(crate) struct Answer<'a> {
+    pub(crate) question: &'a str,
+    /// What came out, in a sentence or two.
+    pub(crate) text: String,
+    /// The file beside the document that shows it, an SVG or a PNG.
+    pub(crate) picture: String,
+}
+
+impl<R: Serialize> Document<'_, R> {
+    /// Writes the results as `<name>.json`, the document as `<name>.md` and its page as `report.html`.
+    pub(crate) fn save(&self, folder: &Path) -> Outcome {
+        let json = serde_json::to_vec_pretty(self.results).or_run()?;
+        write_whole(&folder.join(format!("{}.json", self.name)), &json)?;
+        write(&folder.join(format!("{}.md", self.name)), &self.markdown)?;
+        let page = page::page(self, folder)?;
+        Ok(write_whole(&folder.join(PAGE), page.as_bytes())?)
     }
-    Ok(())
+
+    /// Writes all of them, and prints one.
+    pub(crate) fn publish(&self, folder: &Path, as_json: bool) -> Outcome {
+        self.save(folder)?;
+        if as_json {
+            return Ok(print_json(self.results)?);
+        }
+        print_line(&self.markdown)?;
+        let path = folder.join(format!("{}.md", self.name));
+        let page = folder.join(PAGE);
+        Ok(print_line(&format!(
+            "Written to {}\nReport: {}",
+            path.display(),
+            page.display()
+        ))?)
+    }
 }
 
 /// Writes settings into results, with the version of this program.
@@ -65,6 +93,23 @@ pub(crate) fn with_version<T: Serialize, S: Serializer>(
 pub(crate) fn figure(folder: &Path, name: &str, svg: Result<String, ChartError>) -> Outcome {
     let path = folder.join(format!("{name}.svg"));
     Ok(write_whole(&path, svg.or_run()?.as_bytes())?)
+}
+
+/// Writes bars, one for each name and value, as `<name>.svg`.
+pub(crate) fn bars(
+    folder: &Path,
+    name: &str,
+    [title, value_label]: [&str; 2],
+    bars: impl IntoIterator<Item = (String, f64)>,
+) -> Outcome {
+    let bars = bars.into_iter();
+    let chart = Bars {
+        title: title.to_owned(),
+        value_label: value_label.to_owned(),
+        bars: bars.map(|(label, value)| Bar { label, value }).collect(),
+    };
+    let rows = u32::try_from(chart.bars.len()).unwrap_or(u32::MAX).min(100);
+    figure(folder, name, chart.to_svg([760, 160 + 36 * rows]))
 }
 
 /// The name of an enum's variant, as files spell it.

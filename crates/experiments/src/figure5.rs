@@ -16,7 +16,8 @@ use ppnpack_picture::{Column, Image, PictureError, Size, gallery};
 use serde::Serialize;
 
 use crate::comparison::{Comparison, ComparisonOptions, Contender, Results};
-use crate::{document, table1, workers};
+use crate::document::{self, Answer, Document};
+use crate::{table1, workers};
 
 /// The width of a picture, in pixels.
 const WIDTH_PX: u32 = 360;
@@ -87,8 +88,40 @@ pub(crate) fn run(arguments: &Figure5Arguments, backend: &dyn Backend) -> Outcom
     write_whole(&folder.join("figure5.png"), &sheet)?;
     let lines = packed.into_iter().map(|packed| packed.line);
     let results = comparison.results(None, lines.collect());
-    let markdown = markdown(&results, &title);
-    document::publish(folder, "figure5", &results, &markdown, arguments.json)
+    let document = Document {
+        name: "figure5",
+        answer: Answer {
+            question: "What do the methods make of the same objects?",
+            text: answer(&results),
+            picture: "figure5.png".to_owned(),
+        },
+        results: &results,
+        measured: &["lines"],
+        markdown: markdown(&results, &title),
+    };
+    document.publish(folder, arguments.json)
+}
+
+/// Which method packs them most compactly, and which least.
+fn answer(results: &Results<'_, Line>) -> String {
+    let mut lines: Vec<&Line> = results.lines.iter().collect();
+    let compactness = |line: &Line| line.floor_compactness_percent;
+    lines.sort_by(|one, other| compactness(other).total_cmp(&compactness(one)));
+    let told = |line: &Line| {
+        format!(
+            "{} packs {} items to a compactness of {:.1} % by the floor, {:.1} cm high",
+            line.method, line.items, line.floor_compactness_percent, line.height_cm
+        )
+    };
+    match lines.as_slice() {
+        [] => "Nothing was packed.".to_owned(),
+        [one] => format!("{}.", told(one)),
+        [best, .., least] => format!(
+            "Most compact: {}. Least: {}. It is one sequence alone; table 1 says which is better.",
+            told(best),
+            told(least)
+        ),
+    }
 }
 
 /// Which objects are packed.

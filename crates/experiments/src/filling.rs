@@ -17,7 +17,7 @@ use ppnpack_physics::outcome::is_unsteady;
 use serde::{Deserialize, Serialize};
 
 use crate::cases::{Case, cases};
-use crate::document;
+use crate::document::{self, Answer, Document};
 use crate::runs::{Runs, RunsOption, hash};
 use crate::workers;
 use apart::{Apart, Physics};
@@ -114,7 +114,18 @@ pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
         Comparison::Efforts => results.times(),
     };
     document::figure(out, name, chart.to_svg([760, 460]))?;
-    document::publish(out, name, &results, &results.markdown(), arguments.json)
+    let document = Document {
+        name,
+        answer: Answer {
+            question: compare.question(),
+            text: results.answer(),
+            picture: format!("{name}.svg"),
+        },
+        results: &results,
+        measured: &["lines"],
+        markdown: results.markdown(),
+    };
+    document.publish(out, arguments.json)
 }
 
 /// Packs all sequences in all ways, those first that come first; gives the runs by way, then sequence.

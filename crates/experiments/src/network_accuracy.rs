@@ -12,9 +12,10 @@ use ppnpack_model::report::TrainingEvent;
 use ppnpack_model::settings::{Device, MeasurementRequest};
 use serde::Serialize;
 
+use crate::document::{self, Answer, Document};
 use crate::shares::{self, PAPER_PERCENT};
 use crate::train::ranked;
-use crate::{document, workers};
+use crate::workers;
 
 /// Measures on a dataset's test split how often a trained network has the optimum among its best-scored placements, by each
 /// of the three questions that `experiment table3` asks.
@@ -78,8 +79,44 @@ pub(crate) fn run(arguments: &NetworkArguments, backend: &dyn Backend) -> Outcom
         parameters: card.parameters,
         test: test.or_run()?,
     };
-    let page = markdown(&results);
-    document::publish(&arguments.out, "network", &results, &page, arguments.json)
+    draw(arguments, &results)?;
+    let document = Document {
+        name: "network",
+        answer: Answer {
+            question: "How often is the optimum among what a network scores best?",
+            text: answer(&results),
+            picture: "network.svg".to_owned(),
+        },
+        results: &results,
+        measured: &["test"],
+        markdown: markdown(&results),
+    };
+    document.publish(&arguments.out, arguments.json)
+}
+
+fn draw(arguments: &NetworkArguments, results: &Results) -> Outcome {
+    let percents = shares::percent(&[&results.test], Question::OverAll);
+    let at_shares = shares::SHARES.iter().zip(percents);
+    let bars = at_shares.map(|(share, mean)| (format!("K = {share} %"), mean.mean));
+    let titles = [
+        "Optimum among the best-scored K % of all placements",
+        "Test candidates (%)",
+    ];
+    document::bars(&arguments.out, "network", titles, bars)
+}
+
+/// How often it is at the smallest share.
+fn answer(results: &Results) -> String {
+    let percents = shares::percent(&[&results.test], Question::OverAll);
+    let first = percents.first().copied().unwrap_or_default();
+    let [share, ..] = shares::SHARES;
+    let [paper, ..] = PAPER_PERCENT;
+    format!(
+        "The optimum is among the best-scored {share} % of all placements for {} % of {} test candidates; the paper's network, on its \
+         own data: {paper:.1} %.",
+        first.shown(1),
+        results.test.candidates
+    )
 }
 
 fn markdown(results: &Results) -> String {

@@ -15,6 +15,7 @@ use serde::Serialize;
 use crate::comparison::{
     Comparison, ComparisonOptions, Contender, Means, Setting, WIDENED, point, ratio_percent,
 };
+use crate::document::{Answer, Document};
 use crate::runs::{Part, ShardOptions};
 use crate::statistics::Mean;
 use crate::{document, scene};
@@ -94,6 +95,9 @@ impl GridOption {
     }
 }
 
+/// What counts as nearly all of the exhaustive search's volume, in percent.
+const NEARLY_PERCENT: f64 = 99.0;
+
 /// A way to propose on one grid.
 #[derive(Debug, Serialize)]
 struct Line {
@@ -145,8 +149,44 @@ pub(crate) fn run(arguments: &ParetoArguments, backend: &dyn Backend) -> Outcome
     if results.grids.is_empty() {
         return part.tell(arguments.json);
     }
-    let (folder, markdown) = (&arguments.out, markdown(&results));
-    document::publish(folder, "pareto", &results, &markdown, arguments.json)
+    document(&results).publish(&arguments.out, arguments.json)
+}
+
+fn document(results: &Results) -> Document<'_, Results> {
+    Document {
+        name: "pareto",
+        answer: Answer {
+            question: "Which proposals pack as much in less time?",
+            text: answer(results),
+            picture: "pareto.svg".to_owned(),
+        },
+        results,
+        measured: &["lines"],
+        markdown: markdown(results),
+    }
+}
+
+/// On each grid the quickest way that packs nearly as much as the search of all placements.
+fn answer(results: &Results) -> String {
+    let of_grid = |grid: &OfGrid| {
+        let lines = grid.lines.iter();
+        let nearly = lines.filter(|line| line.mesh_volume_ratio_percent.mean >= NEARLY_PERCENT);
+        let decision_s = |line: &&Line| line.means.decision_s.mean;
+        let quickest = nearly.min_by(|one, other| decision_s(one).total_cmp(&decision_s(other)))?;
+        Some(format!(
+            "On {} that is {}, with {} ms an item, {} % of the exhaustive search's time.",
+            grid.name,
+            quickest.method,
+            quickest.means.decision_s.scaled(1e3).shown(2),
+            quickest.decision_ratio_percent.shown(1)
+        ))
+    };
+    let head = format!(
+        "Asked for is the quickest that packs at least {NEARLY_PERCENT} % of the exhaustive search's volume."
+    );
+    let of_grids = results.grids.iter().filter_map(of_grid);
+    let sentences: Vec<String> = std::iter::once(head).chain(of_grids).collect();
+    sentences.join(" ")
 }
 
 /// What a grid comes to; `None` where only a shard of its runs is made here.
@@ -211,7 +251,7 @@ fn save(arguments: &ParetoArguments, results: &Results) -> Outcome {
         draw(&format!("pareto-{}", grid.key), std::slice::from_ref(grid))?;
     }
     draw("pareto", &results.grids)?;
-    document::save(folder, "pareto", results, &markdown(results))
+    document(results).save(folder)
 }
 
 fn scatter(grids: &[OfGrid]) -> Scatter {

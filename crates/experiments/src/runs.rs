@@ -140,7 +140,8 @@ pub(crate) fn hash(value: &impl Serialize, letters: usize) -> Outcome<String> {
     Ok(hash)
 }
 
-fn program() -> std::io::Result<String> {
+/// The hash of this program.
+pub(crate) fn program() -> std::io::Result<String> {
     let program = std::fs::File::open(std::env::current_exe()?)?;
     let mut hasher = blake3::Hasher::new();
     hasher.update_reader(program)?;

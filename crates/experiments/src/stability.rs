@@ -23,9 +23,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::document;
+use crate::document::{self, Answer, Document};
 use crate::runs::{Runs, RunsOption};
-use crate::statistics::percent;
+use crate::statistics::{percent, percentage};
 use crate::workers;
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::options::{CatalogueOptions, Conditions, GridOptions, PhysicsOptions};
@@ -172,8 +172,58 @@ pub(crate) fn run(arguments: &StabilityArguments) -> Outcome {
         tallies: tallies(&trials),
         settings: &settings,
     };
-    let (folder, markdown) = (&arguments.out, markdown(&results, trials.len()));
-    document::publish(folder, "stability", &results, &markdown, arguments.json)
+    draw(arguments, &results.tallies)?;
+    let document = Document {
+        name: "stability",
+        answer: Answer {
+            question: "Do stability tests tell what stays?",
+            text: answer(&results.tallies),
+            picture: "stability.svg".to_owned(),
+        },
+        results: &results,
+        measured: &["tallies"],
+        markdown: markdown(&results, trials.len()),
+    };
+    document.publish(&arguments.out, arguments.json)
+}
+
+fn draw(arguments: &StabilityArguments, tallies: &[Tally]) -> Outcome {
+    let bars = tallies
+        .iter()
+        .filter(|tally| tally.accepted > 0)
+        .map(|tally| {
+            let height_cm = tally.release_m * 100.0;
+            let label = format!("{}, {}, {height_cm:.1} cm", tally.test, tally.placements);
+            (
+                label,
+                percentage(tally.accepted_toppled_or_slid, tally.accepted),
+            )
+        });
+    let titles = [
+        "What a test accepts and does not stay",
+        "Toppled or slid, of the accepted (%)",
+    ];
+    document::bars(&arguments.out, "stability", titles, bars)
+}
+
+/// How often each test is wrong, over all placements.
+fn answer(tallies: &[Tally]) -> String {
+    let of_test = |test: &str| {
+        let sum = |count: fn(&Tally) -> usize| {
+            let tallies = tallies.iter().filter(|tally| tally.test == test);
+            tallies.map(count).sum::<usize>()
+        };
+        let accepted = sum(|tally| tally.accepted);
+        format!(
+            "Of what the {test} test accepts {} toppled or slid, and of what it rejects {} would have stood.",
+            percent(sum(|tally| tally.accepted_toppled_or_slid), accepted),
+            percent(
+                sum(|tally| tally.rejected_but_stood),
+                sum(|tally| tally.trials) - accepted
+            )
+        )
+    };
+    TESTS.map(of_test).join(" ")
 }
 
 /// The trials along one packed sequence.
@@ -312,6 +362,9 @@ fn done<T>(result: Result<T, StageError>) -> Outcome<T> {
     result.map_err(anyhow::Error::from_boxed).or_run()
 }
 
+/// The tests, by their names in results.
+const TESTS: [&str; 2] = ["published", "physical"];
+
 /// Counts of one group of trials for one test.
 #[derive(Debug, Clone, Serialize)]
 struct Tally {
@@ -338,7 +391,7 @@ fn tallies(trials: &[Trial]) -> Vec<Tally> {
                 (trial.release_m, trial.drawn, trial.is_small) == (release_m, drawn, is_small)
             };
             let group: Vec<&Trial> = trials.iter().filter(is_in).collect();
-            for test in ["published", "physical"] {
+            for test in TESTS {
                 let accepts = |trial: &Trial| match test {
                     "published" => trial.published,
                     _ => trial.physical,

@@ -15,7 +15,7 @@ use crate::comparison::{
     COMPACTNESS, Comparison, ComparisonOptions, Contender, Means, Results, Row, RowProposals, Run,
     WIDENED, point,
 };
-use crate::document;
+use crate::document::{self, Answer, Document};
 use crate::pareto::GridOption;
 use crate::runs::{Part, ShardOptions};
 use crate::statistics::Mean;
@@ -207,7 +207,45 @@ pub(crate) fn run(arguments: &Table1Arguments, backend: &dyn Backend) -> Outcome
     let folder = &arguments.out;
     let chart = scatter(&table.methods);
     document::figure(folder, "table1", chart.to_svg([900, 600]))?;
-    document::publish(folder, "table1", &table, &markdown(&table), arguments.json)
+    let document = Document {
+        name: "table1",
+        answer: Answer {
+            question: "How do the packing heuristics and the network compare?",
+            text: answer(&table.methods),
+            picture: "table1.svg".to_owned(),
+        },
+        results: &table,
+        measured: &["lines", "bounded"],
+        markdown: markdown(&table),
+    };
+    document.publish(folder, arguments.json)
+}
+
+/// How compactly the search of all placements by SDFM packs, and which other method comes nearest.
+fn answer(results: &Results<'_, Line>) -> String {
+    let Some((search, others)) = results.lines.split_last() else {
+        return "Nothing was packed.".to_owned();
+    };
+    let compactness = |line: &&Line| line.means.floor_compactness_percent.mean;
+    let nearest = others
+        .iter()
+        .max_by(|one, other| compactness(one).total_cmp(&compactness(other)));
+    let nearest = nearest.map_or_else(String::new, |line| {
+        let difference = line.difference.floor_compactness_percent.reversed();
+        format!(
+            " That is {} than {}, the next of {} methods on the same {} sequences.",
+            difference.more_or_less(1, "points"),
+            line.method,
+            results.lines.len(),
+            line.means.cases
+        )
+    });
+    format!(
+        "{} packs to a compactness of {} % by the floor, and decides in {} ms an item.{nearest}",
+        search.method,
+        search.means.floor_compactness_percent.shown(1),
+        search.means.decision_s.scaled(1e3).shown(2)
+    )
 }
 
 /// The bounded search on each grid; `None` where only a shard is packed here.

@@ -10,13 +10,14 @@ use ppnpack_cli::options::{Conditions, GridOptions};
 use ppnpack_packing::objective::{Heuristic, Order};
 use serde::Serialize;
 
+use crate::cases;
 use crate::comparison::{
     COMPACTNESS, Comparison, ComparisonOptions, Means, Results, Row, RowProposals, Run, WIDENED,
     ratio_percent,
 };
+use crate::document::{self, Answer, Document};
 use crate::runs::{Part, ShardOptions};
 use crate::statistics::Mean;
-use crate::{cases, document};
 
 /// Packs random sequences of the catalogue's regular objects, and of its irregular ones, with the network's proposals and
 /// searching all placements. The sets of objects that the paper compares with hierarchical reinforcement learning on are not
@@ -120,14 +121,51 @@ pub(crate) fn run(arguments: &Table2Arguments, backend: &dyn Backend) -> Outcome
         return part.tell(arguments.json);
     }
     let results = comparison.results(None, classes);
-    let markdown = markdown(&results);
-    document::publish(
-        &arguments.out,
-        "table2",
-        &results,
-        &markdown,
-        arguments.json,
-    )
+    draw(arguments, &results)?;
+    let document = Document {
+        name: "table2",
+        answer: Answer {
+            question: "Are regular or irregular objects packed better?",
+            text: answer(&results),
+            picture: "table2.svg".to_owned(),
+        },
+        results: &results,
+        measured: &["lines"],
+        markdown: markdown(&results),
+    };
+    document.publish(&arguments.out, arguments.json)
+}
+
+fn draw(arguments: &Table2Arguments, results: &Results<'_, Class>) -> Outcome {
+    let lines = results.lines.iter().flat_map(|class| {
+        class.lines.iter().map(move |line| {
+            let label = format!("{}, {}", class.name, line.method);
+            (label, line.means.floor_compactness_percent.mean)
+        })
+    });
+    let titles = [
+        "Regular and irregular objects",
+        "Compactness by the floor (%)",
+    ];
+    document::bars(&arguments.out, "table2", titles, lines)
+}
+
+/// How compactly each class is packed by the search of all placements, and what the network makes of that.
+fn answer(results: &Results<'_, Class>) -> String {
+    let of_class = |class: &Class| {
+        let (search, others) = class.lines.split_last()?;
+        let network = others.first().map_or_else(String::new, |line| {
+            let ratio = line.floor_compactness_ratio_percent.shown(1);
+            format!("; {} reaches {ratio} % of that", line.method)
+        });
+        Some(format!(
+            "On {} objects the search of all placements reaches a compactness of {} % by the floor{network}.",
+            class.name,
+            search.means.floor_compactness_percent.shown(1)
+        ))
+    };
+    let classes = results.lines.iter().filter_map(of_class);
+    classes.collect::<Vec<String>>().join(" ")
 }
 
 /// The comparison on the objects of one class, with its network.

@@ -16,12 +16,13 @@ use ppnpack_packing::plan::{Candidate, Plan};
 use ppnpack_packing::step::StepInput;
 use serde::{Deserialize, Serialize};
 
+use crate::document::{self, Answer, Document};
 use crate::method::sdfm;
 use crate::network::NetworkOptions;
 use crate::runs::Runs;
 use crate::shares::{self, SHARES};
 use crate::statistics::{Mean, percentage};
-use crate::{document, scene, workers};
+use crate::{scene, workers};
 use ppnpack_cli::failure::{Failure, OrRun, Outcome};
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{CatalogueOptions, Network};
@@ -143,8 +144,42 @@ pub(crate) fn run(arguments: &TransferArguments, backend: &dyn Backend) -> Outco
         "Candidates",
         lines.map(|line| (line.grid, &line.accuracy_percent)),
     )?;
-    let markdown = markdown(&results);
-    document::publish(folder, "transfer", &results, &markdown, arguments.json)
+    let document = Document {
+        name: "transfer",
+        answer: Answer {
+            question: "Does the network find the optimum on grids that it was not trained on?",
+            text: answer(&results),
+            picture: "transfer.svg".to_owned(),
+        },
+        results: &results,
+        measured: &["lines"],
+        markdown: markdown(&results),
+    };
+    document.publish(folder, arguments.json)
+}
+
+/// How often it is found at the smallest share: on the trained grid, and on those where that is most and least often.
+fn answer(results: &Results) -> String {
+    let found = |line: &Line| Some((line.grid, line.accuracy_percent.first().copied()?));
+    let found: Vec<_> = results.lines.iter().filter_map(found).collect();
+    let [(_, trained), others @ ..] = found.as_slice() else {
+        return "Nothing was searched.".to_owned();
+    };
+    let mut others: Vec<_> = others.iter().collect();
+    others.sort_by(|(_, one), (_, other)| one.mean.total_cmp(&other.mean));
+    let others = match others.as_slice() {
+        [(worst, least), .., (best, most)] => format!(
+            "; on others for {} % ({worst}) to {} % ({best})",
+            least.shown(1),
+            most.shown(1)
+        ),
+        _ => String::new(),
+    };
+    format!(
+        "With K = {} % it is among the proposals for {} % of the candidates on the grid that it was trained on{others}.",
+        results.shares_percent.first().copied().unwrap_or_default(),
+        trained.shown(1)
+    )
 }
 
 fn measure(

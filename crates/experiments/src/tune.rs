@@ -17,10 +17,11 @@ use ppnpack_files::write_whole;
 use ppnpack_packing::objective::Weights;
 
 use crate::cases::{Case, cases};
+use crate::document::{self, Answer, Document};
 use crate::filling::apart::Apart;
 use crate::filling::{self, Run, Way};
 use crate::runs::Runs;
-use crate::{document, workers};
+use crate::workers;
 pub(crate) use arguments::TuneArguments;
 use cma::Cma;
 use fitness::Fitness;
@@ -46,8 +47,27 @@ pub(crate) fn run(arguments: &TuneArguments) -> Outcome {
     let results = Tuning::new(arguments)?.search(&space)?;
     let methods = serde_json::to_vec_pretty(&results.methods()).or_run()?;
     write_whole(&arguments.out.join("methods.json"), &methods)?;
-    let markdown = results.markdown();
-    document::publish(&arguments.out, "tune", &results, &markdown, arguments.json)
+    document(arguments, &results)?.publish(&arguments.out, arguments.json)
+}
+
+/// What was found until now; its chart is drawn.
+fn document<'a>(arguments: &TuneArguments, results: &'a Results) -> Outcome<Document<'a, Results>> {
+    document::figure(
+        &arguments.out,
+        "tune",
+        results.course_chart().to_svg([760, 420]),
+    )?;
+    Ok(Document {
+        name: "tune",
+        answer: Answer {
+            question: "Does tuning the objective's weights help?",
+            text: results.answer(),
+            picture: "tune.svg".to_owned(),
+        },
+        results,
+        measured: &["best", "generations"],
+        markdown: results.markdown(),
+    })
 }
 
 impl<'a> Tuning<'a> {
@@ -91,7 +111,7 @@ impl<'a> Tuning<'a> {
             let losses: Vec<f64> = candidates.iter().map(loss).collect();
             cma.tell(&points, &losses);
             results.add(&candidates, cma.sigma(), space.weights(cma.mean())?);
-            document::save(&arguments.out, "tune", &results, &results.markdown())?;
+            document(arguments, &results)?.save(&arguments.out)?;
         }
         Ok(results)
     }

@@ -20,10 +20,11 @@ use ppnpack_packing::step::StepInput;
 use serde::{Deserialize, Serialize};
 
 use crate::cases::{Case, cases};
+use crate::document::{self, Answer, Document};
 use crate::filling::apart::Apart;
 use crate::filling::{Way, pack};
 use crate::runs::{Runs, RunsOption, hash};
-use crate::{document, workers};
+use crate::workers;
 use results::Results;
 use ridge::Sample;
 
@@ -140,8 +141,24 @@ pub(crate) fn run(arguments: &ValueArguments) -> Outcome {
         .collect();
     let results = Results::new(arguments, way, &samples)?;
     results.save_methods(&arguments.out)?;
-    let markdown = results.markdown();
-    document::publish(&arguments.out, "value", &results, &markdown, arguments.json)
+    document::bars(&arguments.out, "value", results::TITLES, results.bars())?;
+    let document = Document {
+        name: "value",
+        answer: Answer {
+            question: "Does what a placement leaves tell what can be packed after it?",
+            text: results.answer(),
+            picture: "value.svg".to_owned(),
+        },
+        results: &results,
+        measured: &[
+            "samples",
+            "explained",
+            "explained_without_surface",
+            "coefficients",
+        ],
+        markdown: results.markdown(),
+    };
+    document.publish(&arguments.out, arguments.json)
 }
 
 /// As `ppnpack pack` packs.

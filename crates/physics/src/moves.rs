@@ -28,7 +28,9 @@ impl LastPoses {
             .filter(|(arrival, pose)| self.poses.get(*arrival) != Some(*pose));
         let lies = moved.map(|(arrival, pose)| (*arrival, *pose)).collect();
         let before = self.poses.keys().copied();
-        let gone = before.filter(|arrival| !now.contains_key(arrival)).collect();
+        let gone = before
+            .filter(|arrival| !now.contains_key(arrival))
+            .collect();
         self.poses = now;
         Moves { lies, gone }
     }

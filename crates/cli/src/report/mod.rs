@@ -2,7 +2,7 @@
 
 mod arm;
 mod csv;
-pub(crate) mod html;
+pub mod html;
 mod motion;
 mod pictures;
 mod playback;

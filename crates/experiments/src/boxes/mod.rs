@@ -18,7 +18,7 @@ use clap::Args;
 use ppnpack_cli::failure::Outcome;
 use serde::Serialize;
 
-use crate::document;
+use crate::document::{self, Answer, Document};
 use crate::runs::{Runs, RunsOption};
 use crate::workers;
 use look_ahead::LookAhead;
@@ -177,6 +177,17 @@ pub(crate) fn run(arguments: &BoxesArguments) -> Outcome {
             results.add(*setting, *method, &runs.concat());
         }
     }
-    let markdown = results.markdown();
-    document::publish(&arguments.out, "boxes", &results, &markdown, arguments.json)
+    document::bars(&arguments.out, "boxes", results::TITLES, results.bars())?;
+    let document = Document {
+        name: "boxes",
+        answer: Answer {
+            question: "How full is a bin of boxes that come one by one?",
+            text: results.answer(),
+            picture: "boxes.svg".to_owned(),
+        },
+        results: &results,
+        measured: &["lines", "published"],
+        markdown: results.markdown(),
+    };
+    document.publish(&arguments.out, arguments.json)
 }

@@ -107,6 +107,36 @@ impl<'a> Results<'a> {
         }
     }
 
+    /// Which method packs most in the first kind of cell, and how steadily, beside the first one.
+    pub(super) fn answer(&self) -> String {
+        let lines = self.tables.first().map_or(&[][..], |table| &table.lines);
+        let volume_cm3 = |line: &&Line| line.meshes_cm3.mean;
+        let best = lines
+            .iter()
+            .max_by(|one, other| volume_cm3(one).total_cmp(&volume_cm3(other)));
+        let Some((first, best)) = lines.first().zip(best) else {
+            return "Nothing was packed.".to_owned();
+        };
+        if std::ptr::eq(first, best) {
+            return format!(
+                "{} packs most, {} cm³; {:.1} % of what it placed did not stay.",
+                best.name,
+                best.meshes_cm3.shown(0),
+                best.unsteady_percent
+            );
+        }
+        format!(
+            "{} packs most, {} cm³: {} than {} ({:+.1} %). Of what it placed {:.1} % did not stay, against {:.1} %.",
+            best.name,
+            best.meshes_cm3.shown(0),
+            best.difference_cm3.more_or_less(0, "cm³"),
+            first.name,
+            best.difference_percent,
+            best.unsteady_percent,
+            first.unsteady_percent
+        )
+    }
+
     pub(super) fn markdown(&self) -> String {
         let last = u64::from(self.first_case) + u64::from(self.cases) - 1;
         let mut text = format!(

@@ -137,6 +137,15 @@ impl Comparison {
         }
     }
 
+    /// What is asked.
+    pub(super) fn question(self) -> &'static str {
+        match self {
+            Self::Stages => "How full do containers get, and how steadily?",
+            Self::Efforts => "What does more time for a decision bring?",
+            Self::Limits => "What does it cost to allow less tilt and slide?",
+        }
+    }
+
     /// What is compared; the others are compared with the first.
     pub(super) fn ways(self) -> Vec<Way> {
         let baseline = Way::untried("published test", Stability::Published);

@@ -12,7 +12,7 @@ use ppnpack_cli::options::CatalogueOptions;
 use ppnpack_cli::sequence::SequenceFile;
 
 use crate::cases::{Case, cases};
-use crate::document;
+use crate::document::{self, Answer, Document};
 use crate::filling::apart::Physics;
 use crate::filling::{self, Way};
 use crate::runs::{Runs, RunsOption};
@@ -117,5 +117,17 @@ pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
         results.add(margin, &runs, &limits);
     }
     let out = &arguments.out;
-    document::publish(out, "loads", &results, &results.markdown(), arguments.json)
+    document::bars(out, "loads", results::TITLES, results.bars())?;
+    let document = Document {
+        name: "loads",
+        answer: Answer {
+            question: "Do items carry no more than they may?",
+            text: results.answer(),
+            picture: "loads.svg".to_owned(),
+        },
+        results: &results,
+        measured: &["lines"],
+        markdown: results.markdown(),
+    };
+    document.publish(out, arguments.json)
 }

@@ -16,6 +16,9 @@ const NOTICEABLE_KG: f64 = 0.05;
 /// Limits may be exceeded by so much, as a share of them.
 const TOLERATED: f64 = 0.1;
 
+/// Of the chart: what it shows, and what its bars measure.
+pub(super) const TITLES: [&str; 2] = ["An item carried over 110 % of what it may", "Containers"];
+
 /// All that was found.
 #[derive(Debug, Serialize)]
 pub(super) struct Results<'a> {
@@ -221,6 +224,42 @@ impl<'a> Results<'a> {
         }
         let line = Line::new(margin, runs, &self.first, limits_kg);
         self.lines.push(line);
+    }
+
+    /// Each line's name, and how many containers had an item that carried noticeably more than it may.
+    pub(super) fn bars(&self) -> impl Iterator<Item = (String, f64)> {
+        self.lines.iter().map(|line| {
+            let label = match line.margin {
+                Some(margin) => format!("margin {margin}"),
+                None => "no limits".to_owned(),
+            };
+            (label, line.containers_noticeably as f64)
+        })
+    }
+
+    /// What the greatest margin prevents, and what it costs.
+    pub(super) fn answer(&self) -> String {
+        let Some((first, others)) = self.lines.split_first() else {
+            return "Nothing was packed.".to_owned();
+        };
+        let without = format!(
+            "Without limits, an item carried over 110 % of what it may in {} of {} containers",
+            first.containers_noticeably, self.cases
+        );
+        let margin = |line: &&Line| line.margin.unwrap_or_default();
+        let most = others
+            .iter()
+            .max_by(|one, other| margin(one).total_cmp(&margin(other)));
+        match most {
+            None => format!("{without}."),
+            Some(line) => format!(
+                "{without}; where estimates are held against the limits with a margin of {}, in {}. That packs {} ({:+.1} %).",
+                margin(&line),
+                line.containers_noticeably,
+                line.difference_cm3.more_or_less(0, "cm³"),
+                line.difference_percent
+            ),
+        }
     }
 
     pub(super) fn markdown(&self) -> String {

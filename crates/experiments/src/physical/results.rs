@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::record::Stage;
 use super::sums::{Line, Spread};
 use super::{PhysicalArguments, Settings};
-use crate::document;
+use crate::document::{self, Answer, Document};
 use crate::statistics::percent;
 
 #[derive(Serialize)]
@@ -30,8 +30,47 @@ pub(super) fn publish(arguments: &PhysicalArguments, results: &Results<'_>) -> O
         let name = format!("timeline-{}", line.key);
         document::figure(folder, &name, timeline(line).to_svg([720, 300]))?;
     }
-    let markdown = markdown(results);
-    document::publish(folder, "physical", results, &markdown, arguments.json)
+    let volumes = results.lines.iter();
+    let volumes = volumes.map(|line| (line.method.clone(), line.volume_l.mean));
+    let titles = ["What a run packs", "Volume of meshes (l)"];
+    document::bars(folder, "physical", titles, volumes)?;
+    let document = Document {
+        name: "physical",
+        answer: Answer {
+            question: "What does the robot cell pack, with its sensors, its arm and their errors?",
+            text: answer(results),
+            picture: "physical.svg".to_owned(),
+        },
+        results,
+        measured: &["lines"],
+        markdown: markdown(results),
+    };
+    document.publish(folder, arguments.json)
+}
+
+/// Which method packs most, and what became of its items.
+fn answer(results: &Results<'_>) -> String {
+    let volume_l = |line: &&Line| line.volume_l.mean;
+    let best = results
+        .lines
+        .iter()
+        .max_by(|one, other| volume_l(one).total_cmp(&volume_l(other)));
+    let Some(line) = best else {
+        return "Nothing was packed.".to_owned();
+    };
+    let Line { items, seen, .. } = line;
+    format!(
+        "{} packs most: {} l a run, to a compactness of {} % by the floor. Of {} items {} were placed, of which {} lean by over 30 \
+         degrees and {} lie outside; {} of the known ones were recognised.",
+        line.method,
+        line.volume_l.shown(2),
+        line.compactness_percent.shown(1),
+        items.all,
+        items.placed,
+        items.toppled,
+        items.outside,
+        percent(seen.right, seen.known)
+    )
 }
 
 /// How long the cell takes for each stage of an item.

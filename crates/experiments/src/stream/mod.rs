@@ -17,7 +17,7 @@ use ppnpack_packing::orders::{ContainerRules, Sharing};
 use ppnpack_packing::stream::StreamPlay;
 use serde::Serialize;
 
-use crate::document;
+use crate::document::{self, Answer, Document};
 use crate::filling::apart::Physics;
 use crate::filling::{self, Way};
 use crate::runs::{self, Runs, RunsOption};
@@ -296,7 +296,19 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
         results.add(setting, &runs);
     }
     let out = &arguments.out;
-    document::publish(out, "stream", &results, &results.markdown(), arguments.json)
+    document::bars(out, "stream", results.titles(), results.bars())?;
+    let document = Document {
+        name: "stream",
+        answer: Answer {
+            question: "What do several containers bring that are open at the same time?",
+            text: results.answer(),
+            picture: "stream.svg".to_owned(),
+        },
+        results: &results,
+        measured: &["lines"],
+        markdown: results.markdown(),
+    };
+    document.publish(out, arguments.json)
 }
 
 fn parse_pair(text: &str) -> Result<(String, String), String> {

@@ -219,6 +219,61 @@ impl<'a> Results<'a> {
         self.lines.push(Line::new(setting, runs, &self.first));
     }
 
+    /// Of the chart: what it shows, and what its bars measure.
+    pub(super) fn titles(&self) -> [&'static str; 2] {
+        match self.has_orders {
+            true => ["Containers that the orders take", "Containers used"],
+            false => ["What closed containers hold", "Mesh volume (cm³)"],
+        }
+    }
+
+    /// What is compared of a line: containers used where there are orders, else what a closed one holds.
+    fn compared(&self, line: &Line) -> [Mean; 2] {
+        match self.has_orders {
+            true => [line.used, line.used_difference],
+            false => [line.meshes_cm3, line.difference_cm3],
+        }
+    }
+
+    /// Each line's name and what is compared of it.
+    pub(super) fn bars(&self) -> impl Iterator<Item = (String, f64)> {
+        self.lines.iter().map(|line| {
+            let [value, _] = self.compared(line);
+            let shown = line.setting.shown(self.has_orders);
+            (format!("open: {shown}"), value.mean)
+        })
+    }
+
+    /// What the first line comes to, and by how much the last one differs.
+    pub(super) fn answer(&self) -> String {
+        let [Some(first), Some(last)] = [self.lines.first(), self.lines.last()] else {
+            return "Nothing was packed.".to_owned();
+        };
+        let (what, decimals, unit) = match self.has_orders {
+            true => ("A stream takes", 1, "containers"),
+            false => ("A closed container holds", 0, "cm³"),
+        };
+        let [value, _] = self.compared(first);
+        let shown = |line: &Line| line.setting.shown(self.has_orders);
+        let further = match self.lines.len() {
+            1 => String::new(),
+            _ => {
+                let [_, difference] = self.compared(last);
+                let difference = difference.more_or_less(decimals, unit);
+                format!(
+                    "; with {} open it is {difference} on the same streams",
+                    shown(last)
+                )
+            }
+        };
+        format!(
+            "{what} {} {unit} with {} open{further}. {:.1} % of all that was placed then did not stay.",
+            value.shown(decimals),
+            shown(first),
+            percentage(last.unsteady, last.placed)
+        )
+    }
+
     pub(super) fn markdown(&self) -> String {
         let choice = match self.choice {
             Choice::Fullest => {

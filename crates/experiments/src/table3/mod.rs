@@ -19,7 +19,7 @@ use ppnpack_model::architecture::Architecture;
 use ppnpack_model::card::ModelCard;
 use ppnpack_model::settings::{LossOver, TrainingRequest, TrainingSettings};
 
-use crate::document;
+use crate::document::{self, Answer, Document};
 use crate::shares::{self, SHARES};
 use crate::train::options::{LOSS_OVERS, RunOptions, SizeOptions};
 use crate::train::train;
@@ -87,14 +87,25 @@ pub(crate) fn run(arguments: &Table3Arguments, backend: &dyn Backend) -> Outcome
         rows: rows.collect::<Outcome<_>>()?,
     };
     draw(arguments, &results)?;
-    let markdown = page::markdown(&results);
-    document::publish(
-        &arguments.out,
-        "table3",
-        &results,
-        &markdown,
-        arguments.json,
-    )
+    let document = Document {
+        name: "table3",
+        answer: Answer {
+            question: "How often is the optimum among what the network scores best, and what does that owe to?",
+            text: page::answer(&results),
+            picture: "table3.svg".to_owned(),
+        },
+        results: &results,
+        measured: &[
+            "tried",
+            "answers",
+            "accuracy",
+            "validation",
+            "test",
+            "training_s",
+        ],
+        markdown: page::markdown(&results),
+    };
+    document.publish(&arguments.out, arguments.json)
 }
 
 fn draw(arguments: &Table3Arguments, results: &Results) -> Outcome {

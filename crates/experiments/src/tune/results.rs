@@ -1,5 +1,6 @@
 //! What a tuning came to.
 
+use ppnpack_chart::{Curve, Lines};
 use ppnpack_cli::options::Objective;
 use ppnpack_packing::objective::Weights;
 use serde::Serialize;
@@ -110,6 +111,47 @@ impl Results {
             way(&start, self.start.weights),
             way("tuned", self.best.weights),
         ]
+    }
+
+    /// How good the best of each generation is, and their mean.
+    pub(super) fn course_chart(&self) -> Lines {
+        let curve = |name: &str, fitness: fn(&Generation) -> f64| {
+            let generations = self.generations.iter();
+            let points = generations.map(|of| [of.number as f64, fitness(of)]);
+            Curve {
+                name: name.to_owned(),
+                points: points.collect(),
+            }
+        };
+        Lines {
+            title: "Fitness by generation".to_owned(),
+            x_label: "Generation".to_owned(),
+            y_label: "Fitness (%)".to_owned(),
+            curves: vec![
+                curve("best", |of| of.best.fitness.value_percent),
+                curve("mean", |of| of.mean_fitness_percent),
+            ],
+        }
+    }
+
+    /// What the best weights pack more than the start's.
+    pub(super) fn answer(&self) -> String {
+        let generations = self.generations.len();
+        let Fitness {
+            value_percent,
+            difference_percent,
+            unsteady_percent,
+            ..
+        } = &self.best.fitness;
+        if *value_percent <= self.start.fitness.value_percent {
+            return format!("No weights of {generations} generations are better than the start's.");
+        }
+        format!(
+            "On the sequences that they were tuned on, the best weights pack {} than the start's; {unsteady_percent:.1} % of their \
+             placements did not stay, against {:.1} %. The best of many owes something to chance: only other sequences tell.",
+            difference_percent.more_or_less(2, "%"),
+            self.start.fitness.unsteady_percent
+        )
     }
 
     pub(super) fn markdown(&self) -> String {
@@ -264,6 +306,23 @@ mod tests {
         assert_eq!(names, ["published weights", "tuned weights"]);
         assert_eq!(read[0].method.weights, Weights::default());
         assert_eq!(read[1].method.weights, Weights::dense());
+    }
+
+    #[test]
+    fn the_answer_says_whether_any_weights_are_better() {
+        let mut results = results();
+        results.add(
+            &[candidate(Weights::dense(), -1.0)],
+            1.0,
+            Weights::default(),
+        );
+        assert!(results.answer().starts_with("No weights of 1 generations"));
+        results.add(&[candidate(Weights::dense(), 3.0)], 1.0, Weights::default());
+        assert!(results.answer().contains("than the start's"));
+        assert_eq!(
+            results.course_chart().curves[0].points,
+            [[1.0, -1.0], [2.0, 3.0]]
+        );
     }
 
     #[test]
