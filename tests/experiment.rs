@@ -12,6 +12,10 @@ use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
+mod page;
+
+use page::answers_first;
+
 fn ppnpack(arguments: &[&str]) -> Output {
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
     Command::new(env!("CARGO_BIN_EXE_ppnpack-experiments"))
@@ -108,6 +112,10 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
     for name in ["table1.md", "table1.json", "table1.svg"] {
         assert!(out.join(name).exists(), "{name}");
     }
+    answers_first(
+        &out,
+        "How do the packing heuristics and the network compare?",
+    );
     // A run that was cut short is done again; the others are taken from the disk, decision times included.
     let settings = out
         .join("runs")
@@ -164,6 +172,7 @@ fn the_methods_are_drawn_side_by_side_on_the_same_objects() {
     }
     let png = std::fs::read(out.join("figure5.png")).unwrap();
     assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000);
+    answers_first(&out, "What do the methods make of the same objects?");
     let refused = String::from_utf8(figure("7").stderr).unwrap();
     assert!(
         refused.contains("--length 7") && refused.contains("have 6 objects"),
@@ -210,6 +219,10 @@ fn regular_and_irregular_objects_are_packed_apart() {
         folder.path().to_str().unwrap(),
         "--json",
     ]));
+    answers_first(
+        folder.path(),
+        "Are regular or irregular objects packed better?",
+    );
     let classes = results["lines"].as_array().unwrap();
     assert_eq!(classes.len(), 2);
     let names = |class: &Value| -> Vec<String> {
@@ -313,6 +326,10 @@ fn merged_shards_are_the_single_run_also_after_a_kill() {
     );
     // The tables are made of what is there.
     let merged = json(&table("all", &[]).output().unwrap());
+    answers_first(
+        &at("all"),
+        "How are objects packed that the network was not trained on?",
+    );
     let of = |results: &Value, name: &str| -> Vec<Value> {
         let lines = results["lines"].as_array().unwrap().iter();
         lines.map(|line| line[name].clone()).collect()
@@ -331,6 +348,38 @@ fn merged_shards_are_the_single_run_also_after_a_kill() {
 /// On a coarse grid, placements pass a geometric test and are not tried.
 const UNTRIED: &str = r#"[{"name": "untried", "grid": {"cell_m": 0.01, "yaws": 4},
     "method": {"proposals": {"from": "bounded"}, "stability": "physical", "trial": {"tries_per_item": 0}}}]"#;
+
+#[test]
+fn comparisons_of_ways_grids_and_margins_answer_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let sequences = folder.path().join("sequences.npy");
+    let rows =
+        ndarray::Array2::from_shape_fn((2, 5), |(row, column)| (row * 5 + column) as i64 * 7 % 90);
+    ndarray_npy::write_npy(&sequences, &rows).unwrap();
+    let method = folder.path().join("method.json");
+    std::fs::write(&method, UNTRIED).unwrap();
+    let method = method.to_str().unwrap();
+    let run = |name: &str, question: &str, options: &[&str]| {
+        let out = folder.path().join(name);
+        let mut arguments = vec!["experiment", name, "--cases", "2", "--json"];
+        arguments.extend(["--sequences", sequences.to_str().unwrap()]);
+        arguments.extend(["--out", out.to_str().unwrap()]);
+        arguments.extend(options);
+        json(&ppnpack(&arguments));
+        answers_first(&out, question);
+    };
+    let coarse = ["--grids", "coarse", "--shares", "5"];
+    run(
+        "pareto",
+        "Which proposals pack as much in less time?",
+        &coarse,
+    );
+    let own = ["--methods", method, "--physics", "own"];
+    let filling = "How full do containers get, and how steadily?";
+    run("filling", filling, &own);
+    let margin = ["--method", method, "--margins", "1.5"];
+    run("loads", "Do items carry no more than they may?", &margin);
+}
 
 #[test]
 fn orders_are_packed_one_at_a_time_and_together() {
@@ -365,6 +414,10 @@ fn orders_are_packed_one_at_a_time_and_together() {
     assert_eq!(together["in_one_container_percent"], 100.0);
     let table = std::fs::read_to_string(out.join("stream.md")).unwrap();
     assert!(table.contains("| 1, one order at a time | 4.0"), "{table}");
+    answers_first(
+        &out,
+        "What do several containers bring that are open at the same time?",
+    );
 }
 
 #[test]
@@ -418,6 +471,7 @@ fn boxes_are_packed_beside_published_results_and_kept() {
     ] {
         assert!(table.contains(row), "{table}");
     }
+    answers_first(&out, "How full is a bin of boxes that come one by one?");
     // Times and all: the runs are taken from the disk.
     assert_eq!(run(), results);
 }

@@ -12,6 +12,8 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
+mod page;
+
 fn ppnpack(arguments: &[&str]) -> Output {
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
     Command::new(env!("CARGO_BIN_EXE_ppnpack-experiments"))
@@ -86,6 +88,8 @@ fn experiment(options: &[&str]) -> Value {
     let shown = format!("{cell_mm:.1} mm cells, {} yaws", grid["yaws"]);
     let document = std::fs::read_to_string(Path::new(out).join("physical.md")).unwrap();
     assert!(document.contains(&shown), "{document}");
+    let question = "What does the robot cell pack, with its sensors, its arm and their errors?";
+    page::answers_first(Path::new(out), question);
     results
 }
 

@@ -451,3 +451,31 @@ fn markdown(results: &Results<'_>, trials: usize) -> String {
     }
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_answer_adds_all_placements_up_by_test() {
+        let tally = |test, placements, accepted_toppled_or_slid| Tally {
+            placements,
+            release_m: 0.005,
+            test,
+            trials: 10,
+            accepted: 4,
+            accepted_toppled_or_slid,
+            rejected_but_stood: 3,
+        };
+        let tallies = [
+            tally("published", "anywhere", 1),
+            tally("published", "SDFM's best", 3),
+            tally("physical", "anywhere", 0),
+        ];
+        assert_eq!(
+            answer(&tallies),
+            "Of what the published test accepts 50.0 % toppled or slid, and of what it rejects 50.0 % would have stood. \
+             Of what the physical test accepts 0.0 % toppled or slid, and of what it rejects 50.0 % would have stood."
+        );
+    }
+}
