@@ -1,5 +1,5 @@
-//! The commands of the guides do what the guides say: every `sh` block of README.md and docs/guides is run, those of a page in one shell,
-//! in a folder of its own. What follows `sh` says how:
+//! The commands of the guides do what the guides say: every `sh` block of README.md, docs/guides and [`REFERENCE`] is run, those of a page in
+//! one shell, in a folder of its own. What follows `sh` says how:
 //!
 //! - nothing: it has to end with 0;
 //! - `beside`: one command that runs beside those after it, as in a terminal of its own; they begin when it says that it is ready;
@@ -21,17 +21,24 @@ use std::process::Command;
 use std::sync::Mutex;
 
 /// Why blocks are not run, and how many there are for each reason: one more is one that nobody tries.
-const NOT_RUN: [(&str, usize); 5] = [
+const NOT_RUN: [(&str, usize); 7] = [
     // `cargo build` and what begins with it; scripts/run and scripts/test are tried from a fresh clone.
     ("compiles", 5),
     // From package registries. deploy/test-stack runs the Python controller.
-    ("fetches packages", 2),
+    ("fetches packages", 3),
     // deploy/test-stack runs the stack in containers, with and without certificates.
     ("needs a Docker engine", 3),
-    // deploy/check renders the manifests.
-    ("needs a cluster", 1),
+    // deploy/check renders the manifests. scripts/test-python runs Ray on one machine.
+    ("needs a cluster", 2),
+    // scripts/test-python builds it, and runs what is shown.
+    ("needs the Python package", 1),
     ("takes hours", 2),
+    // tests/recording.rs records, inspects and replays.
+    ("waits for Ctrl-C", 1),
 ];
+
+/// Pages of the reference whose commands are held to the same.
+const REFERENCE: [&str; 2] = ["docs/python.md", "docs/recording.md"];
 
 /// Guides that are run at the same time.
 const AT_ONCE: usize = 2;
@@ -106,6 +113,7 @@ fn guides() -> Vec<Guide> {
     let root = root();
     let folder = fs::read_dir(root.join("docs/guides")).unwrap();
     let mut pages: Vec<PathBuf> = folder.map(|entry| entry.unwrap().path()).collect();
+    pages.extend(REFERENCE.map(|page| root.join(page)));
     pages.push(root.join("README.md"));
     pages.sort();
     let guide = |page: &PathBuf| Guide {
