@@ -350,35 +350,50 @@ const UNTRIED: &str = r#"[{"name": "untried", "grid": {"cell_m": 0.01, "yaws": 4
     "method": {"proposals": {"from": "bounded"}, "stability": "physical", "trial": {"tries_per_item": 0}}}]"#;
 
 #[test]
-fn comparisons_of_ways_grids_and_margins_answer_first() {
+fn comparisons_of_ways_grids_margins_and_weights_answer_first() {
     let folder = tempfile::tempdir().unwrap();
     let sequences = folder.path().join("sequences.npy");
-    let rows =
-        ndarray::Array2::from_shape_fn((2, 5), |(row, column)| (row * 5 + column) as i64 * 7 % 90);
+    // Nothing may be learned from the first hundred.
+    let rows = ndarray::Array2::from_shape_fn((110, 5), |(row, column)| {
+        (row * 5 + column) as i64 * 7 % 90
+    });
     ndarray_npy::write_npy(&sequences, &rows).unwrap();
     let method = folder.path().join("method.json");
     std::fs::write(&method, UNTRIED).unwrap();
     let method = method.to_str().unwrap();
-    let run = |name: &str, question: &str, options: &[&str]| {
-        let out = folder.path().join(name);
-        let mut arguments = vec!["experiment", name, "--cases", "2", "--json"];
-        arguments.extend(["--sequences", sequences.to_str().unwrap()]);
-        arguments.extend(["--out", out.to_str().unwrap()]);
+    let run = |options: &[&str], question: &str| {
+        let out = folder.path().join(options[0]);
+        let mut arguments = vec!["experiment"];
         arguments.extend(options);
+        arguments.extend(["--sequences", sequences.to_str().unwrap(), "--json"]);
+        arguments.extend(["--out", out.to_str().unwrap()]);
         json(&ppnpack(&arguments));
         answers_first(&out, question);
     };
-    let coarse = ["--grids", "coarse", "--shares", "5"];
+    let few = |name, more: &[&'static str]| [&[name, "--cases", "2"][..], more].concat();
+    let pareto = few("pareto", &["--grids", "coarse", "--shares", "5"]);
+    run(&pareto, "Which proposals pack as much in less time?");
+    let filling = [
+        &few("filling", &["--physics", "own", "--methods"])[..],
+        &[method],
+    ]
+    .concat();
+    run(&filling, "How full do containers get, and how steadily?");
+    let loads = [
+        &few("loads", &["--margins", "1.5", "--method"])[..],
+        &[method],
+    ]
+    .concat();
+    run(&loads, "Do items carry no more than they may?");
+    let coarse = ["--first", "100", "--cell", "1cm", "--yaws", "4"];
+    let weights = few("tune", &["--generations", "1", "--population", "4"]);
     run(
-        "pareto",
-        "Which proposals pack as much in less time?",
-        &coarse,
+        &[&weights[..], &coarse].concat(),
+        "Does tuning the objective&#39;s weights help?",
     );
-    let own = ["--methods", method, "--physics", "own"];
-    let filling = "How full do containers get, and how steadily?";
-    run("filling", filling, &own);
-    let margin = ["--method", method, "--margins", "1.5"];
-    run("loads", "Do items carry no more than they may?", &margin);
+    let value = ["value", "--cases", "10"];
+    let question = "Does what a placement leaves tell what can be packed after it?";
+    run(&[&value[..], &coarse].concat(), question);
 }
 
 #[test]

@@ -8,6 +8,10 @@ use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
+mod page;
+
+use page::answers_first;
+
 fn ppnpack(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack-torch"));
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
@@ -155,6 +159,10 @@ fn the_test_split_is_looked_at_when_validation_has_chosen() {
     again.extend(["--out", folder.path().to_str().unwrap()]);
     let measured: Value = serde_json::from_slice(&succeed(&again).stdout).unwrap();
     assert_eq!(measured["test"], tested["test"]);
+    answers_first(
+        folder.path(),
+        "How often is the optimum among what a network scores best?",
+    );
 }
 
 #[test]
@@ -205,6 +213,10 @@ fn table_3_tests_what_validation_chose() {
             assert_eq!(answer["paper_percent"].is_array(), is_papers, "{answer}");
         }
     }
+    answers_first(
+        &out,
+        "How often is the optimum among what the network scores best, and what does that owe to?",
+    );
     let page = std::fs::read_to_string(out.join("table3.md")).unwrap();
     assert_eq!(page.matches("[81.0]").count(), 1, "{page}");
     assert_eq!(page.matches("cut off at 40").count(), 2, "{page}");
