@@ -22,6 +22,7 @@ pub(crate) fn page<R: Serialize>(document: &Document<'_, R>, folder: &Path) -> O
     let settings = serde_json::to_string_pretty(&settings(&results, document.measured)).or_run()?;
     let answer = &document.answer;
     let [question, said] = [answer.question, answer.text.as_str()].map(html::escape);
+    let said = unbroken(&said);
     let picture = picture(folder, &answer.picture, answer.question).unwrap_or_default();
     let body = format!(
         "<main><div class=answer><div><h1>{question}</h1><p class=said>{said}</p></div>{picture}</div>{}\
@@ -129,8 +130,14 @@ fn rendered(markdown: &str, folder: &Path, shown: &str) -> String {
     let mut page = String::new();
     pulldown_cmark::html::push_html(&mut page, events);
     let table = "<div class=\"scroll results\" role=region tabindex=0 aria-label=Figures><table>";
-    page.replace("<table>", table)
-        .replace("</table>", "</table></div>")
+    let page = page.replace("<table>", table);
+    unbroken(&page.replace("</table>", "</table></div>"))
+}
+
+/// Figures with their intervals and percentages stay on a line.
+fn unbroken(text: &str) -> String {
+    text.replace(" ± ", "\u{a0}±\u{a0}")
+        .replace(" %", "\u{a0}%")
 }
 
 /// What is rendered of an event outside of images.

@@ -162,7 +162,7 @@ mod tests {
         Arc::new(cube)
     }
 
-    fn shapes<'a>(model: &'a Arc<Model>, count: usize) -> Shapes<'a> {
+    fn shapes(model: &Arc<Model>, count: usize) -> Shapes<'_> {
         let shape = || Shape {
             model,
             own_from_model: Isometry3::identity(),
