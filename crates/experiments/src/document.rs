@@ -1,5 +1,6 @@
 //! Result documents: a generated part, and notes by hand that a new run keeps.
 
+use std::fmt::Debug;
 use std::path::Path;
 
 use ppnpack_chart::{Bar, Bars, ChartError};
@@ -32,6 +33,8 @@ pub(crate) struct Document<'a, R> {
     /// What its page says first.
     pub(crate) answer: Answer<'a>,
     pub(crate) results: &'a R,
+    /// All options of the command, with those that were not given.
+    pub(crate) asked: &'a dyn Debug,
     /// The names of what was measured, at any depth of the results: all else in them are settings.
     pub(crate) measured: &'a [&'a str],
     /// The document in Markdown.

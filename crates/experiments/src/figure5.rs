@@ -43,7 +43,7 @@ pub(crate) struct Figure5Arguments {
     #[command(flatten)]
     comparison: ComparisonOptions,
 
-    /// Where figure5.png, figure5.md and figure5.json are written
+    /// Where report.html, figure5.png, figure5.md and figure5.json are written
     #[arg(long, value_name = "DIR", default_value = "out/figure5")]
     out: PathBuf,
 
@@ -96,6 +96,7 @@ pub(crate) fn run(arguments: &Figure5Arguments, backend: &dyn Backend) -> Outcom
             picture: "figure5.png".to_owned(),
         },
         results: &results,
+        asked: arguments,
         measured: &["lines"],
         markdown: markdown(&results, &title),
     };

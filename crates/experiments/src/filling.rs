@@ -67,7 +67,7 @@ pub(crate) struct FillingArguments {
     #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
     workers: usize,
 
-    /// Where the document (filling.md, effort.md or limits.md), its figures and its chart are written
+    /// Where report.html, the document (filling.md, effort.md or limits.md), its figures and its chart are written
     #[arg(long, value_name = "DIR", default_value = "out/filling")]
     out: PathBuf,
 
@@ -122,6 +122,7 @@ pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
             picture: format!("{name}.svg"),
         },
         results: &results,
+        asked: arguments,
         measured: &["lines"],
         markdown: results.markdown(),
     };

@@ -37,7 +37,7 @@ pub(crate) struct NetworkArguments {
     #[arg(long, value_name = "COUNT")]
     threads: Option<usize>,
 
-    /// Where network.md and network.json are written
+    /// Where report.html, network.md and network.json are written
     #[arg(long, value_name = "DIR", default_value = "out/network")]
     out: PathBuf,
 
@@ -88,6 +88,7 @@ pub(crate) fn run(arguments: &NetworkArguments, backend: &dyn Backend) -> Outcom
             picture: "network.svg".to_owned(),
         },
         results: &results,
+        asked: arguments,
         measured: &["test"],
         markdown: markdown(&results),
     };

@@ -27,11 +27,12 @@ pub(crate) fn page<R: Serialize>(document: &Document<'_, R>, folder: &Path) -> O
     let body = format!(
         "<main><div class=answer><div><h1>{question}</h1><p class=said>{said}</p></div>{picture}</div>{}\
          <h2>Where it comes from</h2><table>{}</table>\
-         <section class=settings><h2>Settings</h2><details><summary>Everything that it depended on</summary><pre>{}</pre></details>\
-         </section></main>",
+         <section class=settings><h2>Settings</h2><details><summary>Everything that the results depend on</summary><pre>{}</pre></details>\
+         <details><summary>All options of the command</summary><pre>{}</pre></details></section></main>",
         rendered(&document.markdown, folder, &answer.picture),
         rows(&origin().or_run()?),
-        html::escape(&settings)
+        html::escape(&settings),
+        html::escape(&format!("{:#?}", document.asked))
     );
     Ok(html::document(answer.question, &body))
 }
@@ -189,6 +190,7 @@ mod tests {
                 picture: "one.svg".to_owned(),
             },
             results: &results,
+            asked: &("--seed", 7),
             measured: &["mean"],
             markdown: MARKDOWN.to_owned(),
         };
@@ -210,6 +212,7 @@ mod tests {
             "aria-label=\"Second &amp; third\"><svg>2</svg>",
             "<th scope=row>Command</th>",
             "&quot;seed&quot;: 7",
+            "&quot;--seed&quot;,",
         ];
         assert!(order.map(at).is_sorted(), "{page}");
         assert_eq!(page.matches("<svg>").count(), 2);

@@ -56,7 +56,7 @@ pub(crate) struct ParetoArguments {
     #[command(flatten)]
     comparison: ComparisonOptions,
 
-    /// Where pareto.md, pareto.json and the figures are written
+    /// Where report.html, pareto.md, pareto.json and the figures are written
     #[arg(long, value_name = "DIR", default_value = "out/pareto")]
     out: PathBuf,
 
@@ -149,10 +149,10 @@ pub(crate) fn run(arguments: &ParetoArguments, backend: &dyn Backend) -> Outcome
     if results.grids.is_empty() {
         return part.tell(arguments.json);
     }
-    document(&results).publish(&arguments.out, arguments.json)
+    document(arguments, &results).publish(&arguments.out, arguments.json)
 }
 
-fn document(results: &Results) -> Document<'_, Results> {
+fn document<'a>(arguments: &'a ParetoArguments, results: &'a Results) -> Document<'a, Results> {
     Document {
         name: "pareto",
         answer: Answer {
@@ -161,6 +161,7 @@ fn document(results: &Results) -> Document<'_, Results> {
             picture: "pareto.svg".to_owned(),
         },
         results,
+        asked: arguments,
         measured: &["lines"],
         markdown: markdown(results),
     }
@@ -251,7 +252,7 @@ fn save(arguments: &ParetoArguments, results: &Results) -> Outcome {
         draw(&format!("pareto-{}", grid.key), std::slice::from_ref(grid))?;
     }
     draw("pareto", &results.grids)?;
-    document(results).save(folder)
+    document(arguments, results).save(folder)
 }
 
 fn scatter(grids: &[OfGrid]) -> Scatter {

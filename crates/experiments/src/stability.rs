@@ -66,7 +66,7 @@ pub(crate) struct StabilityArguments {
     #[arg(long, value_name = "LENGTH", default_value = "3mm", value_parser = ppnpack_cli::length::parse_distance)]
     margin: f64,
 
-    /// Where stability.md and stability.json are written
+    /// Where report.html, stability.md and stability.json are written
     #[arg(long, value_name = "DIR", default_value = "out/stability")]
     out: PathBuf,
 
@@ -181,6 +181,7 @@ pub(crate) fn run(arguments: &StabilityArguments) -> Outcome {
             picture: "stability.svg".to_owned(),
         },
         results: &results,
+        asked: arguments,
         measured: &["tallies"],
         markdown: markdown(&results, trials.len()),
     };

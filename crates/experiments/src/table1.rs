@@ -41,7 +41,7 @@ pub(crate) struct Table1Arguments {
     #[command(flatten)]
     comparison: ComparisonOptions,
 
-    /// Where table1.md, table1.json and table1.svg are written
+    /// Where report.html, table1.md, table1.json and table1.svg are written
     #[arg(long, value_name = "DIR", default_value = "out/table1")]
     out: PathBuf,
 
@@ -215,6 +215,7 @@ pub(crate) fn run(arguments: &Table1Arguments, backend: &dyn Backend) -> Outcome
             picture: "table1.svg".to_owned(),
         },
         results: &table,
+        asked: arguments,
         measured: &["lines", "bounded"],
         markdown: markdown(&table),
     };

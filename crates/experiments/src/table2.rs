@@ -46,7 +46,7 @@ pub(crate) struct Table2Arguments {
     #[command(flatten)]
     comparison: ComparisonOptions,
 
-    /// Where table2.md and table2.json are written
+    /// Where report.html, table2.md and table2.json are written
     #[arg(long, value_name = "DIR", default_value = "out/table2")]
     out: PathBuf,
 
@@ -130,6 +130,7 @@ pub(crate) fn run(arguments: &Table2Arguments, backend: &dyn Backend) -> Outcome
             picture: "table2.svg".to_owned(),
         },
         results: &results,
+        asked: arguments,
         measured: &["lines"],
         markdown: markdown(&results),
     };

@@ -37,7 +37,7 @@ pub(crate) struct Table4Arguments {
     #[command(flatten)]
     comparison: ComparisonOptions,
 
-    /// Where table4.md, table4.json and table4.svg are written
+    /// Where report.html, table4.md, table4.json and table4.svg are written
     #[arg(long, value_name = "DIR", default_value = "out/table4")]
     out: PathBuf,
 
@@ -127,6 +127,7 @@ pub(crate) fn run(arguments: &Table4Arguments, backend: &dyn Backend) -> Outcome
             picture: "table4.svg".to_owned(),
         },
         results: &results,
+        asked: arguments,
         measured: &["lines"],
         markdown: markdown(&results),
     };

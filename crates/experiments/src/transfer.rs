@@ -46,7 +46,7 @@ pub(crate) struct TransferArguments {
     #[command(flatten)]
     network: NetworkOptions,
 
-    /// Where transfer.md, transfer.json and the figure are written; a killed run goes on there
+    /// Where report.html, transfer.md, transfer.json and the figure are written; a killed run goes on there
     #[arg(long, value_name = "DIR", default_value = "out/transfer")]
     out: PathBuf,
 
@@ -152,6 +152,7 @@ pub(crate) fn run(arguments: &TransferArguments, backend: &dyn Backend) -> Outco
             picture: "transfer.svg".to_owned(),
         },
         results: &results,
+        asked: arguments,
         measured: &["lines"],
         markdown: markdown(&results),
     };

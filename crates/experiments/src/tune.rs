@@ -51,7 +51,10 @@ pub(crate) fn run(arguments: &TuneArguments) -> Outcome {
 }
 
 /// What was found until now; its chart is drawn.
-fn document<'a>(arguments: &TuneArguments, results: &'a Results) -> Outcome<Document<'a, Results>> {
+fn document<'a>(
+    arguments: &'a TuneArguments,
+    results: &'a Results,
+) -> Outcome<Document<'a, Results>> {
     document::figure(
         &arguments.out,
         "tune",
@@ -65,6 +68,7 @@ fn document<'a>(arguments: &TuneArguments, results: &'a Results) -> Outcome<Docu
             picture: "tune.svg".to_owned(),
         },
         results,
+        asked: arguments,
         measured: &["best", "generations"],
         markdown: results.markdown(),
     })

@@ -69,7 +69,7 @@ pub(crate) struct ValueArguments {
     #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
     workers: usize,
 
-    /// Where value.md, value.json and methods.json, with the learned value, are written
+    /// Where report.html, value.md, value.json and methods.json, with the learned value, are written
     #[arg(long, value_name = "DIR", default_value = "out/value")]
     out: PathBuf,
 
@@ -150,6 +150,7 @@ pub(crate) fn run(arguments: &ValueArguments) -> Outcome {
             picture: "value.svg".to_owned(),
         },
         results: &results,
+        asked: arguments,
         measured: &[
             "samples",
             "explained",

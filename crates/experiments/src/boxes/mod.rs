@@ -91,7 +91,7 @@ pub(crate) struct BoxesArguments {
     #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
     workers: usize,
 
-    /// Where boxes.md and boxes.json are written
+    /// Where report.html, boxes.md and boxes.json are written
     #[arg(long, value_name = "DIR", default_value = "out/boxes")]
     out: PathBuf,
 
@@ -186,6 +186,7 @@ pub(crate) fn run(arguments: &BoxesArguments) -> Outcome {
             picture: "boxes.svg".to_owned(),
         },
         results: &results,
+        asked: arguments,
         measured: &["lines", "published"],
         markdown: results.markdown(),
     };

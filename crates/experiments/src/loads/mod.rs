@@ -68,7 +68,7 @@ pub(crate) struct LoadsArguments {
     #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
     workers: usize,
 
-    /// Where the document (loads.md) and its figures are written
+    /// Where report.html, the document (loads.md) and its figures are written
     #[arg(long, value_name = "DIR", default_value = "out/loads")]
     out: PathBuf,
 
@@ -126,6 +126,7 @@ pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
             picture: "loads.svg".to_owned(),
         },
         results: &results,
+        asked: arguments,
         measured: &["lines"],
         markdown: results.markdown(),
     };

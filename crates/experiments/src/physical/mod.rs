@@ -130,7 +130,7 @@ pub(super) struct PhysicalArguments {
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
     seed: u64,
 
-    /// Where physical.md, physical.json and pictures are written; a killed experiment goes on there
+    /// Where report.html, physical.md, physical.json and pictures are written; a killed experiment goes on there
     #[arg(long, value_name = "DIR", default_value = "out/physical")]
     out: PathBuf,
 

@@ -42,6 +42,7 @@ pub(super) fn publish(arguments: &PhysicalArguments, results: &Results<'_>) -> O
             picture: "physical.svg".to_owned(),
         },
         results,
+        asked: arguments,
         measured: &["lines"],
         markdown: markdown(results),
     };

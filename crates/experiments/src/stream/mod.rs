@@ -131,7 +131,7 @@ pub(crate) struct StreamArguments {
     #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
     workers: usize,
 
-    /// Where the document (stream.md) and its figures are written
+    /// Where report.html, the document (stream.md) and its figures are written
     #[arg(long, value_name = "DIR", default_value = "out/stream")]
     out: PathBuf,
 
@@ -305,6 +305,7 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
             picture: "stream.svg".to_owned(),
         },
         results: &results,
+        asked: arguments,
         measured: &["lines"],
         markdown: results.markdown(),
     };

@@ -55,7 +55,7 @@ pub(crate) struct Table3Arguments {
     #[command(flatten)]
     training: RunOptions,
 
-    /// Where table3.md, table3.json, the figures and the trained networks are written; a killed run goes on there
+    /// Where report.html, table3.md, table3.json, the figures and the trained networks are written; a killed run goes on there
     #[arg(long, value_name = "DIR", default_value = "out/table3")]
     out: PathBuf,
 
@@ -95,6 +95,7 @@ pub(crate) fn run(arguments: &Table3Arguments, backend: &dyn Backend) -> Outcome
             picture: "table3.svg".to_owned(),
         },
         results: &results,
+        asked: arguments,
         measured: &[
             "tried",
             "answers",

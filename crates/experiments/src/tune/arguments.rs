@@ -72,7 +72,7 @@ pub(crate) struct TuneArguments {
     #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
     pub(super) workers: usize,
 
-    /// Where tune.md, tune.json and methods.json are written
+    /// Where report.html, tune.md, tune.json and methods.json are written
     #[arg(long, value_name = "DIR", default_value = "out/tune")]
     pub(super) out: PathBuf,
 
