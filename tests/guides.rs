@@ -3,6 +3,7 @@
 //!
 //! - nothing: it has to end with 0;
 //! - `beside`: one command that runs beside those after it, as in a terminal of its own; they begin when it says that it is ready;
+//! - `ends-beside`: it is run when what runs beside was ended, the last of it alone, as by Ctrl-C;
 //! - `not-run: REASON`: it cannot be run here, for one of the reasons of [`NOT_RUN`].
 
 #![allow(
@@ -21,7 +22,7 @@ use std::process::Command;
 use std::sync::Mutex;
 
 /// Why blocks are not run, and how many there are for each reason: one more is one that nobody tries.
-const NOT_RUN: [(&str, usize); 7] = [
+const NOT_RUN: [(&str, usize); 6] = [
     // `cargo build` and what begins with it; scripts/run and scripts/test are tried from a fresh clone.
     ("compiles", 5),
     // From package registries. deploy/test-stack runs the Python controller.
@@ -33,8 +34,6 @@ const NOT_RUN: [(&str, usize); 7] = [
     // scripts/test-python builds it, and runs what is shown.
     ("needs the Python package", 1),
     ("takes hours", 2),
-    // tests/recording.rs records, inspects and replays.
-    ("waits for Ctrl-C", 1),
 ];
 
 /// Pages of the reference whose commands are held to the same.
@@ -50,6 +49,7 @@ const LIMIT_S: u32 = 300;
 enum How {
     Run,
     Beside,
+    EndsBeside,
     Not(String),
 }
 
@@ -78,6 +78,7 @@ fn how(info: &str) -> Option<How> {
     match (language, marker) {
         ("sh", "") => Some(How::Run),
         ("sh", "beside") => Some(How::Beside),
+        ("sh", "ends-beside") => Some(How::EndsBeside),
         ("sh", other) => match other.strip_prefix("not-run: ") {
             Some(reason) => Some(How::Not(reason.to_owned())),
             None => panic!("a block of commands is marked as '{other}'"),
@@ -133,6 +134,11 @@ fn script(guide: &Guide) -> String {
         match block.how {
             How::Not(_) => continue,
             How::Run => writeln!(script, "echo '>>> {name}:{line}'\n{commands}").unwrap(),
+            How::EndsBeside => writeln!(
+                script,
+                "echo '>>> {name}:{line}'\nkill \"$beside\"\nwait \"$beside\"\n{commands}"
+            )
+            .unwrap(),
             How::Beside => {
                 let command = commands.trim_end();
                 assert!(
@@ -154,8 +160,8 @@ fn script(guide: &Guide) -> String {
 /// A command in the background, and the wait for the line that says that it is ready. Where it ends before, the script fails.
 fn beside(command: &str) -> String {
     format!(
-        "mkfifo said; {command} > said 2>&1 & exec 3< said; rm said\n\
-         while true; do read -r line <&3; echo \"$line\"; [[ $line == Ready* ]] && break; done\n\
+        "mkfifo said; {command} > said 2>&1 & beside=$!; exec 3< said; rm said\n\
+         while true; do read -r line <&3; echo \"$line\"; [[ $line == Ready* || $line == Recording* ]] && break; done\n\
          cat <&3 &\n"
     )
 }
@@ -255,7 +261,7 @@ fn what_is_not_run_has_one_of_the_known_reasons() {
 
 #[test]
 fn blocks_are_read_with_their_markers() {
-    let text = "a\n```sh\ncd b\n```\n```rust\nfn c() {}\n```\n```sh,beside\nd\n```\n\n```sh,not-run: takes hours\ne\n```\n";
+    let text = "a\n```sh\ncd b\n```\n```rust\nfn c() {}\n```\n```sh,beside\nd\n```\n\n```sh,ends-beside\nf\n```\n```sh,not-run: takes hours\ne\n```\n";
     let block = |line, how, commands: &str| Block {
         line,
         how,
@@ -264,7 +270,8 @@ fn blocks_are_read_with_their_markers() {
     let expected = [
         block(3, How::Run, "cd b\n"),
         block(9, How::Beside, "d\n"),
-        block(13, How::Not("takes hours".to_owned()), "e\n"),
+        block(13, How::EndsBeside, "f\n"),
+        block(16, How::Not("takes hours".to_owned()), "e\n"),
     ];
     assert_eq!(blocks(text), expected);
 }
@@ -288,4 +295,12 @@ fn a_command_that_fails_is_found() {
         &guide("```sh,beside\nsh -c 'echo Ready; exec sleep 600'\n```\n```sh\ntrue\n```\n"),
     )
     .unwrap();
+    // What does not end as it is told to.
+    let stubborn = "```sh,beside\nsh -c 'trap \"exit 3\" TERM; echo Ready; while :; do sleep 0.1; done'\n```\n";
+    let error = run(
+        0,
+        &guide(&format!("{stubborn}```sh,ends-beside\ntrue\n```\n")),
+    )
+    .unwrap_err();
+    assert!(error.contains("exit status: 3"), "{error}");
 }
