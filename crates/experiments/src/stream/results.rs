@@ -260,14 +260,11 @@ impl<'a> Results<'a> {
             _ => {
                 let [_, difference] = self.compared(last);
                 let difference = difference.more_or_less(decimals, unit);
-                format!(
-                    "; with {} open it is {difference} on the same streams",
-                    shown(last)
-                )
+                format!("; on the same streams {difference} (open: {})", shown(last))
             }
         };
         format!(
-            "{what} {} {unit} with {} open{further}. {:.1} % of all that was placed then did not stay.",
+            "{what} {} {unit} (open: {}){further}. {:.1} % of all that was placed then did not stay.",
             value.shown(decimals),
             shown(first),
             percentage(last.unsteady, last.placed)
