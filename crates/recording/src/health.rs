@@ -35,10 +35,7 @@ impl HealthThread {
 }
 
 /// Starts to ask, and puts the answers into the queue.
-pub(crate) fn start(
-    session: &Session,
-    queue: &Arc<Queue>,
-) -> Result<HealthThread, RecordingError> {
+pub(crate) fn start(session: &Session, queue: &Arc<Queue>) -> Result<HealthThread, RecordingError> {
     let end = Shutdown::default();
     let (session, queue, asked) = (session.clone(), Arc::clone(queue), end.clone());
     let thread = std::thread::Builder::new().name("health".to_owned());

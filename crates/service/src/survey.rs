@@ -22,8 +22,8 @@ pub fn health(session: &Session, patience: Duration) -> Result<Vec<v1::HealthRep
     let found = alive::find(session, begun + patience / 2)?;
     let answers = Client::new(session).health_of_all(&found, begun + patience);
     let replies = found.iter().zip(answers);
-    let replies = replies
-        .map(|(found, answer)| answer.unwrap_or_else(|error| unanswered(found, &error)));
+    let replies =
+        replies.map(|(found, answer)| answer.unwrap_or_else(|error| unanswered(found, &error)));
     Ok(replies.collect())
 }
 

@@ -133,7 +133,9 @@ impl Client {
         instances: &[Found],
         deadline: Instant,
     ) -> Vec<Result<v1::HealthReply, CallError>> {
-        let begin = |Found { service, instance, .. }: &Found| {
+        let begin = |Found {
+                         service, instance, ..
+                     }: &Found| {
             let target = Target::new(None, *service, Method::Health, Some(instance));
             self.begin(&target, &mut v1::HealthRequest::default(), deadline)
         };
