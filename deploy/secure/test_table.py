@@ -63,6 +63,12 @@ class Table(unittest.TestCase):
                 self.assertTrue(own)
                 self.assertEqual([key for key in own if not key.startswith("ppnpack/v1/cell-1/")], [])
 
+    def test_services_log_and_who_looks_on_reads_it(self):
+        log = "ppnpack/v1/all/log/*"
+        for name, entry in self.table.items():
+            self.assertEqual(log in self.keys(name, "ingress", "put"), "serves" in entry, name)
+            self.assertEqual(log in self.keys(name, "ingress", "declare_subscriber"), name == "observer", name)
+
     def test_services_publish_and_read_what_their_sources_do(self):
         told = self.refusal(lambda table: table["planner"]["publishes"].append("debug_scene"))
         self.assertIn("planner.publishes lists ['debug_scene', 'plan', 'record', 'session']", told)

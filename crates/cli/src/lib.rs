@@ -22,7 +22,10 @@ mod unit;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use tracing_subscriber::EnvFilter;
+use ppnpack_service::log_stream;
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
+use tracing_subscriber::{EnvFilter, Layer};
 
 use crate::failure::Outcome;
 use crate::network::Backend;
@@ -85,9 +88,10 @@ pub fn main<More: Commands>(backend: &dyn Backend) -> ExitCode {
     // Wrong use ends here, with exit code 2.
     let arguments = Arguments::<More>::parse();
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(std::io::stderr)
+    let lines = tracing_subscriber::fmt::layer().with_writer(std::io::stderr);
+    tracing_subscriber::registry()
+        .with(lines.with_filter(filter))
+        .with(log_stream::layer())
         .init();
     match run(&arguments.command, backend) {
         Ok(()) => ExitCode::SUCCESS,

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::error::RecordingError;
 use crate::reader::{End, Reader, RecordedMessage};
-use crate::topic::{Kind, Topic};
+use crate::topic::Topic;
 
 /// What is in a recording.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -107,8 +107,8 @@ impl Contents {
         let Some(topic) = Topic::parse(topic) else {
             return;
         };
-        self.cells.insert(topic.cell.to_string());
-        if topic.kind == Kind::Stream(Stream::Record)
+        self.cells.extend(topic.cell().map(ToString::to_string));
+        if matches!(topic, Topic::Stream(_, Stream::Record))
             && let Ok(record) = decode::<v1::PlanningRecord>(payload, MAX_MESSAGE_BYTES)
         {
             self.add_record(record);

@@ -14,7 +14,7 @@ use zenoh::bytes::ZBytes;
 
 use crate::error::RecordingError;
 use crate::queue::Entry;
-use crate::topic::{Kind, Topic};
+use crate::topic::Topic;
 
 /// How much a chunk holds before it is written, in bytes. Every flush writes one, too.
 const CHUNK_BYTES: u64 = 4 << 20;
@@ -29,6 +29,8 @@ pub(crate) const DROPPED: &str = "dropped";
 pub(crate) struct RecordingFile {
     path: PathBuf,
     writer: Writer<Counted>,
+    /// The same file, to have what was written on disk.
+    disk: File,
     bytes: Arc<AtomicU64>,
     channels: HashMap<Topic, Channel>,
     /// The schemas that are in it, by the names of the messages.
@@ -54,11 +56,14 @@ struct Counted {
 impl RecordingFile {
     /// Begins a file, which must not be there yet.
     pub(crate) fn begin(path: PathBuf) -> Result<Self, RecordingError> {
-        let file = File::create_new(&path).map_err(|source| RecordingError::File {
+        let failed_to_make = |source| RecordingError::File {
             path: path.clone(),
             action: "made",
             source,
-        })?;
+        };
+        let file = File::create_new(&path).map_err(failed_to_make)?;
+        let disk = file.try_clone().map_err(failed_to_make)?;
+        sync_name(&path).map_err(failed_to_make)?;
         let options = WriteOptions::new()
             .profile("ppnpack")
             .library(concat!("ppnpack ", env!("CARGO_PKG_VERSION")))
@@ -77,6 +82,7 @@ impl RecordingFile {
         Ok(Self {
             writer: writer.map_err(|error| failed(&path, &error))?,
             path,
+            disk,
             bytes,
             channels: HashMap::new(),
             schemas: HashMap::new(),
@@ -103,13 +109,12 @@ impl RecordingFile {
     /// Writes a message, and before it the shapes that it names and that are not in the file yet.
     pub(crate) fn write(&mut self, entry: &Entry) -> Result<(), RecordingError> {
         let Entry { sample, shapes } = entry;
-        for shape in shapes {
-            if self.shapes.insert(shape.id.clone()) {
-                let topic = Topic {
-                    cell: sample.topic.cell.clone(),
-                    kind: Kind::Shape,
-                };
-                self.write_to(&topic, sample.at_ns, &shape.payload)?;
+        if let Some(cell) = sample.topic.cell() {
+            let topic = Topic::Shape(cell.clone());
+            for shape in shapes {
+                if self.shapes.insert(shape.id.clone()) {
+                    self.write_to(&topic, sample.at_ns, &shape.payload)?;
+                }
             }
         }
         self.write_to(&sample.topic, sample.at_ns, &sample.payload)
@@ -150,7 +155,7 @@ impl RecordingFile {
 
     fn add_channel(&mut self, topic: &Topic) -> Result<u16, RecordingError> {
         let path = self.path.clone();
-        let schema = topic.kind.schema();
+        let schema = topic.schema();
         let schema = schema.map_err(|error| RecordingError::Message(error.to_string()))?;
         let schema_id = match self.schemas.get(&schema.name) {
             Some(id) => *id,
@@ -170,11 +175,13 @@ impl RecordingFile {
         added.map_err(|error| failed(&path, &error))
     }
 
-    /// Has everything that was written in the file, for whoever reads it.
+    /// Has everything that was written on disk.
     pub(crate) fn flush(&mut self, dropped: &BTreeMap<Topic, u64>) -> Result<(), RecordingError> {
         self.write_dropped(dropped)?;
         let flushed = self.writer.flush();
-        flushed.map_err(|error| failed(&self.path, &error))
+        flushed.map_err(|error| failed(&self.path, &error))?;
+        let synced = self.disk.sync_data();
+        synced.map_err(|source| failed_to_write(&self.path, source))
     }
 
     fn write_dropped(&mut self, dropped: &BTreeMap<Topic, u64>) -> Result<(), RecordingError> {
@@ -200,17 +207,27 @@ impl RecordingFile {
         self.write_dropped(dropped)?;
         let finished = self.writer.finish();
         finished.map_err(|error| failed(&self.path, &error))?;
-        let Counted { file, .. } = self.writer.into_inner();
-        let file = file
-            .into_inner()
-            .map_err(std::io::IntoInnerError::into_error);
-        let synced = file.and_then(|file| file.sync_all());
-        synced.map_err(|source| RecordingError::File {
-            path: self.path.clone(),
-            action: "written",
-            source,
-        })?;
+        let flushed = self.writer.into_inner().file.into_inner();
+        let flushed = flushed.map_err(std::io::IntoInnerError::into_error);
+        let synced = flushed.and_then(|file| file.sync_all());
+        synced.map_err(|source| failed_to_write(&self.path, source))?;
         Ok(self.path)
+    }
+}
+
+/// Has the name of a file on disk.
+fn sync_name(path: &Path) -> std::io::Result<()> {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => File::open(folder)?.sync_all(),
+        _ => File::open(".")?.sync_all(),
+    }
+}
+
+fn failed_to_write(path: &Path, source: std::io::Error) -> RecordingError {
+    RecordingError::File {
+        path: path.to_owned(),
+        action: "written",
+        source,
     }
 }
 

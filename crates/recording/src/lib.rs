@@ -6,11 +6,13 @@
 //!
 //! A file has a channel for each stream of each cell, such as `/cell-1/plan`, with the protobuf schema of its messages. What steps were
 //! planned on is on `/cell-1/record`; the items and solids that this names are on `/cell-1/shape`, each once, and before they are named.
+//! What processes log is on `/all/log`, and what services say of their health on `/all/health`.
 
 mod contents;
 mod difference;
 mod error;
 mod file;
+mod health;
 mod queue;
 mod reader;
 mod recorder;
@@ -25,4 +27,4 @@ pub use error::RecordingError;
 pub use reader::{End, Reader, RecordedMessage};
 pub use recorder::{RecordSettings, Recorded, Recorder};
 pub use rotation::{Rotation, utc};
-pub use topic::{Kind, Topic};
+pub use topic::Topic;

@@ -140,13 +140,9 @@ mod tests {
     use ppnpack_wire::keys::{Cell, Stream};
 
     use super::*;
-    use crate::topic::Kind;
 
     fn topic(stream: Stream) -> Topic {
-        Topic {
-            cell: Cell::new("cell-1").unwrap(),
-            kind: Kind::Stream(stream),
-        }
+        Topic::Stream(Cell::new("cell-1").unwrap(), stream)
     }
 
     fn entry(stream: Stream, bytes: usize) -> Entry {

@@ -308,7 +308,7 @@ mod tests {
     use super::*;
     use crate::file::RecordingFile;
     use crate::queue::{Entry, Sample};
-    use crate::topic::{Kind, Topic};
+    use crate::topic::Topic;
 
     /// A recording of some messages, in chunks.
     fn recording(folder: &Path) -> PathBuf {
@@ -316,10 +316,7 @@ mod tests {
         let cell = Cell::new("cell-1").unwrap();
         for number in 0..40_u8 {
             let streams = [Stream::Plan, Stream::State];
-            let topic = Topic {
-                cell: cell.clone(),
-                kind: Kind::Stream(streams[usize::from(number % 2)]),
-            };
+            let topic = Topic::Stream(cell.clone(), streams[usize::from(number % 2)]);
             file.write(&Entry::new(Sample {
                 topic,
                 at_ns: u64::from(number),

@@ -14,13 +14,14 @@ use zenoh::Session;
 
 use crate::error::RecordingError;
 use crate::file::RecordingFile;
+use crate::health::{self, HealthThread};
 use crate::queue::{Entry, Queue, Taken};
 use crate::rotation::{Rotation, delete_oldest, name};
 use crate::shapes::{self, FetcherThread, RecordInlet};
 use crate::source::{self, now_ns};
 use crate::topic::Topic;
 
-/// How often what came is in the file for whoever reads it: what is lost at most where the recorder is killed.
+/// How often what came is on disk: what is lost at most where the recorder is killed, or has no power any more.
 const FLUSHED_EVERY: Duration = Duration::from_secs(1);
 
 /// What is recorded, and where.
@@ -32,6 +33,10 @@ pub struct RecordSettings {
     pub cells: Vec<Cell>,
     /// The streams.
     pub streams: Vec<Stream>,
+    /// Whether what processes log is recorded.
+    pub has_log: bool,
+    /// Whether the health of the services is asked for and recorded.
+    pub has_health: bool,
     /// When another file is begun, and how many are kept.
     pub rotation: Rotation,
     /// How much may wait to be written, in bytes; more is dropped and counted.
@@ -43,6 +48,7 @@ pub struct Recorder {
     subscriptions: Vec<Subscription>,
     records: RecordInlet,
     fetcher: FetcherThread,
+    health: Option<HealthThread>,
     queue: OpenQueue,
     writer: JoinHandle<Result<Recorded, RecordingError>>,
 }
@@ -77,7 +83,11 @@ impl Recorder {
         let writer = Writer::begin(settings)?;
         let (records, fetcher) = shapes::start(Client::new(session), &queue)?;
         let RecordSettings { cells, streams, .. } = settings;
-        let subscriptions = source::subscribe(session, cells, streams, &queue, &records)?;
+        let mut subscriptions = source::subscribe(session, cells, streams, &queue, &records)?;
+        if settings.has_log {
+            subscriptions.push(source::subscribe_log(session, &queue)?);
+        }
+        let health = settings.has_health.then(|| health::start(session, &queue));
         let thread = std::thread::Builder::new().name("recorder".to_owned());
         let entries = Arc::clone(&queue);
         let writer = thread.spawn(move || {
@@ -90,6 +100,7 @@ impl Recorder {
             subscriptions,
             records,
             fetcher,
+            health: health.transpose()?,
             queue: OpenQueue(queue),
             writer: writer.map_err(|error| RecordingError::Thread(error.to_string()))?,
         })
@@ -107,6 +118,7 @@ impl Recorder {
     pub fn finish(self) -> Result<Recorded, RecordingError> {
         let lost = |_| RecordingError::Thread("it ended by a panic".to_owned());
         drop((self.subscriptions, self.records));
+        self.health.map_or(Ok(()), HealthThread::finish)?;
         self.fetcher.finish()?;
         drop(self.queue);
         self.writer.join().map_err(lost)?

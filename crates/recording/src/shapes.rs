@@ -116,7 +116,8 @@ impl Fetcher {
             self.kept_bytes = 0;
         }
         let ids = shapes::named(&record);
-        if let Err(error) = self.fetch(&sample.topic.cell, &ids) {
+        let cell = sample.topic.cell();
+        if let Some(Err(error)) = cell.map(|cell| self.fetch(cell, &ids)) {
             tracing::warn!(topic = %sample.topic, error, "a step is recorded without all of its shapes");
         }
         let known = ids.into_iter().filter_map(|id| {

@@ -3,15 +3,15 @@
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use ppnpack_service::ServiceError;
 use ppnpack_service::stream::{self, Subscription};
+use ppnpack_service::{ServiceError, log_stream};
 use ppnpack_wire::keys::{Cell, Stream};
 use zenoh::Session;
 use zenoh::bytes::ZBytes;
 
 use crate::queue::{Entry, Queue, Sample};
 use crate::shapes::RecordInlet;
-use crate::topic::{Kind, Topic};
+use crate::topic::Topic;
 
 /// Puts what these cells publish into a queue, of all cells where none is named; records go where their shapes are fetched.
 pub(crate) fn subscribe(
@@ -30,9 +30,8 @@ pub(crate) fn subscribe(
         for stream in streams.iter().copied() {
             let (queue, records) = (Arc::clone(queue), records.clone());
             let on_payload = move |cell: Cell, payload: ZBytes| {
-                let kind = Kind::Stream(stream);
                 let sample = Sample {
-                    topic: Topic { cell, kind },
+                    topic: Topic::Stream(cell, stream),
                     at_ns: now_ns(),
                     payload,
                 };
@@ -46,6 +45,21 @@ pub(crate) fn subscribe(
         }
     }
     Ok(subscriptions)
+}
+
+/// Puts what processes log into a queue.
+pub(crate) fn subscribe_log(
+    session: &Session,
+    queue: &Arc<Queue>,
+) -> Result<Subscription, ServiceError> {
+    let queue = Arc::clone(queue);
+    log_stream::subscribe(session, move |payload| {
+        queue.push(Entry::new(Sample {
+            topic: Topic::Log,
+            at_ns: now_ns(),
+            payload,
+        }));
+    })
 }
 
 /// Nanoseconds since 1970.

@@ -2,37 +2,51 @@
 
 use std::fmt;
 
-use ppnpack_wire::keys::{Cell, Stream};
+use ppnpack_wire::keys::{ALL_CELLS, Cell, Stream};
 use ppnpack_wire::schemas::MessageSchema;
 use ppnpack_wire::v1;
 use prost::DecodeError;
 
-/// What the messages of a channel are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Kind {
-    /// What a cell publishes.
-    Stream(Stream),
-    /// Items and solids that records name.
-    Shape,
-}
-
-/// A channel: what the messages are, and of which cell or container.
+/// A channel: what its messages are, and of which cell or container.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Topic {
-    /// Of which cell or container.
-    pub cell: Cell,
-    /// What they are.
-    pub kind: Kind,
+pub enum Topic {
+    /// What a cell or a container publishes.
+    Stream(Cell, Stream),
+    /// Items and solids that the records of a cell name.
+    Shape(Cell),
+    /// What processes log.
+    Log,
+    /// What services answer when they are asked for their health.
+    Health,
 }
 
-impl Kind {
+impl Topic {
     const SHAPE: &str = "shape";
+    /// As it stands in the channel's name, and in the options that leave it out.
+    pub const LOG: &str = "log";
+    /// As it stands in the channel's name, and in the options that leave it out.
+    pub const HEALTH: &str = "health";
 
-    /// As it stands in the channel's name.
-    pub fn as_str(self) -> &'static str {
+    /// The channel of this name; `None` where it is none of a recording.
+    pub fn parse(name: &str) -> Option<Self> {
+        let (cell, kind) = name.strip_prefix('/')?.split_once('/')?;
+        match (cell, kind) {
+            (ALL_CELLS, Self::LOG) => Some(Self::Log),
+            (ALL_CELLS, Self::HEALTH) => Some(Self::Health),
+            (cell, Self::SHAPE) => Some(Self::Shape(Cell::new(cell).ok()?)),
+            (cell, kind) => {
+                let mut streams = Stream::ALL.iter();
+                let stream = *streams.find(|stream| stream.as_str() == kind)?;
+                Some(Self::Stream(Cell::new(cell).ok()?, stream))
+            }
+        }
+    }
+
+    /// Of which cell or container it is; `None` where it is of none.
+    pub fn cell(&self) -> Option<&Cell> {
         match self {
-            Self::Stream(stream) => stream.as_str(),
-            Self::Shape => Self::SHAPE,
+            Self::Stream(cell, _) | Self::Shape(cell) => Some(cell),
+            Self::Log | Self::Health => None,
         }
     }
 
@@ -40,31 +54,26 @@ impl Kind {
     ///
     /// # Errors
     /// Never on schemas that the program was built with.
-    pub fn schema(self) -> Result<MessageSchema, DecodeError> {
+    pub fn schema(&self) -> Result<MessageSchema, DecodeError> {
         match self {
-            Self::Stream(stream) => MessageSchema::of_stream(stream),
-            Self::Shape => MessageSchema::of::<v1::Shape>(),
+            Self::Stream(_, stream) => MessageSchema::of_stream(*stream),
+            Self::Shape(_) => MessageSchema::of::<v1::Shape>(),
+            Self::Log => Ok(MessageSchema::of_log()),
+            Self::Health => MessageSchema::of::<v1::HealthReply>(),
         }
-    }
-}
-
-impl Topic {
-    /// The channel of this name; `None` where it is none of a recording.
-    pub fn parse(name: &str) -> Option<Self> {
-        let (cell, kind) = name.strip_prefix('/')?.split_once('/')?;
-        let mut streams = Stream::ALL.iter();
-        let kind = match kind {
-            Kind::SHAPE => Kind::Shape,
-            kind => Kind::Stream(*streams.find(|stream| stream.as_str() == kind)?),
-        };
-        let cell = Cell::new(cell).ok()?;
-        Some(Self { cell, kind })
     }
 }
 
 impl fmt::Display for Topic {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "/{}/{}", self.cell, self.kind.as_str())
+        let cell = self.cell().map_or(ALL_CELLS, Cell::as_str);
+        let kind = match self {
+            Self::Stream(_, stream) => stream.as_str(),
+            Self::Shape(_) => Self::SHAPE,
+            Self::Log => Self::LOG,
+            Self::Health => Self::HEALTH,
+        };
+        write!(formatter, "/{cell}/{kind}")
     }
 }
 
@@ -72,12 +81,17 @@ impl fmt::Display for Topic {
 mod tests {
     use super::*;
 
+    fn all() -> impl Iterator<Item = Topic> {
+        let cell = Cell::new("cell-1").unwrap();
+        let of = cell.clone();
+        let streams = Stream::ALL.iter().copied();
+        let streams = streams.map(move |stream| Topic::Stream(of.clone(), stream));
+        streams.chain([Topic::Shape(cell), Topic::Log, Topic::Health])
+    }
+
     #[test]
     fn the_name_of_a_channel_says_what_it_is() {
-        let streams = Stream::ALL.iter().copied().map(Kind::Stream);
-        for kind in streams.chain([Kind::Shape]) {
-            let cell = Cell::new("cell-1").unwrap();
-            let topic = Topic { cell, kind };
+        for topic in all() {
             assert_eq!(Topic::parse(&topic.to_string()), Some(topic));
         }
         for other in [
@@ -87,6 +101,9 @@ mod tests {
             "/cell-1/else",
             "cell-1/plan",
             "/a b/plan",
+            "/cell-1/log",
+            "/all/plan",
+            "/all/shape",
         ] {
             assert_eq!(Topic::parse(other), None, "{other}");
         }
@@ -94,12 +111,11 @@ mod tests {
 
     #[test]
     fn every_channel_has_a_schema_that_defines_its_message() {
-        let streams = Stream::ALL.iter().copied().map(Kind::Stream);
-        for kind in streams.chain([Kind::Shape]) {
-            let schema = kind.schema().unwrap();
+        for topic in all() {
+            let schema = topic.schema().unwrap();
             let pool = prost_reflect::DescriptorPool::decode(schema.descriptors.as_slice());
             let message = pool.unwrap().get_message_by_name(&schema.name);
-            assert!(message.is_some(), "{kind:?} has no {}", schema.name);
+            assert!(message.is_some(), "{topic} has no {}", schema.name);
         }
     }
 }

@@ -47,9 +47,10 @@
 //! - [`stream`]: publish data and read it; [`shapes`]: what records of planned steps name,
 //! - [`alive`]: say that it is there, and see who else is,
 //! - [`lease`]: serve a cell that no other instance serves,
-//! - [`health`]: say what it needs, and whether it has it,
+//! - [`health`]: say what it needs, and whether it has it; [`survey`]: what all say,
 //! - [`supervision`]: end where a thread is dead,
-//! - [`metrics`] of what happens, to be counted.
+//! - [`metrics`] of what happens, to be counted,
+//! - [`log_stream`]: what the process logs, for who reads it over Zenoh.
 //!
 //! [`embedded`] runs several services in one process.
 //!
@@ -66,6 +67,7 @@ pub mod error;
 pub mod health;
 mod http;
 pub mod lease;
+pub mod log_stream;
 mod logs;
 pub mod metrics;
 mod payload;
@@ -77,6 +79,7 @@ pub mod shapes;
 pub mod shutdown;
 pub mod stream;
 pub mod supervision;
+pub mod survey;
 mod sync;
 mod telemetry;
 

@@ -273,7 +273,7 @@ pub fn subscribe_payloads(
     declare(session, &key, callback)
 }
 
-fn declare(
+pub(crate) fn declare(
     session: &Session,
     key: &str,
     callback: impl Fn(Sample) + Send + Sync + 'static,

@@ -11,6 +11,7 @@ use ppnpack_wire::keys::{Cell, Stream};
 use zenoh::Session;
 
 use crate::channels::{SceneChannel, StreamChannel};
+use crate::common::{HealthChannel, LogChannel};
 use crate::error::ViewError;
 use crate::scene;
 use crate::shapes::Shapes;
@@ -30,6 +31,8 @@ pub(crate) struct Cells {
     context: Arc<Context>,
     cells: BTreeMap<Cell, CellChannels>,
     shapes: Shapes,
+    log: LogChannel,
+    health: HealthChannel,
     looked_at: Option<Instant>,
 }
 
@@ -39,14 +42,16 @@ struct CellChannels {
 }
 
 impl Cells {
-    pub(crate) fn new(session: &Session, context: Arc<Context>) -> Self {
-        Self {
+    pub(crate) fn new(session: &Session, context: Arc<Context>) -> Result<Self, ViewError> {
+        Ok(Self {
             session: session.clone(),
-            context,
             cells: BTreeMap::new(),
             shapes: Shapes::new(Client::new(session)),
+            log: LogChannel::new(&context)?,
+            health: HealthChannel::new(&context)?,
+            context,
             looked_at: None,
-        }
+        })
     }
 
     /// Looks which cells there are and what is looked at, and draws what is new.
@@ -55,7 +60,9 @@ impl Cells {
         if self.looked_at.is_none_or(|at| now - at >= LOOKED_FOR_EVERY) {
             self.looked_at = Some(now);
             self.look(now + PATIENCE)?;
+            self.health.follow(&self.session)?;
         }
+        self.log.follow(&self.session)?;
         for (cell, channels) in &mut self.cells {
             for stream in &mut channels.streams {
                 stream.follow(&self.session)?;

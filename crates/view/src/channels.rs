@@ -38,7 +38,7 @@ impl StreamChannel {
         let schema = MessageSchema::of_stream(stream);
         let schema = schema.map_err(|error| ViewError::Channel(error.to_string()))?;
         Ok(Self {
-            channel: channel(context, cell, stream.as_str(), schema)?,
+            channel: channel(context, cell.as_str(), stream.as_str(), schema)?,
             cell: cell.clone(),
             stream,
             subscription: None,
@@ -77,7 +77,7 @@ impl SceneChannel {
         let schema = MessageSchema::of_stream(Stream::DebugScene);
         let schema = schema.map_err(|error| ViewError::Channel(error.to_string()))?;
         Ok(Self {
-            channel: channel(context, cell, PLANNED_SCENE, schema)?,
+            channel: channel(context, cell.as_str(), PLANNED_SCENE, schema)?,
             cell: cell.clone(),
             newest: Arc::default(),
             subscription: None,
@@ -106,9 +106,10 @@ impl SceneChannel {
     }
 }
 
-fn channel(
+/// A channel of a cell, or of all.
+pub(crate) fn channel(
     context: &Arc<Context>,
-    cell: &Cell,
+    cell: &str,
     name: &str,
     schema: MessageSchema,
 ) -> Result<Arc<RawChannel>, ViewError> {
@@ -125,7 +126,8 @@ fn channel(
     channel.map_err(|error| ViewError::Channel(error.to_string()))
 }
 
-fn log(channel: &RawChannel, payload: &[u8]) {
+/// Puts a message into the queues of who looks.
+pub(crate) fn log(channel: &RawChannel, payload: &[u8]) {
     let now = SystemTime::now().duration_since(UNIX_EPOCH);
     let at_ns = now.map_or(0, |now| u64::try_from(now.as_nanos()).unwrap_or(u64::MAX));
     channel.log_with_meta(payload, PartialMetadata::with_log_time(at_ns));

@@ -1,12 +1,13 @@
 //! Packing cells as they work, served to [Foxglove](https://foxglove.dev) over its WebSocket protocol.
 //!
 //! There is a channel for each stream of each cell, such as `/cell-1/plan`, and `/cell-1/planned_scene` with the meshes of what the last
-//! step was planned on, what was chosen and what would have been next. A stream is subscribed only while somebody looks at its channel:
+//! step was planned on, what was chosen and what would have been next; and for all cells `/all/log` and `/all/health`. A stream is subscribed only while somebody looks at its channel:
 //! with no viewer nothing is read, and planners make no records. A viewer that does not read loses the oldest messages of its own queue,
 //! and holds nobody else up.
 
 mod cells;
 mod channels;
+mod common;
 mod error;
 mod scene;
 mod shapes;
@@ -68,7 +69,7 @@ impl View {
         })?;
         let address = SocketAddr::new(address.ip(), server.port());
         let shutdown = Shutdown::default();
-        let cells = Cells::new(session, context);
+        let cells = Cells::new(session, context)?;
         let thread = {
             let shutdown = shutdown.clone();
             let thread = std::thread::Builder::new().name("view-cells".to_owned());

@@ -245,3 +245,16 @@ fn a_viewer_that_does_not_read_holds_nobody_up() {
     drop(stalled);
     rig.view.finish().unwrap();
 }
+
+#[test]
+fn a_viewer_sees_how_the_services_are() {
+    let rig = Rig::new();
+    let mut viewer = Viewer::new(&rig, &["/all/health", "/all/log"]);
+    viewer.look_at(&["/all/health"]);
+    let (_, payload) = viewer.next();
+    let told = v1::HealthReply::decode(payload.as_slice()).unwrap();
+    let instance = told.header.and_then(|header| header.versions).unwrap();
+    assert_eq!((told.service.as_str(), told.is_ready), ("planner", true));
+    assert_eq!(instance.instance, "planner-1");
+    rig.view.finish().unwrap();
+}

@@ -6,6 +6,7 @@
 //! | `ppnpack/v1/<cell>/rpc/<service>/<method>` | a request to any instance of a service that serves the cell |
 //! | `ppnpack/v1/<cell>/rpc/<service>/<method>/<instance>` | a request to this instance |
 //! | `ppnpack/v1/<cell>/@live/<service>/<instance>` | there while the instance is alive |
+//! | `ppnpack/v1/all/log/<instance>` | what a process logs |
 //!
 //! Services of any cell are alive under the cell [`ALL_CELLS`], under which every instance also answers `health`.
 
@@ -248,6 +249,8 @@ pub enum Key {
     Request(Option<Cell>, Service, Method, Option<Instance>),
     /// Says that an instance is alive; `None` for the cell is [`ALL_CELLS`].
     Alive(Option<Cell>, Service, Instance),
+    /// What a process logs, by the name of its instance: [`Log`](crate::debug::Log).
+    Log(Instance),
 }
 
 impl Key {
@@ -278,6 +281,7 @@ impl Key {
                 };
                 Ok(Self::Request(cell(name)?, service, method, instance))
             }
+            ["", ALL_CELLS, "log", instance] => Ok(Self::Log(Instance::new(instance)?)),
             ["", name, "@live", service, instance] => {
                 let service = Service::parse(service).ok_or_else(unknown)?;
                 let instance = Instance::new(instance)?;
@@ -307,6 +311,7 @@ impl fmt::Display for Key {
                 let cell = cell_or_all(cell);
                 write!(formatter, "{PREFIX}/{cell}/@live/{service}/{instance}")
             }
+            Self::Log(instance) => write!(formatter, "{PREFIX}/{ALL_CELLS}/log/{instance}"),
         }
     }
 }
@@ -319,6 +324,11 @@ pub fn everything() -> String {
 /// The key expression of a stream of every cell.
 pub fn every_cell(stream: Stream) -> String {
     format!("{PREFIX}/*/{stream}")
+}
+
+/// The key expression of what every process logs.
+pub fn every_log() -> String {
+    format!("{PREFIX}/{ALL_CELLS}/log/*")
 }
 
 /// The key expressions on which an instance answers a method, for one cell or every: sent to any instance, and to it.
@@ -370,6 +380,7 @@ mod tests {
                 )),
             (cell(), any_of(Service::ALL), instance())
                 .prop_map(|(cell, service, instance)| Key::Alive(cell, service, instance)),
+            instance().prop_map(Key::Log),
         ]
     }
 
@@ -405,9 +416,10 @@ mod tests {
                 "ppnpack/v1/all/rpc/ppn/health/h1",
             ),
             (
-                Key::Alive(None, Service::Heuristic, instance),
+                Key::Alive(None, Service::Heuristic, instance.clone()),
                 "ppnpack/v1/all/@live/heuristic/h1",
             ),
+            (Key::Log(instance), "ppnpack/v1/all/log/h1"),
         ];
         for (key, text) in cases {
             assert_eq!(key.to_string(), text);
@@ -428,6 +440,8 @@ mod tests {
             "ppnpack/v1/c/rpc/planner",
             "ppnpack/v1/c/rpc/planner/plan/a/b",
             "ppnpack/v1/all/cloud",
+            "ppnpack/v1/all/log",
+            "ppnpack/v1/c/log/h1",
             "ppnpack/v1cell/cloud",
         ] {
             assert!(Key::parse(key).is_err(), "{key}");

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use clap::Args;
-use ppnpack_recording::{RecordSettings, Recorded, Recorder, Rotation};
+use ppnpack_recording::{RecordSettings, Recorded, Recorder, Rotation, Topic};
 use ppnpack_service::Shutdown;
 use ppnpack_wire::keys::{Cell, Stream};
 
@@ -29,9 +29,9 @@ pub(crate) struct RecordArguments {
     #[arg(long, value_name = "NAME", value_parser = |text: &str| Cell::new(text))]
     cell: Vec<Cell>,
 
-    /// A stream that is left out, such as cloud (may be repeated)
-    #[arg(long, value_name = "STREAM", value_parser = stream)]
-    without: Vec<Stream>,
+    /// What is left out: a stream such as cloud, log or health (may be repeated)
+    #[arg(long, value_name = "STREAM", value_parser = part)]
+    without: Vec<Part>,
 
     /// Go on in another file where one has this size
     #[arg(long, value_name = "SIZE", default_value = "1GiB", value_parser = parse_size)]
@@ -57,15 +57,36 @@ pub(crate) struct RecordArguments {
     connection: ConnectOptions,
 }
 
-fn stream(text: &str) -> Result<Stream, String> {
-    let found = Stream::ALL
-        .iter()
-        .copied()
-        .find(|known| known.as_str() == text);
-    found.ok_or_else(|| {
-        let names: Vec<&str> = Stream::ALL.iter().map(|known| known.as_str()).collect();
-        format!("one of {} is possible", names.join(", "))
-    })
+/// What can be left out of a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Stream(Stream),
+    Log,
+    Health,
+}
+
+impl Part {
+    fn all() -> impl Iterator<Item = Self> {
+        let streams = Stream::ALL.iter().copied().map(Self::Stream);
+        streams.chain([Self::Log, Self::Health])
+    }
+
+    fn as_str(self) -> &'static str {
+        match self {
+            Self::Stream(stream) => stream.as_str(),
+            Self::Log => Topic::LOG,
+            Self::Health => Topic::HEALTH,
+        }
+    }
+}
+
+fn part(text: &str) -> Result<Part, String> {
+    Part::all()
+        .find(|known| known.as_str() == text)
+        .ok_or_else(|| {
+            let names: Vec<&str> = Part::all().map(Part::as_str).collect();
+            format!("one of {} is possible", names.join(", "))
+        })
 }
 
 pub(crate) fn run(arguments: &RecordArguments) -> Outcome {
@@ -96,13 +117,16 @@ pub(crate) fn run(arguments: &RecordArguments) -> Outcome {
 
 impl RecordArguments {
     fn settings(&self) -> RecordSettings {
+        let has = |part| !self.without.contains(&part);
         let streams = Stream::ALL.iter().copied();
         RecordSettings {
             folder: self.out.clone(),
             cells: self.cell.clone(),
             streams: streams
-                .filter(|stream| !self.without.contains(stream))
+                .filter(|stream| has(Part::Stream(*stream)))
                 .collect(),
+            has_log: has(Part::Log),
+            has_health: has(Part::Health),
             rotation: Rotation {
                 size_bytes: self.rotate_size,
                 age: self.rotate_age,

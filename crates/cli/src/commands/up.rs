@@ -13,9 +13,10 @@ use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_recognition::recognise::RecognitionSettings;
 use ppnpack_recognition::segmentation::{Region, SegmentationSettings};
+use ppnpack_service::log_stream;
 use ppnpack_service::rpc::Client;
 use ppnpack_view::View;
-use ppnpack_wire::keys::Cell;
+use ppnpack_wire::keys::{Cell, Instance};
 use ppnpack_wire::v1;
 
 use super::job::{ALTERNATIVES, ResultOptions, SettingAsideOptions};
@@ -32,6 +33,9 @@ use crate::report::{ArmWork, MethodWithArm, Packing, Settings};
 use crate::sequence::SequenceOptions;
 use crate::stack::controller::{Controller, Job};
 use crate::stack::{self, Containers, Stack, connect};
+
+/// The name under which the process publishes what it logs.
+const LOGS_AS: &str = "up";
 
 /// Runs perception, ppn, heuristic, bridge (simulated cells) and planner in one process, with a Zenoh router that cell
 /// controllers connect to.
@@ -214,6 +218,7 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
         listen: arguments.listen(),
     };
     let stack = Stack::start(&plan)?;
+    let log = log_stream::publish(stack.session(), &Instance::new(LOGS_AS).or_input()?).or_run()?;
     let view = arguments
         .view
         .map(|address| View::start(stack.session(), address));

@@ -18,6 +18,7 @@ use zenoh::{Session, Wait};
 
 use super::error::{CallError, Refusal};
 use super::trace;
+use crate::alive::Found;
 use crate::metrics::{self, Metric};
 use crate::payload;
 
@@ -124,6 +125,23 @@ impl Client {
     ) -> Result<v1::HealthReply, CallError> {
         let target = Target::new(None, service, Method::Health, Some(instance));
         self.insist(&target, v1::HealthRequest::default(), deadline)
+    }
+
+    /// Asks these instances for their health, each once and all at the same time. The answers are in their order.
+    pub fn health_of_all(
+        &self,
+        instances: &[Found],
+        deadline: Instant,
+    ) -> Vec<Result<v1::HealthReply, CallError>> {
+        let begin = |Found {
+                         service, instance, ..
+                     }: &Found| {
+            let target = Target::new(None, *service, Method::Health, Some(instance));
+            self.begin(&target, &mut v1::HealthRequest::default(), deadline)
+        };
+        let calls: Vec<_> = instances.iter().map(begin).collect();
+        let answers = calls.into_iter().map(|call| call?.wait());
+        answers.collect()
     }
 
     fn insist<R: Request>(

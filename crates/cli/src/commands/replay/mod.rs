@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use clap::Args;
 use ppnpack_planner::replay::{Replayer, what_follows};
-use ppnpack_recording::{Difference, End, Kind, Reader, RecordedMessage, Topic, difference};
+use ppnpack_recording::{Difference, End, Reader, RecordedMessage, Topic, difference};
 use ppnpack_wire::keys::Stream;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, decode, v1};
 use serde::Serialize;
@@ -101,7 +101,7 @@ fn replay(file: &Path, is_any_version: bool) -> Outcome<Replayed> {
     let mut replayed = replay.replayed;
     let lost = reader.dropped().iter().filter_map(|(topic, dropped)| {
         let topic = Topic::parse(topic)?;
-        (topic.kind == Kind::Stream(Stream::Record)).then_some(*dropped)
+        matches!(topic, Topic::Stream(_, Stream::Record)).then_some(*dropped)
     });
     let lost: u64 = lost.sum();
     if lost > 0 {
@@ -122,10 +122,9 @@ struct Replay {
 
 impl Replay {
     fn take(&mut self, message: &RecordedMessage) -> Outcome {
-        let topic = Topic::parse(&message.topic);
-        match topic.map(|topic| topic.kind) {
-            Some(Kind::Shape) => self.shapes.add(&message.payload),
-            Some(Kind::Stream(Stream::Record)) => {
+        match Topic::parse(&message.topic) {
+            Some(Topic::Shape(_)) => self.shapes.add(&message.payload),
+            Some(Topic::Stream(_, Stream::Record)) => {
                 match decode::<v1::PlanningRecord>(&message.payload, MAX_MESSAGE_BYTES) {
                     Ok(record) => self.step(&record)?,
                     Err(error) => self.leave_out(format!("the record cannot be read: {error}")),
