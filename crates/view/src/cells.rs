@@ -6,14 +6,12 @@ use std::time::{Duration, Instant};
 
 use foxglove::Context;
 use ppnpack_service::alive;
-use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::{Cell, Stream};
 use zenoh::Session;
 
 use crate::channels::{SceneChannel, StreamChannel};
 use crate::error::ViewError;
-use crate::scene;
-use crate::shapes::Shapes;
+use crate::planned::PlannedScenes;
 
 /// How often it is looked for cells.
 const LOOKED_FOR_EVERY: Duration = Duration::from_secs(1);
@@ -29,7 +27,7 @@ pub(crate) struct Cells {
     session: Session,
     context: Arc<Context>,
     cells: BTreeMap<Cell, CellChannels>,
-    shapes: Shapes,
+    scenes: PlannedScenes,
     looked_at: Option<Instant>,
 }
 
@@ -44,7 +42,7 @@ impl Cells {
             session: session.clone(),
             context,
             cells: BTreeMap::new(),
-            shapes: Shapes::new(Client::new(session)),
+            scenes: PlannedScenes::new(session),
             looked_at: None,
         }
     }
@@ -63,7 +61,7 @@ impl Cells {
             let Some(record) = channels.scene.follow(&self.session)? else {
                 continue;
             };
-            match scene::draw(cell, &record.to_bytes(), &mut self.shapes) {
+            match self.scenes.draw(cell, &record.to_bytes()) {
                 Ok(scene) => channels.scene.show(&scene),
                 Err(error) => tracing::warn!(%cell, error, "a step is not drawn"),
             }
