@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use foxglove::Context;
 use ppnpack_service::alive;
 use ppnpack_wire::keys::{Cell, Stream};
+use ppnpack_wire::{MAX_MESSAGE_BYTES, decode, v1};
 use zenoh::Session;
 
 use crate::channels::{SceneChannel, StreamChannel};
@@ -61,7 +62,10 @@ impl Cells {
             let Some(record) = channels.scene.follow(&self.session)? else {
                 continue;
             };
-            match self.scenes.draw(cell, &record.to_bytes()) {
+            let record: Result<v1::PlanningRecord, _> =
+                decode(&record.to_bytes(), MAX_MESSAGE_BYTES);
+            let record = record.map_err(|error| error.to_string());
+            match record.and_then(|record| self.scenes.draw(cell, &record)) {
                 Ok(scene) => channels.scene.show(&scene),
                 Err(error) => tracing::warn!(%cell, error, "a step is not drawn"),
             }

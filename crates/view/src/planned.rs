@@ -3,6 +3,7 @@
 use ppnpack_service::rpc::Client;
 use ppnpack_wire::debug::SceneUpdate;
 use ppnpack_wire::keys::Cell;
+use ppnpack_wire::v1;
 use zenoh::Session;
 
 use crate::scene;
@@ -21,12 +22,16 @@ impl PlannedScenes {
         }
     }
 
-    /// What a step of a cell was planned on, what was chosen and what would have been next, by its `PlanningRecord` as it was published.
+    /// What a step of a cell was planned on, what was chosen and what would have been next, by its record.
     /// Waits for the planner's answer where shapes are missing, a few seconds at most.
     ///
     /// # Errors
     /// Why it cannot be drawn, for people.
-    pub fn draw(&mut self, cell: &Cell, record: &[u8]) -> Result<SceneUpdate, String> {
+    pub fn draw(
+        &mut self,
+        cell: &Cell,
+        record: &v1::PlanningRecord,
+    ) -> Result<SceneUpdate, String> {
         scene::draw(cell, record, &mut self.shapes)
     }
 }

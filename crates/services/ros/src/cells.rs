@@ -114,6 +114,7 @@ impl Cells {
     fn meet(&mut self, found: &Found, cell: &Cell) -> Result<(), FaceError> {
         let Self {
             common,
+            namespace,
             world_from_container,
             cells,
             ..
@@ -122,7 +123,7 @@ impl Cells {
             if cells.len() >= MOST_CELLS {
                 return Ok(());
             }
-            let name = self.namespace.join(&names::part_of(cell.as_str()))?;
+            let name = namespace.join(&names::part_of(cell.as_str()))?;
             if let Some((other, _)) = cells.iter().find(|(_, face)| face.name == name) {
                 tracing::warn!(%cell, %other, %name, "two cells have one name in ROS");
             }

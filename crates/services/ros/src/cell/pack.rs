@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use ppnpack_ros::action::{ActionServer, Goal, Status, Work};
 use ppnpack_ros::messages::ppnpack_actions::{Pack, PackFeedback, PackGoal, PackResult};
-use ppnpack_ros::messages::ppnpack_msgs::Item;
+use ppnpack_ros::messages::ppnpack_msgs::{Announcement, Item};
 use ppnpack_ros::names::Name;
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::CallError;
@@ -123,7 +123,7 @@ impl Packing {
             Ok(session) => ended(&session, goal.is_canceling()),
             Err(failure) => {
                 let message = failure.to_string();
-                tracing::warn!(cell = %self.cell, session = session_id, message, "packing for ROS failed");
+                tracing::warn!(cell = %self.cell, session = session_id, reason = message, "packing for ROS failed");
                 let result = PackResult {
                     message,
                     ..PackResult::default()
@@ -146,7 +146,11 @@ impl Packing {
         self.begin(&goal.message().items, session_id)?;
         let mut told = BTreeSet::new();
         loop {
-            let session = self.news(goal, &latest)?;
+            let mut session = self.news(goal, &latest)?;
+            if session.session_id != session_id {
+                // One that was on its way may be older.
+                session = self.session()?;
+            }
             if session.session_id != session_id {
                 let other = session.session_id;
                 return Err(Failure::Other(format!("session {other} was begun instead")));
@@ -164,11 +168,7 @@ impl Packing {
     }
 
     /// Begins the session, announces the items and has the planner pack them.
-    fn begin(
-        &self,
-        items: &[ppnpack_ros::messages::ppnpack_msgs::Announcement],
-        session_id: &str,
-    ) -> Result<(), Failure> {
+    fn begin(&self, items: &[Announcement], session_id: &str) -> Result<(), Failure> {
         let state = v1::CellStateRequest::default();
         let state = self.requests.ask_within(&self.cell, state, STATE_LIMIT);
         let state = match state {
@@ -212,12 +212,16 @@ impl Packing {
                 return Ok(session);
             }
             if goal.is_canceling() || Instant::now() >= until {
-                let reply = self
-                    .requests
-                    .ask(&self.cell, v1::SessionRequest::default())?;
-                return Ok(reply.session.unwrap_or_default());
+                return self.session();
             }
         }
+    }
+
+    /// The session as it is.
+    fn session(&self) -> Result<v1::Session, Failure> {
+        let request = v1::SessionRequest::default();
+        let reply = self.requests.ask(&self.cell, request)?;
+        Ok(reply.session.unwrap_or_default())
     }
 
     /// Takes back what waits; what was decided meanwhile stays.

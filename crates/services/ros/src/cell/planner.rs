@@ -13,7 +13,6 @@ use ppnpack_service::stream::{self, Subscription};
 use ppnpack_view::PlannedScenes;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
-use prost::Message as _;
 
 use super::follow::Followed;
 use super::pack;
@@ -57,7 +56,7 @@ impl PlannerFace {
         let Some(record) = self.plan.newest(&common.process)? else {
             return Ok(());
         };
-        match scenes.draw(&self.cell, &record.encode_to_vec()) {
+        match scenes.draw(&self.cell, &record) {
             Ok(scene) => self.plan.pass_on(Ok(markers::of_scene(&scene))),
             Err(error) => {
                 tracing::warn!(cell = %self.cell, error, "a step is not drawn");
