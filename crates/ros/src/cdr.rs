@@ -8,7 +8,7 @@ use serde::de::{DeserializeOwned, Deserializer, Visitor};
 use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 
-use crate::description::Message;
+use crate::description::{self, Message};
 use crate::error::RosError;
 
 /// Plain CDR, little-endian, without options.
@@ -34,6 +34,11 @@ pub fn encode<M: Message>(message: &M) -> Result<Vec<u8>, RosError> {
 pub fn decode<M: Message>(payload: &[u8]) -> Result<M, RosError> {
     let Some((&[0, order, _, _], body)) = payload.split_first_chunk::<4>() else {
         return Err(malformed::<M>(&"plain CDR is needed"));
+    };
+    // Some leave the one byte of an empty message out.
+    let body: &[u8] = match body {
+        [] if description::is_empty::<M>() => &[0],
+        body => body,
     };
     match order {
         0 => read::<M, BigEndian>(body),

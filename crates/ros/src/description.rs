@@ -24,6 +24,9 @@ const SEQUENCE: u8 = 144;
 /// The number of a type that has a name.
 const NESTED: u8 = 1;
 
+/// The member of a message that has none of its own.
+const NO_MEMBER: &str = "structure_needs_at_least_one_member";
+
 /// A message: its name, and its fields in their order.
 pub trait Message: Field + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// Its name, such as `std_msgs/msg/Header`.
@@ -31,6 +34,12 @@ pub trait Message: Field + Serialize + DeserializeOwned + Send + Sync + 'static 
 
     /// Its fields. A message without any has one, `uint8 structure_needs_at_least_one_member`.
     fn fields(types: &mut Types) -> Vec<FieldDescription>;
+}
+
+/// Whether a message has no members of its own.
+pub(crate) fn is_empty<M: Message>() -> bool {
+    let fields = M::fields(&mut Types::default());
+    matches!(fields.as_slice(), [only] if only.name == NO_MEMBER)
 }
 
 /// What a field of a message may be.

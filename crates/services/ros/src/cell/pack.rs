@@ -90,7 +90,7 @@ impl From<FaceError> for Failure {
 impl std::fmt::Display for Failure {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Call(error) => error.fmt(formatter),
+            Self::Call(error) => write!(formatter, "{error}"),
             Self::Other(reason) => formatter.write_str(reason),
         }
     }
