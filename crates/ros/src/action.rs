@@ -9,9 +9,11 @@ mod messages;
 use std::sync::Arc;
 
 pub use goals::Goal;
-use goals::{Goals, Offered};
-pub use messages::{FeedbackMessage, GetResultRequest, GetResultResponse, SendGoalRequest};
-use messages::{GetResult, SendGoal, SendGoalResponse};
+use goals::Goals;
+pub use messages::{
+    FeedbackMessage, GetResultRequest, GetResultResponse, SendGoalRequest, SendGoalResponse,
+};
+use messages::{GetResult, SendGoal};
 
 use crate::description::Message;
 use crate::error::RosError;

@@ -81,7 +81,7 @@ impl Node {
     /// [`RosError::Zenoh`] where the session is closed.
     pub fn publisher<M: Message>(&self, topic: &Name, qos: Qos) -> Result<Publisher<M>, RosError> {
         let of = TypeKey::of_message::<M>();
-        let key = key_expr(keys::data(self.domain(), topic, &of))?;
+        let key = key_expr(&keys::data(self.domain(), topic, &of))?;
         let session = &self.inner.session;
         let publisher = session
             .declare_publisher(key.clone())
@@ -139,7 +139,7 @@ impl Node {
         on_payload: impl Fn(ZBytes) + Send + Sync + 'static,
     ) -> Result<Subscription, RosError> {
         let of = TypeKey::of_message::<M>();
-        let key = key_expr(keys::data_of_any_hash(self.domain(), topic, &of))?;
+        let key = key_expr(&keys::data_of_any_hash(self.domain(), topic, &of))?;
         let session = &self.inner.session;
         let subscriber = session
             .declare_subscriber(key.clone())
@@ -163,7 +163,7 @@ impl Node {
         on_request: impl Fn(Request<S>) + Send + Sync + 'static,
     ) -> Result<Server, RosError> {
         let of = TypeKey::of_service::<S>();
-        let key = key_expr(keys::data(self.domain(), name, &of))?;
+        let key = key_expr(&keys::data(self.domain(), name, &of))?;
         let answered = key.clone();
         let callback = move |query: Query| {
             if let Some(request) = Request::read(query, answered.clone()) {
@@ -217,7 +217,7 @@ fn declare(session: &Session, token: &str) -> Result<LivelinessToken, RosError> 
     declared.map_err(|error| RosError::zenoh(format!("declaring {token}"), &error))
 }
 
-fn key_expr(key: String) -> Result<KeyExpr<'static>, RosError> {
-    KeyExpr::try_from(key.clone())
+fn key_expr(key: &str) -> Result<KeyExpr<'static>, RosError> {
+    KeyExpr::try_from(key.to_owned())
         .map_err(|error| RosError::zenoh(format!("'{key}' as a key"), &error))
 }

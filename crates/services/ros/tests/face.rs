@@ -96,7 +96,12 @@ impl Rig {
         let until = Instant::now() + PATIENCE;
         while Instant::now() < until {
             let payload = cdr::encode(request).unwrap();
-            let replies = self.session.get(key.as_str()).payload(payload).wait().unwrap();
+            let replies = self
+                .session
+                .get(key.as_str())
+                .payload(payload)
+                .wait()
+                .unwrap();
             if let Ok(Some(reply)) = replies.recv_timeout(PATIENCE) {
                 let sample = reply.into_result().unwrap();
                 return cdr::decode(&sample.payload().to_bytes()).unwrap();
