@@ -132,15 +132,17 @@ impl Cells {
         let Some(face) = cells.get_mut(cell) else {
             return Ok(());
         };
+        // A perception service may be there for all cells, and name none.
+        let is_seen = matches!(found.service, Service::Bridge | Service::Perception);
+        if is_seen && face.perception.is_none() {
+            face.perception = Some(PerceptionFace::new(common, &face.name, cell)?);
+        }
         match found.service {
             Service::Bridge if face.bridge.is_none() => {
                 let pose = world_from_container.get(cell);
                 let pose = pose.copied().unwrap_or_else(Isometry3::identity);
                 common.frames.fix_container(cell, &pose)?;
                 face.bridge = Some(BridgeFace::new(common, &face.name, cell)?);
-            }
-            Service::Perception if face.perception.is_none() => {
-                face.perception = Some(PerceptionFace::new(common, &face.name, cell)?);
             }
             Service::Planner if face.planner.is_none() => {
                 face.planner = Some(PlannerFace::new(common, &face.name, cell)?);

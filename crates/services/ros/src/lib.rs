@@ -29,7 +29,7 @@ use clouds::CloudIn;
 pub use settings::{CloudSource, Settings};
 
 /// How often it is looked what is new and who reads it.
-const LOOK: Duration = Duration::from_millis(50);
+const LOOK: Duration = Duration::from_millis(100);
 
 /// The running service.
 pub struct Ros {

@@ -291,3 +291,74 @@ fn count(session: &v1::Session, state: ItemState) -> u32 {
     let count = items.filter(|item| item.state() == state).count();
     u32::try_from(count).unwrap_or(u32::MAX)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn session(end: SessionEnd, states: &[ItemState]) -> v1::Session {
+        let items = states.iter().zip('a'..).map(|(state, id)| v1::SessionItem {
+            item_id: id.to_string(),
+            state: (*state).into(),
+            ..v1::SessionItem::default()
+        });
+        v1::Session {
+            items: items.collect(),
+            end: end.into(),
+            failure: "the robot stands".to_owned(),
+            ..v1::Session::default()
+        }
+    }
+
+    #[test]
+    fn each_item_is_told_of_once() {
+        use ItemState::{Decided, Gone, Packed, Waiting};
+        let mut told = BTreeSet::new();
+        let under_way = |states: &[ItemState]| session(SessionEnd::Unspecified, states);
+        assert_eq!(feedback(&under_way(&[Decided, Waiting]), &mut told), None);
+        let first = feedback(&under_way(&[Packed, Decided, Waiting]), &mut told).unwrap();
+        assert_eq!((first.packed, first.waiting), (1, 1));
+        let ids = |feedback: &PackFeedback| -> Vec<String> {
+            let items = feedback.items.iter();
+            items.map(|item| item.item_id.clone()).collect()
+        };
+        assert_eq!(ids(&first), ["a"]);
+        let second = feedback(&under_way(&[Packed, Gone, Packed]), &mut told).unwrap();
+        assert_eq!(ids(&second), ["b", "c"]);
+        assert_eq!(
+            feedback(&under_way(&[Packed, Gone, Packed]), &mut told),
+            None
+        );
+    }
+
+    #[test]
+    fn a_goal_ends_as_its_session_did() {
+        use ItemState::{Packed, SetAside, Withdrawn};
+        let cases = [
+            (SessionEnd::AllPacked, Packed, false, Status::Succeeded, 1),
+            (SessionEnd::NothingFits, Packed, false, Status::Succeeded, 2),
+            (
+                SessionEnd::OthersSetAside,
+                SetAside,
+                false,
+                Status::Succeeded,
+                4,
+            ),
+            (SessionEnd::Failed, Packed, false, Status::Aborted, 3),
+            (SessionEnd::Failed, Withdrawn, true, Status::Aborted, 3),
+            (SessionEnd::AllPacked, Withdrawn, true, Status::Canceled, 0),
+            // It was packed before the cancellation came.
+            (SessionEnd::AllPacked, Packed, true, Status::Succeeded, 1),
+        ];
+        for (end, state, is_canceling, status, number) in cases {
+            let (ended_as, result) = ended(&session(end, &[state]), is_canceling);
+            assert_eq!(
+                (ended_as, result.end),
+                (status, number),
+                "{end:?} {state:?}"
+            );
+            let is_failed = end == SessionEnd::Failed;
+            assert_eq!(result.message == "the robot stands", is_failed);
+        }
+    }
+}
