@@ -292,6 +292,9 @@ fn serve(stack: Stack, plan: &stack::Plan<'_>, view: Option<View>) -> Outcome {
     if let Some(view) = &view {
         print_line(&view::address(view))?;
     }
+    if let Some(domain) = plan.ros {
+        print_line(&format!("ROS 2: domain {domain}"))?;
+    }
     print_line("Ready. `ppnpack status` and `ppnpack watch` show what goes on; Ctrl-C ends it.")?;
     stack.shutdown().wait();
     let fault = stack.fault();
