@@ -107,19 +107,21 @@ impl Packing {
         }
         let (packing, busy) = (self.clone(), Busy(Arc::clone(&self.is_busy)));
         Some(Box::new(move |goal: Goal<Pack>| {
-            packing.carry_out(goal);
+            let (status, result) = packing.carry_out(&goal);
+            // Whoever hears of its end may send the next one.
             drop(busy);
+            goal.end(status, result);
         }))
     }
 
-    fn carry_out(&self, goal: Goal<Pack>) {
+    fn carry_out(&self, goal: &Goal<Pack>) -> (Status, PackResult) {
         goal.execute();
         let session_id = match goal.message().session_id.as_str() {
             "" => format!("ros-{}", goal.id()),
             given => given.to_owned(),
         };
         tracing::info!(cell = %self.cell, session = session_id, "packing for ROS");
-        let (status, result) = match self.pack(&goal, &session_id) {
+        match self.pack(goal, &session_id) {
             Ok(session) => ended(&session, goal.is_canceling()),
             Err(failure) => {
                 let message = failure.to_string();
@@ -130,8 +132,7 @@ impl Packing {
                 };
                 (Status::Aborted, result)
             }
-        };
-        goal.end(status, result);
+        }
     }
 
     /// Packs, and gives the session at its end.
