@@ -6,15 +6,14 @@ use std::time::{Duration, Instant};
 
 use foxglove::Context;
 use ppnpack_service::alive;
-use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::{Cell, Stream};
+use ppnpack_wire::{MAX_MESSAGE_BYTES, decode, v1};
 use zenoh::Session;
 
 use crate::channels::{SceneChannel, StreamChannel};
 use crate::common::{HealthChannel, LogChannel};
 use crate::error::ViewError;
-use crate::scene;
-use crate::shapes::Shapes;
+use crate::planned::PlannedScenes;
 
 /// How often it is looked for cells.
 const LOOKED_FOR_EVERY: Duration = Duration::from_secs(1);
@@ -30,7 +29,7 @@ pub(crate) struct Cells {
     session: Session,
     context: Arc<Context>,
     cells: BTreeMap<Cell, CellChannels>,
-    shapes: Shapes,
+    scenes: PlannedScenes,
     log: LogChannel,
     health: HealthChannel,
     looked_at: Option<Instant>,
@@ -46,7 +45,7 @@ impl Cells {
         Ok(Self {
             session: session.clone(),
             cells: BTreeMap::new(),
-            shapes: Shapes::new(Client::new(session)),
+            scenes: PlannedScenes::new(session),
             log: LogChannel::new(&context)?,
             health: HealthChannel::new(&context)?,
             context,
@@ -70,7 +69,10 @@ impl Cells {
             let Some(record) = channels.scene.follow(&self.session)? else {
                 continue;
             };
-            match scene::draw(cell, &record.to_bytes(), &mut self.shapes) {
+            let record: Result<v1::PlanningRecord, _> =
+                decode(&record.to_bytes(), MAX_MESSAGE_BYTES);
+            let record = record.map_err(|error| error.to_string());
+            match record.and_then(|record| self.scenes.draw(cell, &record)) {
                 Ok(scene) => channels.scene.show(&scene),
                 Err(error) => tracing::warn!(%cell, error, "a step is not drawn"),
             }

@@ -9,6 +9,7 @@ mod cells;
 mod channels;
 mod common;
 mod error;
+mod planned;
 mod scene;
 mod shapes;
 
@@ -23,6 +24,7 @@ use zenoh::Session;
 
 use cells::Cells;
 pub use error::ViewError;
+pub use planned::PlannedScenes;
 
 /// Messages that wait for a viewer at most; older ones are dropped then.
 const BACKLOG: usize = 64;

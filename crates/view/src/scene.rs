@@ -7,14 +7,16 @@ use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_wire::debug::{ItemBox, SceneUpdate};
 use ppnpack_wire::debug_plan::{self, Placed, PlannedStep};
 use ppnpack_wire::keys::Cell;
-use ppnpack_wire::{MAX_MESSAGE_BYTES, convert, decode, v1};
+use ppnpack_wire::{convert, v1};
 
 use crate::shapes::Shapes;
 
 /// Draws a record, in the container that was chosen, or the fullest one where nothing was.
-pub(crate) fn draw(cell: &Cell, record: &[u8], shapes: &mut Shapes) -> Result<SceneUpdate, String> {
-    let record: v1::PlanningRecord =
-        decode(record, MAX_MESSAGE_BYTES).map_err(|error| error.to_string())?;
+pub(crate) fn draw(
+    cell: &Cell,
+    record: &v1::PlanningRecord,
+    shapes: &mut Shapes,
+) -> Result<SceneUpdate, String> {
     let decision = record.decision.as_ref();
     let chosen = decision.map(|decision| decision.container.as_str());
     let mut containers = record.containers.iter();
@@ -25,9 +27,9 @@ pub(crate) fn draw(cell: &Cell, record: &[u8], shapes: &mut Shapes) -> Result<Sc
     let scene = convert::scene::read_required("scene", at.scene.as_ref());
     let (grid, _) = scene.map_err(|error| error.to_string())?;
     let bodies = at.content.iter().flat_map(|content| &content.bodies);
-    shapes.fetch(cell, &record);
+    shapes.fetch(cell, record);
     let step = Step {
-        record: &record,
+        record,
         grid: &grid,
         shapes,
     };

@@ -181,6 +181,8 @@ chunks! {
         Planner = "planner",
         /// Passes messages on between the others.
         Router = "router",
+        /// What the cells say and are asked, in ROS 2.
+        Ros = "ros",
     }
 }
 

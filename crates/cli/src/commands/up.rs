@@ -88,6 +88,10 @@ pub(crate) struct UpArguments {
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = DEFAULT_ADDRESS, conflicts_with = "connect")]
     view: Option<SocketAddr>,
 
+    /// Have the cells in ROS 2, in this domain [with no domain: 0]. Its nodes connect to the Zenoh endpoint. See docs/ros2.md
+    #[arg(long, value_name = "DOMAIN", num_args = 0..=1, default_missing_value = "0", conflicts_with = "connect", value_parser = clap::value_parser!(u32).range(0..=232))]
+    ros: Option<u32>,
+
     #[command(flatten)]
     job: JobOptions,
 }
@@ -216,6 +220,7 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
         network: network.filter(|_| is_network),
         store: arguments.store.as_deref(),
         listen: arguments.listen(),
+        ros: arguments.ros,
     };
     let stack = Stack::start(&plan)?;
     let log = log_stream::publish(stack.session(), &Instance::new(LOGS_AS).or_input()?).or_run()?;
@@ -241,8 +246,8 @@ impl UpArguments {
         let mut sensing = stack::Sensing {
             // A packing of its own is done as soon as can be; a cell that others watch moves in time.
             motion_speed: if self.job.pack { 0.0 } else { 1.0 },
-            // Beside the streams of the services, a viewer draws those.
-            debug_streams: self.view.is_some(),
+            // Beside the streams of the services, viewers draw those.
+            debug_streams: self.view.is_some() || self.ros.is_some(),
             ..stack::Sensing::default()
         };
         if let Some(region) = self.tray {
@@ -291,6 +296,9 @@ fn serve(stack: Stack, plan: &stack::Plan<'_>, view: Option<View>) -> Outcome {
     print_line(&format!("Zenoh: {}", stack.endpoint()))?;
     if let Some(view) = &view {
         print_line(&view::address(view))?;
+    }
+    if let Some(domain) = plan.ros {
+        print_line(&format!("ROS 2: domain {domain}"))?;
     }
     print_line("Ready. `ppnpack status` and `ppnpack watch` show what goes on; Ctrl-C ends it.")?;
     stack.shutdown().wait();

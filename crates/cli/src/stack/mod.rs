@@ -80,6 +80,8 @@ pub struct Plan<'a> {
     pub store: Option<&'a Path>,
     /// Zenoh endpoints to listen on beside a loopback port of the system's choice.
     pub listen: Vec<String>,
+    /// The domain of ROS 2 that its cells are in, where they are in one.
+    pub ros: Option<u32>,
 }
 
 /// How the cells of a stack are seen and handled; by default exactly, and without faults.
@@ -150,6 +152,15 @@ impl Stack {
             let catalogues = [Arc::clone(&plan.catalogue)];
             ppnpack_planner::start(process, &planner_settings(plan), &catalogues)
         })?;
+        if let Some(domain) = plan.ros {
+            stack.add(Service::Ros, |process| {
+                let settings = ppnpack_ros_service::Settings {
+                    domain,
+                    ..ppnpack_ros_service::Settings::default()
+                };
+                ppnpack_ros_service::start(process, &settings)
+            })?;
+        }
         Ok(stack)
     }
 

@@ -288,6 +288,7 @@ impl World<'_> {
             network: self.network.filter(|_| is_network),
             store: None,
             listen: Vec::new(),
+            ros: None,
         })
     }
 

@@ -1,0 +1,135 @@
+//! What the bridge says of a container, and what can be asked of it.
+
+use std::sync::Arc;
+
+use nalgebra::Isometry3;
+use ppnpack_ros::messages::ppnpack_msgs::{CellState, Outcome};
+use ppnpack_ros::messages::ppnpack_srvs::{Changed, Hold};
+use ppnpack_ros::messages::std_srvs::Trigger;
+use ppnpack_ros::messages::visualization_msgs::MarkerArray;
+use ppnpack_ros::names::Name;
+use ppnpack_ros::service::Server;
+use ppnpack_ros::{Publisher, Qos, RosError};
+use ppnpack_service::stream::{self, Subscription};
+use ppnpack_wire::convert::pose;
+use ppnpack_wire::debug::SceneUpdate;
+use ppnpack_wire::keys::{Cell, Stream};
+use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
+
+use super::follow::Followed;
+use crate::cells::Common;
+use crate::convert::{markers, messages};
+use crate::error::FaceError;
+use crate::frames::{self, Frames};
+
+/// The bridge of a container in ROS.
+pub(crate) struct BridgeFace {
+    scene: Followed<SceneUpdate, MarkerArray>,
+    _streams: [Subscription; 2],
+    _servers: Vec<Server>,
+}
+
+impl BridgeFace {
+    pub(crate) fn new(common: &Common, name: &Name, cell: &Cell) -> Result<Self, FaceError> {
+        let node = &common.node;
+        let scene = node.publisher(&name.join("scene")?, Qos::LATCHED)?;
+        let states = node.publisher(&name.join("state")?, Qos::LATCHED)?;
+        let outcomes = node.publisher(&name.join("outcomes")?, Qos::EVENTS)?;
+        Ok(Self {
+            scene: Followed::new(cell, Stream::DebugScene, MAX_MESSAGE_BYTES, scene),
+            _streams: [
+                follow_states(common, cell, states)?,
+                follow_outcomes(common, cell, outcomes)?,
+            ],
+            _servers: servers(common, name, cell)?,
+        })
+    }
+
+    pub(crate) fn advance(&mut self, common: &Common) -> Result<(), FaceError> {
+        let Some(scene) = self.scene.newest(&common.process)? else {
+            return Ok(());
+        };
+        self.scene.pass_on(Ok(markers::of_scene(&scene)))
+    }
+}
+
+/// Passes states on, and where the items are. It runs on Zenoh's thread, and waits for nothing.
+fn follow_states(
+    common: &Common,
+    cell: &Cell,
+    states: Publisher<CellState>,
+) -> Result<Subscription, FaceError> {
+    let (own, frames) = (cell.clone(), Arc::clone(&common.frames));
+    let on_state = move |_, state: v1::CellState| {
+        let told = states
+            .publish(&messages::state(&own, &state))
+            .and_then(|()| tell_items(&frames, &own, &state));
+        if let Err(error) = told {
+            tracing::debug!(cell = %own, %error, "a state is not passed on");
+        }
+    };
+    let session = common.process.session();
+    let limit = MAX_MESSAGE_BYTES;
+    Ok(stream::subscribe(
+        session,
+        Some(cell),
+        Stream::State,
+        limit,
+        on_state,
+    )?)
+}
+
+fn follow_outcomes(
+    common: &Common,
+    cell: &Cell,
+    outcomes: Publisher<Outcome>,
+) -> Result<Subscription, FaceError> {
+    let own = cell.clone();
+    let on_outcome = move |_, outcome: v1::Outcome| {
+        if let Err(error) = outcomes.publish(&messages::outcome(&own, &outcome)) {
+            tracing::debug!(cell = %own, %error, "an outcome is not passed on");
+        }
+    };
+    let session = common.process.session();
+    let limit = MAX_MESSAGE_BYTES;
+    Ok(stream::subscribe(
+        session,
+        Some(cell),
+        Stream::Outcome,
+        limit,
+        on_outcome,
+    )?)
+}
+
+/// Says where the items of a container are.
+fn tell_items(frames: &Frames, cell: &Cell, state: &v1::CellState) -> Result<(), RosError> {
+    let items = state.bodies.iter().filter_map(|body| {
+        let at = pose::read_required("pose", body.container_from_item.as_ref());
+        let at: Isometry3<f64> = at.ok()?;
+        Some((frames::item(cell, &body.item_id), at))
+    });
+    frames.tell(cell, items)
+}
+
+fn servers(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Server>, FaceError> {
+    let (node, requests) = (&common.node, &common.requests);
+    Ok(vec![
+        requests.serve::<Hold, _>(node, &name.join("hold")?, cell, |asked| v1::HoldRequest {
+            reason: asked.reason.clone(),
+            is_aborting: asked.is_aborting,
+            ..v1::HoldRequest::default()
+        })?,
+        requests.serve::<Trigger, _>(node, &name.join("resume")?, cell, |_| {
+            v1::ResumeRequest::default()
+        })?,
+        requests.serve::<Trigger, _>(node, &name.join("renew")?, cell, |_| {
+            v1::RenewRequest::default()
+        })?,
+        requests.serve::<Changed, _>(node, &name.join("changed")?, cell, |asked| {
+            v1::ChangedRequest {
+                removed_item_ids: asked.removed_item_ids.clone(),
+                ..v1::ChangedRequest::default()
+            }
+        })?,
+    ])
+}

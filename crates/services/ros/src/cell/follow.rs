@@ -1,0 +1,63 @@
+//! Streams that are read only while somebody subscribes what is made of them.
+
+use ppnpack_ros::Publisher;
+use ppnpack_ros::description::Message;
+use ppnpack_service::process::Process;
+use ppnpack_service::stream::Latest;
+use ppnpack_wire::WireError;
+use ppnpack_wire::keys::{Cell, Stream};
+
+use crate::error::FaceError;
+
+/// A stream of a cell, of which the newest message becomes one of ROS while somebody reads that.
+pub(crate) struct Followed<M, T> {
+    cell: Cell,
+    stream: Stream,
+    limit_bytes: usize,
+    latest: Option<Latest<M>>,
+    publisher: Publisher<T>,
+}
+
+impl<M: prost::Message + prost::Name + Default, T: Message> Followed<M, T> {
+    pub(crate) fn new(
+        cell: &Cell,
+        stream: Stream,
+        limit_bytes: usize,
+        publisher: Publisher<T>,
+    ) -> Self {
+        Self {
+            cell: cell.clone(),
+            stream,
+            limit_bytes,
+            latest: None,
+            publisher,
+        }
+    }
+
+    /// The newest message that was not taken yet, where somebody reads what is made of it.
+    pub(crate) fn newest(&mut self, process: &Process) -> Result<Option<M>, FaceError> {
+        match (self.publisher.has_readers(), &self.latest) {
+            (true, None) => {
+                let (cell, stream) = (&self.cell, self.stream);
+                let latest = Latest::subscribe(process, cell, stream, self.limit_bytes)?;
+                self.latest = Some(latest);
+            }
+            (false, Some(_)) => self.latest = None,
+            _ => {}
+        }
+        let arrived = self.latest.as_ref().and_then(Latest::take);
+        // One that is malformed is counted where it is read.
+        Ok(arrived.and_then(|arrived| arrived.message.ok()))
+    }
+
+    /// Passes on what was made of a message; where nothing could be, says so.
+    pub(crate) fn pass_on(&self, made: Result<T, WireError>) -> Result<(), FaceError> {
+        match made {
+            Ok(message) => self.publisher.publish(&message)?,
+            Err(error) => {
+                tracing::debug!(cell = %self.cell, stream = %self.stream, %error, "not passed on");
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,178 @@
+//! The cells that are there, and their faces.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use nalgebra::Isometry3;
+use ppnpack_ros::Node;
+use ppnpack_ros::names::{self, Name};
+use ppnpack_service::alive::{self, Found};
+use ppnpack_service::process::Process;
+use ppnpack_service::rpc::Client;
+use ppnpack_view::PlannedScenes;
+use ppnpack_wire::keys::{Cell, Service};
+
+use crate::cell::bridge::BridgeFace;
+use crate::cell::perception::PerceptionFace;
+use crate::cell::planner::PlannerFace;
+use crate::error::FaceError;
+use crate::frames::Frames;
+use crate::requests::Requests;
+use crate::settings::Settings;
+
+/// How often it is looked for cells.
+const LOOKED_FOR_EVERY: Duration = Duration::from_secs(1);
+
+/// How long the answers to that may take.
+const PATIENCE: Duration = Duration::from_millis(500);
+
+/// Cells and containers that have a face at most.
+const MOST_CELLS: usize = 1_000;
+
+/// What all cells share.
+pub(crate) struct Common {
+    pub(crate) process: Process,
+    pub(crate) node: Node,
+    pub(crate) requests: Requests,
+    pub(crate) frames: Arc<Frames>,
+}
+
+/// The cells and their faces.
+pub(crate) struct Cells {
+    common: Common,
+    namespace: Name,
+    world_from_container: BTreeMap<Cell, Isometry3<f64>>,
+    cells: BTreeMap<Cell, CellFace>,
+    scenes: PlannedScenes,
+    looked_at: Option<Instant>,
+}
+
+/// A cell: what it has of services, each with its topics.
+struct CellFace {
+    name: Name,
+    bridge: Option<BridgeFace>,
+    perception: Option<PerceptionFace>,
+    planner: Option<PlannerFace>,
+}
+
+impl Cells {
+    pub(crate) fn new(
+        process: &Process,
+        node: &Node,
+        settings: &Settings,
+    ) -> Result<Self, FaceError> {
+        let placed = settings.containers.iter().filter_map(|(cell, pose)| {
+            // They are checked.
+            Some((Cell::new(cell).ok()?, pose.pose().ok()?))
+        });
+        let session = process.session();
+        Ok(Self {
+            common: Common {
+                requests: Requests::new(Client::new(session), settings.request_limit()),
+                frames: Arc::new(Frames::new(node)?),
+                process: process.clone(),
+                node: node.clone(),
+            },
+            namespace: Name::new(&settings.namespace)?,
+            world_from_container: placed.collect(),
+            cells: BTreeMap::new(),
+            scenes: PlannedScenes::new(session),
+            looked_at: None,
+        })
+    }
+
+    /// Looks which cells there are, and passes on what is new and read.
+    pub(crate) fn advance(&mut self) {
+        let now = Instant::now();
+        if self.looked_at.is_none_or(|at| now - at >= LOOKED_FOR_EVERY) {
+            self.looked_at = Some(now);
+            if let Err(error) = self.look(now + PATIENCE) {
+                tracing::warn!(%error, "cells are not looked for");
+            }
+        }
+        for (cell, face) in &mut self.cells {
+            if let Err(error) = face.advance(&self.common, &mut self.scenes) {
+                tracing::warn!(%cell, %error, "a cell is not passed on");
+            }
+        }
+    }
+
+    /// Gives faces to what is new.
+    fn look(&mut self, deadline: Instant) -> Result<(), FaceError> {
+        for found in alive::find(self.common.process.session(), deadline)? {
+            for cell in &found.cells {
+                if let Err(error) = self.meet(&found, cell) {
+                    tracing::warn!(%cell, service = %found.service, %error, "no face in ROS");
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A service is there for a cell.
+    fn meet(&mut self, found: &Found, cell: &Cell) -> Result<(), FaceError> {
+        let Self {
+            common,
+            namespace,
+            world_from_container,
+            cells,
+            ..
+        } = self;
+        if !cells.contains_key(cell) {
+            if cells.len() >= MOST_CELLS {
+                return Ok(());
+            }
+            let name = namespace.join(&names::part_of(cell.as_str()))?;
+            if let Some((other, _)) = cells.iter().find(|(_, face)| face.name == name) {
+                tracing::warn!(%cell, %other, %name, "two cells have one name in ROS");
+            }
+            cells.insert(cell.clone(), CellFace::new(name));
+        }
+        let Some(face) = cells.get_mut(cell) else {
+            return Ok(());
+        };
+        // A perception service may be there for all cells, and name none.
+        let is_seen = matches!(found.service, Service::Bridge | Service::Perception);
+        if is_seen && face.perception.is_none() {
+            face.perception = Some(PerceptionFace::new(common, &face.name, cell)?);
+        }
+        match found.service {
+            Service::Bridge if face.bridge.is_none() => {
+                let pose = world_from_container.get(cell);
+                let pose = pose.copied().unwrap_or_else(Isometry3::identity);
+                common.frames.fix_container(cell, &pose)?;
+                face.bridge = Some(BridgeFace::new(common, &face.name, cell)?);
+            }
+            Service::Planner if face.planner.is_none() => {
+                face.planner = Some(PlannerFace::new(common, &face.name, cell)?);
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+impl CellFace {
+    fn new(name: Name) -> Self {
+        Self {
+            name,
+            bridge: None,
+            perception: None,
+            planner: None,
+        }
+    }
+
+    fn advance(&mut self, common: &Common, scenes: &mut PlannedScenes) -> Result<(), FaceError> {
+        if let Some(bridge) = &mut self.bridge {
+            bridge.advance(common)?;
+        }
+        if let Some(perception) = &mut self.perception {
+            perception.advance(common)?;
+        }
+        if let Some(planner) = &mut self.planner {
+            planner.advance(common, scenes)?;
+        }
+        Ok(())
+    }
+}

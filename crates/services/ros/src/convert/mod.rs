@@ -1,0 +1,5 @@
+//! From messages of the stack to those of ROS.
+
+pub(crate) mod markers;
+pub(crate) mod messages;
+pub(crate) mod points;

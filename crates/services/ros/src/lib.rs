@@ -1,0 +1,120 @@
+//! The cells in ROS 2: what they say as topics, what can be asked of them as services, packing as an action, and the point clouds of ROS's
+//! drivers for perception.
+//!
+//! It is a client like any other of the stack, and a node of ROS as `rmw_zenoh` has them, on the stack's own router or on that of ROS. Each
+//! cell that is there, and each container, has its topics below a name of its own. What is large or has to be drawn is read only while
+//! somebody subscribes it.
+
+mod cell;
+mod cells;
+mod clouds;
+mod convert;
+mod error;
+mod frames;
+mod requests;
+mod settings;
+
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use ppnpack_ros::Node;
+use ppnpack_ros::names::Name;
+use ppnpack_service::configuration::ZenohSettings;
+use ppnpack_service::process::Process;
+use ppnpack_service::{HealthLatch, Running, ServiceError, ServiceSettings, Shutdown, alive};
+use zenoh::{Session, Wait};
+
+use cells::Cells;
+use clouds::CloudIn;
+pub use settings::{CloudSource, Settings};
+
+/// How often it is looked what is new and who reads it.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// The running service.
+pub struct Ros {
+    // Nobody finds it any more before it ends: fields are dropped in this order.
+    alive: alive::Token,
+    clouds: Vec<CloudIn>,
+    _ready: HealthLatch,
+    shutdown: Shutdown,
+    thread: JoinHandle<()>,
+    /// That of ROS, where it is not the stack's.
+    session: Option<Session>,
+}
+
+/// Starts the service.
+///
+/// # Errors
+/// [`ServiceError`] where a setting is not possible, the router of ROS is away, or the session or a thread cannot be had.
+pub fn start(process: &Process, settings: &Settings) -> Result<Ros, ServiceError> {
+    settings.validate().map_err(ServiceError::start)?;
+    let ready = process.health().check("ros");
+    let session = open(settings)?;
+    let own = session.as_ref().unwrap_or(process.session());
+    let name = Name::new(&settings.namespace).map_err(ServiceError::start)?;
+    let node = Node::new(own, settings.domain, &name).map_err(ServiceError::start)?;
+    let clouds = settings.clouds.iter();
+    let clouds = clouds.map(|source| clouds::pass_on(process, &node, source));
+    let clouds = clouds
+        .collect::<Result<_, _>>()
+        .map_err(ServiceError::start)?;
+    let shutdown = process.shutdown().of_part();
+    let cells = Cells::new(process, &node, settings).map_err(ServiceError::start)?;
+    let thread = {
+        let shutdown = shutdown.clone();
+        let supervisor = process.supervisor();
+        supervisor.thread("ros-cells", move || follow(cells, &shutdown))?
+    };
+    let alive = alive::announce(process, None)?;
+    ready.pass();
+    tracing::info!(domain = settings.domain, namespace = %name, "in ROS 2");
+    Ok(Ros {
+        alive,
+        clouds,
+        _ready: ready,
+        shutdown,
+        thread,
+        session,
+    })
+}
+
+/// A session with the router of ROS, where that is another one.
+fn open(settings: &Settings) -> Result<Option<Session>, ServiceError> {
+    if settings.connect.0.is_empty() {
+        return Ok(None);
+    }
+    let endpoints = settings.connect.0.join(", ");
+    let zenoh = ZenohSettings {
+        connect: Some(settings.connect.clone()),
+        ..ZenohSettings::default()
+    };
+    let opened = zenoh::open(zenoh.to_zenoh()?).wait();
+    let opened = opened.map_err(|error| {
+        ServiceError::start(format_args!(
+            "the router of ROS at {endpoints} cannot be reached: {error}"
+        ))
+    });
+    opened.map(Some)
+}
+
+/// Follows the cells until it is told to end.
+fn follow(mut cells: Cells, shutdown: &Shutdown) {
+    while !shutdown.wait_timeout(LOOK) {
+        cells.advance();
+    }
+}
+
+impl Running for Ros {
+    fn finish(self: Box<Self>, deadline: Instant) -> Result<(), String> {
+        drop((self.alive, self.clouds));
+        self.shutdown.request();
+        let ended = ppnpack_service::join(vec![self.thread], deadline);
+        if let Some(session) = self.session
+            && let Err(error) = session.close().wait()
+        {
+            tracing::debug!(%error, "closing the session with ROS");
+        }
+        ended
+    }
+}

@@ -1,0 +1,141 @@
+//! What can be set.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use ppnpack_perception::extrinsics::Extrinsics;
+use ppnpack_ros::names::Name;
+use ppnpack_service::ServiceSettings;
+use ppnpack_service::configuration::{Endpoints, in_range};
+use ppnpack_wire::keys::Cell;
+use serde::{Deserialize, Serialize};
+
+/// The greatest domain that ROS has.
+const MAX_DOMAIN: u32 = 232;
+
+/// Settings of the service.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// The domain of ROS (`ROS_DOMAIN_ID`).
+    pub domain: u32,
+    /// The router of ROS (`rmw_zenohd`), such as `tcp/127.0.0.1:7447`. Where none is given, the nodes of ROS are on the stack's own router.
+    pub connect: Endpoints,
+    /// What the names of topics, services and actions begin with; the cell's name follows.
+    pub namespace: String,
+    /// How long a request of ROS may take, in seconds.
+    pub request_limit_s: f64,
+    /// Where the containers are in the frame `world`: the poses of their frames there. One that is not named is at its origin.
+    pub containers: BTreeMap<String, Extrinsics>,
+    /// Drivers whose clouds are passed on to perception.
+    pub clouds: Vec<CloudSource>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            domain: 0,
+            connect: Endpoints::default(),
+            namespace: "/ppnpack".to_owned(),
+            request_limit_s: 30.0,
+            containers: BTreeMap::new(),
+            clouds: Vec::new(),
+        }
+    }
+}
+
+/// A driver that publishes `sensor_msgs/msg/PointCloud2`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CloudSource {
+    /// The topic, such as `/camera/depth/points`.
+    pub topic: String,
+    /// The cell, or container, that it looks at.
+    pub cell: String,
+    /// Its name among the sensors of the cell, where there are several.
+    #[serde(default)]
+    pub sensor: String,
+    /// Whether it looks at the tray.
+    #[serde(default)]
+    pub is_tray: bool,
+    /// Where it is: the pose of the frame that its coordinates are in.
+    pub container_from_sensor: Extrinsics,
+}
+
+impl Settings {
+    /// How long a request of ROS may take.
+    pub(crate) fn request_limit(&self) -> Duration {
+        Duration::try_from_secs_f64(self.request_limit_s).unwrap_or_default()
+    }
+}
+
+impl ServiceSettings for Settings {
+    fn validate(&self) -> Result<(), String> {
+        in_range("domain", self.domain, 0..=MAX_DOMAIN)?;
+        in_range("request_limit_s", self.request_limit_s, 0.1..=600.0)?;
+        Name::new(&self.namespace).map_err(|error| format!("namespace: {error}"))?;
+        for (cell, pose) in &self.containers {
+            let refused = |error: &dyn std::fmt::Display| format!("containers.{cell}: {error}");
+            Cell::new(cell).map_err(|error| refused(&error))?;
+            pose.pose().map_err(|error| refused(&error))?;
+        }
+        for (index, source) in self.clouds.iter().enumerate() {
+            let refused = |error: &dyn std::fmt::Display| format!("clouds[{index}]: {error}");
+            Name::new(&source.topic).map_err(|error| refused(&error))?;
+            Cell::new(&source.cell).map_err(|error| refused(&error))?;
+            let pose = source.container_from_sensor.pose();
+            pose.map_err(|error| refused(&error))?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn source() -> CloudSource {
+        CloudSource {
+            topic: "/camera/points".to_owned(),
+            cell: "cell-1".to_owned(),
+            sensor: String::new(),
+            is_tray: false,
+            container_from_sensor: Extrinsics {
+                position_m: [0.1, 0.1, 0.9],
+                orientation_xyzw: [1.0, 0.0, 0.0, 0.0],
+            },
+        }
+    }
+
+    #[test]
+    fn impossible_settings_are_named() {
+        type Change = fn(&mut Settings);
+        let changes: [(&str, Change); 6] = [
+            ("domain", |it| it.domain = 233),
+            ("request_limit_s", |it| it.request_limit_s = f64::NAN),
+            ("namespace", |it| it.namespace = "ppnpack".to_owned()),
+            ("containers.all", |it| {
+                let pose = source().container_from_sensor;
+                it.containers.insert("all".to_owned(), pose);
+            }),
+            ("clouds[0]: 'points'", |it| {
+                it.clouds = vec![CloudSource {
+                    topic: "points".to_owned(),
+                    ..source()
+                }];
+            }),
+            ("clouds[1]: ", |it| {
+                let mut second = source();
+                second.container_from_sensor.orientation_xyzw = [0.0; 4];
+                it.clouds = vec![source(), second];
+            }),
+        ];
+        assert_eq!(Settings::default().validate(), Ok(()));
+        for (expected, change) in changes {
+            let mut settings = Settings::default();
+            change(&mut settings);
+            let reason = settings.validate().unwrap_err();
+            assert!(reason.starts_with(expected), "{reason}");
+        }
+    }
+}

@@ -1,0 +1,296 @@
+//! A cell in ROS over real sessions: what it says comes, what is asked is passed on, and clouds of drivers come to perception.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "a panic in a test is a failing test"
+)]
+
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::time::{Duration, Instant};
+
+use nalgebra::{Isometry3, Point3};
+use ppnpack_perception::extrinsics::Extrinsics;
+use ppnpack_ros::description::Message;
+use ppnpack_ros::keys::{self, TypeKey};
+use ppnpack_ros::messages::ppnpack_msgs::CellState;
+use ppnpack_ros::messages::ppnpack_srvs::{Hold, HoldRequest, HoldResponse};
+use ppnpack_ros::messages::sensor_msgs::PointCloud2;
+use ppnpack_ros::messages::std_srvs::{Trigger, TriggerRequest};
+use ppnpack_ros::messages::tf2_msgs::TfMessage;
+use ppnpack_ros::names::Name;
+use ppnpack_ros::service::Service;
+use ppnpack_ros::{Node, Qos, Subscription, cdr};
+use ppnpack_ros_service::{CloudSource, Settings};
+use ppnpack_service::embedded::{self, Hub};
+use ppnpack_service::process::Process;
+use ppnpack_service::rpc::{self, Done, Incoming};
+use ppnpack_service::stream::{self, Publisher};
+use ppnpack_service::{Running, alive};
+use ppnpack_wire::convert::cloud::{self, Capture};
+use ppnpack_wire::convert::pose;
+use ppnpack_wire::keys::{Cell, Service as Of, Stream};
+use ppnpack_wire::{MAX_CLOUD_BYTES, v1};
+use zenoh::{Session, Wait};
+
+/// Far more than anything here takes.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// What a test waits between attempts.
+const AGAIN: Duration = Duration::from_millis(50);
+
+fn cell() -> Cell {
+    Cell::new("cell-1").unwrap()
+}
+
+fn name(name: &str) -> Name {
+    Name::new(name).unwrap()
+}
+
+/// A cell that is there, its face, and somebody in ROS.
+struct Rig {
+    face: Option<Box<ppnpack_ros_service::Ros>>,
+    bridge: Process,
+    states: Publisher<v1::CellState>,
+    session: Session,
+    node: Node,
+    _alive: alive::Token,
+    _process: Process,
+    _hub: Hub,
+}
+
+impl Rig {
+    fn new(settings: &Settings) -> Self {
+        let hub = embedded::hub().unwrap();
+        let bridge = embedded::process(&hub, Of::Bridge, "bridge-1").unwrap();
+        let process = embedded::process(&hub, Of::Ros, "ros-1").unwrap();
+        let session = embedded::session(&hub).unwrap();
+        Self {
+            _alive: alive::announce(&bridge, Some(&cell())).unwrap(),
+            states: Publisher::new(&bridge, &cell(), Stream::State).unwrap(),
+            face: Some(Box::new(
+                ppnpack_ros_service::start(&process, settings).unwrap(),
+            )),
+            node: Node::new(&session, settings.domain, &name("/viewer")).unwrap(),
+            bridge,
+            session,
+            _process: process,
+            _hub: hub,
+        }
+    }
+
+    /// The messages of a topic.
+    fn listen<M: Message>(&self, topic: &str) -> (Receiver<M>, Subscription) {
+        let (sender, receiver) = sync_channel(64);
+        let on_message = move |message| drop(sender.try_send(message));
+        let limit = MAX_CLOUD_BYTES;
+        let subscribed = self
+            .node
+            .subscribe(&name(topic), Qos::EVENTS, limit, on_message);
+        (receiver, subscribed.unwrap())
+    }
+
+    /// Asks a service, again until somebody answers.
+    fn call<S: Service>(&self, service: &str, request: &S::Request) -> S::Response {
+        let key = keys::data(0, &name(service), &TypeKey::of_service::<S>());
+        let until = Instant::now() + PATIENCE;
+        while Instant::now() < until {
+            let payload = cdr::encode(request).unwrap();
+            let replies = self
+                .session
+                .get(key.as_str())
+                .payload(payload)
+                .wait()
+                .unwrap();
+            if let Ok(Some(reply)) = replies.recv_timeout(PATIENCE) {
+                let sample = reply.into_result().unwrap();
+                return cdr::decode(&sample.payload().to_bytes()).unwrap();
+            }
+            std::thread::sleep(AGAIN);
+        }
+        panic!("nobody answers {service}");
+    }
+}
+
+impl Drop for Rig {
+    fn drop(&mut self) {
+        let face = self.face.take().unwrap();
+        let ended = face.finish(Instant::now() + PATIENCE);
+        if !std::thread::panicking() {
+            assert_eq!(ended, Ok(()));
+        }
+    }
+}
+
+/// Does something again and again, until it comes to this.
+fn comes<T>(receiver: &Receiver<T>, mut act: impl FnMut(), is_it: impl Fn(&T) -> bool) -> T {
+    let until = Instant::now() + PATIENCE;
+    while Instant::now() < until {
+        act();
+        if let Ok(message) = receiver.recv_timeout(AGAIN)
+            && is_it(&message)
+        {
+            return message;
+        }
+    }
+    panic!("nothing comes");
+}
+
+fn state() -> v1::CellState {
+    let at = Isometry3::translation(0.1, 0.2, 0.03);
+    v1::CellState {
+        state_number: 7,
+        bodies: vec![v1::Body {
+            item_id: "a".to_owned(),
+            object: "mug".to_owned(),
+            container_from_item: Some(pose::write(&at)),
+            is_inside: true,
+        }],
+        hold: Some(v1::Hold {
+            reason: "a door is open".to_owned(),
+        }),
+        ..v1::CellState::default()
+    }
+}
+
+#[test]
+fn a_state_comes_with_the_frames_of_its_items() {
+    let rig = Rig::new(&Settings::default());
+    let (states, _of_states) = rig.listen::<CellState>("/ppnpack/cell_1/state");
+    let (frames, _of_frames) = rig.listen::<TfMessage>("/tf");
+    let put = || rig.states.put(&state()).unwrap();
+    let came = comes(&states, put, |_| true);
+    assert_eq!(came.header.frame_id, "cell-1/container");
+    assert_eq!((came.state_number, came.is_held), (7, true));
+    assert_eq!(came.hold_reason, "a door is open");
+    assert_eq!(came.bodies[0].object, "mug");
+    assert_eq!(came.bodies[0].pose.position.y, 0.2);
+    assert_eq!(came.bodies[0].pose.orientation.w, 1.0);
+    let put = || rig.states.put(&state()).unwrap();
+    let tf = comes(&frames, put, |tf| !tf.transforms.is_empty());
+    let item = &tf.transforms[0];
+    assert_eq!(item.header.frame_id, "cell-1/container");
+    assert_eq!(item.child_frame_id, "cell-1/item/a");
+    assert_eq!(item.transform.translation.z, 0.03);
+}
+
+#[test]
+fn whoever_comes_later_is_given_what_is_so() {
+    let rig = Rig::new(&Settings::default());
+    let (states, _subscription) = rig.listen::<CellState>("/ppnpack/cell_1/state");
+    comes(&states, || rig.states.put(&state()).unwrap(), |_| true);
+    // As advanced subscribers of Zenoh ask.
+    let topic = name("/ppnpack/cell_1/state");
+    let key = keys::data(0, &topic, &TypeKey::of_message::<CellState>());
+    let replies = rig
+        .session
+        .get(format!("{key}/@adv/**?_max=1"))
+        .accept_replies(zenoh::query::ReplyKeyExpr::Any)
+        .wait()
+        .unwrap();
+    let reply = replies.recv_timeout(PATIENCE).unwrap().unwrap();
+    let sample = reply.into_result().unwrap();
+    assert_eq!(sample.key_expr().as_str(), key);
+    let last: CellState = cdr::decode(&sample.payload().to_bytes()).unwrap();
+    assert_eq!(last.state_number, 7);
+    assert_eq!(sample.attachment().unwrap().len(), 33);
+}
+
+#[test]
+fn clouds_of_a_driver_come_to_perception() {
+    let settings = Settings {
+        clouds: vec![CloudSource {
+            topic: "/camera/points".to_owned(),
+            cell: "cell-1".to_owned(),
+            sensor: "left".to_owned(),
+            is_tray: false,
+            container_from_sensor: Extrinsics {
+                position_m: [0.1, 0.2, 0.9],
+                orientation_xyzw: [1.0, 0.0, 0.0, 0.0],
+            },
+        }],
+        ..Settings::default()
+    };
+    let rig = Rig::new(&settings);
+    let (sender, clouds) = sync_channel(64);
+    let keep = move |_, cloud: v1::PointCloud| drop(sender.try_send(cloud));
+    let session = rig.bridge.session();
+    let _subscription =
+        stream::subscribe(session, Some(&cell()), Stream::Cloud, MAX_CLOUD_BYTES, keep).unwrap();
+    let driver = rig
+        .node
+        .publisher::<PointCloud2>(&name("/camera/points"), Qos::SENSOR)
+        .unwrap();
+    let capture = Capture {
+        sequence: 1,
+        captured_at_ns: 5_000_000_000,
+        state_number: 0,
+        container_from_sensor: Isometry3::identity(),
+    };
+    let points = [
+        Point3::new(0.25, -0.5, 1.0),
+        Point3::new(f32::NAN, 0.0, 0.0),
+    ];
+    let written = cloud::write(&capture, &points);
+    let message = PointCloud2 {
+        height: 1,
+        width: 2,
+        fields: ["x", "y", "z"]
+            .into_iter()
+            .zip([0, 4, 8])
+            .map(
+                |(name, offset)| ppnpack_ros::messages::sensor_msgs::PointField {
+                    name: name.to_owned(),
+                    offset,
+                    datatype: 7,
+                    count: 1,
+                },
+            )
+            .collect(),
+        point_step: 12,
+        row_step: 24,
+        data: cdr::Bytes(written.data.clone()),
+        ..PointCloud2::default()
+    };
+    let came = comes(&clouds, || driver.publish(&message).unwrap(), |_| true);
+    assert_eq!(came.data, written.data);
+    assert_eq!(came.fields, written.fields);
+    assert_eq!(
+        (came.sensor.as_str(), came.cell.as_str()),
+        ("left", "cell-1")
+    );
+    let read = cloud::read(&came).unwrap();
+    let translation = read.container_from_sensor().translation.vector;
+    assert_eq!(translation.as_slice(), [0.1, 0.2, 0.9]);
+}
+
+#[test]
+fn what_is_asked_is_passed_on_and_answered() {
+    let settings = Settings {
+        request_limit_s: 0.5,
+        ..Settings::default()
+    };
+    let rig = Rig::new(&settings);
+    let (sender, holds) = sync_channel(8);
+    let hold = move |incoming: Incoming<v1::HoldRequest>| {
+        sender.try_send(incoming.message().clone()).unwrap();
+        incoming.reply(v1::HoldReply::default(), Done::default());
+    };
+    let _listener = rpc::listen(&rig.bridge, Some(&cell()), hold).unwrap();
+    let request = HoldRequest {
+        reason: "lunch".to_owned(),
+        is_aborting: true,
+    };
+    let response = rig.call::<Hold>("/ppnpack/cell_1/hold", &request);
+    let done = HoldResponse {
+        success: true,
+        message: String::new(),
+    };
+    assert_eq!(response, done);
+    let held = holds.recv_timeout(PATIENCE).unwrap();
+    assert_eq!((held.reason.as_str(), held.is_aborting), ("lunch", true));
+    // Nobody resumes, and that is said.
+    let response = rig.call::<Trigger>("/ppnpack/cell_1/resume", &TriggerRequest::default());
+    assert!(!response.success);
+    assert!(!response.message.is_empty());
+}

@@ -1,0 +1,330 @@
+//! A node of hiroz and the cells: topics, services, the action and clouds, both ways, over real processes.
+
+use std::time::Duration;
+
+use hiroz::context::{ZContext, ZContextBuilder};
+use hiroz::node::ZNode;
+use hiroz::qos::{QosDurability, QosHistory, QosProfile, QosReliability};
+use hiroz::{Builder, Result};
+use hiroz_msgs::ros::sensor_msgs::{PointCloud2, PointField};
+use hiroz_msgs::ros::std_srvs;
+use hiroz_msgs::ros::tf2_msgs::TFMessage;
+use hiroz_msgs::ros::visualization_msgs::MarkerArray;
+use ppnpack_ros2_tests::ppnpack_msgs::{
+    Announcement, CellState, Decision, HoldRequest, PackGoal, Session, srv,
+};
+use ppnpack_ros2_tests::{Pack, process};
+use tokio::time::timeout;
+
+/// Far more than anything here takes.
+const PATIENCE: Duration = Duration::from_secs(90);
+
+/// What is drawn as triangles: `visualization_msgs/Marker`.
+const TRIANGLE_LIST: i32 = 11;
+
+/// Why a session ended: `ppnpack_msgs/Session`.
+const ALL_PACKED: u8 = 1;
+
+/// What became of an item: `ppnpack_msgs/Item`.
+const PACKED: u8 = 3;
+const WITHDRAWN: u8 = 5;
+
+/// A node of hiroz in a domain, on the router at this endpoint.
+fn node(endpoint: &str, domain: usize) -> Result<(ZContext, ZNode)> {
+    let context = ZContextBuilder::default()
+        .with_domain_id(domain)
+        .with_router_endpoint(endpoint)?
+        .disable_multicast_scouting()
+        .build()?;
+    let node = context.create_node("controller").build()?;
+    Ok((context, node))
+}
+
+/// Of what is so until it is said otherwise.
+fn latched() -> QosProfile {
+    QosProfile {
+        reliability: QosReliability::Reliable,
+        durability: QosDurability::TransientLocal,
+        history: QosHistory::from_depth(1),
+        ..QosProfile::default()
+    }
+}
+
+fn goal(objects: &[&str]) -> PackGoal {
+    let items = objects
+        .iter()
+        .enumerate()
+        .map(|(index, object)| Announcement {
+            item_id: format!("item-{index}"),
+            object: (*object).to_owned(),
+            ..Announcement::default()
+        });
+    PackGoal {
+        session_id: String::new(),
+        items: items.collect(),
+    }
+}
+
+/// Awaits something, and fails where it does not come.
+async fn soon<T>(what: &str, of: impl Future<Output = T>) -> T {
+    timeout(PATIENCE, of)
+        .await
+        .unwrap_or_else(|_| panic!("{what} does not come"))
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_packing_is_asked_for_followed_and_seen() -> Result<()> {
+    let (_stack, endpoint) = process::up(&["--ros", "7"]);
+    let (context, node) = node(&endpoint, 7)?;
+    let decisions = node
+        .create_sub::<Decision>("/ppnpack/cell_1/decisions")
+        .build()?;
+    let scenes = node
+        .create_sub::<MarkerArray>("/ppnpack/cell_1/planned_scene")
+        .build()?;
+    let heightmaps = node
+        .create_sub::<PointCloud2>("/ppnpack/cell_1/heightmap")
+        .build()?;
+    let clouds = node
+        .create_sub::<PointCloud2>("/ppnpack/cell_1/cloud")
+        .build()?;
+    let cell = node
+        .create_sub::<MarkerArray>("/ppnpack/cell_1/scene")
+        .build()?;
+    // It comes once it was looked who reads: from then on steps are drawn, too.
+    soon("the cell", cell.async_recv()).await?;
+    let client = node
+        .create_action_client::<Pack>("/ppnpack/cell_1/pack")
+        .build()?;
+    assert!(
+        client.wait_for_server(PATIENCE).await,
+        "the action is found"
+    );
+
+    let mut handle = soon(
+        "the acceptance",
+        client.send_goal(goal(&["mug", "bowl", "banana"])),
+    )
+    .await?;
+    let mut feedback = handle.feedback().expect("nobody took it");
+    let mut told = Vec::new();
+    while told.len() < 3 {
+        let step = soon("feedback", feedback.recv()).await;
+        let step = step.expect("the goal is not forgotten");
+        told.extend(step.items.into_iter().map(|item| item.item_id));
+    }
+    told.sort();
+    assert_eq!(told, ["item-0", "item-1", "item-2"], "each is told of once");
+    let result = soon("the result", handle.result()).await?;
+    assert_eq!(
+        (result.end, result.packed),
+        (ALL_PACKED, 3),
+        "{}",
+        result.message
+    );
+    assert!(result.items.iter().all(|item| item.state == PACKED));
+
+    let decision = soon("a decision", decisions.async_recv()).await?;
+    assert!(["mug", "bowl", "banana"].contains(&decision.object.as_str()));
+    assert_eq!(decision.header.frame_id, "cell-1/container");
+    let scene = soon("a drawn step", scenes.async_recv()).await?;
+    assert!(
+        scene
+            .markers
+            .iter()
+            .any(|marker| marker.r#type == TRIANGLE_LIST && !marker.points.is_empty())
+    );
+    let heightmap = soon("a heightmap", heightmaps.async_recv()).await?;
+    assert!(heightmap.width > 0 && heightmap.row_step == heightmap.width * 12);
+    let cloud = soon("a cloud", clouds.async_recv()).await?;
+    assert_eq!(cloud.header.frame_id, "cell-1/sensor");
+
+    // Whoever comes later is given what is so.
+    let states = node
+        .create_sub::<CellState>("/ppnpack/cell_1/state")
+        .with_qos(latched())
+        .build()?;
+    let state = soon("the state", states.async_recv()).await?;
+    assert_eq!(state.bodies.len(), 3);
+    let sessions = node
+        .create_sub::<Session>("/ppnpack/cell_1/session")
+        .with_qos(latched())
+        .build()?;
+    let session = soon("the session", sessions.async_recv()).await?;
+    assert_eq!(session.end, ALL_PACKED);
+    let frames = node
+        .create_sub::<TFMessage>("/tf_static")
+        .with_qos(latched())
+        .build()?;
+    let fixed = soon("fixed frames", frames.async_recv()).await?;
+    let container = &fixed.transforms[0];
+    assert_eq!(container.header.frame_id, "world");
+    assert_eq!(container.child_frame_id, "cell-1/container");
+
+    let names = context.graph().get_topic_names_and_types();
+    for (name, of) in [
+        (
+            "/ppnpack/cell_1/state",
+            "ppnpack_msgs::msg::dds_::CellState_",
+        ),
+        ("/tf", "tf2_msgs::msg::dds_::TFMessage_"),
+        (
+            "/ppnpack/cell_1/heightmap",
+            "sensor_msgs::msg::dds_::PointCloud2_",
+        ),
+    ] {
+        let mut found = names.iter().filter(|(topic, _)| topic == name);
+        assert!(found.any(|(_, found)| found == of), "{name}: {names:?}");
+    }
+    let nodes = context.graph().get_node_names();
+    assert!(nodes.iter().any(|(name, _)| name == "ppnpack"), "{nodes:?}");
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_packing_that_is_cancelled_ends_with_what_is_packed() -> Result<()> {
+    let (_stack, endpoint) = process::up(&["--ros"]);
+    let (_context, node) = node(&endpoint, 0)?;
+    let client = node
+        .create_action_client::<Pack>("/ppnpack/cell_1/pack")
+        .build()?;
+    assert!(
+        client.wait_for_server(PATIENCE).await,
+        "the action is found"
+    );
+    let mut handle = soon("the acceptance", client.send_goal(goal(&["mug"; 40]))).await?;
+    let refused = soon("the refusal", client.send_goal(goal(&["bowl"]))).await;
+    assert!(refused.is_err(), "one goal at a time");
+    let mut feedback = handle.feedback().expect("nobody took it");
+    soon("feedback", feedback.recv()).await;
+    let response = soon("the answer", handle.cancel()).await?;
+    assert_eq!(
+        (response.return_code, response.goals_canceling.len()),
+        (0, 1)
+    );
+    let result = soon("the result", handle.result()).await?;
+    assert_eq!(result.end, 0, "{}", result.message);
+    let count = |state| {
+        result
+            .items
+            .iter()
+            .filter(|item| item.state == state)
+            .count()
+    };
+    assert!(count(PACKED) >= 1 && count(WITHDRAWN) >= 1);
+    assert_eq!(count(PACKED) + count(WITHDRAWN), 40, "nothing is left");
+    // The next goal is taken.
+    let handle = soon("the acceptance", client.send_goal(goal(&["banana"]))).await?;
+    soon("the result", handle.result()).await?;
+    Ok(())
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_cell_is_held_and_resumed() -> Result<()> {
+    let (_stack, endpoint) = process::up(&["--ros"]);
+    let (_context, node) = node(&endpoint, 0)?;
+    let states = node
+        .create_sub::<CellState>("/ppnpack/cell_1/state")
+        .with_qos(latched())
+        .build()?;
+    soon("a state", states.async_recv()).await?;
+    let hold = node
+        .create_client::<srv::Hold>("/ppnpack/cell_1/hold")
+        .build()?;
+    let request = HoldRequest {
+        reason: "a door is open".to_owned(),
+        is_aborting: false,
+    };
+    let response = hold.call_with_timeout(&request, PATIENCE).await?;
+    assert!(response.success, "{}", response.message);
+    let held = async {
+        loop {
+            let state = states.async_recv().await?;
+            if state.is_held {
+                return Result::Ok(state);
+            }
+        }
+    };
+    assert_eq!(
+        soon("that it is held", held).await?.hold_reason,
+        "a door is open"
+    );
+    let resume = node
+        .create_client::<std_srvs::srv::Trigger>("/ppnpack/cell_1/resume")
+        .build()?;
+    let response = resume
+        .call_with_timeout(&std_srvs::TriggerRequest::default(), PATIENCE)
+        .await?;
+    assert!(response.success, "{}", response.message);
+    Ok(())
+}
+
+/// A cloud of a camera that looks straight down.
+fn cloud() -> PointCloud2 {
+    let points: [[f32; 3]; 2] = [[0.0, 0.0, 0.5], [0.05, 0.05, 0.4]];
+    let bytes = points
+        .iter()
+        .flatten()
+        .flat_map(|coordinate| coordinate.to_le_bytes());
+    let fields = ["x", "y", "z"].into_iter().zip([0, 4, 8]);
+    let fields = fields.map(|(name, offset)| PointField {
+        name: name.to_owned(),
+        offset,
+        datatype: 7,
+        count: 1,
+    });
+    PointCloud2 {
+        height: 1,
+        width: 2,
+        fields: fields.collect(),
+        point_step: 12,
+        row_step: 24,
+        data: bytes.collect::<Vec<u8>>().into(),
+        is_dense: true,
+        ..PointCloud2::default()
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn clouds_of_a_driver_go_through_the_stack() -> Result<()> {
+    let (_stack, endpoint) = process::up(&[]);
+    let source = "service.clouds=[{topic = \"/camera/points\", cell = \"cell-1\", sensor = \"camera\", \
+                  container_from_sensor = {position_m = [0.1, 0.1, 0.6], orientation_xyzw = [1.0, 0.0, 0.0, 0.0]}}]";
+    let connect = format!("zenoh.connect={endpoint}");
+    let _face = process::start(
+        "ppnpack-ros",
+        &[
+            "--set",
+            &connect,
+            "--set",
+            source,
+            "--set",
+            "admin.listen=off",
+        ],
+    );
+    let (_context, node) = node(&endpoint, 0)?;
+    let clouds = node
+        .create_sub::<PointCloud2>("/ppnpack/cell_1/cloud")
+        .build()?;
+    let driver = node.create_pub::<PointCloud2>("/camera/points").build()?;
+    assert!(
+        driver.wait_for_subscription(1, PATIENCE).await,
+        "the topic is subscribed"
+    );
+    let through = async {
+        loop {
+            driver.async_publish(&cloud()).await?;
+            // The simulated camera's own clouds come, too.
+            while let Ok(came) = timeout(Duration::from_millis(200), clouds.async_recv()).await {
+                let came = came?;
+                if came.header.frame_id == "cell-1/sensor/camera" {
+                    return Result::Ok(came);
+                }
+            }
+        }
+    };
+    let came = soon("the cloud", through).await?;
+    assert_eq!((came.width, came.point_step), (2, 12));
+    assert_eq!(came.data, cloud().data);
+    Ok(())
+}
