@@ -180,6 +180,8 @@ chunks! {
         Planner = "planner",
         /// Passes messages on between the others.
         Router = "router",
+        /// The operator's page.
+        Console = "console",
     }
 }
 

@@ -1,0 +1,210 @@
+//! What is heard of the cells, folded into the picture as it comes.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use ppnpack_service::ServiceError;
+use ppnpack_service::actor::{Actor, Address, LatestValues};
+use ppnpack_service::stream::{self, Subscription};
+use ppnpack_wire::keys::{Cell, Stream};
+use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
+use prost::{Message, Name};
+use tokio::sync::oneshot;
+use zenoh::Session;
+
+use crate::board::Board;
+use crate::clock::now_ms;
+use crate::directory::Directory;
+use crate::picture::{ExplainedPart, FoundService, News, Picture, SeenContainer};
+use crate::shapes::{ShapeId, Wanted};
+
+/// How often heightmaps are looked at: sensors may send them faster than anybody sees.
+const LOOK: Duration = Duration::from_millis(500);
+
+/// What the follower is told, each of which counts.
+#[derive(Debug)]
+pub(crate) enum Told {
+    /// Something that was heard of a cell or a container.
+    Of(Cell, News),
+    /// Which services were found.
+    Found(Vec<FoundService>),
+    /// The volumes of shapes, in cubic metres.
+    Volumes(Vec<(ShapeId, f64)>),
+    /// Somebody waits to hear what an answer of a planner means.
+    Asked(Box<Asked>),
+}
+
+/// What a planner explained of an item, to be told with what is known of the cell.
+#[derive(Debug)]
+pub(crate) struct Asked {
+    pub(crate) cell: Cell,
+    pub(crate) item_id: String,
+    pub(crate) reply: v1::ExplainReply,
+    /// Takes the answer; none where nothing is known of the cell.
+    pub(crate) answer: oneshot::Sender<Option<ExplainedPart>>,
+}
+
+/// What was heard last: of sessions, states and records the newest alone is looked at.
+pub(crate) type Newest = LatestValues<(Cell, Stream), News>;
+
+/// The heightmap that was heard last of each container.
+pub(crate) type Heightmaps = LatestValues<Cell, Box<v1::Heightmap>>;
+
+/// Folds what is heard into the picture, and puts that on the board.
+pub(crate) struct Follower {
+    picture: Picture,
+    board: Arc<Board>,
+    directory: Arc<Directory>,
+    newest: Newest,
+    heightmaps: Heightmaps,
+    /// When heightmaps are looked at next, and ages are told anew.
+    next_look: Instant,
+    prefetcher: Address<Wanted>,
+}
+
+impl Follower {
+    pub(crate) fn new(
+        board: Arc<Board>,
+        directory: Arc<Directory>,
+        (newest, heightmaps): (Newest, Heightmaps),
+        prefetcher: Address<Wanted>,
+    ) -> Self {
+        Self {
+            picture: Picture::default(),
+            board,
+            directory,
+            newest,
+            heightmaps,
+            next_look: Instant::now(),
+            prefetcher,
+        }
+    }
+
+    fn apply(&mut self, of: &Cell, news: News) {
+        let wanted = self.picture.apply(now_ms(), of, news);
+        if let Some(wanted) = wanted
+            && !self.prefetcher.try_send(wanted)
+        {
+            tracing::debug!(cell = %of, "shapes are asked for when they are looked at");
+        }
+    }
+
+    fn look(&mut self) {
+        for (container, heightmap) in self.heightmaps.take() {
+            // A network may mix keys up for a moment, as routers restart.
+            if !heightmap.cell.is_empty() && heightmap.cell != container.as_str() {
+                continue;
+            }
+            match SeenContainer::read(&heightmap) {
+                Ok(seen) => self.apply(&container, News::Seen(Box::new(seen))),
+                Err(error) => tracing::debug!(%container, %error, "a heightmap cannot be read"),
+            }
+            self.picture.show_heightmap(&self.board, &container);
+        }
+    }
+}
+
+impl Actor for Follower {
+    type Message = Told;
+
+    fn handle(&mut self, told: Told) {
+        match told {
+            Told::Of(cell, news) => self.apply(&cell, news),
+            Told::Found(found) => self.picture.look(now_ms(), found),
+            Told::Volumes(volumes) => self.picture.learn_volumes(now_ms(), volumes),
+            Told::Asked(asked) => {
+                let Asked {
+                    cell,
+                    item_id,
+                    reply,
+                    answer,
+                } = *asked;
+                // Whoever asked may have left.
+                answer
+                    .send(self.picture.explained(&cell, &item_id, &reply))
+                    .ok();
+            }
+        }
+    }
+
+    fn tick(&mut self) {
+        for ((cell, _), news) in self.newest.take() {
+            self.apply(&cell, news);
+        }
+        let now = Instant::now();
+        if self.next_look <= now {
+            self.next_look = now + LOOK;
+            self.look();
+        }
+        self.directory.set(self.picture.directory());
+        self.picture.show(&self.board, now_ms());
+    }
+
+    fn next_tick(&self) -> Option<Instant> {
+        Some(self.next_look)
+    }
+}
+
+/// Has the follower hear all cells.
+///
+/// # Errors
+/// [`ServiceError::Zenoh`] where the session is closed.
+pub(crate) fn subscribe(
+    session: &Session,
+    address: &Address<Told>,
+    newest: &Newest,
+    heightmaps: &Heightmaps,
+) -> Result<Vec<Subscription>, ServiceError> {
+    let heightmaps = heightmaps.clone();
+    let see = move |container, heightmap: v1::Heightmap| {
+        heightmaps.put(container, Box::new(heightmap));
+    };
+    Ok(vec![
+        latest(session, newest, Stream::Session, |it| {
+            News::Session(Box::new(it))
+        })?,
+        latest(session, newest, Stream::State, |it| {
+            News::State(Box::new(it))
+        })?,
+        latest(session, newest, Stream::Record, |it| {
+            News::Record(Box::new(it))
+        })?,
+        each(session, address, Stream::Plan, |it| {
+            News::Decision(Box::new(it))
+        })?,
+        each(session, address, Stream::Outcome, |it| {
+            News::Outcome(Box::new(it))
+        })?,
+        stream::subscribe(session, None, Stream::Heightmap, MAX_MESSAGE_BYTES, see)?,
+    ])
+}
+
+/// Hears a stream of which the newest message alone counts.
+fn latest<M: Message + Name + Default + 'static>(
+    session: &Session,
+    newest: &Newest,
+    stream: Stream,
+    wrap: fn(M) -> News,
+) -> Result<Subscription, ServiceError> {
+    let newest = newest.clone();
+    let on_message = move |cell, message| {
+        newest.put((cell, stream), wrap(message));
+    };
+    stream::subscribe(session, None, stream, MAX_MESSAGE_BYTES, on_message)
+}
+
+/// Hears a stream of which each message counts.
+fn each<M: Message + Name + Default + 'static>(
+    session: &Session,
+    address: &Address<Told>,
+    stream: Stream,
+    wrap: fn(M) -> News,
+) -> Result<Subscription, ServiceError> {
+    let address = address.clone();
+    let on_message = move |cell, message| {
+        if !address.try_send(Told::Of(cell, wrap(message))) {
+            tracing::debug!(%stream, "a message did not fit into the mailbox");
+        }
+    };
+    stream::subscribe(session, None, stream, MAX_MESSAGE_BYTES, on_message)
+}
