@@ -13,6 +13,7 @@ use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_recognition::recognise::RecognitionSettings;
 use ppnpack_recognition::segmentation::{Region, SegmentationSettings};
+use ppnpack_service::configuration::Secret;
 use ppnpack_service::rpc::Client;
 use ppnpack_view::View;
 use ppnpack_wire::keys::Cell;
@@ -32,6 +33,12 @@ use crate::report::{ArmWork, MethodWithArm, Packing, Settings};
 use crate::sequence::SequenceOptions;
 use crate::stack::controller::{Controller, Job};
 use crate::stack::{self, Containers, Stack, connect};
+
+/// Where the operator's page is if nothing else is said: on this machine alone.
+const DEFAULT_CONSOLE: &str = "127.0.0.1:8770";
+
+/// The environment variable that has the token of the page's controls.
+const CONSOLE_TOKEN_VARIABLE: &str = "PPNPACK_CONSOLE_TOKEN";
 
 /// Runs perception, ppn, heuristic, bridge (simulated cells) and planner in one process, with a Zenoh router that cell
 /// controllers connect to.
@@ -83,6 +90,11 @@ pub(crate) struct UpArguments {
     /// Serve the cells to Foxglove as they work, at this address [with no address: 127.0.0.1:8765]
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = DEFAULT_ADDRESS, conflicts_with = "connect")]
     view: Option<SocketAddr>,
+
+    /// Serve the operator's page at this address [with no address: 127.0.0.1:8770]. Its controls ask for the token in the environment's
+    /// PPNPACK_CONSOLE_TOKEN; without one there are none. See docs/console.md
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = DEFAULT_CONSOLE, conflicts_with = "connect")]
+    console: Option<SocketAddr>,
 
     #[command(flatten)]
     job: JobOptions,
@@ -204,6 +216,11 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
         grid: &grid,
         method: &method,
         poses: arguments.catalogue.poses as usize,
+        // Who looks on compares them.
+        alternatives: match arguments.console {
+            Some(_) => ALTERNATIVES.into(),
+            None => 0,
+        },
         arm: arm.as_ref(),
         simulated: &simulated,
         sensing: &arguments.sensing(&catalogue)?,
@@ -213,13 +230,17 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
         store: arguments.store.as_deref(),
         listen: arguments.listen(),
     };
-    let stack = Stack::start(&plan)?;
+    let mut stack = Stack::start(&plan)?;
+    let console = arguments
+        .console
+        .map(|listen| stack.serve_console(&console_settings(listen)));
+    let console = console.transpose()?;
     let view = arguments
         .view
         .map(|address| View::start(stack.session(), address));
     let view = view.transpose().or_run()?;
     if !arguments.job.pack {
-        return serve(stack, &plan, view);
+        return serve(stack, &plan, view, console);
     }
     let cell = plan.cells.first().cloned();
     let cell = cell.ok_or_else(|| Failure::input("--pack needs a cell"))?;
@@ -277,8 +298,23 @@ impl UpArguments {
     }
 }
 
+/// The settings of the operator's page at an address.
+fn console_settings(listen: SocketAddr) -> ppnpack_console::Settings {
+    let token = std::env::var(CONSOLE_TOKEN_VARIABLE).ok();
+    ppnpack_console::Settings {
+        listen,
+        token: token.map(Secret::from),
+        ..ppnpack_console::Settings::default()
+    }
+}
+
 /// Serves until it is told to end.
-fn serve(stack: Stack, plan: &stack::Plan<'_>, view: Option<View>) -> Outcome {
+fn serve(
+    stack: Stack,
+    plan: &stack::Plan<'_>,
+    view: Option<View>,
+    console: Option<SocketAddr>,
+) -> Outcome {
     let shutdown = stack.shutdown().clone();
     ctrlc::set_handler(move || shutdown.request()).or_run()?;
     let cells: Vec<&str> = plan.cells.iter().map(Cell::as_str).collect();
@@ -286,6 +322,9 @@ fn serve(stack: Stack, plan: &stack::Plan<'_>, view: Option<View>) -> Outcome {
     print_line(&format!("Zenoh: {}", stack.endpoint()))?;
     if let Some(view) = &view {
         print_line(&view::address(view))?;
+    }
+    if let Some(address) = console {
+        print_line(&format!("Console: {}", ppnpack_console::url(address)))?;
     }
     print_line("Ready. `ppnpack status` and `ppnpack watch` show what goes on; Ctrl-C ends it.")?;
     stack.shutdown().wait();
