@@ -63,8 +63,7 @@ impl Page {
     /// # Errors
     /// Where nothing is answered.
     pub fn get(&self, path: &str) -> Result<Answer> {
-        let host = self.address.to_string();
-        self.ask(&format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n"), "")
+        self.get_of_host(path, &self.address.to_string())
     }
 
     /// Asks for something of a host by another name.

@@ -245,25 +245,21 @@ fn controls_need_the_token_and_stop_a_cell_at_once() {
     assert_eq!(page.control("withdraw", &withdrawn).unwrap().status, 200);
     assert_eq!(count(&cell.session().unwrap(), ItemState::Withdrawn), 1);
 
-    // Another container is brought, and packed.
-    assert_eq!(page.control("resume", &confirmed).unwrap().status, 200);
-    let off = json!({"cell": "cell-1", "is_on": false});
-    assert_eq!(page.control("automatic", &off).unwrap().status, 200);
-    common::wait_for(&cell, |session| {
-        session.pending.is_none() || !session.is_automatic
-    });
-    while let Some(pending) = cell.session().unwrap().pending {
-        let outcome = cell.place(&pending).unwrap();
-        cell.report(&pending, outcome).unwrap();
-    }
+    // Another container is brought once the cell goes on, and packed.
+    common::wait_for(&cell, |session| session.pending.is_none());
     assert_eq!(page.control("new_container", &order).unwrap().status, 409);
-    assert_eq!(
-        page.control("new_container", &confirmed).unwrap().status,
-        200
-    );
+    let renewed = page.control("new_container", &confirmed).unwrap();
+    assert_eq!(renewed.status, 200, "{:?}", renewed.json());
+    assert_eq!(page.control("resume", &confirmed).unwrap().status, 200);
     common::wait_for(&cell, |session| {
         session.containers[0].sequence == 1 && session.containers[0].is_open
     });
+    let off = json!({"cell": "cell-1", "is_on": false});
+    assert_eq!(page.control("automatic", &off).unwrap().status, 200);
+    assert!(!cell.session().unwrap().is_automatic);
+    let on = json!({"cell": "cell-1", "is_on": true});
+    assert_eq!(page.control("automatic", &on).unwrap().status, 409);
+
     for (action, body, status) in [
         ("dance", json!({"cell": "cell-1"}), 404),
         ("hold", json!({"cell": "elsewhere"}), 404),
@@ -336,5 +332,6 @@ fn the_page_is_its_own_and_bounded() {
     let until = Instant::now() + Duration::from_secs(20);
     while page.watch().is_err() {
         assert!(Instant::now() < until, "no page is let in");
+        std::thread::sleep(Duration::from_millis(20));
     }
 }

@@ -66,15 +66,15 @@ impl Follower {
     pub(crate) fn new(
         board: Arc<Board>,
         directory: Arc<Directory>,
-        (newest, heightmaps): (Newest, Heightmaps),
+        ears: &Ears,
         prefetcher: Address<Wanted>,
     ) -> Self {
         Self {
             picture: Picture::default(),
             board,
             directory,
-            newest,
-            heightmaps,
+            newest: ears.newest.clone(),
+            heightmaps: ears.heightmaps.clone(),
             next_look: Instant::now(),
             prefetcher,
         }
@@ -145,66 +145,101 @@ impl Actor for Follower {
     }
 }
 
-/// Has the follower hear all cells.
-///
-/// # Errors
-/// [`ServiceError::Zenoh`] where the session is closed.
-pub(crate) fn subscribe(
-    session: &Session,
-    address: &Address<Told>,
-    newest: &Newest,
-    heightmaps: &Heightmaps,
-) -> Result<Vec<Subscription>, ServiceError> {
-    let heightmaps = heightmaps.clone();
-    let see = move |container, heightmap: v1::Heightmap| {
-        heightmaps.put(container, Box::new(heightmap));
-    };
-    Ok(vec![
-        latest(session, newest, Stream::Session, |it| {
-            News::Session(Box::new(it))
-        })?,
-        latest(session, newest, Stream::State, |it| {
-            News::State(Box::new(it))
-        })?,
-        latest(session, newest, Stream::Record, |it| {
-            News::Record(Box::new(it))
-        })?,
-        each(session, address, Stream::Plan, |it| {
-            News::Decision(Box::new(it))
-        })?,
-        each(session, address, Stream::Outcome, |it| {
-            News::Outcome(Box::new(it))
-        })?,
-        stream::subscribe(session, None, Stream::Heightmap, MAX_MESSAGE_BYTES, see)?,
-    ])
+/// What takes what is heard.
+pub(crate) struct Ears {
+    pub(crate) newest: Newest,
+    pub(crate) heightmaps: Heightmaps,
+    pub(crate) follower: Address<Told>,
 }
 
-/// Hears a stream of which the newest message alone counts.
-fn latest<M: Message + Name + Default + 'static>(
-    session: &Session,
-    newest: &Newest,
-    stream: Stream,
-    wrap: fn(M) -> News,
-) -> Result<Subscription, ServiceError> {
-    let newest = newest.clone();
-    let on_message = move |cell, message| {
-        newest.put((cell, stream), wrap(message));
-    };
-    stream::subscribe(session, None, stream, MAX_MESSAGE_BYTES, on_message)
+impl Ears {
+    /// Hears a cell, or all of them.
+    ///
+    /// # Errors
+    /// [`ServiceError::Zenoh`] where the session is closed.
+    pub(crate) fn hear(
+        &self,
+        session: &Session,
+        cell: Option<&Cell>,
+    ) -> Result<Vec<Subscription>, ServiceError> {
+        let latest = Latest {
+            session,
+            cell,
+            newest: &self.newest,
+        };
+        let each = Each {
+            session,
+            cell,
+            follower: &self.follower,
+        };
+        let heightmaps = self.heightmaps.clone();
+        let see = move |container, heightmap: v1::Heightmap| {
+            heightmaps.put(container, Box::new(heightmap));
+        };
+        let limit = MAX_MESSAGE_BYTES;
+        Ok(vec![
+            latest.subscribe(Stream::Session, |it| News::Session(Box::new(it)))?,
+            latest.subscribe(Stream::State, |it| News::State(Box::new(it)))?,
+            latest.subscribe(Stream::Record, |it| News::Record(Box::new(it)))?,
+            each.subscribe(Stream::Plan, |it| News::Decision(Box::new(it)))?,
+            each.subscribe(Stream::Outcome, |it| News::Outcome(Box::new(it)))?,
+            stream::subscribe(session, cell, Stream::Heightmap, limit, see)?,
+        ])
+    }
 }
 
-/// Hears a stream of which each message counts.
-fn each<M: Message + Name + Default + 'static>(
-    session: &Session,
-    address: &Address<Told>,
-    stream: Stream,
-    wrap: fn(M) -> News,
-) -> Result<Subscription, ServiceError> {
-    let address = address.clone();
-    let on_message = move |cell, message| {
-        if !address.try_send(Told::Of(cell, wrap(message))) {
-            tracing::debug!(%stream, "a message did not fit into the mailbox");
-        }
-    };
-    stream::subscribe(session, None, stream, MAX_MESSAGE_BYTES, on_message)
+/// Hears streams of which the newest message alone counts.
+struct Latest<'a> {
+    session: &'a Session,
+    cell: Option<&'a Cell>,
+    newest: &'a Newest,
+}
+
+impl Latest<'_> {
+    fn subscribe<M: Message + Name + Default + 'static>(
+        &self,
+        stream: Stream,
+        wrap: fn(M) -> News,
+    ) -> Result<Subscription, ServiceError> {
+        let newest = self.newest.clone();
+        let on_message = move |cell, message| {
+            newest.put((cell, stream), wrap(message));
+        };
+        stream::subscribe(
+            self.session,
+            self.cell,
+            stream,
+            MAX_MESSAGE_BYTES,
+            on_message,
+        )
+    }
+}
+
+/// Hears streams of which each message counts.
+struct Each<'a> {
+    session: &'a Session,
+    cell: Option<&'a Cell>,
+    follower: &'a Address<Told>,
+}
+
+impl Each<'_> {
+    fn subscribe<M: Message + Name + Default + 'static>(
+        &self,
+        stream: Stream,
+        wrap: fn(M) -> News,
+    ) -> Result<Subscription, ServiceError> {
+        let follower = self.follower.clone();
+        let on_message = move |cell, message| {
+            if !follower.try_send(Told::Of(cell, wrap(message))) {
+                tracing::debug!(%stream, "a message did not fit into the mailbox");
+            }
+        };
+        stream::subscribe(
+            self.session,
+            self.cell,
+            stream,
+            MAX_MESSAGE_BYTES,
+            on_message,
+        )
+    }
 }

@@ -26,6 +26,7 @@ use ppnpack_service::actor::{self, Address, LatestValues};
 use ppnpack_service::rpc::Client;
 use ppnpack_service::stream::Subscription;
 use ppnpack_service::{HealthLatch, Process, Running, ServiceError, Shutdown, alive, join};
+use ppnpack_wire::keys::Cell;
 use serde::Serialize;
 use tokio::runtime::Runtime;
 
@@ -33,7 +34,7 @@ use board::{Board, PartKey};
 use clock::now_ms;
 use controls::Controls;
 use directory::Directory;
-use follow::{Follower, Heightmaps, Newest, Told};
+use follow::{Ears, Follower, Told};
 use look::{Asker, Looker};
 use settings::NO_TOKEN;
 pub use settings::Settings;
@@ -92,7 +93,8 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Console, ServiceE
     let client = Client::new(process.session());
     let shapes = Arc::new(ShapeStore::new(client.clone(), Arc::clone(&directory)));
     let shutdown = process.shutdown().of_part();
-    let following = follow(process, &board, &directory, &shapes, &shutdown)?;
+    let cells = settings.cell_names().map_err(ServiceError::start)?;
+    let following = follow(process, &cells, &board, &directory, &shapes, &shutdown)?;
     // One thread sends to all pages: the cores are the planner's.
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(1)
@@ -148,9 +150,10 @@ struct Following {
     threads: Vec<JoinHandle<()>>,
 }
 
-/// Follows the cells from now on, until it is told to end.
+/// Follows these cells from now on, or all where none is named, until it is told to end.
 fn follow(
     process: &Process,
+    cells: &[Cell],
     board: &Arc<Board>,
     directory: &Arc<Directory>,
     shapes: &Arc<ShapeStore>,
@@ -159,12 +162,16 @@ fn follow(
     let (follower, heard) = actor::mailbox(QUEUE);
     let (prefetcher, wanted) = actor::mailbox(WANTED);
     let (asker, to_ask) = actor::mailbox(1);
-    let newest: Newest = LatestValues::new(&follower);
-    let heightmaps: Heightmaps = LatestValues::new(&follower);
+    let ears = Ears {
+        newest: LatestValues::new(&follower),
+        heightmaps: LatestValues::new(&follower),
+        follower: follower.clone(),
+    };
     let client = Client::new(process.session());
     let looker = Looker {
         session: process.session().clone(),
         client: client.clone(),
+        cells: cells.to_vec(),
         follower: follower.downgrade(),
         asker,
         shutdown: shutdown.clone(),
@@ -172,24 +179,18 @@ fn follow(
     let asking = Asker {
         client,
         directory: Arc::clone(directory),
-        newest: newest.clone(),
-        heightmaps: heightmaps.clone(),
+        newest: ears.newest.clone(),
+        heightmaps: ears.heightmaps.clone(),
         asked: BTreeMap::new(),
     };
     let prefetching = Prefetcher {
         store: Arc::clone(shapes),
         follower: follower.downgrade(),
     };
-    let following = Follower::new(
-        Arc::clone(board),
-        Arc::clone(directory),
-        (newest.clone(), heightmaps.clone()),
-        prefetcher,
-    );
-    let subscriptions = follow::subscribe(process.session(), &follower, &newest, &heightmaps)?;
+    let following = Follower::new(Arc::clone(board), Arc::clone(directory), &ears, prefetcher);
     let supervisor = process.supervisor();
     Ok(Following {
-        subscriptions,
+        subscriptions: subscribe(process, cells, &ears)?,
         follower,
         threads: vec![
             actor::spawn(process, "console-cells", following, heard)?,
@@ -198,6 +199,20 @@ fn follow(
             supervisor.thread("console-looks", move || looker.run())?,
         ],
     })
+}
+
+fn subscribe(
+    process: &Process,
+    cells: &[Cell],
+    ears: &Ears,
+) -> Result<Vec<Subscription>, ServiceError> {
+    let session = process.session();
+    if cells.is_empty() {
+        return ears.hear(session, None);
+    }
+    let heard = cells.iter().map(|cell| ears.hear(session, Some(cell)));
+    let heard: Vec<Vec<Subscription>> = heard.collect::<Result<_, _>>()?;
+    Ok(heard.into_iter().flatten().collect())
 }
 
 impl Console {

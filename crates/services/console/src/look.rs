@@ -35,6 +35,8 @@ const ASKED_EVERY: Duration = Duration::from_secs(10);
 pub(crate) struct Looker {
     pub(crate) session: Session,
     pub(crate) client: Client,
+    /// The cells and containers that are followed; none where all are.
+    pub(crate) cells: Vec<Cell>,
     pub(crate) follower: WeakAddress<Told>,
     pub(crate) asker: Address<Vec<Found>>,
     pub(crate) shutdown: Shutdown,
@@ -64,8 +66,17 @@ impl Looker {
         }
     }
 
+    /// The services that are there, but for those of other cells alone.
     fn find(&self) -> Result<Vec<Found>, ServiceError> {
-        alive::find(&self.session, Instant::now() + PATIENCE)
+        let mut found = alive::find(&self.session, Instant::now() + PATIENCE)?;
+        if !self.cells.is_empty() {
+            found.retain_mut(|found| {
+                let serves_any = found.cells.is_empty();
+                found.cells.retain(|cell| self.cells.contains(cell));
+                serves_any || !found.cells.is_empty()
+            });
+        }
+        Ok(found)
     }
 
     fn with_health(&self, found: &Found) -> FoundService {

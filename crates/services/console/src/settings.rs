@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use ppnpack_service::ServiceSettings;
 use ppnpack_service::configuration::Secret;
+use ppnpack_wire::keys::Cell;
 use serde::{Deserialize, Serialize};
 
 /// Where the page is if nothing else is said.
@@ -22,6 +23,8 @@ pub(crate) const NO_TOKEN: &str = "no token is configured: set service.token_fil
 pub struct Settings {
     /// Where the page is served; at port 0 the system chooses one. Whoever reaches it sees the cells.
     pub listen: SocketAddr,
+    /// The cells that are shown, and their containers where a cell has several; where none is named, all.
+    pub cells: Vec<String>,
     /// Names under which browsers may ask for the page, beside addresses and `localhost`.
     pub hosts: Vec<String>,
     /// What the controls ask for; without it, or a file with it, there are none.
@@ -36,6 +39,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             listen: SocketAddr::from((Ipv4Addr::LOCALHOST, DEFAULT_PORT)),
+            cells: Vec::new(),
             hosts: Vec::new(),
             token: None,
             token_file: None,
@@ -48,6 +52,7 @@ impl ServiceSettings for Settings {
         if self.token.is_some() && self.token_file.is_some() {
             return Err("token, token_file: give one of them".to_owned());
         }
+        self.cell_names()?;
         let is_name = |host: &String| {
             !host.is_empty()
                 && host
@@ -64,6 +69,13 @@ impl ServiceSettings for Settings {
 }
 
 impl Settings {
+    /// The cells and containers that are shown; none where all are.
+    pub(crate) fn cell_names(&self) -> Result<Vec<Cell>, String> {
+        let names = self.cells.iter().map(|name| Cell::new(name));
+        let names: Result<_, _> = names.collect();
+        names.map_err(|error| format!("cells: {error}"))
+    }
+
     /// The token that controls ask for, where there is one.
     ///
     /// # Errors
