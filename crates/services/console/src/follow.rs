@@ -59,6 +59,8 @@ pub(crate) struct Follower {
     heightmaps: Heightmaps,
     /// When heightmaps are looked at next, and ages are told anew.
     next_look: Instant,
+    /// Whether the board lacks something.
+    is_changed: bool,
     prefetcher: Address<Wanted>,
 }
 
@@ -76,6 +78,7 @@ impl Follower {
             newest: ears.newest.clone(),
             heightmaps: ears.heightmaps.clone(),
             next_look: Instant::now(),
+            is_changed: false,
             prefetcher,
         }
     }
@@ -108,6 +111,7 @@ impl Actor for Follower {
     type Message = Told;
 
     fn handle(&mut self, told: Told) {
+        self.is_changed = true;
         match told {
             Told::Of(cell, news) => self.apply(&cell, news),
             Told::Found(found) => self.picture.look(now_ms(), found),
@@ -130,14 +134,18 @@ impl Actor for Follower {
     fn tick(&mut self) {
         for ((cell, _), news) in self.newest.take() {
             self.apply(&cell, news);
+            self.is_changed = true;
         }
         let now = Instant::now();
         if self.next_look <= now {
             self.next_look = now + LOOK;
             self.look();
+            self.is_changed = true;
         }
-        self.directory.set(self.picture.directory());
-        self.picture.show(&self.board, now_ms());
+        if std::mem::take(&mut self.is_changed) {
+            self.directory.set(self.picture.directory());
+            self.picture.show(&self.board, now_ms());
+        }
     }
 
     fn next_tick(&self) -> Option<Instant> {

@@ -264,8 +264,8 @@ fn lying_body<'a>(known: Option<&'a CellPicture>, body: &'a v1::Body) -> LyingIt
     let session = known.and_then(|known| known.session.as_ref());
     let mut items = session.into_iter().flat_map(|session| &session.items);
     let item = items.find(|item| item.item_id == body.item_id);
+    let at = pose::read(body.container_from_item.as_ref());
     if let Some(((known, session), item)) = known.zip(session).zip(item) {
-        let at = pose::read(body.container_from_item.as_ref());
         return LyingItem {
             is_inside: body.is_inside,
             ..lying_item(known, session, item, at)
@@ -273,7 +273,6 @@ fn lying_body<'a>(known: Option<&'a CellPicture>, body: &'a v1::Body) -> LyingIt
     }
     // Of an item of a session before no more than its object's name is known.
     let shape = known.and_then(|known| known.shapes.named("", &body.item_id, &body.object, 0));
-    let at = pose::read(body.container_from_item.as_ref());
     LyingItem {
         item_id: &body.item_id,
         object: &body.object,

@@ -68,7 +68,6 @@ pub(super) struct ServicePart<'a> {
 /// The change of a service that somebody wants to hear of.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Turn {
-    pub(super) service: Service,
     /// The cells that it serves; none where it serves any.
     pub(super) cells: Vec<Cell>,
     /// Whether it is there again, or new.
@@ -198,7 +197,6 @@ impl Known {
             Condition::Gone => format!("{service} {instance} has gone."),
         };
         Some(Turn {
-            service: *service,
             cells: self.found.cells.clone(),
             is_back: condition == Condition::Ready,
             text,

@@ -94,7 +94,7 @@ pub(super) fn session_part<'a>(
     if !is_begun(session) {
         return None;
     }
-    let reasons = |reasons: &[v1::ItemReason]| {
+    let reasons = |reasons: &[v1::ItemReason]| -> Vec<ReasonPart> {
         let reasons = reasons.iter();
         let parts = reasons.map(|reason| ReasonPart::new(reason, object(session, &reason.item_id)));
         parts.collect()

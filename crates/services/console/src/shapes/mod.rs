@@ -91,7 +91,11 @@ impl ShapeStore {
                 self.keep(id, known);
             }
         };
-        shapes::fetch(&self.client, cell, ids, deadline, keep).map(drop)
+        let unknown = shapes::fetch(&self.client, cell, ids, deadline, keep)?;
+        if unknown > 0 {
+            tracing::debug!(%cell, unknown, "shapes that the planner does not have");
+        }
+        Ok(())
     }
 
     fn keep(&self, id: ShapeId, known: KnownShape) {

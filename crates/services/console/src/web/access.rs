@@ -210,7 +210,7 @@ mod tests {
         let right = (AUTHORIZATION, bearer.as_str());
         assert_eq!(check(Some(TOKEN), &[right.clone(), json.clone()]), "ok");
         assert_eq!(check(None, &[right.clone(), json.clone()]), "controls_off");
-        assert_eq!(check(Some(TOKEN), &[json.clone()]), "token");
+        assert_eq!(check(Some(TOKEN), std::slice::from_ref(&json)), "token");
         for wrong in [
             "Bearer 0123456789abcdeF",
             "Bearer ",
@@ -223,7 +223,7 @@ mod tests {
                 "{wrong}"
             );
         }
-        assert_eq!(check(Some(TOKEN), &[right.clone()]), "not_json");
+        assert_eq!(check(Some(TOKEN), std::slice::from_ref(&right)), "not_json");
         assert_eq!(
             check(Some(TOKEN), &[right.clone(), (CONTENT_TYPE, "text/plain")]),
             "not_json"
