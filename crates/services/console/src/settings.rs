@@ -97,7 +97,7 @@ fn check(token: &Secret) -> Result<(), String> {
     if TOKEN_LENGTH.contains(&text.len()) && text.bytes().all(|byte| byte.is_ascii_graphic()) {
         return Ok(());
     }
-    let (least, most) = (TOKEN_LENGTH.start(), TOKEN_LENGTH.end());
+    let (least, most) = TOKEN_LENGTH.into_inner();
     Err(format!(
         "token: {least} to {most} visible ASCII characters without blanks are needed, such as `openssl rand -hex 32` prints"
     ))

@@ -285,6 +285,8 @@ fn outcome((at_ms, outcome): &(u64, v1::Outcome)) -> OutcomePart<'_> {
 struct StepPart {
     #[serde(skip)]
     decision_id: String,
+    #[serde(skip)]
+    session_id: String,
     step: u64,
     at_ms: u64,
     plan_ms: f64,
@@ -317,6 +319,7 @@ impl Decisions {
         let cycle_s = decision.cycle.take().map(|cycle| cycle.cycle_s);
         self.steps.push_back(StepPart {
             decision_id: decision.decision_id.clone(),
+            session_id: decision.session_id.clone(),
             step: decision.step,
             at_ms,
             plan_ms: plan_ms(&decision),
@@ -367,9 +370,9 @@ impl Decisions {
         newest.explained.drain(..surplus);
     }
 
-    /// The times of another session's steps begin.
-    pub(super) fn begin(&mut self) {
-        self.steps.clear();
+    /// The times of another session's steps begin; its first decision may have been heard of before.
+    pub(super) fn begin(&mut self, session_id: &str) {
+        self.steps.retain(|step| step.session_id == session_id);
     }
 
     pub(super) fn iter(&self) -> impl Iterator<Item = &Decided> {

@@ -164,7 +164,7 @@ impl Picture {
         let before = known.session.take().unwrap_or_default();
         let is_new = before.session_id != session.session_id;
         if is_new {
-            known.decisions.begin();
+            known.decisions.begin(&session.session_id);
         }
         for (level, kind, text) in events(cell, &before, &session) {
             known.log.note(at_ms, level, kind, text);

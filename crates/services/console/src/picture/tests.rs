@@ -287,6 +287,23 @@ fn the_decision_that_awaits_its_outcome_is_known_from_the_session() {
 }
 
 #[test]
+fn the_times_of_steps_are_those_of_the_session() {
+    let mut seen_here = Seen::default();
+    let before = v1::Decision {
+        session_id: "before".to_owned(),
+        ..decision("d-0", "i-0")
+    };
+    seen_here.hear("c1", News::Decision(Box::new(before)));
+    // It may be heard of sooner than its session.
+    seen_here.hear("c1", News::Decision(Box::new(decision("d-1", "i-1"))));
+    seen_here.hear("c1", News::Session(Box::new(session(Vec::new()))));
+    let cycles = seen_here.part("c1", None, "cycles");
+    assert_eq!(cycles["steps"].as_array().unwrap().len(), 1);
+    let decisions = seen_here.part("c1", None, "decisions");
+    assert_eq!(decisions.as_array().unwrap().len(), 2);
+}
+
+#[test]
 fn what_is_heard_of_too_many_cells_is_left_out() {
     let mut picture = Picture::default();
     for number in 0..2 * MOST_CELLS {
