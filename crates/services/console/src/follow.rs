@@ -21,6 +21,9 @@ use crate::shapes::{ShapeId, Wanted};
 /// How often heightmaps are looked at: sensors may send them faster than anybody sees.
 const LOOK: Duration = Duration::from_millis(500);
 
+/// How often shapes are asked for whose volumes should be known and are not.
+const ASKED_EVERY: Duration = Duration::from_secs(10);
+
 /// What the follower is told, each of which counts.
 #[derive(Debug)]
 pub(crate) enum Told {
@@ -44,7 +47,7 @@ pub(crate) struct Asked {
     pub(crate) answer: oneshot::Sender<Option<ExplainedPart>>,
 }
 
-/// What was heard last: of sessions, states and records the newest alone is looked at.
+/// What was heard last: of sessions and states the newest alone is looked at.
 pub(crate) type Newest = LatestValues<(Cell, Stream), News>;
 
 /// The heightmap that was heard last of each container.
@@ -59,6 +62,8 @@ pub(crate) struct Follower {
     heightmaps: Heightmaps,
     /// When heightmaps are looked at next, and ages are told anew.
     next_look: Instant,
+    /// When shapes are asked for next whose volumes are not known.
+    next_asking: Instant,
     /// Whether the board lacks something.
     is_changed: bool,
     prefetcher: Address<Wanted>,
@@ -78,6 +83,7 @@ impl Follower {
             newest: ears.newest.clone(),
             heightmaps: ears.heightmaps.clone(),
             next_look: Instant::now(),
+            next_asking: Instant::now(),
             is_changed: false,
             prefetcher,
         }
@@ -85,10 +91,23 @@ impl Follower {
 
     fn apply(&mut self, of: &Cell, news: News) {
         let wanted = self.picture.apply(now_ms(), of, news);
-        if let Some(wanted) = wanted
-            && !self.prefetcher.try_send(wanted)
-        {
-            tracing::debug!(cell = %of, "shapes are asked for when they are looked at");
+        self.ask(wanted);
+    }
+
+    /// Has shapes asked for.
+    fn ask(&self, wanted: impl IntoIterator<Item = Wanted>) {
+        for wanted in wanted {
+            if !self.prefetcher.try_send(wanted) {
+                tracing::debug!("shapes are asked for later");
+            }
+        }
+    }
+
+    /// Has shapes asked for that were not to be had before, or that no record told of.
+    fn ask_again(&mut self, now: Instant) {
+        if self.next_asking <= now {
+            self.next_asking = now + ASKED_EVERY;
+            self.ask(self.picture.missing());
         }
     }
 
@@ -140,6 +159,7 @@ impl Actor for Follower {
         if self.next_look <= now {
             self.next_look = now + LOOK;
             self.look();
+            self.ask_again(now);
             self.is_changed = true;
         }
         if std::mem::take(&mut self.is_changed) {
@@ -188,11 +208,21 @@ impl Ears {
         Ok(vec![
             latest.subscribe(Stream::Session, |it| News::Session(Box::new(it)))?,
             latest.subscribe(Stream::State, |it| News::State(Box::new(it)))?,
-            latest.subscribe(Stream::Record, |it| News::Record(Box::new(it)))?,
+            each.subscribe(Stream::Record, |it| News::Record(Box::new(named(it))))?,
             each.subscribe(Stream::Plan, |it| News::Decision(Box::new(it)))?,
             each.subscribe(Stream::Outcome, |it| News::Outcome(Box::new(it)))?,
             stream::subscribe(session, cell, Stream::Heightmap, limit, see)?,
         ])
+    }
+}
+
+/// Of a record no more than which shapes it names: it waits with others, and all that the step was planned on is large.
+fn named(record: v1::PlanningRecord) -> v1::PlanningRecord {
+    v1::PlanningRecord {
+        session_id: record.session_id,
+        items: record.items,
+        candidates: record.candidates,
+        ..v1::PlanningRecord::default()
     }
 }
 

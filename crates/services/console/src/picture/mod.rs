@@ -130,6 +130,22 @@ impl Picture {
         cells.iter().for_each(|cell| self.note_content(at_ms, cell));
     }
 
+    /// The shapes of what lies in containers whose volumes are not known.
+    pub(crate) fn missing(&self) -> Vec<Wanted> {
+        let wanted = self.cells.keys().filter_map(|cell| {
+            let containers = self.containers_of(cell);
+            let lying = containers.iter().flat_map(|it| self.lying(cell, it));
+            let shapes = lying.filter_map(|item| item.shape);
+            let unknown = shapes.filter(|shape| !self.volumes.contains_key(shape));
+            let shapes: BTreeSet<ShapeId> = unknown.collect();
+            (!shapes.is_empty()).then(|| Wanted {
+                cell: cell.clone(),
+                shapes,
+            })
+        });
+        wanted.collect()
+    }
+
     /// The cells with their containers.
     pub(crate) fn directory(&self) -> BTreeMap<Cell, Entry> {
         let mut owned = BTreeSet::new();

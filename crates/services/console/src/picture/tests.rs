@@ -148,6 +148,7 @@ fn a_step_is_seen_from_its_decision_to_the_item_in_the_container() {
         .unwrap();
     let shape = ShapeId::of_bytes(&[7; 32]).unwrap();
     assert_eq!(wanted.shapes, BTreeSet::from([shape]));
+    assert!(seen_here.picture.missing().is_empty(), "nothing lies there");
     seen_here
         .picture
         .learn_volumes(4_500, vec![(shape, 0.32 * 0.32 * 0.3 / 8.0)]);
@@ -216,6 +217,12 @@ fn what_lies_in_a_real_cell_is_what_the_session_has_packed_into_the_container_th
         .collect();
     assert_eq!(ids, ["i-1"]);
     assert_eq!(items[0]["shape"], Value::Null, "no record told of it");
+    seen_here.hear("c1", News::Record(Box::new(record("i-1", "mug", 7))));
+    let missing = seen_here.picture.missing();
+    let shape = ShapeId::of_bytes(&[7; 32]).unwrap();
+    assert_eq!(missing[0].shapes, BTreeSet::from([shape]));
+    seen_here.picture.learn_volumes(9_000, vec![(shape, 0.001)]);
+    assert!(seen_here.picture.missing().is_empty());
 }
 
 #[test]
