@@ -219,7 +219,7 @@ class Check(unittest.TestCase):
         anyone = "        - podSelector: {}\n      ports: [{port: "
         others = f"{place}: {{}} lets in others than pods of the namespace".format
         self.missed(
-            (place, "heuristic, bridge, planner]", "heuristic, bridge]",
+            (place, "bridge, planner, console]", "bridge, console]",
              "kubernetes: prometheus cannot reach planner at 9100"),
             (place, "port: 9100", "port: 9101", "kubernetes: prometheus cannot reach router at 9100"),
             (place, "port: 9093", "port: 9094", "kubernetes: prometheus cannot reach alertmanager at 9093"),

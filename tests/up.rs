@@ -2,7 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a panic in a test is a failing test")]
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
@@ -147,6 +148,16 @@ fn packing_through_a_stack_that_already_runs_is_the_same_packing() {
 struct Up {
     child: Child,
     endpoint: String,
+    /// What it printed until it was ready.
+    lines: Vec<String>,
+}
+
+impl Up {
+    /// What it printed behind a word.
+    fn said(&self, word: &str) -> Option<&str> {
+        let mut lines = self.lines.iter();
+        lines.find_map(|line| line.strip_prefix(word))
+    }
 }
 
 impl Drop for Up {
@@ -157,23 +168,57 @@ impl Drop for Up {
 }
 
 fn up() -> Up {
-    let mut child = ppnpack(&["up", "--cells", "2", "--listen", "tcp/127.0.0.1:0"])
+    up_with(&["--cells", "2"])
+}
+
+fn up_with(options: &[&str]) -> Up {
+    let mut child = ppnpack(&["up", "--listen", "tcp/127.0.0.1:0"])
+        .args(options)
         .stdout(Stdio::piped())
         .stderr(Stdio::inherit())
         .spawn()
         .unwrap();
-    let mut endpoint = None;
-    for line in BufReader::new(child.stdout.take().unwrap()).lines() {
-        let line = line.unwrap();
-        if let Some(at) = line.strip_prefix("Zenoh: ") {
-            endpoint = Some(at.to_owned());
-        }
-        if line.starts_with("Ready") {
-            break;
-        }
-    }
-    let endpoint = endpoint.unwrap();
-    Up { child, endpoint }
+    let printed = BufReader::new(child.stdout.take().unwrap()).lines();
+    let printed = printed.map(|line| line.unwrap());
+    let mut up = Up {
+        child,
+        endpoint: String::new(),
+        lines: printed
+            .take_while(|line| !line.starts_with("Ready"))
+            .collect(),
+    };
+    up.endpoint = up.said("Zenoh: ").unwrap().to_owned();
+    up
+}
+
+#[test]
+fn the_operators_page_is_served_with_the_stack() {
+    let coarse = ["--cell", "1cm", "--yaws", "4"];
+    let up = up_with(&[&coarse[..], &["--console", "127.0.0.1:0"]].concat());
+    let url = up.said("Console: ").unwrap();
+    let address = url.strip_prefix("http://").unwrap();
+    let mut stream = TcpStream::connect(address).unwrap();
+    let request = format!("GET / HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n");
+    stream.write_all(request.as_bytes()).unwrap();
+    let mut page = String::new();
+    stream.read_to_string(&mut page).unwrap();
+    assert!(page.starts_with("HTTP/1.1 200 OK"), "{page}");
+
+    let mut command = ppnpack(&[
+        "up",
+        "--console",
+        "127.0.0.1:0",
+        "--listen",
+        "tcp/127.0.0.1:0",
+    ]);
+    let refused = command
+        .args(coarse)
+        .env("PPNPACK_CONSOLE_TOKEN", "too-short")
+        .output()
+        .unwrap();
+    let error = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(2), "{error}");
+    assert!(error.contains("token: 16 to 256"), "{error}");
 }
 
 #[test]

@@ -90,6 +90,10 @@ metrics! {
         "Placements that ended. Labels: cell, kind (of the outcome).";
     OverwrittenTotal: Counter = "ppnpack_overwritten_total",
         "Messages that a newer one replaced before they were read. Labels: stream.";
+    ControlsTotal: Counter = "ppnpack_controls_total",
+        "Controls of the operator's page. Labels: action, outcome (done, refused, unanswered).";
+    ConsolePages: Gauge = "ppnpack_console_pages",
+        "Operator's pages that are connected.";
     Ready: Gauge = "ppnpack_ready",
         "1 while the process is ready, else 0.";
     CertificateEnds: Gauge = "ppnpack_certificate_ends",

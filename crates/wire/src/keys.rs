@@ -183,6 +183,8 @@ chunks! {
         Router = "router",
         /// What the cells say and are asked, in ROS 2.
         Ros = "ros",
+        /// The operator's page.
+        Console = "console",
     }
 }
 

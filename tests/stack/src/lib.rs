@@ -7,6 +7,7 @@ pub mod cell;
 pub mod clock;
 pub mod disk;
 pub mod faults;
+pub mod http;
 pub mod latency;
 pub mod mix;
 mod process;

@@ -14,6 +14,7 @@ use ppnpack_wire::v1;
 use zenoh::Wait;
 
 use crate::cell::CellClient;
+use crate::http::Page;
 use crate::process::{Process, Signal, beside};
 
 /// How long a service may take to start: the catalogue is read, the network warmed up.
@@ -124,6 +125,21 @@ impl Stack {
         Ok(format!("{service}-2"))
     }
 
+    /// Starts the operator's page on a port of the system's choice, and waits until it is served; gives the page.
+    ///
+    /// # Errors
+    /// Where it does not start.
+    pub fn add_console(&mut self, index: usize, options: &Options) -> Result<Page> {
+        self.add(Service::Console, index, options)?;
+        let name = format!("{}-{index}", Service::Console);
+        self.wait_ready(&name)?;
+        let log = self.log(&name)?;
+        let url = log.rsplit_once("http://").map(|(_, rest)| rest);
+        let address = url.and_then(|url| url.split(['"', ' ', '\n']).next());
+        let address = address.with_context(|| format!("{name} tells no address: {log}"))?;
+        Ok(Page::at(address.parse()?))
+    }
+
     fn add(&mut self, service: Service, index: usize, options: &Options) -> Result<()> {
         let name = format!("{service}-{index}");
         let mut settings = vec![
@@ -168,6 +184,7 @@ impl Stack {
                         .join(",")
                 ));
             }
+            Service::Console => settings.push("service.listen=127.0.0.1:0".to_owned()),
             _ => {}
         }
         let own = options.settings.iter().filter(|(of, _)| *of == service);

@@ -6,8 +6,9 @@ use std::process::Command;
 
 use ppnpack_stack_tests::beside;
 
-const SERVICES: [&str; 6] = [
+const SERVICES: [&str; 7] = [
     "bridge",
+    "console",
     "heuristic",
     "perception",
     "planner",

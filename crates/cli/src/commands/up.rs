@@ -13,6 +13,7 @@ use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_recognition::recognise::RecognitionSettings;
 use ppnpack_recognition::segmentation::{Region, SegmentationSettings};
+use ppnpack_service::configuration::Secret;
 use ppnpack_service::log_stream;
 use ppnpack_service::rpc::Client;
 use ppnpack_view::View;
@@ -36,6 +37,11 @@ use crate::stack::{self, Containers, Stack, connect};
 
 /// The name under which the process publishes what it logs.
 const LOGS_AS: &str = "up";
+/// Where the operator's page is if nothing else is said: on this machine alone.
+const DEFAULT_CONSOLE: &str = "127.0.0.1:8770";
+
+/// The environment variable that has the token of the page's controls.
+const CONSOLE_TOKEN_VARIABLE: &str = "PPNPACK_CONSOLE_TOKEN";
 
 /// Runs perception, ppn, heuristic, bridge (simulated cells) and planner in one process, with a Zenoh router that cell
 /// controllers connect to.
@@ -91,6 +97,10 @@ pub(crate) struct UpArguments {
     /// Have the cells in ROS 2, in this domain [with no domain: 0]. Its nodes connect to the Zenoh endpoint. See docs/ros2.md
     #[arg(long, value_name = "DOMAIN", num_args = 0..=1, default_missing_value = "0", conflicts_with = "connect", value_parser = clap::value_parser!(u32).range(0..=232))]
     ros: Option<u32>,
+    /// Serve the operator's page at this address [with no address: 127.0.0.1:8770]. Its controls ask for the token in the environment's
+    /// PPNPACK_CONSOLE_TOKEN; without one there are none. See docs/console.md
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = DEFAULT_CONSOLE, conflicts_with = "connect")]
+    console: Option<SocketAddr>,
 
     #[command(flatten)]
     job: JobOptions,
@@ -212,6 +222,11 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
         grid: &grid,
         method: &method,
         poses: arguments.catalogue.poses as usize,
+        // Who looks on compares them.
+        alternatives: match arguments.console {
+            Some(_) => ALTERNATIVES.into(),
+            None => 0,
+        },
         arm: arm.as_ref(),
         simulated: &simulated,
         sensing: &arguments.sensing(&catalogue)?,
@@ -222,14 +237,19 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
         listen: arguments.listen(),
         ros: arguments.ros,
     };
-    let stack = Stack::start(&plan)?;
-    let log = log_stream::publish(stack.session(), &Instance::new(LOGS_AS).or_input()?).or_run()?;
+    let mut stack = Stack::start(&plan)?;
+    let logs_as = Instance::new(LOGS_AS).or_input()?;
+    let _log = log_stream::publish(stack.session(), &logs_as).or_run()?;
+    let console = arguments
+        .console
+        .map(|listen| stack.serve_console(&console_settings(listen)));
+    let console = console.transpose()?;
     let view = arguments
         .view
         .map(|address| View::start(stack.session(), address));
     let view = view.transpose().or_run()?;
     if !arguments.job.pack {
-        return serve(stack, &plan, view);
+        return serve(stack, &plan, view, console);
     }
     let cell = plan.cells.first().cloned();
     let cell = cell.ok_or_else(|| Failure::input("--pack needs a cell"))?;
@@ -287,8 +307,23 @@ impl UpArguments {
     }
 }
 
+/// The settings of the operator's page at an address.
+fn console_settings(listen: SocketAddr) -> ppnpack_console::Settings {
+    let token = std::env::var(CONSOLE_TOKEN_VARIABLE).ok();
+    ppnpack_console::Settings {
+        listen,
+        token: token.map(Secret::from),
+        ..ppnpack_console::Settings::default()
+    }
+}
+
 /// Serves until it is told to end.
-fn serve(stack: Stack, plan: &stack::Plan<'_>, view: Option<View>) -> Outcome {
+fn serve(
+    stack: Stack,
+    plan: &stack::Plan<'_>,
+    view: Option<View>,
+    console: Option<SocketAddr>,
+) -> Outcome {
     let shutdown = stack.shutdown().clone();
     ctrlc::set_handler(move || shutdown.request()).or_run()?;
     let cells: Vec<&str> = plan.cells.iter().map(Cell::as_str).collect();
@@ -299,6 +334,9 @@ fn serve(stack: Stack, plan: &stack::Plan<'_>, view: Option<View>) -> Outcome {
     }
     if let Some(domain) = plan.ros {
         print_line(&format!("ROS 2: domain {domain}"))?;
+    }
+    if let Some(address) = console {
+        print_line(&format!("Console: {}", ppnpack_console::url(address)))?;
     }
     print_line("Ready. `ppnpack status` and `ppnpack watch` show what goes on; Ctrl-C ends it.")?;
     stack.shutdown().wait();

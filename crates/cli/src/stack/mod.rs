@@ -6,6 +6,7 @@ pub mod report;
 
 use std::collections::BTreeMap;
 use std::error::Error;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -23,7 +24,7 @@ use ppnpack_recognition::library::Library;
 use ppnpack_robot::station::StationSettings;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::Client;
-use ppnpack_service::{Process, Running, Shutdown};
+use ppnpack_service::{Process, Running, ServiceSettings, Shutdown};
 use ppnpack_wire::keys::{Cell, Service};
 
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
@@ -72,6 +73,8 @@ pub struct Plan<'a> {
     pub sensing: &'a Sensing,
     /// The objects.
     pub catalogue: Arc<Catalogue>,
+    /// How many valid placements beside the chosen one decisions of the automatic mode tell.
+    pub alternatives: usize,
     /// What `catalogue` was loaded from.
     pub source: &'a str,
     /// The network that proposes, where one does.
@@ -162,6 +165,20 @@ impl Stack {
             })?;
         }
         Ok(stack)
+    }
+
+    /// Serves the operator's page. Gives its address, with the port that the system chose.
+    ///
+    /// # Errors
+    /// What is wrong with the settings, or why it does not start.
+    pub fn serve_console(&mut self, settings: &ppnpack_console::Settings) -> Outcome<SocketAddr> {
+        settings.validate().map_err(Failure::input)?;
+        let mut address = settings.listen;
+        self.add(Service::Console, |process| {
+            let started = ppnpack_console::start(process, settings);
+            started.inspect(|console| address = console.address())
+        })?;
+        Ok(address)
     }
 
     /// Where others connect to.
@@ -310,6 +327,7 @@ fn planner_settings(plan: &Plan<'_>) -> ppnpack_planner::Settings {
         method: plan.method.clone(),
         arm: plan.arm.cloned(),
         poses: plan.poses,
+        alternatives: plan.alternatives,
         inspect: plan.sensing.inspect,
         twin: TwinSettings::of(&plan.simulated.cell),
         ..CellSettings::default()

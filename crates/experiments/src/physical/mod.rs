@@ -267,6 +267,7 @@ impl World<'_> {
             grid: self.grid,
             method: &contender.method,
             poses: 1,
+            alternatives: 0,
             arm: settings.arm.as_ref(),
             simulated: &Simulated {
                 scan: Sampling::Greatest,

@@ -39,6 +39,9 @@ pub struct Settings {
 /// The most items that a session may set aside.
 const MAX_SET_ASIDE: usize = 10_000;
 
+/// The most alternatives that a decision tells.
+pub(crate) const MAX_ALTERNATIVES: usize = 64;
+
 /// The most resting poses of an object.
 const MAX_POSES: usize = 6;
 
@@ -87,6 +90,9 @@ pub struct CellSettings {
     /// The most items that a session may set aside for the next container, as nothing in the buffer has a valid
     /// placement, where the request that begins it says nothing else.
     pub set_aside: usize,
+    /// How many valid placements beside the chosen one a decision of the automatic mode tells, for people to compare; each is searched
+    /// for and checked like the chosen one.
+    pub alternatives: usize,
     /// In how many resting poses an object of the catalogue may be packed at most: as the catalogue has it, then the most
     /// probable others. Whoever brings items to the robot has to be able to turn them into these. An announcement may allow
     /// fewer, or name those that it allows.
@@ -203,6 +209,7 @@ impl Default for CellSettings {
             heightmap_age_limit_s: 5.0,
             sensor_latency_s: 0.5,
             set_aside: 0,
+            alternatives: 0,
             poses: 1,
             inspect: false,
             place_limit_s: 120.0,
@@ -342,6 +349,7 @@ impl CellSettings {
         twin.map_err(|error| error.to_string())?;
         in_range("buffer", method.buffer, 1..=MAX_CANDIDATES)?;
         set_aside_in_range(self.set_aside)?;
+        in_range("alternatives", self.alternatives, 0..=MAX_ALTERNATIVES)?;
         in_range("poses", self.poses, 1..=MAX_POSES)?;
         self.validate_opening()?;
         self.validate_rules()?;

@@ -20,16 +20,13 @@ use super::decide::Decided;
 use super::poses::PossiblePoses;
 use super::refusal::Refusal;
 use super::{CellPlanner, Message};
-use crate::settings::set_aside_in_range;
+use crate::settings::{MAX_ALTERNATIVES, set_aside_in_range};
 use ppnpack_protocol::session::{
     Container, ItemState, Session, SessionError, SessionItem, message,
 };
 
 /// Regions that one session keeps free at most.
 const MAX_REGIONS: usize = 256;
-
-/// Alternatives that one request may ask for.
-const MAX_ALTERNATIVES: u32 = 64;
 
 /// How far the heightmaps of an item may lean where it waits, in radians: poses that were seen are not exact.
 const GREATEST_LEAN_RAD: f64 = 0.15;
@@ -351,7 +348,7 @@ impl CellPlanner {
         &mut self,
         incoming: &Incoming<v1::PlanRequest>,
     ) -> Result<v1::PlanReply, Refusal> {
-        let alternatives = incoming.message().alternatives;
+        let alternatives = incoming.message().alternatives as usize;
         if alternatives > MAX_ALTERNATIVES {
             return Err(Refusal::invalid(format_args!(
                 "alternatives: {alternatives} where at most {MAX_ALTERNATIVES} are possible"
@@ -364,7 +361,7 @@ impl CellPlanner {
                 let on = "the automatic mode is on: switch it off to plan by request";
                 return Err(Refusal::new(Status::Conflict, on));
             }
-            None => self.decide(request_id, alternatives as usize, incoming.deadline())?,
+            None => self.decide(request_id, alternatives, incoming.deadline())?,
         };
         let reply = v1::PlanReply {
             set_aside: self.session.reasons_set_aside_now(),

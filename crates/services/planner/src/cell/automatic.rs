@@ -122,7 +122,8 @@ impl CellPlanner {
             return Ok(());
         }
         let open = u32::try_from(open).unwrap_or(u32::MAX).max(1);
-        match self.decide("", 0, Instant::now() + PLAN_LIMIT * open)? {
+        let alternatives = self.settings.alternatives;
+        match self.decide("", alternatives, Instant::now() + PLAN_LIMIT * open)? {
             Decided::Decision(_) => Ok(()),
             Decided::NothingWaits => match self.session.end_of_items() {
                 // What is set aside is for the next container, where one comes.

@@ -1,0 +1,304 @@
+//! What an operator has a cell do: by the requests that any controller makes.
+
+mod order;
+mod step;
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use ppnpack_service::actor::WeakAddress;
+use ppnpack_service::metrics::{self, Metric};
+use ppnpack_service::rpc::{CallError, Client};
+use ppnpack_wire::keys::Cell;
+use ppnpack_wire::rpc::Request;
+use ppnpack_wire::v1;
+use zenoh::Session;
+
+use crate::directory::Directory;
+use crate::follow::Told;
+use crate::picture::News;
+pub(crate) use order::{Action, Order};
+
+/// How long a service may take to answer: a planner plans a step before.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// How long a bridge may take to bring an empty container, where nobody else waits for it.
+const RENEWAL_PATIENCE: Duration = Duration::from_secs(30);
+
+/// The reason of a hold where the operator gives none.
+const HELD_HERE: &str = "held at the operator's page";
+
+/// Why a control was not carried out.
+#[derive(Debug)]
+pub(crate) enum ControlError {
+    /// The order lacks something, or has something impossible.
+    Invalid(String),
+    /// There is no such cell.
+    UnknownCell(String),
+    /// It has to be confirmed: what to ask.
+    Unconfirmed(&'static str),
+    /// The service refused it, or it is not possible now.
+    Refused(String),
+    /// Nobody answered in time: it may have been done.
+    Unanswered(String),
+    /// Another one of its kind is under way.
+    Busy(&'static str),
+}
+
+impl From<CallError> for ControlError {
+    fn from(error: CallError) -> Self {
+        match error {
+            CallError::Refused { .. } => Self::Refused(error.to_string()),
+            error => Self::Unanswered(error.to_string()),
+        }
+    }
+}
+
+impl ControlError {
+    /// For metrics.
+    fn outcome(&self) -> &'static str {
+        match self {
+            Self::Unanswered(_) => "unanswered",
+            _ => "refused",
+        }
+    }
+}
+
+/// Makes the requests.
+pub(crate) struct Controls {
+    session: Session,
+    client: Client,
+    directory: Arc<Directory>,
+    follower: WeakAddress<Told>,
+    /// Whether a step is under way.
+    is_stepping: AtomicBool,
+}
+
+/// A cell that an order is for.
+struct Target {
+    cell: Cell,
+    containers: Vec<Cell>,
+}
+
+impl Controls {
+    pub(crate) fn new(
+        session: &Session,
+        directory: Arc<Directory>,
+        follower: WeakAddress<Told>,
+    ) -> Self {
+        Self {
+            session: session.clone(),
+            client: Client::new(session),
+            directory,
+            follower,
+            is_stepping: AtomicBool::new(false),
+        }
+    }
+
+    /// Carries an order out; it waits for the answer. Gives what was done, for people.
+    ///
+    /// # Errors
+    /// [`ControlError`]
+    pub(crate) fn carry_out(&self, action: Action, order: &Order) -> Result<String, ControlError> {
+        let target = self.target(order)?;
+        let result = match action.question(order) {
+            Some(question) if !order.confirmed => return Err(ControlError::Unconfirmed(question)),
+            _ => self.perform(action, order, &target),
+        };
+        let outcome = result.as_ref().err().map_or("done", ControlError::outcome);
+        let name = action.as_str();
+        let labels = [("action", name), ("outcome", outcome)];
+        metrics::counter(Metric::ControlsTotal, &labels).increment(1);
+        let reason = result.as_ref().err();
+        tracing::info!(cell = %target.cell, action = name, outcome, ?reason, "a control");
+        if let (Ok(done), Some(follower)) = (&result, self.follower.upgrade()) {
+            let told = News::Control(format!("At the operator's page: {done}"));
+            if !follower.try_send(Told::Of(target.cell, told)) {
+                tracing::debug!("a control is not among the events");
+            }
+        }
+        result
+    }
+
+    fn perform(
+        &self,
+        action: Action,
+        order: &Order,
+        target: &Target,
+    ) -> Result<String, ControlError> {
+        match action {
+            Action::Hold => self.hold(target, &order.reason, false),
+            Action::Abort => self.hold(target, &order.reason, true),
+            Action::Resume => self.resume(target),
+            Action::Step => self.step(target),
+            Action::Touched => self.changed(&target.container(order)?, Vec::new()),
+            Action::Removed => self.changed(&target.container(order)?, order.items()?),
+            Action::Withdraw => self.withdraw(target, order),
+            Action::NewContainer => self.new_container(target, &target.container(order)?),
+            Action::Automatic => self.automatic(target, order.is_on()?),
+        }
+    }
+
+    fn target(&self, order: &Order) -> Result<Target, ControlError> {
+        let unknown = || ControlError::UnknownCell(order.cell.clone());
+        let cell = Cell::new(&order.cell).map_err(|_| unknown())?;
+        let containers = self.directory.containers(&cell).ok_or_else(unknown)?;
+        Ok(Target { cell, containers })
+    }
+
+    fn ask<R: Request>(
+        &self,
+        of: &Cell,
+        request: R,
+        patience: Duration,
+    ) -> Result<R::Reply, ControlError> {
+        let deadline = Instant::now() + patience;
+        Ok(self.client.call(of, request, deadline)?)
+    }
+
+    fn hold(
+        &self,
+        target: &Target,
+        reason: &str,
+        is_aborting: bool,
+    ) -> Result<String, ControlError> {
+        let reason = if reason.is_empty() { HELD_HERE } else { reason };
+        // Where one robot serves them, the first does; robots of their own are held each.
+        for container in &target.containers {
+            let request = v1::HoldRequest {
+                reason: reason.to_owned(),
+                is_aborting,
+                ..v1::HoldRequest::default()
+            };
+            self.ask(container, request, PATIENCE)?;
+        }
+        Ok(match is_aborting {
+            true => "The cell is held, and what was under way is broken off where the robot can.",
+            false => "The cell is held.",
+        }
+        .to_owned())
+    }
+
+    fn resume(&self, target: &Target) -> Result<String, ControlError> {
+        for container in &target.containers {
+            self.ask(container, v1::ResumeRequest::default(), PATIENCE)?;
+        }
+        Ok("The cell goes on.".to_owned())
+    }
+
+    fn changed(&self, container: &Cell, removed: Vec<String>) -> Result<String, ControlError> {
+        let text = match removed.as_slice() {
+            [] => format!("Somebody had a hand in {container}."),
+            items => format!("Taken out of {container}: {}.", items.join(", ")),
+        };
+        let request = v1::ChangedRequest {
+            removed_item_ids: removed,
+            ..v1::ChangedRequest::default()
+        };
+        self.ask(container, request, PATIENCE)?;
+        Ok(text)
+    }
+
+    fn withdraw(&self, target: &Target, order: &Order) -> Result<String, ControlError> {
+        let [item_id]: [String; 1] = order.items()?.try_into().map_err(|_| {
+            ControlError::Invalid("item_ids: one item is withdrawn at a time".to_owned())
+        })?;
+        let text = format!("{item_id} does not come.");
+        let request = v1::WithdrawRequest {
+            item_id,
+            ..v1::WithdrawRequest::default()
+        };
+        self.ask(&target.cell, request, PATIENCE)?;
+        Ok(text)
+    }
+
+    fn automatic(&self, target: &Target, is_automatic: bool) -> Result<String, ControlError> {
+        let request = v1::AutomaticRequest {
+            is_automatic,
+            ..v1::AutomaticRequest::default()
+        };
+        self.ask(&target.cell, request, PATIENCE)?;
+        let state = if is_automatic { "on" } else { "off" };
+        Ok(format!("The automatic mode is {state}."))
+    }
+
+    /// Has the planner close a container and open an empty one; where nobody packs it, the bridge brings one all the same.
+    fn new_container(&self, target: &Target, container: &Cell) -> Result<String, ControlError> {
+        let reply = self.ask(&target.cell, v1::SessionRequest::default(), PATIENCE)?;
+        let session = reply.session.unwrap_or_default();
+        // In a cell with one container it has no name in the session.
+        let is_meant = |name: &str| name == container.as_str() || name.is_empty();
+        let mut containers = session.containers.into_iter();
+        let standing = containers.find(|standing| is_meant(&standing.container));
+        let is_begun = !session.session_id.is_empty();
+        match standing.filter(|_| is_begun) {
+            Some(standing) if standing.is_open => {
+                let request = v1::CloseRequest {
+                    container: standing.container,
+                    sequence: standing.sequence,
+                    is_renewed: true,
+                    text: "asked for at the operator's page".to_owned(),
+                    ..v1::CloseRequest::default()
+                };
+                self.ask(&target.cell, request, PATIENCE)?;
+                Ok(format!(
+                    "{container} is closed, and an empty one is brought."
+                ))
+            }
+            Some(standing) if standing.is_ready || !standing.renewal_id.is_empty() => {
+                let text = format!("{container} is empty, or an empty one is being brought");
+                Err(ControlError::Refused(text))
+            }
+            Some(standing) => self.open_renewed(target, container, standing),
+            None => {
+                self.renew(container)?;
+                Ok(format!("An empty container stands at {container}."))
+            }
+        }
+    }
+
+    /// Brings an empty container where one was closed, and has the session go on with it.
+    fn open_renewed(
+        &self,
+        target: &Target,
+        container: &Cell,
+        standing: v1::SessionContainer,
+    ) -> Result<String, ControlError> {
+        let least_state_number = self.renew(container)?;
+        let request = v1::OpenRequest {
+            start: Some(v1::ContainerStart {
+                container: standing.container,
+                least_state_number,
+                ..v1::ContainerStart::default()
+            }),
+            sequence: standing.sequence,
+            ..v1::OpenRequest::default()
+        };
+        self.ask(&target.cell, request, PATIENCE)?;
+        Ok(format!(
+            "An empty container stands at {container}, and is packed."
+        ))
+    }
+
+    /// Has an empty container brought; gives the state that shows it.
+    fn renew(&self, container: &Cell) -> Result<u64, ControlError> {
+        let reply = self.ask(container, v1::RenewRequest::default(), RENEWAL_PATIENCE)?;
+        Ok(reply.state_number)
+    }
+}
+
+impl Target {
+    /// The container that an order names: the only one where it names none.
+    fn container(&self, order: &Order) -> Result<Cell, ControlError> {
+        let named = match (&order.container, self.containers.as_slice()) {
+            (None, [only]) => Some(only),
+            (None, _) => None,
+            (Some(name), containers) => containers.iter().find(|it| it.as_str() == name),
+        };
+        named.cloned().ok_or_else(|| {
+            let names: Vec<&str> = self.containers.iter().map(Cell::as_str).collect();
+            ControlError::Invalid(format!("container: one of {} is needed", names.join(", ")))
+        })
+    }
+}

@@ -1,0 +1,283 @@
+//! What is heard of the cells, folded into the picture as it comes.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use ppnpack_service::ServiceError;
+use ppnpack_service::actor::{Actor, Address, LatestValues};
+use ppnpack_service::stream::{self, Subscription};
+use ppnpack_wire::keys::{Cell, Stream};
+use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
+use prost::{Message, Name};
+use tokio::sync::oneshot;
+use zenoh::Session;
+
+use crate::board::Board;
+use crate::clock::now_ms;
+use crate::directory::Directory;
+use crate::picture::{ExplainedPart, FoundService, News, Picture, SeenContainer};
+use crate::shapes::{ShapeId, Wanted};
+
+/// How often heightmaps are looked at: sensors may send them faster than anybody sees.
+const LOOK: Duration = Duration::from_millis(500);
+
+/// How often shapes are asked for whose volumes should be known and are not.
+const ASKED_EVERY: Duration = Duration::from_secs(10);
+
+/// What the follower is told, each of which counts.
+#[derive(Debug)]
+pub(crate) enum Told {
+    /// Something that was heard of a cell or a container.
+    Of(Cell, News),
+    /// Which services were found.
+    Found(Vec<FoundService>),
+    /// The volumes of shapes, in cubic metres.
+    Volumes(Vec<(ShapeId, f64)>),
+    /// Somebody waits to hear what an answer of a planner means.
+    Asked(Box<Asked>),
+}
+
+/// What a planner explained of an item, to be told with what is known of the cell.
+#[derive(Debug)]
+pub(crate) struct Asked {
+    pub(crate) cell: Cell,
+    pub(crate) item_id: String,
+    pub(crate) reply: v1::ExplainReply,
+    /// Takes the answer; none where nothing is known of the cell.
+    pub(crate) answer: oneshot::Sender<Option<ExplainedPart>>,
+}
+
+/// What was heard last: of sessions and states the newest alone is looked at.
+pub(crate) type Newest = LatestValues<(Cell, Stream), News>;
+
+/// The heightmap that was heard last of each container.
+pub(crate) type Heightmaps = LatestValues<Cell, Box<v1::Heightmap>>;
+
+/// Folds what is heard into the picture, and puts that on the board.
+pub(crate) struct Follower {
+    picture: Picture,
+    board: Arc<Board>,
+    directory: Arc<Directory>,
+    newest: Newest,
+    heightmaps: Heightmaps,
+    /// When heightmaps are looked at next, and ages are told anew.
+    next_look: Instant,
+    /// When shapes are asked for next whose volumes are not known.
+    next_asking: Instant,
+    /// Whether the board lacks something.
+    is_changed: bool,
+    prefetcher: Address<Wanted>,
+}
+
+impl Follower {
+    pub(crate) fn new(
+        board: Arc<Board>,
+        directory: Arc<Directory>,
+        ears: &Ears,
+        prefetcher: Address<Wanted>,
+    ) -> Self {
+        Self {
+            picture: Picture::default(),
+            board,
+            directory,
+            newest: ears.newest.clone(),
+            heightmaps: ears.heightmaps.clone(),
+            next_look: Instant::now(),
+            next_asking: Instant::now(),
+            is_changed: false,
+            prefetcher,
+        }
+    }
+
+    fn apply(&mut self, of: &Cell, news: News) {
+        let wanted = self.picture.apply(now_ms(), of, news);
+        self.ask(wanted);
+    }
+
+    /// Has shapes asked for.
+    fn ask(&self, wanted: impl IntoIterator<Item = Wanted>) {
+        for wanted in wanted {
+            if !self.prefetcher.try_send(wanted) {
+                tracing::debug!("shapes are asked for later");
+            }
+        }
+    }
+
+    /// Has shapes asked for that were not to be had before, or that no record told of.
+    fn ask_again(&mut self, now: Instant) {
+        if self.next_asking <= now {
+            self.next_asking = now + ASKED_EVERY;
+            self.ask(self.picture.missing());
+        }
+    }
+
+    fn look(&mut self) {
+        for (container, heightmap) in self.heightmaps.take() {
+            // A network may mix keys up for a moment, as routers restart.
+            if !heightmap.cell.is_empty() && heightmap.cell != container.as_str() {
+                continue;
+            }
+            match SeenContainer::read(&heightmap) {
+                Ok(seen) => self.apply(&container, News::Seen(Box::new(seen))),
+                Err(error) => tracing::debug!(%container, %error, "a heightmap cannot be read"),
+            }
+            self.picture.show_heightmap(&self.board, &container);
+        }
+    }
+}
+
+impl Actor for Follower {
+    type Message = Told;
+
+    fn handle(&mut self, told: Told) {
+        self.is_changed = true;
+        match told {
+            Told::Of(cell, news) => self.apply(&cell, news),
+            Told::Found(found) => self.picture.look(now_ms(), found),
+            Told::Volumes(volumes) => self.picture.learn_volumes(now_ms(), volumes),
+            Told::Asked(asked) => {
+                let Asked {
+                    cell,
+                    item_id,
+                    reply,
+                    answer,
+                } = *asked;
+                // Whoever asked may have left.
+                answer
+                    .send(self.picture.explained(&cell, &item_id, &reply))
+                    .ok();
+            }
+        }
+    }
+
+    fn tick(&mut self) {
+        for ((cell, _), news) in self.newest.take() {
+            self.apply(&cell, news);
+            self.is_changed = true;
+        }
+        let now = Instant::now();
+        if self.next_look <= now {
+            self.next_look = now + LOOK;
+            self.look();
+            self.ask_again(now);
+            self.is_changed = true;
+        }
+        if std::mem::take(&mut self.is_changed) {
+            self.directory.set(self.picture.directory());
+            self.picture.show(&self.board, now_ms());
+        }
+    }
+
+    fn next_tick(&self) -> Option<Instant> {
+        Some(self.next_look)
+    }
+}
+
+/// What takes what is heard.
+pub(crate) struct Ears {
+    pub(crate) newest: Newest,
+    pub(crate) heightmaps: Heightmaps,
+    pub(crate) follower: Address<Told>,
+}
+
+impl Ears {
+    /// Hears a cell, or all of them.
+    ///
+    /// # Errors
+    /// [`ServiceError::Zenoh`] where the session is closed.
+    pub(crate) fn hear(
+        &self,
+        session: &Session,
+        cell: Option<&Cell>,
+    ) -> Result<Vec<Subscription>, ServiceError> {
+        let latest = Latest {
+            session,
+            cell,
+            newest: &self.newest,
+        };
+        let each = Each {
+            session,
+            cell,
+            follower: &self.follower,
+        };
+        let heightmaps = self.heightmaps.clone();
+        let see = move |container, heightmap: v1::Heightmap| {
+            heightmaps.put(container, Box::new(heightmap));
+        };
+        let limit = MAX_MESSAGE_BYTES;
+        Ok(vec![
+            latest.subscribe(Stream::Session, |it| News::Session(Box::new(it)))?,
+            latest.subscribe(Stream::State, |it| News::State(Box::new(it)))?,
+            each.subscribe(Stream::Record, |it| News::Record(Box::new(named(it))))?,
+            each.subscribe(Stream::Plan, |it| News::Decision(Box::new(it)))?,
+            each.subscribe(Stream::Outcome, |it| News::Outcome(Box::new(it)))?,
+            stream::subscribe(session, cell, Stream::Heightmap, limit, see)?,
+        ])
+    }
+}
+
+/// Of a record no more than which shapes it names: it waits with others, and all that the step was planned on is large.
+fn named(record: v1::PlanningRecord) -> v1::PlanningRecord {
+    v1::PlanningRecord {
+        session_id: record.session_id,
+        items: record.items,
+        candidates: record.candidates,
+        ..v1::PlanningRecord::default()
+    }
+}
+
+/// Hears streams of which the newest message alone counts.
+struct Latest<'a> {
+    session: &'a Session,
+    cell: Option<&'a Cell>,
+    newest: &'a Newest,
+}
+
+impl Latest<'_> {
+    fn subscribe<M: Message + Name + Default + 'static>(
+        &self,
+        stream: Stream,
+        wrap: fn(M) -> News,
+    ) -> Result<Subscription, ServiceError> {
+        let newest = self.newest.clone();
+        let on_message = move |cell, message| {
+            newest.put((cell, stream), wrap(message));
+        };
+        stream::subscribe(
+            self.session,
+            self.cell,
+            stream,
+            MAX_MESSAGE_BYTES,
+            on_message,
+        )
+    }
+}
+
+/// Hears streams of which each message counts.
+struct Each<'a> {
+    session: &'a Session,
+    cell: Option<&'a Cell>,
+    follower: &'a Address<Told>,
+}
+
+impl Each<'_> {
+    fn subscribe<M: Message + Name + Default + 'static>(
+        &self,
+        stream: Stream,
+        wrap: fn(M) -> News,
+    ) -> Result<Subscription, ServiceError> {
+        let follower = self.follower.clone();
+        let on_message = move |cell, message| {
+            if !follower.try_send(Told::Of(cell, wrap(message))) {
+                tracing::debug!(%stream, "a message did not fit into the mailbox");
+            }
+        };
+        stream::subscribe(
+            self.session,
+            self.cell,
+            stream,
+            MAX_MESSAGE_BYTES,
+            on_message,
+        )
+    }
+}

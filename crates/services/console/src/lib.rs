@@ -1,0 +1,233 @@
+//! The operator's page: what the packing cells do, in a browser, and controls behind a token.
+//!
+//! It reads the streams that any viewer reads and makes the requests that any controller makes; nothing depends on it. What is heard is
+//! folded into one picture of all cells (`picture/`), which is put on a board in parts (`board.rs`); pages get the parts as they change
+//! (`web/`). All files of the page are within the program, and nothing is fetched from elsewhere.
+
+mod board;
+mod clock;
+mod controls;
+mod directory;
+mod follow;
+mod look;
+mod page;
+mod picture;
+mod settings;
+mod shapes;
+mod web;
+
+use std::collections::BTreeMap;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use ppnpack_service::actor::{self, Address, LatestValues};
+use ppnpack_service::rpc::Client;
+use ppnpack_service::stream::Subscription;
+use ppnpack_service::{HealthLatch, Process, Running, ServiceError, Shutdown, alive, join};
+use ppnpack_wire::keys::Cell;
+use serde::Serialize;
+use tokio::runtime::Runtime;
+
+use board::{Board, PartKey};
+use clock::now_ms;
+use controls::Controls;
+use directory::Directory;
+use follow::{Ears, Follower, Told};
+use look::{Asker, Looker};
+use settings::NO_TOKEN;
+pub use settings::Settings;
+use shapes::{Prefetcher, ShapeStore};
+use web::{Access, BLOCKING_THREADS, Limits, Served};
+
+/// Messages that wait for the follower at most.
+const QUEUE: usize = 256;
+
+/// Records whose shapes are asked for later than they come.
+const WANTED: usize = 16;
+
+/// How long the server may take to end.
+const GRACE: Duration = Duration::from_secs(1);
+
+/// The page, served until it is told to end.
+pub struct Console {
+    // Nothing is heard any more before the threads end: fields are dropped in this order.
+    alive: alive::Token,
+    subscriptions: Vec<Subscription>,
+    follower: Address<Told>,
+    shutdown: Shutdown,
+    runtime: Runtime,
+    threads: Vec<JoinHandle<()>>,
+    address: SocketAddr,
+    _ready: HealthLatch,
+}
+
+/// What the page says of its server.
+#[derive(Serialize)]
+struct ConsolePart<'a> {
+    version: &'static str,
+    instance: &'a str,
+    started_ms: u64,
+    controls: bool,
+    why_off: Option<&'static str>,
+}
+
+/// Serves the page.
+///
+/// # Errors
+/// [`ServiceError`] where its address or its token is not to be had, the session is closed, or there can be no more threads.
+pub fn start(process: &Process, settings: &Settings) -> Result<Console, ServiceError> {
+    let ready = process.health().check("page");
+    let token = settings.read_token().map_err(ServiceError::start)?;
+    let board = Arc::new(Board::default());
+    let part = ConsolePart {
+        version: env!("CARGO_PKG_VERSION"),
+        instance: process.instance().as_str(),
+        started_ms: now_ms(),
+        controls: token.is_some(),
+        why_off: token.is_none().then_some(NO_TOKEN),
+    };
+    board.put(PartKey::of_all("console"), &part);
+    let directory = Arc::new(Directory::default());
+    let client = Client::new(process.session());
+    let shapes = Arc::new(ShapeStore::new(client.clone(), Arc::clone(&directory)));
+    let shutdown = process.shutdown().of_part();
+    let cells = settings.cell_names().map_err(ServiceError::start)?;
+    let following = follow(process, &cells, &board, &directory, &shapes, &shutdown)?;
+    // One thread sends to all pages: the cores are the planner's.
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(1)
+        .max_blocking_threads(BLOCKING_THREADS)
+        .thread_name("console")
+        .enable_all()
+        .build()
+        .map_err(|source| ServiceError::System {
+            what: "starting the page's threads",
+            source,
+        })?;
+    let follower = following.follower.downgrade();
+    let served = Served {
+        board,
+        controls: Controls::new(process.session(), Arc::clone(&directory), follower.clone()),
+        directory,
+        shapes,
+        client,
+        follower,
+        access: Access::new(token.as_ref(), &settings.hosts),
+        limits: Limits::default(),
+        shutdown: shutdown.clone(),
+    };
+    let address = web::serve(runtime.handle(), settings.listen, served)?;
+    let alive = alive::announce(process, None)?;
+    ready.pass();
+    tracing::info!(
+        url = url(address),
+        controls = token.is_some(),
+        "the page is served"
+    );
+    Ok(Console {
+        alive,
+        subscriptions: following.subscriptions,
+        follower: following.follower,
+        shutdown,
+        runtime,
+        threads: following.threads,
+        address,
+        _ready: ready,
+    })
+}
+
+/// Where a browser finds the page that is served at an address.
+pub fn url(address: SocketAddr) -> String {
+    format!("http://{address}")
+}
+
+/// What hears the cells.
+struct Following {
+    subscriptions: Vec<Subscription>,
+    follower: Address<Told>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+/// Follows these cells from now on, or all where none is named, until it is told to end.
+fn follow(
+    process: &Process,
+    cells: &[Cell],
+    board: &Arc<Board>,
+    directory: &Arc<Directory>,
+    shapes: &Arc<ShapeStore>,
+    shutdown: &Shutdown,
+) -> Result<Following, ServiceError> {
+    let (follower, heard) = actor::mailbox(QUEUE);
+    let (prefetcher, wanted) = actor::mailbox(WANTED);
+    let (asker, to_ask) = actor::mailbox(1);
+    let ears = Ears {
+        newest: LatestValues::new(&follower),
+        heightmaps: LatestValues::new(&follower),
+        follower: follower.clone(),
+    };
+    let client = Client::new(process.session());
+    let looker = Looker {
+        session: process.session().clone(),
+        client: client.clone(),
+        cells: cells.to_vec(),
+        follower: follower.downgrade(),
+        asker,
+        shutdown: shutdown.clone(),
+    };
+    let asking = Asker {
+        client,
+        directory: Arc::clone(directory),
+        newest: ears.newest.clone(),
+        heightmaps: ears.heightmaps.clone(),
+        asked: BTreeMap::new(),
+    };
+    let prefetching = Prefetcher {
+        store: Arc::clone(shapes),
+        follower: follower.downgrade(),
+    };
+    let following = Follower::new(Arc::clone(board), Arc::clone(directory), &ears, prefetcher);
+    let supervisor = process.supervisor();
+    Ok(Following {
+        subscriptions: subscribe(process, cells, &ears)?,
+        follower,
+        threads: vec![
+            actor::spawn(process, "console-cells", following, heard)?,
+            actor::spawn(process, "console-shapes", prefetching, wanted)?,
+            actor::spawn(process, "console-asks", asking, to_ask)?,
+            supervisor.thread("console-looks", move || looker.run())?,
+        ],
+    })
+}
+
+fn subscribe(
+    process: &Process,
+    cells: &[Cell],
+    ears: &Ears,
+) -> Result<Vec<Subscription>, ServiceError> {
+    let session = process.session();
+    if cells.is_empty() {
+        return ears.hear(session, None);
+    }
+    let heard = cells.iter().map(|cell| ears.hear(session, Some(cell)));
+    let heard: Vec<Vec<Subscription>> = heard.collect::<Result<_, _>>()?;
+    Ok(heard.into_iter().flatten().collect())
+}
+
+impl Console {
+    /// Where the page is served.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+}
+
+impl Running for Console {
+    fn finish(self: Box<Self>, deadline: Instant) -> Result<(), String> {
+        self.shutdown.request();
+        self.runtime.shutdown_timeout(GRACE);
+        // Without these nobody has the follower's address, nor it the others': they end when their mailboxes are empty.
+        drop((self.alive, self.subscriptions, self.follower));
+        join(self.threads, deadline)
+    }
+}

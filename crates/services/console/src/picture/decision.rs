@@ -1,0 +1,495 @@
+//! Decisions, what came of them, and how long that took.
+
+use std::collections::VecDeque;
+
+use ppnpack_packing::grid::Grid;
+use ppnpack_wire::v1;
+use serde::Serialize;
+
+use super::known::KnownShapes;
+use super::pose::{self, PosePart};
+use super::words;
+use crate::shapes::ShapeId;
+
+/// Decisions that are kept.
+const MOST_DECISIONS: usize = 16;
+
+/// Steps whose times are kept.
+const MOST_STEPS: usize = 256;
+
+/// Items whose explanations are kept with a decision.
+const MOST_EXPLAINED: usize = 64;
+
+/// Why an item is placed nowhere.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct ReasonPart {
+    item_id: String,
+    object: String,
+    reason: String,
+    text: String,
+}
+
+impl ReasonPart {
+    pub(crate) fn new(reason: &v1::ItemReason, object: &str) -> Self {
+        Self {
+            item_id: reason.item_id.clone(),
+            object: object.to_owned(),
+            reason: words::of_reason(reason.reason()),
+            text: reason.text.clone(),
+        }
+    }
+}
+
+/// A placement that would be possible.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct PlacementPart {
+    item_id: String,
+    object: String,
+    pose: u32,
+    value: f64,
+    shape: Option<ShapeId>,
+    #[serde(flatten)]
+    corner: CornerPart,
+}
+
+/// Where the footprint of a placement is.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+struct CornerPart {
+    yaw_rad: Option<f64>,
+    /// The corner of its box with the lowest coordinates, in the container frame.
+    corner_m: Option<[f64; 3]>,
+}
+
+impl CornerPart {
+    fn new(resting: Option<&v1::RestingPlacement>, grid: Option<&Grid>) -> Self {
+        let Some((at, grid)) = resting.zip(grid) else {
+            return Self::default();
+        };
+        let resolution = grid.resolution();
+        let (cell_m, unit_m) = (resolution.cell_m(), resolution.height_unit_m());
+        let yaw = usize::try_from(at.yaw).unwrap_or(usize::MAX);
+        Self {
+            yaw_rad: resolution.yaws().radians().get(yaw).copied(),
+            corner_m: Some([
+                f64::from(at.x) * cell_m,
+                f64::from(at.y) * cell_m,
+                f64::from(at.resting_height) * unit_m,
+            ]),
+        }
+    }
+}
+
+#[derive(Debug, Serialize)]
+struct StagePart<'a> {
+    stage: &'a str,
+    ms: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct SettlingPart {
+    tilt_rad: f64,
+    slide_m: f64,
+    disturbance_m: f64,
+    is_still: bool,
+    above_rim_m: f64,
+    load_n: f64,
+}
+
+/// What an item carries, against what it may.
+#[derive(Debug, Serialize)]
+pub(super) struct LoadPart<'a> {
+    item_id: &'a str,
+    estimated_kg: f64,
+    carries_kg: f64,
+}
+
+impl<'a> From<&'a v1::Load> for LoadPart<'a> {
+    fn from(load: &'a v1::Load) -> Self {
+        Self {
+            item_id: &load.item_id,
+            estimated_kg: load.estimated_kg,
+            carries_kg: load.carries_kg,
+        }
+    }
+}
+
+#[derive(Debug, Serialize)]
+struct OutcomePart<'a> {
+    kind: String,
+    text: &'a str,
+    slide_m: f64,
+    tilt_rad: f64,
+    at_ms: u64,
+}
+
+/// A decision as pages show it.
+#[derive(Debug, Serialize)]
+pub(super) struct DecisionPart<'a> {
+    decision_id: &'a str,
+    at_ms: u64,
+    step: u64,
+    item_id: &'a str,
+    object: &'a str,
+    container: &'a str,
+    pose: u32,
+    value: f64,
+    shape: Option<ShapeId>,
+    container_from_shape: Option<PosePart>,
+    #[serde(flatten)]
+    corner: CornerPart,
+    alternatives: Vec<PlacementPart>,
+    others: Vec<ReasonPart>,
+    degraded: &'a [String],
+    is_widened: bool,
+    stages: Vec<StagePart<'a>>,
+    plan_ms: f64,
+    cycle_s: Option<f64>,
+    settling: Option<SettlingPart>,
+    load: Option<LoadPart<'a>>,
+    outcome: Option<OutcomePart<'a>>,
+}
+
+/// What is looked up to show a decision.
+pub(super) struct Context<'a> {
+    pub(super) session: Option<&'a v1::Session>,
+    pub(super) shapes: &'a KnownShapes,
+    /// The grid of the decision's container.
+    pub(super) grid: Option<&'a Grid>,
+    /// The container's name.
+    pub(super) container: &'a str,
+}
+
+impl Context<'_> {
+    /// The name of the object that an item of the session is; empty where it is not known.
+    pub(super) fn object(&self, item_id: &str) -> &str {
+        let mut items = self.session.into_iter().flat_map(|session| &session.items);
+        let item = items.find(|item| item.item_id == item_id);
+        item.map_or("", |item| item.object.as_str())
+    }
+
+    /// A placement of an item, which may be another than that of a decision.
+    pub(super) fn placement(&self, item_id: &str, ranked: &v1::RankedPlacement) -> PlacementPart {
+        let object = self.object(item_id);
+        let session_id = self
+            .session
+            .map_or("", |session| session.session_id.as_str());
+        let shape = self.shapes.named(session_id, item_id, object, ranked.pose);
+        PlacementPart {
+            item_id: item_id.to_owned(),
+            object: object.to_owned(),
+            pose: ranked.pose,
+            value: ranked.value,
+            shape: shape.map(|known| known.shape),
+            corner: CornerPart::new(ranked.placement.as_ref(), self.grid),
+        }
+    }
+}
+
+/// A decision, and what is known of it since.
+#[derive(Debug)]
+pub(super) struct Decided {
+    at_ms: u64,
+    pub(super) decision: v1::Decision,
+    /// The planned time of the arm, in seconds.
+    cycle_s: Option<f64>,
+    /// How it ended, and when that was heard.
+    outcome: Option<(u64, v1::Outcome)>,
+    /// What was explained of other items since.
+    explained: Vec<ReasonPart>,
+}
+
+impl Decided {
+    pub(super) fn part<'a>(&'a self, context: &Context<'a>) -> DecisionPart<'a> {
+        let decision = &self.decision;
+        let object = decision.object.as_str();
+        let known = context.shapes.named(
+            &decision.session_id,
+            &decision.item_id,
+            object,
+            decision.pose,
+        );
+        let placed = pose::read(decision.container_from_item.as_ref());
+        let placed = known.zip(placed).map(|(known, at)| known.placed(&at));
+        let aside = decision.set_aside.iter();
+        let aside = aside.map(|reason| ReasonPart::new(reason, context.object(&reason.item_id)));
+        DecisionPart {
+            decision_id: &decision.decision_id,
+            at_ms: self.at_ms,
+            step: decision.step,
+            item_id: &decision.item_id,
+            object,
+            container: context.container,
+            pose: decision.pose,
+            value: decision.value,
+            shape: known.map(|known| known.shape),
+            container_from_shape: placed.as_ref().map(PosePart::from),
+            corner: CornerPart::new(decision.placement.as_ref(), context.grid),
+            alternatives: self.alternatives(context),
+            others: aside.chain(self.explained.iter().cloned()).collect(),
+            degraded: &decision.degraded,
+            is_widened: decision.is_widened,
+            stages: decision.stages.iter().map(stage).collect(),
+            plan_ms: plan_ms(decision),
+            cycle_s: self.cycle_s,
+            settling: decision.settling.as_ref().map(settling),
+            load: decision.load.as_deref().map(LoadPart::from),
+            outcome: self.outcome.as_ref().map(outcome),
+        }
+    }
+
+    fn alternatives(&self, context: &Context<'_>) -> Vec<PlacementPart> {
+        let Decided { decision, .. } = self;
+        let alternatives = decision.alternatives.iter().filter_map(|ranked| {
+            let index = usize::try_from(ranked.candidate).ok()?;
+            Some(context.placement(decision.buffer.get(index)?, ranked))
+        });
+        alternatives.collect()
+    }
+}
+
+fn stage(timing: &v1::StageTiming) -> StagePart<'_> {
+    StagePart {
+        stage: &timing.stage,
+        ms: timing.duration_ns as f64 / 1e6,
+    }
+}
+
+fn plan_ms(decision: &v1::Decision) -> f64 {
+    let stages = decision.stages.iter();
+    stages.map(|stage| stage.duration_ns as f64).sum::<f64>() / 1e6
+}
+
+fn settling(settling: &v1::Settling) -> SettlingPart {
+    SettlingPart {
+        tilt_rad: settling.tilt_rad,
+        slide_m: settling.slide_m,
+        disturbance_m: settling.disturbance_m,
+        is_still: settling.is_still,
+        above_rim_m: settling.above_rim_m,
+        load_n: settling.load_n,
+    }
+}
+
+fn outcome((at_ms, outcome): &(u64, v1::Outcome)) -> OutcomePart<'_> {
+    OutcomePart {
+        kind: words::of_outcome(outcome.kind()),
+        text: &outcome.failure,
+        slide_m: outcome.slide_m,
+        tilt_rad: outcome.tilt_rad,
+        at_ms: *at_ms,
+    }
+}
+
+/// How long a step took.
+#[derive(Debug, Serialize)]
+struct StepPart {
+    #[serde(skip)]
+    decision_id: String,
+    #[serde(skip)]
+    session_id: String,
+    step: u64,
+    at_ms: u64,
+    plan_ms: f64,
+    took_s: Option<f64>,
+    cycle_s: Option<f64>,
+}
+
+/// How long the steps of a session took.
+#[derive(Debug, Serialize)]
+pub(super) struct CyclesPart<'a> {
+    steps: &'a VecDeque<StepPart>,
+    mean_took_s: Option<f64>,
+    mean_cycle_s: Option<f64>,
+}
+
+/// The last decisions, newest first, and the times of the session's steps.
+#[derive(Debug, Default)]
+pub(super) struct Decisions {
+    decisions: VecDeque<Decided>,
+    steps: VecDeque<StepPart>,
+}
+
+impl Decisions {
+    /// Takes in a decision; says whether it is a new one.
+    pub(super) fn add(&mut self, at_ms: u64, mut decision: v1::Decision) -> bool {
+        if self.find(&decision.decision_id).is_some() {
+            return false;
+        }
+        // The motion of the arm is long, and nobody looks at it here.
+        let cycle_s = decision.cycle.take().map(|cycle| cycle.cycle_s);
+        self.steps.push_back(StepPart {
+            decision_id: decision.decision_id.clone(),
+            session_id: decision.session_id.clone(),
+            step: decision.step,
+            at_ms,
+            plan_ms: plan_ms(&decision),
+            took_s: None,
+            cycle_s,
+        });
+        self.decisions.push_front(Decided {
+            at_ms,
+            decision,
+            cycle_s,
+            outcome: None,
+            explained: Vec::new(),
+        });
+        self.decisions.truncate(MOST_DECISIONS);
+        if self.steps.len() > MOST_STEPS {
+            self.steps.pop_front();
+        }
+        true
+    }
+
+    /// Takes in how a decision ended; gives it, where it is known and had not ended yet.
+    pub(super) fn end(&mut self, at_ms: u64, outcome: &v1::Outcome) -> Option<&v1::Decision> {
+        let id = &outcome.placement_id;
+        let mut steps = self.steps.iter_mut();
+        if let Some(step) = steps.find(|step| step.decision_id == *id) {
+            let took_ms = at_ms.saturating_sub(step.at_ms);
+            step.took_s.get_or_insert(took_ms as f64 / 1e3);
+        }
+        let mut decisions = self.decisions.iter_mut();
+        let decided = decisions.find(|decided| decided.decision.decision_id == *id)?;
+        if decided.outcome.is_some() {
+            return None;
+        }
+        decided.outcome = Some((at_ms, outcome.clone()));
+        Some(&decided.decision)
+    }
+
+    /// Takes in why an item has no place.
+    pub(super) fn explain(&mut self, reason: ReasonPart) {
+        let Some(newest) = self.decisions.front_mut() else {
+            return;
+        };
+        newest
+            .explained
+            .retain(|known| known.item_id != reason.item_id);
+        newest.explained.push(reason);
+        let surplus = newest.explained.len().saturating_sub(MOST_EXPLAINED);
+        newest.explained.drain(..surplus);
+    }
+
+    /// The times of another session's steps begin; its first decision may have been heard of before.
+    pub(super) fn begin(&mut self, session_id: &str) {
+        self.steps.retain(|step| step.session_id == session_id);
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = &Decided> {
+        self.decisions.iter()
+    }
+
+    pub(super) fn find(&self, decision_id: &str) -> Option<&Decided> {
+        self.iter()
+            .find(|decided| decided.decision.decision_id == decision_id)
+    }
+
+    pub(super) fn cycles(&self) -> CyclesPart<'_> {
+        let mean = |times: &dyn Fn(&StepPart) -> Option<f64>| {
+            let times: Vec<f64> = self.steps.iter().filter_map(times).collect();
+            (!times.is_empty()).then(|| times.iter().sum::<f64>() / times.len() as f64)
+        };
+        CyclesPart {
+            steps: &self.steps,
+            mean_took_s: mean(&|step| step.took_s),
+            mean_cycle_s: mean(&|step| step.cycle_s),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn decision(number: usize) -> v1::Decision {
+        v1::Decision {
+            decision_id: number.to_string(),
+            step: number as u64,
+            item_id: "i-1".to_owned(),
+            buffer: vec!["i-1".to_owned(), "i-2".to_owned()],
+            alternatives: vec![v1::RankedPlacement {
+                candidate: 1,
+                value: 2.5,
+                placement: Some(v1::RestingPlacement {
+                    yaw: 1,
+                    x: 3,
+                    y: 4,
+                    resting_height: 10,
+                }),
+                ..v1::RankedPlacement::default()
+            }],
+            ..v1::Decision::default()
+        }
+    }
+
+    #[test]
+    fn the_last_decisions_are_kept_each_once_with_their_outcome() {
+        let mut decisions = Decisions::default();
+        for number in 0..300 {
+            assert!(decisions.add(number as u64, decision(number)));
+            assert!(!decisions.add(number as u64, decision(number)));
+        }
+        assert_eq!(decisions.decisions.len(), MOST_DECISIONS);
+        assert_eq!(decisions.steps.len(), MOST_STEPS);
+        let outcome = v1::Outcome {
+            placement_id: "299".to_owned(),
+            kind: v1::OutcomeKind::Placed.into(),
+            ..v1::Outcome::default()
+        };
+        assert!(decisions.end(2_299, &outcome).is_some());
+        assert!(decisions.end(9_999, &outcome).is_none(), "it has ended");
+        let cycles = serde_json::to_value(decisions.cycles()).unwrap();
+        assert_eq!(cycles["mean_took_s"], json!(2.0));
+        assert_eq!(cycles["mean_cycle_s"], json!(null));
+        assert_eq!(cycles["steps"][255]["step"], json!(299));
+    }
+
+    #[test]
+    fn a_decision_is_shown_with_its_alternatives_on_the_grid_of_its_container() {
+        let mut decisions = Decisions::default();
+        decisions.add(5, decision(0));
+        let shapes = KnownShapes::default();
+        let grid = Grid::reference();
+        let context = Context {
+            session: None,
+            shapes: &shapes,
+            grid: Some(&grid),
+            container: "cell-1",
+        };
+        let part = serde_json::to_value(decisions.iter().next().unwrap().part(&context)).unwrap();
+        let alternative = &part["alternatives"][0];
+        assert_eq!(alternative["item_id"], json!("i-2"));
+        let corner: Vec<f64> = serde_json::from_value(alternative["corner_m"].clone()).unwrap();
+        let expected = [0.03, 0.04, 0.02];
+        assert!(
+            corner
+                .iter()
+                .zip(expected)
+                .all(|(a, b)| (a - b).abs() < 1e-12)
+        );
+        assert_eq!(alternative["shape"], json!(null));
+        assert_eq!(part["outcome"], json!(null));
+        assert_eq!(part["corner_m"], json!(null), "it has no placement");
+    }
+
+    #[test]
+    fn what_is_explained_stands_with_the_last_decision() {
+        let mut decisions = Decisions::default();
+        let reason = |text: &str| {
+            let reason = v1::ItemReason {
+                item_id: "i-2".to_owned(),
+                reason: v1::Reason::NoFit.into(),
+                text: text.to_owned(),
+            };
+            ReasonPart::new(&reason, "pan")
+        };
+        decisions.explain(reason("nothing was decided"));
+        decisions.add(5, decision(0));
+        decisions.explain(reason("first"));
+        decisions.explain(reason("second"));
+        let explained = &decisions.decisions[0].explained;
+        assert_eq!(explained, &[reason("second")]);
+    }
+}

@@ -1,0 +1,360 @@
+//! A container: its state, what is seen of it, what lies in it.
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use nalgebra::Isometry3;
+use ppnpack_packing::grid::{Grid, Units};
+use ppnpack_wire::{WireError, convert, v1};
+use serde::Serialize;
+
+use super::decision::LoadPart;
+use super::history::History;
+use super::pose::PosePart;
+use super::words;
+use crate::shapes::ShapeId;
+
+/// What is seen of a container.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct SeenContainer {
+    pub(super) grid: Grid,
+    heights: Vec<Units>,
+    pub(super) state_number: u64,
+    pub(super) doubts: Vec<String>,
+    unknown_cells: u32,
+}
+
+impl SeenContainer {
+    /// Reads a heightmap.
+    ///
+    /// # Errors
+    /// [`WireError`] where its scene is missing or impossible.
+    pub(crate) fn read(heightmap: &v1::Heightmap) -> Result<Self, WireError> {
+        let (grid, scene) = convert::scene::read_required("scene", heightmap.scene.as_ref())?;
+        let quality = heightmap.quality.as_ref();
+        let doubts = quality.into_iter().flat_map(|quality| &quality.doubts);
+        Ok(Self {
+            heights: scene.heightmap().heights().to_vec(),
+            grid,
+            state_number: heightmap.state_number,
+            doubts: doubts.map(|doubt| doubt.message.clone()).collect(),
+            unknown_cells: quality.map_or(0, |quality| quality.unknown_cells),
+        })
+    }
+
+    /// The container's volume, in cubic metres.
+    pub(super) fn volume_m3(&self) -> f64 {
+        let size = self.grid.container();
+        size.x_m * size.y_m * size.z_m
+    }
+
+    /// The share of the volume that lies below the surface; what is not known counts as empty.
+    fn filled(&self) -> f64 {
+        let rim = self.grid.rim();
+        let known = self.heights.iter().filter(|height| **height <= rim);
+        known.map(|height| f64::from(*height)).sum::<f64>() / self.grid.voxel_count()
+    }
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct HeightmapPart<'a> {
+    nx: usize,
+    ny: usize,
+    cell_m: f64,
+    height_unit_m: f64,
+    size_m: [f64; 3],
+    rim_units: Units,
+    heights: String,
+    state_number: u64,
+    doubts: &'a [String],
+    unknown_cells: u32,
+    at_ms: u64,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct StatePart<'a> {
+    state_number: u64,
+    held: Option<&'a str>,
+    executing: Option<&'a str>,
+    is_simulated: bool,
+    heard_ms: u64,
+}
+
+#[derive(Debug, Serialize)]
+struct InspectionPart<'a> {
+    kind: String,
+    slide_m: f64,
+    tilt_rad: f64,
+    reason: &'a str,
+}
+
+/// An item in a container as pages show it.
+#[derive(Debug, Serialize)]
+pub(super) struct ItemPart<'a> {
+    item_id: &'a str,
+    object: &'a str,
+    shape: Option<ShapeId>,
+    container_from_shape: Option<PosePart>,
+    is_inside: bool,
+    step: Option<u64>,
+    inspection: Option<InspectionPart<'a>>,
+    load: Option<LoadPart<'a>>,
+}
+
+/// An item that lies in a container.
+#[derive(Debug, Clone)]
+pub(super) struct LyingItem<'a> {
+    pub(super) item_id: &'a str,
+    pub(super) object: &'a str,
+    pub(super) shape: Option<ShapeId>,
+    pub(super) container_from_shape: Option<Isometry3<f64>>,
+    pub(super) is_inside: bool,
+    /// The step that it was decided in.
+    pub(super) step: Option<u64>,
+    /// What the session knows of it.
+    pub(super) session_item: Option<&'a v1::SessionItem>,
+}
+
+impl<'a> LyingItem<'a> {
+    pub(super) fn part(&self) -> ItemPart<'a> {
+        let session_item = self.session_item;
+        let inspection = session_item.and_then(|item| item.inspection.as_ref());
+        let load = session_item.and_then(|item| item.load.as_deref());
+        ItemPart {
+            item_id: self.item_id,
+            object: self.object,
+            shape: self.shape,
+            container_from_shape: self.container_from_shape.as_ref().map(PosePart::from),
+            is_inside: self.is_inside,
+            step: self.step,
+            inspection: inspection.and_then(inspected),
+            load: load.map(LoadPart::from),
+        }
+    }
+}
+
+fn inspected(inspection: &v1::Inspection) -> Option<InspectionPart<'_>> {
+    let kind = inspection.kind();
+    (kind != v1::InspectionKind::Unspecified).then(|| InspectionPart {
+        kind: words::of_inspection(kind),
+        slide_m: inspection.slide_m,
+        tilt_rad: inspection.tilt_rad,
+        reason: &inspection.reason,
+    })
+}
+
+/// How full a container is, as pages show it.
+#[derive(Debug, Serialize)]
+pub(super) struct FiguresPart<'a> {
+    utilisation: Option<f64>,
+    items: usize,
+    items_without_volume: usize,
+    filled: Option<f64>,
+    history: &'a History,
+}
+
+/// How much of a container items fill.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Content {
+    pub(super) items: usize,
+    pub(super) without_volume: usize,
+    /// Of those whose volume is known, in cubic metres.
+    pub(super) volume_m3: f64,
+}
+
+/// A container.
+#[derive(Debug, Default)]
+pub(super) struct Place {
+    pub(super) state: Option<v1::CellState>,
+    /// When the state was heard, in milliseconds since 1970.
+    pub(super) state_at_ms: u64,
+    pub(super) seen: Option<SeenContainer>,
+    seen_at_ms: u64,
+    /// Since when the newest heightmap shows an earlier state than the bridge tells, in milliseconds since 1970.
+    pub(super) behind_since_ms: Option<u64>,
+    history: History,
+}
+
+impl Place {
+    pub(super) fn hear_state(&mut self, at_ms: u64, state: v1::CellState) {
+        self.state = Some(state);
+        self.state_at_ms = at_ms;
+        self.compare(at_ms);
+    }
+
+    /// Takes in a heightmap; one that shows the same is not shown again.
+    pub(super) fn see(&mut self, at_ms: u64, seen: SeenContainer) {
+        if self.seen.as_ref() != Some(&seen) {
+            self.seen = Some(seen);
+            self.seen_at_ms = at_ms;
+        }
+        self.compare(at_ms);
+    }
+
+    fn compare(&mut self, at_ms: u64) {
+        let told = self.state.as_ref().map_or(0, |state| state.state_number);
+        let seen = self.seen.as_ref().map_or(0, |seen| seen.state_number);
+        // A sensor that does not know the state says 0.
+        if seen == 0 || seen >= told {
+            self.behind_since_ms = None;
+        } else {
+            self.behind_since_ms.get_or_insert(at_ms);
+        }
+    }
+
+    /// Why it is held, where it is.
+    pub(super) fn held(&self) -> Option<&str> {
+        let hold = self.state.as_ref()?.hold.as_ref()?;
+        Some(&hold.reason)
+    }
+
+    /// The placement that is being made.
+    pub(super) fn executing(&self) -> Option<&str> {
+        let id = &self.state.as_ref()?.executing_placement_id;
+        (!id.is_empty()).then_some(id)
+    }
+
+    /// The share of its volume that items fill, where its size is known.
+    fn utilisation(&self, content: &Content) -> Option<f64> {
+        let seen = self.seen.as_ref()?;
+        Some(content.volume_m3 / seen.volume_m3())
+    }
+
+    /// Notes how full it is now.
+    pub(super) fn note(&mut self, at_ms: u64, content: &Content) {
+        if let Some(utilisation) = self.utilisation(content) {
+            self.history.note(at_ms, utilisation);
+        }
+    }
+
+    /// The figures of another session begin.
+    pub(super) fn begin(&mut self) {
+        self.history.clear();
+    }
+
+    pub(super) fn state_part(&self) -> Option<StatePart<'_>> {
+        let state = self.state.as_ref()?;
+        Some(StatePart {
+            state_number: state.state_number,
+            held: self.held(),
+            executing: self.executing(),
+            is_simulated: state.is_simulated,
+            heard_ms: self.state_at_ms,
+        })
+    }
+
+    pub(super) fn heightmap_part(&self) -> Option<HeightmapPart<'_>> {
+        let seen = self.seen.as_ref()?;
+        let size = seen.grid.container();
+        let resolution = seen.grid.resolution();
+        let heights = seen.heights.iter();
+        let bytes: Vec<u8> = heights.flat_map(|height| height.to_le_bytes()).collect();
+        Some(HeightmapPart {
+            nx: seen.grid.nx(),
+            ny: seen.grid.ny(),
+            cell_m: resolution.cell_m(),
+            height_unit_m: resolution.height_unit_m(),
+            size_m: [size.x_m, size.y_m, size.z_m],
+            rim_units: seen.grid.rim(),
+            heights: STANDARD.encode(bytes),
+            state_number: seen.state_number,
+            doubts: &seen.doubts,
+            unknown_cells: seen.unknown_cells,
+            at_ms: self.seen_at_ms,
+        })
+    }
+
+    pub(super) fn figures_part(&self, content: &Content) -> FiguresPart<'_> {
+        FiguresPart {
+            utilisation: self.utilisation(content),
+            items: content.items,
+            items_without_volume: content.without_volume,
+            filled: self.seen.as_ref().map(SeenContainer::filled),
+            history: &self.history,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ppnpack_packing::heightmap::{Heightmap, Scene};
+
+    use super::*;
+
+    fn seen(state_number: u64, raised: Option<Units>) -> SeenContainer {
+        let grid = Grid::reference();
+        let mut heightmap = Heightmap::empty(&grid);
+        if let Some(height) = raised {
+            heightmap.raise(1, 2, height);
+        }
+        let scene = Scene::from_heightmap(heightmap);
+        let message = v1::Heightmap {
+            state_number,
+            scene: Some(convert::scene::write(&grid, &scene)),
+            ..v1::Heightmap::default()
+        };
+        SeenContainer::read(&message).unwrap()
+    }
+
+    fn state(state_number: u64) -> v1::CellState {
+        v1::CellState {
+            state_number,
+            ..v1::CellState::default()
+        }
+    }
+
+    #[test]
+    fn heights_are_sixteen_bits_in_the_order_of_the_wire() {
+        let mut place = Place::default();
+        assert!(place.heightmap_part().is_none());
+        place.see(7, seen(1, Some(75)));
+        let part = place.heightmap_part().unwrap();
+        let bytes = STANDARD.decode(&part.heights).unwrap();
+        assert_eq!(bytes.len(), 2 * 32 * 32);
+        let at = 2 * (32 + 2);
+        assert_eq!(u16::from_le_bytes([bytes[at], bytes[at + 1]]), 75);
+        let filled = place.figures_part(&Content::default()).filled.unwrap();
+        assert!((filled - 0.5 / 1024.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_same_picture_keeps_its_time() {
+        let mut place = Place::default();
+        place.see(1, seen(1, None));
+        place.see(2, seen(1, None));
+        assert_eq!(place.heightmap_part().unwrap().at_ms, 1);
+        place.see(3, seen(1, Some(4)));
+        assert_eq!(place.heightmap_part().unwrap().at_ms, 3);
+    }
+
+    #[test]
+    fn a_picture_of_an_earlier_state_is_behind_until_a_later_one_comes() {
+        let mut place = Place::default();
+        place.see(1, seen(4, None));
+        place.hear_state(2, state(4));
+        assert_eq!(place.behind_since_ms, None);
+        place.hear_state(3, state(5));
+        place.hear_state(4, state(6));
+        assert_eq!(place.behind_since_ms, Some(3));
+        place.see(5, seen(6, None));
+        assert_eq!(place.behind_since_ms, None);
+        place.see(6, seen(0, None));
+        assert_eq!(place.behind_since_ms, None, "the sensor does not know it");
+    }
+
+    #[test]
+    fn utilisation_is_the_share_of_the_containers_volume() {
+        let mut place = Place::default();
+        let content = Content {
+            items: 2,
+            without_volume: 1,
+            volume_m3: 0.32 * 0.32 * 0.3 / 4.0,
+        };
+        assert_eq!(place.figures_part(&content).utilisation, None);
+        place.see(1, seen(1, None));
+        let utilisation = place.figures_part(&content).utilisation.unwrap();
+        assert!((utilisation - 0.25).abs() < 1e-12);
+        place.note(2, &content);
+        let part = serde_json::to_value(place.figures_part(&content)).unwrap();
+        assert_eq!(part["history"][0][0], 2);
+    }
+}

@@ -1,0 +1,293 @@
+//! How what is heard changes the picture, and which of it is an event.
+
+use ppnpack_wire::keys::Cell;
+use ppnpack_wire::v1::{self, ItemState, OutcomeKind, SessionEnd};
+
+use super::decision::ReasonPart;
+use super::log::Level;
+use super::session::{address, count, is_begun, object};
+use super::{Picture, SeenContainer, words};
+use crate::shapes::Wanted;
+
+impl Picture {
+    /// Notes an event of a cell, or of the cell of a container.
+    pub(super) fn note(&mut self, at_ms: u64, of: &Cell, level: Level, kind: &str, text: String) {
+        let cell = self.owner(of);
+        if let Some(known) = self.cell(&cell) {
+            known.log.note(at_ms, level, kind, text);
+        }
+    }
+
+    pub(super) fn hear_state(&mut self, at_ms: u64, container: &Cell, state: v1::CellState) {
+        let cell = self.owner(container);
+        let was_held = self.is_held(&cell);
+        let before = self.places.get(container);
+        let before = before.and_then(|place| place.state.as_ref());
+        let removed = before.map_or(0, |before| removed(before, &state));
+        let Some(place) = self.place(container) else {
+            return;
+        };
+        place.hear_state(at_ms, state);
+        let reason = place.held().map(str::to_owned);
+        let is_held = self.is_held(&cell);
+        match (was_held, reason) {
+            (false, Some(reason)) => {
+                self.note(
+                    at_ms,
+                    &cell,
+                    Level::Warning,
+                    "held",
+                    format!("Held: {reason}"),
+                );
+            }
+            (true, None) if !is_held => {
+                self.note(
+                    at_ms,
+                    &cell,
+                    Level::Info,
+                    "resumed",
+                    "The cell goes on.".to_owned(),
+                );
+            }
+            _ => {}
+        }
+        if removed > 0 {
+            let left = words::items(removed);
+            self.note(
+                at_ms,
+                &cell,
+                Level::Info,
+                "changed",
+                format!("{left} left {container}."),
+            );
+        }
+    }
+
+    /// Whether the robot of a cell begins nothing.
+    fn is_held(&self, cell: &Cell) -> bool {
+        let containers = self.containers_of(cell);
+        let mut places = containers.iter().filter_map(|name| self.places.get(name));
+        places.any(|place| place.held().is_some())
+    }
+
+    pub(super) fn hear_outcome(&mut self, at_ms: u64, container: &Cell, outcome: &v1::Outcome) {
+        let cell = self.owner(container);
+        let Some(known) = self.cell(&cell) else {
+            return;
+        };
+        let Some(decision) = known.decisions.end(at_ms, outcome) else {
+            return;
+        };
+        let item = words::item(&decision.object, &decision.item_id);
+        let why = match outcome.failure.as_str() {
+            "" => ".".to_owned(),
+            failure => format!(": {failure}"),
+        };
+        let (level, text) = match outcome.kind() {
+            OutcomeKind::Placed => (
+                Level::Info,
+                format!("{item} was placed into {container}{why}"),
+            ),
+            OutcomeKind::NotPlaced => (Level::Warning, format!("{item} was not placed{why}")),
+            OutcomeKind::Lost => (Level::Error, format!("{item} was lost{why}")),
+            OutcomeKind::Unknown | OutcomeKind::Unspecified => (
+                Level::Error,
+                format!("What became of {item} is not known{why}"),
+            ),
+        };
+        let kind = words::of_outcome(outcome.kind());
+        self.note(at_ms, &cell, level, &kind, text);
+    }
+
+    pub(super) fn see(&mut self, at_ms: u64, container: &Cell, seen: SeenContainer) {
+        let doubt = seen.doubts.first().cloned();
+        let Some(place) = self.place(container) else {
+            return;
+        };
+        let was_doubtful = place
+            .seen
+            .as_ref()
+            .is_some_and(|seen| !seen.doubts.is_empty());
+        place.see(at_ms, seen);
+        match (was_doubtful, doubt) {
+            (false, Some(doubt)) => {
+                let text = format!("The picture of {container} is doubtful: {doubt}");
+                self.note(at_ms, container, Level::Warning, "doubtful", text);
+            }
+            (true, None) => {
+                let text = format!("The picture of {container} is clear.");
+                self.note(at_ms, container, Level::Info, "clear", text);
+            }
+            _ => {}
+        }
+    }
+
+    pub(super) fn hear_decision(&mut self, at_ms: u64, cell: &Cell, decision: v1::Decision) {
+        let item = words::item(&decision.object, &decision.item_id);
+        let into = address(cell, &decision.container);
+        let text = format!("Step {}: {item} goes into {into}.", decision.step);
+        let is_degraded = !decision.degraded.is_empty();
+        let Some(known) = self.cell(cell) else {
+            return;
+        };
+        if known.decisions.add(at_ms, decision) {
+            let level = if is_degraded {
+                Level::Warning
+            } else {
+                Level::Info
+            };
+            known.log.note(at_ms, level, "decided", text);
+        }
+    }
+
+    pub(super) fn learn(&mut self, cell: &Cell, record: &v1::PlanningRecord) -> Option<Wanted> {
+        let known = self.cell(cell)?;
+        let shapes = known.shapes.learn(record).into_iter().collect();
+        Some(Wanted {
+            cell: cell.clone(),
+            shapes,
+        })
+    }
+
+    pub(super) fn explain(&mut self, cell: &Cell, reason: &v1::ItemReason) {
+        if let Some(known) = self.cell(cell) {
+            let session = known.session.as_ref();
+            let object = session.map_or("", |session| object(session, &reason.item_id));
+            known.decisions.explain(ReasonPart::new(reason, object));
+        }
+    }
+
+    pub(super) fn hear_session(&mut self, at_ms: u64, cell: &Cell, session: v1::Session) {
+        let Some(known) = self.cell(cell) else {
+            return;
+        };
+        let before = known.session.take().unwrap_or_default();
+        let is_new = before.session_id != session.session_id;
+        if is_new {
+            known.decisions.begin(&session.session_id);
+        }
+        for (level, kind, text) in events(cell, &before, &session) {
+            known.log.note(at_ms, level, kind, text);
+        }
+        // A decision of before this was heard of, or whose message was lost.
+        let pending = session.pending.clone();
+        known.session = Some(session);
+        if let Some(pending) = pending {
+            self.hear_decision(at_ms, cell, pending);
+        }
+        if is_new {
+            for container in self.containers_of(cell) {
+                if let Some(place) = self.places.get_mut(&container) {
+                    place.begin();
+                }
+            }
+        }
+    }
+}
+
+/// How many items lie in a container no more.
+fn removed(before: &v1::CellState, now: &v1::CellState) -> usize {
+    let is_there = |item_id: &String| now.bodies.iter().any(|body| body.item_id == *item_id);
+    let before = before.bodies.iter();
+    before.filter(|body| !is_there(&body.item_id)).count()
+}
+
+type Told = (Level, &'static str, String);
+
+/// What happened between two states of a cell's session.
+fn events(cell: &Cell, before: &v1::Session, now: &v1::Session) -> Vec<Told> {
+    let mut told = Vec::new();
+    if before.session_id != now.session_id {
+        if is_begun(now) {
+            let items = words::items(now.items.len());
+            let text = format!("Session {} is under way, with {items}.", now.session_id);
+            told.push((Level::Info, "session", text));
+        }
+    } else {
+        told.extend(set_aside(before, now));
+        told.extend(closed(cell, before, now));
+        told.extend(opened(cell, before, now));
+    }
+    if before.session_id != now.session_id || before.end() != now.end() {
+        told.extend(ended(now));
+    }
+    told
+}
+
+fn set_aside(before: &v1::Session, now: &v1::Session) -> Vec<Told> {
+    let was = |item_id: &String| {
+        before
+            .set_aside
+            .iter()
+            .any(|reason| reason.item_id == *item_id)
+    };
+    let new = now.set_aside.iter().filter(|reason| !was(&reason.item_id));
+    let told = new.map(|reason| {
+        let item = words::item(object(now, &reason.item_id), &reason.item_id);
+        let text = format!("{item} is set aside: {}", reason.text);
+        (Level::Warning, "set_aside", text)
+    });
+    told.collect()
+}
+
+fn closed(cell: &Cell, before: &v1::Session, now: &v1::Session) -> Vec<Told> {
+    let new = now
+        .closed
+        .iter()
+        .filter(|closed| !before.closed.contains(closed));
+    let told = new.map(|closed| {
+        let name = address(cell, &closed.container);
+        let items = words::items(usize::try_from(closed.items).unwrap_or(usize::MAX));
+        (
+            Level::Info,
+            "closed",
+            format!("{name} is closed with {items}: {}", closed.text),
+        )
+    });
+    told.collect()
+}
+
+fn opened(cell: &Cell, before: &v1::Session, now: &v1::Session) -> Vec<Told> {
+    let was_open = |container: &v1::SessionContainer| {
+        let mut before = before.containers.iter().filter(|before| before.is_open);
+        before.any(|before| {
+            (&before.container, before.sequence) == (&container.container, container.sequence)
+        })
+    };
+    let new = now
+        .containers
+        .iter()
+        .filter(|container| container.is_open && !was_open(container));
+    let told = new.map(|container| {
+        let name = address(cell, &container.container);
+        (
+            Level::Info,
+            "opened",
+            format!("An empty container stands at {name}."),
+        )
+    });
+    told.collect()
+}
+
+fn ended(now: &v1::Session) -> Option<Told> {
+    let packed = words::items(count(now, ItemState::Packed));
+    Some(match now.end() {
+        SessionEnd::Unspecified => return None,
+        SessionEnd::Failed => (Level::Error, "failed", format!("Stopped: {}", now.failure)),
+        SessionEnd::AllPacked => (
+            Level::Info,
+            "ended",
+            format!("Everything is packed, {packed}."),
+        ),
+        SessionEnd::OthersSetAside => (
+            Level::Info,
+            "ended",
+            format!("{packed} packed, the others are set aside."),
+        ),
+        SessionEnd::NothingFits => (
+            Level::Info,
+            "ended",
+            format!("{packed} packed, nothing else has a place."),
+        ),
+    })
+}

@@ -1,0 +1,49 @@
+//! Shapes that are asked for as soon as they are named, so that pictures and volumes are there when they are looked at.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use ppnpack_service::actor::{Actor, WeakAddress};
+use ppnpack_wire::keys::Cell;
+
+use super::{ShapeId, ShapeStore};
+use crate::follow::Told;
+
+/// Shapes that a cell's planner named.
+#[derive(Debug)]
+pub(crate) struct Wanted {
+    pub(crate) cell: Cell,
+    pub(crate) shapes: BTreeSet<ShapeId>,
+}
+
+/// Asks for shapes, and tells their volumes.
+pub(crate) struct Prefetcher {
+    pub(crate) store: Arc<ShapeStore>,
+    pub(crate) follower: WeakAddress<Told>,
+}
+
+impl Actor for Prefetcher {
+    type Message = Wanted;
+
+    fn handle(&mut self, wanted: Wanted) {
+        let Wanted { cell, shapes } = wanted;
+        let is_missing = |id: &&ShapeId| self.store.kept(id).is_none();
+        let missing: BTreeSet<ShapeId> = shapes.iter().filter(is_missing).copied().collect();
+        if !missing.is_empty()
+            && let Err(error) = self.store.fetch(&cell, &missing)
+        {
+            tracing::debug!(%cell, %error, "not all shapes");
+        }
+        let known = shapes
+            .iter()
+            .filter_map(|id| Some((*id, self.store.kept(id)?)));
+        let volumes = known.filter_map(|(id, known)| Some((id, known.volume_m3?)));
+        let volumes = Told::Volumes(volumes.collect());
+        // Where it has no room they are told with the next shapes.
+        if let Some(follower) = self.follower.upgrade()
+            && !follower.try_send(volumes)
+        {
+            tracing::debug!(%cell, "volumes are not told");
+        }
+    }
+}

@@ -1,0 +1,242 @@
+//! Who may ask for what.
+//!
+//! Pages of other origins are kept out by the host that a browser asks for, so that no name of somebody else can lead here, and by the
+//! origin of a control. Controls ask for a token besides.
+
+use std::net::IpAddr;
+use std::sync::Arc;
+
+use axum::extract::{Request, State};
+use axum::http::StatusCode;
+use axum::http::header::{
+    AUTHORIZATION, CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HOST, HeaderMap,
+    HeaderName, HeaderValue, ORIGIN, REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
+};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use ppnpack_service::configuration::Secret;
+
+use super::Served;
+use super::failure::Failure;
+use crate::settings::NO_TOKEN;
+
+/// What a page may do: run its own files, and ask for nothing elsewhere.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; \
+                      connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// Who may ask for what.
+pub(crate) struct Access {
+    /// The hash of the token, which is compared in a time that tells nothing of it; none where controls are off.
+    token: Option<blake3::Hash>,
+    /// The names of the server, beside its addresses.
+    hosts: Vec<String>,
+}
+
+impl Access {
+    pub(crate) fn new(token: Option<&Secret>, hosts: &[String]) -> Self {
+        let hash = |token: &Secret| blake3::hash(token.reveal().as_bytes());
+        Self {
+            token: token.map(hash),
+            hosts: hosts.to_vec(),
+        }
+    }
+
+    /// Refuses what is asked of another host.
+    fn check_host(&self, headers: &HeaderMap) -> Result<(), Failure> {
+        let host = text(headers, HOST).unwrap_or_default();
+        if self.is_own(name_of(host)) {
+            return Ok(());
+        }
+        let text = format!("'{host}' is no name of this server: add it to service.hosts");
+        Err(Failure::new(StatusCode::FORBIDDEN, "other_host", text))
+    }
+
+    fn is_own(&self, name: &str) -> bool {
+        let is_same = |own: &str| own.eq_ignore_ascii_case(name);
+        name.parse::<IpAddr>().is_ok()
+            || is_same("localhost")
+            || self.hosts.iter().any(|host| is_same(host))
+    }
+
+    /// Refuses a control that may not be made.
+    pub(super) fn check_control(&self, headers: &HeaderMap) -> Result<(), Failure> {
+        check_origin(headers)?;
+        let off = || Failure::new(StatusCode::FORBIDDEN, "controls_off", NO_TOKEN);
+        let token = self.token.as_ref().ok_or_else(off)?;
+        let given = text(headers, AUTHORIZATION).and_then(|value| value.strip_prefix("Bearer "));
+        // Hashes are compared in constant time.
+        if given.is_none_or(|given| blake3::hash(given.as_bytes()) != *token) {
+            tracing::warn!("a control without the token");
+            return Err(Failure::token());
+        }
+        check_type(headers)
+    }
+}
+
+/// The name in an authority, without its port.
+fn name_of(authority: &str) -> &str {
+    if let Some(rest) = authority.strip_prefix('[') {
+        return rest.split_once(']').map_or("", |(address, _)| address);
+    }
+    authority
+        .split_once(':')
+        .map_or(authority, |(name, _)| name)
+}
+
+fn text(headers: &HeaderMap, name: HeaderName) -> Option<&str> {
+    headers.get(name)?.to_str().ok()
+}
+
+/// Refuses what comes from a page of another origin. What is no page has none.
+fn check_origin(headers: &HeaderMap) -> Result<(), Failure> {
+    let Some(origin) = headers.get(ORIGIN) else {
+        return Ok(());
+    };
+    let origin = origin.to_str().unwrap_or_default();
+    let authority = origin.split_once("://").map(|(_, authority)| authority);
+    let host = text(headers, HOST);
+    if authority
+        .zip(host)
+        .is_some_and(|(from, to)| from.eq_ignore_ascii_case(to))
+    {
+        return Ok(());
+    }
+    let text = "this came from a page of another origin";
+    Err(Failure::new(StatusCode::FORBIDDEN, "other_origin", text))
+}
+
+fn check_type(headers: &HeaderMap) -> Result<(), Failure> {
+    let given = text(headers, CONTENT_TYPE).unwrap_or_default();
+    let kind = given.split(';').next().unwrap_or_default().trim();
+    if kind.eq_ignore_ascii_case("application/json") {
+        return Ok(());
+    }
+    let text = "Content-Type: application/json is needed";
+    Err(Failure::new(
+        StatusCode::UNSUPPORTED_MEDIA_TYPE,
+        "not_json",
+        text,
+    ))
+}
+
+/// Looks at every request before it is answered, and gives every answer the headers that keep a page to itself.
+pub(super) async fn guard(
+    State(served): State<Arc<Served>>,
+    request: Request,
+    next: Next,
+) -> Response {
+    let mut response = match served.access.check_host(request.headers()) {
+        Ok(()) => next.run(request).await,
+        Err(failure) => failure.into_response(),
+    };
+    let headers = response.headers_mut();
+    let resources = HeaderName::from_static("cross-origin-resource-policy");
+    for (name, value) in [
+        (CONTENT_SECURITY_POLICY, POLICY),
+        (X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (REFERRER_POLICY, "no-referrer"),
+        (resources, "same-origin"),
+    ] {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    let unless_said = headers.entry(CACHE_CONTROL);
+    unless_said.or_insert(HeaderValue::from_static("no-store"));
+    response
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TOKEN: &str = "0123456789abcdef";
+
+    fn access(token: Option<&str>) -> Access {
+        let token = token.map(|token| Secret::from(token.to_owned()));
+        Access::new(token.as_ref(), &["cell.example".to_owned()])
+    }
+
+    fn headers(pairs: &[(HeaderName, &str)]) -> HeaderMap {
+        let pairs = pairs
+            .iter()
+            .map(|(name, value)| (name.clone(), value.parse().unwrap()));
+        pairs.collect()
+    }
+
+    fn code(result: Result<(), Failure>) -> String {
+        result.map_or_else(|failure| failure.code().to_owned(), |()| "ok".to_owned())
+    }
+
+    #[test]
+    fn the_page_is_asked_for_by_addresses_and_its_own_names_alone() {
+        let access = access(None);
+        for host in [
+            "127.0.0.1:8770",
+            "[::1]:8770",
+            "localhost",
+            "LOCALHOST:1",
+            "cell.example:443",
+            "10.0.0.7",
+        ] {
+            assert_eq!(
+                code(access.check_host(&headers(&[(HOST, host)]))),
+                "ok",
+                "{host}"
+            );
+        }
+        for host in [
+            "evil.example",
+            "",
+            "127.0.0.1.evil.example",
+            "[::1",
+            "localhost.evil.example:8770",
+        ] {
+            assert_eq!(
+                code(access.check_host(&headers(&[(HOST, host)]))),
+                "other_host",
+                "{host}"
+            );
+        }
+        assert_eq!(code(access.check_host(&HeaderMap::new())), "other_host");
+    }
+
+    #[test]
+    fn a_control_needs_its_own_origin_the_token_and_json() {
+        let bearer = format!("Bearer {TOKEN}");
+        let own = [(HOST, "127.0.0.1:1"), (ORIGIN, "http://127.0.0.1:1")];
+        let with = |more: &[(HeaderName, &str)]| headers(&[&own[..], more].concat());
+        let json = (CONTENT_TYPE, "application/json; charset=utf-8");
+        let check =
+            |token, more: &[(HeaderName, &str)]| code(access(token).check_control(&with(more)));
+        let right = (AUTHORIZATION, bearer.as_str());
+        assert_eq!(check(Some(TOKEN), &[right.clone(), json.clone()]), "ok");
+        assert_eq!(check(None, &[right.clone(), json.clone()]), "controls_off");
+        assert_eq!(check(Some(TOKEN), std::slice::from_ref(&json)), "token");
+        for wrong in [
+            "Bearer 0123456789abcdeF",
+            "Bearer ",
+            TOKEN,
+            "Basic 0123456789abcdef",
+        ] {
+            assert_eq!(
+                check(Some(TOKEN), &[(AUTHORIZATION, wrong), json.clone()]),
+                "token",
+                "{wrong}"
+            );
+        }
+        assert_eq!(check(Some(TOKEN), std::slice::from_ref(&right)), "not_json");
+        assert_eq!(
+            check(Some(TOKEN), &[right.clone(), (CONTENT_TYPE, "text/plain")]),
+            "not_json"
+        );
+        for foreign in ["http://evil.example", "null", "http://127.0.0.1:2", ""] {
+            let headers = headers(&[
+                (HOST, "127.0.0.1:1"),
+                (ORIGIN, foreign),
+                right.clone(),
+                json.clone(),
+            ]);
+            let refused = code(access(Some(TOKEN)).check_control(&headers));
+            assert_eq!(refused, "other_origin", "{foreign}");
+        }
+    }
+}

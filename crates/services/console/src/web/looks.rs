@@ -1,0 +1,115 @@
+//! What pages look at one by one: shapes, and why an item has no place.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use axum::extract::{Path, State};
+use axum::http::StatusCode;
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
+use axum::response::{IntoResponse, Response};
+use ppnpack_service::rpc::CallError;
+use ppnpack_wire::keys::Cell;
+use ppnpack_wire::v1::{self, Status};
+use tokio::sync::oneshot;
+
+use super::Served;
+use super::failure::{Failure, json};
+use crate::follow::{Asked, Told};
+use crate::picture::{ExplainedPart, News};
+use crate::shapes::{ShapeError, ShapeId};
+
+/// How long a planner may take to explain: as long as a step.
+const EXPLAINING_PATIENCE: Duration = Duration::from_secs(8);
+
+/// A shape never changes: its name is the hash of its content.
+const FOR_EVER: &str = "public, max-age=31536000, immutable";
+
+pub(super) async fn shape(
+    State(served): State<Arc<Served>>,
+    Path((cell, id)): Path<(String, String)>,
+) -> Result<impl IntoResponse, Failure> {
+    let cell = served.cell(&cell)?;
+    let unknown = |text: &str| Failure::new(StatusCode::NOT_FOUND, "unknown_shape", text);
+    let id = ShapeId::parse(&id).ok_or_else(|| unknown("64 hexadecimal digits name a shape"))?;
+    let found = match served.shapes.kept(&id) {
+        Some(known) => Ok(known),
+        None => {
+            let permit = served.limits.shapes.acquire().await;
+            let _permit = permit.map_err(|_| Failure::lost())?;
+            let shapes = Arc::clone(&served.shapes);
+            let get = tokio::task::spawn_blocking(move || shapes.get(&cell, &id));
+            get.await.map_err(|_| Failure::lost())?
+        }
+    };
+    let known = found.map_err(|error| match error {
+        ShapeError::Unknown => unknown("the planner does not have it, or not any more"),
+        ShapeError::Call(error) => Failure::unanswered(error.to_string()),
+    })?;
+    let headers = [
+        (CONTENT_TYPE, "application/octet-stream"),
+        (CACHE_CONTROL, FOR_EVER),
+    ];
+    Ok((headers, known.triangles.clone()))
+}
+
+pub(super) async fn explain(
+    State(served): State<Arc<Served>>,
+    Path((cell, item_id)): Path<(String, String)>,
+) -> Result<Response, Failure> {
+    let cell = served.cell(&cell)?;
+    let permit = served.limits.explaining.try_acquire();
+    let _permit = permit.map_err(|_| Failure::busy("another item is being explained"))?;
+    let reply = ask(&served, &cell, &item_id).await?;
+    let explained = describe(&served, cell, item_id, reply).await?;
+    Ok(json(&explained).into_response())
+}
+
+async fn ask(served: &Served, cell: &Cell, item_id: &str) -> Result<v1::ExplainReply, Failure> {
+    let (client, cell) = (served.client.clone(), cell.clone());
+    let request = v1::ExplainRequest {
+        item_id: item_id.to_owned(),
+        ..v1::ExplainRequest::default()
+    };
+    let call = move || client.call(&cell, request, Instant::now() + EXPLAINING_PATIENCE);
+    let reply = tokio::task::spawn_blocking(call).await;
+    let reply = reply.map_err(|_| Failure::lost())?;
+    reply.map_err(|error| refused(&error))
+}
+
+fn refused(error: &CallError) -> Failure {
+    let text = error.to_string();
+    match error.status() {
+        Some(Status::NotFound) => Failure::new(StatusCode::NOT_FOUND, "unknown_item", text),
+        Some(_) => Failure::new(StatusCode::CONFLICT, "refused", text),
+        None => Failure::unanswered(text),
+    }
+}
+
+/// Has the answer told with what is known of the cell, and the reason kept with its last decision.
+async fn describe(
+    served: &Served,
+    cell: Cell,
+    item_id: String,
+    reply: v1::ExplainReply,
+) -> Result<ExplainedPart, Failure> {
+    let follower = served.follower.upgrade().ok_or_else(Failure::lost)?;
+    if let Some(reason) = reply.reason.clone() {
+        let told = Told::Of(cell.clone(), News::Explained(reason));
+        if !follower.try_send(told) {
+            tracing::debug!(%cell, "a reason is not kept");
+        }
+    }
+    let (answer, described) = oneshot::channel();
+    let asked = Told::Asked(Box::new(Asked {
+        cell,
+        item_id,
+        reply,
+        answer,
+    }));
+    if !follower.try_send(asked) {
+        return Err(Failure::busy("too much is heard at the moment"));
+    }
+    drop(follower);
+    let described = described.await.map_err(|_| Failure::lost())?;
+    described.ok_or_else(Failure::lost)
+}

@@ -1,0 +1,136 @@
+//! The page and what it asks, over HTTP.
+
+mod access;
+mod control;
+mod events;
+mod failure;
+mod files;
+mod listener;
+mod looks;
+
+use std::net::SocketAddr;
+use std::sync::Arc;
+
+use axum::Router;
+use axum::extract::DefaultBodyLimit;
+use axum::middleware;
+use axum::routing::{get, post};
+use ppnpack_service::{ServiceError, Shutdown};
+use ppnpack_wire::keys::Cell;
+use tokio::net::TcpListener;
+use tokio::runtime::Handle;
+use tokio::sync::Semaphore;
+
+use crate::board::Board;
+use crate::controls::Controls;
+use crate::directory::Directory;
+use crate::follow::Told;
+use crate::shapes::ShapeStore;
+pub(crate) use access::Access;
+use listener::Limited;
+use ppnpack_service::actor::WeakAddress;
+use ppnpack_service::rpc::Client;
+
+/// The longest body of a request, in bytes.
+const MOST_BODY_BYTES: usize = 16 << 10;
+
+/// Pages that are connected at most.
+const MOST_PAGES: usize = 32;
+
+/// Shapes that are asked for at the same time.
+const MOST_SHAPES: usize = 8;
+
+/// Controls that are carried out at the same time, beside those that stop a robot, which have as many of their own.
+const MOST_CONTROLS: usize = 8;
+
+/// Threads that all of these take together, with the one that explains.
+pub(crate) const BLOCKING_THREADS: usize = MOST_SHAPES + 2 * MOST_CONTROLS + 1;
+
+/// What is served.
+pub(crate) struct Served {
+    pub(crate) board: Arc<Board>,
+    pub(crate) directory: Arc<Directory>,
+    pub(crate) shapes: Arc<ShapeStore>,
+    pub(crate) controls: Controls,
+    pub(crate) client: Client,
+    pub(crate) follower: WeakAddress<Told>,
+    pub(crate) access: Access,
+    pub(crate) limits: Limits,
+    pub(crate) shutdown: Shutdown,
+}
+
+/// How much of each is done at the same time.
+pub(crate) struct Limits {
+    pages: Arc<Semaphore>,
+    shapes: Semaphore,
+    explaining: Semaphore,
+    controls: Semaphore,
+    stops: Semaphore,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            pages: Arc::new(Semaphore::new(MOST_PAGES)),
+            shapes: Semaphore::new(MOST_SHAPES),
+            explaining: Semaphore::new(1),
+            controls: Semaphore::new(MOST_CONTROLS),
+            stops: Semaphore::new(MOST_CONTROLS),
+        }
+    }
+}
+
+/// Serves the page at an address from now on. Gives the address, with the port that the system chose.
+///
+/// # Errors
+/// [`ServiceError::Start`] where it cannot be listened on.
+pub(crate) fn serve(
+    runtime: &Handle,
+    address: SocketAddr,
+    served: Served,
+) -> Result<SocketAddr, ServiceError> {
+    let failed = |error| {
+        ServiceError::start(format_args!(
+            "{address} cannot be listened on: {error}; set service.listen to a free one"
+        ))
+    };
+    let listener = runtime
+        .block_on(TcpListener::bind(address))
+        .map_err(failed)?;
+    let address = listener.local_addr().map_err(failed)?;
+    let router = router(Arc::new(served));
+    runtime.spawn(async move {
+        if let Err(error) = axum::serve(Limited::new(listener), router).await {
+            tracing::error!(%error, "the page is gone");
+        }
+    });
+    Ok(address)
+}
+
+fn router(served: Arc<Served>) -> Router {
+    Router::new()
+        .route("/", get(files::index))
+        .route("/{file}", get(files::named))
+        .route("/api/state", get(events::state))
+        .route("/api/events", get(events::events))
+        .route("/api/cells/{cell}/shapes/{id}", get(looks::shape))
+        .route("/api/cells/{cell}/explain/{item_id}", get(looks::explain))
+        .route("/api/control/{action}", post(control::control))
+        .fallback(files::missing)
+        .method_not_allowed_fallback(files::other_method)
+        .layer(DefaultBodyLimit::max(MOST_BODY_BYTES))
+        .layer(middleware::from_fn_with_state(
+            Arc::clone(&served),
+            access::guard,
+        ))
+        .with_state(served)
+}
+
+impl Served {
+    /// A cell that there is, by its name.
+    fn cell(&self, name: &str) -> Result<Cell, failure::Failure> {
+        let cell = Cell::new(name).ok();
+        let known = cell.filter(|cell| self.directory.containers(cell).is_some());
+        known.ok_or_else(|| failure::Failure::unknown_cell(name))
+    }
+}
