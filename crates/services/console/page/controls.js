@@ -1,0 +1,181 @@
+// The controls: asked of the console with the token, and each that moves the robot asked again.
+
+import { ask } from './dialogs.js';
+import { byId, make, setText } from './dom.js';
+import { milliseconds, named } from './format.js';
+
+const TOKEN = 'ppnpack-console-token';
+// A step is answered after half a minute at the latest, everything else much sooner.
+const PATIENCE_MS = { step: 45000, new_container: 45000 };
+const USUAL_PATIENCE_MS = 15000;
+
+const NAMES = {
+  hold: 'Hold', abort: 'Abort', resume: 'Resume', step: 'Step', touched: 'My hand was in it', removed: 'Item removed',
+  withdraw: 'Not coming', new_container: 'New container', automatic: 'Go on',
+};
+
+export class Controls {
+  /** `where()` says which cell and container are shown, and what lies there: `{ cell, container, items }`. */
+  constructor(where) {
+    this.where = where;
+    this.held = null;
+    for (const button of document.querySelectorAll('[data-act]')) {
+      button.addEventListener('click', () => this.act(button.dataset.act));
+    }
+    byId('unlock').addEventListener('click', () => (this.token ? this.lock() : this.unlock()));
+  }
+
+  get token() {
+    return sessionStorage.getItem(TOKEN);
+  }
+
+  /** Shows which controls there are. `status` is that of the cell, or null. */
+  show(console_, status) {
+    const isOff = !console_?.controls;
+    this.isOff = isOff;
+    const isHeld = (status?.held ?? null) !== null;
+    const needs = { resume: isHeld, step: isHeld, automatic: status?.doing === 'failed' };
+    for (const button of document.querySelectorAll('[data-act]')) {
+      const { act } = button.dataset;
+      button.disabled = isOff || !(needs[act] ?? true);
+    }
+    byId('go-on').hidden = !needs.automatic;
+    byId('resume').hidden = needs.automatic && !isHeld;
+    byId('unlock').hidden = isOff;
+    setText(byId('unlock'), this.token ? 'Lock controls' : 'Unlock controls');
+    byId('off').hidden = !isOff || !console_;
+    setText(byId('off'), console_?.why_off ? `Watching only. Controls are off: ${console_.why_off}` : 'Watching only. Controls are off.');
+    if (isHeld && this.held) {
+      this.reply('going', `Held ${milliseconds(performance.now() - this.held)} after it was asked for.`);
+      this.held = null;
+    }
+  }
+
+  /** What a button or a letter does. */
+  act(name) {
+    if (this.isOff || byId('acts').querySelector(`[data-act=${name}]`)?.disabled) return;
+    const acts = { removed: () => this.askRemoved(null), touched: () => this.askTouched(), automatic: () => this.send('automatic', { is_on: true }) };
+    (acts[name] ?? (() => this.send(name)))();
+  }
+
+  async askTouched() {
+    const yes = await ask({
+      title: 'A hand was in the container',
+      body: [
+        `${this.where().container}: it is seen anew, and what was planned before is not carried out.`,
+        'Items that were taken out are named with “Item removed”.',
+      ],
+      yes: 'Yes, see it anew',
+    });
+    if (yes) this.send('touched', { container: this.where().container });
+  }
+
+  /** Asks which items were taken out; one may be chosen before. */
+  async askRemoved(itemId) {
+    const { container, items } = this.where();
+    if (items.length === 0) {
+      this.reply('held', 'Nothing is known to lie in the container.');
+      return;
+    }
+    const choices = items.map((item) => {
+      const box = make('input', { type: 'checkbox', value: item.item_id });
+      box.checked = item.item_id === itemId;
+      return make('li', {}, make('label', {}, box, `${named(item.object)} (${item.item_id})`));
+    });
+    const list = make('ul', { class: 'choices' }, ...choices);
+    const yes = await ask({ title: 'Which items were taken out?', body: [`Of ${container}. It is seen anew.`, list], yes: 'These were taken out' });
+    const chosen = [...list.querySelectorAll('input')].filter((box) => box.checked).map((box) => box.value);
+    if (yes && chosen.length === 0) this.reply('held', 'No item was chosen: nothing was changed.');
+    else if (yes) this.send('removed', { container, item_ids: chosen });
+  }
+
+  async withdraw(item) {
+    if (this.isOff) return;
+    const yes = await ask({ title: 'This item does not come', body: [`${named(item.object)} (${item.item_id}) is not packed.`], yes: 'It does not come' });
+    if (yes) this.send('withdraw', { item_ids: [item.item_id] });
+  }
+
+  /** Asks for the token; whether it is right. */
+  async unlock(why = '') {
+    const input = make('input', { type: 'password', id: 'token', autocomplete: 'off', spellcheck: 'false', 'aria-describedby': 'token-why' });
+    const yes = await ask({
+      title: 'Unlock controls',
+      body: [make('label', { for: 'token' }, 'Token of this console'), input, make('p', { id: 'token-why', role: why ? 'alert' : null }, why || 'It is kept until this tab is closed.')],
+      yes: 'Unlock',
+    });
+    if (!yes) return false;
+    const { status, text } = await this.post('check', {}, input.value.trim());
+    if (status === 401) return this.unlock('That is not the token.');
+    if (status !== 200) {
+      this.reply('stopped', text);
+      return false;
+    }
+    sessionStorage.setItem(TOKEN, input.value.trim());
+    this.changed();
+    this.reply('going', 'Controls are unlocked in this tab.');
+    return true;
+  }
+
+  lock() {
+    sessionStorage.removeItem(TOKEN);
+    this.changed();
+    this.reply('idle', 'Controls are locked.');
+  }
+
+  changed() {
+    setText(byId('unlock'), this.token ? 'Lock controls' : 'Unlock controls');
+  }
+
+  /** Sends a control of the cell that is shown, with the token; asks what the console wants asked. */
+  async send(action, fields = {}) {
+    if (!this.token && !(await this.unlock())) return;
+    const { cell, container } = this.where();
+    const body = { cell, ...(action === 'new_container' ? { container } : {}), ...fields };
+    const began = performance.now();
+    if (action === 'hold' || action === 'abort') this.held = began;
+    this.reply('idle', `${NAMES[action]}: asked for…`);
+    const answer = await this.post(action, body, this.token);
+    await this.understand(action, fields, body, answer);
+  }
+
+  async understand(action, fields, body, { status, error, question, text }) {
+    if (status === 409 && error === 'unconfirmed') {
+      this.reply('idle', '');
+      const yes = await ask({ title: `${NAMES[action]}: ${body.container ?? body.cell}`, body: [question ?? text], yes: NAMES[action] });
+      if (yes) await this.send(action, { ...fields, confirmed: true });
+    } else if (status === 401) {
+      sessionStorage.removeItem(TOKEN);
+      this.changed();
+      this.reply('stopped', 'Refused: that is not the token.');
+      if (await this.unlock('That is not the token any more.')) await this.send(action, fields);
+    } else if (status === 200) {
+      if (action !== 'hold' && action !== 'abort') this.reply('going', text);
+    } else {
+      this.held = null;
+      this.reply('stopped', `${NAMES[action]} was not done: ${text}`);
+    }
+  }
+
+  /** The answer of the console: its status and what it says. 0 where none came. */
+  async post(action, body, token) {
+    try {
+      const answer = await fetch(`api/control/${action}`, {
+        method: 'POST',
+        headers: { 'Content-Type': 'application/json', Authorization: `Bearer ${token}` },
+        body: JSON.stringify(body),
+        signal: AbortSignal.timeout(PATIENCE_MS[action] ?? USUAL_PATIENCE_MS),
+      });
+      return { text: `it answered ${answer.status}`, ...(await answer.json()), status: answer.status };
+    } catch {
+      return { status: 0, text: 'the console does not answer, and it may have been done. Look at the cell; to stop the robot, use the cell\'s own stop.' };
+    }
+  }
+
+  /** Says what became of a control. */
+  reply(level, text) {
+    const line = byId('reply');
+    line.dataset.level = level;
+    line.hidden = text === '';
+    setText(line, text);
+  }
+}
