@@ -34,7 +34,7 @@ class Console:
 
     def __init__(self, port=0, controls=True):
         self.parts, self.revision, self.shapes, self.asked = {}, 0, {}, []
-        self.streams, self.lock, self.is_silent = [], threading.Lock(), False
+        self.streams, self.lock, self.is_silent, self.is_over = [], threading.Lock(), False, False
         self.answers = {}
         console = self
 
@@ -45,7 +45,11 @@ class Console:
                 pass
 
             def do_GET(self):
-                console.get(self)
+                # A connection that is kept open outlives the server.
+                if console.is_over:
+                    self.close_connection = True
+                else:
+                    console.get(self)
 
             def do_POST(self):
                 console.post(self)
@@ -62,9 +66,10 @@ class Console:
         return self
 
     def __exit__(self, *_):
-        self.end_streams()
+        self.is_over = True
         self.server.shutdown()
         self.server.server_close()
+        self.end_streams()
 
     def publish(self, part, value, cell=None, container=None):
         """A part as it is from now on."""
@@ -81,7 +86,7 @@ class Console:
                 stream.put(None)
 
     def beat(self):
-        while True:
+        while not self.is_over:
             time.sleep(1.0)
             with self.lock:
                 self.send("beat", {"now_ms": now_ms(), "revision": self.revision})

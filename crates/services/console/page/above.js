@@ -8,6 +8,9 @@ import { hull, transform } from './vectors.js';
 // Dark to light, in equal steps for the eye; told apart without colours too.
 const RAMP = [[38, 30, 74], [54, 74, 130], [43, 118, 142], [38, 158, 131], [104, 196, 92], [226, 223, 70]];
 
+// So that the tops of boxes are seen below the surface that covers them.
+const LIFT_M = 0.001;
+
 const coloured = (share) => {
   const at = Math.max(0, Math.min(1, share)) * (RAMP.length - 1);
   const below = Math.min(RAMP.length - 2, Math.floor(at));
@@ -37,7 +40,7 @@ export const surface = (map, all) => {
   }
   const wide = block * map.cell_m;
   const made = [];
-  const quad = (a, b, c, d, normal) => [a, b, c, a, c, d].forEach((corner) => made.push(...corner, ...normal));
+  const quad = (a, b, c, d, normal) => [a, b, c, a, c, d].forEach((corner) => made.push(corner[0], corner[1], corner[2] + LIFT_M, ...normal));
   for (let x = 0; x < nx; x += 1) {
     for (let y = 0; y < ny; y += 1) {
       const z = tops[x * ny + y];

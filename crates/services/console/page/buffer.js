@@ -43,7 +43,7 @@ export class Pictures {
     const centre = mesh.low.map((low, axis) => (low + mesh.high[axis]) / 2);
     const radius = Math.hypot(...mesh.low.map((low, axis) => mesh.high[axis] - low)) / 2;
     const shape = renderer.upload(corners(mesh));
-    renderer.begin(WIDTH, HEIGHT, camera({ azimuth: -2.14, elevation: 0.6, zoom: 1.25, centre, radius, aspect: WIDTH / HEIGHT }));
+    renderer.begin(WIDTH, HEIGHT, camera({ azimuth: -2.14, elevation: 0.6, zoom: 0.95, centre, radius, aspect: WIDTH / HEIGHT }));
     renderer.triangles(shape, [...colour, 1]);
     renderer.free(shape);
     const kept = document.createElement('canvas');
@@ -103,7 +103,7 @@ const card = (item, { shape, pictures, explain, withdraw }) => {
     acts.append(make('button', { type: 'button', 'data-key': `why ${item.item_id}`, 'aria-label': `Where would ${named(item.object)} ${item.item_id} go?`, onclick: () => explain(item) }, 'Where?'));
   }
   if (!item.isChosen && withdraw) {
-    acts.append(make('button', { type: 'button', 'data-key': `not ${item.item_id}`, 'aria-label': `${named(item.object)} ${item.item_id} does not come`, onclick: () => withdraw(item) }, 'Not coming'));
+    acts.append(make('button', { type: 'button', 'data-key': `not ${item.item_id}`, 'aria-label': `${named(item.object)} ${item.item_id} is withdrawn: it does not come`, onclick: () => withdraw(item) }, 'Withdraw'));
   }
   const told = rules(item);
   return make(

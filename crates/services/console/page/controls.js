@@ -11,7 +11,7 @@ const USUAL_PATIENCE_MS = 15000;
 
 const NAMES = {
   hold: 'Hold', abort: 'Abort', resume: 'Resume', step: 'Step', touched: 'My hand was in it', removed: 'Item removed',
-  withdraw: 'Not coming', new_container: 'New container', automatic: 'Go on',
+  withdraw: 'Withdraw', new_container: 'New container', automatic: 'Go on',
 };
 
 export class Controls {

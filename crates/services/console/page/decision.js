@@ -17,14 +17,14 @@ const placed = ({ corner_m: corner, yaw_rad: yaw }) => {
 
 const fact = (name, ...told) => [make('dt', {}, name), make('dd', {}, ...told)];
 
-const facts = (decision) => {
+const facts = (decision, isOneOfSeveral) => {
   const { outcome, settling, load } = decision;
   const [kind, text] = OUTCOMES[outcome?.kind] ?? ['mild', 'under way'];
   const stages = decision.stages.map(({ stage, ms }) => `${words(stage)} ${milliseconds(ms)}`).join(', ');
   return make(
     'dl', { class: 'facts' },
     ...fact('Outcome', make('span', { class: `tag ${kind}` }, text), outcome?.text ? ` ${outcome.text}` : ''),
-    ...fact('Where', `${decision.container}: ${placed(decision)}`),
+    ...fact('Where', `${isOneOfSeveral ? `${decision.container}: ` : ''}${placed(decision)}`),
     ...fact('Value', `${value(decision.value)} (lower is better)`),
     ...fact('Decided in', `${milliseconds(decision.plan_ms)}${stages ? `: ${stages}` : ''}`),
     ...(decision.cycle_s === null ? [] : fact('Arm', `${seconds(decision.cycle_s)} planned`)),
@@ -84,7 +84,7 @@ export const showDecision = (decisions, session, now, point) => {
   redraw(byId('last'), [decision, told], () => [
     decision === null && make('p', { class: 'soft' }, 'Nothing was decided yet.'),
     decision && make('p', { class: 'chosen-item' }, make('b', {}, named(decision.object)), ` ${decision.item_id}`),
-    decision && facts(decision),
+    decision && facts(decision, (session?.containers.length ?? 0) > 1),
     decision && make('h3', {}, 'Next best placements'),
     decision && runnersUp(decision, point),
     (decision || told.length > 0) && make('h3', {}, 'Items that were refused'),

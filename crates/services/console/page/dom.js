@@ -2,13 +2,20 @@
 
 const SVG = 'http://www.w3.org/2000/svg';
 
+// What turns the direction of writing would let one text change how the next one reads.
+const turning = /[\u0000-\u0008\u200e\u200f\u202a-\u202e\u2066-\u2069]/g;
+
+/** A text without characters that are not seen and change how others are. */
+export const plain = (text) => text.replaceAll(turning, '');
+
 const filled = (made, attributes, children) => {
   for (const [name, value] of Object.entries(attributes)) {
     if (value === undefined || value === null || value === false) continue;
     if (name === 'onclick') made.addEventListener('click', value);
-    else made.setAttribute(name, value === true ? '' : String(value));
+    else made.setAttribute(name, value === true ? '' : plain(String(value)));
   }
-  made.append(...children.filter((child) => child !== null && child !== undefined && child !== false));
+  const given = children.filter((child) => child !== null && child !== undefined && child !== false);
+  made.append(...given.map((child) => (typeof child === 'string' ? plain(child) : child)));
   return made;
 };
 
@@ -21,7 +28,8 @@ export const byId = (id) => document.getElementById(id);
 
 /** Sets a text where it is another one: what is the same is not announced again. */
 export const setText = (element, text) => {
-  if (element.textContent !== text) element.textContent = text;
+  const shown = plain(text);
+  if (element.textContent !== shown) element.textContent = shown;
 };
 
 /**

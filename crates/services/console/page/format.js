@@ -23,8 +23,13 @@ export const span = (ms) => {
 /** The time of day of a point in time, in Unix milliseconds. */
 export const clock = (ms) => new Date(ms).toLocaleTimeString([], { hour12: false });
 
-/** A name of the catalogue for people: tomato_soup_can is "tomato soup can". */
-export const named = (object) => object.replaceAll('_', ' ');
+const MOST_OF_NAME = 60;
+
+/** A name of the catalogue for people: tomato_soup_can is "tomato soup can"; one without end is cut. */
+export const named = (object) => {
+  const letters = [...object.replaceAll('_', ' ')];
+  return letters.length > MOST_OF_NAME ? `${letters.slice(0, MOST_OF_NAME).join('')}…` : letters.join('');
+};
 
 export const items = (count) => (count === 1 ? '1 item' : `${count} items`);
 

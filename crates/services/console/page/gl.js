@@ -56,7 +56,7 @@ export const camera = ({ azimuth, elevation, zoom, centre, radius, aspect }) => 
     right[0], above[0], back[0], 0, right[1], above[1], back[1], 0, right[2], above[2], back[2], 0,
     -dot(right, eye), -dot(above, eye), -dot(back, eye), 1,
   ];
-  const focal = 1.75 * Math.min(1, aspect);
+  const focal = 2.1 * Math.min(1, aspect);
   const [near, far] = [Math.max(radius * 0.02, away - radius * 3), away + radius * 6];
   const lens = [
     focal / aspect, 0, 0, 0, 0, focal, 0, 0, 0, 0, (far + near) / (near - far), -1, 0, 0, (2 * far * near) / (near - far), 0,
@@ -124,9 +124,11 @@ export class Renderer {
     gl.uniform3fv(uniforms.eye, seen.eye);
   }
 
-  /** Draws triangles: `colour` is red, green, blue and opacity, `isLit` whether light falls on them. */
-  triangles(shape, colour, { matrix = identity, isLit = true } = {}) {
+  /** Draws triangles: `colour` is red, green, blue and opacity, `isLit` whether light falls on them, a ghost hides nothing. */
+  triangles(shape, colour, { matrix = identity, isLit = true, isGhost = false } = {}) {
+    this.gl.depthMask(!isGhost);
     this.draw(this.gl.TRIANGLES, shape, colour, matrix, isLit);
+    this.gl.depthMask(true);
   }
 
   lines(shape, colour, matrix = identity) {

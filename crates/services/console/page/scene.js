@@ -7,7 +7,7 @@ import { cross, dot, subtract, transform } from './vectors.js';
 
 const EDGE = [0.5, 0.55, 0.6, 1];
 const FLOOR = [0.55, 0.6, 0.66, 0.3];
-const RUNNER_UP = [0.2, 0.5, 0.9, 1];
+const RUNNER_UP = [0.2, 0.5, 0.9];
 const SURFACE = [0.55, 0.6, 0.66, 0.45];
 
 const ring = (z, [x0, y0], [x1, y1]) => [[x0, y0, z], [x1, y0, z], [x1, y1, z], [x0, y1, z]];
@@ -60,12 +60,16 @@ export class SceneView {
   }
 
   /**
-   * What is seen: `size_m`; `bodies`, `planned` (or null) and `runnersUp`, each with `mesh`, `matrix` and `colour`; and `surface`, corners
+   * What is seen, null for nothing: `size_m`; `bodies`, `planned` (or null) and `runnersUp`, each with `mesh`, `matrix` and `colour`; and `surface`, corners
    * of triangles, or null.
    */
   show(content) {
     this.content = content;
-    if (!this.renderer || !content) return;
+    if (!this.renderer) return;
+    if (!content) {
+      this.clear();
+      return;
+    }
     this.fixed?.forEach((shape) => this.renderer.free(shape));
     const [floor, top] = [ring(0, [0, 0], content.size_m), content.size_m];
     this.floor = this.renderer.upload(flat([floor[0], floor[1], floor[2], floor[0], floor[2], floor[3]]));
@@ -74,6 +78,10 @@ export class SceneView {
     this.fixed = [this.floor, this.edges, this.surface].filter(Boolean);
     this.forget();
     this.redraw();
+  }
+
+  clear() {
+    this.canvas.width = 1;
   }
 
   /** Frees what is shown no more. */
@@ -101,7 +109,7 @@ export class SceneView {
     this.isDue = true;
     requestAnimationFrame(() => {
       this.isDue = false;
-      this.paint();
+      if (this.content) this.paint();
     });
   }
 
@@ -127,13 +135,13 @@ export class SceneView {
     });
     content.runnersUp.forEach((other) => {
       const shapes = this.shapesOf(other.mesh);
-      renderer.lines(shapes.box, RUNNER_UP, other.matrix);
-      if (other.isChosen) renderer.triangles(shapes.faces, [...RUNNER_UP.slice(0, 3), 0.6], { matrix: other.matrix });
+      renderer.lines(shapes.box, [...RUNNER_UP, 1], other.matrix);
+      renderer.triangles(shapes.faces, [...RUNNER_UP, other.isChosen ? 0.7 : 0.2], { matrix: other.matrix, isGhost: !other.isChosen });
     });
     if (content.planned) {
       const shapes = this.shapesOf(content.planned.mesh);
       renderer.lines(shapes.box, [...CHOSEN, 1], content.planned.matrix);
-      renderer.triangles(shapes.faces, [...CHOSEN, 0.75], { matrix: content.planned.matrix });
+      renderer.triangles(shapes.faces, [...CHOSEN, 1], { matrix: content.planned.matrix });
     }
     if (this.surface) renderer.triangles(this.surface, SURFACE);
   }

@@ -21,7 +21,7 @@ export const showServices = (services, cell, containers, now) => {
     if (rows.length === 0) return make('p', { class: 'soft' }, 'No service is there.');
     return make(
       'table', {},
-      make('thead', {}, make('tr', {}, ...['Service', 'State', 'Since'].map((name) => make('th', { scope: 'col' }, name)))),
+      make('thead', {}, make('tr', {}, ...['Service', 'State', 'Since'].map((name) => make('th', { scope: 'col', class: name === 'Since' ? 'n' : null }, name)))),
       make('tbody', {}, ...rows.map((service) => make(
         'tr', { 'data-service': service.instance },
         make('th', { scope: 'row' }, service.service, make('div', { class: 'soft small' }, `${service.instance}${service.version ? `, ${service.version}` : ''}`)),
