@@ -60,16 +60,12 @@ export class SceneView {
   }
 
   /**
-   * What is seen, null for nothing: `size_m`; `bodies`, `planned` (or null) and `runnersUp`, each with `mesh`, `matrix` and `colour`; and `surface`, corners
+   * What is seen, null for nothing, where the canvas is to be hidden: `size_m`; `bodies`, `planned` (or null) and `runnersUp`, each with `mesh`, `matrix` and `colour`; and `surface`, corners
    * of triangles, or null.
    */
   show(content) {
     this.content = content;
-    if (!this.renderer) return;
-    if (!content) {
-      this.clear();
-      return;
-    }
+    if (!this.renderer || !content) return;
     this.fixed?.forEach((shape) => this.renderer.free(shape));
     const [floor, top] = [ring(0, [0, 0], content.size_m), content.size_m];
     this.floor = this.renderer.upload(flat([floor[0], floor[1], floor[2], floor[0], floor[2], floor[3]]));
@@ -78,10 +74,6 @@ export class SceneView {
     this.fixed = [this.floor, this.edges, this.surface].filter(Boolean);
     this.forget();
     this.redraw();
-  }
-
-  clear() {
-    this.canvas.width = 1;
   }
 
   /** Frees what is shown no more. */
