@@ -52,7 +52,10 @@ class Console:
                     console.get(self)
 
             def do_POST(self):
-                console.post(self)
+                if console.is_over:
+                    self.close_connection = True
+                else:
+                    console.post(self)
 
         self.server = ThreadingHTTPServer(("127.0.0.1", port), Handler)
         self.server.daemon_threads = True

@@ -40,7 +40,7 @@ export const summary = ({ contact, silence, status, hasCell }) => {
 export const isCurrent = ({ contact, status }) => contact === 'live' && (status?.stale.length ?? 0) === 0;
 
 /** What is read out: without numbers that grow each second. */
-const announced = ({ said, advice }) => `${said}. ${advice}`.replaceAll(/ (since|for) \d+ (s|min)\b/g, '');
+const announced = ({ said, advice }) => `${said} ${advice}`.trim().replaceAll(/ (since|for) \d+ (s|min)\b/g, '');
 
 let readOut = '';
 
