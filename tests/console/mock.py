@@ -110,7 +110,9 @@ class Console:
 
     def get(self, request):
         path = request.path.split("?")[0]
-        if path == "/api/events":
+        if path == "/api/events" and self.is_silent:
+            self.reply(request, 503, {"error": "too_many", "text": "too many pages", "question": None})
+        elif path == "/api/events":
             self.stream(request)
         elif "/shapes/" in path:
             content = self.shapes.get(path.rsplit("/", 1)[1])

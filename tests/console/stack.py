@@ -114,6 +114,11 @@ class Stack:
         return call(self.programs, self.endpoint, service, method, fields)
 
     def begin(self, name, objects):
+        """Begins a session in an empty container, whatever was before."""
+        self.call("bridge", "resume")
+        # Refused where there is no session.
+        call(self.programs, self.endpoint, "planner", "automatic", {"is_automatic": False}, ("STATUS_OK", "STATUS_CONFLICT"))
+        self.call("bridge", "renew")
         begin(self.programs, self.endpoint, name, objects)
 
 
@@ -162,8 +167,16 @@ def begin(programs, endpoint, name, objects):
     call(programs, endpoint, "planner", "announce", {"items": items})
 
 
-def call(programs: pathlib.Path, endpoint, service, method, fields):
+def call(programs: pathlib.Path, endpoint, service, method, fields, accepted=("STATUS_OK",)):
+    """The reply to a request; one that is refused as busy is sent again, as the protocol has it."""
     command = [programs / "ppnpack", "call", service, method, json.dumps(fields), "--cell", Stack.CELL, "--connect", endpoint]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=30)
-    assert done.returncode == 0, f"{service} {method}: {done.stderr}{done.stdout}"
-    return json.loads(done.stdout)
+    deadline = time.monotonic() + READY_WITHIN_S
+    while True:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=30)
+        assert done.stdout, f"{service} {method}: {done.stderr}"
+        reply = json.loads(done.stdout)
+        status = reply["header"]["status"]
+        if status in accepted:
+            return reply
+        assert status == "STATUS_BUSY" and time.monotonic() < deadline, f"{service} {method}: {reply}"
+        time.sleep(0.05)

@@ -32,11 +32,7 @@ CLICK_AND_MEASURE = """(button) => new Promise((measured) => {
 
 @pytest.fixture
 def cell(stack, request):
-    """The stack with an empty container, and a session of its own that packs."""
-    stack.call("bridge", "resume")
-    stack.call("planner", "automatic", is_automatic=False)
-    stack.wait(lambda: stack.state()[(stack.CELL, stack.CELL, "state")]["executing"] is None, "something is placed all the time")
-    stack.call("bridge", "renew")
+    """The stack with a session of its own, which packs into a container that was empty."""
     stack.begin(re.sub("[^a-z]", "-", request.node.name)[:40], LONG)
     return stack
 

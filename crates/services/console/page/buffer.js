@@ -1,7 +1,8 @@
 // The items that wait, with pictures of them.
 
+import { tell } from './dialogs.js';
 import { byId, make, redraw, setText } from './dom.js';
-import { items, kilograms, named } from './format.js';
+import { centimetres, items, kilograms, named } from './format.js';
 import { camera, corners, Renderer } from './gl.js';
 import { CHOSEN, colourOf } from './shapes.js';
 
@@ -116,4 +117,27 @@ const card = (item, { shape, pictures, explain, withdraw }) => {
     item.reason && make('p', {}, item.reason),
     acts,
   );
+};
+
+/** Asks the planner where an item would go, and tells it. */
+export const explain = async (cell, item) => {
+  const title = `${named(item.object)} (${item.item_id})`;
+  tell(title, 'The planner is asked…');
+  const { best, reason, counts, text } = await explanation(cell, item);
+  const refusals = (counts?.refusals ?? []).map((refusal) => make('li', {}, `${refusal.count}: ${refusal.text}${refusal.detail ? ` (${refusal.detail})` : ''}`));
+  const place = best?.corner_m ? ` at x ${centimetres(best.corner_m[0])}, y ${centimetres(best.corner_m[1])}` : '';
+  tell(
+    title,
+    best ? `It would go in${place}, with value ${best.value.toFixed(3)}.` : reason?.text ?? text ?? 'There was no answer.',
+    ...(counts ? [`Of ${counts.possible} placements ${counts.fitting} fit.`, make('ul', {}, ...refusals)] : []),
+  );
+};
+
+const explanation = async (cell, { item_id: id }) => {
+  try {
+    const answer = await fetch(`api/cells/${encodeURIComponent(cell)}/explain/${encodeURIComponent(id)}`, { signal: AbortSignal.timeout(30000) });
+    return await answer.json();
+  } catch {
+    return { text: 'There was no answer.' };
+  }
 };

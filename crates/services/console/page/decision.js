@@ -50,7 +50,7 @@ const runnersUp = (decision, point) => {
     );
     const set = (isOn) => {
       shown.setAttribute('aria-pressed', String(isOn));
-      point(isOn ? at : null);
+      point(isOn ? { decision: decision.decision_id, at } : null);
     };
     row.addEventListener('pointerenter', (event) => event.pointerType === 'mouse' && set(true));
     row.addEventListener('pointerleave', (event) => event.pointerType === 'mouse' && set(false));
@@ -75,7 +75,10 @@ const refused = (others) => make(
   ))),
 );
 
-/** Shows the newest decision. `point(index)` hears which runner-up is looked at, null for none. */
+/**
+ * Shows the newest decision. `point(runnerUp)` hears which runner-up is looked at, by the id of the decision and
+ * its index; null for none.
+ */
 export const showDecision = (decisions, session, now, point) => {
   const decision = decisions?.[0] ?? null;
   setText(byId('last-when'), decision && now ? `step ${decision.step + 1}, ${span(now - decision.at_ms)} ago` : '');

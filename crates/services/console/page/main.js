@@ -1,12 +1,12 @@
 // Puts the page together: what is heard is kept, and what has changed is drawn, at most once for each picture of the screen.
 
 import { AboveView, heights, surface } from './above.js';
-import { Pictures, showBuffer } from './buffer.js';
+import { explain, Pictures, showBuffer } from './buffer.js';
 import { Connection } from './connection.js';
 import { showContents } from './contents.js';
 import { Controls } from './controls.js';
 import { showDecision } from './decision.js';
-import { readyDialogs, tell } from './dialogs.js';
+import { readyDialogs } from './dialogs.js';
 import { byId, make, redraw, setText } from './dom.js';
 import { showEvents } from './events.js';
 import { showCycles, showFilled } from './figures.js';
@@ -17,13 +17,13 @@ import { showServices } from './services.js';
 import { Shapes } from './shapes.js';
 import { busiest, pending, State } from './state.js';
 import { showContact, showStatus, summary } from './status.js';
-import { content, isSurfaceWanted } from './stage.js';
+import { content } from './stage.js';
 
 const state = new State();
 const shapes = new Shapes(() => due());
 const pictures = new Pictures();
 const chosen = { cell: null, container: null, runnerUp: null };
-const seen = { heights: null, all: null, surface: null };
+const seen = { map: null, all: null, surface: null, said: '' };
 const scene = new SceneView(byId('scene'), (body) => {
   setText(byId('scene-note'), body ? `${named(body.object)} (${body.itemId})` : hint);
 });
@@ -68,10 +68,10 @@ function show() {
   const decided = pending(session, decisions);
   showBuffer({
     buffer: of('buffer'), session, decisions, chosen: decided?.item_id ?? null, pictures,
-    shape: (id) => shapes.get(cell, id), explain: (item) => explain(cell, item), withdraw: controls.isOff ? null : (item) => controls.withdraw(item),
+    shape: (id) => shapes.get(cell, id), explain: (item) => explain(where().cell, item), withdraw: controls.isOff ? null : (item) => controls.withdraw(item),
   });
-  showDecision(decisions, session, now, (at) => {
-    chosen.runnerUp = at;
+  showDecision(decisions, session, now, (runnerUp) => {
+    chosen.runnerUp = runnerUp;
     due();
   });
   const last = (decisions ?? []).find((decision) => decision.container === container && decision.outcome?.kind === 'placed')?.item_id ?? null;
@@ -91,7 +91,9 @@ function showContainer({ cell, container, items, decision, decided, last, now })
     map, items, decision: decision?.container === container ? decision : null, decided, last,
     shape: (id) => shapes.get(cell, id), showsRunnersUp: byId('show-runners').checked, runnerUp: chosen.runnerUp,
   });
-  if (map && seen.all && isSurfaceWanted(byId('show-surface').checked, items, stage)) seen.surface ??= surface(map, seen.all);
+  // What has no shape to draw is seen at least as a part of the surface.
+  const isSurfaceWanted = byId('show-surface').checked || items.some((item) => shapes.isUnknown(cell, item.shape));
+  if (map && seen.all && isSurfaceWanted) seen.surface ??= surface(map, seen.all);
   else seen.surface = null;
   const planned = stage?.planned ?? null;
   const shown = [container, stage?.key, map && [map.state_number, map.at_ms], seen.surface !== null];
@@ -129,28 +131,6 @@ function showChoices(cell, containers) {
   const follow = containers.includes(chosen.container) ? chosen.container : '';
   redraw(byId('container'), [containers, follow], () => options([['', 'where the robot is'], ...containers.map((name) => [name, name])], follow));
   setText(byId('title'), cell ?? 'Packing cell');
-}
-
-/** Asks the planner where an item would go. */
-async function explain(cell, item) {
-  const title = `${named(item.object)} (${item.item_id})`;
-  tell(title, 'The planner is asked…');
-  let told;
-  try {
-    const answer = await fetch(`api/cells/${encodeURIComponent(cell)}/explain/${encodeURIComponent(item.item_id)}`, { signal: AbortSignal.timeout(30000) });
-    told = await answer.json();
-  } catch {
-    told = { text: 'There was no answer.' };
-  }
-  const { best, reason, counts, text } = told;
-  const refusals = (counts?.refusals ?? []).map((refusal) => make('li', {}, `${refusal.count}: ${refusal.text}${refusal.detail ? ` (${refusal.detail})` : ''}`));
-  const place = best?.corner_m ? ` at x ${(best.corner_m[0] * 100).toFixed(1)} cm, y ${(best.corner_m[1] * 100).toFixed(1)} cm` : '';
-  tell(
-    title,
-    best ? `It would go in${place}, with value ${best.value.toFixed(3)}.` : reason?.text ?? text ?? 'There was no answer.',
-    counts ? `Of ${counts.possible} placements ${counts.fitting} fit.` : '',
-    make('ul', {}, ...refusals),
-  );
 }
 
 /** The choice of cell and container, kept in the address. */

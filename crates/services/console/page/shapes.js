@@ -35,6 +35,11 @@ export class Shapes {
     return null;
   }
 
+  /** Whether there is nothing to draw of a shape, and not only because it has not come yet. */
+  isUnknown(cell, id) {
+    return !id || this.failed.has(`${cell}/${id}`);
+  }
+
   want(key, cell, id) {
     if (this.waiting.has(key)) return;
     this.waiting.set(key, () => this.fetch(key, cell, id));

@@ -22,7 +22,8 @@ const body = (item, shape, colour) => {
 
 /**
  * The picture of a container; null where its size is not known. `decided` is the decision under way, if any, `decision` the last one
- * that is of this container, `last` the item that was placed last, `shape(id)` its mesh or null.
+ * that is of this container, `last` the item that was placed last, `shape(id)` its mesh or null, and `runnerUp` the one that is looked at (a decision's id
+ * and an index), or null.
  */
 export const content = ({ map, items, decision, decided, last, shape, showsRunnersUp, runnerUp }) => {
   if (!map) return null;
@@ -34,7 +35,7 @@ export const content = ({ map, items, decision, decided, last, shape, showsRunne
   const isPlanned = decision !== null && decision.decision_id === decided?.decision_id;
   const planned = isPlanned ? body(decision, shape, CHOSEN) : null;
   const runnersUp = (decision?.alternatives ?? []).map((other, at) => {
-    const isChosen = at === runnerUp;
+    const isChosen = runnerUp?.decision === decision.decision_id && runnerUp.at === at;
     const made = showsRunnersUp || isChosen ? body(other, shape, CHOSEN) : null;
     return made && { ...made, isChosen };
   }).filter(Boolean);
@@ -44,6 +45,3 @@ export const content = ({ map, items, decision, decided, last, shape, showsRunne
   ];
   return { size_m: map.size_m, bodies, planned, runnersUp, key };
 };
-
-/** Whether the surface that is seen is drawn: where it is asked for, or an item has no shape to draw. */
-export const isSurfaceWanted = (isAskedFor, items, stage) => isAskedFor || (stage !== null && stage.bodies.length < items.length);
