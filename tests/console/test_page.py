@@ -49,19 +49,20 @@ def packing(console):
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("size", SIZES)
-def test_it_fits_screens_of_all_sizes_and_can_be_read_and_touched(console, packing, open_page, picture, size, scheme):
-    page = open_page(console.url, SIZES[size], color_scheme=scheme, has_touch=True)
+def test_it_fits_screens_of_all_sizes_and_can_be_read_and_touched(console, packing, open_page, picture, scheme):
+    page = open_page(console.url, color_scheme=scheme, has_touch=True)
     expect(page.locator("#waiting li")).not_to_have_count(0)
     expect(page.locator("#inside tr")).to_have_count(7)
-    picture(page, f"page-{size}-{scheme}")
-    assert page.evaluate("document.documentElement.scrollWidth") <= SIZES[size]["width"]
-    assert page.evaluate(SMALL) == []
-    ratio, text = page.evaluate(CONTRAST)
-    assert ratio >= 4.5, f"{text!r} has a contrast of {ratio:.2f}"
-    hold = page.get_by_role("button", name="HOLD")
-    page.mouse.wheel(0, 5000)
-    expect(hold).to_be_in_viewport()
+    for size, viewport in SIZES.items():
+        page.set_viewport_size(viewport)
+        picture(page, f"page-{size}-{scheme}")
+        assert page.evaluate("document.documentElement.scrollWidth") <= viewport["width"], size
+        assert page.evaluate(SMALL) == [], size
+        ratio, text = page.evaluate(CONTRAST)
+        assert ratio >= 4.5, f"{size}: {text!r} has a contrast of {ratio:.2f}"
+        page.mouse.wheel(0, 5000)
+        expect(page.get_by_role("button", name="HOLD")).to_be_in_viewport()
+        page.mouse.wheel(0, -5000)
 
 
 def test_everything_that_can_be_used_has_a_name(console, packing, open_page):
@@ -140,6 +141,34 @@ def test_a_cell_of_which_nothing_was_seen_shows_nothing_of_another(console, pack
     expect(page.get_by_role("combobox", name="Container")).to_have_value("cell-2-b")
 
 
+def test_what_cannot_be_drawn_is_left_out(console, packing, open_page):
+    """Shapes and heights that are none, an item without a shape, parts that are not there yet."""
+    for content in (b"", b"\1\0\0\0\1\0\0\0", b"\1\0\0\0\1\0\0\0" + bytes(12) + b"\7\0\0\0" * 3):
+        packing.items.append(packing.items[0] | {"item_id": f"item-{len(content)}-bytes", "shape": f"{len(content):064}"})
+        console.shapes[f"{len(content):064}"] = content
+    packing.items[0] = packing.items[0] | {"shape": None, "container_from_shape": None, "step": None, "inspection": None}
+    packing.publish("planning", "Planning.")
+    for part in ("session", "buffer", "cycles", "decisions"):
+        console.publish(part, None, mock.CELL)
+    page = open_page(console.url)
+    expect(page.locator("#inside tr")).to_have_count(10)
+    whole = console.parts[(mock.CELL, mock.CELL, "heightmap")]["value"]
+    for broken in ("no base64!", "AAAA"):
+        console.publish("heightmap", whole | {"heights": broken}, mock.CELL, mock.CELL)
+    console.publish("heightmap", None, mock.CELL, mock.CELL)
+    expect(page.locator("#nothing-seen")).to_be_visible()
+    expect(page.locator("#said")).to_have_text("Planning.")
+
+
+def test_a_page_that_fails_says_so(console, packing, browser):
+    page = browser.new_page()
+    page.goto(console.url)
+    expect(page.locator("#contact")).to_have_text("Live")
+    console.publish("events", [{"number": 1}], mock.CELL)
+    expect(page.locator("#said")).to_contain_text("This page has a fault")
+    page.close()
+
+
 def test_without_a_token_there_are_no_controls(open_page):
     with mock.Console(controls=False) as console:
         mock.Packing(console)
@@ -166,6 +195,7 @@ def test_each_control_is_asked_for_as_the_console_wants_it(console, packing, ope
 
     def asked(button, *answers, action, **fields):
         console.asked.clear()
+        page.locator("#reply").evaluate("(reply) => { reply.textContent = ''; }")
         page.get_by_role("button", name=button, exact=True).first.click()
         for answer in answers:
             dialog.get_by_text(answer, exact=True).click()

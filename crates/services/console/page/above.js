@@ -19,8 +19,12 @@ const coloured = (share) => {
 
 /** The heights of a heightmap in units, cell (x, y) at x * ny + y; null where the text is no such thing. */
 export const heights = ({ nx, ny, heights: text }) => {
-  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  return bytes.length === 2 * nx * ny ? new Uint16Array(bytes.buffer) : null;
+  try {
+    const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+    return bytes.length === 2 * nx * ny ? new Uint16Array(bytes.buffer) : null;
+  } catch {
+    return null;
+  }
 };
 
 /**
@@ -64,7 +68,7 @@ export class AboveView {
     canvas.addEventListener('pointerleave', () => this.read(null));
     canvas.addEventListener('keydown', (event) => this.step(event));
     canvas.addEventListener('blur', () => this.read(null));
-    new ResizeObserver(() => this.paint()).observe(canvas);
+    new ResizeObserver(() => requestAnimationFrame(() => this.paint())).observe(canvas);
   }
 
   /** A heightmap, with its heights; and what is planned there (a mesh and its matrix), or null. */

@@ -18,7 +18,9 @@ export class Controls {
   /** `where()` says which cell and container are shown, and what lies there: `{ cell, container, items }`. */
   constructor(where) {
     this.where = where;
-    this.held = null;
+    // When a hold was asked for, while the cell does not show it.
+    this.asked = null;
+    this.isHeld = false;
     for (const button of document.querySelectorAll('[data-act]')) {
       button.addEventListener('click', () => this.act(button.dataset.act));
     }
@@ -34,6 +36,7 @@ export class Controls {
     const isOff = !console_?.controls;
     this.isOff = isOff;
     const isHeld = (status?.held ?? null) !== null;
+    this.isHeld = isHeld;
     const needs = { resume: isHeld, step: isHeld, automatic: status?.doing === 'failed' };
     for (const button of document.querySelectorAll('[data-act]')) {
       const { act } = button.dataset;
@@ -45,9 +48,9 @@ export class Controls {
     setText(byId('unlock'), this.token ? 'Lock controls' : 'Unlock controls');
     byId('off').hidden = !isOff || !console_;
     setText(byId('off'), console_?.why_off ? `Watching only. Controls are off: ${console_.why_off}` : 'Watching only. Controls are off.');
-    if (isHeld && this.held) {
-      this.reply('going', `Held ${milliseconds(performance.now() - this.held)} after it was asked for.`);
-      this.held = null;
+    if (isHeld && this.asked !== null) {
+      this.reply('going', `Held ${milliseconds(performance.now() - this.asked)} after it was asked for.`);
+      this.asked = null;
     }
   }
 
@@ -131,8 +134,7 @@ export class Controls {
     if (!this.token && !(await this.unlock())) return;
     const { cell, container } = this.where();
     const body = { cell, ...(action === 'new_container' ? { container } : {}), ...fields };
-    const began = performance.now();
-    if (action === 'hold' || action === 'abort') this.held = began;
+    if ((action === 'hold' || action === 'abort') && !this.isHeld) this.asked = performance.now();
     this.reply('idle', `${NAMES[action]}: asked for…`);
     const answer = await this.post(action, body, this.token);
     await this.understand(action, fields, body, answer);
@@ -149,9 +151,9 @@ export class Controls {
       this.reply('stopped', 'Refused: that is not the token.');
       if (await this.unlock('That is not the token any more.')) await this.send(action, fields);
     } else if (status === 200) {
-      if (action !== 'hold' && action !== 'abort') this.reply('going', text);
+      if (this.asked === null) this.reply('going', text);
     } else {
-      this.held = null;
+      this.asked = null;
       this.reply('stopped', `${NAMES[action]} was not done: ${text}`);
     }
   }

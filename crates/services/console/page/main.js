@@ -30,6 +30,7 @@ const scene = new SceneView(byId('scene'), (body) => {
 const hint = 'Drag to turn, pinch to come closer, tap an item for its name.';
 const above = new AboveView(byId('above'));
 const controls = new Controls(where);
+let fault = null;
 const connection = new Connection('api/events', heard, due);
 
 function heard(kind, data, at) {
@@ -60,7 +61,7 @@ function show() {
   const of = (part) => state.value(part, cell);
   const now = state.now(performance.now());
   const [status, session, decisions] = [of('status'), of('session'), of('decisions')];
-  const told = { contact: connection.contact, silence: connection.silence(), status, hasCell: cell !== null };
+  const told = { fault, contact: connection.contact, silence: connection.silence(), status, hasCell: cell !== null };
   showStatus(summary(told));
   showContact(told);
   controls.show(state.value('console'), status);
@@ -154,6 +155,13 @@ function readyPage() {
   for (const button of document.querySelectorAll('[data-view]')) button.addEventListener('click', () => views[button.dataset.view]());
   byId('view-keys').hidden = !scene.isPossible;
   setText(byId('scene-note'), scene.isPossible ? hint : 'This browser has no WebGL: see the heights from above, and the list of what lies in the container.');
+  // Nobody trusts a page that has stopped to draw.
+  const failed = (what) => {
+    fault = String(what);
+    due();
+  };
+  window.addEventListener('error', (event) => event.error && failed(event.message));
+  window.addEventListener('unhandledrejection', (event) => failed(event.reason));
   // Ages grow by themselves.
   setInterval(due, 500);
 }

@@ -95,7 +95,7 @@ export const CHOSEN = [0.95, 0.56, 0.12];
 export const colourOf = (itemId) => {
   let hash = 7;
   for (const letter of itemId) hash = (hash * 31 + letter.codePointAt(0)) >>> 0;
-  return PALETTE[(hash ^ (hash >>> 7)) % PALETTE.length];
+  return PALETTE[((hash ^ (hash >>> 7)) >>> 0) % PALETTE.length];
 };
 
 export const css = (colour) => `rgb(${colour.map((part) => Math.round(part * 255)).join(' ')})`;

@@ -16,10 +16,11 @@ const SIGNS = {
 };
 
 /**
- * What is to be said: a level, a sentence, and what to do. `contact` is that of the connection, `silence` its silence in ms, `status`
- * the part of the cell or null, and `hasCell` whether there is a cell.
+ * What is to be said: a level, a sentence, and what to do. `fault` is what went wrong in the page itself or null, `contact` that of the
+ * connection, `silence` its silence in ms, `status` the part of the cell or null, and `hasCell` whether there is a cell.
  */
-export const summary = ({ contact, silence, status, hasCell }) => {
+export const summary = ({ fault, contact, silence, status, hasCell }) => {
+  if (fault) return { level: 'stopped', said: 'This page has a fault: what it shows may be old', advice: `Reload it. (${fault})` };
   if (contact === 'lost') {
     const last = status ? ` Last known: ${status.text}` : '';
     return {
@@ -37,7 +38,7 @@ export const summary = ({ contact, silence, status, hasCell }) => {
 };
 
 /** Whether what is shown is as it is now. */
-export const isCurrent = ({ contact, status }) => contact === 'live' && (status?.stale.length ?? 0) === 0;
+export const isCurrent = ({ fault, contact, status }) => !fault && contact === 'live' && (status?.stale.length ?? 0) === 0;
 
 /** What is read out: without numbers that grow each second. */
 const announced = ({ said, advice }) => `${said} ${advice}`.trim().replaceAll(/ (since|for) \d+ (s|min)\b/g, '');
@@ -61,14 +62,14 @@ export const showStatus = (told) => {
 };
 
 /** Shows whether what is seen is current. */
-export const showContact = ({ contact, silence, status }) => {
+export const showContact = ({ fault, contact, silence, status }) => {
   const chip = byId('contact');
   const [level, text] = {
     connecting: ['idle', 'Connecting'],
     lost: ['stopped', `Not current: no contact for ${span(silence)}`],
-    live: status?.stale.length ? ['held', 'Not current'] : ['going', 'Live'],
+    live: fault || status?.stale.length ? ['held', 'Not current'] : ['going', 'Live'],
   }[contact];
   chip.dataset.level = level;
   setText(chip, text);
-  document.body.dataset.current = String(isCurrent({ contact, status }));
+  document.body.dataset.current = String(isCurrent({ fault, contact, status }));
 };
