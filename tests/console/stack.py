@@ -54,7 +54,7 @@ class Stack:
     PLACE_DURATION_S = 0.5
 
     def __init__(self, programs, folder):
-        self.programs = programs
+        self.programs, self.folder = programs, folder
         self.endpoint = f"tcp/127.0.0.1:{free_port()}"
         self.url = f"http://127.0.0.1:{free_port()}/"
         listen = self.url.removeprefix("http://").rstrip("/")
@@ -87,6 +87,15 @@ class Stack:
             parts = json.load(answer)["parts"]
         return {(part["cell"], part["container"], part["part"]): part["value"] for part in parts}
 
+    def wait_rest(self):
+        """Waits until the robot rests, and nothing is decided that it would do."""
+
+        def rests():
+            state = self.state()
+            return state[(self.CELL, self.CELL, "state")]["executing"] is None and state[(self.CELL, None, "session")]["pending"] is None
+
+        self.wait(rests, "the cell does not come to rest")
+
     def wait_ready(self):
         wanted = {"heuristic", "perception", "bridge", "planner"}
 
@@ -107,7 +116,7 @@ class Stack:
             ended = [name for name, process in self.processes.items() if process.child is None or process.child.poll() is not None]
             assert not ended, f"{ended} ended: {self.processes[ended[0]].log.read_text()}"
             time.sleep(0.1)
-        raise AssertionError(f"{otherwise}: {self.state()}")
+        raise AssertionError(f"{otherwise}; the logs are in {self.folder}")
 
     def call(self, service, method, **fields):
         """A request as any controller sends it; gives the reply."""
