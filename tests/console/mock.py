@@ -1,6 +1,6 @@
 """A console that answers as a test says: the page's side of the console's API, without a cell.
 
-    python mock.py [--port 8771]    serves a cell that packs, to look at the page while it is worked on
+python mock.py [--port 8771]    serves a cell that packs, to look at the page while it is worked on
 """
 
 import argparse
@@ -183,8 +183,11 @@ class Console:
 
 def lathe(profile, sides=20):
     """A body of revolution: radii and heights from its bottom to its top, both closed."""
-    vertices = [(radius * math.cos(2 * math.pi * side / sides), radius * math.sin(2 * math.pi * side / sides), z)
-                for radius, z in profile for side in range(sides)]
+    vertices = [
+        (radius * math.cos(2 * math.pi * side / sides), radius * math.sin(2 * math.pi * side / sides), z)
+        for radius, z in profile
+        for side in range(sides)
+    ]
     triangles = []
     for ring in range(len(profile) - 1):
         for side in range(sides):
@@ -200,15 +203,15 @@ def box(x, y, z):
 
 
 OBJECTS = {
-    "mug": lathe([(0, 0), (.04, 0), (.042, .09), (.036, .09), (.034, .01), (0, .01)]),
-    "bottle": lathe([(0, 0), (.033, 0), (.035, .12), (.014, .16), (.014, .19), (0, .19)]),
-    "bowl": lathe([(0, 0), (.03, 0), (.06, .03), (.07, .055), (.066, .055), (.05, .025), (0, .008)]),
-    "tuna_can": lathe([(0, 0), (.042, 0), (.042, .035), (0, .035)]),
-    "tennis_ball": lathe([(.033 * math.sin(math.pi * i / 10), .033 - .033 * math.cos(math.pi * i / 10)) for i in range(11)]),
-    "cracker_box": box(.16, .06, .21),
-    "soap_bar": box(.09, .06, .03),
-    "gelatin_box": box(.085, .073, .028),
-    "puzzle_cube": box(.057, .057, .057),
+    "mug": lathe([(0, 0), (0.04, 0), (0.042, 0.09), (0.036, 0.09), (0.034, 0.01), (0, 0.01)]),
+    "bottle": lathe([(0, 0), (0.033, 0), (0.035, 0.12), (0.014, 0.16), (0.014, 0.19), (0, 0.19)]),
+    "bowl": lathe([(0, 0), (0.03, 0), (0.06, 0.03), (0.07, 0.055), (0.066, 0.055), (0.05, 0.025), (0, 0.008)]),
+    "tuna_can": lathe([(0, 0), (0.042, 0), (0.042, 0.035), (0, 0.035)]),
+    "tennis_ball": lathe([(0.033 * math.sin(math.pi * i / 10), 0.033 - 0.033 * math.cos(math.pi * i / 10)) for i in range(11)]),
+    "cracker_box": box(0.16, 0.06, 0.21),
+    "soap_bar": box(0.09, 0.06, 0.03),
+    "gelatin_box": box(0.085, 0.073, 0.028),
+    "puzzle_cube": box(0.057, 0.057, 0.057),
 }
 SIZE = (0.32, 0.32, 0.30)
 CELL = "cell-1"
@@ -231,18 +234,34 @@ class Packing:
 
     def services(self, planner=True):
         named = [("planner", planner), ("bridge", True), ("perception", True), ("heuristic", True)]
-        self.console.publish("services", [
-            {"service": name, "instance": f"{name}-1", "cells": [] if name == "heuristic" else [CELL], "is_alive": alive, "is_ready": alive,
-             "failing": [] if name != "heuristic" else [], "version": "0.1.0", "uptime_s": 60.0, "since_ms": now_ms() - 60000}
-            for name, alive in named
-        ])
+        self.console.publish(
+            "services",
+            [
+                {
+                    "service": name,
+                    "instance": f"{name}-1",
+                    "cells": [] if name == "heuristic" else [CELL],
+                    "is_alive": alive,
+                    "is_ready": alive,
+                    "failing": [] if name != "heuristic" else [],
+                    "version": "0.1.0",
+                    "uptime_s": 60.0,
+                    "since_ms": now_ms() - 60000,
+                }
+                for name, alive in named
+            ],
+        )
 
     def size(self, object_):
         vertices, _ = OBJECTS[object_]
         return [max(v[axis] for v in vertices) - min(v[axis] for v in vertices) for axis in range(3)]
 
     def top(self, x, y, w, d):
-        cells = [self.heights[i][j] for i in range(int(x * 200), min(64, int((x + w) * 200) + 1)) for j in range(int(y * 200), min(64, int((y + d) * 200) + 1))]
+        cells = [
+            self.heights[i][j]
+            for i in range(int(x * 200), min(64, int((x + w) * 200) + 1))
+            for j in range(int(y * 200), min(64, int((y + d) * 200) + 1))
+        ]
         return max(cells)
 
     def best(self, object_):
@@ -262,16 +281,47 @@ class Packing:
             return None
         w, d, _ = self.size(object_)
         value, (x, y, z) = places[0]
-        self.decisions.insert(0, {
-            "decision_id": f"d-{len(self.steps)}", "at_ms": now_ms(), "step": len(self.steps), "item_id": item_id, "object": object_, "container": CELL,
-            "pose": 0, "value": value, "shape": self.shape[object_],
-            "container_from_shape": {"position_m": [x + w / 2, y + d / 2, z], "orientation": [0, 0, 0, 1]}, "yaw_rad": 0.0, "corner_m": [x, y, z],
-            "alternatives": [{"item_id": item_id, "object": object_, "pose": 0, "value": v, "shape": self.shape[object_], "yaw_rad": 0.0, "corner_m": list(at)} for v, at in places[1:]],
-            "others": [{"item_id": i, "object": o, "reason": "rejected", "text": "where it fits it would not stand (1,204 placements)"} for i, o in self.waiting[3:5]],
-            "degraded": [], "is_widened": False, "stages": [{"stage": "propose", "ms": 0.4}, {"stage": "evaluate", "ms": 3.1}, {"stage": "trial", "ms": 11.2}],
-            "plan_ms": 15.2, "cycle_s": 6.1, "settling": {"tilt_rad": 0.01, "slide_m": 0.001, "disturbance_m": 0.0, "is_still": True, "above_rim_m": 0.0, "load_n": 3.0},
-            "load": None, "outcome": None,
-        })
+        self.decisions.insert(
+            0,
+            {
+                "decision_id": f"d-{len(self.steps)}",
+                "at_ms": now_ms(),
+                "step": len(self.steps),
+                "item_id": item_id,
+                "object": object_,
+                "container": CELL,
+                "pose": 0,
+                "value": value,
+                "shape": self.shape[object_],
+                "container_from_shape": {"position_m": [x + w / 2, y + d / 2, z], "orientation": [0, 0, 0, 1]},
+                "yaw_rad": 0.0,
+                "corner_m": [x, y, z],
+                "alternatives": [
+                    {
+                        "item_id": item_id,
+                        "object": object_,
+                        "pose": 0,
+                        "value": v,
+                        "shape": self.shape[object_],
+                        "yaw_rad": 0.0,
+                        "corner_m": list(at),
+                    }
+                    for v, at in places[1:]
+                ],
+                "others": [
+                    {"item_id": i, "object": o, "reason": "rejected", "text": "where it fits it would not stand (1,204 placements)"}
+                    for i, o in self.waiting[3:5]
+                ],
+                "degraded": [],
+                "is_widened": False,
+                "stages": [{"stage": "propose", "ms": 0.4}, {"stage": "evaluate", "ms": 3.1}, {"stage": "trial", "ms": 11.2}],
+                "plan_ms": 15.2,
+                "cycle_s": 6.1,
+                "settling": {"tilt_rad": 0.01, "slide_m": 0.001, "disturbance_m": 0.0, "is_still": True, "above_rim_m": 0.0, "load_n": 3.0},
+                "load": None,
+                "outcome": None,
+            },
+        )
         del self.decisions[16:]
         self.steps.append({"step": len(self.steps), "at_ms": now_ms(), "plan_ms": 15.2, "took_s": None, "cycle_s": 6.1})
         self.say("info", "decided", f"{object_} ({item_id}) goes into {CELL}.")
@@ -288,10 +338,18 @@ class Packing:
         for i in range(int(x * 200), min(64, int((x + w) * 200) + 1)):
             for j in range(int(y * 200), min(64, int((y + d) * 200) + 1)):
                 self.heights[i][j] = z + h
-        self.items.append({
-            "item_id": item_id, "object": object_, "shape": self.shape[object_], "container_from_shape": decision["container_from_shape"], "is_inside": True,
-            "step": decision["step"], "inspection": {"kind": "as_planned", "slide_m": 0.0, "tilt_rad": 0.0, "reason": ""}, "load": None,
-        })
+        self.items.append(
+            {
+                "item_id": item_id,
+                "object": object_,
+                "shape": self.shape[object_],
+                "container_from_shape": decision["container_from_shape"],
+                "is_inside": True,
+                "step": decision["step"],
+                "inspection": {"kind": "as_planned", "slide_m": 0.0, "tilt_rad": 0.0, "reason": ""},
+                "load": None,
+            }
+        )
         self.history.append([now_ms(), self.history[-1][1] + 0.6 * w * d * h / (SIZE[0] * SIZE[1] * SIZE[2])])
         self.say("info", "placed", f"{object_} was placed into {CELL}.")
         self.publish("planning", "Planning the next placement.")
@@ -304,31 +362,112 @@ class Packing:
     def publish(self, doing, text, help_=None, stale=()):
         publish = self.console.publish
         pending = self.decisions[0] if self.decisions and self.decisions[0]["outcome"] is None else None
-        publish("status", {"doing": doing, "text": text, "help": help_, "stale": list(stale), "held": self.held, "is_moving": pending is not None}, CELL)
-        publish("session", {
-            "session_id": "s-1", "is_automatic": True, "step": len(self.steps), "end": None, "failure": "",
-            "counts": {"waiting": len(self.waiting) - bool(pending), "decided": int(bool(pending)), "packed": len(self.items), "gone": 0, "withdrawn": 0, "set_aside": 0, "forgotten": 0},
-            "reasons": [], "set_aside": [], "containers": [{"container": CELL, "sequence": 0, "is_open": True, "is_ready": False, "is_coming": False}],
-            "closed": [], "pending": pending and pending["decision_id"],
-        }, CELL)
-        publish("buffer", {"limit": 5, "more": max(0, len(self.waiting) - 12), "items": [
-            {"item_id": i, "object": o, "state": "decided" if pending and i == pending["item_id"] else "waiting", "is_choosable": at < 5, "shape": self.shape[o] if at < 6 else None,
-             "order": "", "urgency": 0, "is_fragile": o == "mug", "is_bottom_only": False, "is_upright": o == "bottle", "carries_kg": 0.5 if o == "mug" else None}
-            for at, (i, o) in enumerate(self.waiting[:12])
-        ]}, CELL)
+        publish(
+            "status",
+            {"doing": doing, "text": text, "help": help_, "stale": list(stale), "held": self.held, "is_moving": pending is not None},
+            CELL,
+        )
+        publish(
+            "session",
+            {
+                "session_id": "s-1",
+                "is_automatic": True,
+                "step": len(self.steps),
+                "end": None,
+                "failure": "",
+                "counts": {
+                    "waiting": len(self.waiting) - bool(pending),
+                    "decided": int(bool(pending)),
+                    "packed": len(self.items),
+                    "gone": 0,
+                    "withdrawn": 0,
+                    "set_aside": 0,
+                    "forgotten": 0,
+                },
+                "reasons": [],
+                "set_aside": [],
+                "containers": [{"container": CELL, "sequence": 0, "is_open": True, "is_ready": False, "is_coming": False}],
+                "closed": [],
+                "pending": pending and pending["decision_id"],
+            },
+            CELL,
+        )
+        publish(
+            "buffer",
+            {
+                "limit": 5,
+                "more": max(0, len(self.waiting) - 12),
+                "items": [
+                    {
+                        "item_id": i,
+                        "object": o,
+                        "state": "decided" if pending and i == pending["item_id"] else "waiting",
+                        "is_choosable": at < 5,
+                        "shape": self.shape[o] if at < 6 else None,
+                        "order": "",
+                        "urgency": 0,
+                        "is_fragile": o == "mug",
+                        "is_bottom_only": False,
+                        "is_upright": o == "bottle",
+                        "carries_kg": 0.5 if o == "mug" else None,
+                    }
+                    for at, (i, o) in enumerate(self.waiting[:12])
+                ],
+            },
+            CELL,
+        )
         publish("decisions", self.decisions, CELL)
         took = [step["took_s"] for step in self.steps if step["took_s"]]
-        publish("cycles", {"steps": self.steps, "mean_took_s": sum(took) / len(took) if took else None, "mean_cycle_s": 6.1 if took else None}, CELL)
+        publish(
+            "cycles",
+            {"steps": self.steps, "mean_took_s": sum(took) / len(took) if took else None, "mean_cycle_s": 6.1 if took else None},
+            CELL,
+        )
         publish("events", self.events, CELL)
-        publish("state", {"state_number": len(self.items), "held": self.held, "executing": pending and pending["decision_id"], "is_simulated": True, "heard_ms": now_ms()}, CELL, CELL)
+        publish(
+            "state",
+            {
+                "state_number": len(self.items),
+                "held": self.held,
+                "executing": pending and pending["decision_id"],
+                "is_simulated": True,
+                "heard_ms": now_ms(),
+            },
+            CELL,
+            CELL,
+        )
         publish("items", self.items, CELL, CELL)
         units = [round(h / 0.002) for row in self.heights for h in row]
-        publish("heightmap", {
-            "nx": 64, "ny": 64, "cell_m": 0.005, "height_unit_m": 0.002, "size_m": list(SIZE), "rim_units": 150,
-            "heights": base64.b64encode(struct.pack(f"<{len(units)}H", *units)).decode(), "state_number": len(self.items), "doubts": [], "unknown_cells": 0, "at_ms": now_ms(),
-        }, CELL, CELL)
-        publish("figures", {"utilisation": self.history[-1][1], "items": len(self.items), "items_without_volume": 0,
-                            "filled": sum(map(sum, self.heights)) / 4096 / SIZE[2], "history": self.history}, CELL, CELL)
+        publish(
+            "heightmap",
+            {
+                "nx": 64,
+                "ny": 64,
+                "cell_m": 0.005,
+                "height_unit_m": 0.002,
+                "size_m": list(SIZE),
+                "rim_units": 150,
+                "heights": base64.b64encode(struct.pack(f"<{len(units)}H", *units)).decode(),
+                "state_number": len(self.items),
+                "doubts": [],
+                "unknown_cells": 0,
+                "at_ms": now_ms(),
+            },
+            CELL,
+            CELL,
+        )
+        publish(
+            "figures",
+            {
+                "utilisation": self.history[-1][1],
+                "items": len(self.items),
+                "items_without_volume": 0,
+                "filled": sum(map(sum, self.heights)) / 4096 / SIZE[2],
+                "history": self.history,
+            },
+            CELL,
+            CELL,
+        )
 
     def pack(self, count):
         for _ in range(count):

@@ -63,7 +63,10 @@ class Stack:
             "heuristic": [],
             "perception": [],
             "bridge": [f"service.cells={{{self.CELL}={{place_duration_s={self.PLACE_DURATION_S}}}}}"],
-            "planner": [f"service.store={folder / 'sessions.redb'}", f"service.cells={{{self.CELL}={{alternatives=3,proposals={{from=\"all\"}}}}}}"],
+            "planner": [
+                f"service.store={folder / 'sessions.redb'}",
+                f'service.cells={{{self.CELL}={{alternatives=3,proposals={{from="all"}}}}}}',
+            ],
             "console": [f"service.listen={listen}", f"service.token={TOKEN}"],
         }
         self.processes = {}
@@ -137,7 +140,18 @@ class Up:
     def __init__(self, programs, folder, token=None):
         self.programs, self.log = programs, folder / "up.log"
         command = [
-            programs / "ppnpack", "up", "--console", "127.0.0.1:0", "--cell", "2cm", "--yaws", "4", "--tries", "0", "--listen", "tcp/127.0.0.1:0",
+            programs / "ppnpack",
+            "up",
+            "--console",
+            "127.0.0.1:0",
+            "--cell",
+            "2cm",
+            "--yaws",
+            "4",
+            "--tries",
+            "0",
+            "--listen",
+            "tcp/127.0.0.1:0",
         ]
         environment = os.environ | {"NO_COLOR": "1"} | ({"PPNPACK_CONSOLE_TOKEN": token} if token else {})
         with open(self.log, "wb") as errors:

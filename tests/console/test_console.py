@@ -144,7 +144,9 @@ def test_a_hold_takes_effect_within_200_ms(cell, open_page, capsys):
         assert post(cell.url, "resume", TOKEN, cell=cell.CELL, confirmed=True)[0] == 200
         expect(level(page, "held")).to_have_count(0)
     with capsys.disabled():
-        print(f"\nfrom the click to the page that shows the hold: median {statistics.median(took_ms):.0f} ms, worst {max(took_ms):.0f} ms of {HOLDS}")
+        print(
+            f"\nfrom the click to the page that shows the hold: median {statistics.median(took_ms):.0f} ms, worst {max(took_ms):.0f} ms of {HOLDS}"
+        )
     # The worst one may have waited for a picture that software draws here.
     assert statistics.median(took_ms) < HOLD_MS, took_ms
 

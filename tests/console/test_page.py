@@ -68,7 +68,18 @@ def test_it_fits_screens_of_all_sizes_and_can_be_read_and_touched(console, packi
 def test_everything_that_can_be_used_has_a_name(console, packing, open_page):
     page = open_page(console.url)
     expect(page.locator("#inside tr")).to_have_count(7)
-    for region in ("What the cell does", "Container", "From above", "Last decision", "Waiting", "Filled", "Cycle times", "In the container", "Services", "Events"):
+    for region in (
+        "What the cell does",
+        "Container",
+        "From above",
+        "Last decision",
+        "Waiting",
+        "Filled",
+        "Cycle times",
+        "In the container",
+        "Services",
+        "Events",
+    ):
         expect(page.get_by_role("region", name=region, exact=True)).to_be_visible()
     expect(page.get_by_role("img", name="cell-1 in three dimensions: 7 items; gelatin box is placed next")).to_be_visible()
     snapshot = page.locator("body").aria_snapshot()
@@ -78,7 +89,7 @@ def test_everything_that_can_be_used_has_a_name(console, packing, open_page):
 
 
 def test_names_from_a_cell_are_text_and_change_nothing_else(console, packing, open_page):
-    hostile = "<img src=x onerror=\"document.body.dataset.broken=1\">\u202e</script>" + "W" * 200
+    hostile = '<img src=x onerror="document.body.dataset.broken=1">\u202e</script>' + "W" * 200
     packing.decisions[0]["object"] = packing.items[0]["object"] = hostile
     packing.say("error", "failed", hostile)
     packing.publish("failed", hostile, hostile, [])
@@ -94,8 +105,22 @@ def test_names_from_a_cell_are_text_and_change_nothing_else(console, packing, op
 def test_hundreds_of_items_are_shown(console, packing, open_page):
     many = [packing.items[at % 7] | {"item_id": f"many-{at}", "step": at} for at in range(300)]
     console.publish("items", many, mock.CELL, mock.CELL)
-    listed = [{"item_id": f"w-{at}", "object": "mug", "state": "waiting", "is_choosable": at < 5, "shape": packing.shape["mug"], "order": "", "urgency": 0,
-               "is_fragile": False, "is_bottom_only": False, "is_upright": False, "carries_kg": None} for at in range(64)]
+    listed = [
+        {
+            "item_id": f"w-{at}",
+            "object": "mug",
+            "state": "waiting",
+            "is_choosable": at < 5,
+            "shape": packing.shape["mug"],
+            "order": "",
+            "urgency": 0,
+            "is_fragile": False,
+            "is_bottom_only": False,
+            "is_upright": False,
+            "carries_kg": None,
+        }
+        for at in range(64)
+    ]
     console.publish("buffer", {"limit": 5, "more": 236, "items": listed}, mock.CELL)
     page = open_page(console.url)
     expect(page.locator("#inside tr")).to_have_count(300)

@@ -89,7 +89,7 @@ export const showBuffer = ({ buffer, session, decisions, chosen, shape, pictures
   }));
   redraw(byId('waiting'), [cards, buffer?.more ?? 0, withdraw !== null], () => {
     if (cards.length === 0) return make('p', { class: 'soft' }, 'No item waits.');
-    const list = make('ul', { class: 'items', tabindex: '0', 'aria-labelledby': 'waiting-title' });
+    const list = make('ul', { class: 'items' });
     cards.forEach((item) => list.append(card(item, { shape, pictures, explain, withdraw })));
     if (buffer.more > 0) list.append(make('li', { class: 'item soft' }, `and ${items(buffer.more)} more`));
     return list;
@@ -99,13 +99,14 @@ export const showBuffer = ({ buffer, session, decisions, chosen, shape, pictures
 const card = (item, { shape, pictures, explain, withdraw }) => {
   const canvas = make('canvas', { 'aria-hidden': 'true' });
   pictures.draw(canvas, shape(item.shape), item.isChosen ? CHOSEN : colourOf(item.item_id));
-  const acts = make('div', { class: 'card-acts' });
-  if (item.is_choosable && !item.isChosen) {
-    acts.append(make('button', { type: 'button', 'data-key': `why ${item.item_id}`, 'aria-label': `Where would ${named(item.object)} ${item.item_id} go?`, onclick: () => explain(item) }, 'Where?'));
-  }
-  if (!item.isChosen && withdraw) {
-    acts.append(make('button', { type: 'button', 'data-key': `not ${item.item_id}`, 'aria-label': `${named(item.object)} ${item.item_id} is withdrawn: it does not come`, onclick: () => withdraw(item) }, 'Withdraw'));
-  }
+  const name = `${named(item.object)} ${item.item_id}`;
+  const act = (text, label, done) =>
+    make('button', { type: 'button', 'data-key': `${text} ${item.item_id}`, 'aria-label': label, onclick: () => done(item) }, text);
+  const acts = make(
+    'div', { class: 'card-acts' },
+    item.is_choosable && !item.isChosen && act('Where?', `Where would ${name} go?`, explain),
+    !item.isChosen && withdraw && act('Withdraw', `${name} is withdrawn: it does not come`, withdraw),
+  );
   const told = rules(item);
   return make(
     'li', { class: 'item', 'data-state': item.isChosen ? 'chosen' : item.state, 'data-item': item.item_id },
@@ -124,7 +125,10 @@ export const explain = async (cell, item) => {
   const title = `${named(item.object)} (${item.item_id})`;
   tell(title, 'The planner is asked…');
   const { best, reason, counts, text } = await explanation(cell, item);
-  const refusals = (counts?.refusals ?? []).map((refusal) => make('li', {}, `${refusal.count}: ${refusal.text}${refusal.detail ? ` (${refusal.detail})` : ''}`));
+  const refusals = (counts?.refusals ?? []).map((refusal) => {
+    const detail = refusal.detail ? ` (${refusal.detail})` : '';
+    return make('li', {}, `${refusal.count}: ${refusal.text}${detail}`);
+  });
   const place = best?.corner_m ? ` at x ${centimetres(best.corner_m[0])}, y ${centimetres(best.corner_m[1])}` : '';
   tell(
     title,
@@ -135,7 +139,8 @@ export const explain = async (cell, item) => {
 
 const explanation = async (cell, { item_id: id }) => {
   try {
-    const answer = await fetch(`api/cells/${encodeURIComponent(cell)}/explain/${encodeURIComponent(id)}`, { signal: AbortSignal.timeout(30000) });
+    const address = `api/cells/${encodeURIComponent(cell)}/explain/${encodeURIComponent(id)}`;
+    const answer = await fetch(address, { signal: AbortSignal.timeout(30000) });
     return await answer.json();
   } catch {
     return { text: 'There was no answer.' };

@@ -57,7 +57,8 @@ export const barChart = (values, { most, format, label, mean, first, last }) => 
     if (value === null) return null;
     const top = down(Math.min(1, value / most));
     const x = size.left + (at + 0.1) * wide;
-    return svg('rect', { class: 'bar', x: x.toFixed(1), y: top.toFixed(1), width: (wide * 0.8).toFixed(1), height: Math.max(0, down(0) - top).toFixed(1) });
+    const height = Math.max(0, down(0) - top);
+    return svg('rect', { class: 'bar', x: x.toFixed(1), y: top.toFixed(1), width: (wide * 0.8).toFixed(1), height: height.toFixed(1) });
   });
   const level = mean === null ? null : down(Math.min(1, mean / most));
   return picture(

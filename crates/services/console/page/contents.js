@@ -17,7 +17,6 @@ const found = ({ is_inside: isInside, inspection }) => {
 
 const row = (item, isLast, removed) => {
   const told = found(item);
-  const position = item.container_from_shape?.position_m;
   return make(
     'tr', { 'data-item': item.item_id },
     make('th', { scope: 'row' }, swatch(item.item_id), named(item.object), make('div', { class: 'soft small' }, item.item_id)),
@@ -25,13 +24,24 @@ const row = (item, isLast, removed) => {
       'td', {},
       isLast && make('span', { class: 'tag chosen' }, 'last'), ' ',
       told && make('span', { class: `tag ${told[0]}` }, told[1]),
-      make('div', { class: 'soft small' }, position ? `x ${centimetres(position[0])}, y ${centimetres(position[1])}, z ${centimetres(position[2])}` : 'where exactly is not known'),
-      item.load && make('div', { class: 'soft small' }, `loads ${item.load.item_id} with ${kilograms(item.load.estimated_kg)} of ${kilograms(item.load.carries_kg)}`),
+      make('div', { class: 'soft small' }, placed(item)),
+      item.load && make('div', { class: 'soft small' }, loads(item.load)),
     ),
-    removed && make('td', { class: 'n' }, make('button', {
-      type: 'button', 'data-key': `removed ${item.item_id}`, 'aria-label': `${named(item.object)} ${item.item_id} was removed`, onclick: () => removed(item),
-    }, 'Removed')),
+    removed && make('td', { class: 'n' }, removal(item, removed)),
   );
+};
+
+const placed = ({ container_from_shape: pose }) => {
+  if (!pose) return 'where exactly is not known';
+  const [x, y, z] = pose.position_m.map(centimetres);
+  return `x ${x}, y ${y}, z ${z}`;
+};
+
+const loads = ({ item_id: id, estimated_kg: load, carries_kg: limit }) => `loads ${id} with ${kilograms(load)} of ${kilograms(limit)}`;
+
+const removal = (item, removed) => {
+  const label = `${named(item.object)} ${item.item_id} was removed`;
+  return make('button', { type: 'button', 'data-key': `removed ${item.item_id}`, 'aria-label': label, onclick: () => removed(item) }, 'Removed');
 };
 
 const swatch = (itemId) => {

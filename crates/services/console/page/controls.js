@@ -9,6 +9,9 @@ const TOKEN = 'ppnpack-console-token';
 const PATIENCE_MS = { step: 45000, new_container: 45000 };
 const USUAL_PATIENCE_MS = 15000;
 
+const NO_ANSWER =
+  'the console does not answer, and it may have been done. Look at the cell; to stop the robot, use the cell\'s own stop.';
+
 const NAMES = {
   hold: 'Hold', abort: 'Abort', resume: 'Resume', step: 'Step', touched: 'My hand was in it', removed: 'Item removed',
   withdraw: 'Withdraw', new_container: 'New container', automatic: 'Go on',
@@ -57,7 +60,11 @@ export class Controls {
   /** What a button or a letter does. */
   act(name) {
     if (this.isOff || byId('acts').querySelector(`[data-act=${name}]`)?.disabled) return;
-    const acts = { removed: () => this.askRemoved(null), touched: () => this.askTouched(), automatic: () => this.send('automatic', { is_on: true }) };
+    const acts = {
+      removed: () => this.askRemoved(null),
+      touched: () => this.askTouched(),
+      automatic: () => this.send('automatic', { is_on: true }),
+    };
     (acts[name] ?? (() => this.send(name)))();
   }
 
@@ -86,7 +93,9 @@ export class Controls {
       return make('li', {}, make('label', {}, box, `${named(item.object)} (${item.item_id})`));
     });
     const list = make('ul', { class: 'choices' }, ...choices);
-    const yes = await ask({ title: 'Which items were taken out?', body: [`Of ${container}. It is seen anew.`, list], yes: 'These were taken out' });
+    const yes = await ask({
+      title: 'Which items were taken out?', body: [`Of ${container}. It is seen anew.`, list], yes: 'These were taken out',
+    });
     const chosen = [...list.querySelectorAll('input')].filter((box) => box.checked).map((box) => box.value);
     if (yes && chosen.length === 0) this.reply('held', 'No item was chosen: nothing was changed.');
     else if (yes) this.send('removed', { container, item_ids: chosen });
@@ -94,18 +103,17 @@ export class Controls {
 
   async withdraw(item) {
     if (this.isOff) return;
-    const yes = await ask({ title: 'This item does not come', body: [`${named(item.object)} (${item.item_id}) is not packed.`], yes: 'It does not come' });
+    const told = `${named(item.object)} (${item.item_id}) is not packed.`;
+    const yes = await ask({ title: 'This item does not come', body: [told], yes: 'It does not come' });
     if (yes) this.send('withdraw', { item_ids: [item.item_id] });
   }
 
   /** Asks for the token; whether it is right. */
   async unlock(why = '') {
     const input = make('input', { type: 'password', id: 'token', autocomplete: 'off', spellcheck: 'false', 'aria-describedby': 'token-why' });
-    const yes = await ask({
-      title: 'Unlock controls',
-      body: [make('label', { for: 'token' }, 'Token of this console'), input, make('p', { id: 'token-why', role: why ? 'alert' : null }, why || 'It is kept until this tab is closed.')],
-      yes: 'Unlock',
-    });
+    const label = make('label', { for: 'token' }, 'Token of this console');
+    const said = make('p', { id: 'token-why', role: why ? 'alert' : null }, why || 'It is kept until this tab is closed.');
+    const yes = await ask({ title: 'Unlock controls', body: [label, input, said], yes: 'Unlock' });
     if (!yes) return false;
     const { status, text } = await this.post('check', {}, input.value.trim());
     if (status === 401) return this.unlock('That is not the token.');
@@ -169,7 +177,7 @@ export class Controls {
       });
       return { text: `it answered ${answer.status}`, ...(await answer.json()), status: answer.status };
     } catch {
-      return { status: 0, text: 'the console does not answer, and it may have been done. Look at the cell; to stop the robot, use the cell\'s own stop.' };
+      return { status: 0, text: NO_ANSWER };
     }
   }
 

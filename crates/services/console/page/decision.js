@@ -1,10 +1,13 @@
 // The last decision: what goes where, what else there was, and why other items were refused.
 
-import { byId, make, redraw, setText } from './dom.js';
+import { byId, make, redraw, setText, table } from './dom.js';
 import { centimetres, degrees, kilograms, milliseconds, named, seconds, span, words } from './format.js';
 
 const OUTCOMES = {
-  placed: ['good', 'placed'], not_placed: ['mild', 'not placed: the item is where it was'], lost: ['bad', 'lost'], unknown: ['bad', 'not known'],
+  placed: ['good', 'placed'],
+  not_placed: ['mild', 'not placed: the item is where it was'],
+  lost: ['bad', 'lost'],
+  unknown: ['bad', 'not known'],
 };
 
 const value = (number) => number.toFixed(3);
@@ -17,8 +20,12 @@ const placed = ({ corner_m: corner, yaw_rad: yaw }) => {
 
 const fact = (name, ...told) => [make('dt', {}, name), make('dd', {}, ...told)];
 
+const settled = ({ tilt_rad: tilt, slide_m: slide, disturbance_m: moves }) =>
+  `tilts ${degrees(tilt)}, slides ${centimetres(slide)}, moves others ${centimetres(moves)}`;
+
 const facts = (decision, isOneOfSeveral) => {
   const { outcome, settling, load } = decision;
+  const others = [...decision.degraded, ...(decision.is_widened ? ['nothing proposed was valid: all was searched'] : [])];
   const [kind, text] = OUTCOMES[outcome?.kind] ?? ['mild', 'under way'];
   const stages = decision.stages.map(({ stage, ms }) => `${words(stage)} ${milliseconds(ms)}`).join(', ');
   return make(
@@ -28,11 +35,9 @@ const facts = (decision, isOneOfSeveral) => {
     ...fact('Value', `${value(decision.value)} (lower is better)`),
     ...fact('Decided in', `${milliseconds(decision.plan_ms)}${stages ? `: ${stages}` : ''}`),
     ...(decision.cycle_s === null ? [] : fact('Arm', `${seconds(decision.cycle_s)} planned`)),
-    ...(settling ? fact('When tried', `tilts ${degrees(settling.tilt_rad)}, slides ${centimetres(settling.slide_m)}, moves others ${centimetres(settling.disturbance_m)}`) : []),
+    ...(settling ? fact('When tried', settled(settling)) : []),
     ...(load ? fact('Rests on', `${load.item_id}: ${kilograms(load.estimated_kg)} of ${kilograms(load.carries_kg)} that it may carry`) : []),
-    ...(decision.degraded.length || decision.is_widened
-      ? fact('Otherwise than set', [...decision.degraded, decision.is_widened && 'nothing proposed was valid: all was searched'].filter(Boolean).join('; '))
-      : []),
+    ...(others.length ? fact('Otherwise than set', others.join('; ')) : []),
   );
 };
 
@@ -40,8 +45,8 @@ const facts = (decision, isOneOfSeveral) => {
 const runnersUp = (decision, point) => {
   if (decision.alternatives.length === 0) return make('p', { class: 'soft small' }, 'The planner was not asked for any.');
   const rows = decision.alternatives.map((other, at) => {
-    const isSame = other.item_id === decision.item_id;
-    const shown = make('button', { type: 'button', class: 'plain', 'data-key': `runner ${at}`, 'aria-pressed': 'false' }, isSame ? 'same item' : named(other.object));
+    const name = other.item_id === decision.item_id ? 'same item' : named(other.object);
+    const shown = make('button', { type: 'button', class: 'plain', 'data-key': `runner ${at}`, 'aria-pressed': 'false' }, name);
     const row = make(
       'tr', {},
       make('th', { scope: 'row' }, shown),
@@ -58,22 +63,14 @@ const runnersUp = (decision, point) => {
     shown.addEventListener('blur', () => set(false));
     return row;
   });
-  return make(
-    'table', { class: 'runners' },
-    make('thead', {}, make('tr', {}, ...['Item', 'Where', 'Value'].map((name, at) => make('th', { scope: 'col', class: at === 2 ? 'n' : null }, name)))),
-    make('tbody', {}, ...rows),
-  );
+  return table([['Item', null], ['Where', null], ['Value', 'n']], rows, { class: 'runners' });
 };
 
-const refused = (others) => make(
-  'table', {},
-  make('thead', {}, make('tr', {}, make('th', { scope: 'col' }, 'Item'), make('th', { scope: 'col' }, 'Why not'))),
-  make('tbody', {}, ...others.map((other) => make(
-    'tr', {},
-    make('th', { scope: 'row' }, named(other.object), make('div', { class: 'soft small' }, other.item_id)),
-    make('td', {}, other.text || words(other.reason)),
-  ))),
-);
+const refused = (others) => table([['Item', null], ['Why not', null]], others.map((other) => make(
+  'tr', {},
+  make('th', { scope: 'row' }, named(other.object), make('div', { class: 'soft small' }, other.item_id)),
+  make('td', {}, other.text || words(other.reason)),
+)));
 
 /**
  * Shows the newest decision. `point(runnerUp)` hears which runner-up is looked at, by the id of the decision and

@@ -24,6 +24,12 @@ export const make = (tag, attributes = {}, ...children) => filled(document.creat
 
 export const svg = (tag, attributes = {}, ...children) => filled(document.createElementNS(SVG, tag), attributes, children);
 
+/** A table: of each column its name, and a class or null; then the rows. */
+export const table = (columns, rows, attributes = {}) => {
+  const heads = columns.map(([name, kind]) => make('th', { scope: 'col', class: kind }, name));
+  return make('table', attributes, make('thead', {}, make('tr', {}, ...heads)), make('tbody', {}, ...rows));
+};
+
 export const byId = (id) => document.getElementById(id);
 
 /** Sets a text where it is another one: what is the same is not announced again. */

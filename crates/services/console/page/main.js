@@ -15,7 +15,7 @@ import { readyKeys, readyTheme } from './preferences.js';
 import { SceneView } from './scene.js';
 import { showServices } from './services.js';
 import { Shapes } from './shapes.js';
-import { busiest, pending, State } from './state.js';
+import { busiest, lastPlaced, pending, State } from './state.js';
 import { showContact, showStatus, summary } from './status.js';
 import { content } from './stage.js';
 
@@ -25,9 +25,10 @@ const pictures = new Pictures();
 const chosen = { cell: null, container: null, runnerUp: null };
 const seen = { map: null, all: null, surface: null, said: '' };
 const scene = new SceneView(byId('scene'), (body) => {
-  setText(byId('scene-note'), body ? `${named(body.object)} (${body.itemId})` : hint);
+  setText(byId('scene-note'), body ? `${named(body.object)} (${body.itemId})` : HINT);
 });
-const hint = 'Drag to turn, pinch to come closer, tap an item for its name.';
+const NO_WEBGL = 'This browser has no WebGL: see the heights from above, and the list of what lies in the container.';
+const HINT = 'Drag to turn, pinch to come closer, tap an item for its name.';
 const above = new AboveView(byId('above'));
 const controls = new Controls(where);
 let fault = null;
@@ -43,7 +44,8 @@ function where() {
   const cells = state.cells();
   const cell = cells.find(({ name }) => name === chosen.cell) ?? cells[0] ?? null;
   const container = cell && (cell.containers.includes(chosen.container) ? chosen.container : busiest(state, cell));
-  return { cell: cell?.name ?? null, container, containers: cell?.containers ?? [], items: (cell && state.value('items', cell.name, container)) ?? [] };
+  const items = (cell && state.value('items', cell.name, container)) ?? [];
+  return { cell: cell?.name ?? null, container, containers: cell?.containers ?? [], items };
 }
 
 let isDue = false;
@@ -69,13 +71,15 @@ function show() {
   const decided = pending(session, decisions);
   showBuffer({
     buffer: of('buffer'), session, decisions, chosen: decided?.item_id ?? null, pictures,
-    shape: (id) => shapes.get(cell, id), explain: (item) => explain(where().cell, item), withdraw: controls.isOff ? null : (item) => controls.withdraw(item),
+    shape: (id) => shapes.get(cell, id),
+    explain: (item) => explain(where().cell, item),
+    withdraw: controls.isOff ? null : (item) => controls.withdraw(item),
   });
   showDecision(decisions, session, now, (runnerUp) => {
     chosen.runnerUp = runnerUp;
     due();
   });
-  const last = (decisions ?? []).find((decision) => decision.container === container && decision.outcome?.kind === 'placed')?.item_id ?? null;
+  const last = lastPlaced(decisions, container);
   showContents(items, last, controls.isOff ? null : (item) => controls.askRemoved(item.item_id));
   showFilled(state.value('figures', cell, container));
   showCycles(of('cycles'));
@@ -115,7 +119,8 @@ function showContainer({ cell, container, items, decision, decided, last, now })
 function describe(container, items, planned, map) {
   const next = planned ? `; ${named(planned.object)} is placed next` : '';
   byId('scene').setAttribute('aria-label', `${container ?? 'The container'} in three dimensions: ${counted(items.length)}${next}`);
-  byId('above').setAttribute('aria-label', map ? `Heights in ${container} from above; arrows read them` : 'Heights from above: nothing was seen yet');
+  const heightsOf = map ? `Heights in ${container} from above; arrows read them` : 'Heights from above: nothing was seen yet';
+  byId('above').setAttribute('aria-label', heightsOf);
 }
 
 /** What can be chosen among: shown where there is more than one. */
@@ -145,16 +150,25 @@ function readyPage() {
   [chosen.cell, chosen.container] = [...location.hash.slice(1).split('/').map(decodeURIComponent), '', ''].map((name) => name || null);
   readyTheme();
   readyDialogs();
-  readyKeys({ h: () => controls.act('hold'), r: () => controls.act('resume'), s: () => controls.act('step'), '?': () => byId('help').open || byId('help').showModal() });
+  readyKeys({
+    h: () => controls.act('hold'),
+    r: () => controls.act('resume'),
+    s: () => controls.act('step'),
+    '?': () => byId('help').open || byId('help').showModal(),
+  });
   byId('cell').addEventListener('change', (event) => choose(event.target.value, null));
   byId('container').addEventListener('change', (event) => choose(where().cell, event.target.value || null));
   for (const box of [byId('show-runners'), byId('show-surface')]) box.addEventListener('change', due);
   const views = {
-    left: () => scene.controls.turn(-0.3, 0), right: () => scene.controls.turn(0.3, 0), in: () => scene.controls.zoom(1.3), out: () => scene.controls.zoom(1 / 1.3), reset: () => scene.controls.reset(),
+    left: () => scene.controls.turn(-0.3, 0),
+    right: () => scene.controls.turn(0.3, 0),
+    in: () => scene.controls.zoom(1.3),
+    out: () => scene.controls.zoom(1 / 1.3),
+    reset: () => scene.controls.reset(),
   };
   for (const button of document.querySelectorAll('[data-view]')) button.addEventListener('click', () => views[button.dataset.view]());
   byId('view-keys').hidden = !scene.isPossible;
-  setText(byId('scene-note'), scene.isPossible ? hint : 'This browser has no WebGL: see the heights from above, and the list of what lies in the container.');
+  setText(byId('scene-note'), scene.isPossible ? HINT : NO_WEBGL);
   // Nobody trusts a page that has stopped to draw.
   const failed = (what) => {
     fault = String(what);

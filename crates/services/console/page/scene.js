@@ -60,8 +60,8 @@ export class SceneView {
   }
 
   /**
-   * What is seen, null for nothing, where the canvas is to be hidden: `size_m`; `bodies`, `planned` (or null) and `runnersUp`, each with `mesh`, `matrix` and `colour`; and `surface`, corners
-   * of triangles, or null.
+   * What is seen, null for nothing, where the canvas is to be hidden: `size_m`; `bodies`, `planned` (or null) and `runnersUp`, each with
+   * `mesh`, `matrix` and `colour`; and `surface`, corners of triangles, or null.
    */
   show(content) {
     this.content = content;

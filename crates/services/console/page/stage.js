@@ -22,8 +22,8 @@ const body = (item, shape, colour) => {
 
 /**
  * The picture of a container; null where its size is not known. `decided` is the decision under way, if any, `decision` the last one
- * that is of this container, `last` the item that was placed last, `shape(id)` its mesh or null, and `runnerUp` the one that is looked at (a decision's id
- * and an index), or null.
+ * that is of this container, `last` the item that was placed last, `shape(id)` its mesh or null, and `runnerUp` the one that is looked
+ * at (a decision's id and an index), or null.
  */
 export const content = ({ map, items, decision, decided, last, shape, showsRunnersUp, runnerUp }) => {
   if (!map) return null;

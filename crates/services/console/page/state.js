@@ -47,3 +47,7 @@ export const busiest = (state, cell) => {
 /** The decision that awaits its outcome, or null. */
 export const pending = (session, decisions) =>
   (decisions ?? []).find((decision) => decision.decision_id === session?.pending) ?? null;
+
+/** The id of the item that was placed into a container last, or null. */
+export const lastPlaced = (decisions, container) =>
+  (decisions ?? []).find((decision) => decision.container === container && decision.outcome?.kind === 'placed')?.item_id ?? null;

@@ -4,7 +4,8 @@ import { byId, setText, svg } from './dom.js';
 import { span } from './format.js';
 
 const LEVELS = {
-  placing: 'going', planning: 'going', manual: 'going', waiting: 'idle', ended: 'idle', idle: 'idle', held: 'held', failed: 'stopped', unknown: 'stopped',
+  placing: 'going', planning: 'going', manual: 'going', waiting: 'idle', ended: 'idle', idle: 'idle', held: 'held', failed: 'stopped',
+  unknown: 'stopped',
 };
 
 // One shape for each level, so that none is told by its colour alone.
@@ -29,12 +30,13 @@ export const summary = ({ fault, contact, silence, status, hasCell }) => {
     };
   }
   if (contact === 'connecting') return { level: 'idle', said: 'Connecting to the console', advice: '' };
-  if (!hasCell) return { level: 'stopped', said: 'No cell is there', advice: 'No planner and no bridge is heard of. Start the services, or look at their connection.' };
+  if (!hasCell) return { level: 'stopped', said: 'No cell is there', advice: 'Start the services, or look at their connection.' };
   if (!status) return { level: 'idle', said: 'Nothing was heard of this cell yet', advice: '' };
   const { doing, text, help, stale } = status;
   if (stale.length === 0) return { level: LEVELS[doing] ?? 'idle', said: text, advice: help ?? '' };
   const [first, ...others] = stale;
-  return { level: 'stopped', said: first, advice: [help, ...others, doing === 'unknown' ? null : `Last known: ${text}`].filter(Boolean).join(' ') };
+  const last = doing === 'unknown' ? null : `Last known: ${text}`;
+  return { level: 'stopped', said: first, advice: [help, ...others, last].filter(Boolean).join(' ') };
 };
 
 /** Whether what is shown is as it is now. */
