@@ -84,6 +84,7 @@ def picture(request):
     def taken(page, name):
         if folder:
             folder.mkdir(parents=True, exist_ok=True)
+            page.evaluate("new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)))")
             page.screenshot(path=folder / f"{name}.png")
 
     return taken

@@ -93,6 +93,7 @@ def test_a_packing_is_shown_and_without_a_token_not_touched(up, open_page, pictu
     for service in ("planner", "bridge", "perception", "heuristic"):
         expect(page.locator("#serving tr", has_text=service).first).to_contain_text("ready")
     expect(page.get_by_role("img", name=re.compile(f"three dimensions: {len(OBJECTS)} items"))).to_be_visible()
+    expect(page.locator("#scene")).to_have_attribute("data-bodies", str(len(OBJECTS)))
     # What is seen from above is no empty floor.
     page.locator("#above").focus()
     heights = set()

@@ -105,6 +105,7 @@ function showContainer({ cell, container, items, decision, decided, last, now })
   const said = JSON.stringify(shown);
   if (said !== seen.said) {
     seen.said = said;
+    byId('scene').dataset.bodies = String(stage?.bodies.length ?? 0);
     scene.show(stage && { ...stage, surface: seen.surface });
     above.show(map, seen.all, planned);
     describe(container, items, planned, map);
