@@ -188,7 +188,7 @@ def test_what_hands_did_is_told(cell, open_page):
     hold(page)
     cell.wait_rest()
     number = cell.state()[(cell.CELL, cell.CELL, "state")]["state_number"]
-    button(page, "My hand was in it").click()
+    button(page, "I had my hand in it").click()
     button(page, "Yes, see it anew").click()
     cell.wait(lambda: cell.state()[(cell.CELL, cell.CELL, "state")]["state_number"] > number, "the state does not count up")
     item = page.locator("#inside tr").first.get_attribute("data-item")

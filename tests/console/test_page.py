@@ -210,7 +210,10 @@ def test_each_control_is_asked_for_as_the_console_wants_it(console, packing, ope
     packing.publish("held", "Held: a door is open.", "Look, say what changed, and resume.")
     page = open_page(console.url)
     page.get_by_role("button", name="Unlock controls").click()
-    page.get_by_label("Token of this console").fill("another token")
+    page.get_by_label("Token of this console").fill("no tøken")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("alert")).to_have_text("That is not the token.")
+    page.get_by_label("Token of this console").fill("another-token")
     page.keyboard.press("Enter")
     expect(page.get_by_role("alert")).to_have_text("That is not the token.")
     page.get_by_label("Token of this console").fill(mock.TOKEN)
@@ -231,7 +234,7 @@ def test_each_control_is_asked_for_as_the_console_wants_it(console, packing, ope
         extra = {"container": "cell-1"} if action == "new_container" else {}
         asked(button, button, action=action, confirmed=True, **extra)
         assert [fields.get("confirmed") for _, fields in console.asked] == [None, True], console.asked
-    asked("My hand was in it", "Yes, see it anew", action="touched", container="cell-1")
+    asked("I had my hand in it", "Yes, see it anew", action="touched", container="cell-1")
     asked("Item removed", "mug (item-7)", "These were taken out", action="removed", container="cell-1", item_ids=["item-7"])
     asked("bottle item-6 was removed", "These were taken out", action="removed", container="cell-1", item_ids=["item-6"])
     page.get_by_role("button", name="Abort").click()
@@ -246,6 +249,7 @@ def test_each_control_is_asked_for_as_the_console_wants_it(console, packing, ope
 def test_what_a_control_came_to_is_said(console, packing, open_page):
     page = open_page(console.url)
     page.evaluate(f"sessionStorage.setItem('ppnpack-console-token', '{mock.TOKEN}')")
+    page.reload()
     console.answers["hold"] = (504, {"error": "unanswered", "text": "The bridge did not answer in time.", "question": None})
     expect(page.get_by_role("button", name="HOLD")).to_be_enabled()
     page.keyboard.press("h")
@@ -258,6 +262,7 @@ def test_what_a_control_came_to_is_said(console, packing, open_page):
 def test_letters_act_only_where_they_may(console, packing, open_page):
     page = open_page(console.url)
     page.evaluate(f"sessionStorage.setItem('ppnpack-console-token', '{mock.TOKEN}')")
+    page.reload()
     page.get_by_role("button", name="Keys").click()
     page.get_by_label("Letters act").uncheck()
     page.get_by_role("button", name="Close", exact=True).click()

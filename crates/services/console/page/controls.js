@@ -5,15 +5,37 @@ import { byId, make, setText } from './dom.js';
 import { milliseconds, named } from './format.js';
 
 const TOKEN = 'ppnpack-console-token';
-// A step is answered after half a minute at the latest, everything else much sooner.
-const PATIENCE_MS = { step: 45000, new_container: 45000 };
+// A step and a new container are answered after half a minute at the latest, everything else much sooner.
+const PATIENCE_MS = { step: 45000, new_container: 45000, hold: 7000, abort: 7000 };
 const USUAL_PATIENCE_MS = 15000;
+
+// What a token is made of, and a header takes.
+const VISIBLE = /^[\x21-\x7e]+$/;
 
 const NO_ANSWER =
   'the console does not answer, and it may have been done. Look at the cell; to stop the robot, use the cell\'s own stop.';
 
+// A browser may forbid to keep anything: then the token is asked for again when the page is loaded again.
+const kept = () => {
+  try {
+    return sessionStorage.getItem(TOKEN);
+  } catch {
+    return null;
+  }
+};
+const keep = (token) => {
+  try {
+    if (token === null) sessionStorage.removeItem(TOKEN);
+    else sessionStorage.setItem(TOKEN, token);
+  } catch {
+    // It holds until the page is left.
+  }
+};
+
+const STOPS = ['hold', 'abort'];
+
 const NAMES = {
-  hold: 'Hold', abort: 'Abort', resume: 'Resume', step: 'Step', touched: 'My hand was in it', removed: 'Item removed',
+  hold: 'Hold', abort: 'Abort', resume: 'Resume', step: 'Step', touched: 'I had my hand in it', removed: 'Item removed',
   withdraw: 'Withdraw', new_container: 'New container', automatic: 'Go on',
 };
 
@@ -21,6 +43,7 @@ export class Controls {
   /** `where()` says which cell and container are shown, and what lies there: `{ cell, container, items }`. */
   constructor(where) {
     this.where = where;
+    this.token = kept();
     // When a hold was asked for, while the cell does not show it.
     this.asked = null;
     this.isHeld = false;
@@ -28,10 +51,6 @@ export class Controls {
       button.addEventListener('click', () => this.act(button.dataset.act));
     }
     byId('unlock').addEventListener('click', () => (this.token ? this.lock() : this.unlock()));
-  }
-
-  get token() {
-    return sessionStorage.getItem(TOKEN);
   }
 
   /** Shows which controls there are. `status` is that of the cell, or null. */
@@ -69,20 +88,22 @@ export class Controls {
   }
 
   async askTouched() {
+    const at = this.where();
     const yes = await ask({
       title: 'A hand was in the container',
       body: [
-        `${this.where().container}: it is seen anew, and what was planned before is not carried out.`,
+        `${at.container}: it is seen anew, and what was planned before is not carried out.`,
         'Items that were taken out are named with “Item removed”.',
       ],
       yes: 'Yes, see it anew',
     });
-    if (yes) this.send('touched', { container: this.where().container });
+    if (yes) this.send('touched', { container: at.container }, at);
   }
 
   /** Asks which items were taken out; one may be chosen before. */
   async askRemoved(itemId) {
-    const { container, items } = this.where();
+    const at = this.where();
+    const { container, items } = at;
     if (items.length === 0) {
       this.reply('held', 'Nothing is known to lie in the container.');
       return;
@@ -98,14 +119,14 @@ export class Controls {
     });
     const chosen = [...list.querySelectorAll('input')].filter((box) => box.checked).map((box) => box.value);
     if (yes && chosen.length === 0) this.reply('held', 'No item was chosen: nothing was changed.');
-    else if (yes) this.send('removed', { container, item_ids: chosen });
+    else if (yes) this.send('removed', { container, item_ids: chosen }, at);
   }
 
   async withdraw(item) {
-    if (this.isOff) return;
+    const at = this.where();
     const told = `${named(item.object)} (${item.item_id}) is not packed.`;
     const yes = await ask({ title: 'This item does not come', body: [told], yes: 'It does not come' });
-    if (yes) this.send('withdraw', { item_ids: [item.item_id] });
+    if (yes) this.send('withdraw', { item_ids: [item.item_id] }, at);
   }
 
   /** Asks for the token; whether it is right. */
@@ -115,51 +136,53 @@ export class Controls {
     const said = make('p', { id: 'token-why', role: why ? 'alert' : null }, why || 'It is kept until this tab is closed.');
     const yes = await ask({ title: 'Unlock controls', body: [label, input, said], yes: 'Unlock' });
     if (!yes) return false;
-    const { status, text } = await this.post('check', {}, input.value.trim());
+    const token = input.value.trim();
+    if (!VISIBLE.test(token)) return this.unlock('That is not the token.');
+    const { status, text } = await this.post('check', {}, token);
     if (status === 401) return this.unlock('That is not the token.');
     if (status !== 200) {
       this.reply('stopped', text);
       return false;
     }
-    sessionStorage.setItem(TOKEN, input.value.trim());
-    this.changed();
+    this.remember(token);
     this.reply('going', 'Controls are unlocked in this tab.');
     return true;
   }
 
   lock() {
-    sessionStorage.removeItem(TOKEN);
-    this.changed();
+    this.remember(null);
     this.reply('idle', 'Controls are locked.');
   }
 
-  changed() {
+  remember(token) {
+    this.token = token;
+    keep(token);
     setText(byId('unlock'), this.token ? 'Lock controls' : 'Unlock controls');
   }
 
-  /** Sends a control of the cell that is shown, with the token; asks what the console wants asked. */
-  async send(action, fields = {}) {
+  /** Sends a control, with the token, of the cell and container that are shown now, or were when it was asked about. */
+  async send(action, fields = {}, at = this.where()) {
     if (!this.token && !(await this.unlock())) return;
-    const { cell, container } = this.where();
-    const body = { cell, ...(action === 'new_container' ? { container } : {}), ...fields };
-    if ((action === 'hold' || action === 'abort') && !this.isHeld) this.asked = performance.now();
+    const body = { cell: at.cell, ...(action === 'new_container' ? { container: at.container } : {}), ...fields };
+    this.asked = STOPS.includes(action) && !this.isHeld ? performance.now() : null;
     this.reply('idle', `${NAMES[action]}: asked for…`);
     const answer = await this.post(action, body, this.token);
-    await this.understand(action, fields, body, answer);
+    await this.understand(action, fields, at, answer);
   }
 
-  async understand(action, fields, body, { status, error, question, text }) {
+  async understand(action, fields, at, { status, error, question, text }) {
     if (status === 409 && error === 'unconfirmed') {
       this.reply('idle', '');
-      const yes = await ask({ title: `${NAMES[action]}: ${body.container ?? body.cell}`, body: [question ?? text], yes: NAMES[action] });
-      if (yes) await this.send(action, { ...fields, confirmed: true });
+      const what = action === 'new_container' ? at.container : at.cell;
+      const yes = await ask({ title: `${NAMES[action]}: ${what}`, body: [question ?? text], yes: NAMES[action] });
+      if (yes) await this.send(action, { ...fields, confirmed: true }, at);
     } else if (status === 401) {
-      sessionStorage.removeItem(TOKEN);
-      this.changed();
+      this.remember(null);
       this.reply('stopped', 'Refused: that is not the token.');
-      if (await this.unlock('That is not the token any more.')) await this.send(action, fields);
+      if (await this.unlock('That is not the token any more.')) await this.send(action, fields, at);
     } else if (status === 200) {
-      if (this.asked === null) this.reply('going', text);
+      // Of a stop it is said when the cell shows it.
+      if (this.asked === null || !STOPS.includes(action)) this.reply('going', text);
     } else {
       this.asked = null;
       this.reply('stopped', `${NAMES[action]} was not done: ${text}`);
