@@ -97,8 +97,8 @@ def test_a_packing_is_shown_and_without_a_token_not_touched(up, open_page, pictu
     # What is seen from above is no empty floor.
     page.locator("#above").focus()
     heights = set()
-    for _ in range(8):
-        page.keyboard.press("ArrowUp")
+    for key in ["ArrowDown"] * 8 + ["ArrowLeft"] * 8:
+        page.keyboard.press(key)
         heights.add(page.locator("#above-note").inner_text().partition(": ")[2])
     assert len(heights) > 1, heights
     expect(page.locator("#off")).to_contain_text("no token")
@@ -196,8 +196,14 @@ def test_what_hands_did_is_told(cell, open_page):
     button(page, "These were taken out").click()
     expect(page.locator(f"#inside tr[data-item={item}]")).to_have_count(0)
     confirmed(page, "New container")
+    expect(page.locator("#happened")).to_contain_text("is closed with")
     confirmed(page, "Resume")
-    expect(page.locator("#happened")).to_contain_text("An empty container stands", timeout=STARTED_MS)
+
+    def is_another():
+        standing = cell.state()[(cell.CELL, None, "session")]["containers"][0]
+        return standing["is_open"] and standing["sequence"] == 1
+
+    cell.wait(is_another, "no other container is packed")
 
 
 def test_a_planner_that_is_killed_is_missed_and_comes_back(cell, open_page, picture):
