@@ -140,14 +140,15 @@ def changes(wire, name, entry):
 
 
 def streams_in_sources(wire, service):
-    """Which streams the sources of a service publish, and which they read."""
-    found = {"publishes": set(), "subscribes": set()}
+    """Which streams the sources of a service publish, which they read, and which they name at all."""
+    found = {"publishes": set(), "subscribes": set(), "names": set()}
     for path in (SERVICES / service / "src").rglob("*.rs"):
         if path.name == "tests.rs":
             continue
         text = path.read_text().split("#[cfg(test)]\nmod")[0]
         for what, call in (("publishes", r"Publisher::new"), ("subscribes", r"\bsubscribe")):
             found[what] |= {wire.streams[name] for name in re.findall(call + r"\([^;{]*?\bStream::(\w+)", text)}
+        found["names"] |= {wire.streams[name] for name in re.findall(r"\bStream::([A-Z]\w+)", text) if name in wire.streams}
     return found
 
 
@@ -204,9 +205,12 @@ def check(wire, table):
         if "*" in cells_of(name, entry) and (changed := changes(wire, name, entry)):
             raise Wrong(f"{name}: name its cells, as it changes what is in them, by {', '.join(changed)}")
         if "serves" in entry:
-            for what, own in streams_in_sources(wire, entry["serves"]).items():
-                if own != (listed := set(streams(wire, name, entry, what))):
-                    raise Wrong(f"{name}.{what} lists {sorted(listed)}, its sources have {sorted(own)}")
+            found = streams_in_sources(wire, entry["serves"])
+            for what in ("publishes", "subscribes"):
+                listed = set(streams(wire, name, entry, what))
+                # Some are named in the sources elsewhere than where they are published or read.
+                if not found[what] <= listed <= found["names"]:
+                    raise Wrong(f"{name}.{what} lists {sorted(listed)}, its sources have {sorted(found[what] | listed & found['names'])}")
     unused = []
     for what in ("publishes", "subscribes"):
         used = {stream for name, entry in table.items() for stream in streams(wire, name, entry, what)}
