@@ -113,7 +113,7 @@ function showContainer({ cell, container, items, decision, decided, last, now })
   byId('nothing-seen').hidden = map !== null;
   for (const canvas of [byId('scene'), byId('above')]) canvas.classList.toggle('empty', map === null);
   for (const id of ['above-legend', 'above-note']) byId(id).hidden = map === null;
-  setText(byId('above-age'), map && now ? `as it is for ${span(now - map.at_ms)}` : '');
+  setText(byId('above-age'), map && now ? `unchanged for ${span(now - map.at_ms)}` : '');
   setText(byId('doubts'), map?.doubts.length ? `Not planned on: ${map.doubts.join('; ')}` : '');
 }
 
