@@ -57,6 +57,16 @@ fn sequences_that_are_not_there_are_named() {
 }
 
 #[test]
+fn a_dataset_that_is_not_there_is_wrong_input() {
+    for command in [&["experiment", "network"][..], &["train"]] {
+        let output = ppnpack(&[command, &["--dataset", "/nowhere"]].concat());
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{command:?}: {error}");
+        assert!(error.contains("/nowhere"), "{command:?}: {error}");
+    }
+}
+
+#[test]
 fn the_arm_is_compared_with_brute_force() {
     let report = text(&ppnpack(&["experiment", "oracle", "--placements", "4"]));
     assert!(report.contains("unsafe ones accepted: 0"), "{report}");
