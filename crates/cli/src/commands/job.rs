@@ -18,6 +18,9 @@ use crate::report::{
 /// Valid placements kept beside each choice, for the report.
 pub(super) const ALTERNATIVES: u8 = 3;
 
+/// Why a folder of results is not that of this run alone.
+const LEFT_OVER: &str = "what an earlier run left in the folder of results cannot be removed";
+
 /// What becomes of items that fit nowhere.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Sequence")]
@@ -35,9 +38,6 @@ impl SettingAsideOptions {
         self.set_aside.map_or(usual, |limit| limit as usize)
     }
 }
-
-/// Where what an earlier run left stays in the way.
-const LEFT_OVER: &str = "what an earlier run left there cannot be removed";
 
 /// Where the results of a packed sequence go.
 #[derive(Debug, Args)]
