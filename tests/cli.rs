@@ -334,6 +334,37 @@ fn several_containers_are_packed_with_a_report_of_each() {
 }
 
 #[test]
+fn a_result_folder_is_that_of_the_last_run_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("result");
+    let pack = |more: &[&str]| {
+        let options = "pack --random 2 --cell 1cm --yaws 4 --tries 0 --json --out";
+        let mut arguments: Vec<&str> = options.split(' ').collect();
+        arguments.push(out.to_str().unwrap());
+        arguments.extend(more);
+        json(&ppnpack(&arguments))
+    };
+    let names = || {
+        let entries = out.read_dir().unwrap().map(|entry| entry.unwrap());
+        let names = entries.map(|entry| entry.file_name().into_string().unwrap());
+        names.collect::<std::collections::BTreeSet<String>>()
+    };
+    pack(&[]);
+    let of_one = names();
+    assert!(of_one.contains("placements.csv"), "{of_one:?}");
+    // As a run into three containers leaves it.
+    let further = out.join("container-003");
+    std::fs::create_dir(&further).unwrap();
+    std::fs::copy(out.join("summary.json"), further.join("summary.json")).unwrap();
+    let summary = pack(&["--open", "1"]);
+    assert_eq!(summary["containers"].as_array().unwrap().len(), 1);
+    let of_several = ["container-001", "report.html", "summary.json"];
+    assert!(names().iter().eq(&of_several), "{:?}", names());
+    pack(&[]);
+    assert_eq!(names(), of_one);
+}
+
+#[test]
 fn the_same_seed_packs_the_same() {
     let folder = tempfile::tempdir().unwrap();
     let run = |name: &str, threads: &str| {

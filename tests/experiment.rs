@@ -57,6 +57,16 @@ fn sequences_that_are_not_there_are_named() {
 }
 
 #[test]
+fn a_dataset_that_is_not_there_is_wrong_input() {
+    for command in [&["experiment", "network"][..], &["train"]] {
+        let output = ppnpack(&[command, &["--dataset", "/nowhere"]].concat());
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{command:?}: {error}");
+        assert!(error.contains("/nowhere"), "{command:?}: {error}");
+    }
+}
+
+#[test]
 fn the_arm_is_compared_with_brute_force() {
     let report = text(&ppnpack(&["experiment", "oracle", "--placements", "4"]));
     assert!(report.contains("unsafe ones accepted: 0"), "{report}");
@@ -240,20 +250,29 @@ fn regular_and_irregular_objects_are_packed_apart() {
     }
 }
 
-/// The runs of a folder by name, without their times: those are the machine's.
+/// Results without times, at any depth: those are the machine's.
+fn timeless(results: Value) -> Value {
+    match results {
+        Value::Object(fields) => {
+            let fields = fields.into_iter();
+            let kept = fields.filter(|(name, _)| !name.ends_with("_s"));
+            kept.map(|(name, value)| (name, timeless(value))).collect()
+        }
+        Value::Array(values) => values.into_iter().map(timeless).collect(),
+        other => other,
+    }
+}
+
+/// The runs of a folder by name, without their times.
 fn runs(folder: &Path) -> BTreeMap<String, Value> {
     let files = walkdir(folder).into_iter();
     let runs = files.filter(|path| path.extension().is_some_and(|end| end == "json"));
-    let timeless = |path: PathBuf| {
-        let bytes = std::fs::read(&path).unwrap();
-        let mut run: Value = serde_json::from_slice(&bytes).unwrap();
-        if let Some(fields) = run.as_object_mut() {
-            fields.retain(|name, _| !name.ends_with("_s"));
-        }
+    let named = |path: PathBuf| {
+        let run = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
         let name = path.strip_prefix(folder).unwrap();
-        (name.to_string_lossy().into_owned(), run)
+        (name.to_string_lossy().into_owned(), timeless(run))
     };
-    runs.map(timeless).collect()
+    runs.map(named).collect()
 }
 
 fn walkdir(folder: &Path) -> Vec<PathBuf> {
@@ -349,6 +368,53 @@ fn merged_shards_are_the_single_run_also_after_a_kill() {
 const UNTRIED: &str = r#"[{"name": "untried", "grid": {"cell_m": 0.01, "yaws": 4},
     "method": {"proposals": {"from": "bounded"}, "stability": "physical", "trial": {"tries_per_item": 0}}}]"#;
 
+/// Makes an experiment at once, and as two shards that are merged: both have the same runs, and results, bit for bit.
+fn is_the_same_as_shards(experiment: &[&str]) {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let make = |name: &str, more: &[&str]| {
+        let out = at(name);
+        let options = ["--json", "--out", out.to_str().unwrap()];
+        ppnpack(&[&["experiment"][..], experiment, &options, more].concat())
+    };
+    let single = timeless(json(&make("single", &[])));
+    text(&make("a", &["--shard", "0/2"]));
+    text(&make("b", &["--shard", "1/2"]));
+    let kept = ["a", "b", "all", "single"].map(|name| at(name).join("runs"));
+    let [a, b, all, _] = kept.each_ref().map(|path| path.to_str().unwrap());
+    text(&ppnpack(&["experiment", "merge", a, b, "--into", all]));
+    let [a, b, all, once] = kept.each_ref().map(|path| runs(path));
+    assert_eq!(all, once, "{experiment:?}");
+    let is_part = |part: &BTreeMap<String, Value>| part.len() < all.len();
+    assert!(is_part(&a) && is_part(&b), "{experiment:?}");
+    let merged = timeless(json(&make("all", &[])));
+    assert_eq!(merged, single, "{experiment:?}");
+}
+
+#[test]
+fn fillings_loads_streams_and_boxes_are_the_same_as_shards() {
+    let folder = tempfile::tempdir().unwrap();
+    let sequences = folder.path().join("sequences.npy");
+    let rows =
+        ndarray::Array2::from_shape_fn((3, 5), |(row, column)| (row * 5 + column) as i64 * 7 % 90);
+    ndarray_npy::write_npy(&sequences, &rows).unwrap();
+    let method = folder.path().join("method.json");
+    std::fs::write(&method, UNTRIED).unwrap();
+    let orders = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/orders.csv");
+    let [sequences, method, orders] =
+        [&sequences, &method, &orders].map(|path| path.to_str().unwrap());
+    let packed = ["--sequences", sequences, "--cases", "3"];
+    let filling = ["filling", "--physics", "own,apart", "--methods", method];
+    is_the_same_as_shards(&[&filling[..], &packed].concat());
+    let loads = ["loads", "--margins", "1.5", "--method", method];
+    is_the_same_as_shards(&[&loads[..], &packed].concat());
+    let streams = ["--streams", "2", "--open", "1", "--method", method];
+    is_the_same_as_shards(&[&["stream", "--orders", orders][..], &streams].concat());
+    // Twenty instances are a run.
+    let instances = ["--instances", "21", "--settings", "2"];
+    is_the_same_as_shards(&[&["boxes", "--methods", "dbl,snug"][..], &instances].concat());
+}
+
 #[test]
 fn comparisons_of_ways_grids_margins_and_weights_answer_first() {
     let folder = tempfile::tempdir().unwrap();
@@ -367,8 +433,12 @@ fn comparisons_of_ways_grids_margins_and_weights_answer_first() {
         arguments.extend(options);
         arguments.extend(["--sequences", sequences.to_str().unwrap(), "--json"]);
         arguments.extend(["--out", out.to_str().unwrap()]);
-        json(&ppnpack(&arguments));
+        let printed = json(&ppnpack(&arguments));
         answers_first(&out, question);
+        // What is printed is kept beside the document.
+        let kept = std::fs::read(out.join(options[0]).with_extension("json")).unwrap();
+        let kept: Value = serde_json::from_slice(&kept).unwrap();
+        assert_eq!(kept, printed, "{options:?}");
     };
     let few = |name, more: &[&'static str]| [&[name, "--cases", "2"][..], more].concat();
     let pareto = few("pareto", &["--grids", "coarse", "--shares", "5"]);
@@ -429,6 +499,9 @@ fn orders_are_packed_one_at_a_time_and_together() {
     assert_eq!(together["in_one_container_percent"], 100.0);
     let table = std::fs::read_to_string(out.join("stream.md")).unwrap();
     assert!(table.contains("| 1, one order at a time | 4.0"), "{table}");
+    let kept = std::fs::read(out.join("stream.json")).unwrap();
+    let kept: Value = serde_json::from_slice(&kept).unwrap();
+    assert_eq!(kept, results);
     answers_first(
         &out,
         "What do several containers bring that are open at the same time?",

@@ -7,7 +7,7 @@
     reason = "a panic in a test is a failing test"
 )]
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use serde_json::Value;
@@ -38,11 +38,10 @@ fn write_box(folder: &Path, name: &str, sides_m: [f64; 3]) {
     std::fs::write(folder.join(format!("{name}.obj")), text).unwrap();
 }
 
-/// Runs the experiment on three boxes, one of them known besides, and gives the results of all contenders.
-fn experiment(options: &[&str]) -> Value {
-    let folder = tempfile::tempdir().unwrap();
+/// Folders of two boxes that are not known, and of one that is.
+fn boxes(folder: &Path) -> [PathBuf; 2] {
     let of = |name: &str| {
-        let path = folder.path().join(name);
+        let path = folder.join(name);
         std::fs::create_dir(&path).unwrap();
         path
     };
@@ -50,9 +49,12 @@ fn experiment(options: &[&str]) -> Value {
     write_box(&unseen, "slab", [0.14, 0.09, 0.045]);
     write_box(&unseen, "bar", [0.12, 0.06, 0.05]);
     write_box(&known, "block", [0.08, 0.07, 0.06]);
-    let out = folder.path().join("out");
-    let (unseen, known) = (unseen.to_str().unwrap(), known.to_str().unwrap());
-    let out = out.to_str().unwrap();
+    [unseen, known]
+}
+
+/// Makes so many runs with all three boxes; gives what is printed.
+fn physical(boxes: &[PathBuf; 2], out: &Path, runs: &str, options: &[&str]) -> Value {
+    let [unseen, known] = boxes.each_ref().map(|path| path.to_str().unwrap());
     let mut arguments = vec![
         "experiment",
         "physical",
@@ -63,33 +65,41 @@ fn experiment(options: &[&str]) -> Value {
         "--unseen-count",
         "2",
         "--runs",
-        "1",
+        runs,
         "--drops",
         "0",
         "--missed-picks",
         "0",
         "--json",
         "--out",
-        out,
+        out.to_str().unwrap(),
     ];
     arguments.extend(options);
     let output = ppnpack(&arguments);
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{errors}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Makes one run on three boxes, and gives the results of all contenders.
+fn experiment(options: &[&str]) -> Value {
+    let folder = tempfile::tempdir().unwrap();
+    let boxes = boxes(folder.path());
+    let out = &folder.path().join("out");
+    let results = physical(&boxes, out, "1", options);
     for contender in ["physical-test", "tried", "tried-dense"] {
         for file in ["tray.png", "packed.png", "heightmap.png"] {
-            let path = Path::new(out).join(contender).join(file);
+            let path = out.join(contender).join(file);
             assert!(path.exists(), "{}", path.display());
         }
     }
-    let results: Value = serde_json::from_slice(&output.stdout).unwrap();
     let grid = &results["settings"]["grid"];
     let cell_mm = grid["cell_m"].as_f64().unwrap() * 1e3;
     let shown = format!("{cell_mm:.1} mm cells, {} yaws", grid["yaws"]);
-    let document = std::fs::read_to_string(Path::new(out).join("physical.md")).unwrap();
+    let document = std::fs::read_to_string(out.join("physical.md")).unwrap();
     assert!(document.contains(&shown), "{document}");
     let question = "What does the robot cell pack, with its sensors, its arm and their errors?";
-    page::answers_first(Path::new(out), question);
+    page::answers_first(out, question);
     results
 }
 
@@ -165,6 +175,50 @@ fn strangers_are_packed_as_unknown_items() {
         assert_eq!(line["seen"]["right"], 1, "{method}");
         // What is not in the catalogue cannot be found again, and that is said.
         assert_eq!(line["found"]["kinds"]["unclear"], 2, "{method}");
+    }
+}
+
+/// The runs that are kept in a folder of results, in the order of their text.
+fn kept(out: &Path) -> Vec<String> {
+    let groups = out.join("runs").read_dir().unwrap();
+    let files = groups.flat_map(|group| group.unwrap().path().read_dir().unwrap());
+    let paths = files.map(|file| file.unwrap().path());
+    let runs = paths.filter(|path| {
+        let is_run = path.extension().is_some_and(|end| end == "json");
+        is_run && !path.ends_with("settings.json")
+    });
+    let mut runs: Vec<String> = runs
+        .map(|path| std::fs::read_to_string(path).unwrap())
+        .collect();
+    runs.sort();
+    runs
+}
+
+#[test]
+fn merged_shards_have_the_runs_of_each() {
+    let folder = tempfile::tempdir().unwrap();
+    let boxes = boxes(folder.path());
+    let [a, b, all] = ["a", "b", "all"].map(|name| folder.path().join(name));
+    let make = |out: &Path, shard: &[&str]| {
+        let coarse = ["--arm", "none", "--cell", "1cm", "--yaws", "4"];
+        physical(&boxes, out, "2", &[&coarse[..], shard].concat())
+    };
+    make(&a, &["--shard", "0/2"]);
+    make(&b, &["--shard", "1/2"]);
+    let folders = [&a, &b, &all].map(|out| out.join("runs"));
+    let [of_a, of_b, of_all] = folders.each_ref().map(|path| path.to_str().unwrap());
+    let merged = ppnpack(&["experiment", "merge", of_a, of_b, "--into", of_all]);
+    assert!(merged.status.success());
+    // None is made anew: each has times of its own.
+    let results = make(&all, &[]);
+    let mut made = [kept(&a), kept(&b)].concat();
+    made.sort();
+    assert_eq!(kept(&all), made);
+    let lines = lines(&results);
+    assert_eq!(made.len(), 2 * lines.len());
+    for line in lines {
+        assert_eq!(line["runs"], 2);
+        assert_eq!(line["items"]["all"], 6);
     }
 }
 

@@ -324,8 +324,7 @@ impl<'a> Comparison<'a> {
         let items = self.catalogue.items();
         let network = self.network(&items);
         let mut jobs = Vec::new();
-        let cases = sequences.iter().enumerate();
-        for (case, sequence) in cases.filter(|(case, _)| part.has(*case)) {
+        for (case, sequence) in part.of(sequences.iter().enumerate()) {
             jobs.extend(contenders.iter().map(|it| (case, sequence, it)));
         }
         let pack = |(case, sequence, contender): &(usize, &Sequence, &Contender)| {
@@ -335,10 +334,9 @@ impl<'a> Comparison<'a> {
             })
         };
         let done = workers::map("Packing sequences", &jobs, self.options.workers(), pack)?;
-        if let Some(shard) = part.shard {
-            runs.finish_shard(shard)?;
+        let Some(done) = part.finish(&runs, done)? else {
             return Ok(None);
-        }
+        };
         let of_contender = |at| done.iter().skip(at).step_by(contenders.len()).cloned();
         let by_contender = (0..contenders.len()).map(|at| of_contender(at).collect());
         Ok(Some(by_contender.collect()))

@@ -6,7 +6,7 @@ use clap::Args;
 use ppnpack_cli::drawing;
 use ppnpack_cli::failure::{Failure, OrRun, Outcome};
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::{Conditions, GridOptions, Network};
+use ppnpack_cli::options::Network;
 use ppnpack_cli::report::Content;
 use ppnpack_cli::sequence::{Sequence, SequenceFile};
 use ppnpack_files::write_whole;
@@ -15,8 +15,9 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_picture::{Column, Image, PictureError, Size, gallery};
 use serde::Serialize;
 
-use crate::comparison::{Comparison, ComparisonOptions, Contender, Results};
+use crate::comparison::{Comparison, Contender, Results};
 use crate::document::{self, Answer, Document};
+use crate::table::TableOptions;
 use crate::{table1, workers};
 
 /// The width of a picture, in pixels.
@@ -37,19 +38,12 @@ pub(crate) struct Figure5Arguments {
     #[arg(long, value_name = "COUNT", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..))]
     length: u32,
 
-    #[command(flatten)]
-    grid: GridOptions,
-
-    #[command(flatten)]
-    comparison: ComparisonOptions,
-
     /// Where report.html, figure5.png, figure5.md and figure5.json are written
     #[arg(long, value_name = "DIR", default_value = "out/figure5")]
     out: PathBuf,
 
-    /// Print the results as JSON instead of a table
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    table: TableOptions,
 }
 
 /// What a method made of the objects.
@@ -70,15 +64,14 @@ struct Packed {
 }
 
 pub(crate) fn run(arguments: &Figure5Arguments, backend: &dyn Backend) -> Outcome {
-    let grid = arguments.grid.grid(Conditions::Reference)?;
-    let comparison = Comparison::new(&arguments.comparison, backend, grid)?;
+    let comparison = arguments.table.comparison(backend)?;
     let sequence = sequence(arguments, &comparison)?;
     let (_, contenders) = comparison.contenders(&table1::ROWS);
     let items = comparison.catalogue.items();
     let network = comparison.network(&items);
     let case = arguments.sequence as usize;
     let pack = |contender: &_| packed(&comparison, contender, &sequence, case, network);
-    let workers = arguments.comparison.workers();
+    let workers = arguments.table.comparison.workers();
     let packed = workers::map("Packing", &contenders, workers, pack)?;
 
     let folder = &arguments.out;
@@ -100,7 +93,7 @@ pub(crate) fn run(arguments: &Figure5Arguments, backend: &dyn Backend) -> Outcom
         measured: &["lines"],
         markdown: markdown(&results, &title),
     };
-    document.publish(folder, arguments.json)
+    document.publish(folder, arguments.table.json)
 }
 
 /// Which method packs them most compactly, and which least.

@@ -5,7 +5,7 @@ mod bench;
 mod results;
 mod ways;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cases::{Case, cases};
 use crate::document::{self, Answer, Document};
-use crate::runs::{Runs, RunsOption, hash};
+use crate::runs::{Part, Runs, ShardOptions, hash};
 use crate::workers;
 use apart::{Apart, Physics};
 pub(crate) use bench::{Bench, catalogue};
@@ -63,7 +63,7 @@ pub(crate) struct FillingArguments {
     )]
     physics: Vec<Physics>,
 
-    /// Sequences packed at once [default: one per core]
+    /// Sequences packed at once, by default one per core
     #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
     workers: usize,
 
@@ -72,7 +72,7 @@ pub(crate) struct FillingArguments {
     out: PathBuf,
 
     #[command(flatten)]
-    runs: RunsOption,
+    runs: ShardOptions,
 
     /// Print the results as JSON instead of a table
     #[arg(long)]
@@ -101,12 +101,16 @@ pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
         Some(path) => ways::read(path)?,
         None => arguments.compare.ways(),
     };
-    let folder = arguments.runs.folder(&arguments.out);
+    let part = arguments.runs.part(&arguments.out);
     let compare = arguments.compare;
     let mut results = Results::new(compare.title(), &ways, arguments);
     for physics in &arguments.physics {
-        let runs = pack_all(arguments, &ways, &physics.apart(), &folder)?;
-        results.tables.push(Table::new(*physics, &ways, &runs));
+        let packed = pack_all(arguments, &ways, &physics.apart(), &part)?;
+        let table = packed.map(|runs| Table::new(*physics, &ways, &runs));
+        results.tables.extend(table);
+    }
+    if part.shard.is_some() {
+        return part.tell(arguments.json);
     }
     let (out, name) = (&arguments.out, compare.name());
     let chart = match compare {
@@ -129,23 +133,24 @@ pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
     document.publish(out, arguments.json)
 }
 
-/// Packs all sequences in all ways, those first that come first; gives the runs by way, then sequence.
+/// Packs all sequences in all ways, those first that come first; gives the runs by way, then sequence; `None` where only a shard of
+/// them is made here.
 fn pack_all(
     arguments: &FillingArguments,
     ways: &[Way],
     apart: &Apart,
-    folder: &Path,
-) -> Outcome<Vec<Vec<Run>>> {
+    part: &Part,
+) -> Outcome<Option<Vec<Vec<Run>>>> {
     let mut of_ways = Vec::new();
     for way in ways {
         let catalogue = catalogue(&arguments.catalogue, way)?;
         let sequences = SequenceFile::read(&arguments.sequences, &catalogue)?;
         let cases = cases(&sequences, arguments.first, arguments.cases)?;
-        let kept = Runs::new(folder, &(catalogue.content_hash(), way, apart))?;
+        let kept = Runs::new(&part.runs, &(catalogue.content_hash(), way, apart))?;
         let pack = |case: &Case| pack_kept(&kept, way, &catalogue, case, apart);
-        of_ways.push(workers::map("Packing", &cases, arguments.workers, pack)?);
+        of_ways.push(part.make(&kept, &cases, arguments.workers, pack)?);
     }
-    Ok(of_ways)
+    Ok(of_ways.into_iter().collect())
 }
 
 /// Packs a sequence, where that was not done before.

@@ -36,6 +36,7 @@ mod shares;
 mod stability;
 mod statistics;
 mod stream;
+mod table;
 mod table1;
 mod table2;
 mod table3;

@@ -14,8 +14,8 @@ use crate::runs::{SETTINGS_FILE, SHARD_EXTENSION};
 use crate::shard::Shard;
 
 /// Puts the runs of all shards of an experiment together. Then the same experiment without --shard, with the merged folder as
-/// --runs, makes its tables of them without packing anything again. Shards of other settings, of another build, or that are not
-/// finished are refused.
+/// --runs (`physical`: as `runs` in its --out), makes its tables of them without packing anything again. Shards of other settings,
+/// of another build, or that are not finished are refused.
 #[derive(Debug, Args)]
 pub(crate) struct MergeArguments {
     /// The --runs folders of the shards; several shards may have had the same one
@@ -44,7 +44,7 @@ pub(crate) fn run(arguments: &MergeArguments) -> Outcome {
         return Ok(print_json(&merged)?);
     }
     Ok(print_line(&format!(
-        "{} runs of {} shards are in {}: give it to the experiment as --runs",
+        "{} runs of {} shards are in {}: the experiment makes its tables of them, with this folder as --runs",
         merged.runs,
         merged.shards,
         arguments.into.display()

@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use ppnpack_cli::failure::{OrRun, Outcome};
+use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{parse_device, read_model};
 use ppnpack_cli::progress;
+use ppnpack_dataset::Dataset;
 use ppnpack_model::accuracy::{Accuracies, Question};
 use ppnpack_model::report::TrainingEvent;
 use ppnpack_model::settings::{Device, MeasurementRequest};
@@ -57,6 +58,8 @@ struct Results {
 }
 
 pub(crate) fn run(arguments: &NetworkArguments, backend: &dyn Backend) -> Outcome {
+    // What is wrong with the dataset is the fault of who names it, not of the measurement.
+    Dataset::open(&arguments.dataset).or_input()?;
     let model = read_model(arguments.model.as_deref())?;
     let request = MeasurementRequest {
         dataset: arguments.dataset.clone(),

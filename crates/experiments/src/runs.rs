@@ -11,6 +11,7 @@ use ppnpack_cli::output::{print_json, print_line};
 use ppnpack_files::write_whole;
 
 use crate::shard::Shard;
+use crate::workers;
 
 /// The settings of a folder of runs, beside them.
 pub(crate) const SETTINGS_FILE: &str = "settings.json";
@@ -32,24 +33,38 @@ impl RunsOption {
     }
 }
 
+/// Which runs are made here.
+#[derive(Debug, Args)]
+pub(crate) struct ShardOption {
+    /// Make every N-th run alone, from the I-th on, counted from 0, and no tables: `ppnpack experiment merge` puts the runs of all shards
+    /// together
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+}
+
+impl ShardOption {
+    /// The part with its runs in this folder.
+    pub(crate) fn part(&self, runs: PathBuf) -> Part {
+        Part {
+            runs,
+            shard: self.shard,
+        }
+    }
+}
+
 /// Where finished runs are kept, and which of them are made here.
 #[derive(Debug, Args)]
 pub(crate) struct ShardOptions {
     #[command(flatten)]
     runs: RunsOption,
 
-    /// Pack every N-th sequence alone, from the I-th on, counted from 0, and make no tables: `ppnpack experiment merge` puts the runs of
-    /// all shards together
-    #[arg(long, value_name = "I/N")]
-    shard: Option<Shard>,
+    #[command(flatten)]
+    shard: ShardOption,
 }
 
 impl ShardOptions {
     pub(crate) fn part(&self, out: &Path) -> Part {
-        Part {
-            runs: self.runs.folder(out),
-            shard: self.shard,
-        }
+        self.shard.part(self.runs.folder(out))
     }
 }
 
@@ -61,8 +76,35 @@ pub(crate) struct Part {
 }
 
 impl Part {
-    pub(crate) fn has(&self, number: usize) -> bool {
-        self.shard.is_none_or(|shard| shard.has(number))
+    /// Those of all sequences that are of this part.
+    pub(crate) fn of<T>(&self, all: impl IntoIterator<Item = T>) -> impl Iterator<Item = T> {
+        let shard = self.shard;
+        let numbered = all.into_iter().enumerate();
+        let own = numbered.filter(move |(number, _)| shard.is_none_or(|it| it.has(*number)));
+        own.map(|(_, one)| one)
+    }
+
+    /// Makes those of all runs that are of this part, `workers` at once, in the folder `kept`; gives them in their order, or `None`
+    /// where they are a shard.
+    pub(crate) fn make<J: Sync, R: Send + Sync>(
+        &self,
+        kept: &Runs,
+        all: &[J],
+        workers: usize,
+        make: impl Fn(&J) -> Outcome<R> + Sync,
+    ) -> Outcome<Option<Vec<R>>> {
+        let own: Vec<&J> = self.of(all).collect();
+        let made = workers::map("Packing", &own, workers, |job| make(job))?;
+        self.finish(kept, made)
+    }
+
+    /// The runs of a folder, of which all of this part are made now; `None` where they are a shard, which is marked as finished.
+    pub(crate) fn finish<R>(&self, kept: &Runs, made: Vec<R>) -> Outcome<Option<Vec<R>>> {
+        let Some(shard) = self.shard else {
+            return Ok(Some(made));
+        };
+        kept.finish_shard(shard)?;
+        Ok(None)
     }
 
     /// Says what is to be done with the runs of a shard.

@@ -6,19 +6,18 @@ use clap::Args;
 use ppnpack_chart::{PlotPoint, PointSeries, Scatter};
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::{Conditions, GridOptions};
 use ppnpack_packing::method::ProposalSource;
 use ppnpack_packing::objective::{Heuristic, Order};
 use serde::Serialize;
 
 use crate::comparison::{
-    COMPACTNESS, Comparison, ComparisonOptions, Contender, Means, Results, Row, RowProposals, Run,
-    WIDENED, point,
+    COMPACTNESS, Comparison, Contender, Means, Results, Row, RowProposals, Run, WIDENED, point,
 };
 use crate::document::{self, Answer, Document};
 use crate::pareto::GridOption;
 use crate::runs::{Part, ShardOptions};
 use crate::statistics::Mean;
+use crate::table::{Published, TableOptions};
 
 /// Packs the first test sequences with each packing heuristic and compares them.
 #[derive(Debug, Args)]
@@ -31,15 +30,9 @@ pub(crate) struct Table1Arguments {
     #[arg(long, value_name = "COUNT", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
     cases: u32,
 
-    #[command(flatten)]
-    grid: GridOptions,
-
     /// The grids over the reference container on which the bounded search packs the same sequences, too
     #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',')]
     grids: Vec<GridOption>,
-
-    #[command(flatten)]
-    comparison: ComparisonOptions,
 
     /// Where report.html, table1.md, table1.json and table1.svg are written
     #[arg(long, value_name = "DIR", default_value = "out/table1")]
@@ -48,27 +41,20 @@ pub(crate) struct Table1Arguments {
     #[command(flatten)]
     runs: ShardOptions,
 
-    /// Print the results as JSON instead of a table
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    table: TableOptions,
 }
 
-#[derive(Debug, Clone, Copy, Serialize)]
-struct Published {
+/// Of seconds; of cm³, percent and items.
+fn figures(
     decision_s: Option<f64>,
-    voxels_cm3: f64,
-    compactness_percent: f64,
-    items: f64,
-}
-
-impl Published {
-    fn new(decision_s: Option<f64>, [voxels_cm3, compactness_percent, items]: [f64; 3]) -> Self {
-        Self {
-            decision_s,
-            voxels_cm3,
-            compactness_percent,
-            items,
-        }
+    [voxels_cm3, compactness_percent, items]: [f64; 3],
+) -> Published {
+    Published {
+        decision_s,
+        voxels_cm3: Some(voxels_cm3),
+        compactness_percent,
+        items,
     }
 }
 
@@ -174,18 +160,14 @@ struct Yardstick {
 }
 
 pub(crate) fn run(arguments: &Table1Arguments, backend: &dyn Backend) -> Outcome {
-    let comparison = Comparison::new(
-        &arguments.comparison,
-        backend,
-        arguments.grid.grid(Conditions::Reference)?,
-    )?;
+    let comparison = arguments.table.comparison(backend)?;
     let sequences = comparison.sequences(&arguments.sequences, arguments.cases)?;
     let part = arguments.runs.part(&arguments.out);
     let (rows, contenders) = comparison.contenders(&ROWS);
     let packed = comparison.pack(&contenders, &sequences, &part)?;
     let bounded = bounded(arguments, backend, &part)?;
     let (Some(packed), Some(bounded)) = (packed, bounded) else {
-        return part.tell(arguments.json);
+        return part.tell(arguments.table.json);
     };
     // The rows end with the search of all placements by SDFM.
     let reference = packed.last().map_or(&[][..], |runs| runs);
@@ -195,7 +177,7 @@ pub(crate) fn run(arguments: &Table1Arguments, backend: &dyn Backend) -> Outcome
         Line {
             method: contender.name,
             means: Means::of(runs),
-            paper: Published::new(Some(decision_s), packed),
+            paper: figures(Some(decision_s), packed),
             difference: Difference::of(runs, reference),
             yardstick: yardstick(row.name, runs),
         }
@@ -219,7 +201,7 @@ pub(crate) fn run(arguments: &Table1Arguments, backend: &dyn Backend) -> Outcome
         measured: &["lines", "bounded"],
         markdown: markdown(&table),
     };
-    document.publish(folder, arguments.json)
+    document.publish(folder, arguments.table.json)
 }
 
 /// How compactly the search of all placements by SDFM packs, and which other method comes nearest.
@@ -258,7 +240,7 @@ fn bounded(
     let mut all = Some(Vec::new());
     for option in &arguments.grids {
         let (_, name, ..) = option.parts();
-        let comparison = Comparison::new(&arguments.comparison, backend, option.grid()?)?;
+        let comparison = Comparison::new(&arguments.table.comparison, backend, option.grid()?)?;
         let sequences = comparison.sequences(&arguments.sequences, arguments.cases)?;
         let contender = Contender {
             name: "SDFM, bounded".to_owned(),
@@ -286,7 +268,7 @@ fn yardstick(name: &str, runs: &[Run]) -> Option<Yardstick> {
         floor_compactness_percent: means.floor_compactness_percent,
         items: means.items,
         voxels_cm3: means.voxels_cm3,
-        published: Published::new(None, *published),
+        published: figures(None, *published),
     })
 }
 
@@ -327,7 +309,7 @@ fn methods_part(results: &Results<'_, Line>) -> String {
             means.items.shown(1),
             paper.items,
             means.voxels_cm3.shown(0),
-            paper.voxels_cm3,
+            paper.voxels_cm3.unwrap_or_default(),
             means.floor_compactness_percent.shown(1),
             paper.compactness_percent,
             means.box_compactness_percent.shown(1),
@@ -403,7 +385,7 @@ fn yardstick_part(results: &Results<'_, Line>) -> String {
             comparison.items.shown(1),
             other.items,
             comparison.voxels_cm3.shown(0),
-            other.voxels_cm3
+            other.voxels_cm3.unwrap_or_default()
         );
     }
     text

@@ -6,18 +6,17 @@ use clap::Args;
 use ppnpack_catalogue::shape_class::{REGULAR_SHARE, ShapeClass};
 use ppnpack_cli::failure::{Failure, Outcome};
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::{Conditions, GridOptions};
 use ppnpack_packing::objective::{Heuristic, Order};
 use serde::Serialize;
 
 use crate::cases;
 use crate::comparison::{
-    COMPACTNESS, Comparison, ComparisonOptions, Means, Results, Row, RowProposals, Run, WIDENED,
-    ratio_percent,
+    COMPACTNESS, Comparison, Means, Results, Row, RowProposals, Run, WIDENED, ratio_percent,
 };
 use crate::document::{self, Answer, Document};
 use crate::runs::{Part, ShardOptions};
 use crate::statistics::Mean;
+use crate::table::{Published, TableOptions};
 
 /// Packs random sequences of the catalogue's regular objects, and of its irregular ones, with the network's proposals and
 /// searching all placements. The sets of objects that the paper compares with hierarchical reinforcement learning on are not
@@ -40,12 +39,6 @@ pub(crate) struct Table2Arguments {
     #[arg(long, value_name = "FILE")]
     irregular_model: Option<PathBuf>,
 
-    #[command(flatten)]
-    grid: GridOptions,
-
-    #[command(flatten)]
-    comparison: ComparisonOptions,
-
     /// Where report.html, table2.md and table2.json are written
     #[arg(long, value_name = "DIR", default_value = "out/table2")]
     out: PathBuf,
@@ -53,20 +46,11 @@ pub(crate) struct Table2Arguments {
     #[command(flatten)]
     runs: ShardOptions,
 
-    /// Print the results as JSON instead of a table
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    table: TableOptions,
 }
 
-/// What the paper reports on other objects.
-#[derive(Debug, Clone, Copy, Serialize)]
-struct Published {
-    decision_s: f64,
-    compactness_percent: f64,
-    items: f64,
-}
-
-/// The two methods of the paper's Table II on one of its sets.
+/// The two methods of the paper's Table II on one of its sets, which are of other objects.
 #[derive(Debug, Clone, Copy, Serialize)]
 struct PaperRows {
     hierarchical_learning: Published,
@@ -105,8 +89,7 @@ struct Line {
 }
 
 pub(crate) fn run(arguments: &Table2Arguments, backend: &dyn Backend) -> Outcome {
-    let grid = arguments.grid.grid(Conditions::Reference)?;
-    let comparison = Comparison::new(&arguments.comparison, backend, grid)?;
+    let comparison = arguments.table.comparison(backend)?;
     let part = arguments.runs.part(&arguments.out);
     // What is wrong with either class is said before anything is packed.
     let mut of_classes = Vec::new();
@@ -118,7 +101,7 @@ pub(crate) fn run(arguments: &Table2Arguments, backend: &dyn Backend) -> Outcome
         classes.extend(pack(*class, arguments, &part, comparison)?);
     }
     if classes.is_empty() {
-        return part.tell(arguments.json);
+        return part.tell(arguments.table.json);
     }
     let results = comparison.results(None, classes);
     draw(arguments, &results)?;
@@ -134,7 +117,7 @@ pub(crate) fn run(arguments: &Table2Arguments, backend: &dyn Backend) -> Outcome
         measured: &["lines"],
         markdown: markdown(&results),
     };
-    document.publish(&arguments.out, arguments.json)
+    document.publish(&arguments.out, arguments.table.json)
 }
 
 fn draw(arguments: &Table2Arguments, results: &Results<'_, Class>) -> Outcome {
@@ -234,7 +217,8 @@ fn line(method: String, runs: &[Run], all: &[Run]) -> Line {
 /// Table II of the paper: 50 easy, and 50 hard objects a sequence.
 fn published(class: ShapeClass) -> PaperRows {
     let row = |decision_s, compactness_percent, items| Published {
-        decision_s,
+        decision_s: Some(decision_s),
+        voxels_cm3: None,
         compactness_percent,
         items,
     };
@@ -296,7 +280,9 @@ fn section(class: &Class) -> String {
     for (method, published) in theirs {
         text += &format!(
             "| *{method}, the paper on its own objects* | {} s | {:.1} | | | {:.2} | |\n",
-            published.decision_s, published.compactness_percent, published.items
+            published.decision_s.unwrap_or_default(),
+            published.compactness_percent,
+            published.items
         );
     }
     text

@@ -6,18 +6,15 @@ use clap::Args;
 use ppnpack_chart::{Bar, Bars};
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::{Conditions, GridOptions};
 use ppnpack_packing::objective::{Heuristic, Order};
 use serde::Serialize;
 
 use crate::cases;
-use crate::comparison::{
-    COMPACTNESS, Comparison, ComparisonOptions, Means, Results, Row, RowProposals, WIDENED,
-    ratio_percent,
-};
+use crate::comparison::{COMPACTNESS, Means, Results, Row, RowProposals, WIDENED, ratio_percent};
 use crate::document::{self, Answer, Document};
 use crate::runs::ShardOptions;
 use crate::statistics::Mean;
+use crate::table::TableOptions;
 
 /// Packs random sequences of unseen objects: at random, with the network's proposals, searching all placements. Give a
 /// --catalogue that the network was not trained on.
@@ -31,12 +28,6 @@ pub(crate) struct Table4Arguments {
     #[arg(long, value_name = "COUNT", default_value_t = 80, value_parser = clap::value_parser!(u32).range(1..))]
     length: u32,
 
-    #[command(flatten)]
-    grid: GridOptions,
-
-    #[command(flatten)]
-    comparison: ComparisonOptions,
-
     /// Where report.html, table4.md, table4.json and table4.svg are written
     #[arg(long, value_name = "DIR", default_value = "out/table4")]
     out: PathBuf,
@@ -44,9 +35,8 @@ pub(crate) struct Table4Arguments {
     #[command(flatten)]
     runs: ShardOptions,
 
-    /// Print the results as JSON instead of a table
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    table: TableOptions,
 }
 
 /// Results of the paper on its 28 unseen objects: 400 cases.
@@ -85,18 +75,14 @@ struct Line {
 }
 
 pub(crate) fn run(arguments: &Table4Arguments, backend: &dyn Backend) -> Outcome {
-    let comparison = Comparison::new(
-        &arguments.comparison,
-        backend,
-        arguments.grid.grid(Conditions::Reference)?,
-    )?;
+    let comparison = arguments.table.comparison(backend)?;
     let objects = comparison.catalogue.len();
     let seed = comparison.setting.seed;
     let sequences = cases::draw(seed, arguments.cases, arguments.length, objects);
     let (rows, contenders) = comparison.contenders(&ROWS);
     let part = arguments.runs.part(&arguments.out);
     let Some(packed) = comparison.pack(&contenders, &sequences, &part)? else {
-        return part.tell(arguments.json);
+        return part.tell(arguments.table.json);
     };
     let all = packed.last().map_or(&[][..], |runs| runs);
     let methods = rows.into_iter().zip(contenders).zip(&packed);
@@ -131,7 +117,7 @@ pub(crate) fn run(arguments: &Table4Arguments, backend: &dyn Backend) -> Outcome
         measured: &["lines"],
         markdown: markdown(&results),
     };
-    document.publish(folder, arguments.json)
+    document.publish(folder, arguments.table.json)
 }
 
 /// How compactly the search of all placements packs, and which other method comes nearest.

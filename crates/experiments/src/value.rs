@@ -65,7 +65,7 @@ pub(crate) struct ValueArguments {
     )]
     scene_value: f64,
 
-    /// Sequences packed at once [default: one per core]
+    /// Sequences packed at once, by default one per core
     #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
     workers: usize,
 

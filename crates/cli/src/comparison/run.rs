@@ -8,6 +8,7 @@ use anyhow::{anyhow, bail, ensure};
 use serde_json::Value;
 
 use super::parting::{Choice, Line};
+use crate::report::container_folder;
 
 /// The version of `summary.json` that is read: that of this program.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -106,7 +107,7 @@ fn summary(folder: &Path) -> anyhow::Result<Value> {
         summary.get("containers").is_none(),
         "{} holds the report of several containers: compare one of them, such as {}",
         folder.display(),
-        folder.join("container-001").display()
+        folder.join(container_folder(1)).display()
     );
     match summary.get("settings").is_some_and(Value::is_object) {
         true => Ok(summary),

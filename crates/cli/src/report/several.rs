@@ -1,12 +1,48 @@
 //! The report on several containers: what each came to, and where its own report is.
 
+use std::fs;
+use std::io;
+use std::path::Path;
+
 use serde::Serialize;
 
 use super::html::{document, escape};
 use super::summary::{EndingSummary, Spread, Summary, Unplaceable};
 use super::table::{duration, percent};
-use super::{Packing, Settings};
+use super::{Packing, SUMMARY_FILE, Settings};
 use crate::output;
+
+/// What the folders of containers are named by, before their number.
+const CONTAINER: &str = "container-";
+
+/// The folder of a container's report, in that of all; containers are numbered from 1.
+pub(crate) fn container_folder(number: usize) -> String {
+    format!("{CONTAINER}{number:03}")
+}
+
+/// Takes away what an earlier run left in a folder of results: the reports of containers numbered above `count`.
+///
+/// # Errors
+/// What the system says.
+pub(crate) fn remove_further(folder: &Path, count: usize) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name();
+        let number = name.to_str().and_then(container_number);
+        // What else has such a name is not of here.
+        let is_report = || entry.path().join(SUMMARY_FILE).is_file();
+        if number.is_some_and(|number| number > count) && is_report() {
+            fs::remove_dir_all(entry.path())?;
+        }
+    }
+    Ok(())
+}
+
+/// The number of the container whose folder has this name.
+fn container_number(name: &str) -> Option<usize> {
+    let number = name.strip_prefix(CONTAINER)?.parse().ok()?;
+    (container_folder(number) == name).then_some(number)
+}
 
 /// What `summary.json` holds of several containers.
 #[derive(Debug, Clone, Serialize)]
@@ -190,4 +226,26 @@ pub(crate) fn page_of_several(all: &SeveralSummary) -> String {
         body += "</ul>";
     }
     document("Packing report", &body)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_reports_of_further_containers_are_taken_away() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for name in ["container-001", "container-002", "container-0003", "other"] {
+            fs::create_dir(at(name)).unwrap();
+            fs::write(at(name).join(SUMMARY_FILE), b"{}").unwrap();
+        }
+        fs::create_dir(at("container-004")).unwrap();
+        remove_further(folder.path(), 1).unwrap();
+        let is_left = |name: &str| at(name).is_dir();
+        assert!(!is_left("container-002"));
+        for name in ["container-001", "container-0003", "container-004", "other"] {
+            assert!(is_left(name), "{name}");
+        }
+    }
 }

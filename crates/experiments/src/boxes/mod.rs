@@ -19,7 +19,7 @@ use ppnpack_cli::failure::Outcome;
 use serde::Serialize;
 
 use crate::document::{self, Answer, Document};
-use crate::runs::{Runs, RunsOption};
+use crate::runs::{Runs, ShardOptions};
 use crate::workers;
 use look_ahead::LookAhead;
 use methods::{Method, Run};
@@ -28,7 +28,7 @@ use results::Results;
 use rules::Setting;
 use source::{Instance, Split};
 
-/// How many instances are kept in a file.
+/// How many instances are a run, which is kept in a file.
 const KEPT_TOGETHER: usize = 20;
 
 /// Packs boxes into a bin of 10 x 10 x 10 one by one, as others do.
@@ -87,7 +87,7 @@ pub(crate) struct BoxesArguments {
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
     seed: u64,
 
-    /// Instances packed at once [default: one per core]
+    /// Instances packed at once, by default one per core
     #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
     workers: usize,
 
@@ -96,7 +96,7 @@ pub(crate) struct BoxesArguments {
     out: PathBuf,
 
     #[command(flatten)]
-    runs: RunsOption,
+    runs: ShardOptions,
 
     /// Print the results as JSON instead of a table
     #[arg(long)]
@@ -154,13 +154,13 @@ pub(crate) fn run(arguments: &BoxesArguments) -> Outcome {
     let settings = arguments.settings();
     let instances = settings.all_instances();
     let together: Vec<&[Instance]> = instances.chunks(KEPT_TOGETHER).collect();
-    let folder = arguments.runs.folder(&arguments.out);
+    let part = arguments.runs.part(&arguments.out);
     let mut results = Results::new(&settings, arguments.workers);
     for setting in &arguments.settings {
         for method in &arguments.methods {
             let look_ahead = (*method == Method::LookAhead).then_some(settings.look_ahead);
             let of = (setting, method, look_ahead, settings.split, settings.seed);
-            let kept = Runs::new(&folder, &of)?;
+            let kept = Runs::new(&part.runs, &of)?;
             let pack = |together: &&[Instance]| {
                 let first = together.first().map_or(0, |instance| instance.number);
                 let name = format!("{first:06}-{}", together.len());
@@ -173,9 +173,13 @@ pub(crate) fn run(arguments: &BoxesArguments) -> Outcome {
                     runs.collect()
                 })
             };
-            let runs = workers::map("Packing", &together, arguments.workers, pack)?;
-            results.add(*setting, *method, &runs.concat());
+            if let Some(runs) = part.make(&kept, &together, arguments.workers, pack)? {
+                results.add(*setting, *method, &runs.concat());
+            }
         }
+    }
+    if part.shard.is_some() {
+        return part.tell(arguments.json);
     }
     document::bars(&arguments.out, "boxes", results::TITLES, results.bars())?;
     let document = Document {

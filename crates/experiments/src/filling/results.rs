@@ -14,6 +14,7 @@ use crate::statistics::{Mean, percentage, quantiles};
 pub(super) struct Results<'a> {
     #[serde(skip)]
     title: &'static str,
+    version: &'static str,
     machine: String,
     workers: usize,
     first_case: u32,
@@ -98,6 +99,7 @@ impl<'a> Results<'a> {
     pub(super) fn new(title: &'static str, ways: &'a [Way], arguments: &FillingArguments) -> Self {
         Self {
             title,
+            version: env!("CARGO_PKG_VERSION"),
             machine: document::machine(),
             workers: arguments.workers,
             first_case: arguments.first,

@@ -15,7 +15,7 @@ use crate::cases::{Case, cases};
 use crate::document::{self, Answer, Document};
 use crate::filling::apart::Physics;
 use crate::filling::{self, Way};
-use crate::runs::{Runs, RunsOption};
+use crate::runs::{Runs, ShardOptions};
 use crate::workers;
 use limits::LimitOptions;
 use packing::{Packing, Run};
@@ -64,16 +64,16 @@ pub(crate) struct LoadsArguments {
     #[arg(long, value_enum, default_value_t = Physics::Own)]
     physics: Physics,
 
-    /// Sequences packed at once [default: one per core]
+    /// Sequences packed at once, by default one per core
     #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
     workers: usize,
 
-    /// Where report.html, the document (loads.md) and its figures are written
+    /// Where report.html, loads.md, loads.json and loads.svg are written
     #[arg(long, value_name = "DIR", default_value = "out/loads")]
     out: PathBuf,
 
     #[command(flatten)]
-    runs: RunsOption,
+    runs: ShardOptions,
 
     /// Print the results as JSON instead of a table
     #[arg(long)]
@@ -93,7 +93,7 @@ pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
     }
     let limits = arguments.limits.draw(&catalogue)?;
     let apart = arguments.physics.apart();
-    let folder = arguments.runs.folder(&arguments.out);
+    let part = arguments.runs.part(&arguments.out);
     let margins = arguments.margins.iter().copied().map(Some);
     let mut results = Results::new(arguments, &way);
     for margin in std::iter::once(None).chain(margins) {
@@ -107,14 +107,18 @@ pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
             margin,
             arguments.items,
         );
-        let kept = Runs::new(&folder, &settings)?;
+        let kept = Runs::new(&part.runs, &settings)?;
         let pack = |case: &Case| {
             let is_right = |run: &Run| run.objects == case.sequence.objects;
             let name = format!("{:05}", case.number);
             kept.finish(&name, is_right, || packing.pack(case))
         };
-        let runs = workers::map("Packing", &cases, arguments.workers, pack)?;
-        results.add(margin, &runs, &limits);
+        if let Some(runs) = part.make(&kept, &cases, arguments.workers, pack)? {
+            results.add(margin, &runs, &limits);
+        }
+    }
+    if part.shard.is_some() {
+        return part.tell(arguments.json);
     }
     let out = &arguments.out;
     document::bars(out, "loads", results::TITLES, results.bars())?;

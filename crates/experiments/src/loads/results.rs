@@ -22,6 +22,7 @@ pub(super) const TITLES: [&str; 2] = ["An item carried over 110 % of what it may
 /// All that was found.
 #[derive(Debug, Serialize)]
 pub(super) struct Results<'a> {
+    version: &'static str,
     machine: String,
     first_case: u32,
     cases: u32,
@@ -204,6 +205,7 @@ impl<'a> Results<'a> {
     pub(super) fn new(arguments: &LoadsArguments, way: &'a Way) -> Self {
         let limits = arguments.limits;
         Self {
+            version: env!("CARGO_PKG_VERSION"),
             machine: document::machine(),
             first_case: arguments.first,
             cases: arguments.cases,

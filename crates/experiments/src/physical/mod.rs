@@ -14,11 +14,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use ppnpack_bridge::simulated::Scan;
+use ppnpack_bridge::simulated::{CameraSettings, FaultSettings, Scan};
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::Grid;
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::packing_cell::Sampling;
+use ppnpack_physics::settings::CellSettings;
 use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_robot::station::ArmStation;
 use ppnpack_wire::keys::Cell;
@@ -28,7 +29,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::document;
 use crate::network::NetworkOptions;
-use crate::runs::{Runs, hash};
+use crate::runs::{Part, Runs, ShardOption, hash};
 use contenders::{Contender, contenders};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::length::parse_length;
@@ -39,7 +40,7 @@ use ppnpack_cli::stack::report::contents;
 use ppnpack_cli::stack::{Containers, Plan, Sensing, Stack};
 use record::RunRecord;
 use results::Results;
-use run::{Case, Done};
+use run::{Case, Done, Seeds};
 use setup::Settings;
 use sums::Line;
 
@@ -134,6 +135,9 @@ pub(super) struct PhysicalArguments {
     #[arg(long, value_name = "DIR", default_value = "out/physical")]
     out: PathBuf,
 
+    #[command(flatten)]
+    shard: ShardOption,
+
     /// Print the results as JSON instead of tables
     #[arg(long)]
     json: bool,
@@ -150,7 +154,8 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
     let station = settings.arm.as_ref().map(ArmStation::new).transpose();
     let held = held::objects(&catalogue, &grid, station.or_input()?.as_ref());
     let (unseen, others) = pools(arguments, held, unseen)?;
-    let runs = Runs::new(&arguments.out.join("runs"), &settings)?;
+    let part = arguments.shard.part(arguments.out.join("runs"));
+    let runs = Runs::new(&part.runs, &settings)?;
     let network = arguments.network.with_default(PERCENT);
     let model = network.find(backend, &grid)?;
     let items = catalogue.items();
@@ -167,18 +172,22 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
         others,
         network,
     };
-    let mut lines = Vec::new();
+    let mut records = Vec::new();
     for contender in &contenders {
-        let records = world.runs(arguments, contender, &runs)?;
-        lines.push(Line::new(&contender.name, contender.key, records));
+        records.push(world.runs(arguments, contender, &part, &runs)?);
     }
+    let Some(records) = part.finish(&runs, records)? else {
+        return part.tell(arguments.json);
+    };
+    let lines = contenders.iter().zip(records);
+    let lines = lines.map(|(of, records)| Line::new(&of.name, of.key, records));
     let results = Results {
         machine: document::machine(),
         settings: &settings,
         unseen_held: world.unseen.len(),
         others_held: world.others.len(),
+        lines: lines.collect(),
         without_network: model.err(),
-        lines,
     };
     results::publish(arguments, &results)
 }
@@ -223,42 +232,47 @@ impl World<'_> {
         objects.position(|object| object.model.name == name)
     }
 
-    /// All runs of a contender: those on disk, and the others through a stack of its own.
+    /// All runs of a contender that are of this part: those on disk, and the others.
     fn runs(
         &self,
         arguments: &PhysicalArguments,
         contender: &Contender,
+        part: &Part,
         runs: &Runs,
     ) -> Outcome<Vec<RunRecord>> {
         let key = hash(&contender.method, 16)?;
-        let mut stack = None;
+        let own: Vec<u32> = part.of(0..arguments.runs).collect();
         let mut records = Vec::new();
-        let bar = progress::bar("Runs", u64::from(arguments.runs));
-        for number in 0..arguments.runs {
-            let make = || {
-                let stack = match &mut stack {
-                    Some(running) => running,
-                    none => none.insert(self.start(contender)?),
-                };
-                let mut done = run::run(self, stack, &self.case(number))?;
-                self.measure(&mut done)?;
-                if number == 0 {
-                    let folder = arguments.out.join(contender.key);
-                    pictures::draw(&done, self.catalogue, self.grid, &folder)?;
-                }
-                Ok(done.record)
-            };
+        let bar = progress::bar("Runs", own.len() as u64);
+        for number in own {
+            let make = || self.make(arguments, contender, number);
             records.push(runs.finish(&format!("{key}-{number}"), |_| true, make)?);
             bar.inc(1);
         }
         bar.finish_and_clear();
-        if let Some(stack) = stack {
-            stack.finish()?;
-        }
         Ok(records)
     }
 
-    fn start(&self, contender: &Contender) -> Outcome<Stack> {
+    /// Makes a run, through a stack of its own: it meets the same faults whichever runs were made before it. The first one is drawn.
+    fn make(
+        &self,
+        arguments: &PhysicalArguments,
+        contender: &Contender,
+        number: u32,
+    ) -> Outcome<RunRecord> {
+        let case = self.case(number);
+        let stack = self.start(contender, case.seeds)?;
+        let mut done = run::run(self, &stack, &case)?;
+        stack.finish()?;
+        self.measure(&mut done)?;
+        if number == 0 {
+            let folder = arguments.out.join(contender.key);
+            pictures::draw(&done, self.catalogue, self.grid, &folder)?;
+        }
+        Ok(done.record)
+    }
+
+    fn start(&self, contender: &Contender, seeds: Seeds) -> Outcome<Stack> {
         let settings = self.settings;
         let is_network = contender.method.proposals.is_network();
         Stack::start(&Plan {
@@ -271,13 +285,22 @@ impl World<'_> {
             arm: settings.arm.as_ref(),
             simulated: &Simulated {
                 scan: Sampling::Greatest,
-                cell: settings.simulated.clone(),
+                cell: CellSettings {
+                    seed: seeds.release,
+                    ..settings.simulated.clone()
+                },
             },
             sensing: &Sensing {
                 scan: Scan::Camera,
-                camera: settings.camera,
+                camera: CameraSettings {
+                    seed: seeds.camera,
+                    ..settings.camera
+                },
                 mapper: settings.mapper.clone(),
-                faults: settings.faults,
+                faults: FaultSettings {
+                    seed: seeds.faults,
+                    ..settings.faults
+                },
                 debug_streams: false,
                 motion_speed: 0.0,
                 inspect: true,
@@ -332,7 +355,12 @@ impl World<'_> {
         }
         Case {
             session_id: format!("physical-{number}-{:016x}", rand::random::<u64>()),
-            seed: random.random(),
+            seeds: Seeds {
+                tray: random.random(),
+                release: random.random(),
+                camera: random.random(),
+                faults: random.random(),
+            },
             objects,
         }
     }

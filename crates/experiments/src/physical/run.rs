@@ -41,9 +41,22 @@ const SAME_M: f64 = 0.06;
 /// What comes to the tray in a run.
 pub(super) struct Case {
     pub(super) session_id: String,
-    pub(super) seed: u64,
+    pub(super) seeds: Seeds,
     /// Indices into the catalogue, in their order of arrival.
     pub(super) objects: Vec<usize>,
+}
+
+/// The seeds of what is random in a run.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seeds {
+    /// How objects come to lie on the tray, and the noise of its camera.
+    pub(super) tray: u64,
+    /// How far from where it should be the arm releases an item.
+    pub(super) release: u64,
+    /// The noise of the container's camera.
+    pub(super) camera: u64,
+    /// Picks that miss, and items that are dropped.
+    pub(super) faults: u64,
 }
 
 /// A run, and what pictures of its end need.
@@ -93,15 +106,14 @@ pub(super) fn run(world: &World<'_>, stack: &Stack, case: &Case) -> Outcome<Done
         world,
         stack,
         controller,
-        tray: Tray::new(case.seed)?,
+        tray: Tray::new(case.seeds.tray)?,
         record: RunRecord {
             items: items.collect(),
             ..RunRecord::default()
         },
         queue,
         seen: BTreeMap::new(),
-        // Sequences go on from run to run: the time makes them so.
-        tray_sequence: now_ns() as u64,
+        tray_sequence: 0,
         tray_cloud: v1::PointCloud::default(),
     };
     run.go()

@@ -20,7 +20,7 @@ use serde::Serialize;
 use crate::document::{self, Answer, Document};
 use crate::filling::apart::Physics;
 use crate::filling::{self, Way};
-use crate::runs::{self, Runs, RunsOption};
+use crate::runs::{self, Runs, ShardOptions};
 use crate::workers;
 use packing::{Packing, Run};
 use results::Results;
@@ -127,16 +127,16 @@ pub(crate) struct StreamArguments {
     #[arg(long, value_enum, default_value_t = Physics::Own)]
     physics: Physics,
 
-    /// Streams packed at once [default: one per core]
+    /// Streams packed at once, by default one per core
     #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
     workers: usize,
 
-    /// Where report.html, the document (stream.md) and its figures are written
+    /// Where report.html, stream.md, stream.json and stream.svg are written
     #[arg(long, value_name = "DIR", default_value = "out/stream")]
     out: PathBuf,
 
     #[command(flatten)]
-    runs: RunsOption,
+    runs: ShardOptions,
 
     /// Print the results as JSON instead of a table
     #[arg(long)]
@@ -250,7 +250,7 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
     let apart = arguments.physics.apart();
     let (arm, station) = arguments.arm.station()?.unzip();
     let sizes = arguments.grids(&way)?;
-    let folder = arguments.runs.folder(&arguments.out);
+    let part = arguments.runs.part(&arguments.out);
     let mut results = Results::new(arguments, &way);
     for setting in arguments.settings() {
         let packing = Packing {
@@ -283,7 +283,7 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
             setting.open,
             arguments.choice,
         );
-        let kept = Runs::new(&folder, &settings)?;
+        let kept = Runs::new(&part.runs, &settings)?;
         let pack = |stream: &Arrivals| {
             let is_right = |run: &Run| run.objects == stream.objects;
             // What is known of the items decides, too.
@@ -292,8 +292,12 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
             let name = format!("{:05}-{orders}", stream.number);
             kept.finish(&name, is_right, || packing.pack(stream))
         };
-        let runs = workers::map("Packing", &streams, arguments.workers, pack)?;
-        results.add(setting, &runs);
+        if let Some(runs) = part.make(&kept, &streams, arguments.workers, pack)? {
+            results.add(setting, &runs);
+        }
+    }
+    if part.shard.is_some() {
+        return part.tell(arguments.json);
     }
     let out = &arguments.out;
     document::bars(out, "stream", results.titles(), results.bars())?;

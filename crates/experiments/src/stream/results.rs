@@ -15,6 +15,7 @@ use crate::statistics::{Mean, percentage, quantiles};
 /// All that was found.
 #[derive(Debug, Serialize)]
 pub(super) struct Results<'a> {
+    version: &'static str,
     machine: String,
     workers: usize,
     first_stream: u32,
@@ -198,6 +199,7 @@ fn counted(rules: impl Iterator<Item = String>) -> BTreeMap<String, usize> {
 impl<'a> Results<'a> {
     pub(super) fn new(arguments: &StreamArguments, way: &'a Way) -> Self {
         Self {
+            version: env!("CARGO_PKG_VERSION"),
             machine: document::machine(),
             workers: arguments.workers,
             first_stream: arguments.first,

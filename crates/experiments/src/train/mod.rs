@@ -6,12 +6,13 @@ pub(crate) mod options;
 use std::path::PathBuf;
 
 use clap::Args;
+use ppnpack_dataset::Dataset;
 use ppnpack_model::accuracy::{Accuracy, Question};
 use ppnpack_model::card::ModelCard;
 use ppnpack_model::report::{EpochReport, TrainingEvent};
 use ppnpack_model::settings::TrainingRequest;
 
-use ppnpack_cli::failure::{OrRun, Outcome};
+use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::output::{print_json, print_line};
 use ppnpack_cli::progress;
@@ -108,6 +109,8 @@ pub(crate) fn ranked(question: Question) -> &'static str {
 
 /// Trains with progress on standard error; the curves are drawn again after each epoch.
 pub(crate) fn train(request: &TrainingRequest, backend: &dyn Backend) -> Outcome<ModelCard> {
+    // What is wrong with the dataset is the fault of who names it, not of the training.
+    Dataset::open(&request.dataset).or_input()?;
     let bar = progress::bar("Reading the dataset", 0);
     let question = Question::of_loss(request.settings.loss_over);
     let mut epochs: Vec<EpochReport> = Vec::new();

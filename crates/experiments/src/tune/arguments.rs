@@ -68,7 +68,7 @@ pub(crate) struct TuneArguments {
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
     pub(super) seed: u64,
 
-    /// Sequences packed at once [default: one per core]
+    /// Sequences packed at once, by default one per core
     #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
     pub(super) workers: usize,
 
