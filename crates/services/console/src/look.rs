@@ -22,7 +22,7 @@ const LOOK: Duration = Duration::from_secs(1);
 /// How long the answers to that may take.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// How long a service may take to say how it is.
+/// How long services may take to say how they are.
 const HEALTH_PATIENCE: Duration = Duration::from_millis(700);
 
 /// How long a service may take to tell what it knows: a planner plans a step before.
@@ -49,8 +49,7 @@ impl Looker {
                 tracing::warn!(%error, "services cannot be looked for");
                 Vec::new()
             });
-            let with_health = found.iter().map(|found| self.with_health(found));
-            let told = Told::Found(with_health.collect());
+            let told = Told::Found(self.with_health(&found));
             let Some(follower) = self.follower.upgrade() else {
                 return;
             };
@@ -79,15 +78,20 @@ impl Looker {
         Ok(found)
     }
 
-    fn with_health(&self, found: &Found) -> FoundService {
-        let deadline = Instant::now() + HEALTH_PATIENCE;
-        let health = self.client.health(found.service, &found.instance, deadline);
-        FoundService {
-            service: found.service,
-            instance: found.instance.clone(),
-            cells: found.cells.clone(),
-            health: health.map(read).map_err(|error| error.to_string()),
-        }
+    fn with_health(&self, found: &[Found]) -> Vec<FoundService> {
+        let answers = self
+            .client
+            .health_of_all(found, Instant::now() + HEALTH_PATIENCE);
+        let with_health = found
+            .iter()
+            .zip(answers)
+            .map(|(found, health)| FoundService {
+                service: found.service,
+                instance: found.instance.clone(),
+                cells: found.cells.clone(),
+                health: health.map(read).map_err(|error| error.to_string()),
+            });
+        with_health.collect()
     }
 }
 
