@@ -137,13 +137,13 @@ def test_what_is_old_is_said_to_be_and_comes_back_by_itself(console, packing, op
     expect(page.locator("#said")).to_contain_text("No contact with the console")
     console.is_silent = False
     expect(contact).to_have_text("Live")
-    packing.publish("unknown", "Nothing is heard.", "Look at the planner.", ["The planner does not answer since 12 s."])
-    expect(page.locator("#said")).to_have_text("The planner does not answer since 12 s.")
+    packing.publish("unknown", "Nothing is heard.", "Look at the planner.", ["The planner has not answered for 12 s."])
+    expect(page.locator("#said")).to_have_text("The planner has not answered for 12 s.")
     expect(page.locator("#advice")).to_contain_text("Look at the planner.")
     expect(contact).to_have_text("Not current")
     # What grows each second is not read out each second.
     read = page.locator("#announced").inner_text()
-    packing.publish("unknown", "Nothing is heard.", "Look at the planner.", ["The planner does not answer since 13 s."])
+    packing.publish("unknown", "Nothing is heard.", "Look at the planner.", ["The planner has not answered for 13 s."])
     expect(page.locator("#said")).to_contain_text("13 s")
     assert page.locator("#announced").inner_text() == read
     picture(page, "page-stale")

@@ -7,6 +7,9 @@ mod generated {
     include!(concat!(env!("OUT_DIR"), "/generated.rs"));
 }
 
+// The generated code looks for it at the root of its crate.
+use hiroz_msgs::size_estimation;
+
 use hiroz::action::ZAction;
 use hiroz::entity::{TypeHash, TypeInfo};
 

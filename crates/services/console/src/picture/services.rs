@@ -153,8 +153,8 @@ impl Services {
         };
         let passed = words::seconds(known.since_ms, now_ms);
         Some(match known.condition {
-            Condition::Gone => format!("The {service} is away since {passed}."),
-            Condition::Silent => format!("The {service} does not answer since {passed}."),
+            Condition::Gone => format!("The {service} has been away for {passed}."),
+            Condition::Silent => format!("The {service} has not answered for {passed}."),
             _ => format!(
                 "The {service} is not ready since {passed}: {}.",
                 known.failing().join("; ")
@@ -272,7 +272,7 @@ mod tests {
         assert!(services.look(2_000, vec![]).is_empty());
         assert_eq!(
             trouble(&services, 13_000).unwrap(),
-            "The planner is away since 12 s."
+            "The planner has been away for 12 s."
         );
         assert!(!services.parts()[0].is_alive);
         let back = services.look(14_000, vec![planner(Ok(true))]);
@@ -287,7 +287,7 @@ mod tests {
         services.look(0, vec![planner(Err("no answer in time"))]);
         let trouble =
             |services: &Services| services.trouble(Service::Planner, &cell, 3_000).unwrap();
-        assert_eq!(trouble(&services), "The planner does not answer since 3 s.");
+        assert_eq!(trouble(&services), "The planner has not answered for 3 s.");
         services.look(1_000, vec![planner(Ok(false))]);
         assert_eq!(
             trouble(&services),
