@@ -363,6 +363,9 @@ mod tests {
             &services,
         );
         assert_eq!(doing, Doing::Unknown);
-        assert!(text.contains("The planner has been away for 11 s."), "{text}");
+        assert!(
+            text.contains("The planner has been away for 11 s."),
+            "{text}"
+        );
     }
 }
