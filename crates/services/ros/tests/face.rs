@@ -11,13 +11,16 @@ use std::time::{Duration, Instant};
 
 use nalgebra::{Isometry3, Point3};
 use ppnpack_perception::extrinsics::Extrinsics;
+use ppnpack_ros::action::{Action, SendGoalRequest, SendGoalResponse};
 use ppnpack_ros::description::Message;
 use ppnpack_ros::keys::{self, TypeKey};
-use ppnpack_ros::messages::ppnpack_msgs::CellState;
+use ppnpack_ros::messages::ppnpack_actions::{Pack, PackGoal};
+use ppnpack_ros::messages::ppnpack_msgs::{Announcement, CellState};
 use ppnpack_ros::messages::ppnpack_srvs::{Hold, HoldRequest, HoldResponse};
 use ppnpack_ros::messages::sensor_msgs::PointCloud2;
 use ppnpack_ros::messages::std_srvs::{Trigger, TriggerRequest};
 use ppnpack_ros::messages::tf2_msgs::TfMessage;
+use ppnpack_ros::messages::unique_identifier_msgs::Uuid;
 use ppnpack_ros::names::Name;
 use ppnpack_ros::service::Service;
 use ppnpack_ros::{Node, Qos, Subscription, cdr};
@@ -56,7 +59,7 @@ struct Rig {
     node: Node,
     _alive: alive::Token,
     _process: Process,
-    _hub: Hub,
+    hub: Hub,
 }
 
 impl Rig {
@@ -75,7 +78,7 @@ impl Rig {
             bridge,
             session,
             _process: process,
-            _hub: hub,
+            hub,
         }
     }
 
@@ -293,4 +296,64 @@ fn what_is_asked_is_passed_on_and_answered() {
     let response = rig.call::<Trigger>("/ppnpack/cell_1/resume", &TriggerRequest::default());
     assert!(!response.success);
     assert!(!response.message.is_empty());
+}
+
+/// The service by which goals of the action are sent.
+struct SendPack;
+
+impl Service for SendPack {
+    type Request = SendGoalRequest<Pack>;
+    type Response = SendGoalResponse<Pack>;
+
+    fn type_name() -> String {
+        format!("{}_SendGoal", Pack::type_name())
+    }
+}
+
+#[test]
+fn a_goal_changes_no_other_session_than_its_own() {
+    let rig = Rig::new(&Settings::default());
+    let planner = embedded::process(&rig.hub, Of::Planner, "planner-1").unwrap();
+    let (sender, sessions) = sync_channel(8);
+    let _listeners = (
+        rpc::listen(
+            &rig.bridge,
+            Some(&cell()),
+            |incoming: Incoming<v1::CellStateRequest>| {
+                incoming.reply(v1::CellStateReply::default(), Done::default());
+            },
+        )
+        .unwrap(),
+        rpc::listen(
+            &planner,
+            Some(&cell()),
+            |incoming: Incoming<v1::BeginRequest>| {
+                incoming.reply(v1::BeginReply::default(), Done::default());
+            },
+        )
+        .unwrap(),
+        rpc::listen(
+            &planner,
+            Some(&cell()),
+            move |incoming: Incoming<v1::AnnounceRequest>| {
+                sender
+                    .try_send(incoming.header().session_id.clone())
+                    .unwrap();
+                incoming.refuse(v1::Status::Conflict, "another session is under way");
+            },
+        )
+        .unwrap(),
+    );
+    let _alive = alive::announce(&planner, Some(&cell())).unwrap();
+    let request = SendGoalRequest {
+        goal_id: Uuid { uuid: [7; 16] },
+        goal: PackGoal {
+            session_id: "own".to_owned(),
+            items: vec![Announcement::default()],
+        },
+    };
+    let response = rig.call::<SendPack>("/ppnpack/cell_1/pack/_action/send_goal", &request);
+    assert!(response.accepted);
+    let meant = sessions.recv_timeout(PATIENCE).unwrap();
+    assert_eq!(meant.as_deref(), Some("own"));
 }

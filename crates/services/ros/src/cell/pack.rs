@@ -144,7 +144,9 @@ impl Packing {
             MAX_MESSAGE_BYTES,
         );
         let latest = latest.map_err(FaceError::from)?;
-        self.begin(&goal.message().items, session_id)?;
+        // Another controller may begin another session at any time: nothing of that is changed.
+        let own = self.requests.of_session(session_id);
+        self.begin(&own, &goal.message().items, session_id)?;
         let mut told = BTreeSet::new();
         loop {
             let mut session = self.news(goal, &latest)?;
@@ -163,13 +165,18 @@ impl Packing {
                 return Ok(session);
             }
             if goal.is_canceling() {
-                self.withdraw(&session)?;
+                self.withdraw(&own, &session)?;
             }
         }
     }
 
     /// Begins the session, announces the items and has the planner pack them.
-    fn begin(&self, items: &[Announcement], session_id: &str) -> Result<(), Failure> {
+    fn begin(
+        &self,
+        own: &Requests,
+        items: &[Announcement],
+        session_id: &str,
+    ) -> Result<(), Failure> {
         let state = v1::CellStateRequest::default();
         let state = self.requests.ask_within(&self.cell, state, STATE_LIMIT);
         let state = match state {
@@ -188,12 +195,12 @@ impl Packing {
             items: items.iter().map(messages::read_announcement).collect(),
             ..v1::AnnounceRequest::default()
         };
-        self.requests.ask(&self.cell, announce)?;
+        own.ask(&self.cell, announce)?;
         let automatic = v1::AutomaticRequest {
             is_automatic: true,
             ..v1::AutomaticRequest::default()
         };
-        self.requests.ask(&self.cell, automatic)?;
+        own.ask(&self.cell, automatic)?;
         Ok(())
     }
 
@@ -218,7 +225,7 @@ impl Packing {
         }
     }
 
-    /// The session as it is.
+    /// The session that is under way, whichever it is.
     fn session(&self) -> Result<v1::Session, Failure> {
         let request = v1::SessionRequest::default();
         let reply = self.requests.ask(&self.cell, request)?;
@@ -226,7 +233,7 @@ impl Packing {
     }
 
     /// Takes back what waits; what was decided meanwhile stays.
-    fn withdraw(&self, session: &v1::Session) -> Result<(), Failure> {
+    fn withdraw(&self, own: &Requests, session: &v1::Session) -> Result<(), Failure> {
         let waits = |item: &&v1::SessionItem| {
             matches!(item.state(), ItemState::Waiting | ItemState::SetAside)
         };
@@ -235,7 +242,7 @@ impl Packing {
                 item_id: item.item_id.clone(),
                 ..v1::WithdrawRequest::default()
             };
-            match self.requests.ask(&self.cell, request) {
+            match own.ask(&self.cell, request) {
                 Ok(_) | Err(CallError::Refused { .. }) => {}
                 Err(error) => return Err(error.into()),
             }
