@@ -50,7 +50,8 @@ pub(crate) struct Cells {
 
 /// A cell: what it has of services, each with its topics.
 struct CellFace {
-    name: Name,
+    /// None where another one has its name: what is asked under a name must reach one cell alone.
+    name: Option<Name>,
     bridge: Option<BridgeFace>,
     perception: Option<PerceptionFace>,
     planner: Option<PlannerFace>,
@@ -124,28 +125,34 @@ impl Cells {
                 return Ok(());
             }
             let name = namespace.join(&names::part_of(cell.as_str()))?;
-            if let Some((other, _)) = cells.iter().find(|(_, face)| face.name == name) {
-                tracing::warn!(%cell, %other, %name, "two cells have one name in ROS");
+            let mut named = cells.iter();
+            let other = named.find(|(_, face)| face.name.as_ref() == Some(&name));
+            if let Some((other, _)) = other {
+                tracing::error!(%cell, %other, %name, "a cell is not in ROS: another one has its name there");
             }
+            let name = other.is_none().then_some(name);
             cells.insert(cell.clone(), CellFace::new(name));
         }
         let Some(face) = cells.get_mut(cell) else {
             return Ok(());
         };
+        let Some(name) = &face.name else {
+            return Ok(());
+        };
         // A perception service may be there for all cells, and name none.
         let is_seen = matches!(found.service, Service::Bridge | Service::Perception);
         if is_seen && face.perception.is_none() {
-            face.perception = Some(PerceptionFace::new(common, &face.name, cell)?);
+            face.perception = Some(PerceptionFace::new(common, name, cell)?);
         }
         match found.service {
             Service::Bridge if face.bridge.is_none() => {
                 let pose = world_from_container.get(cell);
                 let pose = pose.copied().unwrap_or_else(Isometry3::identity);
                 common.frames.fix_container(cell, &pose)?;
-                face.bridge = Some(BridgeFace::new(common, &face.name, cell)?);
+                face.bridge = Some(BridgeFace::new(common, name, cell)?);
             }
             Service::Planner if face.planner.is_none() => {
-                face.planner = Some(PlannerFace::new(common, &face.name, cell)?);
+                face.planner = Some(PlannerFace::new(common, name, cell)?);
             }
             _ => {}
         }
@@ -154,7 +161,7 @@ impl Cells {
 }
 
 impl CellFace {
-    fn new(name: Name) -> Self {
+    fn new(name: Option<Name>) -> Self {
         Self {
             name,
             bridge: None,
