@@ -87,6 +87,14 @@ impl Requests {
         }
     }
 
+    /// The same with a bound of its own: nothing else that is worked on has it refuse what is asked.
+    pub(crate) fn apart(&self) -> Self {
+        Self {
+            under_way: Arc::default(),
+            ..self.clone()
+        }
+    }
+
     /// The same as the controller of this packing session: planners refuse what it asks once another one is under way.
     pub(crate) fn of_session(&self, session_id: &str) -> Self {
         Self {

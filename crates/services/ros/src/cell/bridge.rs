@@ -113,8 +113,10 @@ fn tell_items(frames: &Frames, cell: &Cell, state: &v1::CellState) -> Result<(),
 
 fn servers(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Server>, FaceError> {
     let (node, requests) = (&common.node, &common.requests);
+    // However many wait for something else, a cell can be held.
+    let holds = requests.apart();
     Ok(vec![
-        requests.serve::<Hold, _>(node, &name.join("hold")?, cell, |asked| v1::HoldRequest {
+        holds.serve::<Hold, _>(node, &name.join("hold")?, cell, |asked| v1::HoldRequest {
             reason: asked.reason.clone(),
             is_aborting: asked.is_aborting,
             ..v1::HoldRequest::default()
