@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::Isometry3;
+use ppnpack_ros::messages::builtin_interfaces::Time;
 use ppnpack_ros::messages::ppnpack_msgs::{CellState, Outcome};
 use ppnpack_ros::messages::ppnpack_srvs::{Changed, Hold};
 use ppnpack_ros::messages::std_srvs::Trigger;
@@ -108,7 +109,7 @@ fn tell_items(frames: &Frames, cell: &Cell, state: &v1::CellState) -> Result<(),
         let at: Isometry3<f64> = at.ok()?;
         Some((frames::item(cell, &body.item_id), at))
     });
-    frames.tell(cell, items)
+    frames.tell(cell, &Time::now(), items)
 }
 
 fn servers(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Server>, FaceError> {
