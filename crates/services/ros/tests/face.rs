@@ -10,6 +10,7 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
 
 use nalgebra::{Isometry3, Point3};
+use ppnpack_packing::grid::ContainerSize;
 use ppnpack_perception::extrinsics::Extrinsics;
 use ppnpack_ros::action::{Action, SendGoalRequest, SendGoalResponse};
 use ppnpack_ros::description::Message;
@@ -21,6 +22,7 @@ use ppnpack_ros::messages::sensor_msgs::PointCloud2;
 use ppnpack_ros::messages::std_srvs::{Trigger, TriggerRequest};
 use ppnpack_ros::messages::tf2_msgs::TfMessage;
 use ppnpack_ros::messages::unique_identifier_msgs::Uuid;
+use ppnpack_ros::messages::visualization_msgs::MarkerArray;
 use ppnpack_ros::names::Name;
 use ppnpack_ros::service::Service;
 use ppnpack_ros::{Node, Qos, Subscription, cdr};
@@ -32,8 +34,11 @@ use ppnpack_service::stream::{self, Publisher};
 use ppnpack_service::{Running, alive};
 use ppnpack_wire::convert::cloud::{self, Capture};
 use ppnpack_wire::convert::pose;
+use ppnpack_wire::debug;
 use ppnpack_wire::keys::{Cell, Service as Of, Stream};
 use ppnpack_wire::{MAX_CLOUD_BYTES, v1};
+use zenoh::query::ReplyKeyExpr;
+use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
 /// Far more than anything here takes.
@@ -91,6 +96,19 @@ impl Rig {
             .node
             .subscribe(&name(topic), Qos::EVENTS, limit, on_message);
         (receiver, subscribed.unwrap())
+    }
+
+    /// What is given to whoever comes later to a topic, as advanced subscribers of Zenoh ask for it.
+    fn last<M: Message>(&self, topic: &str) -> Option<Sample> {
+        let key = keys::data(0, &name(topic), &TypeKey::of_message::<M>());
+        let replies = self
+            .session
+            .get(format!("{key}/@adv/**?_max=1"))
+            .accept_replies(ReplyKeyExpr::Any)
+            .wait()
+            .unwrap();
+        let reply = replies.recv_timeout(PATIENCE).ok().flatten()?;
+        Some(reply.into_result().unwrap())
     }
 
     /// Asks a service, again until somebody answers.
@@ -182,21 +200,35 @@ fn whoever_comes_later_is_given_what_is_so() {
     let rig = Rig::new(&Settings::default());
     let (states, _subscription) = rig.listen::<CellState>("/ppnpack/cell_1/state");
     comes(&states, || rig.states.put(&state()).unwrap(), |_| true);
-    // As advanced subscribers of Zenoh ask.
-    let topic = name("/ppnpack/cell_1/state");
-    let key = keys::data(0, &topic, &TypeKey::of_message::<CellState>());
-    let replies = rig
-        .session
-        .get(format!("{key}/@adv/**?_max=1"))
-        .accept_replies(zenoh::query::ReplyKeyExpr::Any)
-        .wait()
-        .unwrap();
-    let reply = replies.recv_timeout(PATIENCE).unwrap().unwrap();
-    let sample = reply.into_result().unwrap();
+    let topic = "/ppnpack/cell_1/state";
+    let sample = rig.last::<CellState>(topic).unwrap();
+    let key = keys::data(0, &name(topic), &TypeKey::of_message::<CellState>());
     assert_eq!(sample.key_expr().as_str(), key);
     let last: CellState = cdr::decode(&sample.payload().to_bytes()).unwrap();
     assert_eq!(last.state_number, 7);
     assert_eq!(sample.attachment().unwrap().len(), 33);
+}
+
+#[test]
+fn what_nobody_followed_is_not_given_to_who_comes_later() {
+    let rig = Rig::new(&Settings::default());
+    let scenes = Publisher::new(&rig.bridge, &cell(), Stream::DebugScene).unwrap();
+    let size = ContainerSize {
+        x_m: 0.4,
+        y_m: 0.3,
+        z_m: 0.2,
+    };
+    let scene = debug::scene(&cell(), 0, size, &[], None);
+    let topic = "/ppnpack/cell_1/scene";
+    let (drawn, subscription) = rig.listen::<MarkerArray>(topic);
+    comes(&drawn, || scenes.put(&scene).unwrap(), |_| true);
+    assert!(rig.last::<MarkerArray>(topic).is_some());
+    drop(subscription);
+    let until = Instant::now() + PATIENCE;
+    while rig.last::<MarkerArray>(topic).is_some() {
+        assert!(Instant::now() < until, "it is kept");
+        std::thread::sleep(AGAIN);
+    }
 }
 
 #[test]
