@@ -16,7 +16,7 @@ use ppnpack_ros::action::{Action, SendGoalRequest, SendGoalResponse};
 use ppnpack_ros::description::Message;
 use ppnpack_ros::keys::{self, TypeKey};
 use ppnpack_ros::messages::ppnpack_actions::{Pack, PackGoal};
-use ppnpack_ros::messages::ppnpack_msgs::{Announcement, CellState};
+use ppnpack_ros::messages::ppnpack_msgs::{Announcement, CellState, Session};
 use ppnpack_ros::messages::ppnpack_srvs::{Hold, HoldRequest, HoldResponse};
 use ppnpack_ros::messages::sensor_msgs::PointCloud2;
 use ppnpack_ros::messages::std_srvs::{Trigger, TriggerRequest};
@@ -29,7 +29,7 @@ use ppnpack_ros::{Node, Qos, Subscription, cdr};
 use ppnpack_ros_service::{CloudSource, Settings};
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::process::Process;
-use ppnpack_service::rpc::{self, Done, Incoming};
+use ppnpack_service::rpc::{self, Done, Incoming, Listener};
 use ppnpack_service::stream::{self, Publisher};
 use ppnpack_service::{Running, alive};
 use ppnpack_wire::convert::cloud::{self, Capture};
@@ -39,7 +39,7 @@ use ppnpack_wire::keys::{Cell, Service as Of, Stream};
 use ppnpack_wire::{MAX_CLOUD_BYTES, v1};
 use zenoh::query::ReplyKeyExpr;
 use zenoh::sample::Sample;
-use zenoh::{Session, Wait};
+use zenoh::{Session as ZenohSession, Wait};
 
 /// Far more than anything here takes.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -60,7 +60,7 @@ struct Rig {
     face: Option<Box<ppnpack_ros_service::Ros>>,
     bridge: Process,
     states: Publisher<v1::CellState>,
-    session: Session,
+    session: ZenohSession,
     node: Node,
     _alive: alive::Token,
     _process: Process,
@@ -330,6 +330,22 @@ fn what_is_asked_is_passed_on_and_answered() {
     assert!(!response.message.is_empty());
 }
 
+/// Answers for a planner which session is under way.
+fn tell_session(planner: &Process) -> Listener {
+    let answer = |incoming: Incoming<v1::SessionRequest>| {
+        let session = v1::Session {
+            session_id: "before".to_owned(),
+            ..v1::Session::default()
+        };
+        let reply = v1::SessionReply {
+            session: Some(session),
+            ..v1::SessionReply::default()
+        };
+        incoming.reply(reply, Done::default());
+    };
+    rpc::listen(planner, Some(&cell()), answer).unwrap()
+}
+
 /// The service by which goals of the action are sent.
 struct SendPack;
 
@@ -348,6 +364,7 @@ fn a_goal_changes_no_other_session_than_its_own() {
     let planner = embedded::process(&rig.hub, Of::Planner, "planner-1").unwrap();
     let (sender, sessions) = sync_channel(8);
     let _listeners = (
+        tell_session(&planner),
         rpc::listen(
             &rig.bridge,
             Some(&cell()),
@@ -388,4 +405,22 @@ fn a_goal_changes_no_other_session_than_its_own() {
     assert!(response.accepted);
     let meant = sessions.recv_timeout(PATIENCE).unwrap();
     assert_eq!(meant.as_deref(), Some("own"));
+}
+
+#[test]
+fn a_session_that_began_before_is_told() {
+    let rig = Rig::new(&Settings::default());
+    let planner = embedded::process(&rig.hub, Of::Planner, "planner-1").unwrap();
+    let _listener = tell_session(&planner);
+    let _alive = alive::announce(&planner, Some(&cell())).unwrap();
+    let until = Instant::now() + PATIENCE;
+    let told = loop {
+        if let Some(told) = rig.last::<Session>("/ppnpack/cell_1/session") {
+            break told;
+        }
+        assert!(Instant::now() < until, "no session is told");
+        std::thread::sleep(AGAIN);
+    };
+    let session: Session = cdr::decode(&told.payload().to_bytes()).unwrap();
+    assert_eq!(session.session_id, "before");
 }
