@@ -4,7 +4,7 @@
 //! milliseconds and cannot be taken back, so there is none for it. Cancelled, the items that wait are withdrawn: the planner brings what is
 //! under way to its end, in its own way, and nothing is left pending.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -135,7 +135,7 @@ impl Packing {
         }
     }
 
-    /// Packs, and gives the session at its end.
+    /// Packs, and gives the session at its end, with the items of the goal.
     fn pack(&self, goal: &Goal<Pack>, session_id: &str) -> Result<v1::Session, Failure> {
         let latest = Latest::<v1::Session>::subscribe(
             &self.process,
@@ -147,7 +147,7 @@ impl Packing {
         // Another controller may begin another session at any time: nothing of that is changed.
         let own = self.requests.of_session(session_id);
         self.begin(&own, &goal.message().items, session_id)?;
-        let mut told = BTreeSet::new();
+        let (mut items, mut told) = (Items::new(&goal.message().items), BTreeSet::new());
         loop {
             let mut session = self.news(goal, &latest)?;
             if session.session_id != session_id {
@@ -158,6 +158,8 @@ impl Packing {
                 let other = session.session_id;
                 return Err(Failure::Other(format!("session {other} was begun instead")));
             }
+            let of_session = std::mem::take(&mut session.items);
+            session.items = items.update(&of_session);
             if let Some(feedback) = feedback(&session, &mut told) {
                 goal.feedback(feedback).map_err(FaceError::from)?;
             }
@@ -165,7 +167,7 @@ impl Packing {
                 return Ok(session);
             }
             if goal.is_canceling() {
-                self.withdraw(&own, &session)?;
+                self.withdraw(&own, &of_session)?;
             }
         }
     }
@@ -233,11 +235,11 @@ impl Packing {
     }
 
     /// Takes back what waits; what was decided meanwhile stays.
-    fn withdraw(&self, own: &Requests, session: &v1::Session) -> Result<(), Failure> {
+    fn withdraw(&self, own: &Requests, items: &[v1::SessionItem]) -> Result<(), Failure> {
         let waits = |item: &&v1::SessionItem| {
             matches!(item.state(), ItemState::Waiting | ItemState::SetAside)
         };
-        for item in session.items.iter().filter(waits) {
+        for item in items.iter().filter(waits) {
             let request = v1::WithdrawRequest {
                 item_id: item.item_id.clone(),
                 ..v1::WithdrawRequest::default()
@@ -248,6 +250,38 @@ impl Packing {
             }
         }
         Ok(())
+    }
+}
+
+/// The items of a goal as its session told them last: it forgets those of containers that were closed long ago.
+struct Items {
+    /// The place of each in the order in which they were announced.
+    places: BTreeMap<String, usize>,
+    told: Vec<Option<v1::SessionItem>>,
+}
+
+impl Items {
+    fn new(announced: &[Announcement]) -> Self {
+        let mut places = BTreeMap::new();
+        for item in announced {
+            let next = places.len();
+            places.entry(item.item_id.clone()).or_insert(next);
+        }
+        Self {
+            told: vec![None; places.len()],
+            places,
+        }
+    }
+
+    /// Those that were told, in their order, now that the session has these.
+    fn update(&mut self, of_session: &[v1::SessionItem]) -> Vec<v1::SessionItem> {
+        for item in of_session {
+            let place = self.places.get(&item.item_id);
+            if let Some(told) = place.and_then(|place| self.told.get_mut(*place)) {
+                *told = Some(item.clone());
+            }
+        }
+        self.told.iter().flatten().cloned().collect()
     }
 }
 
@@ -337,6 +371,21 @@ mod tests {
             feedback(&under_way(&[Packed, Gone, Packed]), &mut told),
             None
         );
+    }
+
+    #[test]
+    fn items_that_the_session_forgets_stay_in_the_result() {
+        use ItemState::{Packed, Waiting};
+        let announced = |id: &str| Announcement {
+            item_id: id.to_owned(),
+            ..Announcement::default()
+        };
+        let mut items = Items::new(&["a", "b", "a", "c"].map(announced));
+        let two = session(SessionEnd::Unspecified, &[Packed, Waiting]).items;
+        assert_eq!(items.update(&two), two);
+        // The last is of somebody else.
+        let all = session(SessionEnd::Unspecified, &[Packed; 4]).items;
+        assert_eq!(items.update(&all[1..]), all[..3]);
     }
 
     #[test]
