@@ -44,6 +44,8 @@ pub(crate) struct Cells {
     namespace: Name,
     world_from_container: BTreeMap<Cell, Isometry3<f64>>,
     cells: BTreeMap<Cell, CellFace>,
+    /// Whether there were more, which is said once.
+    is_full: bool,
     scenes: PlannedScenes,
     looked_at: Option<Instant>,
 }
@@ -78,6 +80,7 @@ impl Cells {
             namespace: Name::new(&settings.namespace)?,
             world_from_container: placed.collect(),
             cells: BTreeMap::new(),
+            is_full: false,
             scenes: PlannedScenes::new(session),
             looked_at: None,
         })
@@ -118,10 +121,14 @@ impl Cells {
             namespace,
             world_from_container,
             cells,
+            is_full,
             ..
         } = self;
         if !cells.contains_key(cell) {
             if cells.len() >= MOST_CELLS {
+                if !std::mem::replace(is_full, true) {
+                    tracing::warn!(%cell, most = MOST_CELLS, "not in ROS, nor are further cells: there are too many");
+                }
                 return Ok(());
             }
             let name = namespace.join(&names::part_of(cell.as_str()))?;
