@@ -1,12 +1,15 @@
 //! The cells that are there, and their faces.
 
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 use std::sync::Arc;
+use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
 use nalgebra::Isometry3;
 use ppnpack_ros::Node;
 use ppnpack_ros::names::{self, Name};
+use ppnpack_service::Shutdown;
 use ppnpack_service::alive::{self, Found};
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::Client;
@@ -36,7 +39,13 @@ pub(crate) struct Common {
     pub(crate) node: Node,
     pub(crate) requests: Requests,
     pub(crate) frames: Arc<Frames>,
+    /// That of the service, which may end before the process does.
+    pub(crate) shutdown: Shutdown,
+    pub(crate) working: Working,
 }
+
+/// Each goal that is carried out has it: where all are dropped, so that its channel is closed, none is.
+pub(crate) type Working = Arc<SyncSender<Infallible>>;
 
 /// The cells and their faces.
 pub(crate) struct Cells {
@@ -64,6 +73,8 @@ impl Cells {
         process: &Process,
         node: &Node,
         settings: &Settings,
+        shutdown: &Shutdown,
+        working: Working,
     ) -> Result<Self, FaceError> {
         let placed = settings.containers.iter().filter_map(|(cell, pose)| {
             // They are checked.
@@ -76,6 +87,8 @@ impl Cells {
                 frames: Arc::new(Frames::new(node)?),
                 process: process.clone(),
                 node: node.clone(),
+                shutdown: shutdown.clone(),
+                working,
             },
             namespace: Name::new(&settings.namespace)?,
             world_from_container: placed.collect(),

@@ -5,14 +5,17 @@
 //! under way to its end, in its own way, and nothing is left pending.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
+use std::convert::Infallible;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::SyncSender;
+use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
 use ppnpack_ros::action::{ActionServer, Goal, Status, Work};
 use ppnpack_ros::messages::ppnpack_actions::{Pack, PackFeedback, PackGoal, PackResult};
 use ppnpack_ros::messages::ppnpack_msgs::{Announcement, Item};
 use ppnpack_ros::names::Name;
+use ppnpack_service::Shutdown;
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::CallError;
 use ppnpack_service::stream::Latest;
@@ -44,6 +47,8 @@ pub(super) fn serve(common: &Common, name: &Name, cell: &Cell) -> Result<ActionS
         requests: common.requests.clone(),
         cell: cell.clone(),
         is_busy: Arc::default(),
+        shutdown: common.shutdown.clone(),
+        working: Arc::downgrade(&common.working),
     };
     let on_goal = move |goal: &PackGoal| packing.accept(goal);
     Ok(ActionServer::new::<Pack>(&common.node, name, on_goal)?)
@@ -56,6 +61,8 @@ struct Packing {
     requests: Requests,
     cell: Cell,
     is_busy: Arc<AtomicBool>,
+    shutdown: Shutdown,
+    working: Weak<SyncSender<Infallible>>,
 }
 
 /// A goal is carried out until it is dropped.
@@ -97,11 +104,12 @@ impl std::fmt::Display for Failure {
 }
 
 impl Packing {
-    /// The work that carries a goal out; `None` where there are no items, too many, or another goal is under way.
+    /// The work that carries a goal out; `None` where there are no items, too many, another goal is under way, or the service ends.
     fn accept(&self, goal: &PackGoal) -> Option<Work<Pack>> {
         if !(1..=MOST_ITEMS).contains(&goal.items.len()) {
             return None;
         }
+        let working = self.working.upgrade()?;
         if self.is_busy.swap(true, Ordering::AcqRel) {
             return None;
         }
@@ -111,6 +119,7 @@ impl Packing {
             // Whoever hears of its end may send the next one.
             drop(busy);
             goal.end(status, result);
+            drop(working);
         }))
     }
 
@@ -214,7 +223,7 @@ impl Packing {
     ) -> Result<v1::Session, Failure> {
         let until = Instant::now() + ASKED_AFTER;
         loop {
-            if self.process.shutdown().is_requested() {
+            if self.shutdown.is_requested() {
                 return Err(Failure::Other("the service ends".to_owned()));
             }
             let arrived = latest.wait(Instant::now() + LOOK);
