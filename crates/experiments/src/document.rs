@@ -1,8 +1,10 @@
 //! Result documents: a generated part, and notes by hand that a new run keeps.
 
 use std::fmt::Debug;
+use std::io::ErrorKind;
 use std::path::Path;
 
+use anyhow::Context;
 use ppnpack_chart::{Bar, Bars, ChartError};
 use serde::{Serialize, Serializer};
 
@@ -20,7 +22,14 @@ const NOTES: &str = "<!-- Notes: what follows is kept when the experiment is run
 
 /// Writes the generated part of a Markdown document; keeps the notes of the one that is there.
 pub(crate) fn write(path: &Path, generated: &str) -> Outcome {
-    let existing = std::fs::read_to_string(path).unwrap_or_default();
+    let existing = match std::fs::read_to_string(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
+        // What cannot be read may have notes.
+        read => {
+            let read = read.with_context(|| format!("the notes in {}", path.display()));
+            read.or_run()?
+        }
+    };
     let notes = existing.split_once(NOTES).map_or("\n", |(_, notes)| notes);
     let document = format!("{}\n\n{NOTES}{notes}", generated.trim_end());
     Ok(write_whole(path, document.as_bytes())?)
@@ -167,5 +176,14 @@ mod tests {
         let text = std::fs::read_to_string(&path).unwrap();
         let is_kept = text.starts_with("two\n") && text.ends_with("by hand\n");
         assert!(is_kept, "{text}");
+    }
+
+    #[test]
+    fn a_document_that_cannot_be_read_is_left_as_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.md");
+        std::fs::write(&path, b"by hand \xff").unwrap();
+        assert!(write(&path, "one").is_err());
+        assert_eq!(std::fs::read(&path).unwrap(), b"by hand \xff");
     }
 }

@@ -62,6 +62,11 @@ impl Latched {
             attachment,
         });
     }
+
+    /// Whoever comes later is given nothing, until the next message.
+    pub(crate) fn forget(&self) {
+        *lock(&self.last) = None;
+    }
 }
 
 fn tell(query: &Query, key: &KeyExpr<'static>, last: Last) {

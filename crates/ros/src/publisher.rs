@@ -40,6 +40,13 @@ impl<M: Message> Publisher<M> {
             .map_err(|error| RosError::zenoh("publishing", &error))
     }
 
+    /// What was published last is so no longer: of a topic that is latched, whoever comes later is given nothing before the next message.
+    pub fn forget(&self) {
+        if let Some(latched) = &self.latched {
+            latched.forget();
+        }
+    }
+
     /// Whether somebody subscribes the topic, as far as the session has heard.
     pub fn has_readers(&self) -> bool {
         let status = self.publisher.matching_status().wait();

@@ -76,8 +76,8 @@ pub(crate) struct UpArguments {
     #[arg(long, conflicts_with = "pack")]
     renew: bool,
 
-    /// A Zenoh endpoint to listen on (may be repeated) [default: the environment's PPNPACK_ENDPOINT, else tcp/127.0.0.1:7447; none with
-    /// --pack]
+    /// A Zenoh endpoint to listen on (may be repeated) [default: the environment's PPNPACK_ENDPOINT, else tcp/127.0.0.1:7447; with
+    /// --pack and without --ros a free port of this machine]
     #[arg(long, value_name = "ENDPOINT")]
     listen: Vec<String>,
 
@@ -97,6 +97,7 @@ pub(crate) struct UpArguments {
     /// Have the cells in ROS 2, in this domain [with no domain: 0]. Its nodes connect to the Zenoh endpoint. See docs/ros2.md
     #[arg(long, value_name = "DOMAIN", num_args = 0..=1, default_missing_value = "0", conflicts_with = "connect", value_parser = clap::value_parser!(u32).range(0..=232))]
     ros: Option<u32>,
+
     /// Serve the operator's page at this address [with no address: 127.0.0.1:8770]. Its controls ask for the token in the environment's
     /// PPNPACK_CONSOLE_TOKEN; without one there are none. See docs/console.md
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = DEFAULT_CONSOLE, conflicts_with = "connect")]
@@ -299,7 +300,9 @@ impl UpArguments {
     }
 
     fn listen(&self) -> Vec<String> {
-        if self.listen.is_empty() && !self.job.pack {
+        // Nodes of ROS have to find a packing, too.
+        let is_found = !self.job.pack || self.ros.is_some();
+        if self.listen.is_empty() && is_found {
             vec![connect::default_endpoint()]
         } else {
             self.listen.clone()

@@ -208,6 +208,7 @@
     const isPlanned = position % 2 === 1;
     const head = `Step ${number} of ${data.steps.length}: ${step.item}${isPlanned ? ', as planned' : ''}`;
     if (isPlanned) return [head, step.decided];
+    if (!items[number - 1].model) return [head, step.became, 'Its shape is not known, and not drawn.'];
     const isThere = drawn.poses.has(number - 1);
     return [head, step.became, ...(isThere ? [] : ['It is not in the container, and not drawn.'])];
   };

@@ -169,13 +169,16 @@ impl SeveralSummary {
         };
         let left = match self.unplaceable.len() {
             0 => String::new(),
+            1 => "; one fits into no container".to_owned(),
             count => format!("; {count} fit into no container"),
         };
+        let containers = match self.containers.len() {
+            1 => "one container".to_owned(),
+            count => format!("{count} containers"),
+        };
         format!(
-            "{} of {} items were placed into {} containers; {unsteady}{left}.",
-            self.items_placed,
-            self.items_in_sequence,
-            self.containers.len()
+            "{} of {} items were placed into {containers}; {unsteady}{left}.",
+            self.items_placed, self.items_in_sequence
         )
     }
 

@@ -115,8 +115,10 @@ impl<A: Action> Goals<A> {
         let status = GoalStatusArray {
             status_list: list.collect(),
         };
+        // Unlocked before, an older list could be published after a newer one, and be kept as the last.
+        let published = self.status.publish(&status);
         drop(known);
-        if let Err(error) = self.status.publish(&status) {
+        if let Err(error) = published {
             tracing::debug!(%error, "the status of goals was not published");
         }
     }

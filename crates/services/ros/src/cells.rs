@@ -1,12 +1,15 @@
 //! The cells that are there, and their faces.
 
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 use std::sync::Arc;
+use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
 use nalgebra::Isometry3;
 use ppnpack_ros::Node;
 use ppnpack_ros::names::{self, Name};
+use ppnpack_service::Shutdown;
 use ppnpack_service::alive::{self, Found};
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::Client;
@@ -36,7 +39,13 @@ pub(crate) struct Common {
     pub(crate) node: Node,
     pub(crate) requests: Requests,
     pub(crate) frames: Arc<Frames>,
+    /// That of the service, which may end before the process does.
+    pub(crate) shutdown: Shutdown,
+    pub(crate) working: Working,
 }
+
+/// Each goal that is carried out has it: where all are dropped, so that its channel is closed, none is.
+pub(crate) type Working = Arc<SyncSender<Infallible>>;
 
 /// The cells and their faces.
 pub(crate) struct Cells {
@@ -44,13 +53,16 @@ pub(crate) struct Cells {
     namespace: Name,
     world_from_container: BTreeMap<Cell, Isometry3<f64>>,
     cells: BTreeMap<Cell, CellFace>,
+    /// Whether there were more, which is said once.
+    is_full: bool,
     scenes: PlannedScenes,
     looked_at: Option<Instant>,
 }
 
 /// A cell: what it has of services, each with its topics.
 struct CellFace {
-    name: Name,
+    /// None where another one has its name: what is asked under a name must reach one cell alone.
+    name: Option<Name>,
     bridge: Option<BridgeFace>,
     perception: Option<PerceptionFace>,
     planner: Option<PlannerFace>,
@@ -61,6 +73,8 @@ impl Cells {
         process: &Process,
         node: &Node,
         settings: &Settings,
+        shutdown: &Shutdown,
+        working: Working,
     ) -> Result<Self, FaceError> {
         let placed = settings.containers.iter().filter_map(|(cell, pose)| {
             // They are checked.
@@ -73,10 +87,13 @@ impl Cells {
                 frames: Arc::new(Frames::new(node)?),
                 process: process.clone(),
                 node: node.clone(),
+                shutdown: shutdown.clone(),
+                working,
             },
             namespace: Name::new(&settings.namespace)?,
             world_from_container: placed.collect(),
             cells: BTreeMap::new(),
+            is_full: false,
             scenes: PlannedScenes::new(session),
             looked_at: None,
         })
@@ -117,35 +134,45 @@ impl Cells {
             namespace,
             world_from_container,
             cells,
+            is_full,
             ..
         } = self;
         if !cells.contains_key(cell) {
             if cells.len() >= MOST_CELLS {
+                if !std::mem::replace(is_full, true) {
+                    tracing::warn!(%cell, most = MOST_CELLS, "not in ROS, nor are further cells: there are too many");
+                }
                 return Ok(());
             }
             let name = namespace.join(&names::part_of(cell.as_str()))?;
-            if let Some((other, _)) = cells.iter().find(|(_, face)| face.name == name) {
-                tracing::warn!(%cell, %other, %name, "two cells have one name in ROS");
+            let mut named = cells.iter();
+            let other = named.find(|(_, face)| face.name.as_ref() == Some(&name));
+            if let Some((other, _)) = other {
+                tracing::error!(%cell, %other, %name, "a cell is not in ROS: another one has its name there");
             }
+            let name = other.is_none().then_some(name);
             cells.insert(cell.clone(), CellFace::new(name));
         }
         let Some(face) = cells.get_mut(cell) else {
             return Ok(());
         };
+        let Some(name) = &face.name else {
+            return Ok(());
+        };
         // A perception service may be there for all cells, and name none.
         let is_seen = matches!(found.service, Service::Bridge | Service::Perception);
         if is_seen && face.perception.is_none() {
-            face.perception = Some(PerceptionFace::new(common, &face.name, cell)?);
+            face.perception = Some(PerceptionFace::new(common, name, cell)?);
         }
         match found.service {
             Service::Bridge if face.bridge.is_none() => {
                 let pose = world_from_container.get(cell);
                 let pose = pose.copied().unwrap_or_else(Isometry3::identity);
                 common.frames.fix_container(cell, &pose)?;
-                face.bridge = Some(BridgeFace::new(common, &face.name, cell)?);
+                face.bridge = Some(BridgeFace::new(common, name, cell)?);
             }
             Service::Planner if face.planner.is_none() => {
-                face.planner = Some(PlannerFace::new(common, &face.name, cell)?);
+                face.planner = Some(PlannerFace::new(common, name, cell)?);
             }
             _ => {}
         }
@@ -154,7 +181,7 @@ impl Cells {
 }
 
 impl CellFace {
-    fn new(name: Name) -> Self {
+    fn new(name: Option<Name>) -> Self {
         Self {
             name,
             bridge: None,

@@ -61,7 +61,8 @@ impl Frames {
         world_from_container: &Isometry3<f64>,
     ) -> Result<(), RosError> {
         let frame = container(cell.as_str());
-        let stamped = stamped(WORLD.to_owned(), frame.clone(), world_from_container);
+        let now = Time::now();
+        let stamped = stamped(&now, WORLD.to_owned(), frame.clone(), world_from_container);
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         known.insert(frame, stamped);
         let transforms = known.values().cloned().collect();
@@ -69,15 +70,16 @@ impl Frames {
         self.fixed.publish(&TfMessage { transforms })
     }
 
-    /// Where frames of a container are now.
+    /// Where frames of a container were at a time.
     pub(crate) fn tell(
         &self,
         cell: &Cell,
+        at: &Time,
         frames: impl IntoIterator<Item = (String, Isometry3<f64>)>,
     ) -> Result<(), RosError> {
         let transforms = frames.into_iter();
         let transforms = transforms
-            .map(|(frame, pose)| stamped(container(cell.as_str()), frame, &pose))
+            .map(|(frame, pose)| stamped(at, container(cell.as_str()), frame, &pose))
             .collect::<Vec<_>>();
         if transforms.is_empty() {
             return Ok(());
@@ -87,6 +89,7 @@ impl Frames {
 }
 
 fn stamped(
+    at: &Time,
     frame_id: String,
     child_frame_id: String,
     parent_from_child: &Isometry3<f64>,
@@ -95,7 +98,7 @@ fn stamped(
     let rotation = parent_from_child.rotation.coords;
     TransformStamped {
         header: Header {
-            stamp: Time::now(),
+            stamp: at.clone(),
             frame_id,
         },
         child_frame_id,

@@ -14,6 +14,9 @@ mod frames;
 mod requests;
 mod settings;
 
+use std::convert::Infallible;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -31,6 +34,9 @@ pub use settings::{CloudSource, Settings};
 /// How often it is looked what is new and who reads it.
 const LOOK: Duration = Duration::from_millis(100);
 
+/// How long goals may take to end with the service.
+const GOALS_END: Duration = Duration::from_secs(1);
+
 /// The running service.
 pub struct Ros {
     // Nobody finds it any more before it ends: fields are dropped in this order.
@@ -39,6 +45,8 @@ pub struct Ros {
     _ready: HealthLatch,
     shutdown: Shutdown,
     thread: JoinHandle<()>,
+    /// Closed when no goal is carried out any more.
+    goals: Receiver<Infallible>,
     /// That of ROS, where it is not the stack's.
     session: Option<Session>,
 }
@@ -60,7 +68,9 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Ros, ServiceError
         .collect::<Result<_, _>>()
         .map_err(ServiceError::start)?;
     let shutdown = process.shutdown().of_part();
-    let cells = Cells::new(process, &node, settings).map_err(ServiceError::start)?;
+    let (working, goals) = sync_channel(0);
+    let cells = Cells::new(process, &node, settings, &shutdown, Arc::new(working));
+    let cells = cells.map_err(ServiceError::start)?;
     let thread = {
         let shutdown = shutdown.clone();
         let supervisor = process.supervisor();
@@ -75,6 +85,7 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Ros, ServiceError
         _ready: ready,
         shutdown,
         thread,
+        goals,
         session,
     })
 }
@@ -110,6 +121,11 @@ impl Running for Ros {
         drop((self.alive, self.clouds));
         self.shutdown.request();
         let ended = ppnpack_service::join(vec![self.thread], deadline);
+        // Whoever waits for the result of a goal is told that it ended.
+        let limit = deadline.saturating_duration_since(Instant::now());
+        if let Err(RecvTimeoutError::Timeout) = self.goals.recv_timeout(limit.min(GOALS_END)) {
+            tracing::warn!("a goal does not end with the service");
+        }
         if let Some(session) = self.session
             && let Err(error) = session.close().wait()
         {

@@ -87,6 +87,22 @@ impl Requests {
         }
     }
 
+    /// The same with a bound of its own: nothing else that is worked on has it refuse what is asked.
+    pub(crate) fn apart(&self) -> Self {
+        Self {
+            under_way: Arc::default(),
+            ..self.clone()
+        }
+    }
+
+    /// The same as the controller of this packing session: planners refuse what it asks once another one is under way.
+    pub(crate) fn of_session(&self, session_id: &str) -> Self {
+        Self {
+            client: self.client.clone().of_session(session_id),
+            ..self.clone()
+        }
+    }
+
     /// Asks the stack, within the limit of a request of ROS.
     pub(crate) fn ask<R: rpc::Request>(
         &self,

@@ -1,6 +1,6 @@
 //! What can be set.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use ppnpack_perception::extrinsics::Extrinsics;
@@ -79,12 +79,17 @@ impl ServiceSettings for Settings {
             Cell::new(cell).map_err(|error| refused(&error))?;
             pose.pose().map_err(|error| refused(&error))?;
         }
+        let mut sensors = BTreeSet::new();
         for (index, source) in self.clouds.iter().enumerate() {
             let refused = |error: &dyn std::fmt::Display| format!("clouds[{index}]: {error}");
             Name::new(&source.topic).map_err(|error| refused(&error))?;
             Cell::new(&source.cell).map_err(|error| refused(&error))?;
             let pose = source.container_from_sensor.pose();
             pose.map_err(|error| refused(&error))?;
+            // Perception would take the clouds of the one as late ones of the other.
+            if !sensors.insert((&source.cell, source.is_tray, &source.sensor)) {
+                return Err(refused(&"another one of the cell has this sensor's name"));
+            }
         }
         Ok(())
     }
@@ -110,7 +115,7 @@ mod tests {
     #[test]
     fn impossible_settings_are_named() {
         type Change = fn(&mut Settings);
-        let changes: [(&str, Change); 6] = [
+        let changes: [(&str, Change); 7] = [
             ("domain", |it| it.domain = 233),
             ("request_limit_s", |it| it.request_limit_s = f64::NAN),
             ("namespace", |it| it.namespace = "ppnpack".to_owned()),
@@ -128,6 +133,9 @@ mod tests {
                 let mut second = source();
                 second.container_from_sensor.orientation_xyzw = [0.0; 4];
                 it.clouds = vec![source(), second];
+            }),
+            ("clouds[1]: another", |it| {
+                it.clouds = vec![source(), source()];
             }),
         ];
         assert_eq!(Settings::default().validate(), Ok(()));

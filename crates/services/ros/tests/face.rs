@@ -10,28 +10,36 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
 
 use nalgebra::{Isometry3, Point3};
+use ppnpack_packing::grid::ContainerSize;
 use ppnpack_perception::extrinsics::Extrinsics;
+use ppnpack_ros::action::{Action, SendGoalRequest, SendGoalResponse};
 use ppnpack_ros::description::Message;
 use ppnpack_ros::keys::{self, TypeKey};
-use ppnpack_ros::messages::ppnpack_msgs::CellState;
+use ppnpack_ros::messages::ppnpack_actions::{Pack, PackGoal};
+use ppnpack_ros::messages::ppnpack_msgs::{Announcement, CellState, Session};
 use ppnpack_ros::messages::ppnpack_srvs::{Hold, HoldRequest, HoldResponse};
 use ppnpack_ros::messages::sensor_msgs::PointCloud2;
 use ppnpack_ros::messages::std_srvs::{Trigger, TriggerRequest};
 use ppnpack_ros::messages::tf2_msgs::TfMessage;
+use ppnpack_ros::messages::unique_identifier_msgs::Uuid;
+use ppnpack_ros::messages::visualization_msgs::MarkerArray;
 use ppnpack_ros::names::Name;
 use ppnpack_ros::service::Service;
 use ppnpack_ros::{Node, Qos, Subscription, cdr};
 use ppnpack_ros_service::{CloudSource, Settings};
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::process::Process;
-use ppnpack_service::rpc::{self, Done, Incoming};
+use ppnpack_service::rpc::{self, Done, Incoming, Listener};
 use ppnpack_service::stream::{self, Publisher};
 use ppnpack_service::{Running, alive};
 use ppnpack_wire::convert::cloud::{self, Capture};
 use ppnpack_wire::convert::pose;
+use ppnpack_wire::debug;
 use ppnpack_wire::keys::{Cell, Service as Of, Stream};
 use ppnpack_wire::{MAX_CLOUD_BYTES, v1};
-use zenoh::{Session, Wait};
+use zenoh::query::ReplyKeyExpr;
+use zenoh::sample::Sample;
+use zenoh::{Session as ZenohSession, Wait};
 
 /// Far more than anything here takes.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -52,11 +60,11 @@ struct Rig {
     face: Option<Box<ppnpack_ros_service::Ros>>,
     bridge: Process,
     states: Publisher<v1::CellState>,
-    session: Session,
+    session: ZenohSession,
     node: Node,
     _alive: alive::Token,
     _process: Process,
-    _hub: Hub,
+    hub: Hub,
 }
 
 impl Rig {
@@ -75,7 +83,7 @@ impl Rig {
             bridge,
             session,
             _process: process,
-            _hub: hub,
+            hub,
         }
     }
 
@@ -88,6 +96,19 @@ impl Rig {
             .node
             .subscribe(&name(topic), Qos::EVENTS, limit, on_message);
         (receiver, subscribed.unwrap())
+    }
+
+    /// What is given to whoever comes later to a topic, as advanced subscribers of Zenoh ask for it.
+    fn last<M: Message>(&self, topic: &str) -> Option<Sample> {
+        let key = keys::data(0, &name(topic), &TypeKey::of_message::<M>());
+        let replies = self
+            .session
+            .get(format!("{key}/@adv/**?_max=1"))
+            .accept_replies(ReplyKeyExpr::Any)
+            .wait()
+            .unwrap();
+        let reply = replies.recv_timeout(PATIENCE).ok().flatten()?;
+        Some(reply.into_result().unwrap())
     }
 
     /// Asks a service, again until somebody answers.
@@ -179,21 +200,35 @@ fn whoever_comes_later_is_given_what_is_so() {
     let rig = Rig::new(&Settings::default());
     let (states, _subscription) = rig.listen::<CellState>("/ppnpack/cell_1/state");
     comes(&states, || rig.states.put(&state()).unwrap(), |_| true);
-    // As advanced subscribers of Zenoh ask.
-    let topic = name("/ppnpack/cell_1/state");
-    let key = keys::data(0, &topic, &TypeKey::of_message::<CellState>());
-    let replies = rig
-        .session
-        .get(format!("{key}/@adv/**?_max=1"))
-        .accept_replies(zenoh::query::ReplyKeyExpr::Any)
-        .wait()
-        .unwrap();
-    let reply = replies.recv_timeout(PATIENCE).unwrap().unwrap();
-    let sample = reply.into_result().unwrap();
+    let topic = "/ppnpack/cell_1/state";
+    let sample = rig.last::<CellState>(topic).unwrap();
+    let key = keys::data(0, &name(topic), &TypeKey::of_message::<CellState>());
     assert_eq!(sample.key_expr().as_str(), key);
     let last: CellState = cdr::decode(&sample.payload().to_bytes()).unwrap();
     assert_eq!(last.state_number, 7);
     assert_eq!(sample.attachment().unwrap().len(), 33);
+}
+
+#[test]
+fn what_nobody_followed_is_not_given_to_who_comes_later() {
+    let rig = Rig::new(&Settings::default());
+    let scenes = Publisher::new(&rig.bridge, &cell(), Stream::DebugScene).unwrap();
+    let size = ContainerSize {
+        x_m: 0.4,
+        y_m: 0.3,
+        z_m: 0.2,
+    };
+    let scene = debug::scene(&cell(), 0, size, &[], None);
+    let topic = "/ppnpack/cell_1/scene";
+    let (drawn, subscription) = rig.listen::<MarkerArray>(topic);
+    comes(&drawn, || scenes.put(&scene).unwrap(), |_| true);
+    assert!(rig.last::<MarkerArray>(topic).is_some());
+    drop(subscription);
+    let until = Instant::now() + PATIENCE;
+    while rig.last::<MarkerArray>(topic).is_some() {
+        assert!(Instant::now() < until, "it is kept");
+        std::thread::sleep(AGAIN);
+    }
 }
 
 #[test]
@@ -293,4 +328,99 @@ fn what_is_asked_is_passed_on_and_answered() {
     let response = rig.call::<Trigger>("/ppnpack/cell_1/resume", &TriggerRequest::default());
     assert!(!response.success);
     assert!(!response.message.is_empty());
+}
+
+/// Answers for a planner which session is under way.
+fn tell_session(planner: &Process) -> Listener {
+    let answer = |incoming: Incoming<v1::SessionRequest>| {
+        let session = v1::Session {
+            session_id: "before".to_owned(),
+            ..v1::Session::default()
+        };
+        let reply = v1::SessionReply {
+            session: Some(session),
+            ..v1::SessionReply::default()
+        };
+        incoming.reply(reply, Done::default());
+    };
+    rpc::listen(planner, Some(&cell()), answer).unwrap()
+}
+
+/// The service by which goals of the action are sent.
+struct SendPack;
+
+impl Service for SendPack {
+    type Request = SendGoalRequest<Pack>;
+    type Response = SendGoalResponse<Pack>;
+
+    fn type_name() -> String {
+        format!("{}_SendGoal", Pack::type_name())
+    }
+}
+
+#[test]
+fn a_goal_changes_no_other_session_than_its_own() {
+    let rig = Rig::new(&Settings::default());
+    let planner = embedded::process(&rig.hub, Of::Planner, "planner-1").unwrap();
+    let (sender, sessions) = sync_channel(8);
+    let _listeners = (
+        tell_session(&planner),
+        rpc::listen(
+            &rig.bridge,
+            Some(&cell()),
+            |incoming: Incoming<v1::CellStateRequest>| {
+                incoming.reply(v1::CellStateReply::default(), Done::default());
+            },
+        )
+        .unwrap(),
+        rpc::listen(
+            &planner,
+            Some(&cell()),
+            |incoming: Incoming<v1::BeginRequest>| {
+                incoming.reply(v1::BeginReply::default(), Done::default());
+            },
+        )
+        .unwrap(),
+        rpc::listen(
+            &planner,
+            Some(&cell()),
+            move |incoming: Incoming<v1::AnnounceRequest>| {
+                sender
+                    .try_send(incoming.header().session_id.clone())
+                    .unwrap();
+                incoming.refuse(v1::Status::Conflict, "another session is under way");
+            },
+        )
+        .unwrap(),
+    );
+    let _alive = alive::announce(&planner, Some(&cell())).unwrap();
+    let request = SendGoalRequest {
+        goal_id: Uuid { uuid: [7; 16] },
+        goal: PackGoal {
+            session_id: "own".to_owned(),
+            items: vec![Announcement::default()],
+        },
+    };
+    let response = rig.call::<SendPack>("/ppnpack/cell_1/pack/_action/send_goal", &request);
+    assert!(response.accepted);
+    let meant = sessions.recv_timeout(PATIENCE).unwrap();
+    assert_eq!(meant.as_deref(), Some("own"));
+}
+
+#[test]
+fn a_session_that_began_before_is_told() {
+    let rig = Rig::new(&Settings::default());
+    let planner = embedded::process(&rig.hub, Of::Planner, "planner-1").unwrap();
+    let _listener = tell_session(&planner);
+    let _alive = alive::announce(&planner, Some(&cell())).unwrap();
+    let until = Instant::now() + PATIENCE;
+    let told = loop {
+        if let Some(told) = rig.last::<Session>("/ppnpack/cell_1/session") {
+            break told;
+        }
+        assert!(Instant::now() < until, "no session is told");
+        std::thread::sleep(AGAIN);
+    };
+    let session: Session = cdr::decode(&told.payload().to_bytes()).unwrap();
+    assert_eq!(session.session_id, "before");
 }

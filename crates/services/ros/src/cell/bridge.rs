@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::Isometry3;
+use ppnpack_ros::messages::builtin_interfaces::Time;
 use ppnpack_ros::messages::ppnpack_msgs::{CellState, Outcome};
 use ppnpack_ros::messages::ppnpack_srvs::{Changed, Hold};
 use ppnpack_ros::messages::std_srvs::Trigger;
@@ -108,13 +109,15 @@ fn tell_items(frames: &Frames, cell: &Cell, state: &v1::CellState) -> Result<(),
         let at: Isometry3<f64> = at.ok()?;
         Some((frames::item(cell, &body.item_id), at))
     });
-    frames.tell(cell, items)
+    frames.tell(cell, &Time::now(), items)
 }
 
 fn servers(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Server>, FaceError> {
     let (node, requests) = (&common.node, &common.requests);
+    // However many wait for something else, a cell can be held.
+    let holds = requests.apart();
     Ok(vec![
-        requests.serve::<Hold, _>(node, &name.join("hold")?, cell, |asked| v1::HoldRequest {
+        holds.serve::<Hold, _>(node, &name.join("hold")?, cell, |asked| v1::HoldRequest {
             reason: asked.reason.clone(),
             is_aborting: asked.is_aborting,
             ..v1::HoldRequest::default()

@@ -42,7 +42,11 @@ impl<M: prost::Message + prost::Name + Default, T: Message> Followed<M, T> {
                 let latest = Latest::subscribe(process, cell, stream, self.limit_bytes)?;
                 self.latest = Some(latest);
             }
-            (false, Some(_)) => self.latest = None,
+            (false, Some(_)) => {
+                self.latest = None;
+                // What comes while nobody reads is not heard of: whoever comes next is not given what was so before.
+                self.publisher.forget();
+            }
             _ => {}
         }
         let arrived = self.latest.as_ref().and_then(Latest::take);

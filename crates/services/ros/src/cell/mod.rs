@@ -5,3 +5,4 @@ mod follow;
 mod pack;
 pub(crate) mod perception;
 pub(crate) mod planner;
+mod sessions;

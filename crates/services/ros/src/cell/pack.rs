@@ -4,15 +4,18 @@
 //! milliseconds and cannot be taken back, so there is none for it. Cancelled, the items that wait are withdrawn: the planner brings what is
 //! under way to its end, in its own way, and nothing is left pending.
 
-use std::collections::BTreeSet;
-use std::sync::Arc;
+use std::collections::{BTreeMap, BTreeSet};
+use std::convert::Infallible;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::SyncSender;
+use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
 use ppnpack_ros::action::{ActionServer, Goal, Status, Work};
 use ppnpack_ros::messages::ppnpack_actions::{Pack, PackFeedback, PackGoal, PackResult};
 use ppnpack_ros::messages::ppnpack_msgs::{Announcement, Item};
 use ppnpack_ros::names::Name;
+use ppnpack_service::Shutdown;
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::CallError;
 use ppnpack_service::stream::Latest;
@@ -44,6 +47,8 @@ pub(super) fn serve(common: &Common, name: &Name, cell: &Cell) -> Result<ActionS
         requests: common.requests.clone(),
         cell: cell.clone(),
         is_busy: Arc::default(),
+        shutdown: common.shutdown.clone(),
+        working: Arc::downgrade(&common.working),
     };
     let on_goal = move |goal: &PackGoal| packing.accept(goal);
     Ok(ActionServer::new::<Pack>(&common.node, name, on_goal)?)
@@ -56,6 +61,8 @@ struct Packing {
     requests: Requests,
     cell: Cell,
     is_busy: Arc<AtomicBool>,
+    shutdown: Shutdown,
+    working: Weak<SyncSender<Infallible>>,
 }
 
 /// A goal is carried out until it is dropped.
@@ -97,11 +104,12 @@ impl std::fmt::Display for Failure {
 }
 
 impl Packing {
-    /// The work that carries a goal out; `None` where there are no items, too many, or another goal is under way.
+    /// The work that carries a goal out; `None` where there are no items, too many, another goal is under way, or the service ends.
     fn accept(&self, goal: &PackGoal) -> Option<Work<Pack>> {
         if !(1..=MOST_ITEMS).contains(&goal.items.len()) {
             return None;
         }
+        let working = self.working.upgrade()?;
         if self.is_busy.swap(true, Ordering::AcqRel) {
             return None;
         }
@@ -111,6 +119,7 @@ impl Packing {
             // Whoever hears of its end may send the next one.
             drop(busy);
             goal.end(status, result);
+            drop(working);
         }))
     }
 
@@ -135,7 +144,7 @@ impl Packing {
         }
     }
 
-    /// Packs, and gives the session at its end.
+    /// Packs, and gives the session at its end, with the items of the goal.
     fn pack(&self, goal: &Goal<Pack>, session_id: &str) -> Result<v1::Session, Failure> {
         let latest = Latest::<v1::Session>::subscribe(
             &self.process,
@@ -144,8 +153,10 @@ impl Packing {
             MAX_MESSAGE_BYTES,
         );
         let latest = latest.map_err(FaceError::from)?;
-        self.begin(&goal.message().items, session_id)?;
-        let mut told = BTreeSet::new();
+        // Another controller may begin another session at any time: nothing of that is changed.
+        let own = self.requests.of_session(session_id);
+        self.begin(&own, &goal.message().items, session_id)?;
+        let (mut items, mut told) = (Items::new(&goal.message().items), BTreeSet::new());
         loop {
             let mut session = self.news(goal, &latest)?;
             if session.session_id != session_id {
@@ -156,6 +167,8 @@ impl Packing {
                 let other = session.session_id;
                 return Err(Failure::Other(format!("session {other} was begun instead")));
             }
+            let of_session = std::mem::take(&mut session.items);
+            session.items = items.update(&of_session);
             if let Some(feedback) = feedback(&session, &mut told) {
                 goal.feedback(feedback).map_err(FaceError::from)?;
             }
@@ -163,13 +176,18 @@ impl Packing {
                 return Ok(session);
             }
             if goal.is_canceling() {
-                self.withdraw(&session)?;
+                self.withdraw(&own, &of_session)?;
             }
         }
     }
 
     /// Begins the session, announces the items and has the planner pack them.
-    fn begin(&self, items: &[Announcement], session_id: &str) -> Result<(), Failure> {
+    fn begin(
+        &self,
+        own: &Requests,
+        items: &[Announcement],
+        session_id: &str,
+    ) -> Result<(), Failure> {
         let state = v1::CellStateRequest::default();
         let state = self.requests.ask_within(&self.cell, state, STATE_LIMIT);
         let state = match state {
@@ -188,12 +206,12 @@ impl Packing {
             items: items.iter().map(messages::read_announcement).collect(),
             ..v1::AnnounceRequest::default()
         };
-        self.requests.ask(&self.cell, announce)?;
+        own.ask(&self.cell, announce)?;
         let automatic = v1::AutomaticRequest {
             is_automatic: true,
             ..v1::AutomaticRequest::default()
         };
-        self.requests.ask(&self.cell, automatic)?;
+        own.ask(&self.cell, automatic)?;
         Ok(())
     }
 
@@ -205,7 +223,7 @@ impl Packing {
     ) -> Result<v1::Session, Failure> {
         let until = Instant::now() + ASKED_AFTER;
         loop {
-            if self.process.shutdown().is_requested() {
+            if self.shutdown.is_requested() {
                 return Err(Failure::Other("the service ends".to_owned()));
             }
             let arrived = latest.wait(Instant::now() + LOOK);
@@ -218,7 +236,7 @@ impl Packing {
         }
     }
 
-    /// The session as it is.
+    /// The session that is under way, whichever it is.
     fn session(&self) -> Result<v1::Session, Failure> {
         let request = v1::SessionRequest::default();
         let reply = self.requests.ask(&self.cell, request)?;
@@ -226,21 +244,53 @@ impl Packing {
     }
 
     /// Takes back what waits; what was decided meanwhile stays.
-    fn withdraw(&self, session: &v1::Session) -> Result<(), Failure> {
+    fn withdraw(&self, own: &Requests, items: &[v1::SessionItem]) -> Result<(), Failure> {
         let waits = |item: &&v1::SessionItem| {
             matches!(item.state(), ItemState::Waiting | ItemState::SetAside)
         };
-        for item in session.items.iter().filter(waits) {
+        for item in items.iter().filter(waits) {
             let request = v1::WithdrawRequest {
                 item_id: item.item_id.clone(),
                 ..v1::WithdrawRequest::default()
             };
-            match self.requests.ask(&self.cell, request) {
+            match own.ask(&self.cell, request) {
                 Ok(_) | Err(CallError::Refused { .. }) => {}
                 Err(error) => return Err(error.into()),
             }
         }
         Ok(())
+    }
+}
+
+/// The items of a goal as its session told them last: it forgets those of containers that were closed long ago.
+struct Items {
+    /// The place of each in the order in which they were announced.
+    places: BTreeMap<String, usize>,
+    told: Vec<Option<v1::SessionItem>>,
+}
+
+impl Items {
+    fn new(announced: &[Announcement]) -> Self {
+        let mut places = BTreeMap::new();
+        for item in announced {
+            let next = places.len();
+            places.entry(item.item_id.clone()).or_insert(next);
+        }
+        Self {
+            told: vec![None; places.len()],
+            places,
+        }
+    }
+
+    /// Those that were told, in their order, now that the session has these.
+    fn update(&mut self, of_session: &[v1::SessionItem]) -> Vec<v1::SessionItem> {
+        for item in of_session {
+            let place = self.places.get(&item.item_id);
+            if let Some(told) = place.and_then(|place| self.told.get_mut(*place)) {
+                *told = Some(item.clone());
+            }
+        }
+        self.told.iter().flatten().cloned().collect()
     }
 }
 
@@ -330,6 +380,21 @@ mod tests {
             feedback(&under_way(&[Packed, Gone, Packed]), &mut told),
             None
         );
+    }
+
+    #[test]
+    fn items_that_the_session_forgets_stay_in_the_result() {
+        use ItemState::{Packed, Waiting};
+        let announced = |id: &str| Announcement {
+            item_id: id.to_owned(),
+            ..Announcement::default()
+        };
+        let mut items = Items::new(&["a", "b", "a", "c"].map(announced));
+        let two = session(SessionEnd::Unspecified, &[Packed, Waiting]).items;
+        assert_eq!(items.update(&two), two);
+        // The last is of somebody else.
+        let all = session(SessionEnd::Unspecified, &[Packed; 4]).items;
+        assert_eq!(items.update(&all[1..]), all[..3]);
     }
 
     #[test]

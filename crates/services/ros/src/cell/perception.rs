@@ -1,6 +1,7 @@
 //! What perception sees of a container: clouds, and the heightmap.
 
 use ppnpack_ros::Qos;
+use ppnpack_ros::messages::builtin_interfaces::Time;
 use ppnpack_ros::messages::sensor_msgs::PointCloud2;
 use ppnpack_ros::names::Name;
 use ppnpack_wire::convert::cloud;
@@ -49,7 +50,9 @@ impl PerceptionFace {
         if let Ok(cloud) = &read {
             let frame = frames::sensor(&self.cell, &message.sensor);
             let pose = *cloud.container_from_sensor();
-            common.frames.tell(&self.cell, [(frame, pose)])?;
+            // A sensor that moves is elsewhere by now.
+            let at = Time::from_ns(cloud.captured_at_ns());
+            common.frames.tell(&self.cell, &at, [(frame, pose)])?;
         }
         self.cloud
             .pass_on(read.map(|cloud| points::cloud(&self.cell, &cloud)))

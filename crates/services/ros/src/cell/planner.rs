@@ -1,7 +1,7 @@
 //! What the planner says of a cell, and what can be asked of it.
 
 use ppnpack_ros::action::ActionServer;
-use ppnpack_ros::messages::ppnpack_msgs::{Decision, Session};
+use ppnpack_ros::messages::ppnpack_msgs::Decision;
 use ppnpack_ros::messages::ppnpack_srvs::{Announce, Begin, Plan, PlanResponse, Report, Withdraw};
 use ppnpack_ros::messages::std_srvs::SetBool;
 use ppnpack_ros::messages::visualization_msgs::MarkerArray;
@@ -15,7 +15,7 @@ use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 
 use super::follow::Followed;
-use super::pack;
+use super::{pack, sessions};
 use crate::cells::Common;
 use crate::convert::{markers, messages};
 use crate::error::FaceError;
@@ -35,13 +35,13 @@ impl PlannerFace {
         let node = &common.node;
         let plan = node.publisher(&name.join("planned_scene")?, Qos::LATCHED)?;
         let decisions = node.publisher(&name.join("decisions")?, Qos::LATCHED)?;
-        let sessions = node.publisher(&name.join("session")?, Qos::LATCHED)?;
+        let told = node.publisher(&name.join("session")?, Qos::LATCHED)?;
         Ok(Self {
             cell: cell.clone(),
             plan: Followed::new(cell, Stream::Record, MAX_MESSAGE_BYTES, plan),
             _streams: [
                 follow_decisions(common, cell, decisions)?,
-                follow_sessions(common, cell, sessions)?,
+                sessions::follow(common, cell, told)?,
             ],
             _servers: servers(common, name, cell)?,
             _pack: pack::serve(common, &name.join("pack")?, cell)?,
@@ -86,28 +86,6 @@ fn follow_decisions(
         Stream::Plan,
         limit,
         on_decision,
-    )?)
-}
-
-fn follow_sessions(
-    common: &Common,
-    cell: &Cell,
-    sessions: Publisher<Session>,
-) -> Result<Subscription, FaceError> {
-    let own = cell.clone();
-    let on_session = move |_, session: v1::Session| {
-        if let Err(error) = sessions.publish(&messages::session(&own, &session)) {
-            tracing::debug!(cell = %own, %error, "a session is not passed on");
-        }
-    };
-    let session = common.process.session();
-    let limit = MAX_MESSAGE_BYTES;
-    Ok(stream::subscribe(
-        session,
-        Some(cell),
-        Stream::Session,
-        limit,
-        on_session,
     )?)
 }
 
