@@ -57,9 +57,9 @@ impl Controls {
         let (signs, subscriptions) = self
             .listen(target)
             .map_err(|error| ControlError::Unanswered(error.to_string()))?;
-        let resumed = self.resume(target);
-        // What was told before the cell went on says nothing of the step.
+        // What was told before the cell goes on says nothing of the step; what is told from now on may be its placement.
         while signs.try_recv().is_ok() {}
+        let resumed = self.resume(target);
         let waited = match &resumed {
             Ok(_) => self.wait_for_placement(target, &signs),
             Err(_) => Waited::NothingBegan,
