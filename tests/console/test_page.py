@@ -246,6 +246,22 @@ def test_each_control_is_asked_for_as_the_console_wants_it(console, packing, ope
     assert len(console.asked) == before, "Enter does not move a robot by itself"
 
 
+def test_a_question_that_takes_the_place_of_another_one_is_answered(console, packing, open_page):
+    packing.held = "a door is open"
+    packing.publish("held", "Held: a door is open.", "Look, say what changed, and resume.")
+    page = open_page(console.url)
+    page.evaluate(f"sessionStorage.setItem('ppnpack-console-token', '{mock.TOKEN}')")
+    page.reload()
+    page.get_by_role("button", name="I had my hand in it").click()
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("A hand was in the container")
+    page.keyboard.press("s")
+    expect(dialog).to_contain_text("Is nobody in the cell?")
+    dialog.get_by_role("button", name="Step", exact=True).click()
+    expect(page.locator("#reply")).to_have_text("step: done.")
+    assert [action for action, _ in console.asked] == ["step", "step"]
+
+
 def test_what_a_control_came_to_is_said(console, packing, open_page):
     page = open_page(console.url)
     page.evaluate(f"sessionStorage.setItem('ppnpack-console-token', '{mock.TOKEN}')")
