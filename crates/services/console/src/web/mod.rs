@@ -91,7 +91,7 @@ pub(crate) fn serve(
 ) -> Result<SocketAddr, ServiceError> {
     let failed = |error| {
         ServiceError::start(format_args!(
-            "{address} cannot be listened on: {error}; set service.listen to a free one"
+            "{address} cannot be listened on: {error}; set service.listen (of `ppnpack up`, --console) to a free one"
         ))
     };
     let listener = runtime
