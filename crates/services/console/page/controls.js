@@ -181,8 +181,8 @@ export class Controls {
       this.reply('stopped', 'Refused: that is not the token.');
       if (await this.unlock('That is not the token any more.')) await this.send(action, fields, at);
     } else if (status === 200) {
-      // Of a stop it is said when the cell shows it.
-      if (this.asked === null || !STOPS.includes(action)) this.reply('going', text);
+      // Of a stop it is said besides when the cell shows it.
+      this.reply('going', text);
     } else {
       this.asked = null;
       this.reply('stopped', `${NAMES[action]} was not done: ${text}`);
