@@ -146,6 +146,10 @@ def test_what_is_old_is_said_to_be_and_comes_back_by_itself(console, packing, op
     packing.publish("unknown", "Nothing is heard.", "Look at the planner.", ["The planner has not answered for 13 s."])
     expect(page.locator("#said")).to_contain_text("13 s")
     assert page.locator("#announced").inner_text() == read
+    for age_s in (12, 13):
+        packing.publish("unknown", "Nothing is heard.", "", [f"The picture of cell-1 shows what was there {age_s} s ago."])
+        expect(page.locator("#said")).to_contain_text(f"{age_s} s ago")
+        expect(page.locator("#announced")).to_have_text("The picture of cell-1 shows what was there.")
     picture(page, "page-stale")
     console.end_streams()
     packing.publish("planning", "Planning.")

@@ -121,7 +121,7 @@ fn a_packing_is_shown_and_a_planner_that_is_killed_is_missed_until_it_is_back() 
         .until("that the planner is away", |it| {
             stale(it)
                 .iter()
-                .any(|sentence| sentence.contains("The planner is away"))
+                .any(|sentence| sentence.contains("The planner has been away"))
         })
         .unwrap();
     assert_eq!(watch.part("cell-1", "status")["doing"], json!("unknown"));

@@ -98,7 +98,7 @@ impl<'a> Situation<'a> {
             }
             if place.state.is_some() && now_ms.saturating_sub(place.state_at_ms) > STATE_AGE_MS {
                 let age = words::seconds(place.state_at_ms, now_ms);
-                say(format!("The state of {name} is {age} old."));
+                say(format!("The state of {name} was told {age} ago."));
             }
             if let Some(since_ms) = place.behind_since_ms
                 && now_ms.saturating_sub(since_ms) > BEHIND_MS
