@@ -273,7 +273,10 @@ def test_what_a_control_came_to_is_said(console, packing, open_page):
     console.answers["hold"] = (504, {"error": "unanswered", "text": "The bridge did not answer in time.", "question": None})
     expect(page.get_by_role("button", name="HOLD")).to_be_enabled()
     page.keyboard.press("h")
-    expect(page.locator("#reply")).to_have_text("Hold was not done: The bridge did not answer in time.")
+    expect(page.locator("#reply")).to_have_text("Hold may have been done, or not: The bridge did not answer in time.")
+    console.answers["hold"] = (429, {"error": "busy", "text": "too many controls are under way", "question": None})
+    page.keyboard.press("h")
+    expect(page.locator("#reply")).to_have_text("Hold was refused: too many controls are under way")
     console.is_over = True
     page.get_by_role("button", name="HOLD").click()
     expect(page.locator("#reply")).to_contain_text("use the cell's own stop")
