@@ -108,7 +108,10 @@ impl ShapeStore {
             *kept = Kept::default();
         }
         kept.bytes += known.triangles.len();
-        kept.shapes.insert(id, Arc::new(known));
+        // Two pages may have asked for it at the same time.
+        if let Some(before) = kept.shapes.insert(id, Arc::new(known)) {
+            kept.bytes -= before.triangles.len();
+        }
     }
 
     fn lock(&self) -> MutexGuard<'_, Kept> {
