@@ -3,8 +3,8 @@
 mod order;
 mod step;
 
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use ppnpack_service::actor::WeakAddress;
@@ -71,8 +71,8 @@ pub(crate) struct Controls {
     client: Client,
     directory: Arc<Directory>,
     follower: WeakAddress<Told>,
-    /// Whether a step is under way.
-    is_stepping: AtomicBool,
+    /// The cells of which a step is under way.
+    stepping: Mutex<BTreeSet<Cell>>,
 }
 
 /// A cell that an order is for.
@@ -92,7 +92,7 @@ impl Controls {
             client: Client::new(session),
             directory,
             follower,
-            is_stepping: AtomicBool::new(false),
+            stepping: Mutex::default(),
         }
     }
 
