@@ -168,6 +168,9 @@ def test_a_cell_of_which_nothing_was_seen_shows_nothing_of_another(console, pack
     page.get_by_role("combobox", name="Container").select_option("cell-2-b")
     page.reload()
     expect(page.get_by_role("combobox", name="Container")).to_have_value("cell-2-b")
+    page.goto("about:blank")
+    page.goto(f"{console.url}#%")
+    expect(page.locator("#inside tr")).to_have_count(7)
 
 
 def test_what_cannot_be_drawn_is_left_out(console, packing, open_page):
