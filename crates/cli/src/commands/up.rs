@@ -37,6 +37,7 @@ use crate::stack::{self, Containers, Stack, connect};
 
 /// The name under which the process publishes what it logs.
 const LOGS_AS: &str = "up";
+
 /// Where the operator's page is if nothing else is said: on this machine alone.
 const DEFAULT_CONSOLE: &str = "127.0.0.1:8770";
 
@@ -97,6 +98,7 @@ pub(crate) struct UpArguments {
     /// Have the cells in ROS 2, in this domain [with no domain: 0]. Its nodes connect to the Zenoh endpoint. See docs/ros2.md
     #[arg(long, value_name = "DOMAIN", num_args = 0..=1, default_missing_value = "0", conflicts_with = "connect", value_parser = clap::value_parser!(u32).range(0..=232))]
     ros: Option<u32>,
+
     /// Serve the operator's page at this address [with no address: 127.0.0.1:8770]. Its controls ask for the token in the environment's
     /// PPNPACK_CONSOLE_TOKEN; without one there are none. See docs/console.md
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = DEFAULT_CONSOLE, conflicts_with = "connect")]
