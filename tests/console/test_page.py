@@ -146,6 +146,10 @@ def test_what_is_old_is_said_to_be_and_comes_back_by_itself(console, packing, op
     packing.publish("unknown", "Nothing is heard.", "Look at the planner.", ["The planner has not answered for 13 s."])
     expect(page.locator("#said")).to_contain_text("13 s")
     assert page.locator("#announced").inner_text() == read
+    for age_s in (12, 13):
+        packing.publish("unknown", "Nothing is heard.", "", [f"The picture of cell-1 shows what was there {age_s} s ago."])
+        expect(page.locator("#said")).to_contain_text(f"{age_s} s ago")
+        expect(page.locator("#announced")).to_have_text("The picture of cell-1 shows what was there.")
     picture(page, "page-stale")
     console.end_streams()
     packing.publish("planning", "Planning.")
@@ -164,6 +168,9 @@ def test_a_cell_of_which_nothing_was_seen_shows_nothing_of_another(console, pack
     page.get_by_role("combobox", name="Container").select_option("cell-2-b")
     page.reload()
     expect(page.get_by_role("combobox", name="Container")).to_have_value("cell-2-b")
+    page.goto("about:blank")
+    page.goto(f"{console.url}#%")
+    expect(page.locator("#inside tr")).to_have_count(7)
 
 
 def test_what_cannot_be_drawn_is_left_out(console, packing, open_page):
@@ -246,6 +253,22 @@ def test_each_control_is_asked_for_as_the_console_wants_it(console, packing, ope
     assert len(console.asked) == before, "Enter does not move a robot by itself"
 
 
+def test_a_question_that_takes_the_place_of_another_one_is_answered(console, packing, open_page):
+    packing.held = "a door is open"
+    packing.publish("held", "Held: a door is open.", "Look, say what changed, and resume.")
+    page = open_page(console.url)
+    page.evaluate(f"sessionStorage.setItem('ppnpack-console-token', '{mock.TOKEN}')")
+    page.reload()
+    page.get_by_role("button", name="I had my hand in it").click()
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("A hand was in the container")
+    page.keyboard.press("s")
+    expect(dialog).to_contain_text("Is nobody in the cell?")
+    dialog.get_by_role("button", name="Step", exact=True).click()
+    expect(page.locator("#reply")).to_have_text("step: done.")
+    assert [action for action, _ in console.asked] == ["step", "step"]
+
+
 def test_what_a_control_came_to_is_said(console, packing, open_page):
     page = open_page(console.url)
     page.evaluate(f"sessionStorage.setItem('ppnpack-console-token', '{mock.TOKEN}')")
@@ -253,7 +276,10 @@ def test_what_a_control_came_to_is_said(console, packing, open_page):
     console.answers["hold"] = (504, {"error": "unanswered", "text": "The bridge did not answer in time.", "question": None})
     expect(page.get_by_role("button", name="HOLD")).to_be_enabled()
     page.keyboard.press("h")
-    expect(page.locator("#reply")).to_have_text("Hold was not done: The bridge did not answer in time.")
+    expect(page.locator("#reply")).to_have_text("Hold may have been done, or not: The bridge did not answer in time.")
+    console.answers["hold"] = (429, {"error": "busy", "text": "too many controls are under way", "question": None})
+    page.keyboard.press("h")
+    expect(page.locator("#reply")).to_have_text("Hold was refused: too many controls are under way")
     console.is_over = True
     page.get_by_role("button", name="HOLD").click()
     expect(page.locator("#reply")).to_contain_text("use the cell's own stop")

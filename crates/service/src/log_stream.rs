@@ -43,6 +43,14 @@ struct Outlet {
     waiting: SyncSender<Log>,
 }
 
+impl Outlet {
+    /// Whose lines they are and where they go, while somebody reads them.
+    fn while_read(&self) -> Option<(Instance, SyncSender<Log>)> {
+        let is_read = self.is_read.load(Ordering::Relaxed);
+        is_read.then(|| (self.process.clone(), self.waiting.clone()))
+    }
+}
+
 /// Publishes what the process logs, until it is dropped.
 pub struct LogStream {
     thread: Option<JoinHandle<()>>,
@@ -70,19 +78,16 @@ pub fn publish(session: &Session, process: &Instance) -> Result<LogStream, Servi
         .wait()
         .map_err(failed)?;
     let (waiting, lines) = sync_channel(MOST_WAITING);
-    let outlet = Outlet {
+    let mut published = lock(&OUTLET);
+    if published.is_some() {
+        return Err(ServiceError::start("the log is published already"));
+    }
+    let thread = thread("log", move || put(&publisher, &lines))?;
+    *published = Some(Outlet {
         process: process.clone(),
         is_read,
         waiting,
-    };
-    {
-        let mut published = lock(&OUTLET);
-        if published.is_some() {
-            return Err(ServiceError::start("the log is published already"));
-        }
-        *published = Some(outlet);
-    }
-    let thread = thread("log", move || put(&publisher, &lines))?;
+    });
     Ok(LogStream {
         thread: Some(thread),
     })
@@ -138,16 +143,11 @@ struct LogLayer;
 
 impl<S: Subscriber> Layer<S> for LogLayer {
     fn on_event(&self, event: &Event<'_>, _: Context<'_, S>) {
-        let outlet = lock(&OUTLET);
-        let read = outlet
-            .as_ref()
-            .filter(|outlet| outlet.is_read.load(Ordering::Relaxed));
-        if let Some(Outlet {
-            process, waiting, ..
-        }) = read
-        {
+        // Not locked while the line is made: what an event shows of itself may log, too, and other threads would wait.
+        let outlet = lock(&OUTLET).as_ref().and_then(Outlet::while_read);
+        if let Some((process, waiting)) = outlet {
             // Where there is no room, the line is still on standard error.
-            waiting.try_send(line(process, event)).ok();
+            waiting.try_send(line(&process, event)).ok();
         }
     }
 }

@@ -37,6 +37,7 @@ use crate::stack::{self, Containers, Stack, connect};
 
 /// The name under which the process publishes what it logs.
 const LOGS_AS: &str = "up";
+
 /// Where the operator's page is if nothing else is said: on this machine alone.
 const DEFAULT_CONSOLE: &str = "127.0.0.1:8770";
 

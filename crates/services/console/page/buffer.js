@@ -123,8 +123,11 @@ const card = (item, { shape, pictures, explain, withdraw }) => {
 /** Asks the planner where an item would go, and tells it. */
 export const explain = async (cell, item) => {
   const title = `${named(item.object)} (${item.item_id})`;
-  tell(title, 'The planner is asked…');
+  let isRead = false;
+  tell(title, 'The planner is asked…').then(() => { isRead = true; });
   const { best, reason, counts, text } = await explanation(cell, item);
+  // Who closed that wants no answer any more, and another question must not give way to it.
+  if (isRead) return;
   const refusals = (counts?.refusals ?? []).map((refusal) => {
     const detail = refusal.detail ? ` (${refusal.detail})` : '';
     return make('li', {}, `${refusal.count}: ${refusal.text}${detail}`);

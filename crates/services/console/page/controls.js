@@ -12,8 +12,7 @@ const USUAL_PATIENCE_MS = 15000;
 // What a token is made of, and a header takes.
 const VISIBLE = /^[\x21-\x7e]+$/;
 
-const NO_ANSWER =
-  'the console does not answer, and it may have been done. Look at the cell; to stop the robot, use the cell\'s own stop.';
+const NO_ANSWER = 'the console does not answer. Look at the cell; to stop the robot, use the cell\'s own stop.';
 
 // A browser may forbid to keep anything: then the token is asked for again when the page is loaded again.
 const kept = () => {
@@ -181,11 +180,13 @@ export class Controls {
       this.reply('stopped', 'Refused: that is not the token.');
       if (await this.unlock('That is not the token any more.')) await this.send(action, fields, at);
     } else if (status === 200) {
-      // Of a stop it is said when the cell shows it.
-      if (this.asked === null || !STOPS.includes(action)) this.reply('going', text);
+      // Of a stop it is said besides when the cell shows it.
+      this.reply('going', text);
     } else {
       this.asked = null;
-      this.reply('stopped', `${NAMES[action]} was not done: ${text}`);
+      // Without an answer of the console, or of whom it asked, nobody knows what was done.
+      const isRefused = status >= 400 && status < 500;
+      this.reply('stopped', `${NAMES[action]} ${isRefused ? 'was refused' : 'may have been done, or not'}: ${text}`);
     }
   }
 

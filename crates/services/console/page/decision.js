@@ -23,10 +23,10 @@ const fact = (name, ...told) => [make('dt', {}, name), make('dd', {}, ...told)];
 const settled = ({ tilt_rad: tilt, slide_m: slide, disturbance_m: moves }) =>
   `tilts ${degrees(tilt)}, slides ${centimetres(slide)}, moves others ${centimetres(moves)}`;
 
-const facts = (decision, isOneOfSeveral) => {
+const facts = (decision, isOneOfSeveral, isUnderWay) => {
   const { outcome, settling, load } = decision;
   const others = [...decision.degraded, ...(decision.is_widened ? ['nothing proposed was valid: all was searched'] : [])];
-  const [kind, text] = OUTCOMES[outcome?.kind] ?? ['mild', 'under way'];
+  const [kind, text] = OUTCOMES[outcome?.kind] ?? ['mild', isUnderWay ? 'under way' : 'not heard of'];
   const stages = decision.stages.map(({ stage, ms }) => `${words(stage)} ${milliseconds(ms)}`).join(', ');
   return make(
     'dl', { class: 'facts' },
@@ -81,10 +81,11 @@ export const showDecision = (decisions, session, now, point) => {
   setText(byId('last-when'), decision && now ? `step ${decision.step + 1}, ${span(now - decision.at_ms)} ago` : '');
   const others = decision ? [...decision.others, ...(session?.reasons ?? [])] : session?.reasons ?? [];
   const told = others.filter((other, at) => others.findIndex(({ item_id: id }) => id === other.item_id) === at);
-  redraw(byId('last'), [decision, told], () => [
+  const isUnderWay = decision !== null && decision.decision_id === session?.pending;
+  redraw(byId('last'), [decision, told, isUnderWay], () => [
     decision === null && make('p', { class: 'soft' }, 'Nothing was decided yet.'),
     decision && make('p', { class: 'chosen-item' }, make('b', {}, named(decision.object)), ` ${decision.item_id}`),
-    decision && facts(decision, (session?.containers.length ?? 0) > 1),
+    decision && facts(decision, (session?.containers.length ?? 0) > 1, isUnderWay),
     decision && make('h3', {}, 'Next best placements'),
     decision && runnersUp(decision, point),
     (decision || told.length > 0) && make('h3', {}, 'Items that were refused'),

@@ -147,8 +147,17 @@ function choose(cell, container) {
   due();
 }
 
+/** The names in the address; none where somebody wrote something else there. */
+function addressed() {
+  try {
+    return location.hash.slice(1).split('/').map(decodeURIComponent);
+  } catch {
+    return [];
+  }
+}
+
 function readyPage() {
-  [chosen.cell, chosen.container] = [...location.hash.slice(1).split('/').map(decodeURIComponent), '', ''].map((name) => name || null);
+  [chosen.cell, chosen.container] = [...addressed(), '', ''].map((name) => name || null);
   readyTheme();
   readyDialogs();
   readyKeys({

@@ -2,7 +2,8 @@
 
 import { bounds } from './vectors.js';
 
-const MOST_AT_ONCE = 4;
+// A browser opens six connections to an address. Events have one, a step and an explanation may have one each: the rest is for a hold.
+const MOST_AT_ONCE = 2;
 const MOST_KEPT = 512;
 const RETRY_MS = 3000;
 

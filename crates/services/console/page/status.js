@@ -43,7 +43,7 @@ export const summary = ({ fault, contact, silence, status, hasCell }) => {
 export const isCurrent = ({ fault, contact, status }) => !fault && contact === 'live' && (status?.stale.length ?? 0) === 0;
 
 /** What is read out: without numbers that grow each second. */
-const announced = ({ said, advice }) => `${said} ${advice}`.trim().replaceAll(/ (since|for) \d+ (s|min)\b/g, '');
+const announced = ({ said, advice }) => `${said} ${advice}`.trim().replaceAll(/ ((since|for) )?\d+ (s|min|h|d)\b( \d+ min)?( ago)?/g, '');
 
 let readOut = '';
 

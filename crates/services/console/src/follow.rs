@@ -50,8 +50,8 @@ pub(crate) struct Asked {
 /// What was heard last: of sessions and states the newest alone is looked at.
 pub(crate) type Newest = LatestValues<(Cell, Stream), News>;
 
-/// The heightmap that was heard last of each container.
-pub(crate) type Heightmaps = LatestValues<Cell, Box<v1::Heightmap>>;
+/// The heightmap that was heard last of each container, and when it was made, in milliseconds since 1970.
+pub(crate) type Heightmaps = LatestValues<Cell, (u64, Box<v1::Heightmap>)>;
 
 /// Folds what is heard into the picture, and puts that on the board.
 pub(crate) struct Follower {
@@ -89,8 +89,8 @@ impl Follower {
         }
     }
 
-    fn apply(&mut self, of: &Cell, news: News) {
-        let wanted = self.picture.apply(now_ms(), of, news);
+    fn apply(&mut self, at_ms: u64, of: &Cell, news: News) {
+        let wanted = self.picture.apply(at_ms, of, news);
         self.ask(wanted);
     }
 
@@ -112,13 +112,13 @@ impl Follower {
     }
 
     fn look(&mut self) {
-        for (container, heightmap) in self.heightmaps.take() {
+        for (container, (made_ms, heightmap)) in self.heightmaps.take() {
             // A network may mix keys up for a moment, as routers restart.
             if !heightmap.cell.is_empty() && heightmap.cell != container.as_str() {
                 continue;
             }
             match SeenContainer::read(&heightmap) {
-                Ok(seen) => self.apply(&container, News::Seen(Box::new(seen))),
+                Ok(seen) => self.apply(made_ms, &container, News::Seen(Box::new(seen))),
                 Err(error) => tracing::debug!(%container, %error, "a heightmap cannot be read"),
             }
             self.picture.show_heightmap(&self.board, &container);
@@ -132,7 +132,7 @@ impl Actor for Follower {
     fn handle(&mut self, told: Told) {
         self.is_changed = true;
         match told {
-            Told::Of(cell, news) => self.apply(&cell, news),
+            Told::Of(cell, news) => self.apply(now_ms(), &cell, news),
             Told::Found(found) => self.picture.look(now_ms(), found),
             Told::Volumes(volumes) => self.picture.learn_volumes(now_ms(), volumes),
             Told::Asked(asked) => {
@@ -152,7 +152,7 @@ impl Actor for Follower {
 
     fn tick(&mut self) {
         for ((cell, _), news) in self.newest.take() {
-            self.apply(&cell, news);
+            self.apply(now_ms(), &cell, news);
             self.is_changed = true;
         }
         let now = Instant::now();
@@ -202,7 +202,7 @@ impl Ears {
         };
         let heightmaps = self.heightmaps.clone();
         let see = move |container, heightmap: v1::Heightmap| {
-            heightmaps.put(container, Box::new(heightmap));
+            heightmaps.put(container, (now_ms(), Box::new(heightmap)));
         };
         let limit = MAX_MESSAGE_BYTES;
         Ok(vec![

@@ -12,6 +12,7 @@ use ppnpack_wire::keys::{Cell, Instance, Service, Stream};
 use ppnpack_wire::v1;
 use zenoh::Session;
 
+use crate::clock::now_ms;
 use crate::directory::Directory;
 use crate::follow::{Heightmaps, Newest, Told};
 use crate::picture::{FoundService, Health, News};
@@ -180,7 +181,9 @@ impl Asker {
                     .client
                     .call(cell, v1::HeightmapRequest::default(), deadline)?;
                 if let Some(heightmap) = reply.heightmap {
-                    self.heightmaps.put(cell.clone(), Box::new(heightmap));
+                    let made_ms = now_ms().saturating_sub(reply.age_ns / 1_000_000);
+                    let made = (made_ms, Box::new(heightmap));
+                    self.heightmaps.put(cell.clone(), made);
                 }
             }
             _ => {}

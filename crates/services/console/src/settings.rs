@@ -99,7 +99,8 @@ fn check(token: &Secret) -> Result<(), String> {
     }
     let (least, most) = TOKEN_LENGTH.into_inner();
     Err(format!(
-        "token: {least} to {most} visible ASCII characters without blanks are needed, such as `openssl rand -hex 32` prints"
+        "token: {least} to {most} visible ASCII characters without blanks are needed, such as `openssl rand -hex 32` prints \
+         (of `ppnpack up`, in the variable PPNPACK_CONSOLE_TOKEN)"
     ))
 }
 

@@ -3,8 +3,8 @@
 mod order;
 mod step;
 
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use ppnpack_service::actor::WeakAddress;
@@ -71,8 +71,8 @@ pub(crate) struct Controls {
     client: Client,
     directory: Arc<Directory>,
     follower: WeakAddress<Told>,
-    /// Whether a step is under way.
-    is_stepping: AtomicBool,
+    /// The cells of which a step is under way.
+    stepping: Mutex<BTreeSet<Cell>>,
 }
 
 /// A cell that an order is for.
@@ -92,7 +92,7 @@ impl Controls {
             client: Client::new(session),
             directory,
             follower,
-            is_stepping: AtomicBool::new(false),
+            stepping: Mutex::default(),
         }
     }
 
@@ -164,20 +164,39 @@ impl Controls {
         is_aborting: bool,
     ) -> Result<String, ControlError> {
         let reason = if reason.is_empty() { HELD_HERE } else { reason };
-        // Where one robot serves them, the first does; robots of their own are held each.
-        for container in &target.containers {
-            let request = v1::HoldRequest {
-                reason: reason.to_owned(),
-                is_aborting,
-                ..v1::HoldRequest::default()
-            };
-            self.ask(container, request, PATIENCE)?;
-        }
+        let request = v1::HoldRequest {
+            reason: reason.to_owned(),
+            is_aborting,
+            ..v1::HoldRequest::default()
+        };
+        self.hold_each(&target.containers, &request)?;
         Ok(match is_aborting {
             true => "The cell is held, and what was under way is broken off where the robot can.",
             false => "The cell is held.",
         }
         .to_owned())
+    }
+
+    /// Holds all of these at the same time: they may have robots of their own, and one that is not held must not keep the others going.
+    fn hold_each(
+        &self,
+        containers: &[Cell],
+        request: &v1::HoldRequest,
+    ) -> Result<(), ControlError> {
+        let failed: Vec<ControlError> = std::thread::scope(|scope| {
+            let holding = containers.iter().map(|container| {
+                let request = request.clone();
+                scope.spawn(move || self.ask(container, request, PATIENCE).map(drop))
+            });
+            // All are asked before the first is waited for.
+            let holding: Vec<_> = holding.collect();
+            let lost = |_| Err(ControlError::Unanswered("the console failed".to_owned()));
+            let held = holding
+                .into_iter()
+                .map(|thread| thread.join().unwrap_or_else(lost));
+            held.filter_map(Result::err).collect()
+        });
+        failed.into_iter().next().map_or(Ok(()), Err)
     }
 
     fn resume(&self, target: &Target) -> Result<String, ControlError> {

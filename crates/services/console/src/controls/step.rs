@@ -4,14 +4,15 @@
 //! the first placement is made leaves it at that one. A robot that takes less time for a placement than a message for its way may have
 //! begun another one by then.
 
-use std::sync::atomic::Ordering;
+use std::collections::BTreeSet;
 use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::{MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use ppnpack_service::ServiceError;
 use ppnpack_service::stream::{self, Subscription};
 use ppnpack_wire::MAX_MESSAGE_BYTES;
-use ppnpack_wire::keys::Stream;
+use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1;
 
 use super::{ControlError, Controls, PATIENCE, Target};
@@ -44,12 +45,16 @@ enum Waited {
 
 impl Controls {
     pub(super) fn step(&self, target: &Target) -> Result<String, ControlError> {
-        if self.is_stepping.swap(true, Ordering::AcqRel) {
+        if !self.stepping().insert(target.cell.clone()) {
             return Err(ControlError::Busy("another step is under way"));
         }
         let stepped = self.step_alone(target);
-        self.is_stepping.store(false, Ordering::Release);
+        self.stepping().remove(&target.cell);
         stepped
+    }
+
+    fn stepping(&self) -> MutexGuard<'_, BTreeSet<Cell>> {
+        self.stepping.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn step_alone(&self, target: &Target) -> Result<String, ControlError> {
@@ -57,9 +62,9 @@ impl Controls {
         let (signs, subscriptions) = self
             .listen(target)
             .map_err(|error| ControlError::Unanswered(error.to_string()))?;
-        let resumed = self.resume(target);
-        // What was told before the cell went on says nothing of the step.
+        // What was told before the cell goes on says nothing of the step; what is told from now on may be its placement.
         while signs.try_recv().is_ok() {}
+        let resumed = self.resume(target);
         let waited = match &resumed {
             Ok(_) => self.wait_for_placement(target, &signs),
             Err(_) => Waited::NothingBegan,

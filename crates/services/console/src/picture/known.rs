@@ -8,8 +8,8 @@ use ppnpack_wire::v1;
 use super::pose;
 use crate::shapes::ShapeId;
 
-/// Objects whose shapes are kept before all are forgotten and learnt anew.
-const MOST_OBJECTS: usize = 10_000;
+/// Items, and objects, whose shapes are kept before all are forgotten and learnt anew.
+const MOST_KEPT: usize = 10_000;
 
 /// The shape of an item in one of its resting poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,11 +50,11 @@ pub(super) struct KnownShapes {
 impl KnownShapes {
     /// Takes in what a record names. Gives one shape of each of its items.
     pub(super) fn learn(&mut self, record: &v1::PlanningRecord) -> Vec<ShapeId> {
-        if record.session_id != self.session_id {
+        if record.session_id != self.session_id || self.by_item.len() > MOST_KEPT {
             self.session_id.clone_from(&record.session_id);
             self.by_item.clear();
         }
-        if self.by_object.len() > MOST_OBJECTS {
+        if self.by_object.len() > MOST_KEPT {
             self.by_object.clear();
         }
         let items = record.items.iter();
@@ -190,6 +190,17 @@ mod tests {
         assert_eq!(known.named("s", "i-3", "unknown", 0), None);
         let own = known.named("s", "i-2", "unknown", 0).unwrap();
         assert_eq!(own.shape, id(2));
+    }
+
+    #[test]
+    fn a_session_without_end_does_not_fill_the_memory() {
+        let mut known = KnownShapes::default();
+        for number in 0..=MOST_KEPT + 1 {
+            let item_id = format!("i-{number}");
+            known.learn(&record("s", &[(item_id.as_str(), "mug", 1)]));
+        }
+        assert_eq!(known.by_item.len(), 1);
+        assert_eq!(known.named("s", "i-0", "mug", 0).unwrap().shape, id(1));
     }
 
     #[test]

@@ -148,18 +148,21 @@ impl Picture {
 
     /// The cells with their containers.
     pub(crate) fn directory(&self) -> BTreeMap<Cell, Entry> {
-        let mut owned = BTreeSet::new();
-        let mut cells = BTreeMap::new();
-        for cell in self.cells.keys() {
-            let containers = self.containers_of(cell);
-            owned.extend(containers.clone());
-            cells.insert(cell.clone(), containers);
-        }
-        for place in self.places.keys().filter(|place| !owned.contains(*place)) {
+        let cells = self.cells.keys();
+        let cells = cells.map(|cell| (cell.clone(), self.containers_of(cell)));
+        let mut cells: BTreeMap<Cell, Vec<Cell>> = cells.collect();
+        for place in self.places.keys() {
             cells
                 .entry(place.clone())
                 .or_insert_with(|| vec![place.clone()]);
         }
+        // Something may have been heard of a container before its cell was.
+        let owned = cells.iter().flat_map(|(cell, containers)| {
+            let others = containers.iter().filter(move |it| *it != cell);
+            others.cloned()
+        });
+        let owned: BTreeSet<Cell> = owned.collect();
+        cells.retain(|cell, _| !owned.contains(cell));
         let entries = cells.into_iter().map(|(cell, containers)| {
             let size = containers
                 .iter()
@@ -194,10 +197,10 @@ impl Picture {
         })
     }
 
-    /// The cell that a container is of.
+    /// The cell that a container is of: the one whose session names it, else that of its own name.
     fn owner(&self, container: &Cell) -> Cell {
-        let mut cells = self.cells.keys();
-        let owner = cells.find(|cell| self.containers_of(cell).contains(container));
+        let mut others = self.cells.keys().filter(|cell| *cell != container);
+        let owner = others.find(|cell| self.containers_of(cell).contains(container));
         owner.unwrap_or(container).clone()
     }
 

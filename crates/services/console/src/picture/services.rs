@@ -156,7 +156,7 @@ impl Services {
             Condition::Gone => format!("The {service} has been away for {passed}."),
             Condition::Silent => format!("The {service} has not answered for {passed}."),
             _ => format!(
-                "The {service} is not ready since {passed}: {}.",
+                "The {service} has not been ready for {passed}: {}.",
                 known.failing().join("; ")
             ),
         })
@@ -291,7 +291,7 @@ mod tests {
         services.look(1_000, vec![planner(Ok(false))]);
         assert_eq!(
             trouble(&services),
-            "The planner is not ready since 2 s: store: disk full."
+            "The planner has not been ready for 2 s: store: disk full."
         );
         let part = serde_json::to_value(services.parts()).unwrap();
         assert_eq!(part[0]["failing"][0], "store: disk full");

@@ -71,6 +71,15 @@ impl<'a> Situation<'a> {
         self.places.iter().find_map(|(_, place)| place.executing())
     }
 
+    /// The containers that are not held: robots of their own are held each.
+    fn not_held(&self) -> Vec<&'a str> {
+        let going = self.places.iter().filter(|(_, place)| {
+            let state = place.state.as_ref();
+            state.is_some_and(|state| state.hold.is_none())
+        });
+        going.map(|(name, _)| name.as_str()).collect()
+    }
+
     /// What is away or old, a sentence each.
     fn stale(&self) -> Vec<String> {
         let now_ms = self.now_ms;
@@ -89,7 +98,7 @@ impl<'a> Situation<'a> {
             }
             if place.state.is_some() && now_ms.saturating_sub(place.state_at_ms) > STATE_AGE_MS {
                 let age = words::seconds(place.state_at_ms, now_ms);
-                say(format!("The state of {name} is {age} old."));
+                say(format!("The state of {name} was told {age} ago."));
             }
             if let Some(since_ms) = place.behind_since_ms
                 && now_ms.saturating_sub(since_ms) > BEHIND_MS
@@ -111,9 +120,11 @@ impl<'a> Situation<'a> {
         is_moving: bool,
     ) -> (Doing, String, Option<&'static str>) {
         if let Some(reason) = held {
-            let text = match is_moving {
-                true => format!("Held, once what is under way has ended: {reason}"),
-                false => format!("Held: {reason}"),
+            let going = self.not_held();
+            let text = match (going.is_empty(), is_moving) {
+                (false, _) => format!("Held, but for {}: {reason}", going.join(", ")),
+                (true, true) => format!("Held, once what is under way has ended: {reason}"),
+                (true, false) => format!("Held: {reason}"),
             };
             let help = "Say what was changed in the cell, then resume when nobody is in it.";
             return (Doing::Held, text, Some(help));
@@ -351,6 +362,31 @@ mod tests {
             (doing, text.as_str()),
             (Doing::Held, "Held: a door is open")
         );
+    }
+
+    #[test]
+    fn what_is_not_held_of_a_held_cell_is_named() {
+        let [cell, one, other] = ["c1", "c1-a", "c1-b"].map(|name| Cell::new(name).unwrap());
+        let (mut held, mut going) = (Place::default(), Place::default());
+        let hold = v1::Hold {
+            reason: "a door is open".to_owned(),
+        };
+        held.hear_state(
+            0,
+            v1::CellState {
+                hold: Some(hold),
+                ..v1::CellState::default()
+            },
+        );
+        going.hear_state(0, v1::CellState::default());
+        let situation = Situation {
+            cell: &cell,
+            session: None,
+            places: vec![(&one, &held), (&other, &going)],
+            services: &Services::default(),
+            now_ms: 0,
+        };
+        assert_eq!(situation.part().text, "Held, but for c1-b: a door is open");
     }
 
     #[test]

@@ -261,6 +261,25 @@ fn containers_of_a_cell_are_shown_under_it_and_held_once() {
 }
 
 #[test]
+fn a_container_of_which_something_happened_before_its_cell_was_heard_of_is_no_cell() {
+    let mut seen_here = Seen::default();
+    // Its name comes before that of its cell.
+    seen_here.hear(
+        "a",
+        News::State(Box::new(state(&[], Some("a door is open")))),
+    );
+    assert_eq!(seen_here.kinds("a"), ["held"]);
+    let mut session = session(Vec::new());
+    session.containers[0].container = "a".to_owned();
+    seen_here.hear("z", News::Session(Box::new(session)));
+    let directory = seen_here.picture.directory();
+    let cells: Vec<&Cell> = directory.keys().collect();
+    assert_eq!(cells, [&cell("z")]);
+    seen_here.hear("a", News::State(Box::new(state(&[], None))));
+    assert_eq!(seen_here.kinds("z"), ["session", "resumed"]);
+}
+
+#[test]
 fn a_session_that_ends_and_what_is_taken_out_are_events() {
     let mut seen_here = Seen::default();
     seen_here.hear("c1", News::Session(Box::new(session(Vec::new()))));

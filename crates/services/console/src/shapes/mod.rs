@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use axum::body::Bytes;
+use ppnpack_packing::item::ItemView;
 use ppnpack_service::rpc::{CallError, Client};
 use ppnpack_service::shapes;
 use ppnpack_wire::keys::Cell;
@@ -24,6 +25,9 @@ const PATIENCE: Duration = Duration::from_secs(3);
 
 /// How much is kept, in bytes as it is sent, before all is forgotten and asked for anew.
 const MOST_KEPT_BYTES: usize = 64 << 20;
+
+/// Cells of the largest footprint whose columns are drawn: each takes up to half a kilobyte.
+const MOST_COLUMNS: usize = 1 << 17;
 
 /// A shape.
 #[derive(Debug)]
@@ -104,7 +108,10 @@ impl ShapeStore {
             *kept = Kept::default();
         }
         kept.bytes += known.triangles.len();
-        kept.shapes.insert(id, Arc::new(known));
+        // Two pages may have asked for it at the same time.
+        if let Some(before) = kept.shapes.insert(id, Arc::new(known)) {
+            kept.bytes -= before.triangles.len();
+        }
     }
 
     fn lock(&self) -> MutexGuard<'_, Kept> {
@@ -112,7 +119,7 @@ impl ShapeStore {
     }
 }
 
-/// A shape as it is kept; `None` where it is malformed, or heightmaps whose cells are of a size that is not known.
+/// A shape as it is kept; `None` where it is malformed, or heightmaps that are too large, or whose cells are of a size that is not known.
 fn read(shape: v1::Shape, size: Option<CellSize>) -> Option<KnownShape> {
     match shape.shape? {
         v1::shape::Shape::Solid(solid) => {
@@ -125,8 +132,10 @@ fn read(shape: v1::Shape, size: Option<CellSize>) -> Option<KnownShape> {
         v1::shape::Shape::Item(item) => {
             let item = convert::item::read(&item).ok()?;
             let volume_m3 = item.mesh_volume_m3();
+            let is_drawn = |view: &&ItemView| view.nx() * view.ny() <= MOST_COLUMNS;
+            let view = item.views().first().filter(is_drawn)?;
             Some(KnownShape {
-                triangles: encode::encode(&columns::mesh(item.views().first()?, size?)).into(),
+                triangles: encode::encode(&columns::mesh(view, size?)).into(),
                 volume_m3: (volume_m3 > 0.0).then_some(volume_m3),
             })
         }

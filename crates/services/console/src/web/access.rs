@@ -1,7 +1,7 @@
 //! Who may ask for what.
 //!
-//! Pages of other origins are kept out by the host that a browser asks for, so that no name of somebody else can lead here, and by the
-//! origin of a control. Controls ask for a token besides.
+//! Pages of other origins are kept out by the host that a browser asks for, so that no name of somebody else can lead here, by what the
+//! browser says of the site that asks, and by the origin of a control. Controls ask for a token besides.
 
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -105,6 +105,18 @@ fn check_origin(headers: &HeaderMap) -> Result<(), Failure> {
     Err(Failure::new(StatusCode::FORBIDDEN, "other_origin", text))
 }
 
+/// Refuses what a page of another site asks for, though it could not read the answer: all pages that may be connected, or a planner's
+/// time. A link from there may lead to the page. What is no browser says nothing of this.
+fn check_site(headers: &HeaderMap) -> Result<(), Failure> {
+    let said = |name: &'static str| text(headers, HeaderName::from_static(name));
+    let is_foreign = matches!(said("sec-fetch-site"), Some("cross-site" | "same-site"));
+    if !is_foreign || said("sec-fetch-mode") == Some("navigate") {
+        return Ok(());
+    }
+    let text = "this was asked for by a page of another site";
+    Err(Failure::new(StatusCode::FORBIDDEN, "other_origin", text))
+}
+
 fn check_type(headers: &HeaderMap) -> Result<(), Failure> {
     let given = text(headers, CONTENT_TYPE).unwrap_or_default();
     let kind = given.split(';').next().unwrap_or_default().trim();
@@ -125,7 +137,9 @@ pub(super) async fn guard(
     request: Request,
     next: Next,
 ) -> Response {
-    let mut response = match served.access.check_host(request.headers()) {
+    let asked = request.headers();
+    let checked = served.access.check_host(asked);
+    let mut response = match checked.and_then(|()| check_site(asked)) {
         Ok(()) => next.run(request).await,
         Err(failure) => failure.into_response(),
     };
@@ -197,6 +211,25 @@ mod tests {
             );
         }
         assert_eq!(code(access.check_host(&HeaderMap::new())), "other_host");
+    }
+
+    #[test]
+    fn pages_of_other_sites_ask_for_nothing_and_may_lead_here() {
+        let from = |site, mode| {
+            let names = ["sec-fetch-site", "sec-fetch-mode"].map(HeaderName::from_static);
+            let [of_site, of_mode] = names;
+            code(check_site(&headers(&[(of_site, site), (of_mode, mode)])))
+        };
+        assert_eq!(code(check_site(&HeaderMap::new())), "ok");
+        for (site, mode, expected) in [
+            ("same-origin", "cors", "ok"),
+            ("none", "navigate", "ok"),
+            ("cross-site", "navigate", "ok"),
+            ("cross-site", "no-cors", "other_origin"),
+            ("same-site", "cors", "other_origin"),
+        ] {
+            assert_eq!(from(site, mode), expected, "{site} {mode}");
+        }
     }
 
     #[test]

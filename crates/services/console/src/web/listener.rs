@@ -1,18 +1,24 @@
-//! Connections, of which there is a bounded number.
+//! Connections, of which there is a bounded number, and of which none is kept that nobody uses.
 
 use std::io;
 use std::net::SocketAddr;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
+use std::time::Duration;
 
 use axum::serve::Listener;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::time::{Instant, Sleep, sleep};
 
 /// Connections at most: others wait until one ends.
 const MOST_CONNECTIONS: usize = 256;
+
+/// How long nothing may come or go on a connection before it is closed: longer than any control takes. Pages are told something every
+/// second; one that has gone without a word, as a tablet that sleeps, takes nothing any more.
+const MOST_IDLE: Duration = Duration::from_secs(60);
 
 /// A listener that takes no more connections than there may be.
 pub(super) struct Limited {
@@ -41,6 +47,7 @@ impl Listener for Limited {
         stream.set_nodelay(true).ok();
         let connection = Connection {
             stream,
+            idle: Box::pin(sleep(MOST_IDLE)),
             _permit: permit,
         };
         (connection, address)
@@ -54,7 +61,16 @@ impl Listener for Limited {
 /// A connection, which counts until it is dropped.
 pub(super) struct Connection {
     stream: TcpStream,
+    /// Over once nothing has come or gone for too long.
+    idle: Pin<Box<Sleep>>,
     _permit: Option<OwnedSemaphorePermit>,
+}
+
+impl Connection {
+    /// Something has come or gone.
+    fn touch(&mut self) {
+        self.idle.as_mut().reset(Instant::now() + MOST_IDLE);
+    }
 }
 
 impl AsyncRead for Connection {
@@ -63,7 +79,13 @@ impl AsyncRead for Connection {
         context: &mut Context<'_>,
         buffer: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.stream).poll_read(context, buffer)
+        let read = Pin::new(&mut self.stream).poll_read(context, buffer);
+        if read.is_ready() {
+            self.touch();
+            return read;
+        }
+        let over = self.idle.as_mut().poll(context);
+        over.map(|()| Err(io::ErrorKind::TimedOut.into()))
     }
 }
 
@@ -73,7 +95,11 @@ impl AsyncWrite for Connection {
         context: &mut Context<'_>,
         bytes: &[u8],
     ) -> Poll<io::Result<usize>> {
-        Pin::new(&mut self.stream).poll_write(context, bytes)
+        let written = Pin::new(&mut self.stream).poll_write(context, bytes);
+        if written.is_ready() {
+            self.touch();
+        }
+        written
     }
 
     fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
@@ -89,7 +115,11 @@ impl AsyncWrite for Connection {
         context: &mut Context<'_>,
         slices: &[io::IoSlice<'_>],
     ) -> Poll<io::Result<usize>> {
-        Pin::new(&mut self.stream).poll_write_vectored(context, slices)
+        let written = Pin::new(&mut self.stream).poll_write_vectored(context, slices);
+        if written.is_ready() {
+            self.touch();
+        }
+        written
     }
 
     fn is_write_vectored(&self) -> bool {

@@ -1,4 +1,7 @@
 //! What pages look at one by one: shapes, and why an item has no place.
+//!
+//! Threads wait for the planner, whether or not the page that asked is still there. So it is they who have the permits: a page that
+//! asks and leaves, again and again, takes no thread from a hold.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -10,7 +13,7 @@ use axum::response::{IntoResponse, Response};
 use ppnpack_service::rpc::CallError;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, Status};
-use tokio::sync::oneshot;
+use tokio::sync::{OwnedSemaphorePermit, oneshot};
 
 use super::Served;
 use super::failure::{Failure, json};
@@ -34,11 +37,15 @@ pub(super) async fn shape(
     let found = match served.shapes.kept(&id) {
         Some(known) => Ok(known),
         None => {
-            let permit = served.limits.shapes.acquire().await;
-            let _permit = permit.map_err(|_| Failure::lost())?;
+            let permit = Arc::clone(&served.limits.shapes).acquire_owned().await;
+            let permit = permit.map_err(|_| Failure::lost())?;
             let shapes = Arc::clone(&served.shapes);
-            let get = tokio::task::spawn_blocking(move || shapes.get(&cell, &id));
-            get.await.map_err(|_| Failure::lost())?
+            let get = move || {
+                let _permit = permit;
+                shapes.get(&cell, &id)
+            };
+            let got = tokio::task::spawn_blocking(get).await;
+            got.map_err(|_| Failure::lost())?
         }
     };
     let known = found.map_err(|error| match error {
@@ -57,20 +64,28 @@ pub(super) async fn explain(
     Path((cell, item_id)): Path<(String, String)>,
 ) -> Result<Response, Failure> {
     let cell = served.cell(&cell)?;
-    let permit = served.limits.explaining.try_acquire();
-    let _permit = permit.map_err(|_| Failure::busy("another item is being explained"))?;
-    let reply = ask(&served, &cell, &item_id).await?;
+    let permit = Arc::clone(&served.limits.explaining).try_acquire_owned();
+    let permit = permit.map_err(|_| Failure::busy("another item is being explained"))?;
+    let reply = ask(&served, &cell, &item_id, permit).await?;
     let explained = describe(&served, cell, item_id, reply).await?;
     Ok(json(&explained).into_response())
 }
 
-async fn ask(served: &Served, cell: &Cell, item_id: &str) -> Result<v1::ExplainReply, Failure> {
+async fn ask(
+    served: &Served,
+    cell: &Cell,
+    item_id: &str,
+    permit: OwnedSemaphorePermit,
+) -> Result<v1::ExplainReply, Failure> {
     let (client, cell) = (served.client.clone(), cell.clone());
     let request = v1::ExplainRequest {
         item_id: item_id.to_owned(),
         ..v1::ExplainRequest::default()
     };
-    let call = move || client.call(&cell, request, Instant::now() + EXPLAINING_PATIENCE);
+    let call = move || {
+        let _permit = permit;
+        client.call(&cell, request, Instant::now() + EXPLAINING_PATIENCE)
+    };
     let reply = tokio::task::spawn_blocking(call).await;
     let reply = reply.map_err(|_| Failure::lost())?;
     reply.map_err(|error| refused(&error))

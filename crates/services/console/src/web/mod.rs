@@ -62,8 +62,8 @@ pub(crate) struct Served {
 /// How much of each is done at the same time.
 pub(crate) struct Limits {
     pages: Arc<Semaphore>,
-    shapes: Semaphore,
-    explaining: Semaphore,
+    shapes: Arc<Semaphore>,
+    explaining: Arc<Semaphore>,
     controls: Semaphore,
     stops: Semaphore,
 }
@@ -72,8 +72,8 @@ impl Default for Limits {
     fn default() -> Self {
         Self {
             pages: Arc::new(Semaphore::new(MOST_PAGES)),
-            shapes: Semaphore::new(MOST_SHAPES),
-            explaining: Semaphore::new(1),
+            shapes: Arc::new(Semaphore::new(MOST_SHAPES)),
+            explaining: Arc::new(Semaphore::new(1)),
             controls: Semaphore::new(MOST_CONTROLS),
             stops: Semaphore::new(MOST_CONTROLS),
         }
@@ -91,7 +91,7 @@ pub(crate) fn serve(
 ) -> Result<SocketAddr, ServiceError> {
     let failed = |error| {
         ServiceError::start(format_args!(
-            "{address} cannot be listened on: {error}; set service.listen to a free one"
+            "{address} cannot be listened on: {error}; set service.listen (of `ppnpack up`, --console) to a free one"
         ))
     };
     let listener = runtime
