@@ -1,6 +1,10 @@
 //! `ppnpack up`: the services in one process, over the real wire, against the same work without them.
 
-#![allow(clippy::unwrap_used, reason = "a panic in a test is a failing test")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a panic in a test is a failing test"
+)]
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;

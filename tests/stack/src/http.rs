@@ -203,9 +203,8 @@ impl Watch {
         match event.as_str() {
             "snapshot" => {
                 self.parts.clear();
-                let parts = data["parts"]
-                    .as_array()
-                    .context("a snapshot without parts")?;
+                let parts = data.get("parts").and_then(Value::as_array);
+                let parts = parts.context("a snapshot without parts")?;
                 parts.iter().for_each(|part| self.take(part));
             }
             "part" => self.take(&data),

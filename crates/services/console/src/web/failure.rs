@@ -15,7 +15,23 @@ pub(super) struct Failure {
     text: String,
     /// What to ask before it is sent again, confirmed.
     question: Option<&'static str>,
-    header: Option<(HeaderName, HeaderValue)>,
+    hint: Option<Hint>,
+}
+
+/// What a header says besides.
+#[derive(Debug, Clone, Copy)]
+enum Hint {
+    Authenticate,
+    RetryLater,
+}
+
+impl Hint {
+    fn header(self) -> (HeaderName, HeaderValue) {
+        match self {
+            Self::Authenticate => (WWW_AUTHENTICATE, HeaderValue::from_static("Bearer")),
+            Self::RetryLater => (RETRY_AFTER, HeaderValue::from_static("5")),
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -32,7 +48,7 @@ impl Failure {
             error,
             text: text.into(),
             question: None,
-            header: None,
+            hint: None,
         }
     }
 
@@ -57,7 +73,7 @@ impl Failure {
     pub(super) fn token() -> Self {
         let text = "the token is missing or wrong";
         Self {
-            header: Some((WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"))),
+            hint: Some(Hint::Authenticate),
             ..Self::new(StatusCode::UNAUTHORIZED, "token", text)
         }
     }
@@ -66,7 +82,7 @@ impl Failure {
     pub(super) fn too_many_pages() -> Self {
         let text = "too many pages are connected: close one";
         Self {
-            header: Some((RETRY_AFTER, HeaderValue::from_static("5"))),
+            hint: Some(Hint::RetryLater),
             ..Self::new(StatusCode::SERVICE_UNAVAILABLE, "too_many", text)
         }
     }
@@ -107,7 +123,7 @@ impl IntoResponse for Failure {
             question: self.question,
         };
         let mut response = (self.status, json(&body)).into_response();
-        if let Some((name, value)) = self.header {
+        if let Some((name, value)) = self.hint.map(Hint::header) {
             response.headers_mut().insert(name, value);
         }
         response
