@@ -292,8 +292,7 @@ fn a_recorder_that_is_killed_leaves_what_it_had_flushed() {
     let decided = loop {
         let contents = json(&asked("inspect", &file));
         let decided = contents["decisions"]["decided"].as_u64().unwrap();
-        // A busy machine may drop a record on its way: no planner waits for its reader.
-        if contents["topics"]["/cell-1/plan"]["messages"] == 3 && decided > 0 {
+        if decided == 3 {
             assert_eq!(contents["is_whole"], false, "{contents}");
             break decided;
         }

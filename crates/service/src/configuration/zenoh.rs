@@ -307,7 +307,7 @@ impl TlsSettings {
 }
 
 /// What is the same for every process: paths in Zenoh's configuration with their values.
-fn fixed_entries(mode: Mode) -> [(&'static str, Value); 5] {
+fn fixed_entries(mode: Mode) -> [(&'static str, Value); 6] {
     let retry =
         json!({"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 2.0});
     // Without multicast, a router has nothing to wait for when it starts.
@@ -321,6 +321,9 @@ fn fixed_entries(mode: Mode) -> [(&'static str, Value); 5] {
         ("connect/retry", retry),
         ("transport/unicast/open_timeout", json!(2000)),
         (block, block_us),
+        // What streams have waiting on a link, in batches of 64 KiB: with Zenoh's two, a record or a cloud, which takes several, is dropped
+        // where the machine is busy for a few milliseconds. It is the most that Zenoh allows.
+        ("transport/link/tx/queue/size/data", json!(16)),
         ("scouting/delay", json!(scouting_delay)),
     ]
 }
