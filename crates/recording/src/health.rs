@@ -4,13 +4,13 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use ppnpack_service::clock::now_ns;
 use ppnpack_service::{Shutdown, survey};
 use prost::Message;
 use zenoh::Session;
 
 use crate::error::RecordingError;
 use crate::queue::{Entry, Queue, Sample};
-use crate::source::now_ns;
 use crate::topic::Topic;
 
 /// How often services are asked.

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use ppnpack_service::clock::now_ns;
 use ppnpack_service::rpc::Client;
 use ppnpack_service::stream::Subscription;
 use ppnpack_wire::keys::{Cell, Stream};
@@ -18,7 +19,7 @@ use crate::health::{self, HealthThread};
 use crate::queue::{Entry, Queue, Taken};
 use crate::rotation::{Rotation, delete_oldest, name};
 use crate::shapes::{self, FetcherThread, RecordInlet};
-use crate::source::{self, now_ns};
+use crate::source;
 use crate::topic::Topic;
 
 /// How often what came is on disk: what is lost at most where the recorder is killed, or has no power any more.

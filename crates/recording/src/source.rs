@@ -1,8 +1,8 @@
 //! The streams of cells, as they come.
 
 use std::sync::Arc;
-use std::time::{SystemTime, UNIX_EPOCH};
 
+use ppnpack_service::clock::now_ns;
 use ppnpack_service::stream::{self, Subscription};
 use ppnpack_service::{ServiceError, log_stream};
 use ppnpack_wire::keys::{Cell, Stream};
@@ -60,10 +60,4 @@ pub(crate) fn subscribe_log(
             payload,
         }));
     })
-}
-
-/// Nanoseconds since 1970.
-pub(crate) fn now_ns() -> u64 {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
-    now.map_or(0, |now| u64::try_from(now.as_nanos()).unwrap_or(u64::MAX))
 }

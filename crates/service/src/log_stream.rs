@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use ppnpack_wire::debug::{self, Log, LogLevel};
 use ppnpack_wire::encoding_of;
@@ -23,6 +22,7 @@ use zenoh::qos::CongestionControl;
 use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
+use crate::clock::now_ns;
 use crate::error::ServiceError;
 use crate::process::thread;
 use crate::stream::{self, Subscription};
@@ -154,8 +154,7 @@ impl<S: Subscriber> Layer<S> for LogLayer {
 
 /// An event as a line.
 fn line(process: &Instance, event: &Event<'_>) -> Log {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
-    let at_ns = now.map_or(0, |now| i64::try_from(now.as_nanos()).unwrap_or(i64::MAX));
+    let at_ns = i64::try_from(now_ns()).unwrap_or(i64::MAX);
     let metadata = event.metadata();
     let level = match *metadata.level() {
         Level::ERROR => LogLevel::Error,

@@ -11,9 +11,9 @@ use ppnpack_wire::{MAX_MESSAGE_BYTES, decode, v1};
 use zenoh::Session;
 
 use crate::channels::{SceneChannel, StreamChannel};
-use crate::common::{HealthChannel, LogChannel};
 use crate::error::ViewError;
 use crate::planned::PlannedScenes;
+use crate::processes::{HealthChannel, LogChannel};
 
 /// How often it is looked for cells.
 const LOOKED_FOR_EVERY: Duration = Duration::from_secs(1);

@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use foxglove::{Context, PartialMetadata, RawChannel, Schema};
+use ppnpack_service::clock::now_ns;
 use ppnpack_service::stream::{self, Subscription};
 use ppnpack_wire::debug::SceneUpdate;
 use ppnpack_wire::keys::{Cell, Stream};
@@ -128,9 +128,7 @@ pub(crate) fn channel(
 
 /// Puts a message into the queues of who looks.
 pub(crate) fn log(channel: &RawChannel, payload: &[u8]) {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
-    let at_ns = now.map_or(0, |now| u64::try_from(now.as_nanos()).unwrap_or(u64::MAX));
-    channel.log_with_meta(payload, PartialMetadata::with_log_time(at_ns));
+    channel.log_with_meta(payload, PartialMetadata::with_log_time(now_ns()));
 }
 
 fn lock<T>(value: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {

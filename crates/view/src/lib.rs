@@ -7,9 +7,9 @@
 
 mod cells;
 mod channels;
-mod common;
 mod error;
 mod planned;
+mod processes;
 mod scene;
 mod shapes;
 

@@ -13,6 +13,7 @@ use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_recognition::recognise::RecognitionSettings;
 use ppnpack_recognition::segmentation::{Region, SegmentationSettings};
+use ppnpack_service::ServiceSettings;
 use ppnpack_service::configuration::Secret;
 use ppnpack_service::log_stream;
 use ppnpack_service::rpc::Client;
@@ -239,12 +240,12 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
         listen: arguments.listen(),
         ros: arguments.ros,
     };
+    // What is wrong with it is said before anything is started.
+    let console = arguments.console.map(console_settings).transpose()?;
     let mut stack = Stack::start(&plan)?;
     let logs_as = Instance::new(LOGS_AS).or_input()?;
     let _log = log_stream::publish(stack.session(), &logs_as).or_run()?;
-    let console = arguments
-        .console
-        .map(|listen| stack.serve_console(&console_settings(listen)));
+    let console = console.map(|settings| stack.serve_console(&settings));
     let console = console.transpose()?;
     let view = arguments
         .view
@@ -312,13 +313,15 @@ impl UpArguments {
 }
 
 /// The settings of the operator's page at an address.
-fn console_settings(listen: SocketAddr) -> ppnpack_console::Settings {
+fn console_settings(listen: SocketAddr) -> Outcome<ppnpack_console::Settings> {
     let token = std::env::var(CONSOLE_TOKEN_VARIABLE).ok();
-    ppnpack_console::Settings {
+    let settings = ppnpack_console::Settings {
         listen,
         token: token.map(Secret::from),
         ..ppnpack_console::Settings::default()
-    }
+    };
+    settings.validate().map_err(Failure::input)?;
+    Ok(settings)
 }
 
 /// Serves until it is told to end.

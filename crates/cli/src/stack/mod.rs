@@ -24,7 +24,7 @@ use ppnpack_recognition::library::Library;
 use ppnpack_robot::station::StationSettings;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::Client;
-use ppnpack_service::{Process, Running, ServiceSettings, Shutdown};
+use ppnpack_service::{Process, Running, Shutdown};
 use ppnpack_wire::keys::{Cell, Service};
 
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
@@ -172,7 +172,6 @@ impl Stack {
     /// # Errors
     /// What is wrong with the settings, or why it does not start.
     pub fn serve_console(&mut self, settings: &ppnpack_console::Settings) -> Outcome<SocketAddr> {
-        settings.validate().map_err(Failure::input)?;
         let mut address = settings.listen;
         self.add(Service::Console, |process| {
             let started = ppnpack_console::start(process, settings);

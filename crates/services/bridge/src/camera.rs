@@ -1,6 +1,6 @@
 //! The sensor of a cell as a publisher of clouds.
 
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use ppnpack_service::ServiceError;
 use ppnpack_service::process::Process;
@@ -81,8 +81,5 @@ impl Camera {
 
 /// The time for people: nanoseconds since 1970.
 pub(crate) fn now_ns() -> i64 {
-    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
-    since_1970.map_or(0, |since_1970| {
-        i64::try_from(since_1970.as_nanos()).unwrap_or(i64::MAX)
-    })
+    i64::try_from(ppnpack_service::clock::now_ns()).unwrap_or(i64::MAX)
 }

@@ -1,9 +1,6 @@
 //! The time of day, as pages are told it.
 
-use std::time::{SystemTime, UNIX_EPOCH};
-
 /// Milliseconds since 1970.
 pub(crate) fn now_ms() -> u64 {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
-    now.map_or(0, |now| u64::try_from(now.as_millis()).unwrap_or(u64::MAX))
+    ppnpack_service::clock::now_ns() / 1_000_000
 }

@@ -190,28 +190,22 @@ impl Ears {
         session: &Session,
         cell: Option<&Cell>,
     ) -> Result<Vec<Subscription>, ServiceError> {
-        let latest = Latest {
+        let heard = Heard {
+            ears: self,
             session,
             cell,
-            newest: &self.newest,
-        };
-        let each = Each {
-            session,
-            cell,
-            follower: &self.follower,
         };
         let heightmaps = self.heightmaps.clone();
         let see = move |container, heightmap: v1::Heightmap| {
             heightmaps.put(container, (now_ms(), Box::new(heightmap)));
         };
-        let limit = MAX_MESSAGE_BYTES;
         Ok(vec![
-            latest.subscribe(Stream::Session, |it| News::Session(Box::new(it)))?,
-            latest.subscribe(Stream::State, |it| News::State(Box::new(it)))?,
-            each.subscribe(Stream::Record, |it| News::Record(Box::new(named(it))))?,
-            each.subscribe(Stream::Plan, |it| News::Decision(Box::new(it)))?,
-            each.subscribe(Stream::Outcome, |it| News::Outcome(Box::new(it)))?,
-            stream::subscribe(session, cell, Stream::Heightmap, limit, see)?,
+            heard.newest(Stream::Session, |it| News::Session(Box::new(it)))?,
+            heard.newest(Stream::State, |it| News::State(Box::new(it)))?,
+            heard.each(Stream::Record, |it| News::Record(Box::new(named(it))))?,
+            heard.each(Stream::Plan, |it| News::Decision(Box::new(it)))?,
+            heard.each(Stream::Outcome, |it| News::Outcome(Box::new(it)))?,
+            heard.stream(Stream::Heightmap, see)?,
         ])
     }
 }
@@ -226,52 +220,45 @@ fn named(record: v1::PlanningRecord) -> v1::PlanningRecord {
     }
 }
 
-/// Hears streams of which the newest message alone counts.
-struct Latest<'a> {
+/// The streams of a cell, or of all.
+struct Heard<'a> {
+    ears: &'a Ears,
     session: &'a Session,
     cell: Option<&'a Cell>,
-    newest: &'a Newest,
 }
 
-impl Latest<'_> {
-    fn subscribe<M: Message + Name + Default + 'static>(
+impl Heard<'_> {
+    /// A stream of which the newest message alone counts.
+    fn newest<M: Message + Name + Default + 'static>(
         &self,
         stream: Stream,
         wrap: fn(M) -> News,
     ) -> Result<Subscription, ServiceError> {
-        let newest = self.newest.clone();
-        let on_message = move |cell, message| {
+        let newest = self.ears.newest.clone();
+        self.stream(stream, move |cell, message| {
             newest.put((cell, stream), wrap(message));
-        };
-        stream::subscribe(
-            self.session,
-            self.cell,
-            stream,
-            MAX_MESSAGE_BYTES,
-            on_message,
-        )
+        })
     }
-}
 
-/// Hears streams of which each message counts.
-struct Each<'a> {
-    session: &'a Session,
-    cell: Option<&'a Cell>,
-    follower: &'a Address<Told>,
-}
-
-impl Each<'_> {
-    fn subscribe<M: Message + Name + Default + 'static>(
+    /// A stream of which each message counts.
+    fn each<M: Message + Name + Default + 'static>(
         &self,
         stream: Stream,
         wrap: fn(M) -> News,
     ) -> Result<Subscription, ServiceError> {
-        let follower = self.follower.clone();
-        let on_message = move |cell, message| {
+        let follower = self.ears.follower.clone();
+        self.stream(stream, move |cell, message| {
             if !follower.try_send(Told::Of(cell, wrap(message))) {
                 tracing::debug!(%stream, "a message did not fit into the mailbox");
             }
-        };
+        })
+    }
+
+    fn stream<M: Message + Name + Default + 'static>(
+        &self,
+        stream: Stream,
+        on_message: impl Fn(Cell, M) + Send + Sync + 'static,
+    ) -> Result<Subscription, ServiceError> {
         stream::subscribe(
             self.session,
             self.cell,

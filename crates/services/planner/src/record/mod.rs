@@ -5,11 +5,11 @@ mod shapes;
 mod write;
 
 use std::sync::Arc;
-use std::time::SystemTime;
 
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::Item;
 use ppnpack_service::ServiceError;
+use ppnpack_service::clock::now_ns;
 use ppnpack_service::process::Process;
 use ppnpack_service::stream::Publisher;
 use ppnpack_wire::keys::{Cell, Stream};
@@ -68,12 +68,10 @@ impl Recorder {
         result: &StepResult<'_>,
     ) -> v1::PlanningRecord {
         self.shapes.make_room();
-        let planned_at = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
-        let planned_at_ns = planned_at.map_or(0, |at| i64::try_from(at.as_nanos()).unwrap_or(0));
         v1::PlanningRecord {
             cell: self.cell.clone(),
             session_id: result.session_id.to_owned(),
-            planned_at_ns,
+            planned_at_ns: i64::try_from(now_ns()).unwrap_or(i64::MAX),
             versions: Some(self.versions.clone()),
             settings: self.settings.clone(),
             mix: mix.iter().map(|item| self.shapes.item(item)).collect(),

@@ -4,20 +4,19 @@ use std::sync::Arc;
 
 use nalgebra::Isometry3;
 use ppnpack_ros::messages::builtin_interfaces::Time;
-use ppnpack_ros::messages::ppnpack_msgs::{CellState, Outcome};
 use ppnpack_ros::messages::ppnpack_srvs::{Changed, Hold};
 use ppnpack_ros::messages::std_srvs::Trigger;
 use ppnpack_ros::messages::visualization_msgs::MarkerArray;
 use ppnpack_ros::names::Name;
 use ppnpack_ros::service::Server;
-use ppnpack_ros::{Publisher, Qos, RosError};
-use ppnpack_service::stream::{self, Subscription};
+use ppnpack_ros::{Qos, RosError};
+use ppnpack_service::stream::Subscription;
 use ppnpack_wire::convert::pose;
 use ppnpack_wire::debug::SceneUpdate;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 
-use super::follow::Followed;
+use super::follow::{self, Followed};
 use crate::cells::Common;
 use crate::convert::{markers, messages};
 use crate::error::FaceError;
@@ -36,11 +35,19 @@ impl BridgeFace {
         let scene = node.publisher(&name.join("scene")?, Qos::LATCHED)?;
         let states = node.publisher(&name.join("state")?, Qos::LATCHED)?;
         let outcomes = node.publisher(&name.join("outcomes")?, Qos::EVENTS)?;
+        let frames = Arc::clone(&common.frames);
+        let tell_state = move |cell: &Cell, state: &v1::CellState| {
+            states.publish(&messages::state(cell, state))?;
+            tell_items(&frames, cell, state)
+        };
+        let tell_outcome = move |cell: &Cell, outcome: &v1::Outcome| {
+            outcomes.publish(&messages::outcome(cell, outcome))
+        };
         Ok(Self {
             scene: Followed::new(cell, Stream::DebugScene, MAX_MESSAGE_BYTES, scene),
             _streams: [
-                follow_states(common, cell, states)?,
-                follow_outcomes(common, cell, outcomes)?,
+                follow::each(common, cell, Stream::State, tell_state)?,
+                follow::each(common, cell, Stream::Outcome, tell_outcome)?,
             ],
             _servers: servers(common, name, cell)?,
         })
@@ -52,54 +59,6 @@ impl BridgeFace {
         };
         self.scene.pass_on(Ok(markers::of_scene(&scene)))
     }
-}
-
-/// Passes states on, and where the items are. It runs on Zenoh's thread, and waits for nothing.
-fn follow_states(
-    common: &Common,
-    cell: &Cell,
-    states: Publisher<CellState>,
-) -> Result<Subscription, FaceError> {
-    let (own, frames) = (cell.clone(), Arc::clone(&common.frames));
-    let on_state = move |_, state: v1::CellState| {
-        let told = states
-            .publish(&messages::state(&own, &state))
-            .and_then(|()| tell_items(&frames, &own, &state));
-        if let Err(error) = told {
-            tracing::debug!(cell = %own, %error, "a state is not passed on");
-        }
-    };
-    let session = common.process.session();
-    let limit = MAX_MESSAGE_BYTES;
-    Ok(stream::subscribe(
-        session,
-        Some(cell),
-        Stream::State,
-        limit,
-        on_state,
-    )?)
-}
-
-fn follow_outcomes(
-    common: &Common,
-    cell: &Cell,
-    outcomes: Publisher<Outcome>,
-) -> Result<Subscription, FaceError> {
-    let own = cell.clone();
-    let on_outcome = move |_, outcome: v1::Outcome| {
-        if let Err(error) = outcomes.publish(&messages::outcome(&own, &outcome)) {
-            tracing::debug!(cell = %own, %error, "an outcome is not passed on");
-        }
-    };
-    let session = common.process.session();
-    let limit = MAX_MESSAGE_BYTES;
-    Ok(stream::subscribe(
-        session,
-        Some(cell),
-        Stream::Outcome,
-        limit,
-        on_outcome,
-    )?)
 }
 
 /// Says where the items of a container are.

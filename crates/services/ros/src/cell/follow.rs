@@ -1,13 +1,32 @@
-//! Streams that are read only while somebody subscribes what is made of them.
+//! Streams of which each message is passed on, and those that are read only while somebody subscribes what is made of them.
 
-use ppnpack_ros::Publisher;
 use ppnpack_ros::description::Message;
+use ppnpack_ros::{Publisher, RosError};
 use ppnpack_service::process::Process;
-use ppnpack_service::stream::Latest;
-use ppnpack_wire::WireError;
+use ppnpack_service::stream::{self, Latest, Subscription};
 use ppnpack_wire::keys::{Cell, Stream};
+use ppnpack_wire::{MAX_MESSAGE_BYTES, WireError};
 
+use crate::cells::Common;
 use crate::error::FaceError;
+
+/// Passes each message of a stream on. It runs on Zenoh's thread: `pass_on` waits for nothing.
+pub(super) fn each<M: prost::Message + prost::Name + Default + 'static>(
+    common: &Common,
+    cell: &Cell,
+    stream: Stream,
+    pass_on: impl Fn(&Cell, &M) -> Result<(), RosError> + Send + Sync + 'static,
+) -> Result<Subscription, FaceError> {
+    let own = cell.clone();
+    let on_message = move |_, message: M| {
+        if let Err(error) = pass_on(&own, &message) {
+            tracing::debug!(cell = %own, %stream, %error, "not passed on");
+        }
+    };
+    let session = common.process.session();
+    let (cell, limit) = (Some(cell), MAX_MESSAGE_BYTES);
+    Ok(stream::subscribe(session, cell, stream, limit, on_message)?)
+}
 
 /// A stream of a cell, of which the newest message becomes one of ROS while somebody reads that.
 pub(crate) struct Followed<M, T> {

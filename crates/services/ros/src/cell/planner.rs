@@ -1,20 +1,19 @@
 //! What the planner says of a cell, and what can be asked of it.
 
+use ppnpack_ros::Qos;
 use ppnpack_ros::action::ActionServer;
-use ppnpack_ros::messages::ppnpack_msgs::Decision;
 use ppnpack_ros::messages::ppnpack_srvs::{Announce, Begin, Plan, PlanResponse, Report, Withdraw};
 use ppnpack_ros::messages::std_srvs::SetBool;
 use ppnpack_ros::messages::visualization_msgs::MarkerArray;
 use ppnpack_ros::names::Name;
 use ppnpack_ros::service::Server;
-use ppnpack_ros::{Publisher, Qos};
 use ppnpack_service::rpc::CallError;
-use ppnpack_service::stream::{self, Subscription};
+use ppnpack_service::stream::Subscription;
 use ppnpack_view::PlannedScenes;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 
-use super::follow::Followed;
+use super::follow::{self, Followed};
 use super::{pack, sessions};
 use crate::cells::Common;
 use crate::convert::{markers, messages};
@@ -36,11 +35,14 @@ impl PlannerFace {
         let plan = node.publisher(&name.join("planned_scene")?, Qos::LATCHED)?;
         let decisions = node.publisher(&name.join("decisions")?, Qos::LATCHED)?;
         let told = node.publisher(&name.join("session")?, Qos::LATCHED)?;
+        let tell_decision = move |cell: &Cell, decision: &v1::Decision| {
+            decisions.publish(&messages::decision(cell, decision))
+        };
         Ok(Self {
             cell: cell.clone(),
             plan: Followed::new(cell, Stream::Record, MAX_MESSAGE_BYTES, plan),
             _streams: [
-                follow_decisions(common, cell, decisions)?,
+                follow::each(common, cell, Stream::Plan, tell_decision)?,
                 sessions::follow(common, cell, told)?,
             ],
             _servers: servers(common, name, cell)?,
@@ -64,29 +66,6 @@ impl PlannerFace {
             }
         }
     }
-}
-
-/// Passes decisions on. It runs on Zenoh's thread, and waits for nothing.
-fn follow_decisions(
-    common: &Common,
-    cell: &Cell,
-    decisions: Publisher<Decision>,
-) -> Result<Subscription, FaceError> {
-    let own = cell.clone();
-    let on_decision = move |_, decision: v1::Decision| {
-        if let Err(error) = decisions.publish(&messages::decision(&own, &decision)) {
-            tracing::debug!(cell = %own, %error, "a decision is not passed on");
-        }
-    };
-    let session = common.process.session();
-    let limit = MAX_MESSAGE_BYTES;
-    Ok(stream::subscribe(
-        session,
-        Some(cell),
-        Stream::Plan,
-        limit,
-        on_decision,
-    )?)
 }
 
 fn servers(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Server>, FaceError> {

@@ -3,12 +3,13 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use ppnpack_ros::Publisher;
 use ppnpack_ros::messages::ppnpack_msgs::Session;
-use ppnpack_service::stream::{self, Subscription};
+use ppnpack_ros::{Publisher, RosError};
+use ppnpack_service::stream::Subscription;
 use ppnpack_wire::keys::{Cell, Stream};
-use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
+use ppnpack_wire::v1;
 
+use super::follow;
 use crate::cells::Common;
 use crate::convert::messages;
 use crate::error::FaceError;
@@ -18,31 +19,24 @@ const SESSION_LIMIT: Duration = Duration::from_secs(1);
 
 /// The sessions of a cell as they are told.
 struct Sessions {
-    cell: Cell,
     publisher: Publisher<Session>,
     is_told: Mutex<bool>,
 }
 
 impl Sessions {
     /// Passes on what the planner tells.
-    fn follow(&self, session: &v1::Session) {
+    fn follow(&self, cell: &Cell, session: &v1::Session) -> Result<(), RosError> {
         *self.is_told() = true;
-        self.publish(session);
+        self.publisher.publish(&messages::session(cell, session))
     }
 
     /// Passes on what was asked for, unless something was told since: that may be newer.
-    fn begin(&self, session: &v1::Session) {
+    fn begin(&self, cell: &Cell, session: &v1::Session) -> Result<(), RosError> {
         let is_told = self.is_told();
-        if !*is_told {
-            self.publish(session);
+        if *is_told {
+            return Ok(());
         }
-    }
-
-    fn publish(&self, session: &v1::Session) {
-        let message = messages::session(&self.cell, session);
-        if let Err(error) = self.publisher.publish(&message) {
-            tracing::debug!(cell = %self.cell, %error, "a session is not passed on");
-        }
+        self.publisher.publish(&messages::session(cell, session))
     }
 
     fn is_told(&self) -> MutexGuard<'_, bool> {
@@ -57,21 +51,16 @@ pub(super) fn follow(
     publisher: Publisher<Session>,
 ) -> Result<Subscription, FaceError> {
     let sessions = Arc::new(Sessions {
-        cell: cell.clone(),
         publisher,
         is_told: Mutex::new(false),
     });
     let followed = Arc::clone(&sessions);
-    let subscription = stream::subscribe(
-        common.process.session(),
-        Some(cell),
-        Stream::Session,
-        MAX_MESSAGE_BYTES,
-        move |_, session: v1::Session| followed.follow(&session),
-    )?;
+    let subscription = follow::each(common, cell, Stream::Session, move |cell, session| {
+        followed.follow(cell, session)
+    })?;
     let asked = v1::SessionRequest::default();
     match common.requests.ask_within(cell, asked, SESSION_LIMIT) {
-        Ok(reply) => sessions.begin(&reply.session.unwrap_or_default()),
+        Ok(reply) => sessions.begin(cell, &reply.session.unwrap_or_default())?,
         Err(error) => tracing::debug!(%cell, %error, "the session is told when it changes"),
     }
     Ok(subscription)

@@ -1,4 +1,4 @@
-//! The channels of what belongs to no cell, each fed only while somebody looks at it.
+//! The channels of processes, of whatever cell: what they log, and how they are. Each is fed only while somebody looks at it.
 
 use std::sync::Arc;
 use std::time::Duration;
