@@ -66,7 +66,7 @@ struct Change {
     y: (usize, usize),
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct ShapeMaps {
     shape: ShapeId,
     last_used: u64,
@@ -78,7 +78,7 @@ struct ShapeMaps {
 /// Most of a buffer stays from one step to the next and a placed item changes a small part of the container, so
 /// only the placements whose footprint meets the changed rectangle are computed again. Exact: a resting height
 /// depends on the cells under the footprint alone.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct RestingHeights {
     grid: Grid,
     arch: Arch,

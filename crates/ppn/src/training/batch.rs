@@ -74,7 +74,7 @@ pub(crate) struct Labels {
 }
 
 /// Makes batches; keeps what is the same for all.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct BatchMaker {
     grid: Grid,
     items: Vec<Arc<Item>>,

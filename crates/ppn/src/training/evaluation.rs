@@ -6,9 +6,9 @@ use ppnpack_model::report::Evaluation;
 use ppnpack_model::settings::TrainingSettings;
 use tch::no_grad;
 
-use super::batch::{Batch, BatchMaker};
+use super::batch::Batch;
 use super::forward;
-use super::loader::{Loader, in_order};
+use super::loader::{Loader, Preparation, in_order};
 use super::loss::{loss, ranks};
 use crate::error::NetworkError;
 use crate::network::Network;
@@ -21,17 +21,16 @@ pub(crate) fn evaluate(
     network: &mut Network,
     device: tch::Device,
     settings: &TrainingSettings,
-    maker: BatchMaker,
+    preparation: &Preparation,
     steps: &[StepRecord],
 ) -> Result<Evaluation, NetworkError> {
     network.set_training(false);
     let plans = in_order(steps.len(), EVALUATION_BATCH);
-    let batches = plans.len();
     let mut tally = Tally::default();
     let mut loss_sum = 0.0;
     std::thread::scope(|scope| -> Result<(), NetworkError> {
-        let mut loader = Loader::start(scope, maker, steps, plans);
-        for _ in 0..batches {
+        let mut loader = Loader::start(scope, preparation, steps, &plans);
+        for _ in &plans {
             let batch = loader.next()?;
             let add = || add(network, device, settings, &batch, &mut tally);
             loss_sum += no_grad(add)? * batch.len() as f64;

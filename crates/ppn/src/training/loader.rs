@@ -15,8 +15,8 @@ use super::batch::{Batch, BatchMaker};
 use crate::error::NetworkError;
 use crate::symmetry::Symmetry;
 
-/// Batches that wait to be used, at most.
-const AHEAD: usize = 3;
+/// Batches of each thread that wait to be used, at most.
+const AHEAD: usize = 2;
 
 /// Which steps make up a batch, and how they are shown.
 #[derive(Debug, Clone)]
@@ -52,10 +52,32 @@ pub(crate) fn in_order(steps: usize, batch: usize) -> Vec<BatchPlan> {
     plans.collect()
 }
 
-/// Batches as they become ready.
+/// Who prepares batches.
+#[derive(Debug, Clone)]
+pub(crate) struct Preparation {
+    pub(crate) maker: BatchMaker,
+    threads: usize,
+}
+
+impl Preparation {
+    /// On one thread where the processor computes the network as well; on all `threads` where a device does, which takes
+    /// batches faster than one thread makes them.
+    pub(crate) fn new(maker: BatchMaker, device: tch::Device, threads: usize) -> Self {
+        let threads = match device {
+            tch::Device::Cuda(_) => threads.max(1),
+            _ => 1,
+        };
+        Self { maker, threads }
+    }
+}
+
+/// Batches as they become ready, in the order of their plans.
 #[derive(Debug)]
 pub(crate) struct Loader {
-    batches: Receiver<Batch>,
+    /// Of each thread; they take turns.
+    batches: Vec<Receiver<Batch>>,
+    /// Batches given.
+    given: usize,
     waited: Duration,
 }
 
@@ -63,22 +85,30 @@ impl Loader {
     /// Starts preparing; stops when it is dropped.
     pub(crate) fn start<'scope>(
         scope: &'scope Scope<'scope, '_>,
-        mut maker: BatchMaker,
+        preparation: &Preparation,
         steps: &'scope [StepRecord],
-        plans: Vec<BatchPlan>,
+        plans: &[BatchPlan],
     ) -> Self {
-        let (sender, batches) = sync_channel(AHEAD);
-        scope.spawn(move || {
-            for plan in plans {
-                let chosen = plan.steps.iter().filter_map(|index| steps.get(*index));
-                let chosen: Vec<_> = chosen.collect();
-                if sender.send(maker.make(&chosen, plan.symmetry)).is_err() {
-                    break;
+        let threads = preparation.threads;
+        let batches = (0..threads).map(|first| {
+            let (sender, batches) = sync_channel(AHEAD);
+            let plans = plans.iter().skip(first).step_by(threads).cloned();
+            let plans: Vec<BatchPlan> = plans.collect();
+            let mut maker = preparation.maker.clone();
+            scope.spawn(move || {
+                for plan in plans {
+                    let chosen = plan.steps.iter().filter_map(|index| steps.get(*index));
+                    let chosen: Vec<_> = chosen.collect();
+                    if sender.send(maker.make(&chosen, plan.symmetry)).is_err() {
+                        break;
+                    }
                 }
-            }
+            });
+            batches
         });
         Self {
-            batches,
+            batches: batches.collect(),
+            given: 0,
             waited: Duration::ZERO,
         }
     }
@@ -86,7 +116,10 @@ impl Loader {
     /// The next batch.
     pub(crate) fn next(&mut self) -> Result<Batch, NetworkError> {
         let started = Instant::now();
-        let batch = self.batches.recv().map_err(|_| NetworkError::Loader)?;
+        let turn = self.given % self.batches.len().max(1);
+        let batches = self.batches.get(turn).ok_or(NetworkError::Loader)?;
+        let batch = batches.recv().map_err(|_| NetworkError::Loader)?;
+        self.given += 1;
         self.waited += started.elapsed();
         Ok(batch)
     }

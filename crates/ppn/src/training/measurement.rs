@@ -11,6 +11,7 @@ use ppnpack_model::weights::Model;
 use super::batch::BatchMaker;
 use super::data::count;
 use super::evaluation::evaluate;
+use super::loader::Preparation;
 use crate::error::NetworkError;
 use crate::files::network_of;
 use crate::runtime;
@@ -36,11 +37,12 @@ pub fn measure(
     }
     let stride = model.card().architecture.stride();
     let maker = BatchMaker::new(&dataset.settings().grid, dataset.items(), stride, None);
+    let preparation = Preparation::new(maker, device, request.threads);
     // Accuracy asks for the optima alone, which every dataset has; regression's loss would ask for values.
     let settings = TrainingSettings {
         loss: Loss::Ranking,
         ..model.card().training.clone()
     };
-    let found = evaluate(&mut network, device, &settings, maker, &steps)?;
+    let found = evaluate(&mut network, device, &settings, &preparation, &steps)?;
     Ok(found.accuracies)
 }

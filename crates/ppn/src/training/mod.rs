@@ -31,7 +31,7 @@ pub use checkpoint::CHECKPOINT_FILE;
 use checkpoint::{State, damaged};
 use data::{Data, count};
 use evaluation::evaluate;
-use loader::{Loader, shuffled};
+use loader::{Loader, Preparation, shuffled};
 use loss::loss;
 pub use measurement::measure;
 use optimiser::{AdamW, learning_rate};
@@ -129,15 +129,16 @@ impl<'a> Training<'a> {
         })
     }
 
-    fn maker(&self) -> BatchMaker {
+    fn preparation(&self) -> Preparation {
         let settings = &self.request.settings;
         let needs_values = settings.loss == Loss::Mse;
-        BatchMaker::new(
+        let maker = BatchMaker::new(
             &self.dataset.settings().grid,
             self.dataset.items(),
             settings.architecture.stride(),
             needs_values.then_some(settings.cut_off as f32),
-        )
+        );
+        Preparation::new(maker, self.device, self.request.threads)
     }
 
     /// Trains until the end of the epoch under way.
@@ -148,10 +149,10 @@ impl<'a> Training<'a> {
         let total = per_epoch * settings.epochs as u64;
         let left = plans.get(self.state.batch..).unwrap_or(&[]).to_vec();
         let (mut started, began) = (Instant::now(), Instant::now());
-        let maker = self.maker();
+        let preparation = self.preparation();
         self.network.set_training(true);
         let waited = std::thread::scope(|scope| -> Result<Duration, NetworkError> {
-            let mut loader = Loader::start(scope, maker, &self.data.training, left.clone());
+            let mut loader = Loader::start(scope, &preparation, &self.data.training, &left);
             for _ in &left {
                 let batch = loader.next()?;
                 let done = self.state.epoch as u64 * per_epoch + self.state.batch as u64;
@@ -235,8 +236,9 @@ impl<'a> Training<'a> {
         if steps.is_empty() {
             return Ok(None);
         }
-        let (settings, maker) = (&self.request.settings, self.maker());
-        evaluate(&mut self.network, self.device, settings, maker, steps).map(Some)
+        let (settings, preparation) = (&self.request.settings, self.preparation());
+        let network = &mut self.network;
+        evaluate(network, self.device, settings, &preparation, steps).map(Some)
     }
 
     /// How the network does on the test split, where the request looks at it.
@@ -244,9 +246,9 @@ impl<'a> Training<'a> {
         if !self.request.look_at_test {
             return Ok(None);
         }
-        let (settings, maker) = (&self.request.settings, self.maker());
-        let steps = &self.data.test;
-        let found = evaluate(&mut self.network, self.device, settings, maker, steps)?;
+        let (settings, preparation) = (&self.request.settings, self.preparation());
+        let (network, steps) = (&mut self.network, &self.data.test);
+        let found = evaluate(network, self.device, settings, &preparation, steps)?;
         Ok(Some(found.accuracies))
     }
 
