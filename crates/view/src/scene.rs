@@ -9,6 +9,7 @@ use ppnpack_wire::debug_plan::{self, Placed, PlannedStep};
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::{convert, v1};
 
+use crate::arm::Arms;
 use crate::shapes::Shapes;
 
 /// Draws a record, in the container that was chosen, or the fullest one where nothing was.
@@ -16,6 +17,7 @@ pub(crate) fn draw(
     cell: &Cell,
     record: &v1::PlanningRecord,
     shapes: &mut Shapes,
+    arms: &mut Arms,
 ) -> Result<SceneUpdate, String> {
     let decision = record.decision.as_ref();
     let chosen = decision.map(|decision| decision.container.as_str());
@@ -39,6 +41,7 @@ pub(crate) fn draw(
         choice: decision.and_then(|decision| step.choice(decision)),
         choice_box: decision.and_then(|decision| step.choice_box(decision)),
         runners_up: decision.map_or_else(Vec::new, |decision| step.runners_up(decision)),
+        arm: decision.and_then(|decision| arms.lines(cell, &record.settings, decision)),
     };
     Ok(debug_plan::scene(
         cell,

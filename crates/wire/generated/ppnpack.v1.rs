@@ -3410,7 +3410,7 @@ pub struct PlanningRecord {
     /// What planned it.
     #[prost(message, optional, tag = "5")]
     pub versions: ::core::option::Option<Versions>,
-    /// The settings of the planner's cell, as TOML.
+    /// The settings of the planner's cell, as JSON.
     #[prost(string, tag = "6")]
     pub settings: ::prost::alloc::string::String,
     /// How many valid placements beside the best were wanted.

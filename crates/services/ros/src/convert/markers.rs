@@ -9,7 +9,7 @@ use ppnpack_ros::messages::std_msgs::{ColorRgba, Header};
 use ppnpack_ros::messages::visualization_msgs::{Marker, MarkerArray};
 use ppnpack_wire::debug::SceneUpdate;
 
-/// How thick lines are, and how high a capital letter is, in metres: those of a scene are in pixels.
+/// How thick lines are, and how high a capital letter is, in metres, where a scene has them in pixels.
 const LINE_M: f64 = 0.002;
 const TEXT_M: f64 = 0.02;
 
@@ -73,7 +73,10 @@ fn lines(lines: &LinePrimitive) -> Marker {
             false => Marker::LINE_STRIP,
         },
         scale: Vector3 {
-            x: LINE_M,
+            x: match lines.scale_invariant {
+                true => LINE_M,
+                false => lines.thickness,
+            },
             ..Vector3::default()
         },
         points,
@@ -156,7 +159,9 @@ fn plain(pose: Option<&scene::Pose>, color: Option<&scene::Color>) -> Marker {
 mod tests {
     use nalgebra::Isometry3;
     use ppnpack_packing::grid::ContainerSize;
+    use ppnpack_packing::motion::LegKind;
     use ppnpack_wire::debug::{self, ItemBox};
+    use ppnpack_wire::debug_plan::{self, ArmLines, PlannedStep, TipPath};
     use ppnpack_wire::keys::Cell;
 
     use super::*;
@@ -200,5 +205,44 @@ mod tests {
             assert_eq!(marker.header.frame_id, "cell-1/container");
             assert!(marker.color.a > 0.0);
         }
+    }
+
+    #[test]
+    fn an_arm_and_its_way_are_strips_as_thick_as_the_scene_has_them() {
+        let points: Vec<_> = [0.1, 0.2, 0.4]
+            .map(|z| nalgebra::Point3::new(0.0, 0.1, z))
+            .into();
+        let leg = TipPath {
+            kind: LegKind::Insert,
+            points: points.clone(),
+        };
+        let step = PlannedStep {
+            arm: Some(ArmLines {
+                links: points,
+                legs: vec![leg],
+                cycle_s: 3.4,
+            }),
+            ..PlannedStep::default()
+        };
+        let cell = Cell::new("cell-1").unwrap();
+        let scene = debug_plan::scene(&cell, 0, ContainerSize::REFERENCE, &step);
+        let MarkerArray { markers } = of_scene(&scene);
+        let drawn = markers[2..]
+            .iter()
+            .map(|marker| (marker.ns.as_str(), marker.r#type));
+        assert_eq!(
+            drawn.collect::<Vec<_>>(),
+            [
+                ("arm", Marker::LINE_STRIP),
+                ("trajectory", Marker::LINE_STRIP),
+                ("trajectory", Marker::TEXT_VIEW_FACING),
+            ]
+        );
+        for (marker, line) in [(2, 1), (3, 2)] {
+            let line = &scene.0.entities[line].lines[0];
+            assert_eq!(markers[marker].scale.x, line.thickness);
+            assert_eq!(markers[marker].points.len(), 3);
+        }
+        assert_eq!(markers[4].text, "cycle 3.4 s");
     }
 }
