@@ -47,6 +47,11 @@ class Table(unittest.TestCase):
         told = self.refusal(lambda table: table["observer"]["asks"].append("bridge/hold"))
         self.assertIn("observer: name its cells, as it changes what is in them, by bridge/hold", told)
 
+    def test_the_network_shows_its_scores_in_every_cell_and_publishes_nothing_else_there(self):
+        self.assertEqual(self.keys("ppn", "ingress", "put"), ["ppnpack/v1/*/debug_scores", "ppnpack/v1/all/log/*"])
+        told = self.refusal(lambda table: table["ppn"]["publishes"].append("debug_scene"))
+        self.assertIn("ppn: name its cells, as it changes what is in them, by debug_scene", told)
+
     def test_a_controller_reaches_no_other_cell(self):
         sent = self.keys("controller", "ingress", "query")
         self.assertIn("ppnpack/v1/cell-1/rpc/bridge/place", sent)

@@ -68,6 +68,7 @@ pub mod refusal;
 pub mod resting;
 pub mod rules;
 pub mod scene_value;
+pub mod score_map;
 pub mod search;
 pub mod sizes;
 pub mod stability;

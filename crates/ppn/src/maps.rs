@@ -131,6 +131,15 @@ impl Layout {
         (phase * self.padded.nx / 2 + x / 2) * (self.padded.ny / 2) + y / 2
     }
 
+    /// The cell of the padded map that has an index; the inverse of [`Self::index`].
+    pub(crate) fn position_of(&self, index: usize) -> (usize, usize) {
+        let (half_x, half_y) = (self.padded.nx / 2, self.padded.ny / 2);
+        let (phase, at) = (index / (half_x * half_y), index % (half_x * half_y));
+        let x = 2 * (at / half_y) + phase / 2;
+        let y = 2 * (at % half_y) + phase % 2;
+        (x, y)
+    }
+
     /// Per cell, indexed as by [`Self::cell_of`], whether it is one of the container's and no padding.
     pub(crate) fn inside(&self) -> Vec<bool> {
         let mut inside = vec![false; self.cells()];
@@ -146,10 +155,7 @@ impl Layout {
 
     /// The placement that a cell stands for, where there is one; the inverse of [`Self::cell_of`] without a symmetry.
     pub(crate) fn corner_of(&self, cell: usize, view: &ItemView) -> Option<(usize, usize)> {
-        let (half_x, half_y) = (self.padded.nx / 2, self.padded.ny / 2);
-        let (phase, at) = (cell / (half_x * half_y), cell % (half_x * half_y));
-        let x = 2 * (at / half_y) + phase / 2;
-        let y = 2 * (at % half_y) + phase % 2;
+        let (x, y) = self.position_of(cell);
         let corner = (x.checked_sub(view.nx() / 2)?, y.checked_sub(view.ny() / 2)?);
         let is_inside =
             corner.0 + view.nx() <= self.original.nx && corner.1 + view.ny() <= self.original.ny;

@@ -7,7 +7,7 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_packing::proposals::Percent;
 use ppnpack_packing::step::StageError;
 use ppnpack_ppn::proposer::NetworkProposer;
-use ppnpack_ppn_service::{BestOfItems, Network, ScoredStep, Scorer, Settings};
+use ppnpack_ppn_service::{Network, ScoredItems, ScoredStep, Scorer, Settings};
 
 /// A model that runs on the libtorch that this program is linked with.
 pub struct TorchNetwork {
@@ -61,11 +61,27 @@ impl Network for TorchNetwork {
 struct TorchScorer(NetworkProposer);
 
 impl Scorer for TorchScorer {
-    fn best(&mut self, steps: &[ScoredStep<'_>]) -> Vec<Result<BestOfItems, StageError>> {
-        let best = |step: &ScoredStep<'_>| {
-            let found = self.0.best(step.heightmap, step.items, step.share);
-            found.map_err(Into::into)
-        };
-        steps.iter().map(best).collect()
+    fn best(&mut self, steps: &[ScoredStep<'_>]) -> Vec<Result<ScoredItems, StageError>> {
+        steps.iter().map(|step| self.best_of(step)).collect()
+    }
+}
+
+impl TorchScorer {
+    fn best_of(&mut self, step: &ScoredStep<'_>) -> Result<ScoredItems, StageError> {
+        let ScoredStep {
+            heightmap,
+            items,
+            share,
+            wants_scores,
+        } = *step;
+        if !wants_scores {
+            let best = self.0.best(heightmap, items, share)?;
+            return Ok(ScoredItems { best, scores: None });
+        }
+        let scored = self.0.best_with_scores(heightmap, items, share)?;
+        Ok(ScoredItems {
+            best: scored.best,
+            scores: Some(scored.scores),
+        })
     }
 }

@@ -163,6 +163,8 @@ chunks! {
         DebugScene = "debug_scene",
         /// The cloud as a `foxglove.PointCloud`, from the bridge.
         DebugCloud = "debug_cloud",
+        /// The network's scores as a `foxglove.Grid`, from ppn.
+        DebugScores = "debug_scores",
     }
 }
 

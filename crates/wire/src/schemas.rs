@@ -61,7 +61,9 @@ impl MessageSchema {
             Stream::Plan => Self::of::<v1::Decision>(),
             Stream::Session => Self::of::<v1::Session>(),
             Stream::Record => Self::of::<v1::PlanningRecord>(),
-            Stream::DebugHeightmap => Ok(Self::of_foxglove::<messages::Grid>()),
+            Stream::DebugHeightmap | Stream::DebugScores => {
+                Ok(Self::of_foxglove::<messages::Grid>())
+            }
             Stream::DebugScene => Ok(Self::of_foxglove::<messages::SceneUpdate>()),
             Stream::DebugCloud => Ok(Self::of_foxglove::<messages::PointCloud>()),
         }

@@ -140,7 +140,7 @@ impl Stack {
             ppnpack_heuristic::start(process, &ppnpack_heuristic::Settings::default())
         })?;
         if let Some(network) = &plan.network {
-            stack.add_network(network);
+            stack.add_network(network, &ppn_settings(plan));
         }
         stack.add(Service::Perception, |process| {
             let library = plan.sensing.library.clone();
@@ -236,12 +236,11 @@ impl Stack {
         Ok(())
     }
 
-    fn add_network(&mut self, network: &Network<'_>) {
+    fn add_network(&mut self, network: &Network<'_>, settings: &ppnpack_ppn_service::Settings) {
         let opened = network.backend.network(network.model, network.device);
         let added = opened.map_err(Failure::Run).and_then(|network| {
             self.add(Service::Ppn, |process| {
-                let settings = ppnpack_ppn_service::Settings::default();
-                ppnpack_ppn_service::start(process, &settings, network)
+                ppnpack_ppn_service::start(process, settings, network)
             })
         });
         if let Err(failure) = added {
@@ -268,6 +267,13 @@ fn of_containers<T>(plan: &Plan<'_>, settings: impl Fn() -> T) -> BTreeMap<Strin
 
 fn file(plan: &Plan<'_>, name: &str) -> Option<PathBuf> {
     plan.store.map(|folder| folder.join(name))
+}
+
+fn ppn_settings(plan: &Plan<'_>) -> ppnpack_ppn_service::Settings {
+    ppnpack_ppn_service::Settings {
+        debug_streams: plan.sensing.debug_streams,
+        ..ppnpack_ppn_service::Settings::default()
+    }
 }
 
 fn perception_settings(plan: &Plan<'_>) -> ppnpack_perception_service::Settings {

@@ -13,7 +13,7 @@ use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::step::StageError;
-use ppnpack_ppn_service::{BestOfItems, Network, PpnService, ScoredStep, Scorer, Settings};
+use ppnpack_ppn_service::{Network, PpnService, ScoredItems, ScoredStep, Scorer, Settings};
 use ppnpack_service::Process;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{CallError, Client};
@@ -42,10 +42,15 @@ impl Network for Idle {
 }
 
 impl Scorer for Idle {
-    fn best(&mut self, steps: &[ScoredStep<'_>]) -> Vec<Result<BestOfItems, StageError>> {
+    fn best(&mut self, steps: &[ScoredStep<'_>]) -> Vec<Result<ScoredItems, StageError>> {
         std::thread::sleep(self.takes);
         self.scored.fetch_add(steps.len(), Ordering::Relaxed);
-        let nothing = |step: &ScoredStep<'_>| Ok(vec![Vec::new(); step.items.len()]);
+        let nothing = |step: &ScoredStep<'_>| {
+            Ok(ScoredItems {
+                best: vec![Vec::new(); step.items.len()],
+                scores: None,
+            })
+        };
         steps.iter().map(nothing).collect()
     }
 }
