@@ -138,7 +138,7 @@ pub struct TrainingRequest {
     pub settings: TrainingSettings,
     /// Where to train.
     pub device: Device,
-    /// Threads of the training's arithmetic on the processor.
+    /// Threads on the processor: of the training's arithmetic there, or of what prepares batches for another device.
     pub threads: usize,
     /// Whether to go on from the checkpoint in the folder.
     pub resume: bool,

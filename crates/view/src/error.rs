@@ -7,7 +7,7 @@ use std::net::SocketAddr;
 #[non_exhaustive]
 pub enum ViewError {
     /// The address is not to be had.
-    #[error("{address} cannot be listened on: {reason}; give another --address")]
+    #[error("{address} cannot be listened on: {reason}; give another address")]
     Listen {
         /// Which one.
         address: SocketAddr,

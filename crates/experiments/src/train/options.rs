@@ -161,7 +161,8 @@ pub(crate) struct RunOptions {
     #[arg(long, value_parser = parse_device(), default_value = "cpu")]
     pub(crate) device: Device,
 
-    /// Threads on the processor [default: one per core]
+    /// Threads on the processor: of its arithmetic, or, where a GPU trains, of what prepares the batches [default: one per
+    /// core]
     #[arg(long, value_name = "COUNT")]
     threads: Option<usize>,
 }

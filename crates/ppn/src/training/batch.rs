@@ -253,6 +253,12 @@ impl Batch {
         self.steps as usize
     }
 
+    /// The sequences of its steps.
+    #[cfg(test)]
+    pub(super) fn sequences(&self) -> &[u32] {
+        &self.sequences
+    }
+
     /// The sequence of a candidate, by its index among all of the batch.
     pub(crate) fn sequence_of(&self, candidate: usize) -> Option<u32> {
         let step = candidate.checked_div(self.candidates as usize)?;

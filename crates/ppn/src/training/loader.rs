@@ -129,3 +129,56 @@ impl Loader {
         self.waited
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use ppnpack_packing::grid::Grid;
+
+    use super::*;
+
+    #[test]
+    fn any_number_of_threads_gives_the_batches_in_the_order_of_their_plans() {
+        let grid = Grid::reference();
+        let step = |sequence| StepRecord {
+            sequence,
+            step: 0,
+            heightmap: vec![0; grid.nx() * grid.ny()],
+            candidates: Vec::new(),
+        };
+        let steps: Vec<StepRecord> = (0..23).map(step).collect();
+        let plans = shuffled(steps.len(), &settings(), 0);
+        let expected: Vec<Vec<usize>> = plans.iter().map(|plan| plan.steps.clone()).collect();
+        for (device, threads, used) in [
+            (tch::Device::Cpu, 5, 1),
+            (tch::Device::Cuda(0), 0, 1),
+            (tch::Device::Cuda(0), 3, 3),
+            (tch::Device::Cuda(0), 50, 50),
+        ] {
+            let maker = BatchMaker::new(&grid, &[], 16, None);
+            let preparation = Preparation::new(maker, device, threads);
+            assert_eq!(preparation.threads, used);
+            let given = std::thread::scope(|scope| {
+                let mut loader = Loader::start(scope, &preparation, &steps, &plans);
+                let batches = plans.iter().map(|_| loader.next().unwrap());
+                batches.map(|batch| sequences(&batch)).collect::<Vec<_>>()
+            });
+            assert_eq!(given, expected, "{threads} threads");
+        }
+    }
+
+    fn settings() -> TrainingSettings {
+        TrainingSettings {
+            batch: 4,
+            ..TrainingSettings::default()
+        }
+    }
+
+    /// The sequences of a batch's steps, which have no candidates: each stands for one.
+    fn sequences(batch: &Batch) -> Vec<usize> {
+        batch
+            .sequences()
+            .iter()
+            .map(|sequence| *sequence as usize)
+            .collect()
+    }
+}

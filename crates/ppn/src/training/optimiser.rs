@@ -82,7 +82,9 @@ impl AdamW {
             let changed = as_vector(&trained)?.f_mul_(&kept)?.f_sub_(&change)?;
             let changed = changed.f_split_with_sizes(&self.sizes[..], 0)?;
             for (tensor, changed) in trained.iter().zip(changed) {
-                drop(tensor.shallow_clone().f_copy_(&changed.f_view_as(tensor)?)?);
+                tensor
+                    .shallow_clone()
+                    .f_copy_(&changed.f_view_as(tensor)?)?;
             }
             for mut gradient in gradients {
                 drop(gradient.f_zero_()?);
@@ -118,7 +120,9 @@ fn gradient(parameter: &&Tensor) -> Result<Tensor, TchError> {
 
 /// All values in one row.
 fn as_vector<T: Borrow<Tensor>>(tensors: &[T]) -> Result<Tensor, TchError> {
-    let rows = tensors.iter().map(|tensor| tensor.borrow().f_flatten(0, -1));
+    let rows = tensors
+        .iter()
+        .map(|tensor| tensor.borrow().f_flatten(0, -1));
     let rows: Vec<Tensor> = rows.collect::<Result<_, _>>()?;
     Tensor::f_cat(&rows, 0)
 }

@@ -1,6 +1,7 @@
 //! What can be set.
 
 use std::collections::BTreeMap;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use ppnpack_packing::closing::ClosingRules;
@@ -34,6 +35,10 @@ pub struct Settings {
     /// The most that the heightmaps may take that items of one session were announced with, in MiB as they are encoded. An
     /// announcement with more is refused.
     pub shapes_mib: usize,
+    /// Where viewers of Foxglove's protocol connect; nowhere where none is given. There is no access control: other machines see the
+    /// cells where this is not a loopback address.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub view: Option<SocketAddr>,
 }
 
 /// The most items that a session may set aside.
@@ -187,6 +192,7 @@ impl Default for Settings {
             catalogue: ppnpack_household::BUILTIN.to_owned(),
             queue: 64,
             shapes_mib: 64,
+            view: None,
         }
     }
 }
