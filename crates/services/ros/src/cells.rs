@@ -66,6 +66,8 @@ struct CellFace {
     bridge: Option<BridgeFace>,
     perception: Option<PerceptionFace>,
     planner: Option<PlannerFace>,
+    /// Why it was not passed on when that was last tried, which is said once.
+    fault: Option<String>,
 }
 
 impl Cells {
@@ -109,9 +111,14 @@ impl Cells {
             }
         }
         for (cell, face) in &mut self.cells {
-            if let Err(error) = face.advance(&self.common, &mut self.scenes) {
-                tracing::warn!(%cell, %error, "a cell is not passed on");
+            let fault = face.advance(&self.common, &mut self.scenes).err();
+            let fault = fault.map(|error| error.to_string());
+            if let Some(error) = &fault
+                && face.fault != fault
+            {
+                tracing::warn!(%cell, error, "a cell is not passed on");
             }
+            face.fault = fault;
         }
     }
 
@@ -187,6 +194,7 @@ impl CellFace {
             bridge: None,
             perception: None,
             planner: None,
+            fault: None,
         }
     }
 

@@ -239,8 +239,15 @@ impl Packing {
     /// The session that is under way, whichever it is.
     fn session(&self) -> Result<v1::Session, Failure> {
         let request = v1::SessionRequest::default();
-        let reply = self.requests.ask(&self.cell, request)?;
-        Ok(reply.session.unwrap_or_default())
+        match self.requests.ask(&self.cell, request) {
+            Ok(reply) => Ok(reply.session.unwrap_or_default()),
+            Err(error @ (CallError::NoAnswer { .. } | CallError::TimedOut)) => {
+                Err(Failure::Other(format!(
+                    "{error}; a planner that comes back goes on with the session by itself: hold the cell where it must not"
+                )))
+            }
+            Err(error) => Err(error.into()),
+        }
     }
 
     /// Takes back what waits; what was decided meanwhile stays.
