@@ -11,18 +11,25 @@ use ppnpack_packing::heightmap::Surface;
 
 use crate::outcome::{BodyId, BodyState};
 
-/// The surfaces of single bodies, kept between scans.
+/// What was scanned last, kept for the bodies that have not moved since.
 #[derive(Clone, Default)]
 pub(crate) struct SurfaceCache {
     grid: Option<Grid>,
-    patches: BTreeMap<BodyId, Arc<Patch>>,
+    bodies: BTreeMap<BodyId, Scanned>,
+}
+
+/// A body as it was scanned last.
+#[derive(Clone)]
+struct Scanned {
+    /// Bodies are renumbered when a cell is emptied, so the number alone does not tell the model.
+    model: Arc<Model>,
+    container_from_item: Isometry3<f64>,
+    /// None where it had moved: most that have will have moved again by the next scan.
+    patch: Option<Arc<Patch>>,
 }
 
 /// The surface of one body in one pose: the rectangle of samples that it covers.
 struct Patch {
-    /// Bodies are renumbered when a cell is emptied, so the number alone does not tell the model.
-    model: Arc<Model>,
-    container_from_item: Isometry3<f64>,
     first_x: usize,
     first_y: usize,
     /// Samples along y.
@@ -36,24 +43,54 @@ impl SurfaceCache {
     pub(crate) fn scan(&mut self, grid: &Grid, bodies: &[BodyState]) -> Surface {
         if self.grid.as_ref() != Some(grid) {
             self.grid = Some(grid.clone());
-            self.patches.clear();
+            self.bodies.clear();
         }
-        let before = std::mem::take(&mut self.patches);
+        let before = std::mem::take(&mut self.bodies);
         let mut surface = Surface::empty(grid);
+        let mut moved: Vec<&BodyState> = Vec::new();
         for body in bodies {
-            let known = before.get(&body.id).filter(|patch| patch.shows(body));
-            let patch = known.map_or_else(|| Arc::new(Patch::new(grid, body)), Arc::clone);
-            patch.raise(&mut surface);
-            self.patches.insert(body.id, patch);
+            let known = before.get(&body.id).filter(|scanned| scanned.shows(body));
+            let patch = known.map(|scanned| scanned.patch(grid));
+            match &patch {
+                Some(patch) => patch.raise(&mut surface),
+                None => moved.push(body),
+            }
+            self.bodies.insert(body.id, Scanned::new(body, patch));
+        }
+        // From the top, as what is covered is not drawn.
+        let height_m = |body: &BodyState| body.container_from_item.translation.z;
+        moved.sort_by(|one, other| height_m(other).total_cmp(&height_m(one)));
+        for body in moved {
+            raise_surface(&body.model.mesh, &body.container_from_item, &mut surface);
         }
         surface
     }
 }
 
+impl Scanned {
+    fn new(body: &BodyState, patch: Option<Arc<Patch>>) -> Self {
+        Self {
+            model: Arc::clone(&body.model),
+            container_from_item: body.container_from_item,
+            patch,
+        }
+    }
+
+    fn shows(&self, body: &BodyState) -> bool {
+        Arc::ptr_eq(&self.model, &body.model)
+            && self.container_from_item == body.container_from_item
+    }
+
+    fn patch(&self, grid: &Grid) -> Arc<Patch> {
+        let made = || Arc::new(Patch::new(grid, &self.model, &self.container_from_item));
+        self.patch.clone().unwrap_or_else(made)
+    }
+}
+
 impl Patch {
-    fn new(grid: &Grid, body: &BodyState) -> Self {
+    fn new(grid: &Grid, model: &Model, container_from_item: &Isometry3<f64>) -> Self {
         let mut alone = Surface::empty(grid);
-        raise_surface(&body.model.mesh, &body.container_from_item, &mut alone);
+        raise_surface(&model.mesh, container_from_item, &mut alone);
         let rows = || alone.heights_m().chunks_exact(alone.ny());
         let is_covered = |height_m: &f32| *height_m > 0.0;
         let covers = |row: &[f32]| row.iter().any(is_covered);
@@ -70,8 +107,6 @@ impl Patch {
         let width = past_y.saturating_sub(first_y);
         let covered = rows().take(past_x).skip(first_x);
         Self {
-            model: Arc::clone(&body.model),
-            container_from_item: body.container_from_item,
             first_x,
             first_y,
             width,
@@ -79,11 +114,6 @@ impl Patch {
                 .flat_map(|row| row.iter().copied().skip(first_y).take(width))
                 .collect(),
         }
-    }
-
-    fn shows(&self, body: &BodyState) -> bool {
-        Arc::ptr_eq(&self.model, &body.model)
-            && self.container_from_item == body.container_from_item
     }
 
     fn raise(&self, surface: &mut Surface) {

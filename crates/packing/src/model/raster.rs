@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point2, Point3};
 
-use super::mesh::Mesh;
+use super::mesh::{Bounds, Mesh};
 use crate::heightmap::Surface;
 
 /// How far a triangle must reach into a square to touch it, in metres.
@@ -83,10 +83,21 @@ pub fn raise_surface(mesh: &Mesh, pose: &Isometry3<f64>, surface: &mut Surface) 
         ny: surface.ny(),
     };
     let posed = mesh.transformed(pose);
+    let Some(bounds) = posed.bounds() else {
+        return;
+    };
+    if is_covered(&bounds, &raster, surface) {
+        return;
+    }
     // Of a closed mesh what faces down is covered by what faces up, so that once that is drawn little else is left to clip.
     for is_upper in [true, false] {
         for triangle in posed.corners() {
-            if faces_up(&triangle) == is_upper && !is_covered(&triangle, &raster, surface) {
+            let [a, b, c] = &triangle;
+            let bounds = Bounds {
+                lowest: a.inf(b).inf(c),
+                highest: a.sup(b).sup(c),
+            };
+            if faces_up(&triangle) == is_upper && !is_covered(&bounds, &raster, surface) {
                 rasterise(&triangle, &raster, |x, y, _, highest| {
                     surface.raise(x, y, highest.max(0.0) as f32);
                 });
@@ -100,10 +111,9 @@ fn faces_up([a, b, c]: &[Point3<f64>; 3]) -> bool {
     (b.xy() - a.xy()).perp(&(c.xy() - a.xy())) > 0.0
 }
 
-/// Whether all squares that a triangle may touch are at least as high as its highest corner, so that it raises none.
-fn is_covered(triangle: &[Point3<f64>; 3], raster: &Raster, surface: &Surface) -> bool {
-    let [a, b, c] = triangle;
-    let (lowest, highest) = (a.inf(b).inf(c), a.sup(b).sup(c));
+/// Whether all squares that what is within these bounds may touch are at least as high as they are, so that it raises none.
+fn is_covered(bounds: &Bounds, raster: &Raster, surface: &Surface) -> bool {
+    let Bounds { lowest, highest } = bounds;
     let scale = 1.0 / raster.pitch_m;
     let range = |from: f64, to: f64, origin: f64, count: usize| {
         touched((from - origin) * scale, (to - origin) * scale, count, 0.0)
