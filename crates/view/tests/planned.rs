@@ -30,13 +30,9 @@ const TOLERANCE_M: f64 = 0.002;
 fn block() -> Arc<Item> {
     let middle = Point2::new(0.03, 0.03);
     let view = ViewSurfaces {
-        nx: 6,
-        ny: 6,
-        top: vec![20; 36],
-        bottom: vec![0; 36],
-        underside: None,
         origin_from_corner_m: Vector3::new(middle.x, middle.y, 0.01),
         centre_of_mass_m: Some(middle),
+        ..ViewSurfaces::of_cells(6, 6, vec![20; 36], vec![0; 36])
     };
     Arc::new(Item::new("block", vec![view; 4], 0.0).unwrap())
 }

@@ -167,10 +167,10 @@ impl Stack {
         Ok(stack)
     }
 
-    /// Serves the operator's page. Gives its address, with the port that the system chose.
+    /// Serves the operator's page by settings that are valid. Gives its address, with the port that the system chose.
     ///
     /// # Errors
-    /// What is wrong with the settings, or why it does not start.
+    /// Why it does not start.
     pub fn serve_console(&mut self, settings: &ppnpack_console::Settings) -> Outcome<SocketAddr> {
         let mut address = settings.listen;
         self.add(Service::Console, |process| {
