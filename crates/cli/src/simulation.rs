@@ -10,22 +10,32 @@ use crate::failure::{OrInput, OrRun, Outcome};
 use crate::options::Simulated;
 use crate::sequence::Sequence;
 
+/// An empty simulated cell for the objects of a catalogue.
+///
+/// # Errors
+/// Which setting is impossible.
+pub fn empty_cell(
+    catalogue: &Catalogue,
+    grid: &Grid,
+    simulated: &Simulated,
+) -> Outcome<SimulatedPackingCell> {
+    let settings = simulated.cell.clone();
+    SimulatedPackingCell::new(settings, grid, catalogue, simulated.scan).or_input()
+}
+
 /// Packs a sequence; gives the episode and the cell as it was left.
 ///
 /// # Errors
-/// Why the cell cannot be made, or what ended the episode.
+/// What ended the episode.
 pub fn simulate(
     catalogue: &Catalogue,
     grid: &Grid,
     sequence: &Sequence,
-    simulated: &Simulated,
+    mut cell: SimulatedPackingCell,
     planner: &mut Planner,
     how: Play,
     observer: &mut dyn Observer,
 ) -> Outcome<(Episode, SimulatedPackingCell)> {
-    let mut cell =
-        SimulatedPackingCell::new(simulated.cell.clone(), grid, catalogue, simulated.scan)
-            .or_input()?;
     let items = sequence.candidates(catalogue);
     let episode = play(grid, planner, &mut cell, items, how, observer).or_run()?;
     Ok((episode, cell))

@@ -25,7 +25,7 @@ use ppnpack_physics::packing_cell::SimulatedPackingCell;
 use serde::{Deserialize, Serialize};
 
 use crate::document;
-use crate::method::sdfm;
+use crate::method::{cell_for, sdfm};
 use crate::network::NetworkOptions;
 use crate::runs::{Part, Runs, hash};
 use crate::statistics::Mean;
@@ -362,11 +362,12 @@ impl<'a> Comparison<'a> {
         simulated.cell.seed = method.seed;
         let network = network.as_ref().map(|network| network as &dyn OpenNetwork);
         let mut planner = method.build(&setting.grid, network)?;
+        let cell = cell_for(&method, &self.catalogue, &setting.grid, &simulated)?;
         simulate(
             &self.catalogue,
             &setting.grid,
             sequence,
-            &simulated,
+            cell,
             &mut planner,
             Play::with_buffer(method.buffer),
             &mut (),

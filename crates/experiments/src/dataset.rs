@@ -14,7 +14,7 @@ use ppnpack_packing::episode::Play;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
 use serde::Serialize;
 
-use crate::method::sdfm;
+use crate::method::{cell_for, sdfm};
 use crate::shard::Shard;
 use crate::{document, workers};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
@@ -273,11 +273,12 @@ fn play(
     let labeller = Expert::new(grid, &search, stability.checks(), settings.has_values);
     let mut recorder = Recorder::new(labeller.or_input()?, sequence, drawn.objects);
     let mut planner = method.build(grid, None)?;
+    let cell = cell_for(&method, catalogue, grid, &simulated)?;
     simulate(
         catalogue,
         grid,
         &played,
-        &simulated,
+        cell,
         &mut planner,
         Play::with_buffer(buffer),
         &mut recorder,

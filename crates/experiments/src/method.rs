@@ -1,7 +1,13 @@
 //! The method that experiments vary.
 
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_cli::failure::Outcome;
+use ppnpack_cli::options::Simulated;
+use ppnpack_cli::simulation::empty_cell;
+use ppnpack_packing::grid::Grid;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
 use ppnpack_packing::trial::TrialSettings;
+use ppnpack_physics::packing_cell::SimulatedPackingCell;
 
 /// SDF minimisation over all items of the buffer together.
 pub(crate) fn sdfm(
@@ -18,4 +24,19 @@ pub(crate) fn sdfm(
         seed,
         ..Method::default()
     }
+}
+
+/// The empty cell in which the planner of a method packs that tries nothing: the fine surface is scanned where its stability test
+/// reads it.
+pub(crate) fn cell_for(
+    method: &Method,
+    catalogue: &Catalogue,
+    grid: &Grid,
+    simulated: &Simulated,
+) -> Outcome<SimulatedPackingCell> {
+    let cell = empty_cell(catalogue, grid, simulated)?;
+    Ok(match method.stability {
+        Stability::Physical => cell,
+        Stability::Published | Stability::None => cell.without_surface(),
+    })
 }

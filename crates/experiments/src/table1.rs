@@ -288,8 +288,8 @@ fn methods_part(results: &Results<'_, Line>) -> String {
         "# Table 1: packing heuristics\n\n\
          {cases} sequences, container {:.0} x {:.0} x {:.0} cm, {}, {}. The paper's figures (2,000 sequences, its own \
          meshes and machine) are in brackets. {COMPACTNESS} {WIDENED} `Random` places at any feasible placement, as the paper's text has \
-         it, and ends where there is none; `{PUBLISHED_RANDOM}` tries three yaws with three positions each, as its published \
-         code does, and ends where none of these is valid for any item of the buffer.\n\n\
+         it, and ends where there is none; `{PUBLISHED_RANDOM}` tries three yaws with three by three positions each, as its published \
+         code is read here, and ends where none of these is valid for any item of the buffer.\n\n\
          | method | decision per item | items packed | voxel volume (cm³) | compactness by floor (%) | compactness by box (%) \
          | mesh volume (cm³) | mesh compactness by floor (%) | fell out | steps widened |\n\
          |---|---|---|---|---|---|---|---|---|---|\n",

@@ -411,10 +411,11 @@ impl Stability {
 }
 
 impl ProposalSource {
-    /// What the published code of the paper's baseline "Random" tries for an item: its text says "a feasible placement".
+    /// What the published code of the paper's baseline "Random" tries for an item, three yaws with three by three positions each:
+    /// its text says "a feasible placement".
     pub const PUBLISHED_TRIES: Self = Self::Tries {
         yaws: 3,
-        positions: 3,
+        positions: 9,
     };
 
     /// A coarse search on cells of `cell_m` at best, with `yaws` yaws at most. Where no cell is given it is the paper's,

@@ -7,8 +7,9 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Matrix3, Rotation3, SymmetricEigen, UnitQuaternion};
 use ppnpack_catalogue::mesh::{Bounds, Mesh};
 use ppnpack_catalogue::object::{ConvexPiece, MassProperties, Model};
-use rapier3d::geometry::SharedShape;
-use rapier3d::math::Vector;
+use rapier3d::geometry::{Aabb, SharedShape};
+use rapier3d::math::{Pose, Vector};
+use rapier3d::parry::bounding_volume::BoundingVolume;
 use rapier3d::parry::mass_properties::MassProperties as EngineMass;
 use rapier3d::parry::shape::ConvexPolyhedron;
 use rapier3d::parry::transformation::try_convex_hull;
@@ -28,7 +29,8 @@ const TEMPLATES_KEPT: usize = 256;
 /// What all bodies of one model share.
 pub(crate) struct BodyTemplate {
     pub(crate) model: Arc<Model>,
-    pub(crate) pieces: Vec<SharedShape>,
+    /// Its convex pieces as one: of contacts in one plane, those of a whole body are solved together.
+    pub(crate) shape: SharedShape,
     pub(crate) mass: EngineMass,
     /// The distance from the centre of mass to the farthest vertex, in metres.
     pub(crate) radius_m: f64,
@@ -43,14 +45,11 @@ impl BodyTemplate {
         if model.pieces.is_empty() {
             return Err(refused("it has no convex piece".to_owned()));
         }
-        let pieces = model
-            .pieces
-            .iter()
-            .enumerate()
-            .map(|(index, piece)| {
-                hull(piece).map_err(|reason| refused(format!("convex piece {index}: {reason}")))
-            })
-            .collect::<Result<_, _>>()?;
+        let hull = |(index, piece)| {
+            hull(piece).map_err(|reason| refused(format!("convex piece {index}: {reason}")))
+        };
+        let pieces = model.pieces.iter().enumerate().map(hull);
+        let pieces: Vec<SharedShape> = pieces.collect::<Result<_, _>>()?;
         let mass = engine_mass(&model.mass).map_err(|reason| refused(reason.to_owned()))?;
         let vertices = model.pieces.iter().flat_map(|piece| &piece.vertices);
         let centre_of_mass_m = model.mass.centre_of_mass_m;
@@ -59,7 +58,7 @@ impl BodyTemplate {
             .fold(0.0, f64::max);
         Ok(Self {
             model: Arc::clone(model),
-            pieces,
+            shape: together(pieces),
             mass,
             radius_m,
         })
@@ -68,20 +67,30 @@ impl BodyTemplate {
     /// The box around it where it is posed so, in metres.
     pub(crate) fn bounds(&self, container_from_item: &Isometry3<f64>) -> Bounds {
         let pose = engine_pose(container_from_item);
-        let boxes = self.pieces.iter().map(|piece| piece.compute_aabb(&pose));
-        let boxes = boxes.map(|bounds| Bounds {
+        // A compound's own box is that around its turned box, and larger.
+        let bounds = match self.shape.as_compound() {
+            Some(compound) => {
+                let pieces = compound.shapes().iter();
+                let boxes = pieces.map(|(_, piece)| piece.compute_aabb(&pose));
+                boxes.fold(Aabb::new_invalid(), |all, piece| all.merged(&piece))
+            }
+            None => self.shape.compute_aabb(&pose),
+        };
+        Bounds {
             lowest: point_m(bounds.mins),
             highest: point_m(bounds.maxs),
-        });
-        let around = |all: Bounds, piece: Bounds| Bounds {
-            lowest: all.lowest.inf(&piece.lowest),
-            highest: all.highest.sup(&piece.highest),
-        };
-        let at = container_from_item.translation.vector.into();
-        boxes.reduce(around).unwrap_or(Bounds {
-            lowest: at,
-            highest: at,
-        })
+        }
+    }
+}
+
+/// Convex pieces, of which there is at least one, as one shape.
+fn together(pieces: Vec<SharedShape>) -> SharedShape {
+    match <[SharedShape; 1]>::try_from(pieces) {
+        Ok([piece]) => piece,
+        Err(pieces) => {
+            let posed = pieces.into_iter().map(|piece| (Pose::IDENTITY, piece));
+            SharedShape::compound(posed.collect())
+        }
     }
 }
 

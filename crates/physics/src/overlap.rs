@@ -4,12 +4,21 @@
 //! The engine's own penetration depths are fast and single-precision; these check what comes of them.
 
 use nalgebra::Vector3;
-use rapier3d::geometry::{Collider, TypedShape};
+use rapier3d::geometry::{Collider, Shape, SharedShape, TypedShape};
+use rapier3d::math::Pose;
 
 use crate::convert::point_m;
 
 /// Two edges count as parallel when the sine of their angle is below this.
 const PARALLEL: f64 = 1e-6;
+
+/// The deepest that one of some solids and one of some others reach into each other, in metres.
+pub(crate) fn deepest_m(some: &[Solid], others: &[Solid]) -> f64 {
+    let pairs = some
+        .iter()
+        .flat_map(|solid| others.iter().map(|other| solid.overlap_m(other)));
+    pairs.fold(0.0, f64::max)
+}
 
 /// A convex solid in the container frame.
 pub(crate) struct Solid {
@@ -19,14 +28,27 @@ pub(crate) struct Solid {
 }
 
 impl Solid {
-    /// The solid of a collider; `None` where it is neither a box nor a hull.
-    pub(crate) fn new(collider: &Collider) -> Option<Self> {
-        let (vertices, triangles) = match collider.shape().as_typed_shape() {
+    /// The solids that a collider consists of, but those that are neither boxes nor hulls.
+    pub(crate) fn all_of(collider: &Collider) -> Vec<Self> {
+        let pose = collider.position();
+        match collider.shape().as_compound() {
+            Some(compound) => {
+                let pieces = compound.shapes().iter();
+                let solid = |(in_body, piece): &(Pose, SharedShape)| {
+                    Self::new(&(pose * in_body), piece.as_ref())
+                };
+                pieces.filter_map(solid).collect()
+            }
+            None => Self::new(pose, collider.shape()).into_iter().collect(),
+        }
+    }
+
+    fn new(pose: &Pose, shape: &dyn Shape) -> Option<Self> {
+        let (vertices, triangles) = match shape.as_typed_shape() {
             TypedShape::Cuboid(cuboid) => cuboid.to_trimesh(),
             TypedShape::ConvexPolyhedron(hull) => hull.to_trimesh(),
             _ => return None,
         };
-        let pose = collider.position();
         let vertices_m: Vec<Vector3<f64>> = vertices
             .into_iter()
             .map(|vertex| point_m(pose.transform_point(vertex)).coords)
@@ -91,9 +113,9 @@ mod tests {
             let cube = ColliderBuilder::cuboid(0.5, 0.5, 0.5)
                 .translation(Vector::new(x, 0.0, 0.0))
                 .rotation(Vector::new(0.0, roll, 0.0));
-            Solid::new(&cube.build()).unwrap()
+            Solid::all_of(&cube.build())
         };
-        let overlap_m = |x, roll| solid(0.0, 0.0).overlap_m(&solid(x, roll));
+        let overlap_m = |x, roll| deepest_m(&solid(0.0, 0.0), &solid(x, roll));
         assert!((overlap_m(0.9, 0.0) - 0.01).abs() < 1e-8);
         assert_eq!(overlap_m(1.1, 0.0), 0.0);
         let corner = 0.5_f32.sqrt();

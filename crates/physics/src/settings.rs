@@ -157,7 +157,7 @@ impl Default for OutcomeSettings {
     }
 }
 
-/// The numerical integration.
+/// The numerical integration. By default the equations of motion are solved 960 times a second, the reference's 480 times.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SolverSettings {
@@ -165,11 +165,10 @@ pub struct SolverSettings {
     pub timestep_s: f64,
     /// Gravitational acceleration, downwards, in m/s^2.
     pub gravity_m_s2: f64,
-    /// Substeps per step: more of them make contacts stiffer. With four, stacked boxes reach into each other by less
-    /// than 0.2 mm.
+    /// Substeps per step: more of them make contacts stiffer.
     pub substeps: usize,
-    /// Sweeps over all contacts per substep. With a single one, the corners of a box take its impact unevenly, and it
-    /// slides away from where it lands by some millimetres.
+    /// Sweeps over all contacts per substep. With few, the corners of a box take its impact unevenly, and it slides away from where
+    /// it lands: dropped from 12 cm on another box, by up to 2 mm with four substeps of three sweeps, by 4 mm with two of two.
     pub sweeps: usize,
     /// The size of typical items, in metres: the contact tolerances (prediction, correction, recycling) scale with it.
     pub length_scale_m: f64,
@@ -184,8 +183,8 @@ impl Default for SolverSettings {
         Self {
             timestep_s: 1.0 / 480.0,
             gravity_m_s2: 9.8,
-            substeps: 4,
-            sweeps: 3,
+            substeps: 2,
+            sweeps: 2,
             length_scale_m: 0.1,
             sleep_speed_m_s: 0.01,
             sleep_time_s: 0.1,
@@ -194,14 +193,21 @@ impl Default for SolverSettings {
 }
 
 impl CellSettings {
-    /// A robot that lays items down: let go 1 cm above their place, given up to 2 s to come to rest.
+    /// A robot that lays items down: let go 1 cm above their place, given up to 2 s to come to rest. Contacts are solved for three
+    /// times as often as in the reference, as what is asked of it is what stays and what it carries.
     pub fn robot() -> Self {
         let release = ReleaseSettings {
             height_m: 0.01,
             ..ReleaseSettings::default()
         };
+        let solver = SolverSettings {
+            substeps: 4,
+            sweeps: 3,
+            ..SolverSettings::default()
+        };
         Self {
             release,
+            solver,
             settle_time_s: 2.0,
             ..Self::default()
         }

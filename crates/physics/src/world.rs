@@ -20,7 +20,7 @@ use rapier3d::pipeline::PhysicsPipeline;
 
 use crate::body::BodyTemplate;
 use crate::convert::{engine_length, engine_pose, engine_vector, isometry, metres};
-use crate::overlap::Solid;
+use crate::overlap::{Solid, deepest_m};
 use crate::settings::{CellSettings, Combine, ContactSettings, SolverSettings};
 
 /// Frequency of the springs that push out what overlaps, per substep rate.
@@ -142,16 +142,14 @@ impl World {
             0.5 * self.sleep_speed / self.parameters.length_unit;
         activation.time_until_sleep = self.sleep_time_s;
         let handle = self.bodies.insert(body);
-        for piece in &template.pieces {
-            let collider = ColliderBuilder::new(piece.clone())
-                // The body has the model's mass properties; its pieces add nothing to them.
-                .density(0.0)
-                .friction(self.contact.item_friction as f32)
-                .friction_combine_rule(combine(self.contact.friction_combine))
-                .restitution(self.contact.restitution as f32);
-            self.colliders
-                .insert_with_parent(collider, handle, &mut self.bodies);
-        }
+        let collider = ColliderBuilder::new(template.shape.clone())
+            // The body has the model's mass properties; its shape adds nothing to them.
+            .density(0.0)
+            .friction(self.contact.item_friction as f32)
+            .friction_combine_rule(combine(self.contact.friction_combine))
+            .restitution(self.contact.restitution as f32);
+        self.colliders
+            .insert_with_parent(collider, handle, &mut self.bodies);
         handle
     }
 
@@ -230,13 +228,15 @@ impl World {
 
     /// The deepest that two touching bodies, or a body and the container, reach into each other, in metres.
     pub(crate) fn deepest_overlap_m(&self) -> f64 {
-        let solid = |handle| self.colliders.get(handle).and_then(Solid::new);
+        let solids = |handle| {
+            self.colliders
+                .get(handle)
+                .map_or_else(Vec::new, Solid::all_of)
+        };
         let overlap_m =
-            |pair: &ContactPair| Some(solid(pair.collider1)?.overlap_m(&solid(pair.collider2)?));
-        self.narrow_phase
-            .contact_pairs()
-            .filter_map(overlap_m)
-            .fold(0.0, f64::max)
+            |pair: &ContactPair| deepest_m(&solids(pair.collider1), &solids(pair.collider2));
+        let pairs = self.narrow_phase.contact_pairs();
+        pairs.map(overlap_m).fold(0.0, f64::max)
     }
 
     /// The greatest force with which a body presses on any one other in the last step, in newtons, along the contacts' normals.

@@ -14,10 +14,39 @@ use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 use ppnpack_catalogue::object::Model;
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::error::PhysicsError;
-use ppnpack_physics::settings::CellSettings;
+use ppnpack_physics::settings::{CellSettings, SolverSettings};
 
 fn reference() -> SimulatedCell {
     SimulatedCell::new(CellSettings::default()).unwrap()
+}
+
+/// How exactly contacts are solved: how far a box may slide that is dropped from 12 cm on another, and how deep it may reach into it.
+struct Exactness {
+    solver: fn() -> SolverSettings,
+    slide_m: f64,
+    overlap_m: f64,
+}
+
+const ROBOT: Exactness = Exactness {
+    solver: || CellSettings::robot().solver,
+    slide_m: 2e-3,
+    overlap_m: 0.1e-3,
+};
+
+const REFERENCE: Exactness = Exactness {
+    solver: SolverSettings::default,
+    slide_m: 5e-3,
+    overlap_m: 0.2e-3,
+};
+
+impl Exactness {
+    fn cell(&self) -> SimulatedCell {
+        let settings = CellSettings {
+            solver: (self.solver)(),
+            ..CellSettings::default()
+        };
+        SimulatedCell::new(settings).unwrap()
+    }
 }
 
 /// A cell that waits until everything is still.
@@ -51,7 +80,14 @@ fn a_box_rests_on_the_floor_at_half_its_height() {
 
 #[test]
 fn a_stack_of_five_boxes_stands() {
-    let mut cell = reference();
+    for exactness in [ROBOT, REFERENCE] {
+        stack_five_boxes(&exactness);
+    }
+}
+
+/// Drops five boxes on each other.
+fn stack_five_boxes(exactness: &Exactness) {
+    let mut cell = exactness.cell();
     let model = cuboid([0.06, 0.06, 0.05]);
     for level in 0..5 {
         let z_m = 0.025 + 0.05 * f64::from(level);
@@ -66,15 +102,12 @@ fn a_stack_of_five_boxes_stands() {
             .vector;
         let off = body.container_from_item.translation.vector - expected;
         assert!(
-            off.xy().norm() < 2e-3 && off.z.abs() < 0.5e-3,
+            off.xy().norm() < exactness.slide_m && off.z.abs() < 5.0 * exactness.overlap_m,
             "level {level} is off by {off:?}"
         );
     }
-    assert!(
-        cell.deepest_overlap_m() < 0.2e-3,
-        "{}",
-        cell.deepest_overlap_m()
-    );
+    let overlap_m = cell.deepest_overlap_m();
+    assert!(overlap_m < exactness.overlap_m, "{overlap_m}");
     // Asleep, nothing drifts.
     let before = cell.contents();
     cell.settle();
@@ -252,21 +285,26 @@ fn compounds_rest_on_their_pieces() {
 
 #[test]
 fn thin_items_do_not_pass_each_other() {
-    let mut cell = reference();
+    for exactness in [ROBOT, REFERENCE] {
+        stack_plates(&exactness);
+    }
+}
+
+/// Drops eight plates of 2 mm on each other.
+fn stack_plates(exactness: &Exactness) {
+    let mut cell = exactness.cell();
     let plate = cuboid([0.12, 0.1, 0.002]);
     for level in 0..8 {
         let planned = at(0.16, 0.16, 0.001 + 0.002 * f64::from(level));
         let report = cell.place(&plate, &planned).unwrap();
+        let sunk_m = report.height_change_m.abs();
         assert!(
-            report.height_change_m.abs() < 1e-3,
+            sunk_m < 10.0 * exactness.overlap_m,
             "level {level}: {report:?}"
         );
     }
-    assert!(
-        cell.deepest_overlap_m() < 0.5e-3,
-        "{}",
-        cell.deepest_overlap_m()
-    );
+    let overlap_m = cell.deepest_overlap_m();
+    assert!(overlap_m < 5.0 * exactness.overlap_m, "{overlap_m}");
 }
 
 #[test]

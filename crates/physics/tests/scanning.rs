@@ -91,6 +91,25 @@ fn a_scan_with_a_cache_equals_one_without() {
 }
 
 #[test]
+fn the_middles_alone_are_those_of_the_whole_surface() {
+    for cell_m in [0.01, 0.005, 0.0025] {
+        let resolution = Resolution::new(cell_m, 0.002, Yaws::half_turn(4).unwrap()).unwrap();
+        let grid = Grid::new(ContainerSize::REFERENCE, resolution).unwrap();
+        let mut cell = reference();
+        for step in 0..6 {
+            let turn = f64::from(step);
+            let pose = turned(0.16 + 0.02 * turn.sin(), 0.16, 0.02 + 0.03 * turn, turn);
+            cell.place(&cuboid([0.1, 0.05, 0.03]), &pose).unwrap();
+            let middles = cell.scan_middles(&grid).unwrap();
+            let whole = cell.scan_surface(&grid).unwrap();
+            let scene = Scene::from_surface_at_middles(&grid, whole).unwrap();
+            assert_eq!(&middles, scene.heightmap());
+            assert!(middles.max() > 10);
+        }
+    }
+}
+
+#[test]
 fn another_grid_of_the_same_container_is_scanned_anew() {
     let coarse = Grid::reference();
     let resolution = Resolution::new(0.005, 0.001, Yaws::half_turn(8).unwrap()).unwrap();

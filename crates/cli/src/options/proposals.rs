@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::builder::TypedValueParser;
-use clap::{Args, ValueEnum};
+use clap::{Args, ValueEnum, value_parser};
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::Model;
 use ppnpack_packing::grid::Grid;
@@ -38,6 +38,14 @@ pub(crate) struct ProposalOptions {
     )]
     percent: f64,
 
+    /// How many yaws of an item are tried, where proposals are `tries`
+    #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = value_parser!(u8).range(1..))]
+    try_yaws: u8,
+
+    /// How many positions are tried at each of these yaws
+    #[arg(long, value_name = "COUNT", default_value_t = 9, value_parser = value_parser!(u8).range(1..))]
+    try_positions: u8,
+
     /// The cell of the grid that the network or the coarse search proposes on
     /// [default: 1 cm, and twice --cell for a coarse search on cells of 1 cm or more]
     #[arg(long, value_name = "LENGTH", value_parser = parse_length, allow_hyphen_values = true)]
@@ -65,8 +73,8 @@ enum ProposalsOption {
     Bounded,
     /// A random share of them, see --k
     Random,
-    /// Three random yaws of each item with three random positions each, as the published code of the paper's baseline; it
-    /// ends when none of these is valid for any item of the buffer
+    /// Some random yaws of each item with some random positions each, three and nine in the published code of the paper's
+    /// baseline; it ends when none of these is valid for any item of the buffer
     Tries,
     /// Those that the heuristic itself ranks best on a coarser grid, see --k and --proposal-cell
     Coarse,
@@ -191,7 +199,10 @@ impl ProposalOptions {
             ProposalsOption::All => vec![ProposalSource::All],
             ProposalsOption::Bounded => vec![ProposalSource::Bounded],
             ProposalsOption::Random => vec![ProposalSource::Random { percent }],
-            ProposalsOption::Tries => vec![ProposalSource::PUBLISHED_TRIES],
+            ProposalsOption::Tries => vec![ProposalSource::Tries {
+                yaws: self.try_yaws,
+                positions: self.try_positions,
+            }],
             ProposalsOption::Coarse => vec![coarse],
             ProposalsOption::Network => network.into_iter().collect(),
             ProposalsOption::Auto => {

@@ -9,7 +9,7 @@ use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_cli::length::parse_length;
 use ppnpack_cli::options::Simulated;
 use ppnpack_cli::sequence::Sequence;
-use ppnpack_cli::simulation::simulate;
+use ppnpack_cli::simulation::{empty_cell, simulate};
 use ppnpack_packing::episode::Play;
 use ppnpack_packing::grid::{ContainerSize, Grid};
 use ppnpack_packing::method::{ProposalSource, Stability};
@@ -102,7 +102,7 @@ fn packed(catalogue: &Catalogue, episode: usize, length: usize) -> Outcome<Simul
         catalogue,
         &grid,
         &sequence,
-        &simulated,
+        empty_cell(catalogue, &grid, &simulated)?,
         &mut planner,
         how,
         &mut (),

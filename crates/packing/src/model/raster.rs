@@ -1,8 +1,13 @@
 //! Exact conservative rasterisation: which squares a triangle passes over, and how high it runs in each.
 
+use std::iter::StepBy;
+use std::num::NonZeroUsize;
+use std::ops::Range;
+
 use nalgebra::{Isometry3, Point2, Point3};
 
 use super::mesh::{Bounds, Mesh};
+use crate::grid::Resolution;
 use crate::heightmap::Surface;
 
 /// How far a triangle must reach into a square to touch it, in metres.
@@ -27,6 +32,41 @@ pub struct Raster {
     pub ny: usize,
 }
 
+/// Which squares of a raster are wanted: every `step`th along x and y.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Squares {
+    step: NonZeroUsize,
+    first: usize,
+}
+
+impl Squares {
+    /// All of them.
+    pub const ALL: Self = Self {
+        step: NonZeroUsize::MIN,
+        first: 0,
+    };
+
+    /// Of a surface's samples, those in the middles of the cells of a grid with this resolution.
+    pub fn in_middles(resolution: &Resolution) -> Self {
+        let samples = resolution.samples_per_cell();
+        Self {
+            step: NonZeroUsize::new(samples).unwrap_or(NonZeroUsize::MIN),
+            first: samples / 2,
+        }
+    }
+
+    /// Those of a range, rising.
+    fn of(self, range: Range<usize>) -> StepBy<Range<usize>> {
+        let start = range.start.min(range.end);
+        let step = self.step.get();
+        let first = match step {
+            1 => start,
+            _ => start + (self.first + step - start % step) % step,
+        };
+        (first..range.end).step_by(step)
+    }
+}
+
 /// Calls `visit(x, y, lowest, highest)` for each square that a triangle's projection touches, with the least
 /// and greatest z of the triangle within that square, in metres.
 ///
@@ -34,6 +74,16 @@ pub struct Raster {
 /// border. Squares outside the raster are left out, as are triangles with a coordinate that is not finite. Each
 /// square is visited at most once.
 pub fn rasterise(
+    triangle: &[Point3<f64>; 3],
+    raster: &Raster,
+    visit: impl FnMut(usize, usize, f64, f64),
+) {
+    rasterise_at(Squares::ALL, triangle, raster, visit);
+}
+
+/// As [`rasterise`], of these squares alone.
+fn rasterise_at(
+    squares: Squares,
     triangle: &[Point3<f64>; 3],
     raster: &Raster,
     mut visit: impl FnMut(usize, usize, f64, f64),
@@ -59,10 +109,10 @@ pub fn rasterise(
         Side::new(middle, right),
         Side::new(left, right),
     ];
-    for x in touched(left.x, right.x, raster.nx, slack) {
+    for x in squares.of(touched(left.x, right.x, raster.nx, slack)) {
         let strip = Strip::new(&sides, x as f64 + slack, (x + 1) as f64 - slack);
         let (front, back) = strip.range();
-        for y in touched(front, back, raster.ny, slack) {
+        for y in squares.of(touched(front, back, raster.ny, slack)) {
             let (lowest, highest) = strip.heights(y as f64 + slack, (y + 1) as f64 - slack);
             if lowest <= highest {
                 visit(x, y, lowest, highest);
@@ -76,6 +126,11 @@ pub fn rasterise(
 ///
 /// Parts beside the surface are left out; heights below 0 raise nothing.
 pub fn raise_surface(mesh: &Mesh, pose: &Isometry3<f64>, surface: &mut Surface) {
+    raise_samples(Squares::ALL, mesh, pose, surface);
+}
+
+/// As [`raise_surface`], but raises these samples alone, bit for bit as high.
+pub fn raise_samples(squares: Squares, mesh: &Mesh, pose: &Isometry3<f64>, surface: &mut Surface) {
     let raster = Raster {
         origin: Point2::origin(),
         pitch_m: surface.pitch_m(),
@@ -86,23 +141,28 @@ pub fn raise_surface(mesh: &Mesh, pose: &Isometry3<f64>, surface: &mut Surface) 
     let Some(bounds) = posed.bounds() else {
         return;
     };
-    if is_covered(&bounds, &raster, surface) {
+    if is_covered(squares, &bounds, &raster, surface) {
         return;
     }
     // Of a closed mesh what faces down is covered by what faces up, so that once that is drawn little else is left to clip.
     for is_upper in [true, false] {
         for triangle in posed.corners() {
-            let [a, b, c] = &triangle;
-            let bounds = Bounds {
-                lowest: a.inf(b).inf(c),
-                highest: a.sup(b).sup(c),
-            };
-            if faces_up(&triangle) == is_upper && !is_covered(&bounds, &raster, surface) {
-                rasterise(&triangle, &raster, |x, y, _, highest| {
+            if faces_up(&triangle) == is_upper
+                && !is_covered(squares, &around(&triangle), &raster, surface)
+            {
+                rasterise_at(squares, &triangle, &raster, |x, y, _, highest| {
                     surface.raise(x, y, highest.max(0.0) as f32);
                 });
             }
         }
+    }
+}
+
+/// The box around a triangle.
+fn around([a, b, c]: &[Point3<f64>; 3]) -> Bounds {
+    Bounds {
+        lowest: a.inf(b).inf(c),
+        highest: a.sup(b).sup(c),
     }
 }
 
@@ -111,30 +171,38 @@ fn faces_up([a, b, c]: &[Point3<f64>; 3]) -> bool {
     (b.xy() - a.xy()).perp(&(c.xy() - a.xy())) > 0.0
 }
 
-/// Whether all squares that what is within these bounds may touch are at least as high as they are, so that it raises none.
-fn is_covered(bounds: &Bounds, raster: &Raster, surface: &Surface) -> bool {
+/// Whether all of these squares that what is within these bounds may touch are at least as high as they are, so that it raises
+/// none.
+fn is_covered(squares: Squares, bounds: &Bounds, raster: &Raster, surface: &Surface) -> bool {
     let Bounds { lowest, highest } = bounds;
     let scale = 1.0 / raster.pitch_m;
     let range = |from: f64, to: f64, origin: f64, count: usize| {
-        touched((from - origin) * scale, (to - origin) * scale, count, 0.0)
+        let touched = touched((from - origin) * scale, (to - origin) * scale, count, 0.0);
+        squares.of(touched)
     };
-    let (xs, ys) = (
+    let (mut xs, ys) = (
         range(lowest.x, highest.x, raster.origin.x, raster.nx),
         range(lowest.y, highest.y, raster.origin.y, raster.ny),
     );
     let highest_m = highest.z as f32;
-    let rows = surface.heights_m().chunks_exact(surface.ny().max(1));
-    let mut rows = rows.skip(xs.start).take(xs.len());
-    rows.all(|row| {
-        let squares = row.get(ys.clone()).unwrap_or_default();
-        squares.iter().all(|height_m| *height_m >= highest_m)
-    })
+    let heights_m = surface.heights_m();
+    let is_lower = |x: usize, y: usize| {
+        let height_m = heights_m.get(x * surface.ny() + y);
+        height_m.is_some_and(|height_m| *height_m < highest_m)
+    };
+    !xs.any(|x| ys.clone().any(|y| is_lower(x, y)))
 }
 
 /// The unit intervals, less `slack` at both ends, that meet the interval between two coordinates.
-fn touched(from: f64, to: f64, count: usize, slack: f64) -> std::ops::Range<usize> {
-    // Casts saturate: a negative number becomes 0.
-    (from + slack).floor() as usize..((to - slack).ceil() as usize).min(count)
+fn touched(from: f64, to: f64, count: usize, slack: f64) -> Range<usize> {
+    // Casts round towards 0 and saturate: a negative number becomes 0.
+    (from + slack) as usize..ceil(to - slack).min(count)
+}
+
+/// The next whole number, 0 for what is below; the library's is a call where the processor is not known to have it.
+fn ceil(value: f64) -> usize {
+    let whole = value as usize;
+    whole.saturating_add(usize::from((whole as f64) < value))
 }
 
 /// A side of a triangle, from the corner with the lesser x.

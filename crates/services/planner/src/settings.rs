@@ -498,7 +498,7 @@ mod tests {
     #[test]
     fn proposals_that_give_items_up_early_are_refused() {
         let cell: CellSettings =
-            toml::from_str("proposals = { from = \"tries\", yaws = 3, positions = 3 }").unwrap();
+            toml::from_str("proposals = { from = \"tries\", yaws = 3, positions = 9 }").unwrap();
         assert_eq!(cell.method.proposals, ProposalSource::PUBLISHED_TRIES);
         let refused = cell.validate().unwrap_err();
         assert!(refused.starts_with("proposals: `tries`"), "{refused}");

@@ -28,7 +28,7 @@ use crate::report::{
     Unplaceable,
 };
 use crate::sequence::SequenceOptions;
-use crate::simulation::simulate;
+use crate::simulation::{empty_cell, simulate};
 
 /// Packs one sequence of objects in the simulated cell, prints a summary and writes a report with pictures.
 #[derive(Debug, Args)]
@@ -150,7 +150,7 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         &catalogue,
         &grid,
         &sequence,
-        &simulated,
+        empty_cell(&catalogue, &grid, &simulated)?,
         &mut planner()?,
         Play {
             buffer: method.buffer,

@@ -235,6 +235,15 @@ proptest! {
             triangles: indices.map(|number| [0, 1, 2].map(|corner| 3 * number + corner)).collect(),
         };
         raise_surface(&mesh, &Isometry3::identity(), &mut surface);
-        prop_assert_eq!(surface, expected);
+        prop_assert_eq!(&surface, &expected);
+
+        let mut middles = Surface::empty(&grid);
+        let samples = Squares::in_middles(grid.resolution());
+        raise_samples(samples, &mesh, &Isometry3::identity(), &mut middles);
+        let sampled = middles.heights_m().iter().zip(expected.heights_m());
+        for (at, (height_m, expected_m)) in sampled.enumerate() {
+            let is_middle = [at / surface.ny(), at % surface.ny()].map(|index| index % 4) == [2, 2];
+            prop_assert_eq!(*height_m, if is_middle { *expected_m } else { 0.0 });
+        }
     }
 }
