@@ -37,7 +37,11 @@ impl Mean {
 
     /// The mean and its interval with so many decimals.
     pub(crate) fn shown(&self, decimals: usize) -> String {
-        format!("{:.decimals$} ± {:.decimals$}", self.mean, self.half_width)
+        let mean = format!("{:.decimals$}", self.mean);
+        // What rounds to nothing is not less than nothing.
+        let is_zero = mean.trim_matches(['-', '0', '.']).is_empty();
+        let mean = mean.trim_start_matches(if is_zero { "-" } else { "" });
+        format!("{mean} ± {:.decimals$}", self.half_width)
     }
 
     /// A difference in words, such as `3.2 ± 0.5 points more`, and whether it may be chance.
@@ -112,6 +116,20 @@ pub(crate) fn nearest_rank<T: Copy>(sorted: &[T], share: f64) -> Option<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn nothing_is_shown_without_a_sign() {
+        let shown = |mean: f64| {
+            let mean = Mean {
+                mean,
+                half_width: 0.12,
+            };
+            mean.shown(1)
+        };
+        assert_eq!(shown(-0.037), "0.0 ± 0.1");
+        assert_eq!(shown(-0.051), "-0.1 ± 0.1");
+        assert_eq!(shown(0.26), "0.3 ± 0.1");
+    }
 
     #[test]
     fn the_interval_is_that_of_students_t() {
