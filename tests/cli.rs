@@ -455,6 +455,13 @@ fn published_tries_end_a_packing_and_are_refused_by_the_stack() {
     for reason in reasons {
         assert!(reason.contains("placements that were tried"), "{reason}");
     }
+    let tries = &summary["settings"]["method"]["proposals"];
+    assert_eq!(
+        *tries,
+        serde_json::json!({"from": "tries", "yaws": 3, "positions": 9})
+    );
+    let none = ["pack", "--proposals", "tries", "--try-positions", "0"];
+    refused(&none, &["--try-positions"]);
     refused(&["up", "--proposals", "tries"], &["--proposals tries"]);
 }
 

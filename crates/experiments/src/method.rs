@@ -26,8 +26,7 @@ pub(crate) fn sdfm(
     }
 }
 
-/// The empty cell in which the planner of a method packs that tries nothing: the fine surface is scanned where its stability test
-/// reads it.
+/// The empty cell that a method without simulated tries packs in: the fine surface is scanned where its stability test reads it.
 pub(crate) fn cell_for(
     method: &Method,
     catalogue: &Catalogue,
@@ -35,8 +34,8 @@ pub(crate) fn cell_for(
     simulated: &Simulated,
 ) -> Outcome<SimulatedPackingCell> {
     let cell = empty_cell(catalogue, grid, simulated)?;
-    Ok(match method.stability {
-        Stability::Physical => cell,
-        Stability::Published | Stability::None => cell.without_surface(),
+    Ok(match method.stability.reads_surface() {
+        true => cell,
+        false => cell.without_surface(),
     })
 }

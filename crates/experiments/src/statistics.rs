@@ -37,11 +37,11 @@ impl Mean {
 
     /// The mean and its interval with so many decimals.
     pub(crate) fn shown(&self, decimals: usize) -> String {
-        let mean = format!("{:.decimals$}", self.mean);
+        let size = format!("{:.decimals$}", self.mean.abs());
         // What rounds to nothing is not less than nothing.
-        let is_zero = mean.trim_matches(['-', '0', '.']).is_empty();
-        let mean = mean.trim_start_matches(if is_zero { "-" } else { "" });
-        format!("{mean} ± {:.decimals$}", self.half_width)
+        let is_less = self.mean < 0.0 && size.contains(|digit| matches!(digit, '1'..='9'));
+        let sign = if is_less { "-" } else { "" };
+        format!("{sign}{size} ± {:.decimals$}", self.half_width)
     }
 
     /// A difference in words, such as `3.2 ± 0.5 points more`, and whether it may be chance.
@@ -118,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_is_shown_without_a_sign() {
+    fn what_rounds_to_nothing_has_no_sign() {
         let shown = |mean: f64| {
             let mean = Mean {
                 mean,

@@ -408,15 +408,29 @@ impl Stability {
             Self::None => Vec::new(),
         }
     }
+
+    /// Whether these read a scene's fine surface.
+    pub fn reads_surface(self) -> bool {
+        match self {
+            Self::Physical => true,
+            Self::Published | Self::None => false,
+        }
+    }
 }
 
 impl ProposalSource {
-    /// What the published code of the paper's baseline "Random" tries for an item, three yaws with three by three positions each:
-    /// its text says "a feasible placement".
+    /// What the published code of the paper's baseline "Random" tries for an item: its text says "a feasible placement".
     pub const PUBLISHED_TRIES: Self = Self::Tries {
-        yaws: 3,
-        positions: 9,
+        yaws: Self::PUBLISHED_YAWS,
+        positions: Self::PUBLISHED_POSITIONS,
     };
+
+    /// How many yaws that is.
+    pub const PUBLISHED_YAWS: u8 = 3;
+
+    /// How many positions at each of them: its description has "three", which are taken for three along each axis, as it then packs as many
+    /// items as the paper says (`docs/results/table1.md`).
+    pub const PUBLISHED_POSITIONS: u8 = 9;
 
     /// A coarse search on cells of `cell_m` at best, with `yaws` yaws at most. Where no cell is given it is the paper's,
     /// and at least two of the grid's, or it would be the exhaustive search twice.

@@ -7,9 +7,8 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Matrix3, Rotation3, SymmetricEigen, UnitQuaternion};
 use ppnpack_catalogue::mesh::{Bounds, Mesh};
 use ppnpack_catalogue::object::{ConvexPiece, MassProperties, Model};
-use rapier3d::geometry::{Aabb, SharedShape};
+use rapier3d::geometry::SharedShape;
 use rapier3d::math::{Pose, Vector};
-use rapier3d::parry::bounding_volume::BoundingVolume;
 use rapier3d::parry::mass_properties::MassProperties as EngineMass;
 use rapier3d::parry::shape::ConvexPolyhedron;
 use rapier3d::parry::transformation::try_convex_hull;
@@ -29,7 +28,8 @@ const TEMPLATES_KEPT: usize = 256;
 /// What all bodies of one model share.
 pub(crate) struct BodyTemplate {
     pub(crate) model: Arc<Model>,
-    /// Its convex pieces as one: of contacts in one plane, those of a whole body are solved together.
+    pieces: Vec<SharedShape>,
+    /// The pieces as one: of contacts in one plane, those of a whole body are solved together.
     pub(crate) shape: SharedShape,
     pub(crate) mass: EngineMass,
     /// The distance from the centre of mass to the farthest vertex, in metres.
@@ -58,7 +58,8 @@ impl BodyTemplate {
             .fold(0.0, f64::max);
         Ok(Self {
             model: Arc::clone(model),
-            shape: together(pieces),
+            shape: together(&pieces),
+            pieces,
             mass,
             radius_m,
         })
@@ -67,28 +68,30 @@ impl BodyTemplate {
     /// The box around it where it is posed so, in metres.
     pub(crate) fn bounds(&self, container_from_item: &Isometry3<f64>) -> Bounds {
         let pose = engine_pose(container_from_item);
-        // A compound's own box is that around its turned box, and larger.
-        let bounds = match self.shape.as_compound() {
-            Some(compound) => {
-                let pieces = compound.shapes().iter();
-                let boxes = pieces.map(|(_, piece)| piece.compute_aabb(&pose));
-                boxes.fold(Aabb::new_invalid(), |all, piece| all.merged(&piece))
-            }
-            None => self.shape.compute_aabb(&pose),
-        };
-        Bounds {
+        // That of the whole shape is around its own box, turned, and larger.
+        let boxes = self.pieces.iter().map(|piece| piece.compute_aabb(&pose));
+        let boxes = boxes.map(|bounds| Bounds {
             lowest: point_m(bounds.mins),
             highest: point_m(bounds.maxs),
-        }
+        });
+        let around = |all: Bounds, piece: Bounds| Bounds {
+            lowest: all.lowest.inf(&piece.lowest),
+            highest: all.highest.sup(&piece.highest),
+        };
+        let at = container_from_item.translation.vector.into();
+        boxes.reduce(around).unwrap_or(Bounds {
+            lowest: at,
+            highest: at,
+        })
     }
 }
 
 /// Convex pieces, of which there is at least one, as one shape.
-fn together(pieces: Vec<SharedShape>) -> SharedShape {
-    match <[SharedShape; 1]>::try_from(pieces) {
-        Ok([piece]) => piece,
-        Err(pieces) => {
-            let posed = pieces.into_iter().map(|piece| (Pose::IDENTITY, piece));
+fn together(pieces: &[SharedShape]) -> SharedShape {
+    match pieces {
+        [piece] => piece.clone(),
+        pieces => {
+            let posed = pieces.iter().map(|piece| (Pose::IDENTITY, piece.clone()));
             SharedShape::compound(posed.collect())
         }
     }

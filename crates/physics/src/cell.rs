@@ -239,15 +239,13 @@ impl SimulatedCell {
         Ok(Scene::from_surface(grid, self.scan_surface(grid)?)?)
     }
 
-    /// The heightmap that a camera with one pixel per cell sees, as [`Scene::from_surface_at_middles`] has it: of the surface only the
-    /// samples that it needs are computed.
+    /// The heightmap of the surface [at the cells' middles](Heightmap::at_middles), of which no other samples are computed.
     ///
     /// # Errors
     /// As [`scan_surface`](Self::scan_surface).
     pub fn scan_middles(&mut self, grid: &Grid) -> Result<Heightmap, PhysicsError> {
         let surface = self.scan_samples(grid, Squares::in_middles(grid.resolution()))?;
-        let scene = Scene::from_surface_at_middles(grid, surface)?;
-        Ok(scene.heightmap().clone())
+        Ok(Heightmap::at_middles(grid, &surface)?)
     }
 
     fn scan_samples(&mut self, grid: &Grid, samples: Squares) -> Result<Surface, PhysicsError> {

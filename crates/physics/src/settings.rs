@@ -157,7 +157,7 @@ impl Default for OutcomeSettings {
     }
 }
 
-/// The numerical integration. By default the equations of motion are solved 960 times a second, the reference's 480 times.
+/// The numerical integration. By default it takes 960 substeps a second; the reference takes 480 steps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SolverSettings {

@@ -16,7 +16,7 @@ use ppnpack_packing::candidate::Candidate;
 use ppnpack_packing::check::Evidence;
 use ppnpack_packing::episode::PackingCell;
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
-use ppnpack_packing::heightmap::{Scene, Surface};
+use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_physics::cell::SimulatedCell;
@@ -71,21 +71,27 @@ fn the_scan_of_a_box_is_its_size() {
     assert_eq!(cells, 9 * 6);
 }
 
+/// Drops one more plate on the pile; gives a cell in which the same lies that was never scanned.
+fn pile_up(cell: &mut SimulatedCell, step: u32) -> SimulatedCell {
+    let turn = f64::from(step);
+    let pose = turned(0.16 + 0.02 * turn.sin(), 0.16, 0.02 + 0.03 * turn, turn);
+    cell.place(&cuboid([0.1, 0.05, 0.03]), &pose).unwrap();
+    let bodies = cell.contents().into_iter();
+    let poses: Vec<_> = bodies
+        .map(|body| (body.model, body.container_from_item))
+        .collect();
+    let mut fresh = reference();
+    fresh.lay_down(&poses).unwrap();
+    fresh
+}
+
 #[test]
 fn a_scan_with_a_cache_equals_one_without() {
     let grid = Grid::reference();
     let mut cell = reference();
     for step in 0..6 {
-        let turn = f64::from(step);
-        let pose = turned(0.16 + 0.02 * turn.sin(), 0.16, 0.02 + 0.03 * turn, turn);
-        cell.place(&cuboid([0.1, 0.05, 0.03]), &pose).unwrap();
+        let mut fresh = pile_up(&mut cell, step);
         let cached = cell.scan_surface(&grid).unwrap();
-        let mut fresh = reference();
-        let bodies = cell.contents().into_iter();
-        let poses: Vec<_> = bodies
-            .map(|body| (body.model, body.container_from_item))
-            .collect();
-        fresh.lay_down(&poses).unwrap();
         assert_eq!(cached, fresh.scan_surface(&grid).unwrap());
     }
 }
@@ -97,13 +103,10 @@ fn the_middles_alone_are_those_of_the_whole_surface() {
         let grid = Grid::new(ContainerSize::REFERENCE, resolution).unwrap();
         let mut cell = reference();
         for step in 0..6 {
-            let turn = f64::from(step);
-            let pose = turned(0.16 + 0.02 * turn.sin(), 0.16, 0.02 + 0.03 * turn, turn);
-            cell.place(&cuboid([0.1, 0.05, 0.03]), &pose).unwrap();
+            let mut fresh = pile_up(&mut cell, step);
             let middles = cell.scan_middles(&grid).unwrap();
-            let whole = cell.scan_surface(&grid).unwrap();
-            let scene = Scene::from_surface_at_middles(&grid, whole).unwrap();
-            assert_eq!(&middles, scene.heightmap());
+            let whole = fresh.scan_surface(&grid).unwrap();
+            assert_eq!(middles, Heightmap::at_middles(&grid, &whole).unwrap());
             assert!(middles.max() > 10);
         }
     }

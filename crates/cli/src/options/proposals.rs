@@ -39,11 +39,11 @@ pub(crate) struct ProposalOptions {
     percent: f64,
 
     /// How many yaws of an item are tried, where proposals are `tries`
-    #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = value_parser!(u8).range(1..))]
+    #[arg(long, value_name = "COUNT", default_value_t = ProposalSource::PUBLISHED_YAWS, value_parser = value_parser!(u8).range(1..))]
     try_yaws: u8,
 
     /// How many positions are tried at each of these yaws
-    #[arg(long, value_name = "COUNT", default_value_t = 9, value_parser = value_parser!(u8).range(1..))]
+    #[arg(long, value_name = "COUNT", default_value_t = ProposalSource::PUBLISHED_POSITIONS, value_parser = value_parser!(u8).range(1..))]
     try_positions: u8,
 
     /// The cell of the grid that the network or the coarse search proposes on
@@ -73,8 +73,8 @@ enum ProposalsOption {
     Bounded,
     /// A random share of them, see --k
     Random,
-    /// Some random yaws of each item with some random positions each, three and nine in the published code of the paper's
-    /// baseline; it ends when none of these is valid for any item of the buffer
+    /// Some random yaws of each item with some random positions each, as the published code of the paper's baseline; it ends
+    /// when none of these is valid for any item of the buffer: see --try-yaws and --try-positions
     Tries,
     /// Those that the heuristic itself ranks best on a coarser grid, see --k and --proposal-cell
     Coarse,
