@@ -1,7 +1,8 @@
 //! Which cells and containers there are, for whoever is asked about one.
 
 use std::collections::BTreeMap;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use ppnpack_wire::keys::Cell;
 
@@ -23,16 +24,43 @@ pub(crate) struct Entry {
     pub(crate) size: Option<CellSize>,
 }
 
+/// For how long after the start a cell may be there of which nothing was heard yet.
+const FIRST_WORD: Duration = Duration::from_secs(5);
+
 /// The cells, kept current by who follows them.
-#[derive(Default)]
 pub(crate) struct Directory {
     cells: Mutex<BTreeMap<Cell, Entry>>,
+    changed: Condvar,
+    /// When all cells that are there have been heard.
+    complete_at: Instant,
 }
 
 impl Directory {
+    /// That of a console which begins to listen now.
+    pub(crate) fn begun() -> Self {
+        Self {
+            cells: Mutex::default(),
+            changed: Condvar::new(),
+            complete_at: Instant::now() + FIRST_WORD,
+        }
+    }
+
     /// From now on it has these.
     pub(crate) fn set(&self, cells: BTreeMap<Cell, Entry>) {
         *self.lock() = cells;
+        self.changed.notify_all();
+    }
+
+    /// The containers of a cell; `None` where there is no such cell. In the first seconds it waits for the cell to be heard: a hold
+    /// that comes then must not be taken for one of a cell that does not exist.
+    pub(crate) fn heard_containers(&self, cell: &Cell) -> Option<Vec<Cell>> {
+        let left = self.complete_at.saturating_duration_since(Instant::now());
+        let is_unheard = |cells: &mut BTreeMap<Cell, Entry>| !cells.contains_key(cell);
+        let waited = self
+            .changed
+            .wait_timeout_while(self.lock(), left, is_unheard);
+        let (cells, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        cells.get(cell).map(|entry| entry.containers.clone())
     }
 
     /// The containers of a cell; `None` where there is no such cell.
@@ -54,5 +82,50 @@ impl Directory {
 
     fn lock(&self) -> MutexGuard<'_, BTreeMap<Cell, Entry>> {
         self.cells.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cell(name: &str) -> Cell {
+        Cell::new(name).unwrap()
+    }
+
+    fn with(name: &str) -> BTreeMap<Cell, Entry> {
+        let entry = Entry {
+            containers: vec![cell(name)],
+            ..Entry::default()
+        };
+        BTreeMap::from([(cell(name), entry)])
+    }
+
+    #[test]
+    fn a_cell_that_was_not_heard_yet_is_waited_for_in_the_first_seconds() {
+        let directory = Directory {
+            complete_at: Instant::now() + Duration::from_secs(600),
+            ..Directory::begun()
+        };
+        std::thread::scope(|scope| {
+            let asking = scope.spawn(|| directory.heard_containers(&cell("c1")));
+            directory.set(with("c2"));
+            directory.set(with("c1"));
+            assert_eq!(asking.join().unwrap(), Some(vec![cell("c1")]));
+        });
+    }
+
+    #[test]
+    fn later_a_cell_that_was_never_heard_does_not_exist() {
+        let directory = Directory {
+            complete_at: Instant::now(),
+            ..Directory::begun()
+        };
+        directory.set(with("c1"));
+        assert_eq!(directory.heard_containers(&cell("c2")), None);
+        assert_eq!(
+            directory.heard_containers(&cell("c1")),
+            Some(vec![cell("c1")])
+        );
     }
 }

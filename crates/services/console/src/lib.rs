@@ -89,7 +89,7 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Console, ServiceE
         why_off: token.is_none().then_some(NO_TOKEN),
     };
     board.put(PartKey::of_all("console"), &part);
-    let directory = Arc::new(Directory::default());
+    let directory = Arc::new(Directory::begun());
     let client = Client::new(process.session());
     let shapes = Arc::new(ShapeStore::new(client.clone(), Arc::clone(&directory)));
     let shutdown = process.shutdown().of_part();

@@ -143,7 +143,7 @@ impl Controls {
     fn target(&self, order: &Order) -> Result<Target, ControlError> {
         let unknown = || ControlError::UnknownCell(order.cell.clone());
         let cell = Cell::new(&order.cell).map_err(|_| unknown())?;
-        let containers = self.directory.containers(&cell).ok_or_else(unknown)?;
+        let containers = self.directory.heard_containers(&cell).ok_or_else(unknown)?;
         Ok(Target { cell, containers })
     }
 
