@@ -19,6 +19,7 @@ use ppnpack_wire::keys::{Cell, Service};
 use crate::cell::bridge::BridgeFace;
 use crate::cell::perception::PerceptionFace;
 use crate::cell::planner::PlannerFace;
+use crate::claims::{Claim, Claims};
 use crate::error::FaceError;
 use crate::frames::Frames;
 use crate::requests::Requests;
@@ -52,6 +53,7 @@ pub(crate) struct Cells {
     common: Common,
     namespace: Name,
     world_from_container: BTreeMap<Cell, Isometry3<f64>>,
+    claims: Claims,
     cells: BTreeMap<Cell, CellFace>,
     /// Whether there were more, which is said once.
     is_full: bool,
@@ -59,10 +61,9 @@ pub(crate) struct Cells {
     looked_at: Option<Instant>,
 }
 
-/// A cell: what it has of services, each with its topics.
+/// A cell: what it has of services, each with its topics. It has none where another one has its name.
+#[derive(Default)]
 struct CellFace {
-    /// None where another one has its name: what is asked under a name must reach one cell alone.
-    name: Option<Name>,
     bridge: Option<BridgeFace>,
     perception: Option<PerceptionFace>,
     planner: Option<PlannerFace>,
@@ -94,6 +95,7 @@ impl Cells {
             },
             namespace: Name::new(&settings.namespace)?,
             world_from_container: placed.collect(),
+            claims: Claims::default(),
             cells: BTreeMap::new(),
             is_full: false,
             scenes: PlannedScenes::new(session),
@@ -136,66 +138,59 @@ impl Cells {
 
     /// A service is there for a cell.
     fn meet(&mut self, found: &Found, cell: &Cell) -> Result<(), FaceError> {
-        let Self {
-            common,
-            namespace,
-            world_from_container,
-            cells,
-            is_full,
-            ..
-        } = self;
-        if !cells.contains_key(cell) {
-            if cells.len() >= MOST_CELLS {
-                if !std::mem::replace(is_full, true) {
-                    tracing::warn!(%cell, most = MOST_CELLS, "not in ROS, nor are further cells: there are too many");
-                }
-                return Ok(());
+        let is_new = !self.cells.contains_key(cell);
+        if is_new && self.cells.len() >= MOST_CELLS {
+            if !std::mem::replace(&mut self.is_full, true) {
+                tracing::warn!(%cell, most = MOST_CELLS, "not in ROS, nor are further cells: there are too many");
             }
-            let name = namespace.join(&names::part_of(cell.as_str()))?;
-            let mut named = cells.iter();
-            let other = named.find(|(_, face)| face.name.as_ref() == Some(&name));
-            if let Some((other, _)) = other {
+            return Ok(());
+        }
+        let name = self.namespace.join(&names::part_of(cell.as_str()))?;
+        let claim = self.claims.claim(&name, cell, Instant::now());
+        if let Claim::TakenFrom(gone) = &claim {
+            tracing::warn!(%cell, %gone, %name, "a cell has the name in ROS of one that has gone");
+            self.cells.remove(gone);
+        }
+        let face = self.cells.entry(cell.clone()).or_default();
+        if let Claim::Refused(other) = claim {
+            if is_new {
                 tracing::error!(%cell, %other, %name, "a cell is not in ROS: another one has its name there");
             }
-            let name = other.is_none().then_some(name);
-            cells.insert(cell.clone(), CellFace::new(name));
-        }
-        let Some(face) = cells.get_mut(cell) else {
             return Ok(());
-        };
-        let Some(name) = &face.name else {
-            return Ok(());
-        };
-        // A perception service may be there for all cells, and name none.
-        let is_seen = matches!(found.service, Service::Bridge | Service::Perception);
-        if is_seen && face.perception.is_none() {
-            face.perception = Some(PerceptionFace::new(common, name, cell)?);
         }
-        match found.service {
-            Service::Bridge if face.bridge.is_none() => {
-                let pose = world_from_container.get(cell);
-                let pose = pose.copied().unwrap_or_else(Isometry3::identity);
-                common.frames.fix_container(cell, &pose)?;
-                face.bridge = Some(BridgeFace::new(common, name, cell)?);
-            }
-            Service::Planner if face.planner.is_none() => {
-                face.planner = Some(PlannerFace::new(common, name, cell)?);
-            }
-            _ => {}
-        }
-        Ok(())
+        let (common, placed) = (&self.common, &self.world_from_container);
+        face.meet(common, found.service, &name, cell, placed.get(cell))
     }
 }
 
 impl CellFace {
-    fn new(name: Option<Name>) -> Self {
-        Self {
-            name,
-            bridge: None,
-            perception: None,
-            planner: None,
-            fault: None,
+    /// Has what a service of the cell says and can be asked in ROS.
+    fn meet(
+        &mut self,
+        common: &Common,
+        service: Service,
+        name: &Name,
+        cell: &Cell,
+        world_from_container: Option<&Isometry3<f64>>,
+    ) -> Result<(), FaceError> {
+        // A perception service may be there for all cells, and name none.
+        let is_seen = matches!(service, Service::Bridge | Service::Perception);
+        if is_seen && self.perception.is_none() {
+            self.perception = Some(PerceptionFace::new(common, name, cell)?);
         }
+        match service {
+            Service::Bridge if self.bridge.is_none() => {
+                let pose = world_from_container.copied();
+                let pose = pose.unwrap_or_else(Isometry3::identity);
+                common.frames.fix_container(cell, &pose)?;
+                self.bridge = Some(BridgeFace::new(common, name, cell)?);
+            }
+            Service::Planner if self.planner.is_none() => {
+                self.planner = Some(PlannerFace::new(common, name, cell)?);
+            }
+            _ => {}
+        }
+        Ok(())
     }
 
     fn advance(&mut self, common: &Common, scenes: &mut PlannedScenes) -> Result<(), FaceError> {

@@ -7,6 +7,7 @@
 
 mod cell;
 mod cells;
+mod claims;
 mod clouds;
 mod convert;
 mod error;
