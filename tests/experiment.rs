@@ -86,22 +86,21 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
         ndarray::Array2::from_shape_fn((2, 6), |(row, column)| (row * 6 + column) as i64 * 7 % 90);
     ndarray_npy::write_npy(&sequences, &rows).unwrap();
     let out = folder.path().join("out");
-    let run = || {
-        let output = ppnpack(&[
+    let table = |chosen: &[&str]| {
+        let asked = [
             "experiment",
             "table1",
             "--sequences",
             sequences.to_str().unwrap(),
             "--cases",
             "2",
-            "--grids",
-            "coarse",
             "--out",
             out.to_str().unwrap(),
             "--json",
-        ]);
-        json(&output)
+        ];
+        ppnpack(&[&asked, chosen].concat())
     };
+    let run = || json(&table(&["--grids", "coarse"]));
     // Beside a build with libtorch there is a row for the network too.
     let line = |results: &Value, method: &str| {
         let lines = results["lines"].as_array().unwrap();
@@ -116,7 +115,9 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
     for packed in ["items", "meshes_cm3", "floor_compactness_percent"] {
         assert_eq!(bounded[0][packed], line(&first, "SDFM")[packed], "{packed}");
     }
-    assert_eq!(line(&first, "SDFM")["difference"]["items"]["mean"], 0.0);
+    for compared in [&line(&first, "SDFM"), &bounded[0]] {
+        assert_eq!(compared["difference"]["items"]["mean"], 0.0);
+    }
     let version = &first["settings"]["version"];
     assert_eq!(version, env!("CARGO_PKG_VERSION"));
     for name in ["table1.md", "table1.json", "table1.svg"] {
@@ -150,6 +151,16 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
         line(&second, "SDFM")["items"]
     );
     assert!(std::fs::metadata(&cut).unwrap().len() > 10);
+    // One method beside the search that all are compared with.
+    let one = json(&table(&["--methods", "hm-bbox"]));
+    assert_eq!(one["lines"].as_array().unwrap().len(), 2);
+    for method in ["HM (BBox)", "SDFM"] {
+        assert_eq!(line(&one, method), line(&second, method));
+    }
+    let refused = table(&["--methods", "hm"]);
+    assert_eq!(refused.status.code(), Some(2));
+    let refused = String::from_utf8(refused.stderr).unwrap();
+    assert!(refused.contains("hm-bbox"), "{refused}");
 }
 
 #[test]

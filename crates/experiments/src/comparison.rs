@@ -101,6 +101,14 @@ pub(crate) struct Row<P = [f64; 4]> {
 }
 
 impl<P> Row<P> {
+    /// Its name on the command line: letters and digits of the name, with hyphens between.
+    pub(crate) fn key(&self) -> String {
+        let name = self.name.to_ascii_lowercase();
+        let parts = name.split(|letter: char| !letter.is_ascii_alphanumeric());
+        let parts: Vec<&str> = parts.filter(|part| !part.is_empty()).collect();
+        parts.join("-")
+    }
+
     /// An exhaustive search.
     pub(crate) const fn all(
         name: &'static str,
@@ -269,9 +277,9 @@ impl<'a> Comparison<'a> {
     /// The rows of a table and their methods, but for the network's where that cannot be used.
     pub(crate) fn contenders<'r, P>(
         &self,
-        rows: &'r [Row<P>],
+        rows: impl IntoIterator<Item = &'r Row<P>>,
     ) -> (Vec<&'r Row<P>>, Vec<Contender>) {
-        let rows = rows.iter();
+        let rows = rows.into_iter();
         rows.filter_map(|row| Some((row, self.contender(row)?)))
             .unzip()
     }

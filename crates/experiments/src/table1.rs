@@ -30,6 +30,11 @@ pub(crate) struct Table1Arguments {
     #[arg(long, value_name = "COUNT", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
     cases: u32,
 
+    /// The methods that are compared with the search of all placements by SDFM, by their names in small letters with hyphens between, such
+    /// as dbl-bbox,hm-balance,ppn-pack [default: all]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = method)]
+    methods: Vec<String>,
+
     /// The grids over the reference container on which the bounded search packs the same sequences, too
     #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',')]
     grids: Vec<GridOption>,
@@ -62,7 +67,7 @@ fn figures(
 const PUBLISHED_RANDOM: &str = "Random, as published";
 
 /// Table I of the paper: 2,000 sequences.
-pub(crate) const ROWS: [Row; 8] = {
+pub(crate) static ROWS: [Row; 8] = {
     use Heuristic::{Dbl, Hm, Random, Sdfm};
     use Order::{Balance, BboxVolume, Shuffled};
     [
@@ -87,6 +92,24 @@ pub(crate) const ROWS: [Row; 8] = {
         Row::all("SDFM", Sdfm, Balance, [1.86, 16_897.0, 56.8, 40.77]),
     ]
 };
+
+/// Parses the name of a method.
+fn method(name: &str) -> Result<String, String> {
+    let keys = || ROWS.iter().map(Row::key);
+    keys()
+        .find(|key| key == name)
+        .ok_or_else(|| format!("there are {}", keys().collect::<Vec<_>>().join(", ")))
+}
+
+impl Table1Arguments {
+    /// The rows that are asked for, and last the search of all placements by SDFM, with which they are compared.
+    fn rows(&self) -> impl Iterator<Item = &'static Row> {
+        let last = ROWS.len() - 1;
+        let is_asked = |row: &Row| self.methods.is_empty() || self.methods.contains(&row.key());
+        let rows = ROWS.iter().enumerate();
+        rows.filter_map(move |(at, row)| (at == last || is_asked(row)).then_some(row))
+    }
+}
 
 /// Sequences that the yardstick was run on.
 const YARDSTICK_CASES: usize = 20;
@@ -116,6 +139,7 @@ struct Line {
 struct Difference {
     items: Mean,
     voxels_cm3: Mean,
+    meshes_cm3: Mean,
     floor_compactness_percent: Mean,
 }
 
@@ -128,6 +152,7 @@ impl Difference {
         Self {
             items: mean(|run| run.items as f64),
             voxels_cm3: mean(|run| run.voxels_m3 * 1e6),
+            meshes_cm3: mean(|run| run.meshes_m3 * 1e6),
             floor_compactness_percent: mean(|run| run.floor_compactness * 100.0),
         }
     }
@@ -139,6 +164,8 @@ struct Bounded {
     grid: &'static str,
     #[serde(flatten)]
     means: Means,
+    /// To the search of all placements by SDFM on the table's grid: of items and meshes, as voxels inflate items less on finer grids.
+    difference: Difference,
 }
 
 #[derive(Debug, Serialize)]
@@ -163,7 +190,7 @@ pub(crate) fn run(arguments: &Table1Arguments, backend: &dyn Backend) -> Outcome
     let comparison = arguments.table.comparison(backend)?;
     let sequences = comparison.sequences(&arguments.sequences, arguments.cases)?;
     let part = arguments.runs.part(&arguments.out);
-    let (rows, contenders) = comparison.contenders(&ROWS);
+    let (rows, contenders) = comparison.contenders(arguments.rows());
     let packed = comparison.pack(&contenders, &sequences, &part)?;
     let bounded = bounded(arguments, backend, &part)?;
     let (Some(packed), Some(bounded)) = (packed, bounded) else {
@@ -182,9 +209,14 @@ pub(crate) fn run(arguments: &Table1Arguments, backend: &dyn Backend) -> Outcome
             yardstick: yardstick(row.name, runs),
         }
     });
+    let bounded = bounded.into_iter().map(|(grid, runs)| Bounded {
+        grid,
+        means: Means::of(&runs),
+        difference: Difference::of(&runs, reference),
+    });
     let table = Table {
         methods: comparison.results(None, lines.collect()),
-        bounded,
+        bounded: bounded.collect(),
     };
     let folder = &arguments.out;
     let chart = scatter(&table.methods);
@@ -231,12 +263,12 @@ fn answer(results: &Results<'_, Line>) -> String {
     )
 }
 
-/// The bounded search on each grid; `None` where only a shard is packed here.
+/// The runs of the bounded search on each grid, by its name; `None` where only a shard is packed here.
 fn bounded(
     arguments: &Table1Arguments,
     backend: &dyn Backend,
     part: &Part,
-) -> Outcome<Option<Vec<Bounded>>> {
+) -> Outcome<Option<Vec<(&'static str, Vec<Run>)>>> {
     let mut all = Some(Vec::new());
     for option in &arguments.grids {
         let (_, name, ..) = option.parts();
@@ -250,10 +282,7 @@ fn bounded(
         };
         let packed = comparison.pack(&[contender], &sequences, part)?;
         all = all.zip(packed).map(|(mut all, packed)| {
-            all.extend(packed.iter().map(|runs| Bounded {
-                grid: name,
-                means: Means::of(runs),
-            }));
+            all.extend(packed.into_iter().map(|runs| (name, runs)));
             all
         });
     }
@@ -323,11 +352,15 @@ fn methods_part(results: &Results<'_, Line>) -> String {
 }
 
 fn differences_part(results: &Results<'_, Line>) -> String {
+    let (_, others) = results.lines.split_last().unzip();
+    let others = others.unwrap_or_default();
+    if others.is_empty() {
+        return String::new();
+    }
     let mut text = "\n## Against the search of all placements by SDFM\n\nMeans of the differences on the same sequences.\n\n\
          | method | items packed | voxel volume (cm³) | compactness by floor (points) |\n|---|---|---|---|\n"
         .to_owned();
-    let (_, others) = results.lines.split_last().unzip();
-    for line in others.unwrap_or_default() {
+    for line in others {
         let difference = &line.difference;
         text += &format!(
             "| {} | {} | {} | {} |\n",
@@ -345,16 +378,24 @@ fn bounded_part(bounded: &[Bounded]) -> String {
         return String::new();
     }
     let mut text = "\n## The bounded search on other grids\n\nSDFM (Balance) on the same sequences; it chooses what the search of all \
-         placements chooses. Voxels inflate items, less on finer grids: only the volume of the meshes compares across grids.\n\n\
-         | grid | decision per item | items packed | mesh volume (cm³) | mesh compactness by floor (%) | fell out |\n\
-         |---|---|---|---|---|---|\n"
+         placements chooses. Voxels inflate items, less on finer grids: only the volume of the meshes compares across grids. Differences are \
+         means to that search on the grid above, on the same sequences.\n\n\
+         | grid | decision per item | items packed | difference | mesh volume (cm³) | difference | mesh compactness by floor (%) | fell out |\n\
+         |---|---|---|---|---|---|---|---|\n"
         .to_owned();
-    for Bounded { grid, means } in bounded {
+    for line in bounded {
+        let Bounded {
+            grid,
+            means,
+            difference,
+        } = line;
         text += &format!(
-            "| {grid} | {} ms | {} | {} | {} | {:.2} |\n",
+            "| {grid} | {} ms | {} | {} | {} | {} | {} | {:.2} |\n",
             means.decision_s.scaled(1e3).shown(3),
             means.items.shown(1),
+            difference.items.shown(1),
             means.meshes_cm3.shown(0),
+            difference.meshes_cm3.shown(0),
             means.mesh_floor_compactness_percent.shown(1),
             means.fallen_out.mean,
         );
@@ -422,6 +463,17 @@ fn scatter(results: &Results<'_, Line>) -> Scatter {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn methods_are_named_by_their_rows() {
+        assert_eq!(method("dbl-bbox").as_deref(), Ok("dbl-bbox"));
+        assert_eq!(
+            method("random-as-published").as_deref(),
+            Ok("random-as-published")
+        );
+        let refused = method("dbl").unwrap_err();
+        assert!(refused.contains("dbl-bbox, hm-bbox"), "{refused}");
+    }
 
     #[test]
     fn differences_are_of_the_same_sequence() {
