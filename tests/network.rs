@@ -118,7 +118,13 @@ fn the_test_split_is_looked_at_when_validation_has_chosen() {
     let folder = tempfile::tempdir().unwrap();
     let dataset = dataset(folder.path());
     let out = folder.path().join("out");
+    let misfits = ["--misfit-weight", "0.5"];
+    let refused = run(&training(&dataset, &out, &misfits));
+    let message = String::from_utf8_lossy(&refused.stderr);
+    assert!(message.contains("--loss-over all"), "{message}");
+    assert_eq!(refused.status.code(), Some(2));
     let over_all = ["--loss-over", "all", "--schedule", "constant"];
+    let over_all = [&over_all[..], &misfits].concat();
     let weights = || std::fs::read(out.join("model.safetensors")).unwrap();
     succeed(&training(
         &dataset,
@@ -137,6 +143,7 @@ fn the_test_split_is_looked_at_when_validation_has_chosen() {
     let most = epochs.iter().map(share).fold(0.0, f64::max);
     let best = epochs.iter().find(|epoch| share(epoch) == most).unwrap();
     assert_eq!(chosen["epoch"], best["epoch"]);
+    assert_eq!(chosen["training"]["misfit_weight"], 0.5);
     assert_eq!(chosen["validation"], best["validation"]["accuracies"]);
 
     succeed(&training(

@@ -61,6 +61,10 @@ pub struct TrainingSettings {
     /// Which placements it is over.
     #[serde(default)]
     pub loss_over: LossOver,
+    /// How much a placement that does not fit counts in a loss over all, against one that fits. With less than 1 the network
+    /// learns where nothing fits, and spends less on it than on the order of what the planner chooses among.
+    #[serde(default = "TrainingSettings::full_weight")]
+    pub misfit_weight: f64,
     /// How far above the optimum regression tells values apart, in units of the objective. The bulk of a container's
     /// placements lies far up: told apart too, it would be most of the squared error.
     #[serde(default = "TrainingSettings::usual_cut_off")]
@@ -94,6 +98,11 @@ pub struct TrainingSettings {
 pub const MOST_VALIDATION_TENTHS: u32 = 8;
 
 impl TrainingSettings {
+    /// The weight in cards that name none: the paper's loss.
+    fn full_weight() -> f64 {
+        1.0
+    }
+
     /// The cut-off of cards that name none.
     fn usual_cut_off() -> f64 {
         10.0
@@ -112,6 +121,7 @@ impl Default for TrainingSettings {
             architecture: Architecture::default(),
             loss: Loss::Ranking,
             loss_over: LossOver::Fitting,
+            misfit_weight: Self::full_weight(),
             cut_off: Self::usual_cut_off(),
             epochs: 25,
             batch: 16,
@@ -182,7 +192,13 @@ mod tests {
     fn settings_that_name_less_are_those_of_the_network_that_ships() {
         let mut settings = serde_json::to_value(TrainingSettings::default()).unwrap_or_default();
         if let Some(entries) = settings.as_object_mut() {
-            for name in ["loss_over", "cut_off", "schedule", "validation_tenths"] {
+            for name in [
+                "loss_over",
+                "misfit_weight",
+                "cut_off",
+                "schedule",
+                "validation_tenths",
+            ] {
                 assert!(entries.remove(name).is_some(), "{name}");
             }
         }

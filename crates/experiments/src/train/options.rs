@@ -1,7 +1,7 @@
 //! The options of trainings.
 
 use clap::Args;
-use ppnpack_cli::failure::{OrInput, Outcome};
+use ppnpack_cli::failure::{Failure, OrInput, Outcome};
 use ppnpack_cli::options::{Choice, one_of, parse_device, positive};
 use ppnpack_model::architecture::{Architecture, Finest, Fusion, Normalisation};
 use ppnpack_model::settings::{
@@ -88,6 +88,10 @@ pub(super) struct TrainingOptions {
     #[arg(long, value_parser = one_of(&LOSS_OVERS), default_value = "fitting")]
     loss_over: LossOver,
 
+    /// How much a placement that does not fit counts in --loss-over all, at most 1 [default: 1, as in the paper]
+    #[arg(long, value_name = "WEIGHT", value_parser = misfit_weight)]
+    misfit_weight: Option<f64>,
+
     /// How far above the optimum --loss mse tells values apart, in units of the objective
     #[arg(long, value_name = "VALUE", default_value_t = 10.0, value_parser = positive)]
     cut_off: f64,
@@ -115,10 +119,16 @@ pub(super) struct TrainingOptions {
 impl TrainingOptions {
     /// What to train, and how.
     pub(super) fn settings(&self, network: &NetworkOptions) -> Outcome<TrainingSettings> {
+        if self.misfit_weight.is_some() && self.loss_over == LossOver::Fitting {
+            let what = "--misfit-weight is for --loss-over all: a loss over what fits leaves the others out";
+            return Err(Failure::input(what));
+        }
+        let usual = TrainingSettings::default();
         Ok(TrainingSettings {
             architecture: network.architecture()?,
             loss: self.loss,
             loss_over: self.loss_over,
+            misfit_weight: self.misfit_weight.unwrap_or(usual.misfit_weight),
             cut_off: self.cut_off,
             epochs: self.epochs as usize,
             learning_rate: self.learning_rate,
@@ -126,6 +136,14 @@ impl TrainingOptions {
             margin: self.margin,
             ..self.run.settings()
         })
+    }
+}
+
+/// Parses what a placement that does not fit counts.
+fn misfit_weight(text: &str) -> Result<f64, String> {
+    match positive(text) {
+        Ok(weight) if weight <= 1.0 => Ok(weight),
+        _ => Err("must be a number above 0, 1 at most".to_owned()),
     }
 }
 

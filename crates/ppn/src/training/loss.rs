@@ -16,13 +16,23 @@ pub(crate) fn loss(
     labels: &Labels,
     settings: &TrainingSettings,
 ) -> Result<Tensor, TchError> {
-    let over = match settings.loss_over {
-        LossOver::All => labels.inside.f_expand_as(&labels.fits)?,
-        LossOver::Fitting => labels.fits.shallow_clone(),
-    };
+    let weights = weights(labels, settings)?;
     match settings.loss {
-        Loss::Ranking => ranking(scores, labels, &over, settings.margin),
-        Loss::Mse => regression(scores, labels, &over),
+        Loss::Ranking => ranking(scores, labels, &weights, settings.margin),
+        Loss::Mse => regression(scores, labels, &weights),
+    }
+}
+
+/// How much each placement counts, `[N, R, L]`.
+fn weights(labels: &Labels, settings: &TrainingSettings) -> Result<Tensor, TchError> {
+    let fits = labels.fits.f_to_kind(Kind::Float)?;
+    match settings.loss_over {
+        LossOver::Fitting => Ok(fits),
+        LossOver::All => {
+            let misfits = labels.inside.f_logical_and(&labels.fits.f_logical_not()?)?;
+            let misfits = misfits.f_to_kind(Kind::Float)?;
+            fits.f_add(&misfits.f_mul_scalar(settings.misfit_weight)?)
+        }
     }
 }
 
@@ -31,48 +41,45 @@ pub(crate) fn loss(
 fn ranking(
     scores: &Tensor,
     labels: &Labels,
-    over: &Tensor,
+    weights: &Tensor,
     margin: f64,
 ) -> Result<Tensor, TchError> {
     let over_cells = [2_i64];
     let over_all = [1_i64, 2];
-    let local = hinge(scores, over, &labels.optimal, &over_cells, margin)?;
-    let global = hinge(scores, over, &labels.best, &over_all, 2.0 * margin)?;
+    let local = hinge(scores, weights, &labels.optimal, &over_cells, margin)?;
+    let global = hinge(scores, weights, &labels.best, &over_all, 2.0 * margin)?;
     let counted = has_optimum(labels)?.f_sum(Kind::Float)?.f_clamp_min(1.0)?;
     let mean = local.f_add(&global)?.f_div(&counted)?;
     mean.f_div_scalar(labels.possible as f64)
 }
 
-/// `sum max(0, margin - (M(p) - M(p*)))` over the placements in `over` that are not optimal; `p*` is the worst-scored
-/// optimum among those over which `group` runs. Groups without an optimum do not count.
+/// `sum w(p) max(0, margin - (M(p) - M(p*)))` over the placements that are not optimal, by their weights; `p*` is the
+/// worst-scored optimum among those over which `group` runs. Groups without an optimum do not count.
 fn hinge(
     scores: &Tensor,
-    over: &Tensor,
+    weights: &Tensor,
     optimal: &Tensor,
     group: &[i64],
     margin: f64,
 ) -> Result<Tensor, TchError> {
-    let others = over.f_logical_and(&optimal.f_logical_not()?)?;
+    let others = weights.f_masked_fill(optimal, 0.0)?;
     let worst = scores.f_masked_fill(&optimal.f_logical_not()?, LOWEST)?;
     let worst = worst.f_amax(group, true)?;
     // Without an optimum the difference is a billion, so nothing is left.
     let violation = worst.f_sub(scores)?.f_add_scalar(margin)?.f_relu()?;
-    violation
-        .f_mul(&others.f_to_kind(Kind::Float)?)?
-        .f_sum(Kind::Float)
+    violation.f_mul(&others)?.f_sum(Kind::Float)
 }
 
-/// The mean squared difference to the heuristic's values above the candidate's optimum, over the placements in `over`;
+/// The mean squared difference to the heuristic's values above the candidate's optimum, over the placements by their weights;
 /// those that do not fit have the value at which all are cut off.
-fn regression(scores: &Tensor, labels: &Labels, over: &Tensor) -> Result<Tensor, TchError> {
+fn regression(scores: &Tensor, labels: &Labels, weights: &Tensor) -> Result<Tensor, TchError> {
     let Some(values) = &labels.values else {
         let what = "the data has no values to regress to".to_owned();
         return Err(TchError::Shape(what));
     };
     let squares = scores.f_mse_loss(values, Reduction::None)?;
     let has_optimum = has_optimum(labels)?.f_view([-1, 1, 1])?;
-    let counted = over.f_logical_and(&has_optimum)?;
-    let counted = counted.f_to_kind(Kind::Float)?;
+    let counted = weights.f_mul(&has_optimum.f_to_kind(Kind::Float)?)?;
     let sum = squares.f_mul(&counted)?.f_sum(Kind::Float)?;
     sum.f_div(&counted.f_sum(Kind::Float)?.f_clamp_min(1.0)?)
 }
@@ -205,6 +212,34 @@ mod tests {
                     "{over:?}: {found}, {expected}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_counts_by_its_weight() {
+        let scores = scores([0.0, 0.5, -9.0, -9.0, 1.5, 0.75, 1.0, -9.0]);
+        for kind in [Loss::Ranking, Loss::Mse] {
+            let of_misfits = |misfit_weight| {
+                let settings = TrainingSettings {
+                    loss: kind,
+                    loss_over: LossOver::All,
+                    misfit_weight,
+                    ..TrainingSettings::default()
+                };
+                loss(&scores, &labels(), &settings)
+                    .unwrap()
+                    .double_value(&[])
+            };
+            let bounds = [LossOver::Fitting, LossOver::All];
+            let [fitting, all] = bounds.map(|over| of(&scores, &labels(), kind, over));
+            assert!((of_misfits(0.0) - fitting).abs() < 1e-6);
+            assert!((of_misfits(1.0) - all).abs() < 1e-5);
+            // Regression is a mean by weights: of six placements one counts for a quarter.
+            let quarter = match kind {
+                Loss::Ranking => 0.75 * fitting + 0.25 * all,
+                Loss::Mse => (0.75 * 5.0 * fitting + 0.25 * 6.0 * all) / 5.25,
+            };
+            assert!((of_misfits(0.25) - quarter).abs() < 1e-5, "{kind:?}");
         }
     }
 
