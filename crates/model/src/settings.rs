@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_that_name_less_are_those_of_the_network_that_ships() {
+    fn settings_that_name_less_are_those_of_older_cards() {
         let mut settings = serde_json::to_value(TrainingSettings::default()).unwrap_or_default();
         if let Some(entries) = settings.as_object_mut() {
             for name in [
