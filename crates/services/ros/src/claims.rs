@@ -60,7 +60,7 @@ mod tests {
     #[test]
     fn a_name_goes_to_another_cell_only_when_its_own_has_long_gone() {
         let name = Name::new("/ppnpack/cell_1").unwrap();
-        let [first, second] = ["cell-1", "cell.1"].map(|name| Cell::new(name).unwrap());
+        let [first, second] = ["cell-1", "cell_1"].map(|name| Cell::new(name).unwrap());
         let began = Instant::now();
         let at = |part: f64| began + KEPT.mul_f64(part);
         let mut claims = Claims::default();
