@@ -209,11 +209,13 @@ pub(crate) fn run(arguments: &Table1Arguments, backend: &dyn Backend) -> Outcome
             yardstick: yardstick(row.name, runs),
         }
     });
-    let bounded = bounded.into_iter().map(|(grid, runs)| Bounded {
-        grid,
-        means: Means::of(&runs),
-        difference: Difference::of(&runs, reference),
-    });
+    let bounded = bounded
+        .into_iter()
+        .map(|BoundedRuns { grid, runs }| Bounded {
+            grid,
+            means: Means::of(&runs),
+            difference: Difference::of(&runs, reference),
+        });
     let table = Table {
         methods: comparison.results(None, lines.collect()),
         bounded: bounded.collect(),
@@ -263,15 +265,21 @@ fn answer(results: &Results<'_, Line>) -> String {
     )
 }
 
-/// The runs of the bounded search on each grid, by its name; `None` where only a shard is packed here.
+/// The runs of the bounded search on one grid.
+struct BoundedRuns {
+    grid: &'static str,
+    runs: Vec<Run>,
+}
+
+/// The bounded search on each grid; `None` where only a shard is packed here.
 fn bounded(
     arguments: &Table1Arguments,
     backend: &dyn Backend,
     part: &Part,
-) -> Outcome<Option<Vec<(&'static str, Vec<Run>)>>> {
+) -> Outcome<Option<Vec<BoundedRuns>>> {
     let mut all = Some(Vec::new());
     for option in &arguments.grids {
-        let (_, name, ..) = option.parts();
+        let (_, grid, ..) = option.parts();
         let comparison = Comparison::new(&arguments.table.comparison, backend, option.grid()?)?;
         let sequences = comparison.sequences(&arguments.sequences, arguments.cases)?;
         let contender = Contender {
@@ -282,7 +290,7 @@ fn bounded(
         };
         let packed = comparison.pack(&[contender], &sequences, part)?;
         all = all.zip(packed).map(|(mut all, packed)| {
-            all.extend(packed.into_iter().map(|runs| (name, runs)));
+            all.extend(packed.into_iter().map(|runs| BoundedRuns { grid, runs }));
             all
         });
     }
