@@ -2,39 +2,16 @@
 
 #![allow(clippy::unwrap_used, reason = "a panic in a test is a failing test")]
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::PathBuf;
 
 use serde_json::Value;
 
-fn ppnpack(arguments: &[&str]) -> Output {
-    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack"));
-    command.args(arguments).env("XDG_CACHE_HOME", cache);
-    command.output().unwrap()
-}
+mod command;
+
+use command::{ppnpack, refused};
 
 fn json(arguments: &[&str]) -> Value {
-    let output = ppnpack(&[arguments, &["--json"]].concat());
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {error}");
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-/// Runs a command that must be refused with exit code 2 and a message of one line that has all of these parts.
-fn refused(arguments: &[&str], parts: &[&str]) {
-    let output = ppnpack(arguments);
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {error}");
-    for part in parts {
-        assert!(
-            error.contains(part),
-            "{arguments:?}: '{part}' is not in: {error}"
-        );
-    }
-    if error.starts_with("ppnpack: ") {
-        assert_eq!(error.trim_end().lines().count(), 1, "{error}");
-    }
+    command::json(&ppnpack(&[arguments, &["--json"]].concat()))
 }
 
 struct Folder(tempfile::TempDir);

@@ -101,14 +101,6 @@ pub(crate) struct Row<P = [f64; 4]> {
 }
 
 impl<P> Row<P> {
-    /// Its name on the command line: letters and digits of the name, with hyphens between.
-    pub(crate) fn key(&self) -> String {
-        let name = self.name.to_ascii_lowercase();
-        let parts = name.split(|letter: char| !letter.is_ascii_alphanumeric());
-        let parts: Vec<&str> = parts.filter(|part| !part.is_empty()).collect();
-        parts.join("-")
-    }
-
     /// An exhaustive search.
     pub(crate) const fn all(
         name: &'static str,

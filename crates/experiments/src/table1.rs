@@ -6,6 +6,7 @@ use clap::Args;
 use ppnpack_chart::{PlotPoint, PointSeries, Scatter};
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
+use ppnpack_cli::options::{Choice, one_of};
 use ppnpack_packing::method::ProposalSource;
 use ppnpack_packing::objective::{Heuristic, Order};
 use serde::Serialize;
@@ -30,10 +31,9 @@ pub(crate) struct Table1Arguments {
     #[arg(long, value_name = "COUNT", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
     cases: u32,
 
-    /// The methods that are compared with the search of all placements by SDFM, by their names in small letters with hyphens between, such
-    /// as dbl-bbox,hm-balance,ppn-pack [default: all]
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = method)]
-    methods: Vec<String>,
+    /// The methods that pack, beside the search of all placements by SDFM, with which they are compared [default: all]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = one_of(&METHODS))]
+    methods: Vec<&'static str>,
 
     /// The grids over the reference container on which the bounded search packs the same sequences, too
     #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',')]
@@ -66,6 +66,9 @@ fn figures(
 /// The paper's baseline by the rule of its published code.
 const PUBLISHED_RANDOM: &str = "Random, as published";
 
+/// The search of all placements, with which the others are compared: the last row.
+const SEARCH: &str = "SDFM";
+
 /// Table I of the paper: 2,000 sequences.
 pub(crate) static ROWS: [Row; 8] = {
     use Heuristic::{Dbl, Hm, Random, Sdfm};
@@ -89,25 +92,53 @@ pub(crate) static ROWS: [Row; 8] = {
             proposals: RowProposals::Network,
             ..Row::all("PPN-Pack", Sdfm, Balance, [0.43, 16_525.0, 55.9, 39.88])
         },
-        Row::all("SDFM", Sdfm, Balance, [1.86, 16_897.0, 56.8, 40.77]),
+        Row::all(SEARCH, Sdfm, Balance, [1.86, 16_897.0, 56.8, 40.77]),
     ]
 };
 
-/// Parses the name of a method.
-fn method(name: &str) -> Result<String, String> {
-    let keys = || ROWS.iter().map(Row::key);
-    keys()
-        .find(|key| key == name)
-        .ok_or_else(|| format!("there are {}", keys().collect::<Vec<_>>().join(", ")))
-}
+/// The methods as they are asked for: by the names of their rows.
+const METHODS: [Choice<&'static str>; 8] = [
+    (
+        "random-published",
+        PUBLISHED_RANDOM,
+        "The first of a few placements, as in the published code",
+    ),
+    ("random", "Random", "Any placement, as in the paper's text"),
+    (
+        "dbl-bbox",
+        "DBL (BBox)",
+        "Deepest bottom left, items by decreasing bounding box",
+    ),
+    (
+        "hm-bbox",
+        "HM (BBox)",
+        "Heightmap minimisation, items by decreasing bounding box",
+    ),
+    (
+        "dbl-balance",
+        "DBL (Balance)",
+        "Deepest bottom left, all items together, large ones early",
+    ),
+    (
+        "hm-balance",
+        "HM (Balance)",
+        "Heightmap minimisation, all items together, large ones early",
+    ),
+    (
+        "ppn",
+        "PPN-Pack",
+        "SDF minimisation among what the network proposes",
+    ),
+    (
+        "sdfm",
+        SEARCH,
+        "SDF minimisation over all placements: always there",
+    ),
+];
 
 impl Table1Arguments {
-    /// The rows that are asked for, and last the search of all placements by SDFM, with which they are compared.
-    fn rows(&self) -> impl Iterator<Item = &'static Row> {
-        let last = ROWS.len() - 1;
-        let is_asked = |row: &Row| self.methods.is_empty() || self.methods.contains(&row.key());
-        let rows = ROWS.iter().enumerate();
-        rows.filter_map(move |(at, row)| (at == last || is_asked(row)).then_some(row))
+    fn is_asked_for(&self, row: &Row) -> bool {
+        self.methods.is_empty() || self.methods.contains(&row.name) || row.name == SEARCH
     }
 }
 
@@ -119,7 +150,7 @@ const YARDSTICKS: [(&str, [f64; 3]); 4] = [
     (PUBLISHED_RANDOM, [10_998.0, 38.8, 28.9]),
     ("DBL (BBox)", [14_425.0, 47.2, 38.2]),
     ("HM (BBox)", [14_276.0, 47.7, 38.5]),
-    ("SDFM", [16_298.0, 55.0, 42.7]),
+    (SEARCH, [16_298.0, 55.0, 42.7]),
 ];
 
 #[derive(Debug, Serialize)]
@@ -190,14 +221,15 @@ pub(crate) fn run(arguments: &Table1Arguments, backend: &dyn Backend) -> Outcome
     let comparison = arguments.table.comparison(backend)?;
     let sequences = comparison.sequences(&arguments.sequences, arguments.cases)?;
     let part = arguments.runs.part(&arguments.out);
-    let (rows, contenders) = comparison.contenders(arguments.rows());
+    let asked_for = ROWS.iter().filter(|row| arguments.is_asked_for(row));
+    let (rows, contenders) = comparison.contenders(asked_for);
     let packed = comparison.pack(&contenders, &sequences, &part)?;
-    let bounded = bounded(arguments, backend, &part)?;
+    let search = of_search(packed.as_deref().unwrap_or_default());
+    let bounded = bounded(arguments, backend, &part, search)?;
     let (Some(packed), Some(bounded)) = (packed, bounded) else {
         return part.tell(arguments.table.json);
     };
-    // The rows end with the search of all placements by SDFM.
-    let reference = packed.last().map_or(&[][..], |runs| runs);
+    let search = of_search(&packed);
     let methods = rows.into_iter().zip(contenders).zip(&packed);
     let lines = methods.map(|((row, contender), runs)| {
         let [decision_s, packed @ ..] = row.paper;
@@ -205,20 +237,13 @@ pub(crate) fn run(arguments: &Table1Arguments, backend: &dyn Backend) -> Outcome
             method: contender.name,
             means: Means::of(runs),
             paper: figures(Some(decision_s), packed),
-            difference: Difference::of(runs, reference),
+            difference: Difference::of(runs, search),
             yardstick: yardstick(row.name, runs),
         }
     });
-    let bounded = bounded
-        .into_iter()
-        .map(|BoundedRuns { grid, runs }| Bounded {
-            grid,
-            means: Means::of(&runs),
-            difference: Difference::of(&runs, reference),
-        });
     let table = Table {
         methods: comparison.results(None, lines.collect()),
-        bounded: bounded.collect(),
+        bounded,
     };
     let folder = &arguments.out;
     let chart = scatter(&table.methods);
@@ -265,10 +290,9 @@ fn answer(results: &Results<'_, Line>) -> String {
     )
 }
 
-/// The runs of the bounded search on one grid.
-struct BoundedRuns {
-    grid: &'static str,
-    runs: Vec<Run>,
+/// The runs of the search of all placements, which the rows end with; none where only a shard is packed here.
+fn of_search(packed: &[Vec<Run>]) -> &[Run] {
+    packed.last().map_or(&[], Vec::as_slice)
 }
 
 /// The bounded search on each grid; `None` where only a shard is packed here.
@@ -276,7 +300,8 @@ fn bounded(
     arguments: &Table1Arguments,
     backend: &dyn Backend,
     part: &Part,
-) -> Outcome<Option<Vec<BoundedRuns>>> {
+    search: &[Run],
+) -> Outcome<Option<Vec<Bounded>>> {
     let mut all = Some(Vec::new());
     for option in &arguments.grids {
         let (_, grid, ..) = option.parts();
@@ -290,7 +315,11 @@ fn bounded(
         };
         let packed = comparison.pack(&[contender], &sequences, part)?;
         all = all.zip(packed).map(|(mut all, packed)| {
-            all.extend(packed.into_iter().map(|runs| BoundedRuns { grid, runs }));
+            all.extend(packed.iter().map(|runs| Bounded {
+                grid,
+                means: Means::of(runs),
+                difference: Difference::of(runs, search),
+            }));
             all
         });
     }
@@ -473,14 +502,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn methods_are_named_by_their_rows() {
-        assert_eq!(method("dbl-bbox").as_deref(), Ok("dbl-bbox"));
-        assert_eq!(
-            method("random-as-published").as_deref(),
-            Ok("random-as-published")
-        );
-        let refused = method("dbl").unwrap_err();
-        assert!(refused.contains("dbl-bbox, hm-bbox"), "{refused}");
+    fn each_method_that_can_be_asked_for_is_a_row() {
+        let rows: Vec<&str> = ROWS.iter().map(|row| row.name).collect();
+        assert_eq!(METHODS.map(|(_, name, _)| name).as_slice(), rows);
+        assert_eq!(rows.last(), Some(&SEARCH));
     }
 
     #[test]

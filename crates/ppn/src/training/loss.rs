@@ -147,9 +147,20 @@ mod tests {
 
     /// The loss of scores with a margin of 1.
     fn of(scores: &Tensor, labels: &Labels, kind: Loss, over: LossOver) -> f64 {
+        weighted(scores, labels, kind, over, 1.0)
+    }
+
+    fn weighted(
+        scores: &Tensor,
+        labels: &Labels,
+        kind: Loss,
+        over: LossOver,
+        misfit_weight: f64,
+    ) -> f64 {
         let settings = TrainingSettings {
             loss: kind,
             loss_over: over,
+            misfit_weight,
             margin: 1.0,
             ..TrainingSettings::default()
         };
@@ -219,17 +230,7 @@ mod tests {
     fn what_does_not_fit_counts_by_its_weight() {
         let scores = scores([0.0, 0.5, -9.0, -9.0, 1.5, 0.75, 1.0, -9.0]);
         for kind in [Loss::Ranking, Loss::Mse] {
-            let of_misfits = |misfit_weight| {
-                let settings = TrainingSettings {
-                    loss: kind,
-                    loss_over: LossOver::All,
-                    misfit_weight,
-                    ..TrainingSettings::default()
-                };
-                loss(&scores, &labels(), &settings)
-                    .unwrap()
-                    .double_value(&[])
-            };
+            let of_misfits = |weight| weighted(&scores, &labels(), kind, LossOver::All, weight);
             let bounds = [LossOver::Fitting, LossOver::All];
             let [fitting, all] = bounds.map(|over| of(&scores, &labels(), kind, over));
             assert!((of_misfits(0.0) - fitting).abs() < 1e-6);

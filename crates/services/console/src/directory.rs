@@ -63,9 +63,9 @@ impl Directory {
         cells.get(cell).map(|entry| entry.containers.clone())
     }
 
-    /// The containers of a cell; `None` where there is no such cell.
-    pub(crate) fn containers(&self, cell: &Cell) -> Option<Vec<Cell>> {
-        self.lock().get(cell).map(|entry| entry.containers.clone())
+    /// Whether a cell was heard.
+    pub(crate) fn has(&self, cell: &Cell) -> bool {
+        self.lock().contains_key(cell)
     }
 
     /// The containers of all cells.

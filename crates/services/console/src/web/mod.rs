@@ -130,7 +130,7 @@ impl Served {
     /// A cell that there is, by its name.
     fn cell(&self, name: &str) -> Result<Cell, failure::Failure> {
         let cell = Cell::new(name).ok();
-        let known = cell.filter(|cell| self.directory.containers(cell).is_some());
+        let known = cell.filter(|cell| self.directory.has(cell));
         known.ok_or_else(|| failure::Failure::unknown_cell(name))
     }
 }
