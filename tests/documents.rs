@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 
 use ppnpack_service::metrics::Metric;
 use serde_json::Value;
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// What follows is written by hand.
 const NOTES: &str = "<!-- Notes:";
@@ -91,13 +92,25 @@ fn written_as(value: f64, number: &str) -> String {
     }
 }
 
-/// All means with their intervals that results hold.
+/// All means with their intervals that results hold. Shares of candidates have a standard error by sequence.
 fn means(results: &Value, found: &mut Vec<[f64; 2]>) {
     match results {
         Value::Object(fields) => {
             let number = |name| fields.get(name).and_then(Value::as_f64);
             if let (Some(mean), Some(half_width)) = (number("mean"), number("half_width")) {
                 found.push([mean, half_width]);
+            }
+            if let Some(sequences) = number("sequences")
+                && let Ok(student) = StudentsT::new(0.0, 1.0, sequences - 1.0)
+            {
+                let shares = fields.values().filter_map(Value::as_array).flatten();
+                found.extend(shares.filter_map(|of| {
+                    let error = of.get("standard_error")?.as_f64()?;
+                    Some([
+                        of.get("share")?.as_f64()?,
+                        student.inverse_cdf(0.975) * error,
+                    ])
+                }));
             }
             fields.values().for_each(|value| means(value, found));
         }
