@@ -35,19 +35,15 @@ fn succeed(arguments: &[&str]) -> Output {
 
 /// A dataset of a few steps, with a sequence each for validation and for the test split.
 fn dataset(folder: &Path) -> PathBuf {
+    recorded(folder, &["--values"])
+}
+
+fn recorded(folder: &Path, more: &[&str]) -> PathBuf {
     let out = folder.join("dataset");
-    succeed(&[
-        "dataset",
-        "--sequences",
-        "10",
-        "--length",
-        "6",
-        "--buffer",
-        "2",
-        "--values",
-        "--out",
-        out.to_str().unwrap(),
-    ]);
+    let mut arguments = vec!["dataset", "--sequences", "10", "--length", "6"];
+    arguments.extend(["--buffer", "2", "--out", out.to_str().unwrap()]);
+    arguments.extend(more);
+    succeed(&arguments);
     out
 }
 
@@ -189,6 +185,21 @@ fn a_network_whose_features_meet_at_the_full_resolution_is_trained_and_packs() {
     let model = out.join("model.safetensors");
     let summary = pack(folder.path(), &["--model", model.to_str().unwrap()]);
     assert_eq!(summary["degraded"], serde_json::json!([]), "{summary}");
+}
+
+#[test]
+fn table_3_refuses_a_dataset_without_values_before_it_trains() {
+    let folder = tempfile::tempdir().unwrap();
+    let dataset = recorded(folder.path(), &[]);
+    let out = folder.path().join("table3");
+    let mut arguments = vec!["experiment", "table3"];
+    arguments.extend(["--dataset", dataset.to_str().unwrap()]);
+    arguments.extend(["--out", out.to_str().unwrap()]);
+    let refused = run(&arguments);
+    assert_eq!(refused.status.code(), Some(2));
+    let message = String::from_utf8_lossy(&refused.stderr);
+    assert!(message.contains("ppnpack dataset --values"), "{message}");
+    assert!(!out.exists(), "something was trained");
 }
 
 #[test]

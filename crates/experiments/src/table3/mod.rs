@@ -8,12 +8,13 @@ mod recipes;
 mod results;
 mod variants;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use ppnpack_cli::failure::{Failure, Outcome};
+use ppnpack_cli::failure::{Failure, OrInput, Outcome};
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::one_of;
+use ppnpack_dataset::Dataset;
 use ppnpack_model::accuracy::Question;
 use ppnpack_model::architecture::Architecture;
 use ppnpack_model::card::ModelCard;
@@ -72,6 +73,7 @@ pub(crate) fn run(arguments: &Table3Arguments, backend: &dyn Backend) -> Outcome
     {
         return Err(no_choice());
     }
+    has_values(&arguments.dataset)?;
     let rows = VARIANTS.iter().map(|variant| {
         let plan = Plan {
             arguments,
@@ -199,6 +201,17 @@ impl Plan<'_> {
             look_at_test,
         }
     }
+}
+
+/// The rows without ranking need values; that they are missing is said before the first row is trained, not hours later.
+fn has_values(dataset: &Path) -> Outcome {
+    if Dataset::open(dataset).or_input()?.settings().has_values {
+        return Ok(());
+    }
+    Err(Failure::input(format_args!(
+        "the dataset in {} has no values, which the rows without ranking need: make it with `ppnpack dataset --values`",
+        dataset.display()
+    )))
 }
 
 fn no_choice() -> Failure {
