@@ -266,7 +266,7 @@ fn timeless(results: Value) -> Value {
     match results {
         Value::Object(fields) => {
             let fields = fields.into_iter();
-            let kept = fields.filter(|(name, _)| !name.ends_with("_s"));
+            let kept = fields.filter(|(name, _)| !name.ends_with("_s") && name != "origin");
             kept.map(|(name, value)| (name, timeless(value))).collect()
         }
         Value::Array(values) => values.into_iter().map(timeless).collect(),
@@ -400,6 +400,21 @@ fn is_the_same_as_shards(experiment: &[&str]) {
     assert!(is_part(&a) && is_part(&b), "{experiment:?}");
     let merged = timeless(json(&make("all", &[])));
     assert_eq!(merged, single, "{experiment:?}");
+}
+
+#[test]
+fn comparisons_and_tried_placements_are_the_same_as_shards() {
+    let folder = tempfile::tempdir().unwrap();
+    let sequences = folder.path().join("sequences.npy");
+    let rows =
+        ndarray::Array2::from_shape_fn((3, 5), |(row, column)| (row * 5 + column) as i64 * 7 % 90);
+    ndarray_npy::write_npy(&sequences, &rows).unwrap();
+    let packed = ["--sequences", sequences.to_str().unwrap(), "--cases", "3"];
+    let methods = ["table1", "--methods", "dbl-bbox", "--grids", "coarse"];
+    is_the_same_as_shards(&[&methods[..], &packed].concat());
+    let proposals = ["pareto", "--grids", "coarse", "--shares", "5"];
+    is_the_same_as_shards(&[&proposals[..], &packed].concat());
+    is_the_same_as_shards(&["stability", "--sequences", "2", "--placements", "1"]);
 }
 
 #[test]

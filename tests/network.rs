@@ -258,6 +258,43 @@ fn table_3_tests_what_validation_chose() {
 }
 
 #[test]
+fn accuracy_on_other_grids_is_the_same_as_shards() {
+    let folder = tempfile::tempdir().unwrap();
+    let sequences = folder.path().join("sequences.npy");
+    let rows =
+        ndarray::Array2::from_shape_fn((2, 4), |(row, column)| (row * 4 + column) as i64 * 11);
+    ndarray_npy::write_npy(&sequences, &rows).unwrap();
+    let make = |name: &str, more: &[&str]| -> Value {
+        let out = folder.path().join(name);
+        let arguments = ["experiment", "transfer", "--json", "--cases", "2"];
+        let files = [
+            "--sequences",
+            sequences.to_str().unwrap(),
+            "--out",
+            out.to_str().unwrap(),
+        ];
+        let printed = succeed(&[&arguments[..], &files, more].concat()).stdout;
+        let mut results: Value = serde_json::from_slice(&printed).unwrap();
+        results.as_object_mut().unwrap().remove("origin");
+        results
+    };
+    let single = make("single", &[]);
+    let lines = single["lines"].as_array().unwrap();
+    assert!(
+        lines
+            .iter()
+            .all(|line| line["candidates"].as_u64().unwrap() >= 8),
+        "{single}"
+    );
+    make("a", &["--shard", "0/2"]);
+    make("b", &["--shard", "1/2"]);
+    let runs = ["a", "b", "all"].map(|name| folder.path().join(name).join("runs"));
+    let [a, b, all] = runs.each_ref().map(|path| path.to_str().unwrap());
+    succeed(&["experiment", "merge", a, b, "--into", all]);
+    assert_eq!(make("all", &[]), single);
+}
+
+#[test]
 fn a_loss_that_is_no_number_stops_the_training_and_keeps_the_batch() {
     let folder = tempfile::tempdir().unwrap();
     let dataset = dataset(folder.path());

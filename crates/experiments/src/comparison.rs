@@ -27,6 +27,7 @@ use serde::{Deserialize, Serialize};
 use crate::document;
 use crate::method::{cell_for, sdfm};
 use crate::network::NetworkOptions;
+use crate::origin;
 use crate::runs::{Part, Runs, hash};
 use crate::statistics::Mean;
 use crate::workers;
@@ -297,7 +298,7 @@ impl<'a> Comparison<'a> {
 
     pub(crate) fn results<L>(&self, objects: Option<usize>, lines: Vec<L>) -> Results<'_, L> {
         Results {
-            machine: document::machine(),
+            machine: origin::machine(),
             workers: self.options.workers(),
             objects,
             settings: &self.setting,
@@ -417,7 +418,7 @@ impl Setting {
             self.buffer,
             document::name_of(&self.stability),
             document::name_of(&self.simulated.scan),
-            document::machine(),
+            origin::machine(),
         )
     }
 
@@ -477,6 +478,10 @@ pub(crate) fn ratio_percent(runs: &[Run], others: &[Run], value: fn(&Run) -> f64
 /// What the tables say of compactness.
 pub(crate) const COMPACTNESS: &str = "Compactness is the volume of the packed items over the floor times the greatest height, \
     as in the paper's published code, or over the minimum bounding box of what was packed, as in its text.";
+
+/// What the tables say of the share K.
+pub(crate) const SHARE: &str =
+    "K is a share of all placements: as many are proposed, but none that does not fit.";
 
 /// What the tables say of steps that were widened.
 pub(crate) const WIDENED: &str =

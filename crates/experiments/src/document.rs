@@ -12,6 +12,7 @@ use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_cli::output::{print_json, print_line};
 use ppnpack_files::write_whole;
 
+use crate::origin::Origin;
 use crate::page;
 
 /// The page of an experiment, in its folder.
@@ -59,21 +60,41 @@ pub(crate) struct Answer<'a> {
     pub(crate) picture: String,
 }
 
+/// Results, with what made them.
+#[derive(Serialize)]
+struct Made<'a, R> {
+    origin: &'a Origin,
+    #[serde(flatten)]
+    results: &'a R,
+}
+
 impl<R: Serialize> Document<'_, R> {
     /// Writes the results as `<name>.json`, the document as `<name>.md` and its page as `report.html`.
     pub(crate) fn save(&self, folder: &Path) -> Outcome {
-        let json = serde_json::to_vec_pretty(self.results).or_run()?;
+        self.save_as_of(&Origin::now()?, folder)
+    }
+
+    fn save_as_of(&self, origin: &Origin, folder: &Path) -> Outcome {
+        let json = serde_json::to_vec_pretty(&self.of(origin)).or_run()?;
         write_whole(&folder.join(format!("{}.json", self.name)), &json)?;
-        write(&folder.join(format!("{}.md", self.name)), &self.markdown)?;
-        let page = page::page(self, folder)?;
+        let markdown = format!("{}\n\n{}", self.markdown.trim_end(), origin.in_words());
+        write(&folder.join(format!("{}.md", self.name)), &markdown)?;
+        let page = page::page(self, origin, folder)?;
         Ok(write_whole(&folder.join(PAGE), page.as_bytes())?)
+    }
+
+    /// What is kept as JSON.
+    fn of<'a>(&'a self, origin: &'a Origin) -> Made<'a, R> {
+        let results = self.results;
+        Made { origin, results }
     }
 
     /// Writes all of them, and prints one.
     pub(crate) fn publish(&self, folder: &Path, as_json: bool) -> Outcome {
-        self.save(folder)?;
+        let origin = Origin::now()?;
+        self.save_as_of(&origin, folder)?;
         if as_json {
-            return Ok(print_json(self.results)?);
+            return Ok(print_json(&self.of(&origin))?);
         }
         print_line(&self.markdown)?;
         let path = folder.join(format!("{}.md", self.name));
@@ -130,16 +151,6 @@ pub(crate) fn name_of(variant: &impl serde::Serialize) -> String {
         Ok(serde_json::Value::String(name)) => name,
         _ => String::new(),
     }
-}
-
-/// The processor that figures were measured on.
-pub(crate) fn machine() -> String {
-    let cpus = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let mut lines = cpus.lines();
-    let model = lines.find_map(|line| line.strip_prefix("model name")?.split(':').nth(1));
-    let model = model.map_or("unknown processor", str::trim);
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    format!("{model}, {cores} cores")
 }
 
 #[cfg(test)]

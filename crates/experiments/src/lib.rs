@@ -26,6 +26,7 @@ mod merge;
 mod method;
 mod network;
 mod network_accuracy;
+mod origin;
 mod page;
 mod pareto;
 mod physical;

@@ -14,6 +14,7 @@ use ppnpack_model::settings::{Device, MeasurementRequest};
 use serde::Serialize;
 
 use crate::document::{self, Answer, Document};
+use crate::origin;
 use crate::shares::{self, PAPER_PERCENT};
 use crate::train::ranked;
 use crate::workers;
@@ -76,7 +77,7 @@ pub(crate) fn run(arguments: &NetworkArguments, backend: &dyn Backend) -> Outcom
     bar.finish_and_clear();
     let card = model.card();
     let results = Results {
-        machine: document::machine(),
+        machine: origin::machine(),
         version: env!("CARGO_PKG_VERSION"),
         model: card.weights_blake3.clone(),
         parameters: card.parameters,

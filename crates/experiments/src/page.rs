@@ -2,7 +2,6 @@
 //! from, and every setting.
 
 use std::path::Path;
-use std::time::SystemTime;
 
 use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_cli::report::html;
@@ -10,14 +9,18 @@ use pulldown_cmark::{CowStr, Event, HeadingLevel, Options, Parser, Tag, TagEnd};
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::document::{Document, machine};
-use crate::runs::program;
+use crate::document::Document;
+use crate::origin::Origin;
 
 /// One page that needs nothing else; pictures are those of the folder that the document's files are in.
 ///
 /// # Errors
-/// That the results are no JSON, or that this program cannot be read.
-pub(crate) fn page<R: Serialize>(document: &Document<'_, R>, folder: &Path) -> Outcome<String> {
+/// That the results are no JSON.
+pub(crate) fn page<R: Serialize>(
+    document: &Document<'_, R>,
+    origin: &Origin,
+    folder: &Path,
+) -> Outcome<String> {
     let results = serde_json::to_value(document.results).or_run()?;
     let settings = serde_json::to_string_pretty(&settings(&results, document.measured)).or_run()?;
     let answer = &document.answer;
@@ -30,38 +33,14 @@ pub(crate) fn page<R: Serialize>(document: &Document<'_, R>, folder: &Path) -> O
          <section class=settings><h2>Settings</h2><details><summary>Everything that the results depend on</summary><pre>{}</pre></details>\
          <details><summary>All options of the command</summary><pre>{}</pre></details></section></main>",
         rendered(&document.markdown, folder, &answer.picture),
-        rows(&origin().or_run()?),
+        rows(&origin.parts()),
         html::escape(&settings),
         html::escape(&format!("{:#?}", document.asked))
     );
     Ok(html::document(answer.question, &body))
 }
 
-/// What made the figures, when and where.
-fn origin() -> std::io::Result<[(&'static str, String); 5]> {
-    let arguments = std::env::args_os().skip(1);
-    let arguments = arguments.map(|argument| quoted(&argument.to_string_lossy()));
-    let arguments: Vec<String> = arguments.collect();
-    let now = humantime::format_rfc3339_seconds(SystemTime::now());
-    Ok([
-        ("Command", format!("ppnpack {}", arguments.join(" "))),
-        ("Version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("Program (BLAKE3)", program()?),
-        ("Machine", machine()),
-        ("Made", now.to_string()),
-    ])
-}
-
-/// An argument that a shell reads as it was.
-fn quoted(argument: &str) -> String {
-    let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "-_./=,:%+@".contains(letter);
-    match !argument.is_empty() && argument.chars().all(is_plain) {
-        true => argument.to_owned(),
-        false => format!("'{}'", argument.replace('\'', "'\\''")),
-    }
-}
-
-fn rows(rows: &[(&str, String)]) -> String {
+fn rows(rows: &[(&str, &str)]) -> String {
     let rows = rows.iter().map(|(name, value)| {
         let value = html::escape(value);
         format!("<tr><th scope=row>{name}</th><td>{value}</td></tr>")
@@ -194,7 +173,7 @@ mod tests {
             measured: &["mean"],
             markdown: MARKDOWN.to_owned(),
         };
-        page(&document, folder).unwrap()
+        page(&document, &Origin::now().unwrap(), folder).unwrap()
     }
 
     #[test]
@@ -234,13 +213,5 @@ mod tests {
             page.contains("a link") && page.contains("&lt;script&gt;"),
             "{page}"
         );
-    }
-
-    #[test]
-    fn a_shell_reads_arguments_as_they_were() {
-        assert_eq!(quoted("--cell=1cm"), "--cell=1cm");
-        assert_eq!(quoted("a b"), "'a b'");
-        assert_eq!(quoted("it's"), "'it'\\''s'");
-        assert_eq!(quoted(""), "''");
     }
 }

@@ -13,9 +13,10 @@ use ppnpack_packing::objective::{Heuristic, Order};
 use serde::Serialize;
 
 use crate::comparison::{
-    Comparison, ComparisonOptions, Contender, Means, Setting, WIDENED, point, ratio_percent,
+    Comparison, ComparisonOptions, Contender, Means, SHARE, Setting, WIDENED, point, ratio_percent,
 };
 use crate::document::{Answer, Document};
+use crate::origin;
 use crate::runs::{Part, ShardOptions};
 use crate::statistics::Mean;
 use crate::{document, scene};
@@ -130,7 +131,7 @@ struct Results {
 
 pub(crate) fn run(arguments: &ParetoArguments, backend: &dyn Backend) -> Outcome {
     let mut results = Results {
-        machine: document::machine(),
+        machine: origin::machine(),
         workers: arguments.comparison.workers(),
         without_network: None,
         grids: Vec::new(),
@@ -279,7 +280,7 @@ fn markdown(results: &Results) -> String {
     if let Some(first) = results.grids.first() {
         text += &format!(
             "{} sequences, the same for every method; SDFM, {}; shares are of the exhaustive search (`all`) on the same \
-             grid, in this run. Compactness is over the floor times the greatest height. {WIDENED}\n",
+             grid, in this run. Compactness is over the floor times the greatest height. {SHARE} {WIDENED}\n",
             first.lines.first().map_or(0, |line| line.means.cases),
             first.settings.in_words(results.workers),
         );

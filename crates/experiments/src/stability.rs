@@ -24,7 +24,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::document::{self, Answer, Document};
-use crate::runs::{Runs, RunsOption};
+use crate::runs::{Runs, ShardOptions};
 use crate::statistics::{percent, percentage};
 use crate::workers;
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
@@ -71,7 +71,7 @@ pub(crate) struct StabilityArguments {
     out: PathBuf,
 
     #[command(flatten)]
-    runs: RunsOption,
+    runs: ShardOptions,
 
     /// Print the results as JSON instead of a table
     #[arg(long)]
@@ -156,17 +156,21 @@ pub(crate) fn run(arguments: &StabilityArguments) -> Outcome {
         placements: arguments.placements as usize,
         seed: arguments.seed,
     };
-    let runs = Runs::new(&arguments.runs.folder(&arguments.out), &settings)?;
-    let jobs: Vec<(u64, usize)> = (0..u64::from(arguments.sequences))
-        .flat_map(|sequence| (0..RELEASE_HEIGHTS_M.len()).map(move |release| (sequence, release)))
-        .collect();
+    let part = arguments.runs.part(&arguments.out);
+    let runs = Runs::new(&part.runs, &settings)?;
+    let jobs = (0..u64::from(arguments.sequences))
+        .flat_map(|sequence| (0..RELEASE_HEIGHTS_M.len()).map(move |release| (sequence, release)));
     let cores = workers::default_count();
+    let jobs: Vec<(u64, usize)> = part.of(jobs).collect();
     let trials = workers::map("Trying placements", &jobs, cores, |job| {
         let (sequence, release) = job;
         let name = format!("sequence-{sequence:04}-release-{release}");
         let play = || Trials::new(&catalogue, &settings, *job)?.play();
         runs.finish(&name, |_| true, play)
     })?;
+    let Some(trials) = part.finish(&runs, trials)? else {
+        return part.tell(arguments.json);
+    };
     let trials: Vec<Trial> = trials.into_iter().flatten().collect();
     let results = Results {
         tallies: tallies(&trials),

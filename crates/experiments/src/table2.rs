@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::cases;
 use crate::comparison::{
-    COMPACTNESS, Comparison, Means, Results, Row, RowProposals, Run, WIDENED, ratio_percent,
+    COMPACTNESS, Comparison, Means, Results, Row, RowProposals, Run, SHARE, WIDENED, ratio_percent,
 };
 use crate::document::{self, Answer, Document};
 use crate::runs::{Part, ShardOptions};
@@ -239,7 +239,7 @@ fn markdown(results: &Results<'_, Class>) -> String {
     let mut text = format!(
         "# Table 2: easy and hard shapes\n\n\
          {}, {}. Regular is what fills at least {:.0} % of its bounding box; all other objects are irregular. The paper's objects are \
-         not published: its rows are of other objects, marked so, and say nothing about ours. {COMPACTNESS} {WIDENED}\n",
+         not published: its rows are of other objects, marked so, and say nothing about ours. {COMPACTNESS} {SHARE} {WIDENED}\n",
         settings.cells_in_words(),
         settings.in_words(results.workers),
         100.0 * REGULAR_SHARE,

@@ -10,11 +10,14 @@ use ppnpack_packing::objective::{Heuristic, Order};
 use serde::Serialize;
 
 use crate::cases;
-use crate::comparison::{COMPACTNESS, Means, Results, Row, RowProposals, WIDENED, ratio_percent};
+use crate::comparison::{
+    COMPACTNESS, Means, Results, Row, RowProposals, SHARE, WIDENED, ratio_percent,
+};
 use crate::document::{self, Answer, Document};
 use crate::runs::ShardOptions;
 use crate::statistics::Mean;
 use crate::table::TableOptions;
+use crate::table1;
 
 /// Packs random sequences of unseen objects: at random, with the network's proposals, searching all placements. Give a
 /// --catalogue that the network was not trained on.
@@ -157,13 +160,13 @@ fn markdown(results: &Results<'_, Line>) -> String {
     let mut text = format!(
         "# Table 4: objects that the network was not trained on\n\n\
          {cases} random sequences of {objects} objects, seed {}; {}, {}; shares are of what the exhaustive search packs on \
-         the same sequences. The paper's figures (400 sequences of its 28 objects, its own meshes and machine) are in brackets. {COMPACTNESS} {WIDENED} \
-         The rows of random placements are those of Table 1.\n\n\
+         the same sequences. The paper's figures (400 sequences of its 28 objects, its own meshes and machine) are in brackets. {COMPACTNESS} {SHARE} {WIDENED}{}\n\n\
          | method | decision per item | items packed | voxel volume (cm³) | compactness by floor (%) | compactness by box (%) \
          | share of compactness by floor (%) | share of mesh volume (%) | steps widened |\n|---|---|---|---|---|---|---|---|---|\n",
         settings.seed,
         settings.cells_in_words(),
         settings.in_words(results.workers),
+        table1::random_rows(results.lines.iter().map(|line| line.method.as_str())),
     );
     for line in &results.lines {
         let Line { means, .. } = line;

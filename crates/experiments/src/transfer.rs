@@ -16,10 +16,11 @@ use ppnpack_packing::plan::{Candidate, Plan};
 use ppnpack_packing::step::StepInput;
 use serde::{Deserialize, Serialize};
 
-use crate::document::{self, Answer, Document};
+use crate::document::{Answer, Document};
 use crate::method::sdfm;
 use crate::network::NetworkOptions;
-use crate::runs::Runs;
+use crate::origin;
+use crate::runs::{Part, Runs, ShardOptions};
 use crate::shares::{self, SHARES};
 use crate::statistics::{Mean, percentage};
 use crate::{scene, workers};
@@ -46,9 +47,12 @@ pub(crate) struct TransferArguments {
     #[command(flatten)]
     network: NetworkOptions,
 
-    /// Where report.html, transfer.md, transfer.json and the figure are written; a killed run goes on there
+    /// Where report.html, transfer.md, transfer.json and the figure are written
     #[arg(long, value_name = "DIR", default_value = "out/transfer")]
     out: PathBuf,
+
+    #[command(flatten)]
+    runs: ShardOptions,
 
     /// Print the results as JSON instead of a table
     #[arg(long)]
@@ -125,12 +129,20 @@ pub(crate) fn run(arguments: &TransferArguments, backend: &dyn Backend) -> Outco
         .network
         .find(backend, &Grid::reference())?
         .map_err(|reason| Failure::Run(anyhow::anyhow!(reason)))?;
-    let mut lines = Vec::new();
+    let part = arguments.runs.part(&arguments.out);
+    let mut lines = Some(Vec::new());
     for case in &CASES {
-        lines.push(measure(arguments, case, backend, &model)?);
+        let line = measure(arguments, case, &part, backend, &model)?;
+        lines = lines.zip(line).map(|(mut lines, line)| {
+            lines.push(line);
+            lines
+        });
     }
+    let Some(lines) = lines else {
+        return part.tell(arguments.json);
+    };
     let results = Results {
-        machine: document::machine(),
+        machine: origin::machine(),
         model: model.card().weights_blake3.clone(),
         sequences: arguments.cases,
         shares_percent: SHARES,
@@ -183,12 +195,14 @@ fn answer(results: &Results) -> String {
     )
 }
 
+/// What was found on one grid; `None` where only a shard of it is made here.
 fn measure(
     arguments: &TransferArguments,
     case: &Case,
+    part: &Part,
     backend: &dyn Backend,
     model: &Model,
-) -> Outcome<Line> {
+) -> Outcome<Option<Line>> {
     let grid = scene::grid(case.container, case.cell_m, case.yaws)?;
     let catalogue = arguments.catalogue.load(grid.resolution())?;
     let file = SequenceFile::read(&arguments.sequences, &catalogue)?;
@@ -202,15 +216,18 @@ fn measure(
         sequences: objects.collect(),
         grid: &grid,
     };
-    let runs = Runs::new(&arguments.out.join("runs"), &settings)?;
+    let runs = Runs::new(&part.runs, &settings)?;
     let items = catalogue.items();
     let network = arguments.network.of(backend, model, &items);
-    let jobs: Vec<_> = (0_u64..).zip(&sequences).collect();
+    let jobs: Vec<_> = part.of((0_u64..).zip(&sequences)).collect();
     let found = workers::map(case.name, &jobs, workers::default_count(), |job| {
         let (index, sequence) = job;
         let search = || search(&grid, sequence.items(&catalogue), network, *index);
         runs.finish(&format!("{index:05}"), |_| true, search)
     })?;
+    let Some(found) = part.finish(&runs, found)? else {
+        return Ok(None);
+    };
     let share = |at: usize| {
         Mean::of(found.iter().map(|run| {
             let hits = run.found.get(at).copied().unwrap_or(0);
@@ -221,12 +238,12 @@ fn measure(
         let widened = found.iter().filter_map(|run| run.widened.get(at));
         widened.sum::<usize>()
     };
-    Ok(Line {
+    Ok(Some(Line {
         grid: case.name,
         candidates: found.iter().map(|run| run.candidates).sum(),
         accuracy_percent: (0..SHARES.len()).map(share).collect(),
         steps_widened: (0..SHARES.len()).map(widened).collect(),
-    })
+    }))
 }
 
 /// Packs a sequence exhaustively; at each step, plans every candidate of the buffer alone on the network's proposals

@@ -7,6 +7,7 @@ use super::methods::{Method, Run};
 use super::published::{PUBLISHED, Published};
 use super::rules::Setting;
 use crate::document;
+use crate::origin;
 use crate::statistics::{Mean, quantiles};
 
 /// Of the chart: what it shows, and what its bars measure.
@@ -78,7 +79,7 @@ impl<'a> Results<'a> {
         let asked = |published: &&Published| settings.settings.contains(&published.setting);
         Self {
             settings,
-            machine: document::machine(),
+            machine: origin::machine(),
             workers,
             lines: Vec::new(),
             published: PUBLISHED.iter().filter(asked).copied().collect(),

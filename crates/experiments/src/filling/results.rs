@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::apart::{Apart, Physics};
 use super::{FillingArguments, Run, Way};
 use crate::comparison::{WIDENED, point};
-use crate::document;
+use crate::origin;
 use crate::statistics::{Mean, percentage, quantiles};
 
 /// All that was found.
@@ -100,7 +100,7 @@ impl<'a> Results<'a> {
         Self {
             title,
             version: env!("CARGO_PKG_VERSION"),
-            machine: document::machine(),
+            machine: origin::machine(),
             workers: arguments.workers,
             first_case: arguments.first,
             cases: arguments.cases,

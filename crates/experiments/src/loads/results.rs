@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use super::LoadsArguments;
 use super::packing::{Reading, Run, State};
-use crate::document;
 use crate::filling::Way;
+use crate::origin;
 use crate::statistics::{Mean, percentage, quantiles};
 
 /// Loads below this say little of the estimate, in kilograms.
@@ -206,7 +206,7 @@ impl<'a> Results<'a> {
         let limits = arguments.limits;
         Self {
             version: env!("CARGO_PKG_VERSION"),
-            machine: document::machine(),
+            machine: origin::machine(),
             first_case: arguments.first,
             cases: arguments.cases,
             items: arguments.items,

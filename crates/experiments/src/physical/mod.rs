@@ -27,8 +27,8 @@ use rand::seq::index;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::document;
 use crate::network::NetworkOptions;
+use crate::origin;
 use crate::runs::{Part, Runs, ShardOption, hash};
 use contenders::{Contender, contenders};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
@@ -182,7 +182,7 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
     let lines = contenders.iter().zip(records);
     let lines = lines.map(|(of, records)| Line::new(&of.name, of.key, records));
     let results = Results {
-        machine: document::machine(),
+        machine: origin::machine(),
         settings: &settings,
         unseen_held: world.unseen.len(),
         others_held: world.others.len(),

@@ -8,8 +8,8 @@ use serde::Serialize;
 use super::packing::{Container, Run};
 use super::{Choice, Setting, StreamArguments};
 use crate::comparison::WIDENED;
-use crate::document;
 use crate::filling::Way;
+use crate::origin;
 use crate::statistics::{Mean, percentage, quantiles};
 
 /// All that was found.
@@ -200,7 +200,7 @@ impl<'a> Results<'a> {
     pub(super) fn new(arguments: &StreamArguments, way: &'a Way) -> Self {
         Self {
             version: env!("CARGO_PKG_VERSION"),
-            machine: document::machine(),
+            machine: origin::machine(),
             workers: arguments.workers,
             first_stream: arguments.first,
             streams: arguments.streams,

@@ -20,7 +20,8 @@ use ppnpack_model::architecture::Architecture;
 use ppnpack_model::card::ModelCard;
 use ppnpack_model::settings::{LossOver, TrainingRequest, TrainingSettings};
 
-use crate::document::{self, Answer, Document};
+use crate::document::{Answer, Document};
+use crate::origin;
 use crate::shares::{self, SHARES};
 use crate::train::options::{LOSS_OVERS, RunOptions, SizeOptions};
 use crate::train::train;
@@ -83,7 +84,7 @@ pub(crate) fn run(arguments: &Table3Arguments, backend: &dyn Backend) -> Outcome
         plan.row(backend)
     });
     let results = Results {
-        machine: document::machine(),
+        machine: origin::machine(),
         shares_percent: SHARES,
         loss_over: arguments.loss_over,
         rows: rows.collect::<Outcome<_>>()?,

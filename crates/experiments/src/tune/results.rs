@@ -9,6 +9,7 @@ use super::fitness::Fitness;
 use super::space::named;
 use crate::document;
 use crate::filling::Way;
+use crate::origin;
 use crate::statistics::Mean;
 
 /// All that was found.
@@ -60,7 +61,7 @@ struct Generation {
 impl Results {
     pub(super) fn new(settings: Settings, workers: usize, way: Way, start: Candidate) -> Self {
         Self {
-            machine: document::machine(),
+            machine: origin::machine(),
             workers,
             settings,
             way,

@@ -9,8 +9,8 @@ use serde::Serialize;
 
 use super::ValueArguments;
 use super::ridge::{Sample, explained, fit};
-use crate::document;
 use crate::filling::Way;
+use crate::origin;
 
 /// In standard deviations of the figures; from 30 to 1,000 what is explained differs by less than a thousandth.
 const PENALTY: f64 = 100.0;
@@ -53,7 +53,7 @@ impl Results {
         // What was packed until then is the same for all placements of a step.
         coefficients.truncate(FIGURES);
         Ok(Self {
-            machine: document::machine(),
+            machine: origin::machine(),
             first_case: arguments.first,
             cases: arguments.cases,
             samples: all.count(),

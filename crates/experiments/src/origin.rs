@@ -1,0 +1,101 @@
+//! What made the results of an experiment, where and when.
+
+use std::time::SystemTime;
+
+use ppnpack_cli::failure::{OrRun, Outcome};
+use serde::Serialize;
+
+use crate::runs::program;
+
+/// Where results come from: they differ with any of it.
+#[derive(Debug, Serialize)]
+pub(crate) struct Origin {
+    /// As a shell reads it.
+    command: String,
+    version: &'static str,
+    /// The hash of the program, in hexadecimal digits.
+    program_blake3: String,
+    /// The processor and its cores.
+    machine: String,
+    /// The time in UTC, as in RFC 3339.
+    made: String,
+}
+
+impl Origin {
+    /// This program, this command, now.
+    ///
+    /// # Errors
+    /// That the program's file cannot be read.
+    pub(crate) fn now() -> Outcome<Self> {
+        let arguments = std::env::args_os().skip(1);
+        let arguments = arguments.map(|argument| quoted(&argument.to_string_lossy()));
+        let arguments: Vec<String> = arguments.collect();
+        Ok(Self {
+            command: format!("ppnpack {}", arguments.join(" ")),
+            version: env!("CARGO_PKG_VERSION"),
+            program_blake3: program().or_run()?,
+            machine: machine(),
+            made: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
+        })
+    }
+
+    /// Each part with its name.
+    pub(crate) fn parts(&self) -> [(&'static str, &str); 5] {
+        [
+            ("Command", &self.command),
+            ("Version", self.version),
+            ("Program (BLAKE3)", &self.program_blake3),
+            ("Machine", &self.machine),
+            ("Made", &self.made),
+        ]
+    }
+
+    /// All of it in Markdown.
+    pub(crate) fn in_words(&self) -> String {
+        let (program, _) = self.program_blake3.split_at(16);
+        format!(
+            "Made by `{}` on {} ({}), version {}, program {program}.",
+            self.command, self.made, self.machine, self.version
+        )
+    }
+}
+
+/// An argument that a shell reads as it was.
+fn quoted(argument: &str) -> String {
+    let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "-_./=,:%+@".contains(letter);
+    match !argument.is_empty() && argument.chars().all(is_plain) {
+        true => argument.to_owned(),
+        false => format!("'{}'", argument.replace('\'', "'\\''")),
+    }
+}
+
+/// The processor that figures were measured on.
+pub(crate) fn machine() -> String {
+    let cpus = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let mut lines = cpus.lines();
+    let model = lines.find_map(|line| line.strip_prefix("model name")?.split(':').nth(1));
+    let model = model.map_or("unknown processor", str::trim);
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    format!("{model}, {cores} cores")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shell_reads_arguments_as_they_were() {
+        assert_eq!(quoted("--cell=1cm"), "--cell=1cm");
+        assert_eq!(quoted("a b"), "'a b'");
+        assert_eq!(quoted("it's"), "'it'\\''s'");
+        assert_eq!(quoted(""), "''");
+    }
+
+    #[test]
+    fn an_origin_names_this_program() {
+        let origin = Origin::now().unwrap();
+        let words = origin.in_words();
+        assert!(words.contains(&origin.program_blake3[..16]), "{words}");
+        assert!(words.contains(&origin.machine), "{words}");
+    }
+}
