@@ -13,8 +13,10 @@ use std::process::{Command, Output, Stdio};
 use serde_json::Value;
 
 mod page;
+mod sequences;
 
 use page::answers_first;
+use sequences::sequences;
 
 fn ppnpack(arguments: &[&str]) -> Output {
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
@@ -81,10 +83,7 @@ fn calibrations_of_simulated_clouds_are_measured() {
 #[test]
 fn an_interrupted_experiment_goes_on_where_it_was() {
     let folder = tempfile::tempdir().unwrap();
-    let sequences = folder.path().join("sequences.npy");
-    let rows =
-        ndarray::Array2::from_shape_fn((2, 6), |(row, column)| (row * 6 + column) as i64 * 7 % 90);
-    ndarray_npy::write_npy(&sequences, &rows).unwrap();
+    let sequences = sequences(folder.path(), [2, 6], 90);
     let out = folder.path().join("out");
     let table = |chosen: &[&str]| {
         let asked = [
@@ -166,9 +165,7 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
 #[test]
 fn the_methods_are_drawn_side_by_side_on_the_same_objects() {
     let folder = tempfile::tempdir().unwrap();
-    let sequences = folder.path().join("sequences.npy");
-    let rows = ndarray::Array2::from_shape_fn((1, 6), |(_, column)| column as i64 * 7);
-    ndarray_npy::write_npy(&sequences, &rows).unwrap();
+    let sequences = sequences(folder.path(), [1, 6], 90);
     let out = folder.path().join("out");
     let figure = |length: &str| {
         ppnpack(&[
@@ -405,25 +402,18 @@ fn is_the_same_as_shards(experiment: &[&str]) {
 #[test]
 fn comparisons_and_tried_placements_are_the_same_as_shards() {
     let folder = tempfile::tempdir().unwrap();
-    let sequences = folder.path().join("sequences.npy");
-    let rows =
-        ndarray::Array2::from_shape_fn((3, 5), |(row, column)| (row * 5 + column) as i64 * 7 % 90);
-    ndarray_npy::write_npy(&sequences, &rows).unwrap();
+    let sequences = sequences(folder.path(), [3, 5], 90);
     let packed = ["--sequences", sequences.to_str().unwrap(), "--cases", "3"];
     let methods = ["table1", "--methods", "dbl-bbox", "--grids", "coarse"];
     is_the_same_as_shards(&[&methods[..], &packed].concat());
-    let proposals = ["pareto", "--grids", "coarse", "--shares", "5"];
-    is_the_same_as_shards(&[&proposals[..], &packed].concat());
-    is_the_same_as_shards(&["stability", "--sequences", "2", "--placements", "1"]);
+    let tried = ["stability", "--sequences", "1", "--placements", "1"];
+    is_the_same_as_shards(&[&tried[..], &["--settle", "0.2"]].concat());
 }
 
 #[test]
 fn fillings_loads_streams_and_boxes_are_the_same_as_shards() {
     let folder = tempfile::tempdir().unwrap();
-    let sequences = folder.path().join("sequences.npy");
-    let rows =
-        ndarray::Array2::from_shape_fn((3, 5), |(row, column)| (row * 5 + column) as i64 * 7 % 90);
-    ndarray_npy::write_npy(&sequences, &rows).unwrap();
+    let sequences = sequences(folder.path(), [3, 5], 90);
     let method = folder.path().join("method.json");
     std::fs::write(&method, UNTRIED).unwrap();
     let orders = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/orders.csv");
@@ -444,12 +434,8 @@ fn fillings_loads_streams_and_boxes_are_the_same_as_shards() {
 #[test]
 fn comparisons_of_ways_grids_margins_and_weights_answer_first() {
     let folder = tempfile::tempdir().unwrap();
-    let sequences = folder.path().join("sequences.npy");
     // Nothing may be learned from the first hundred.
-    let rows = ndarray::Array2::from_shape_fn((110, 5), |(row, column)| {
-        (row * 5 + column) as i64 * 7 % 90
-    });
-    ndarray_npy::write_npy(&sequences, &rows).unwrap();
+    let sequences = sequences(folder.path(), [110, 5], 90);
     let method = folder.path().join("method.json");
     std::fs::write(&method, UNTRIED).unwrap();
     let method = method.to_str().unwrap();
