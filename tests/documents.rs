@@ -24,7 +24,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 const NOTES: &str = "<!-- Notes:";
 
 /// Documents whose generated part is of a run of which no JSON was kept.
-const WITHOUT_JSON: [&str; 2] = ["loads.md", "stream.md"];
+const WITHOUT_JSON: [&str; 1] = ["stream.md"];
 
 /// Results keep SI units and shares; tables show milliseconds, cubic centimetres and percent.
 const FACTORS: [f64; 5] = [1.0, 100.0, 1e3, 1e6, 1e-3];
