@@ -541,7 +541,7 @@ fn boxes_are_packed_beside_published_results_and_kept() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let run = || {
-        json(&ppnpack(&[
+        let mut results = json(&ppnpack(&[
             "experiment",
             "boxes",
             "--instances",
@@ -553,7 +553,16 @@ fn boxes_are_packed_beside_published_results_and_kept() {
             "--out",
             out.to_str().unwrap(),
             "--json",
-        ]))
+        ]));
+        // That says when.
+        let origin = results.as_object_mut().unwrap().remove("origin");
+        assert!(
+            origin.unwrap()["command"]
+                .as_str()
+                .unwrap()
+                .contains("boxes")
+        );
+        results
     };
     let results = run();
     let lines = results["lines"].as_array().unwrap();
