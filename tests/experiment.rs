@@ -6,7 +6,6 @@
     reason = "a panic in a test is a failing test"
 )]
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
@@ -14,9 +13,11 @@ use serde_json::Value;
 
 mod page;
 mod sequences;
+mod shards;
 
 use page::answers_first;
 use sequences::sequences;
+use shards::{is_the_same_as_shards, runs};
 
 fn ppnpack(arguments: &[&str]) -> Output {
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
@@ -258,45 +259,6 @@ fn regular_and_irregular_objects_are_packed_apart() {
     }
 }
 
-/// Results without times, at any depth: those are the machine's.
-fn timeless(results: Value) -> Value {
-    match results {
-        Value::Object(fields) => {
-            let fields = fields.into_iter();
-            let kept = fields.filter(|(name, _)| !name.ends_with("_s") && name != "origin");
-            kept.map(|(name, value)| (name, timeless(value))).collect()
-        }
-        Value::Array(values) => values.into_iter().map(timeless).collect(),
-        other => other,
-    }
-}
-
-/// The runs of a folder by name, without their times.
-fn runs(folder: &Path) -> BTreeMap<String, Value> {
-    let files = walkdir(folder).into_iter();
-    let runs = files.filter(|path| path.extension().is_some_and(|end| end == "json"));
-    let named = |path: PathBuf| {
-        let run = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
-        let name = path.strip_prefix(folder).unwrap();
-        (name.to_string_lossy().into_owned(), timeless(run))
-    };
-    runs.map(named).collect()
-}
-
-fn walkdir(folder: &Path) -> Vec<PathBuf> {
-    let entries = folder.read_dir().unwrap();
-    let paths = entries.map(|entry| entry.unwrap().path());
-    paths
-        .flat_map(|path| {
-            if path.is_dir() {
-                walkdir(&path)
-            } else {
-                vec![path]
-            }
-        })
-        .collect()
-}
-
 #[test]
 fn merged_shards_are_the_single_run_also_after_a_kill() {
     let folder = tempfile::tempdir().unwrap();
@@ -376,38 +338,15 @@ fn merged_shards_are_the_single_run_also_after_a_kill() {
 const UNTRIED: &str = r#"[{"name": "untried", "grid": {"cell_m": 0.01, "yaws": 4},
     "method": {"proposals": {"from": "bounded"}, "stability": "physical", "trial": {"tries_per_item": 0}}}]"#;
 
-/// Makes an experiment at once, and as two shards that are merged: both have the same runs, and results, bit for bit.
-fn is_the_same_as_shards(experiment: &[&str]) {
-    let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name);
-    let make = |name: &str, more: &[&str]| {
-        let out = at(name);
-        let options = ["--json", "--out", out.to_str().unwrap()];
-        ppnpack(&[&["experiment"][..], experiment, &options, more].concat())
-    };
-    let single = timeless(json(&make("single", &[])));
-    text(&make("a", &["--shard", "0/2"]));
-    text(&make("b", &["--shard", "1/2"]));
-    let kept = ["a", "b", "all", "single"].map(|name| at(name).join("runs"));
-    let [a, b, all, _] = kept.each_ref().map(|path| path.to_str().unwrap());
-    text(&ppnpack(&["experiment", "merge", a, b, "--into", all]));
-    let [a, b, all, once] = kept.each_ref().map(|path| runs(path));
-    assert_eq!(all, once, "{experiment:?}");
-    let is_part = |part: &BTreeMap<String, Value>| part.len() < all.len();
-    assert!(is_part(&a) && is_part(&b), "{experiment:?}");
-    let merged = timeless(json(&make("all", &[])));
-    assert_eq!(merged, single, "{experiment:?}");
-}
-
 #[test]
 fn comparisons_and_tried_placements_are_the_same_as_shards() {
     let folder = tempfile::tempdir().unwrap();
     let sequences = sequences(folder.path(), [3, 5], 90);
     let packed = ["--sequences", sequences.to_str().unwrap(), "--cases", "3"];
     let methods = ["table1", "--methods", "dbl-bbox", "--grids", "coarse"];
-    is_the_same_as_shards(&[&methods[..], &packed].concat());
+    is_the_same_as_shards(ppnpack, &[&methods[..], &packed].concat());
     let tried = ["stability", "--sequences", "1", "--placements", "1"];
-    is_the_same_as_shards(&[&tried[..], &["--settle", "0.2"]].concat());
+    is_the_same_as_shards(ppnpack, &[&tried[..], &["--settle", "0.2"]].concat());
 }
 
 #[test]
@@ -421,14 +360,20 @@ fn fillings_loads_streams_and_boxes_are_the_same_as_shards() {
         [&sequences, &method, &orders].map(|path| path.to_str().unwrap());
     let packed = ["--sequences", sequences, "--cases", "3"];
     let filling = ["filling", "--physics", "own,apart", "--methods", method];
-    is_the_same_as_shards(&[&filling[..], &packed].concat());
+    is_the_same_as_shards(ppnpack, &[&filling[..], &packed].concat());
     let loads = ["loads", "--margins", "1.5", "--method", method];
-    is_the_same_as_shards(&[&loads[..], &packed].concat());
+    is_the_same_as_shards(ppnpack, &[&loads[..], &packed].concat());
     let streams = ["--streams", "2", "--open", "1", "--method", method];
-    is_the_same_as_shards(&[&["stream", "--orders", orders][..], &streams].concat());
+    is_the_same_as_shards(
+        ppnpack,
+        &[&["stream", "--orders", orders][..], &streams].concat(),
+    );
     // Twenty instances are a run.
     let instances = ["--instances", "21", "--settings", "2"];
-    is_the_same_as_shards(&[&["boxes", "--methods", "dbl,snug"][..], &instances].concat());
+    is_the_same_as_shards(
+        ppnpack,
+        &[&["boxes", "--methods", "dbl,snug"][..], &instances].concat(),
+    );
 }
 
 #[test]

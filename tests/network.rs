@@ -11,10 +11,12 @@ use serde_json::Value;
 mod cube;
 mod page;
 mod sequences;
+mod shards;
 
 use cube::cube_ply;
 use page::answers_first;
 use sequences::sequences;
+use shards::is_the_same_as_shards;
 
 fn ppnpack(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack-torch"));
@@ -264,31 +266,15 @@ fn table_3_tests_what_validation_chose() {
 #[test]
 fn accuracy_on_other_grids_is_the_same_as_shards() {
     let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    std::fs::create_dir(at("cubes")).unwrap();
-    std::fs::write(at("cubes/cube.ply"), cube_ply(&[])).unwrap();
-    let small = cube_ply(&[("0.05 0.05 0.05", "0.04 0.04 0.05")]);
-    std::fs::write(at("cubes/wedge.ply"), small).unwrap();
+    let cubes = folder.path().join("cubes");
+    std::fs::create_dir(&cubes).unwrap();
+    std::fs::write(cubes.join("cube.ply"), cube_ply(&[])).unwrap();
+    let wedge = cube_ply(&[("0.05 0.05 0.05", "0.04 0.04 0.05")]);
+    std::fs::write(cubes.join("wedge.ply"), wedge).unwrap();
     let sequences = sequences(folder.path(), [2, 4], 2);
-    let make = |name: &str, more: &[&str]| -> Value {
-        let (out, cubes) = (at(name), at("cubes"));
-        let transfer = ["experiment", "transfer", "--json", "--cases", "2"];
-        let files = ["--catalogue", &cubes, "--out", &out, "--sequences"];
-        let sequences = [sequences.to_str().unwrap()];
-        let printed = succeed(&[&transfer[..], &files, &sequences, more].concat());
-        let mut results: Value = serde_json::from_slice(&printed.stdout).unwrap();
-        results.as_object_mut().unwrap().remove("origin");
-        results
-    };
-    let single = make("single", &[]);
-    let lines = single["lines"].as_array().unwrap().iter();
-    let candidates = lines.map(|line| line["candidates"].as_u64().unwrap());
-    assert!(candidates.min() >= Some(8), "{single}");
-    make("a", &["--shard", "0/2"]);
-    make("b", &["--shard", "1/2"]);
-    let [a, b, all] = ["a/runs", "b/runs", "all/runs"].map(at);
-    succeed(&["experiment", "merge", &a, &b, "--into", &all]);
-    assert_eq!(make("all", &[]), single);
+    let [cubes, sequences] = [&cubes, &sequences].map(|path| path.to_str().unwrap());
+    let files = ["--catalogue", cubes, "--sequences", sequences];
+    is_the_same_as_shards(run, &[&["transfer", "--cases", "2"][..], &files].concat());
 }
 
 #[test]

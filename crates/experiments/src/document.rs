@@ -62,39 +62,32 @@ pub(crate) struct Answer<'a> {
 
 /// Results, with what made them.
 #[derive(Serialize)]
-struct Made<'a, R> {
-    origin: &'a Origin,
+pub(crate) struct Made<'a, R> {
+    origin: Origin,
     #[serde(flatten)]
     results: &'a R,
 }
 
 impl<R: Serialize> Document<'_, R> {
-    /// Writes the results as `<name>.json`, the document as `<name>.md` and its page as `report.html`.
-    pub(crate) fn save(&self, folder: &Path) -> Outcome {
-        self.save_as_of(&Origin::now()?, folder)
-    }
-
-    fn save_as_of(&self, origin: &Origin, folder: &Path) -> Outcome {
-        let json = serde_json::to_vec_pretty(&self.of(origin)).or_run()?;
-        write_whole(&folder.join(format!("{}.json", self.name)), &json)?;
-        let markdown = format!("{}\n\n{}", self.markdown.trim_end(), origin.in_words());
-        write(&folder.join(format!("{}.md", self.name)), &markdown)?;
-        let page = page::page(self, origin, folder)?;
-        Ok(write_whole(&folder.join(PAGE), page.as_bytes())?)
-    }
-
-    /// What is kept as JSON.
-    fn of<'a>(&'a self, origin: &'a Origin) -> Made<'a, R> {
+    /// Writes the results as `<name>.json`, the document as `<name>.md` and its page as `report.html`; gives what is in the first.
+    pub(crate) fn save(&self, folder: &Path) -> Outcome<Made<'_, R>> {
         let results = self.results;
-        Made { origin, results }
+        let origin = Origin::now()?;
+        let markdown = format!("{}\n\n{}", self.markdown.trim_end(), origin.in_words());
+        let page = page::page(self, &origin, folder)?;
+        let made = Made { origin, results };
+        let json = serde_json::to_vec_pretty(&made).or_run()?;
+        write_whole(&folder.join(format!("{}.json", self.name)), &json)?;
+        write(&folder.join(format!("{}.md", self.name)), &markdown)?;
+        write_whole(&folder.join(PAGE), page.as_bytes())?;
+        Ok(made)
     }
 
     /// Writes all of them, and prints one.
     pub(crate) fn publish(&self, folder: &Path, as_json: bool) -> Outcome {
-        let origin = Origin::now()?;
-        self.save_as_of(&origin, folder)?;
+        let made = self.save(folder)?;
         if as_json {
-            return Ok(print_json(&self.of(&origin))?);
+            return Ok(print_json(&made)?);
         }
         print_line(&self.markdown)?;
         let path = folder.join(format!("{}.md", self.name));

@@ -253,7 +253,8 @@ fn save(arguments: &ParetoArguments, results: &Results) -> Outcome {
         draw(&format!("pareto-{}", grid.key), std::slice::from_ref(grid))?;
     }
     draw("pareto", &results.grids)?;
-    document(arguments, results).save(folder)
+    document(arguments, results).save(folder)?;
+    Ok(())
 }
 
 fn scatter(grids: &[OfGrid]) -> Scatter {

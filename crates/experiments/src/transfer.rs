@@ -130,15 +130,11 @@ pub(crate) fn run(arguments: &TransferArguments, backend: &dyn Backend) -> Outco
         .find(backend, &Grid::reference())?
         .map_err(|reason| Failure::Run(anyhow::anyhow!(reason)))?;
     let part = arguments.runs.part(&arguments.out);
-    let mut lines = Some(Vec::new());
-    for case in &CASES {
-        let line = measure(arguments, case, &part, backend, &model)?;
-        lines = lines.zip(line).map(|(mut lines, line)| {
-            lines.push(line);
-            lines
-        });
-    }
-    let Some(lines) = lines else {
+    let measured = CASES
+        .iter()
+        .map(|case| measure(arguments, case, &part, backend, &model));
+    let measured: Vec<Option<Line>> = measured.collect::<Outcome<_>>()?;
+    let Some(lines) = measured.into_iter().collect() else {
         return part.tell(arguments.json);
     };
     let results = Results {
