@@ -5,7 +5,7 @@ use ppnpack_cli::failure::{Failure, OrInput, Outcome};
 use ppnpack_cli::options::{Choice, one_of, parse_device, positive};
 use ppnpack_model::architecture::{Architecture, Finest, Fusion, Normalisation};
 use ppnpack_model::settings::{
-    Device, Loss, LossOver, MOST_VALIDATION_TENTHS, Schedule, TrainingSettings,
+    Device, Loss, LossOver, MOST_VALIDATION_TENTHS, RegressionTarget, Schedule, TrainingSettings,
 };
 
 use crate::workers;
@@ -92,7 +92,11 @@ pub(super) struct TrainingOptions {
     #[arg(long, value_name = "WEIGHT", value_parser = misfit_weight)]
     misfit_weight: Option<f64>,
 
-    /// How far above the optimum --loss mse tells values apart, in units of the objective
+    /// What --loss mse approximates
+    #[arg(long, value_parser = one_of(&REGRESSION_TARGETS), default_value = "above-optimum")]
+    regress_to: RegressionTarget,
+
+    /// Up to where --loss mse tells what it approximates apart, in units of the objective
     #[arg(long, value_name = "VALUE", default_value_t = 10.0, value_parser = positive)]
     cut_off: f64,
 
@@ -129,6 +133,7 @@ impl TrainingOptions {
             loss: self.loss,
             loss_over: self.loss_over,
             misfit_weight: self.misfit_weight.unwrap_or(usual.misfit_weight),
+            regress_to: self.regress_to,
             cut_off: self.cut_off,
             epochs: self.epochs as usize,
             learning_rate: self.learning_rate,
@@ -229,6 +234,15 @@ const FUSIONS: [Choice<Fusion>; 2] = [
 const NORMALISATIONS: [Choice<Normalisation>; 2] = [
     ("batch", Normalisation::Batch, "Over the batch"),
     ("none", Normalisation::None, "Not at all"),
+];
+
+const REGRESSION_TARGETS: [Choice<RegressionTarget>; 2] = [
+    (
+        "above-optimum",
+        RegressionTarget::AboveOptimum,
+        "How far a value lies above the candidate's optimum",
+    ),
+    ("value", RegressionTarget::Value, "The value itself"),
 ];
 
 const LOSSES: [Choice<Loss>; 2] = [

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use ppnpack_dataset::{CandidateRecord, StepRecord};
+use ppnpack_model::settings::RegressionTarget;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Heightmap;
 use ppnpack_packing::item::{Item, ItemView};
@@ -44,7 +45,7 @@ pub(crate) struct Batch {
     optimal: Vec<bool>,
     /// `[S B R, L]`: the optima over all yaws.
     best: Vec<bool>,
-    /// `[S B R, L]`: values above the optimum, scaled and cut off; empty where they are not asked for.
+    /// `[S B R, L]`: what regression approximates, scaled and cut off; empty where it is not asked for.
     values: Vec<f32>,
 }
 
@@ -73,14 +74,33 @@ pub(crate) struct Labels {
     pub(crate) possible: u64,
 }
 
+/// What a regression's scores approximate.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Regression {
+    pub(crate) target: RegressionTarget,
+    /// In units of the objective; what is not valid has this target.
+    pub(crate) cut_off: f32,
+}
+
+impl Regression {
+    /// The target of a placement whose value exceeds the candidate's least, `best`, by `above`.
+    fn of(self, best: f64, above: f32) -> f32 {
+        let target = match self.target {
+            RegressionTarget::AboveOptimum => above,
+            RegressionTarget::Value => best as f32 + above,
+        };
+        target.min(self.cut_off) / VALUE_SCALE
+    }
+}
+
 /// Makes batches; keeps what is the same for all.
 #[derive(Debug, Clone)]
 pub(crate) struct BatchMaker {
     grid: Grid,
     items: Vec<Arc<Item>>,
     stride: usize,
-    /// Where values are cut off; none where they are not asked for.
-    cut_off: Option<f32>,
+    /// None where the loss is another.
+    regression: Option<Regression>,
     resting: RestingHeights,
 }
 
@@ -89,13 +109,13 @@ impl BatchMaker {
         grid: &Grid,
         items: &[Arc<Item>],
         stride: usize,
-        cut_off: Option<f32>,
+        regression: Option<Regression>,
     ) -> Self {
         Self {
             grid: grid.clone(),
             items: items.to_vec(),
             stride,
-            cut_off,
+            regression,
             resting: RestingHeights::new(grid),
         }
     }
@@ -126,7 +146,7 @@ impl BatchMaker {
             fits: vec![false; maps * cells],
             optimal: vec![false; maps * cells],
             best: vec![false; maps * cells],
-            values: vec![0.0; self.cut_off.map_or(0, |_| maps * cells)],
+            values: vec![0.0; self.regression.map_or(0, |_| maps * cells)],
         };
         let containers = batch
             .containers
@@ -212,20 +232,21 @@ impl BatchMaker {
                     let corners = of_yaw.map(|placement| (placement.x, placement.y));
                     mark(layout, view, corners, best);
                 }
-                if let (Some(cut_off), Some(values), Some(kept)) = (
-                    self.cut_off,
+                if let (Some(regression), Some(values), Some(kept)) = (
+                    self.regression,
                     batch.values.get_mut(range),
                     candidate.values.as_ref(),
                 ) {
-                    values.fill(cut_off / VALUE_SCALE);
+                    values.fill(regression.cut_off / VALUE_SCALE);
+                    let best = kept.best();
                     let Some(kept) = kept.yaws().get(yaw) else {
                         continue;
                     };
                     let along_y = kept.size().1.max(1);
-                    for (index, value) in kept.all_above_best().enumerate() {
+                    for (index, above) in kept.all_above_best().enumerate() {
                         let at = layout.cell_of((index / along_y, index % along_y), view);
                         if let Some(entry) = values.get_mut(at) {
-                            *entry = value.min(cut_off) / VALUE_SCALE;
+                            *entry = regression.of(best, above);
                         }
                     }
                 }
@@ -312,5 +333,27 @@ impl BatchTensors {
             ("optimal", self.labels.optimal.f_to_kind(Kind::Float)?),
             ("best", self.labels.best.f_to_kind(Kind::Float)?),
         ])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regression_approximates_values_above_the_optimum_or_themselves() {
+        let of = |target, above| {
+            let regression = Regression {
+                target,
+                cut_off: 40.0,
+            };
+            regression.of(25.0, above) * VALUE_SCALE
+        };
+        let invalid = f32::INFINITY;
+        let above =
+            [0.0, 12.0, 90.0, invalid].map(|above| of(RegressionTarget::AboveOptimum, above));
+        assert_eq!(above, [0.0, 12.0, 40.0, 40.0]);
+        let values = [0.0, 12.0, 90.0, invalid].map(|above| of(RegressionTarget::Value, above));
+        assert_eq!(values, [25.0, 37.0, 40.0, 40.0]);
     }
 }

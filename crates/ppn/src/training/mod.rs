@@ -26,7 +26,7 @@ use crate::error::NetworkError;
 use crate::files::{all_to_plain, copy_into};
 use crate::network::{Network, Parameters};
 use crate::runtime;
-use batch::{Batch, BatchMaker, BatchTensors};
+use batch::{Batch, BatchMaker, BatchTensors, Regression};
 pub use checkpoint::CHECKPOINT_FILE;
 use checkpoint::{State, damaged};
 use data::{Data, count};
@@ -131,12 +131,15 @@ impl<'a> Training<'a> {
 
     fn preparation(&self) -> Preparation {
         let settings = &self.request.settings;
-        let needs_values = settings.loss == Loss::Mse;
+        let regression = Regression {
+            target: settings.regress_to,
+            cut_off: settings.cut_off as f32,
+        };
         let maker = BatchMaker::new(
             &self.dataset.settings().grid,
             self.dataset.items(),
             settings.architecture.stride(),
-            needs_values.then_some(settings.cut_off as f32),
+            (settings.loss == Loss::Mse).then_some(regression),
         );
         Preparation::new(maker, self.device, self.request.threads)
     }
