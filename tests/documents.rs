@@ -23,9 +23,6 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 /// What follows is written by hand.
 const NOTES: &str = "<!-- Notes:";
 
-/// Documents whose generated part is of a run of which no JSON was kept.
-const WITHOUT_JSON: [&str; 1] = ["stream.md"];
-
 /// Results keep SI units and shares; tables show milliseconds, cubic centimetres and percent.
 const FACTORS: [f64; 5] = [1.0, 100.0, 1e3, 1e6, 1e-3];
 
@@ -151,9 +148,6 @@ fn tables_are_those_of_the_results_beside_them() {
         let Some((generated, _)) = text.split_once(NOTES) else {
             continue;
         };
-        if WITHOUT_JSON.contains(&name.as_str()) {
-            continue;
-        }
         let stem = document.file_stem().unwrap().to_string_lossy();
         let mut known = Vec::new();
         for results in files(document.parent().unwrap(), ".json") {

@@ -48,6 +48,10 @@ pub(crate) struct FillingArguments {
     #[arg(long, value_enum, default_value_t = Comparison::Stages)]
     compare: Comparison,
 
+    /// Of what is compared, only this method beside the first; may be given several times
+    #[arg(long, value_name = "NAME", conflicts_with = "methods")]
+    only: Vec<String>,
+
     /// A JSON file with the methods to compare, in place of those of --compare; the first is what the others are compared
     /// with
     #[arg(long, value_name = "FILE", conflicts_with = "compare")]
@@ -99,7 +103,7 @@ pub(crate) struct Run {
 pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
     let ways = match &arguments.methods {
         Some(path) => ways::read(path)?,
-        None => arguments.compare.ways(),
+        None => arguments.compare.ways(&arguments.only)?,
     };
     let part = arguments.runs.part(&arguments.out);
     let compare = arguments.compare;

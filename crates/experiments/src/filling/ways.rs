@@ -7,6 +7,7 @@ use ppnpack_cli::failure::{Failure, Outcome};
 use ppnpack_packing::grid::GridSettings;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
 use ppnpack_packing::objective::Weights;
+use ppnpack_packing::scene_value::SceneValue;
 use ppnpack_packing::trial::{TrialLimits, TrialSettings};
 use serde::{Deserialize, Serialize};
 
@@ -59,7 +60,7 @@ impl Way {
         way
     }
 
-    /// As `ppnpack pack` does it on 5 mm and 8 yaws, nothing set aside.
+    /// Placements are tried as a planner does whose configuration says nothing, on 5 mm and 8 yaws, nothing set aside.
     pub(crate) fn usual() -> Self {
         Self::tried("tried", |_| ())
     }
@@ -146,15 +147,22 @@ impl Comparison {
         }
     }
 
-    /// What is compared; the others are compared with the first.
-    pub(super) fn ways(self) -> Vec<Way> {
-        let baseline = Way::untried("published test", Stability::Published);
-        let compared = match self {
+    /// What is compared; the others are compared with the first. Of them only those of these names, where there are any.
+    pub(super) fn ways(self, only: &[String]) -> Outcome<Vec<Way>> {
+        let mut compared = match self {
             Self::Stages => stages(),
             Self::Efforts => efforts(),
             Self::Limits => limits(),
         };
-        [vec![baseline], compared].concat()
+        let names: Vec<&str> = compared.iter().map(|way| way.name.as_str()).collect();
+        if let Some(unknown) = only.iter().find(|name| !names.contains(&name.as_str())) {
+            return Err(Failure::input(format_args!(
+                "--only {unknown:?}: there is no such method; there are {names:?}"
+            )));
+        }
+        compared.retain(|way| only.is_empty() || only.contains(&way.name));
+        compared.insert(0, Way::untried("published test", Stability::Published));
+        Ok(compared)
     }
 }
 
@@ -176,6 +184,12 @@ fn stages() -> Vec<Way> {
         Way::tried("tried, 20 set aside, 2.5 mm and 16 yaws", |way| {
             fine(way);
             aside(way);
+        }),
+        Way::tried("as ppnpack pack", |way| {
+            fine(way);
+            aside(way);
+            way.method.trial.limits = within(25.0, 18.0);
+            way.method.scene_value = SceneValue::built_in();
         }),
         Way::new("tried, published weights", |_| ()),
         Way::untried("no test", Stability::None),
@@ -203,11 +217,7 @@ fn efforts() -> Vec<Way> {
 fn limits() -> Vec<Way> {
     let way = |(tilt, slide_mm): (f64, f64)| {
         Way::tried(format!("{tilt:.0} degrees, {slide_mm:.0} mm"), |way| {
-            way.method.trial.limits = TrialLimits {
-                tilt_rad: tilt.to_radians(),
-                slide_m: slide_mm * 1e-3,
-                ..way.method.trial.limits
-            };
+            way.method.trial.limits = within(tilt, slide_mm);
         })
     };
     let limits = [
@@ -220,6 +230,15 @@ fn limits() -> Vec<Way> {
         (60.0, 60.0),
     ];
     limits.map(way).to_vec()
+}
+
+/// The usual limits but for tilt and slide.
+fn within(tilt_degrees: f64, slide_mm: f64) -> TrialLimits {
+    TrialLimits {
+        tilt_rad: tilt_degrees.to_radians(),
+        slide_m: slide_mm * 1e-3,
+        ..TrialLimits::default()
+    }
 }
 
 /// The ways of a file.
@@ -248,7 +267,7 @@ mod tests {
     #[test]
     fn what_is_compared_is_possible_and_no_way_is_like_another() {
         for comparison in Comparison::value_variants() {
-            let ways = comparison.ways();
+            let ways = comparison.ways(&[]).unwrap();
             let names: BTreeSet<&str> = ways.iter().map(|way| way.name.as_str()).collect();
             assert_eq!(names.len(), ways.len());
             for way in &ways {
@@ -256,5 +275,17 @@ mod tests {
             }
             assert!(!ways[0].method.trial.is_on());
         }
+    }
+    #[test]
+    fn methods_are_chosen_by_name_and_the_first_is_always_there() {
+        let names = |only: &[&str]| {
+            let only: Vec<String> = only.iter().map(ToString::to_string).collect();
+            let ways = Comparison::Stages.ways(&only);
+            ways.map(|ways| ways.into_iter().map(|way| way.name).collect::<Vec<_>>())
+        };
+        let chosen = names(&["as ppnpack pack", "tried"]).unwrap();
+        assert_eq!(chosen, ["published test", "tried", "as ppnpack pack"]);
+        let refused = names(&["tried", "1 try"]).unwrap_err().to_string();
+        assert!(refused.contains("1 try") && refused.contains("tried, 4 poses"));
     }
 }
