@@ -1,8 +1,10 @@
 """Prints criterion's medians as Markdown, with ratios within the run."""
 
+import datetime
 import json
 import os
 import pathlib
+import subprocess
 import sys
 
 # Per grid, steps are given as a ratio to this one.
@@ -34,11 +36,18 @@ def machine():
     return "unknown processor"
 
 
+def commit():
+    """The commit of the working folder, and whether files differ from it."""
+    command = ["git", "describe", "--always", "--dirty=, with changes"]
+    described = subprocess.run(command, capture_output=True, text=True, check=False)
+    return described.stdout.strip() or "unknown"
+
+
 def main():
     rows = list(measured(sys.argv[1]))
     objects = os.environ.get("PPNPACK_BENCH_OBJECTS")
     print("# Benchmarks\n")
-    print(f"Machine: {machine()}, {os.cpu_count()} cores. One thread unless a row says otherwise. "
+    print(f"Machine: {machine()}, {os.cpu_count()} cores; commit {commit()}, {datetime.date.today():%-d %B %Y}. One thread unless a row says otherwise. "
           f"Objects of steps and kernels: {'the folder ' + pathlib.Path(objects).name if objects else 'the built-in set'}; "
           "the other groups use the built-in set. "
           "'Every value computed' is the engine's plain survey of all placements, without bounds and without the "
