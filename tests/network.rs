@@ -289,13 +289,19 @@ fn a_loss_that_is_no_number_stops_the_training_and_keeps_the_batch() {
     assert!(out.join("bad-batch.safetensors").exists());
 }
 
-/// Packs with the network; gives the summary.
+/// The grid that the shipped network learned on.
+const OWN_GRID: [&str; 4] = ["--cell", "1cm", "--yaws", "4"];
+
+/// Packs with the network, on its own grid where none is named; gives the summary.
 fn pack(folder: &Path, more: &[&str]) -> Value {
     let out = folder.join("packed");
     let mut arguments = vec!["pack", "--random", "10", "--seed", "4", "--json"];
     arguments.extend(["--out", out.to_str().unwrap()]);
     if !more.contains(&"--proposals") {
         arguments.extend(["--proposals", "network"]);
+    }
+    if !more.contains(&"--yaws") {
+        arguments.extend(OWN_GRID);
     }
     arguments.extend(more);
     serde_json::from_slice(&succeed(&arguments).stdout).unwrap()

@@ -15,9 +15,6 @@ use crate::maps::{Layout, limit, lowest};
 use crate::network::{CONTAINER_CHANNELS, RESTING_CHANNELS, VIEW_CHANNELS};
 use crate::symmetry::Symmetry;
 
-/// What the values are divided by for regression.
-const VALUE_SCALE: f32 = 10.0;
-
 /// A batch of `S` steps with up to `B` candidates of `R` yaws each, in plain memory; `N = S B`, `L = X Y`.
 #[derive(Debug)]
 pub(crate) struct Batch {
@@ -83,13 +80,17 @@ pub(crate) struct Regression {
 }
 
 impl Regression {
-    /// The target of a placement whose value exceeds the candidate's least, `best`, by `above`.
+    /// What is not valid: what an untrained network says of most placements.
+    const CUT_OFF: f32 = 0.0;
+
+    /// The target of a placement whose value exceeds the candidate's least, `best`, by `above`: from -1 up to
+    /// [`Self::CUT_OFF`]. Within the scores that a network begins with, none of its training goes into reaching them.
     fn of(self, best: f64, above: f32) -> f32 {
         let target = match self.target {
             RegressionTarget::AboveOptimum => above,
             RegressionTarget::Value => best as f32 + above,
         };
-        target.min(self.cut_off) / VALUE_SCALE
+        target.min(self.cut_off) / self.cut_off - 1.0
     }
 }
 
@@ -237,7 +238,7 @@ impl BatchMaker {
                     batch.values.get_mut(range),
                     candidate.values.as_ref(),
                 ) {
-                    values.fill(regression.cut_off / VALUE_SCALE);
+                    values.fill(Regression::CUT_OFF);
                     let best = kept.best();
                     let Some(kept) = kept.yaws().get(yaw) else {
                         continue;
@@ -347,7 +348,7 @@ mod tests {
                 target,
                 cut_off: 40.0,
             };
-            regression.of(25.0, above) * VALUE_SCALE
+            (regression.of(25.0, above) + 1.0) * 40.0
         };
         let invalid = f32::INFINITY;
         let above =
