@@ -311,7 +311,8 @@ fn pack(folder: &Path, more: &[&str]) -> Value {
 fn the_shipped_network_packs_on_its_own_grid_and_on_others() {
     let folder = tempfile::tempdir().unwrap();
     for grid in [
-        &[][..],
+        &OWN_GRID[..],
+        &["--cell", "2.5mm", "--yaws", "16"],
         &["--cell", "5mm", "--yaws", "8"],
         &["--container", "25x41x20cm", "--yaws", "3"],
     ] {

@@ -14,9 +14,6 @@ mod command;
 
 use command::{cache, json, ppnpack, refused};
 
-/// For tests of what is the same on every grid: on the default one a step of some methods takes seconds.
-const COARSE: [&str; 4] = ["--cell", "1cm", "--yaws", "4"];
-
 #[test]
 fn the_same_seed_packs_the_same() {
     let folder = tempfile::tempdir().unwrap();
@@ -54,7 +51,6 @@ fn without_libtorch_the_network_gives_way_to_the_exhaustive_search_with_the_reas
         let out = folder.path().join(out);
         let mut command = Command::new(&alone);
         command.args(["pack", "--random", "6", "--json", "--proposals", proposals]);
-        command.args(COARSE);
         command.arg("--out").arg(out).env("XDG_CACHE_HOME", cache());
         json(&command.output().unwrap())
     };
@@ -198,12 +194,7 @@ fn other_grids_containers_and_methods_pack() {
         } else {
             &base[..]
         };
-        let grid = if extra.contains(&"--cell") {
-            &[]
-        } else {
-            &COARSE[..]
-        };
-        let summary = json(&ppnpack(&[base, extra, grid].concat()));
+        let summary = json(&ppnpack(&[base, extra].concat()));
         assert!(
             summary["packed"]["items"].as_u64().unwrap() >= 1,
             "{extra:?}: {summary}"
@@ -218,7 +209,7 @@ fn an_arm_packs_what_it_can_reach_and_tells_its_cycle_times() {
         let out = folder.path().join(name);
         let mut arguments = vec!["pack", "--random", "16", "--seed", "3", "--json", "--out"];
         arguments.push(out.to_str().unwrap());
-        arguments.extend(COARSE.iter().chain(arm));
+        arguments.extend(arm);
         let summary = json(&ppnpack(&arguments));
         let placements = std::fs::read_to_string(out.join("placements.csv")).unwrap();
         let page = std::fs::read_to_string(out.join("report.html")).unwrap();

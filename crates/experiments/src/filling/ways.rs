@@ -185,6 +185,7 @@ fn stages() -> Vec<Way> {
             fine(way);
             aside(way);
         }),
+        // What `ppnpack pack` does where nothing is said.
         Way::tried("as ppnpack pack", |way| {
             fine(way);
             aside(way);
@@ -276,6 +277,7 @@ mod tests {
             assert!(!ways[0].method.trial.is_on());
         }
     }
+
     #[test]
     fn methods_are_chosen_by_name_and_the_first_is_always_there() {
         let names = |only: &[&str]| {

@@ -96,9 +96,9 @@ pub(super) struct TrainingOptions {
     #[arg(long, value_parser = one_of(&REGRESSION_TARGETS), default_value = "above-optimum")]
     regress_to: RegressionTarget,
 
-    /// Up to where --loss mse tells what it approximates apart, in units of the objective
-    #[arg(long, value_name = "VALUE", default_value_t = 10.0, value_parser = positive)]
-    cut_off: f64,
+    /// Up to where --loss mse tells what it approximates apart, in units of the objective [default: 10 above the optimum]
+    #[arg(long, value_name = "VALUE", value_parser = positive, allow_hyphen_values = true)]
+    cut_off: Option<f64>,
 
     /// Passes over the training split
     #[arg(long, value_name = "COUNT", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=10_000))]
@@ -127,6 +127,11 @@ impl TrainingOptions {
             let what = "--misfit-weight is for --loss-over all: a loss over what fits leaves the others out";
             return Err(Failure::input(what));
         }
+        // The cut-off that is usual above the optimum is below nearly all values.
+        if self.regress_to == RegressionTarget::Value && self.cut_off.is_none() {
+            let what = "--regress-to value needs --cut-off, a value that few placements exceed, such as 200";
+            return Err(Failure::input(what));
+        }
         let usual = TrainingSettings::default();
         Ok(TrainingSettings {
             architecture: network.architecture()?,
@@ -134,7 +139,7 @@ impl TrainingOptions {
             loss_over: self.loss_over,
             misfit_weight: self.misfit_weight.unwrap_or(usual.misfit_weight),
             regress_to: self.regress_to,
-            cut_off: self.cut_off,
+            cut_off: self.cut_off.unwrap_or(usual.cut_off),
             epochs: self.epochs as usize,
             learning_rate: self.learning_rate,
             schedule: self.schedule,

@@ -80,7 +80,7 @@ pub(crate) struct Regression {
 }
 
 impl Regression {
-    /// What is not valid: what an untrained network says of most placements.
+    /// The target of what is not valid or is cut off: near what an untrained network says.
     const CUT_OFF: f32 = 0.0;
 
     /// The target of a placement whose value exceeds the candidate's least, `best`, by `above`: from -1 up to

@@ -70,8 +70,8 @@ fn hinge(
     violation.f_mul(&others)?.f_sum(Kind::Float)
 }
 
-/// The mean squared difference to the heuristic's values above the candidate's optimum, over the placements by their weights;
-/// those that do not fit have the value at which all are cut off.
+/// The mean squared difference to what regression approximates, over the placements by their weights; those that do not fit
+/// have the target at which all are cut off.
 fn regression(scores: &Tensor, labels: &Labels, weights: &Tensor) -> Result<Tensor, TchError> {
     let Some(values) = &labels.values else {
         let what = "the data has no values to regress to".to_owned();
