@@ -350,6 +350,16 @@ fn comparisons_and_tried_placements_are_the_same_as_shards() {
 }
 
 #[test]
+fn a_value_is_the_same_as_learned_by_shards() {
+    let folder = tempfile::tempdir().unwrap();
+    // The first hundred sequences are the tests', of which nothing may be learned.
+    let sequences = sequences(folder.path(), [110, 3], 90);
+    let packed = ["--sequences", sequences.to_str().unwrap(), "--first", "100"];
+    let value = ["value", "--cases", "10", "--cell", "1cm", "--yaws", "4"];
+    is_the_same_as_shards(ppnpack, &[&value[..], &packed].concat());
+}
+
+#[test]
 fn fillings_loads_streams_and_boxes_are_the_same_as_shards() {
     let folder = tempfile::tempdir().unwrap();
     let sequences = sequences(folder.path(), [3, 5], 90);

@@ -23,7 +23,7 @@ use crate::cases::{Case, cases};
 use crate::document::{self, Answer, Document};
 use crate::filling::apart::Apart;
 use crate::filling::{Way, pack};
-use crate::runs::{Runs, RunsOption, hash};
+use crate::runs::{Runs, ShardOptions, hash};
 use crate::workers;
 use results::Results;
 use ridge::Sample;
@@ -74,7 +74,7 @@ pub(crate) struct ValueArguments {
     out: PathBuf,
 
     #[command(flatten)]
-    runs: RunsOption,
+    runs: ShardOptions,
 
     /// Print the results as JSON instead of tables
     #[arg(long)]
@@ -129,10 +129,12 @@ pub(crate) fn run(arguments: &ValueArguments) -> Outcome {
     let catalogue = arguments.catalogue.load(&resolution)?;
     let sequences = SequenceFile::read(&arguments.sequences, &catalogue)?;
     let cases = cases(&sequences, arguments.first, arguments.cases)?;
-    let folder = arguments.runs.folder(&arguments.out);
-    let kept = Runs::new(&folder, &(catalogue.content_hash(), &way))?;
+    let part = arguments.runs.part(&arguments.out);
+    let kept = Runs::new(&part.runs, &(catalogue.content_hash(), &way))?;
     let see = |case: &Case| see(&kept, &way, &catalogue, case);
-    let seen = workers::map("Packing", &cases, arguments.workers, see)?;
+    let Some(seen) = part.make(&kept, &cases, arguments.workers, see)? else {
+        return part.tell(arguments.json);
+    };
     let size = way.grid.container;
     let container_m3 = size.x_m * size.y_m * size.z_m;
     let samples: Vec<Vec<Sample>> = seen
