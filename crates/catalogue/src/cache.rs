@@ -5,6 +5,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use ppnpack_files::write_whole;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::build::ModelSettings;
@@ -99,32 +100,13 @@ impl Cache {
 
     /// The entry of a key; `None` where there is none or it is damaged.
     pub(crate) fn get(&self, key: &Key) -> Option<Entry> {
-        let path = self.path(key)?;
-        match read(&path) {
-            Ok(bytes) => {
-                let entry = decoded(&bytes);
-                if entry.is_none() {
-                    tracing::warn!(path = %path.display(), "a damaged cache entry is made anew");
-                }
-                entry
-            }
-            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
-            Err(error) => {
-                tracing::warn!(path = %path.display(), %error, "a cache entry cannot be read");
-                None
-            }
-        }
+        load(&self.path(key)?)
     }
 
     /// Keeps an entry.
     pub(crate) fn put(&self, key: &Key, entry: &Entry) {
-        let Some(path) = self.path(key) else { return };
-        let kept = match encoded(entry) {
-            Ok(bytes) => write_whole(&path, &bytes).map_err(|error| error.to_string()),
-            Err(error) => Err(error.to_string()),
-        };
-        if let Err(error) = kept {
-            tracing::warn!(path = %path.display(), %error, "a model is not cached");
+        if let Some(path) = self.path(key) {
+            store(&path, entry);
         }
     }
 
@@ -137,6 +119,50 @@ impl Cache {
     }
 }
 
+/// What `make` gives, kept in a directory between runs. The name says all that it depends on: it is made once for each.
+pub fn kept<T: Serialize + DeserializeOwned>(
+    directory: &CacheDir,
+    name: &str,
+    make: impl FnOnce() -> T,
+) -> T {
+    let Some(path) = Cache::new(directory).directory.map(|it| it.join(name)) else {
+        return make();
+    };
+    load(&path).unwrap_or_else(|| {
+        let made = make();
+        store(&path, &made);
+        made
+    })
+}
+
+/// What a file of the cache holds; `None` where there is none or it is damaged.
+fn load<T: DeserializeOwned>(path: &Path) -> Option<T> {
+    match read(path) {
+        Ok(bytes) => {
+            let content = decoded(&bytes);
+            if content.is_none() {
+                tracing::warn!(path = %path.display(), "a damaged cache entry is made anew");
+            }
+            content
+        }
+        Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+        Err(error) => {
+            tracing::warn!(path = %path.display(), %error, "a cache entry cannot be read");
+            None
+        }
+    }
+}
+
+fn store(path: &Path, content: &impl Serialize) {
+    let kept = match encoded(content) {
+        Ok(bytes) => write_whole(path, &bytes).map_err(|error| error.to_string()),
+        Err(error) => Err(error.to_string()),
+    };
+    if let Err(error) = kept {
+        tracing::warn!(path = %path.display(), %error, "a cache entry is not kept");
+    }
+}
+
 fn read(path: &Path) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     fs::File::open(path)?
@@ -145,7 +171,7 @@ fn read(path: &Path) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-fn decoded(bytes: &[u8]) -> Option<Entry> {
+fn decoded<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
     let (checksum, content) = bytes.split_at_checked(blake3::OUT_LEN)?;
     if blake3::hash(content).as_bytes() != checksum {
         return None;
@@ -153,8 +179,8 @@ fn decoded(bytes: &[u8]) -> Option<Entry> {
     postcard::from_bytes(content).ok()
 }
 
-fn encoded(entry: &Entry) -> Result<Vec<u8>, postcard::Error> {
-    let content = postcard::to_stdvec(entry)?;
+fn encoded(content: &impl Serialize) -> Result<Vec<u8>, postcard::Error> {
+    let content = postcard::to_stdvec(content)?;
     Ok([blake3::hash(&content).as_bytes(), content.as_slice()].concat())
 }
 
@@ -212,6 +238,18 @@ mod tests {
         }
         cache.put(&key, &entry());
         assert_eq!(cache.get(&key), Some(entry()));
+    }
+
+    #[test]
+    fn what_has_a_name_is_made_once_and_anew_where_it_is_damaged() {
+        let directory = tempfile::tempdir().unwrap();
+        let at = CacheDir::At(directory.path().to_owned());
+        let get = |name: &str, value: u32| kept(&at, name, || vec![value]);
+        assert_eq!(get("a", 1), [1]);
+        assert_eq!((get("a", 2), get("b", 3)), (vec![1], vec![3]));
+        fs::write(directory.path().join("a"), "damaged").unwrap();
+        assert_eq!((get("a", 4), get("a", 5)), (vec![4], vec![4]));
+        assert_eq!(kept(&CacheDir::Nowhere, "a", || 6), 6);
     }
 
     #[test]

@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::build::{ModelSettings, Pose, model};
 use crate::cache::{Cache, CacheDir, Entry, Key};
 use crate::error::{CatalogueError, ObjectError};
@@ -22,7 +24,7 @@ pub enum Source {
 }
 
 /// A mesh that is no file.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NamedMesh {
     /// Unique in its source.
     pub name: String,

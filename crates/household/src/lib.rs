@@ -27,6 +27,7 @@ mod tests;
 
 use std::sync::{Arc, LazyLock};
 
+use ppnpack_catalogue::cache::{CacheDir, kept};
 use ppnpack_catalogue::catalogue::{NamedMesh, Source};
 use rayon::prelude::*;
 
@@ -34,8 +35,34 @@ use rayon::prelude::*;
 pub const BUILTIN: &str = "builtin";
 
 /// All objects of the set, by ascending volume. The first use builds them, in parallel, which takes
-/// about a second of one core.
-pub static OBJECTS: LazyLock<Arc<[NamedMesh]>> = LazyLock::new(|| built().into());
+/// about a second of one core; later runs find them among the user's models.
+pub static OBJECTS: LazyLock<Arc<[NamedMesh]>> = LazyLock::new(|| {
+    let mut name = blake3::Hasher::new();
+    for source in SOURCES {
+        name.update(source.as_bytes());
+    }
+    let name = format!("{}.household", name.finalize().to_hex());
+    kept(&CacheDir::User, &name, built).into()
+});
+
+/// What the set follows from: another text makes it anew.
+const SOURCES: [&str; 15] = [
+    include_str!("field.rs"),
+    include_str!("lib.rs"),
+    include_str!("outline.rs"),
+    include_str!("set/boxes.rs"),
+    include_str!("set/home.rs"),
+    include_str!("set/mod.rs"),
+    include_str!("set/packs.rs"),
+    include_str!("set/produce.rs"),
+    include_str!("set/tableware.rs"),
+    include_str!("set/tools.rs"),
+    include_str!("set/toys.rs"),
+    include_str!("simplify.rs"),
+    include_str!("solid.rs"),
+    include_str!("surface_nets.rs"),
+    include_str!("surfaces.rs"),
+];
 
 /// The objects that a setting names: the set for [`BUILTIN`], else those of a folder of meshes.
 pub fn source(name: &str) -> Source {

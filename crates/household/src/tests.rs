@@ -2,6 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 use std::f64::consts::PI;
+use std::fs;
+use std::path::Path;
 
 use nalgebra::Point3;
 use ppnpack_catalogue::mass::mass_properties;
@@ -11,7 +13,7 @@ use super::field::{ball, block, cylinder, prism};
 use super::outline::{rectangle, spline, triangulate};
 use super::solid::Solid;
 use super::surfaces::{extrude, lathe, loft, superellipsoid, sweep};
-use super::{OBJECTS, built};
+use super::{OBJECTS, SOURCES, built};
 
 /// The reference container, in metres.
 const CONTAINER_M: [f64; 3] = [0.32, 0.32, 0.30];
@@ -180,6 +182,20 @@ fn densities_are_those_of_everyday_goods() {
         let mass_kg = object.density_kg_m3 * object.mesh.signed_volume_m3();
         assert!((0.005..1.5).contains(&mass_kg), "{}", object.name);
     }
+}
+
+#[test]
+fn the_set_is_kept_by_all_code_that_makes_it() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let files = [&folder, &folder.join("set")].map(|folder| folder.read_dir().unwrap());
+    let paths = files
+        .into_iter()
+        .flatten()
+        .map(|entry| entry.unwrap().path());
+    let sources = paths.filter(|path| path.is_file() && !path.ends_with("tests.rs"));
+    let sources: HashSet<_> = sources.map(|it| fs::read_to_string(it).unwrap()).collect();
+    let kept_by = SOURCES.map(str::to_owned);
+    assert_eq!(HashSet::from(kept_by), sources);
 }
 
 #[test]

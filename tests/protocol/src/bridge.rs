@@ -1,5 +1,7 @@
 //! The bridge: its ledger, its robot, which goes on whoever watches it, and its disk.
 
+use std::sync::Arc;
+
 use nalgebra::Isometry3;
 use ppnpack_protocol::ledger::{FROM_BACKUP, Ledger, PlacementVerdict, Record, RenewalVerdict};
 use ppnpack_protocol::message;
@@ -9,6 +11,7 @@ use ppnpack_wire::v1::{self, Status};
 use crate::action::Who;
 use crate::configuration::{Configuration, Fault, Sabotage};
 use crate::driver::{Answer, Ask, Call};
+use crate::shared::Shared;
 use crate::world::{Broken, Job, Motion, Whereabouts, World};
 
 /// The id of an item.
@@ -68,7 +71,7 @@ impl World {
 
     fn place(&mut self, number: usize, configuration: &Configuration) -> Option<Answer> {
         let decided = self.decided.get(number)?;
-        let request = v1::PlaceRequest::from(&decided.decision);
+        let request = v1::PlaceRequest::from(&*decided.decision);
         let Ok(placement) = message::read_placement(&request) else {
             return Some(Answer::Refused(Status::Invalid));
         };
@@ -192,7 +195,7 @@ impl World {
         )) = &change.written
         {
             let outcome = message::write_outcome(placement, outcome);
-            self.published.push(outcome);
+            self.published.push(Arc::new(outcome));
         }
         self.bridge.ledger.apply(change);
         self.bridge.job = None;
@@ -270,7 +273,7 @@ impl World {
             return None;
         }
         self.count(Fault::LoseJournal, configuration)?;
-        self.bridge.ledger = Ledger::beginning_at(self.fresh_state());
+        self.bridge.ledger = Shared::new(Ledger::beginning_at(self.fresh_state()));
         Some(())
     }
 

@@ -17,6 +17,7 @@ pub mod exhaust;
 mod people;
 mod planner;
 mod recovery;
+mod shared;
 pub mod shrink;
 pub mod wander;
 mod world;

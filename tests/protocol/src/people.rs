@@ -7,6 +7,7 @@ use ppnpack_wire::v1;
 use crate::bridge::item_id;
 use crate::configuration::{Configuration, Fault, Sabotage};
 use crate::planner;
+use crate::shared::Shared;
 use crate::world::{Whereabouts, World};
 
 /// Why somebody holds the cell.
@@ -139,7 +140,8 @@ impl World {
         };
         let is_automatic = self.controllers.is_empty();
         let next = planner::begun(self.sessions, is_automatic, least_state_number, &self.items);
-        self.planner.session = self.planner.session.followed_by(next, false).ok()?;
+        let next = self.planner.session.followed_by(next, false).ok()?;
+        self.planner.session = Shared::new(next);
         self.sessions += 1;
         self.must_look = false;
         for decided in &mut self.decided {

@@ -1,5 +1,7 @@
 //! The planner: its session, and the automatic mode.
 
+use std::sync::Arc;
+
 use nalgebra::Isometry3;
 use ppnpack_packing::grid::Units;
 use ppnpack_packing::placement::{Placement, RestingPlacement};
@@ -14,6 +16,7 @@ use crate::action::Who;
 use crate::bridge::item_id;
 use crate::configuration::{Configuration, Fault, Sabotage};
 use crate::driver::{Driver, Settled};
+use crate::shared::Shared;
 use crate::world::{Broken, Decided, Motion, Whereabouts, World};
 
 /// A session in which all items are announced that wait.
@@ -95,7 +98,7 @@ impl World {
             self.break_promise(Broken::NobodyLooked);
         }
         self.decided.push(Decided {
-            decision,
+            decision: Arc::new(decision),
             item,
             shown,
             is_sent: false,
@@ -154,7 +157,7 @@ impl World {
         let driver = self.driver(who)?;
         let decision = driver.decision.and_then(|number| self.decided.get(number));
         let decision = decision.map(|decided| decided.decision.clone());
-        let gives_up = self.driver_mut(who)?.receive(decision.as_ref())?;
+        let gives_up = self.driver_mut(who)?.receive(decision.as_deref())?;
         if gives_up {
             // The bridge refuses only what it cannot understand or contradicts what it was asked before.
             self.break_promise(Broken::NotUnderstood);
@@ -254,11 +257,11 @@ impl World {
     }
 
     pub(crate) fn lose_store(&mut self, configuration: &Configuration) -> Option<()> {
-        if self.planner.is_up || self.planner.session == Session::default() {
+        if self.planner.is_up || *self.planner.session == Session::default() {
             return None;
         }
         self.count(Fault::LoseStore, configuration)?;
-        self.planner.session = Session::default();
+        self.planner.session = Shared::new(Session::default());
         Some(())
     }
 

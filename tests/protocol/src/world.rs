@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 use std::fmt;
-use std::hash::{Hash, Hasher};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::Arc;
 
 use ppnpack_protocol::ledger::{Ledger, Record};
 use ppnpack_protocol::placing::Finding;
@@ -12,6 +13,7 @@ use prost::Message;
 
 use crate::configuration::{Configuration, Fault};
 use crate::driver::Driver;
+use crate::shared::Shared;
 use crate::{Action, planner};
 
 /// The first state of the cell.
@@ -66,7 +68,7 @@ pub(crate) enum Whereabouts {
 /// What is known of a decision by who sees everything.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Decided {
-    pub(crate) decision: v1::Decision,
+    pub(crate) decision: Arc<v1::Decision>,
     pub(crate) item: u8,
     /// What its picture showed.
     pub(crate) shown: Content,
@@ -81,8 +83,8 @@ pub(crate) struct Decided {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Planner {
     pub(crate) is_up: bool,
-    pub(crate) session: Session,
-    pub(crate) backup: Option<Session>,
+    pub(crate) session: Shared<Session>,
+    pub(crate) backup: Option<Shared<Session>>,
     /// Carries decisions out in automatic mode.
     pub(crate) driver: Driver,
 }
@@ -100,8 +102,8 @@ pub(crate) enum Job {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Bridge {
     pub(crate) is_up: bool,
-    pub(crate) ledger: Ledger,
-    pub(crate) backup: Option<Ledger>,
+    pub(crate) ledger: Shared<Ledger>,
+    pub(crate) backup: Option<Shared<Ledger>>,
     pub(crate) job: Option<Job>,
 }
 
@@ -124,7 +126,7 @@ pub struct World {
     /// Every picture that was made: the state that it is said to show, and what it shows.
     pub(crate) pictures: BTreeSet<(u64, Content)>,
     /// Outcomes that were published, and may be heard at any time.
-    pub(crate) published: Vec<v1::Outcome>,
+    pub(crate) published: Vec<Arc<v1::Outcome>>,
     /// A state that no cell ever had.
     pub(crate) fresh: u64,
     /// An item was lost or unknown since somebody looked.
@@ -144,14 +146,14 @@ impl World {
         let mut world = Self {
             planner: Planner {
                 is_up: true,
-                session: planner::begun(0, is_automatic, FIRST_STATE, &items),
+                session: Shared::new(planner::begun(0, is_automatic, FIRST_STATE, &items)),
                 backup: None,
                 driver: Driver::default(),
             },
             controllers: vec![Driver::default(); usize::from(configuration.controllers)],
             bridge: Bridge {
                 is_up: true,
-                ledger: Ledger::beginning_at(FIRST_STATE),
+                ledger: Shared::new(Ledger::beginning_at(FIRST_STATE)),
                 backup: None,
                 job: None,
             },
@@ -237,14 +239,18 @@ impl World {
 
 impl Hash for World {
     fn hash<H: Hasher>(&self, state: &mut H) {
-        hash_session(&self.planner.session, state);
-        if let Some(backup) = &self.planner.backup {
-            hash_session(backup, state);
+        let Planner {
+            session, backup, ..
+        } = &self.planner;
+        for session in [Some(session), backup.as_ref()] {
+            session
+                .map(|session| session.hash_by(hash_session))
+                .hash(state);
         }
         (self.planner.is_up, &self.planner.driver, &self.controllers).hash(state);
-        hash_ledger(&self.bridge.ledger, state);
-        if let Some(backup) = &self.bridge.backup {
-            hash_ledger(backup, state);
+        let Bridge { ledger, backup, .. } = &self.bridge;
+        for ledger in [Some(ledger), backup.as_ref()] {
+            ledger.map(|ledger| ledger.hash_by(hash_ledger)).hash(state);
         }
         self.bridge.is_up.hash(state);
         match &self.bridge.job {
@@ -274,11 +280,11 @@ impl Hash for World {
     }
 }
 
-fn hash_session<H: Hasher>(session: &Session, state: &mut H) {
+fn hash_session(session: &Session, state: &mut DefaultHasher) {
     session.to_message(0).encode_to_vec().hash(state);
 }
 
-fn hash_ledger<H: Hasher>(ledger: &Ledger, state: &mut H) {
+fn hash_ledger(ledger: &Ledger, state: &mut DefaultHasher) {
     let head = ledger.head();
     (
         head.state_number,

@@ -203,7 +203,11 @@ fn stages() -> Vec<Way> {
 
 fn efforts() -> Vec<Way> {
     let tried = |tries: usize| {
-        Way::tried(format!("{tries} tries"), |way| {
+        let name = match tries {
+            1 => "1 try".to_owned(),
+            _ => format!("{tries} tries"),
+        };
+        Way::tried(name, |way| {
             way.method.trial.tries_per_item = tries;
         })
     };

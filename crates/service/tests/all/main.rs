@@ -1,0 +1,15 @@
+//! What services share, from outside: one program, as linking what carries messages takes long.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    reason = "a panic in a test is a failing test"
+)]
+
+mod configuration;
+mod log_stream;
+mod process;
+mod rpc;
+mod stream;
+mod trace;

@@ -1,0 +1,321 @@
+//! The example `tiny` as a process: from its command line to its end.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::path::PathBuf;
+use std::process::{Child, ChildStderr, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use ppnpack_service::alive::Alive;
+use ppnpack_service::embedded::{self, hub};
+use ppnpack_service::rpc::Client;
+use ppnpack_wire::keys::{Cell, Service};
+use ppnpack_wire::v1::{HeightmapRequest, Status};
+use zenoh::Wait;
+
+/// The example, which cargo builds beside the tests.
+fn tiny() -> Command {
+    let test = std::env::current_exe().unwrap();
+    let profile = test.parent().unwrap().parent().unwrap();
+    let path: PathBuf = profile.join("examples/tiny");
+    assert!(
+        path.exists(),
+        "build it first: cargo build -p ppnpack-service --example tiny"
+    );
+    Command::new(path)
+}
+
+/// The program that asks in containers.
+fn ask_health(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_ppnpack-healthcheck"))
+        .args(arguments)
+        .env_remove("PPNPACK__ADMIN__LISTEN")
+        .output()
+        .unwrap()
+}
+
+#[test]
+fn a_health_check_of_no_address_is_refused() {
+    assert_eq!(ask_health(&[]).status.code(), Some(64));
+    assert_eq!(ask_health(&["nowhere"]).status.code(), Some(64));
+}
+
+fn run(arguments: &[&str]) -> Output {
+    tiny().args(arguments).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// A running `tiny`; killed if the test fails.
+struct Tiny {
+    child: Child,
+    log: BufReader<ChildStderr>,
+}
+
+impl Drop for Tiny {
+    fn drop(&mut self) {
+        self.child.kill().ok();
+        self.child.wait().ok();
+    }
+}
+
+impl Tiny {
+    fn start(endpoint: &str, more: &[&str]) -> Self {
+        let connect = format!("zenoh.connect={endpoint}");
+        let mut child = tiny()
+            .args(["--set", &connect, "--set", "log.format=json"])
+            .args(more.iter().flat_map(|assignment| ["--set", assignment]))
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let log = BufReader::new(child.stderr.take().unwrap());
+        Self { child, log }
+    }
+
+    /// Reads the log up to a line with this message.
+    fn await_line(&mut self, message: &str) -> serde_json::Value {
+        loop {
+            let mut line = String::new();
+            assert!(
+                self.log.read_line(&mut line).unwrap() > 0,
+                "no line '{message}'"
+            );
+            let line: serde_json::Value = serde_json::from_str(&line).unwrap();
+            if line["message"]
+                .as_str()
+                .is_some_and(|own| own.contains(message))
+            {
+                return line;
+            }
+        }
+    }
+
+    fn signal(&self, name: &str) {
+        let id = self.child.id().to_string();
+        assert!(
+            Command::new("kill")
+                .args([name, &id])
+                .status()
+                .unwrap()
+                .success()
+        );
+    }
+}
+
+fn get(address: &str, path: &str) -> (u16, String) {
+    let mut stream = TcpStream::connect(address).unwrap();
+    write!(
+        stream,
+        "GET {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"
+    )
+    .unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+    (
+        head.split(' ').nth(1).unwrap().parse().unwrap(),
+        body.to_owned(),
+    )
+}
+
+/// Asks until the status is as wanted. The port has no events.
+fn await_status(address: &str, path: &str, wanted: u16) -> String {
+    let deadline = Instant::now() + Duration::from_secs(20);
+    loop {
+        let (status, body) = get(address, path);
+        if status == wanted {
+            return body;
+        }
+        assert!(Instant::now() < deadline, "{path}: {status} {body}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn a_wrong_configuration_ends_with_64_before_a_port_is_opened() {
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let listen = format!("admin.listen={}", taken.local_addr().unwrap());
+    let output = run(&["--set", &listen, "--set", "zenoh.moed=client"]);
+    assert_eq!(output.status.code(), Some(64));
+    let error = text(&output.stderr);
+    assert!(
+        error.contains("zenoh.moed") && error.contains("--set zenoh.moed"),
+        "{error}"
+    );
+    let output = run(&["--set", &listen]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        text(&output.stderr).contains("admin port"),
+        "{}",
+        text(&output.stderr)
+    );
+    assert_eq!(run(&["--no-such-option"]).status.code(), Some(64));
+    assert_eq!(
+        run(&["--set", "service.excuse=", "--validate-config"])
+            .status
+            .code(),
+        Some(64)
+    );
+    assert_eq!(run(&["--validate-config"]).status.code(), Some(0));
+    assert_eq!(run(&["--help"]).status.code(), Some(0));
+}
+
+#[test]
+fn what_is_printed_is_a_configuration() {
+    let output = run(&["--print-config", "--set", "service.excuse=none"]);
+    assert_eq!(output.status.code(), Some(0));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("c.toml");
+    std::fs::write(&path, &output.stdout).unwrap();
+    let again = run(&["--print-config", "--config", path.to_str().unwrap()]);
+    assert_eq!(text(&again.stdout), text(&output.stdout));
+    assert!(text(&again.stdout).contains("excuse = \"none\""));
+}
+
+#[test]
+fn a_process_serves_and_ends_with_0() {
+    let hub = hub().unwrap();
+    let mut tiny = Tiny::start(hub.endpoint(), &["instance=t1"]);
+    let opened = tiny.await_line("admin port open");
+    let address = opened["address"].as_str().unwrap().to_owned();
+    tiny.await_line("started");
+    assert_eq!(get(&address, "/livez").0, 200);
+    assert_eq!(get(&address, "/startupz").0, 200);
+    let body = await_status(&address, "/readyz", 200);
+    assert!(body.contains(r#"{"name":"zenoh","passes":true}"#), "{body}");
+    let (_, info) = get(&address, "/info");
+    let info: serde_json::Value = serde_json::from_str(&info).unwrap();
+    assert_eq!(
+        (&info["service"], &info["instance"]),
+        (&"perception".into(), &"t1".into())
+    );
+    assert_eq!(info["configuration"].as_str().unwrap().len(), 16);
+
+    let session = embedded::session(&hub).unwrap();
+    let alive = Alive::watch(&session, Service::Perception).unwrap();
+    let soon = Instant::now() + Duration::from_secs(20);
+    assert!(alive.wait(soon, |now| now.len() == 1));
+    let client = Client::new(&session);
+    let request = HeightmapRequest::default();
+    let error = client
+        .call(&Cell::new("c1").unwrap(), request, soon)
+        .unwrap_err();
+    assert_eq!(error.status(), Some(Status::Unavailable));
+    let health = client
+        .health(Service::Perception, &alive.instances()[0], soon)
+        .unwrap();
+    assert!(health.is_ready);
+    let versions = health.header.unwrap().versions.unwrap();
+    assert_eq!(info["configuration"], versions.configuration);
+    let metrics = get(&address, "/metrics").1;
+    let line = r#"ppnpack_requests_total{service="perception",method="heightmap",status="STATUS_UNAVAILABLE"} 1"#;
+    assert!(metrics.contains(line), "{metrics}");
+
+    tiny.signal("-TERM");
+    tiny.await_line("shutting down");
+    tiny.await_line("finished everything");
+    assert_eq!(tiny.child.wait().unwrap().code(), Some(0));
+    assert!(alive.wait(soon, |now| now.is_empty()));
+}
+
+#[test]
+fn a_process_tells_when_its_certificates_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("certificate.pem");
+    std::fs::write(&path, include_str!("certificate.pem")).unwrap();
+    let given = ["certificate", "root_ca"].map(|of| format!("zenoh.tls.{of}={}", path.display()));
+    let mut tiny = Tiny::start("tls/127.0.0.1:1", &[&given[0], &given[1]]);
+    let opened = tiny.await_line("admin port open");
+    let metrics = get(opened["address"].as_str().unwrap(), "/metrics").1;
+    for of in ["certificate", "root_ca"] {
+        // As `openssl x509 -enddate` says: 16 July 2051, 14:53:59.
+        let line = format!("ppnpack_certificate_ends{{of=\"{of}\"}} 2573132039");
+        assert!(metrics.contains(&line), "{metrics}");
+    }
+    std::fs::write(&path, "no certificate").unwrap();
+    let output = run(&["--validate-config", "--set", &given[0]]);
+    let error = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(64));
+    assert!(
+        error.contains("zenoh.tls.certificate") && error.contains("is no certificate"),
+        "{error}"
+    );
+}
+
+/// A router at this endpoint.
+fn router(endpoint: &str) -> zenoh::Session {
+    let mut config = zenoh::Config::default();
+    for (key, value) in [
+        ("mode", "\"router\""),
+        ("listen/endpoints", &format!("[\"{endpoint}\"]")),
+        ("scouting/multicast/enabled", "false"),
+        ("scouting/delay", "0"),
+    ] {
+        config.insert_json5(key, value).unwrap();
+    }
+    zenoh::open(config).wait().unwrap()
+}
+
+#[test]
+fn a_process_is_ready_again_when_the_router_is_back() {
+    let first = hub().unwrap();
+    let endpoint = first.endpoint().to_owned();
+    let mut tiny = Tiny::start(&endpoint, &[]);
+    let opened = tiny.await_line("admin port open");
+    let address = opened["address"].as_str().unwrap();
+    await_status(address, "/readyz", 200);
+    assert_eq!(ask_health(&[address]).status.code(), Some(0));
+    drop(first);
+    let body = await_status(address, "/readyz", 503);
+    assert!(body.contains("no connection to any of tcp/"), "{body}");
+    let began = Instant::now();
+    let second = router(&endpoint);
+    await_status(address, "/readyz", 200);
+    assert!(
+        began.elapsed() < Duration::from_secs(5),
+        "{:?}",
+        began.elapsed()
+    );
+    // What it had declared is there again.
+    let alive = Alive::watch(&second, Service::Perception).unwrap();
+    assert!(
+        alive.wait(Instant::now() + Duration::from_secs(5), |now| now.len()
+            == 1)
+    );
+    tiny.signal("-TERM");
+    assert_eq!(tiny.child.wait().unwrap().code(), Some(0));
+}
+
+#[test]
+fn a_process_waits_for_a_router_and_is_not_ready() {
+    let first = hub().unwrap();
+    let endpoint = first.endpoint().to_owned();
+    drop(first);
+    // A port that the health check can be told of.
+    let port = TcpListener::bind("127.0.0.1:0")
+        .unwrap()
+        .local_addr()
+        .unwrap()
+        .port();
+    let listen = format!("admin.listen=127.0.0.1:{port}");
+    let mut tiny = Tiny::start(&endpoint, &[&listen]);
+    tiny.await_line("admin port open");
+    let address = format!("127.0.0.1:{port}");
+    assert_eq!(get(&address, "/livez").0, 200);
+    let body = await_status(&address, "/readyz", 503);
+    assert!(body.contains("zenoh"), "{body}");
+    assert_eq!(get(&address, "/startupz").0, 503);
+    assert_eq!(
+        run(&["--healthcheck", "--set", &listen]).status.code(),
+        Some(1)
+    );
+    let asked = ask_health(&[&address]);
+    assert_eq!(asked.status.code(), Some(1));
+    let reason = String::from_utf8_lossy(&asked.stderr);
+    assert!(reason.contains("zenoh"), "{reason}");
+    // It can be ended even now.
+    tiny.signal("-INT");
+    assert_eq!(tiny.child.wait().unwrap().code(), Some(0));
+}

@@ -1,0 +1,358 @@
+//! What the tests of the bridge share.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use nalgebra::Isometry3;
+use nalgebra::Point3;
+use ppnpack_bridge::robot::{Body, CutOff, Ending, Finding, Placement, Robot, RobotError, View};
+use ppnpack_bridge::simulated::SimulatedSettings;
+use ppnpack_bridge::{Bridge, Settings as BridgeSettings};
+use ppnpack_catalogue::cache::CacheDir;
+use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
+use ppnpack_catalogue::mesh::Bounds;
+use ppnpack_packing::grid::{ContainerSize, Resolution};
+use ppnpack_packing::motion::{Cycle, JointPoint, Leg, LegKind};
+use ppnpack_service::Shutdown;
+use ppnpack_service::embedded::{self, Hub};
+use ppnpack_service::process::Process;
+use ppnpack_service::rpc::{CallError, Client};
+use ppnpack_wire::convert::pose;
+use ppnpack_wire::keys::{Cell, Service};
+use ppnpack_wire::rpc::Request;
+use ppnpack_wire::v1::{self, Status};
+
+/// Far more than anything here takes.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+
+pub(crate) fn cell() -> Cell {
+    Cell::new("cell-1").unwrap()
+}
+
+pub(crate) fn deadline() -> Instant {
+    Instant::now() + PATIENCE
+}
+
+/// Writes a box of these sides, around the origin, as a mesh file.
+pub(crate) fn write_box(folder: &Path, name: &str, sides_m: [f64; 3]) {
+    let highest = Point3::from(sides_m.map(|side| side / 2.0));
+    let mesh = Bounds {
+        lowest: -highest,
+        highest,
+    }
+    .mesh();
+    let mut text = String::new();
+    for vertex in &mesh.vertices {
+        text += &format!("v {} {} {}\n", vertex.x, vertex.y, vertex.z);
+    }
+    for [a, b, c] in &mesh.triangles {
+        text += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
+    }
+    std::fs::write(folder.join(format!("{name}.obj")), text).unwrap();
+}
+
+/// A folder with the objects `brick` (8 x 6 x 4 cm) and `cube` (5 cm).
+pub(crate) fn objects() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    write_box(folder.path(), "brick", [0.08, 0.06, 0.04]);
+    write_box(folder.path(), "cube", [0.05; 3]);
+    folder
+}
+
+pub(crate) fn catalogue() -> Arc<Catalogue> {
+    let folder = objects();
+    let source = Source::Folder(folder.path().to_owned());
+    let settings = Settings {
+        cache: CacheDir::Nowhere,
+        ..Settings::default()
+    };
+    Arc::new(Catalogue::load(&source, &settings, &Resolution::reference(), &|_, _| {}).unwrap())
+}
+
+/// A request to place a brick flat in the middle of the container, or where `x_m` says.
+pub(crate) fn place(placement_id: &str, state_number: u64, x_m: f64) -> v1::PlaceRequest {
+    v1::PlaceRequest {
+        header: None,
+        placement_id: placement_id.to_owned(),
+        item_id: format!("item-{placement_id}"),
+        object: "brick".to_owned(),
+        container_from_item: Some(pose::write(&Isometry3::translation(x_m, 0.16, 0.02))),
+        state_number,
+        cycle: None,
+        decided_at_ns: 0,
+    }
+}
+
+/// Asks the bridge on behalf of a controller.
+pub(crate) struct Controller {
+    client: Client,
+}
+
+impl Controller {
+    pub(crate) fn new(session: &zenoh::Session) -> Self {
+        Self {
+            client: Client::new(session),
+        }
+    }
+
+    pub(crate) fn call<R: Request>(&self, request: R) -> Result<R::Reply, CallError> {
+        self.client.call(&cell(), request, deadline())
+    }
+
+    pub(crate) fn call_for<R: Request>(
+        &self,
+        request: R,
+        span: Duration,
+    ) -> Result<R::Reply, CallError> {
+        self.client.call(&cell(), request, Instant::now() + span)
+    }
+
+    /// The status with which a request is refused.
+    pub(crate) fn refused<R: Request>(&self, request: R) -> Status {
+        match self.call(request) {
+            Err(CallError::Refused { status, .. }) => status,
+            Err(error) => panic!("not refused, but {error}"),
+            Ok(_) => panic!("not refused"),
+        }
+    }
+
+    pub(crate) fn state(&self) -> v1::CellState {
+        let reply = self.call(v1::CellStateRequest::default()).unwrap();
+        reply.state.unwrap()
+    }
+
+    /// The state as it is at any time.
+    pub(crate) fn state_apart_from_time(&self) -> v1::CellState {
+        v1::CellState {
+            clock_ns: 0,
+            ..self.state()
+        }
+    }
+
+    pub(crate) fn state_number(&self) -> u64 {
+        self.state().state_number
+    }
+
+    pub(crate) fn place(&self, request: v1::PlaceRequest) -> v1::Execution {
+        self.call(request).unwrap().execution.unwrap()
+    }
+
+    /// How a placement ended, once it has.
+    pub(crate) fn outcome(&self, placement_id: &str) -> v1::Outcome {
+        let request = v1::OutcomeRequest {
+            header: None,
+            placement_id: placement_id.to_owned(),
+        };
+        let execution = self.call(request).unwrap().execution.unwrap();
+        execution.outcome.unwrap()
+    }
+
+    pub(crate) fn renew(&self, request_id: &str) -> u64 {
+        self.call(renew(request_id)).unwrap().state_number
+    }
+}
+
+/// A motion that takes so long.
+pub(crate) fn cycle(cycle_s: f64) -> Cycle {
+    let point = |time_s: f64| JointPoint {
+        time_s,
+        position_rad: [0.1, -0.2, time_s, 3.0, -6.0, 12.5],
+    };
+    Cycle {
+        arm: "an arm".to_owned(),
+        cycle_s,
+        container_from_item_at_pick: Isometry3::translation(0.1, -0.35, 0.02),
+        grasp_yaw_rad: 0.75,
+        grip_s: 0.2,
+        release_s: 0.15,
+        legs: vec![Leg {
+            kind: LegKind::Descend,
+            points: vec![point(0.0), point(0.5)],
+        }],
+    }
+}
+
+/// Holds the cell.
+pub(crate) fn hold(reason: &str, is_aborting: bool) -> v1::HoldRequest {
+    v1::HoldRequest {
+        header: None,
+        reason: reason.to_owned(),
+        is_aborting,
+    }
+}
+
+/// Says that a hand was in the container.
+pub(crate) fn changed(removed_item_ids: &[&str]) -> v1::ChangedRequest {
+    let removed = removed_item_ids.iter().map(|id| (*id).to_owned());
+    v1::ChangedRequest {
+        header: None,
+        removed_item_ids: removed.collect(),
+    }
+}
+
+pub(crate) fn renew(request_id: &str) -> v1::RenewRequest {
+    v1::RenewRequest {
+        header: Some(v1::RequestHeader {
+            request_id: request_id.to_owned(),
+            ..v1::RequestHeader::default()
+        }),
+    }
+}
+
+/// A bridge, and a controller that asks it.
+pub(crate) struct Rig {
+    pub(crate) controller: Controller,
+    pub(crate) bridge: Option<Bridge>,
+    pub(crate) process: Process,
+    pub(crate) caller: Process,
+    _hub: Hub,
+}
+
+impl Rig {
+    pub(crate) fn new(start: impl FnOnce(&Process) -> Bridge) -> Self {
+        let hub = embedded::hub().unwrap();
+        let process = embedded::process(&hub, Service::Bridge, "bridge-1").unwrap();
+        let bridge = start(&process);
+        let caller = embedded::process(&hub, Service::Planner, "test").unwrap();
+        Self {
+            controller: Controller::new(caller.session()),
+            bridge: Some(bridge),
+            process,
+            caller,
+            _hub: hub,
+        }
+    }
+
+    pub(crate) fn simulated(settings: SimulatedSettings) -> Self {
+        let settings = BridgeSettings {
+            cells: BTreeMap::from([(cell().to_string(), settings)]),
+            ..BridgeSettings::default()
+        };
+        Self::new(|process| ppnpack_bridge::start(process, &settings, &catalogue()).unwrap())
+    }
+
+    pub(crate) fn scripted(is_simulated: bool, journal: Option<PathBuf>) -> (Self, Script) {
+        let settings = BridgeSettings {
+            journal,
+            ..BridgeSettings::default()
+        };
+        Self::scripted_with(is_simulated, &settings)
+    }
+
+    pub(crate) fn scripted_with(is_simulated: bool, settings: &BridgeSettings) -> (Self, Script) {
+        let (robot, script) = scripted(is_simulated);
+        let robots: BTreeMap<_, Box<dyn Robot>> = BTreeMap::from([(cell(), Box::new(robot) as _)]);
+        let rig =
+            Self::new(|process| ppnpack_bridge::start_robots(process, settings, robots).unwrap());
+        (rig, script)
+    }
+}
+
+/// A robot that does what the test tells it.
+pub(crate) struct ScriptedRobot {
+    pub(crate) is_simulated: bool,
+    pub(crate) done: Arc<Mutex<Vec<String>>>,
+    motions: Arc<Mutex<Vec<Option<Arc<Cycle>>>>>,
+    go: Receiver<()>,
+    bodies: Vec<Body>,
+}
+
+/// What a test holds of a scripted robot.
+pub(crate) struct Script {
+    /// The placements and renewals that were carried out.
+    pub(crate) done: Arc<Mutex<Vec<String>>>,
+    /// The motions that came with placements.
+    pub(crate) motions: Arc<Mutex<Vec<Option<Arc<Cycle>>>>>,
+    /// Lets it carry one out.
+    pub(crate) go: Sender<()>,
+}
+
+pub(crate) fn scripted(is_simulated: bool) -> (ScriptedRobot, Script) {
+    let (go, going) = channel();
+    let done = Arc::new(Mutex::new(Vec::new()));
+    let motions = Arc::new(Mutex::new(Vec::new()));
+    let robot = ScriptedRobot {
+        is_simulated,
+        done: Arc::clone(&done),
+        motions: Arc::clone(&motions),
+        go: going,
+        bodies: Vec::new(),
+    };
+    (robot, Script { done, motions, go })
+}
+
+impl Script {
+    pub(crate) fn done(&self) -> Vec<String> {
+        self.done.lock().unwrap().clone()
+    }
+}
+
+impl Robot for ScriptedRobot {
+    fn is_simulated(&self) -> bool {
+        self.is_simulated
+    }
+
+    fn container(&self) -> ContainerSize {
+        ContainerSize::REFERENCE
+    }
+
+    fn objects(&self) -> Option<BTreeMap<String, Bounds>> {
+        None
+    }
+
+    fn take_over(&mut self, bodies: Vec<Body>) -> Vec<Body> {
+        self.bodies = bodies;
+        self.bodies.clone()
+    }
+
+    fn place(&mut self, placement: &Placement, cut_off: &Shutdown) -> Result<Finding, CutOff> {
+        while let Err(RecvTimeoutError::Timeout) = self.go.recv_timeout(Duration::from_millis(5)) {
+            if cut_off.is_requested() {
+                return Err(CutOff);
+            }
+        }
+        self.done
+            .lock()
+            .unwrap()
+            .push(placement.placement_id.clone());
+        self.motions.lock().unwrap().push(placement.cycle.clone());
+        if placement.object == "panic" {
+            panic!("as the test asked for");
+        }
+        self.bodies.push(Body {
+            item_id: placement.item_id.clone(),
+            object: placement.object.clone(),
+            container_from_item: placement.container_from_item,
+            is_inside: true,
+        });
+        Ok(Finding {
+            ending: Ending::Placed,
+            failure: String::new(),
+            container_from_item: Some(placement.container_from_item),
+            is_inside: true,
+            slide_m: 0.0,
+            tilt_rad: 0.0,
+        })
+    }
+
+    fn renew(&mut self) -> Result<(), RobotError> {
+        self.done.lock().unwrap().push("renewed".to_owned());
+        self.bodies.clear();
+        Ok(())
+    }
+
+    fn bodies(&self) -> Vec<Body> {
+        self.bodies.clone()
+    }
+
+    fn capture(&mut self) -> Result<View, RobotError> {
+        Ok(View {
+            points_m: Vec::new(),
+            container_from_sensor: Isometry3::identity(),
+            is_of_now: true,
+        })
+    }
+}

@@ -1,0 +1,403 @@
+//! Placements, renewals and what is published of them, over a real session.
+
+use std::time::{Duration, Instant};
+
+use crate::common::{self, PATIENCE, Rig, cell, deadline, place, renew};
+use ppnpack_bridge::simulated::SimulatedSettings;
+use ppnpack_service::Running;
+use ppnpack_service::metrics;
+use ppnpack_service::rpc::CallError;
+use ppnpack_service::stream::Latest;
+use ppnpack_wire::convert;
+use ppnpack_wire::keys::Stream;
+use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
+use ppnpack_wire::{MAX_CLOUD_BYTES, MAX_MESSAGE_BYTES};
+
+fn outcome_request(placement_id: &str) -> v1::OutcomeRequest {
+    v1::OutcomeRequest {
+        header: None,
+        placement_id: placement_id.to_owned(),
+    }
+}
+
+#[test]
+fn a_placement_is_carried_out_and_its_outcome_told() {
+    let rig = Rig::simulated(SimulatedSettings::default());
+    let before = rig.controller.state();
+    assert!(rig.process.health().is_ready());
+    assert!(before.is_simulated && before.bodies.is_empty());
+    let execution = rig.controller.place(place("p1", before.state_number, 0.16));
+    assert_eq!(execution.phase(), ExecutionPhase::Accepted);
+    let outcome = rig.controller.outcome("p1");
+    assert_eq!(outcome.kind(), OutcomeKind::Placed);
+    assert!(outcome.is_inside && outcome.failure.is_empty());
+    assert!(outcome.slide_m < 0.01 && outcome.tilt_rad < 0.1);
+    assert_eq!(outcome.state_number, before.state_number + 1);
+    let after = rig.controller.state();
+    assert_eq!(after.state_number, outcome.state_number);
+    assert_eq!(after.executing_placement_id, "");
+    assert_eq!(after.bodies.len(), 1);
+    assert_eq!(after.bodies[0].item_id, "item-p1");
+    assert_eq!(after.bodies[0].object, "brick");
+    assert_eq!(
+        after.bodies[0].container_from_item,
+        outcome.container_from_item
+    );
+}
+
+#[test]
+fn outcomes_are_counted_by_cell() {
+    metrics::install().unwrap();
+    let rig = Rig::simulated(SimulatedSettings::default());
+    let line = r#"ppnpack_outcomes_total{cell="cell-1",kind="OUTCOME_KIND_PLACED"}"#;
+    let lost = r#"ppnpack_outcomes_total{cell="cell-1",kind="OUTCOME_KIND_LOST"} 0"#;
+    let text = metrics::render();
+    assert!(
+        text.contains(&format!("{line} 0\n")) && text.contains(lost),
+        "{text}"
+    );
+    let state = rig.controller.state_number();
+    rig.controller.place(place("p1", state, 0.16));
+    rig.controller.outcome("p1");
+    // Counted before the new state is told.
+    assert_eq!(rig.controller.state_number(), state + 1);
+    let text = metrics::render();
+    assert!(
+        text.contains(&format!("{line} 1\n")) && text.contains(lost),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_placement_asked_for_many_times_is_carried_out_once() {
+    let (rig, script) = Rig::scripted(true, None);
+    let request = place("p1", rig.controller.state_number(), 0.16);
+    std::thread::scope(|scope| {
+        let asked = || rig.controller.place(request.clone()).phase();
+        let asking: Vec<_> = (0..8).map(|_| scope.spawn(asked)).collect();
+        for asking in asking {
+            assert_eq!(asking.join().unwrap(), ExecutionPhase::Accepted);
+        }
+    });
+    script.go.send(()).unwrap();
+    let outcome = rig.controller.outcome("p1");
+    // Late, when the state of the cell is another one.
+    let again = rig.controller.place(request);
+    assert_eq!(again.phase(), ExecutionPhase::Ended);
+    assert_eq!(again.outcome, Some(outcome));
+    assert_eq!(script.done(), ["p1"]);
+}
+
+#[test]
+fn an_id_stands_for_one_placement() {
+    let rig = Rig::simulated(SimulatedSettings::default());
+    let request = place("p1", rig.controller.state_number(), 0.16);
+    rig.controller.place(request.clone());
+    rig.controller.outcome("p1");
+    let changes: [fn(&mut v1::PlaceRequest); 4] = [
+        |request| request.item_id = "other".to_owned(),
+        |request| request.object = "cube".to_owned(),
+        |request| request.state_number += 1,
+        |request| request.container_from_item = place("", 0, 0.1).container_from_item,
+    ];
+    for change in changes {
+        let mut other = request.clone();
+        change(&mut other);
+        assert_eq!(rig.controller.refused(other), Status::Conflict);
+    }
+    assert_eq!(rig.controller.state().bodies.len(), 1);
+}
+
+#[test]
+fn what_was_planned_on_another_state_is_stale() {
+    let rig = Rig::simulated(SimulatedSettings::default());
+    let state = rig.controller.state_number();
+    // No state that the bridge ever told.
+    for (other, status) in [
+        (state - 1, Status::Forgotten),
+        (state + 1, Status::Forgotten),
+        (0, Status::Stale),
+    ] {
+        let refused = rig.controller.refused(place("p1", other, 0.16));
+        assert_eq!(refused, status);
+    }
+    rig.controller.place(place("p1", state, 0.1));
+    rig.controller.outcome("p1");
+    assert_eq!(
+        rig.controller.refused(place("p2", state, 0.2)),
+        Status::Stale
+    );
+    rig.controller.place(place("p2", state + 1, 0.2));
+    assert_eq!(rig.controller.outcome("p2").state_number, state + 2);
+}
+
+#[test]
+fn while_one_is_carried_out_others_are_refused() {
+    let (rig, script) = Rig::scripted(true, None);
+    let state = rig.controller.state_number();
+    rig.controller.place(place("p1", state, 0.16));
+    assert_eq!(rig.controller.state().executing_placement_id, "p1");
+    assert_eq!(
+        rig.controller.refused(place("p2", state, 0.16)),
+        Status::Busy
+    );
+    assert_eq!(rig.controller.refused(renew("r1")), Status::Busy);
+    let patience = Duration::from_millis(300);
+    match rig.controller.call_for(outcome_request("p1"), patience) {
+        Err(CallError::Refused { status, reply, .. }) => {
+            assert_eq!(status, Status::TimedOut);
+            let reply: v1::OutcomeReply = reply.decode().unwrap();
+            assert_eq!(reply.execution.unwrap().phase(), ExecutionPhase::Accepted);
+        }
+        other => panic!("{other:?}"),
+    }
+    script.go.send(()).unwrap();
+    assert_eq!(rig.controller.outcome("p1").kind(), OutcomeKind::Placed);
+    assert_eq!(script.done(), ["p1"]);
+}
+
+#[test]
+fn what_is_wrong_is_refused_and_nothing_done() {
+    let rig = Rig::simulated(SimulatedSettings::default());
+    let state = rig.controller.state_number();
+    let refused = |change: fn(&mut v1::PlaceRequest)| {
+        let mut request = place("p1", state, 0.16);
+        change(&mut request);
+        rig.controller.refused(request)
+    };
+    assert_eq!(
+        refused(|request| request.placement_id.clear()),
+        Status::Invalid
+    );
+    assert_eq!(
+        refused(|request| request.item_id = "a b".to_owned()),
+        Status::Invalid
+    );
+    assert_eq!(refused(|request| request.object.clear()), Status::Invalid);
+    assert_eq!(
+        refused(|request| request.container_from_item = None),
+        Status::Invalid
+    );
+    assert_eq!(
+        refused(|request| request.object = "anvil".to_owned()),
+        Status::NotFound
+    );
+    assert_eq!(
+        rig.controller.refused(outcome_request("p1")),
+        Status::NotFound
+    );
+    assert_eq!(rig.controller.refused(outcome_request("")), Status::Invalid);
+    // Possible on the wire, but not in this cell.
+    for x_m in [100.0, 0.6, -0.3] {
+        let beside = rig.controller.refused(place("beside", state, x_m));
+        assert_eq!(beside, Status::Invalid);
+    }
+    assert_eq!(rig.controller.state_number(), state);
+}
+
+#[test]
+fn faults_that_are_asked_for_happen() {
+    let mut settings = SimulatedSettings::default();
+    settings.faults.missed_picks = 1.0;
+    let rig = Rig::simulated(settings.clone());
+    let state = rig.controller.state_number();
+    rig.controller.place(place("p1", state, 0.16));
+    let outcome = rig.controller.outcome("p1");
+    assert_eq!(outcome.kind(), OutcomeKind::NotPlaced);
+    assert_eq!(
+        (outcome.state_number, outcome.container_from_item),
+        (state, None)
+    );
+    assert!(!outcome.failure.is_empty());
+
+    (settings.faults.missed_picks, settings.faults.drops) = (0.0, 1.0);
+    let rig = Rig::simulated(settings);
+    let state = rig.controller.state_number();
+    rig.controller.place(place("p1", state, 0.16));
+    let outcome = rig.controller.outcome("p1");
+    assert_eq!(outcome.kind(), OutcomeKind::Lost);
+    assert_eq!(outcome.state_number, state + 1);
+    assert!(rig.controller.state().bodies.is_empty());
+}
+
+#[test]
+fn a_container_is_renewed_once_per_request() {
+    let rig = Rig::simulated(SimulatedSettings::default());
+    let state = rig.controller.state_number();
+    rig.controller.place(place("p1", state, 0.16));
+    rig.controller.outcome("p1");
+    let renewed = rig.controller.renew("r1");
+    assert_eq!(renewed, state + 2);
+    assert!(rig.controller.state().bodies.is_empty());
+    rig.controller.place(place("p2", renewed, 0.16));
+    rig.controller.outcome("p2");
+    assert_eq!(
+        rig.controller.renew("r1"),
+        renewed,
+        "the same request again"
+    );
+    assert_eq!(rig.controller.state().bodies.len(), 1);
+    assert_eq!(rig.controller.renew("r2"), renewed + 2);
+}
+
+#[test]
+fn changes_are_published() {
+    let rig = Rig::simulated(SimulatedSettings::default());
+    let subscribe = |stream| Latest::subscribe(&rig.caller, &cell(), stream, MAX_MESSAGE_BYTES);
+    let outcomes: Latest<v1::Outcome> = subscribe(Stream::Outcome).unwrap();
+    let clouds: Latest<v1::PointCloud> =
+        Latest::subscribe(&rig.caller, &cell(), Stream::Cloud, MAX_CLOUD_BYTES).unwrap();
+    let states: Latest<v1::CellState> =
+        Latest::subscribe(&rig.caller, &cell(), Stream::State, MAX_MESSAGE_BYTES).unwrap();
+    // The last to be subscribed comes: so do the others from here on.
+    let before = states.wait(deadline()).unwrap().message.unwrap();
+    rig.controller.place(place("p1", before.state_number, 0.16));
+    let outcome = outcomes.wait(deadline()).unwrap().message.unwrap();
+    assert_eq!(outcome, rig.controller.outcome("p1"));
+    let seen = |state_number| {
+        let until = Instant::now() + PATIENCE;
+        loop {
+            let cloud = clouds.wait(until).unwrap().message.unwrap();
+            if cloud.state_number == state_number {
+                return cloud;
+            }
+        }
+    };
+    let cloud = seen(outcome.state_number);
+    assert!(cloud.sequence > 0 && cloud.captured_at_ns > 0);
+    assert_eq!(cloud.data.len(), 128 * 128 * 12);
+    let next = seen(outcome.state_number);
+    assert_eq!(
+        (next.sequence, &next.data),
+        (cloud.sequence + 1, &cloud.data)
+    );
+    let mut states = std::iter::from_fn(|| states.wait(deadline()));
+    let is_after = |state: v1::CellState| state.state_number == outcome.state_number;
+    assert!(states.any(|arrived| is_after(arrived.message.unwrap())));
+}
+
+#[test]
+fn what_was_cut_off_did_not_happen_in_a_simulated_cell_and_is_unknown_in_another() {
+    for (is_simulated, kind, more) in [
+        (true, OutcomeKind::NotPlaced, 0),
+        (false, OutcomeKind::Unknown, 1),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let journal = Some(folder.path().join("bridge.redb"));
+        let (mut rig, script) = Rig::scripted(is_simulated, journal.clone());
+        let state = rig.controller.state_number();
+        rig.controller.place(place("p1", state, 0.1));
+        script.go.send(()).unwrap();
+        let first = rig.controller.outcome("p1");
+        rig.controller.place(place("p2", first.state_number, 0.2));
+        drop(rig.bridge.take());
+        drop(rig);
+
+        let (rig, script) = Rig::scripted(is_simulated, journal);
+        let outcome = rig.controller.outcome("p2");
+        assert_eq!(outcome.kind(), kind);
+        assert!(outcome.failure.contains("restarted"));
+        assert_eq!(outcome.state_number, first.state_number + more);
+        assert_eq!(rig.controller.outcome("p1"), first);
+        assert_eq!(rig.controller.state().bodies.len(), 1);
+        let again = rig.controller.place(place("p2", first.state_number, 0.2));
+        assert_eq!(again.phase(), ExecutionPhase::Ended);
+        assert!(script.done().is_empty());
+    }
+}
+
+#[test]
+fn without_a_journal_that_can_be_written_nothing_is_begun() {
+    let folder = tempfile::tempdir().unwrap();
+    let disk = folder.path().join("disk");
+    std::fs::write(&disk, "no folder").unwrap();
+    let (rig, script) = Rig::scripted(true, Some(disk.join("bridge.redb")));
+    let refused = rig.controller.refused(place("p1", 1, 0.16));
+    assert_eq!(refused, Status::Unavailable);
+    assert_eq!(rig.controller.refused(renew("r1")), Status::Unavailable);
+    let report = rig.process.health().report();
+    let message = report[0].message.as_str();
+    assert!(
+        !report[0].is_passing && message.contains("bridge.redb"),
+        "{message}"
+    );
+
+    std::fs::remove_file(&disk).unwrap();
+    let until = deadline();
+    while !rig.process.health().is_ready() {
+        assert!(Instant::now() < until, "it does not recover");
+        std::thread::yield_now();
+    }
+    rig.controller
+        .place(place("p1", rig.controller.state_number(), 0.16));
+    script.go.send(()).unwrap();
+    assert_eq!(rig.controller.outcome("p1").kind(), OutcomeKind::Placed);
+}
+
+#[test]
+fn the_end_waits_for_what_is_under_way() {
+    let (mut rig, script) = Rig::scripted(true, None);
+    rig.controller
+        .place(place("p1", rig.controller.state_number(), 0.16));
+    let bridge = Box::new(rig.bridge.take().unwrap());
+    let ending = std::thread::spawn(move || bridge.finish(deadline()));
+    script.go.send(()).unwrap();
+    ending.join().unwrap().unwrap();
+    assert_eq!(script.done(), ["p1"]);
+}
+
+#[test]
+fn the_end_does_not_wait_longer_than_it_may() {
+    let (mut rig, script) = Rig::scripted(true, None);
+    rig.controller
+        .place(place("p1", rig.controller.state_number(), 0.16));
+    let bridge = Box::new(rig.bridge.take().unwrap());
+    let left = bridge.finish(Instant::now() + Duration::from_millis(100));
+    assert!(left.unwrap_err().contains("bridge-cell-1"));
+    assert!(script.done().is_empty());
+}
+
+#[test]
+fn a_robot_that_panics_ends_the_process() {
+    let (rig, script) = Rig::scripted(true, None);
+    let mut request = place("p1", rig.controller.state_number(), 0.16);
+    request.object = "panic".to_owned();
+    rig.controller.place(request);
+    script.go.send(()).unwrap();
+    assert!(rig.process.shutdown().wait_timeout(PATIENCE));
+    let fault = rig.process.supervisor().fault().unwrap();
+    assert!(fault.contains("robot-cell-1"), "{fault}");
+}
+
+#[test]
+fn the_cycle_of_a_decision_reaches_the_robot_whose_placement_it_is() {
+    let (rig, script) = Rig::scripted(true, None);
+    let cycle = common::cycle(2.5);
+    let asked = place("one", rig.controller.state_number(), 0.16);
+    let decision = v1::Decision {
+        decision_id: asked.placement_id.clone(),
+        item_id: asked.item_id.clone(),
+        object: asked.object.clone(),
+        container_from_item: asked.container_from_item,
+        state_number: asked.state_number,
+        cycle: Some(Box::new(convert::cycle::write(&cycle))),
+        ..v1::Decision::default()
+    };
+    let request = v1::PlaceRequest::from(&decision);
+    rig.controller.place(request.clone());
+    script.go.send(()).unwrap();
+    rig.controller.outcome("one");
+    let motions = script.motions.lock().unwrap().clone();
+    assert_eq!(motions.len(), 1);
+    assert_eq!(motions[0].as_deref(), Some(&cycle));
+    // Repeated when it has ended, it is the same placement still.
+    let repeated = rig.controller.place(request);
+    assert_eq!(repeated.phase(), ExecutionPhase::Ended);
+    assert_eq!(script.done(), ["one"]);
+    // A motion that is none is refused.
+    let mut wrong = place("two", rig.controller.state_number(), 0.16);
+    let mut message = convert::cycle::write(&cycle);
+    message.cycle_s = f64::NAN;
+    wrong.cycle = Some(Box::new(message));
+    assert_eq!(rig.controller.refused(wrong), Status::Invalid);
+}

@@ -1,0 +1,146 @@
+//! Plans while the item placed before is inspected.
+
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::time::{Duration, Instant};
+
+use crate::common::{self, announcement, block, cell, placed, soon};
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::heightmap::Surface;
+use ppnpack_packing::method::Method;
+use ppnpack_packing::trial::TrialSettings;
+use ppnpack_planner::{CellSettings, PlannerService, Where};
+use ppnpack_service::Process;
+use ppnpack_service::Running;
+use ppnpack_service::embedded::{self, Hub};
+use ppnpack_service::rpc::{self, CallError, Client, Done, Incoming, Listener};
+use ppnpack_wire::keys::Service;
+use ppnpack_wire::rpc::Request;
+use ppnpack_wire::v1::{self, PlanResult, Status};
+
+/// The state of the cell after the first placement.
+const PLACED_IN: u64 = 2;
+
+fn in_ms(span: u64) -> Instant {
+    Instant::now() + Duration::from_millis(span)
+}
+
+/// An empty container, whatever was placed.
+fn heightmap(incoming: Incoming<v1::HeightmapRequest>) {
+    let grid = Grid::reference();
+    let surface = Surface::empty(&grid);
+    common::show_from(incoming, &grid, surface, PLACED_IN - 1);
+}
+
+/// A planner whose perception answers inspections when the test does.
+struct Rig {
+    planner: Box<PlannerService>,
+    inspections: Receiver<Incoming<v1::InspectRequest>>,
+    client: Client,
+    _perception: (Process, [Listener; 2]),
+    _hub: Hub,
+}
+
+impl Rig {
+    fn new() -> Self {
+        let hub = embedded::hub().unwrap();
+        let perception = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
+        let (sender, inspections) = sync_channel(8);
+        let listeners = [
+            rpc::listen(&perception, None, heightmap).unwrap(),
+            rpc::listen(&perception, None, move |incoming| {
+                sender.try_send(incoming).ok();
+            })
+            .unwrap(),
+        ];
+        let cell = CellSettings {
+            evaluate: Where::InProcess,
+            // The heightmap never shows what was placed: that would be in the way of what is tried.
+            method: Method {
+                trial: TrialSettings::off(),
+                ..Method::default()
+            },
+            inspect: true,
+            ..CellSettings::default()
+        };
+        let settings = common::settings(cell);
+        Self {
+            planner: common::start(&hub, &settings, &[]),
+            inspections,
+            client: Client::new(&embedded::session(&hub).unwrap()),
+            _perception: (perception, listeners),
+            _hub: hub,
+        }
+    }
+
+    fn call<R: Request>(&self, request: R) -> R::Reply {
+        self.client.call(&cell(), request, soon()).unwrap()
+    }
+
+    fn plan(&self, deadline: Instant) -> Result<v1::PlanReply, CallError> {
+        let request = v1::PlanRequest::default();
+        self.client.call(&cell(), request, deadline)
+    }
+
+    /// Has two blocks announced and one placed; gives the request for its inspection.
+    fn place_one_of_two(&self) -> Incoming<v1::InspectRequest> {
+        self.call(v1::BeginRequest {
+            session_id: "s".to_owned(),
+            ..v1::BeginRequest::default()
+        });
+        self.call(v1::AnnounceRequest {
+            items: vec![announcement("a", block()), announcement("b", block())],
+            ..v1::AnnounceRequest::default()
+        });
+        let decision = self.plan(soon()).unwrap().decision.unwrap();
+        self.call(placed(&decision, PLACED_IN));
+        let patience = Duration::from_secs(20);
+        self.inspections.recv_timeout(patience).unwrap()
+    }
+}
+
+fn answer(incoming: Incoming<v1::InspectRequest>) {
+    let reply = v1::InspectReply {
+        inspection: Some(v1::Inspection {
+            kind: v1::InspectionKind::Unclear.into(),
+            ..v1::Inspection::default()
+        }),
+        state_number: PLACED_IN,
+        ..v1::InspectReply::default()
+    };
+    incoming.reply(reply, Done::default());
+}
+
+#[test]
+fn a_plan_is_answered_by_its_deadline_although_an_inspection_is_out() {
+    let rig = Rig::new();
+    let inspection = rig.place_one_of_two();
+    // On a busy machine an answer may come too late: one in time is enough.
+    let mut refusals = (0..20).map(|_| rig.plan(in_ms(100)).unwrap_err());
+    let refusal = refusals.find(|refusal| refusal.status() == Some(Status::TimedOut));
+    let refusal = refusal.expect("an answer in time").to_string();
+    assert!(refusal.contains("inspected"), "{refusal}");
+    // Others are answered meanwhile.
+    rig.call(v1::SessionRequest::default());
+    drop(inspection);
+    rig.planner.finish(soon()).unwrap();
+}
+
+#[test]
+fn a_plan_waits_until_the_inspection_is_answered() {
+    let rig = Rig::new();
+    let inspection = rig.place_one_of_two();
+    let client = rig.client.clone();
+    let plan = std::thread::spawn(move || {
+        let request = v1::PlanRequest::default();
+        client.call(&cell(), request, soon())
+    });
+    std::thread::sleep(Duration::from_millis(50));
+    assert!(!plan.is_finished());
+    answer(inspection);
+    let reply = plan.join().unwrap().unwrap();
+    assert_eq!(reply.result(), PlanResult::Decided);
+    let session = rig.call(v1::SessionRequest::default()).session.unwrap();
+    let is_inspected = |item: &v1::SessionItem| item.inspection.is_some();
+    assert!(session.items.iter().any(is_inspected));
+    rig.planner.finish(soon()).unwrap();
+}

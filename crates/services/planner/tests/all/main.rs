@@ -1,0 +1,26 @@
+//! The planner from outside: one program, as linking what carries messages takes long.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    reason = "a panic in a test is a failing test"
+)]
+
+mod common;
+mod containers;
+mod counting;
+mod inspecting;
+mod interrupting;
+mod limits;
+mod loads;
+mod opening;
+mod orders;
+mod poses;
+mod replaying;
+mod setting_aside;
+mod stateless;
+mod trying;
+mod two_controllers;
+mod versions;
+mod viewing;

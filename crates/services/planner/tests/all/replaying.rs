@@ -1,0 +1,303 @@
+//! Steps that were recorded are planned again, without any service, to the same decisions bit for bit.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use crate::common::{self, announcement, block, cell, containers, rig, soon, square};
+use ppnpack_packing::coarse::Coarsening;
+use ppnpack_packing::containers::ContainerChoice;
+use ppnpack_packing::item::Item;
+use ppnpack_packing::loads::LoadSettings;
+use ppnpack_packing::method::{Method, ProposalSource};
+use ppnpack_packing::model::Model;
+use ppnpack_packing::orders::Sharing;
+use ppnpack_packing::trial::TrialSettings;
+use ppnpack_planner::CellSettings;
+use ppnpack_planner::replay::{Replayer, ShapeSource, Unreadable, Unreplayable, what_follows};
+use ppnpack_service::embedded::{self, Hub};
+use ppnpack_service::process::Process;
+use ppnpack_service::rpc::Client;
+use ppnpack_service::shapes;
+use ppnpack_service::stream::{self, Subscription};
+use ppnpack_wire::keys::{Service, Stream};
+use ppnpack_wire::{MAX_MESSAGE_BYTES, convert, v1};
+
+/// Somebody who records.
+struct Tape {
+    records: Receiver<v1::PlanningRecord>,
+    client: Client,
+    _subscription: Subscription,
+    _process: Process,
+}
+
+/// The items and solids that a planner has told.
+#[derive(Default)]
+struct Shapes(HashMap<Vec<u8>, v1::shape::Shape>);
+
+impl ShapeSource for Shapes {
+    fn item(&mut self, id: &[u8]) -> Result<Arc<Item>, Unreadable> {
+        match self.0.get(id) {
+            Some(v1::shape::Shape::Item(item)) => Ok(Arc::new(convert::item::read(item)?)),
+            _ => Err(lacks("item", id)),
+        }
+    }
+
+    fn solid(&mut self, id: &[u8]) -> Result<Arc<Model>, Unreadable> {
+        match self.0.get(id) {
+            Some(v1::shape::Shape::Solid(solid)) => Ok(Arc::new(convert::solid::read(solid)?)),
+            _ => Err(lacks("solid", id)),
+        }
+    }
+}
+
+fn lacks(what: &'static str, id: &[u8]) -> Unreadable {
+    let id = format!("{id:02x?}");
+    Unreadable::Lacks { what, id }
+}
+
+impl Tape {
+    /// Records from now on: the planner has heard of it when this returns.
+    fn new(hub: &Hub) -> Self {
+        let process = embedded::process(hub, Service::Router, "tape-1").unwrap();
+        let (sender, records) = channel();
+        let subscription = stream::subscribe(
+            process.session(),
+            Some(&cell()),
+            Stream::Record,
+            MAX_MESSAGE_BYTES,
+            move |_, record: v1::PlanningRecord| drop(sender.send(record)),
+        );
+        let tape = Self {
+            records,
+            client: Client::new(process.session()),
+            _subscription: subscription.unwrap(),
+            _process: process,
+        };
+        // The hub knows the subscription before it passes this request on.
+        let request = v1::SessionRequest::default();
+        tape.client.call(&cell(), request, soon()).unwrap();
+        tape
+    }
+
+    fn next(&self) -> v1::PlanningRecord {
+        let left = soon().saturating_duration_since(Instant::now());
+        self.records.recv_timeout(left).unwrap()
+    }
+
+    fn is_empty(&self) -> bool {
+        self.records.recv_timeout(Duration::ZERO).is_err()
+    }
+
+    fn shapes(&self, record: &v1::PlanningRecord) -> Shapes {
+        let request = v1::ShapesRequest {
+            ids: shapes::named(record).into_iter().collect(),
+            ..v1::ShapesRequest::default()
+        };
+        let reply = self.client.call(&cell(), request, soon()).unwrap();
+        assert_eq!(reply.unknown, Vec::<Vec<u8>>::new());
+        let shapes = reply.shapes.into_iter();
+        Shapes(
+            shapes
+                .map(|shape| (shape.id, shape.shape.unwrap()))
+                .collect(),
+        )
+    }
+
+    /// Takes the next record; gives it with what is decided again.
+    fn replayed(&self, replayer: &mut Replayer) -> (v1::PlanningRecord, Option<v1::Decision>) {
+        let record = self.next();
+        let decision = replayer.replay(&record, &mut self.shapes(&record)).unwrap();
+        (record, decision)
+    }
+}
+
+fn replayer() -> Replayer {
+    Replayer::new(2).unwrap()
+}
+
+#[test]
+fn tried_placements_are_decided_again() {
+    let rig = rig::Rig::new(None, CellSettings::default());
+    let tape = Tape::new(&rig.hub);
+    common::begin(&rig.client);
+    let fragile = v1::Announcement {
+        rules: Some(v1::ItemRules {
+            is_fragile: true,
+            carries_kg: Some(0.3),
+            ..v1::ItemRules::default()
+        }),
+        order_line: Some(v1::OrderLine {
+            mass_kg: 0.7,
+            stop: 2,
+            ..v1::OrderLine::default()
+        }),
+        ..announcement("a", square("slab", 12, 0.0001))
+    };
+    let later = v1::Announcement {
+        order_line: Some(v1::OrderLine {
+            stop: 3,
+            ..v1::OrderLine::default()
+        }),
+        ..announcement("b", block())
+    };
+    rig.call(v1::AnnounceRequest {
+        items: vec![fragile, later, announcement("c", block())],
+        ..v1::AnnounceRequest::default()
+    });
+    let mut replayer = replayer();
+    for step in 0..3 {
+        let plan = v1::PlanRequest {
+            alternatives: 4,
+            ..v1::PlanRequest::default()
+        };
+        let decision = rig.call(plan).decision.unwrap();
+        let (record, again) = tape.replayed(&mut replayer);
+        assert_eq!(record.step, step);
+        let recorded = record.decision.unwrap();
+        assert_eq!(recorded, decision);
+        assert!(decision.settling.is_some() && !decision.alternatives.is_empty());
+        assert_eq!(again.unwrap(), what_follows(&recorded), "step {step}");
+        let cells = if decision.item_id == "a" { 12 } else { 6 };
+        rig.place_square(&decision, cells);
+    }
+    rig.finish();
+}
+
+#[test]
+fn a_step_in_which_nothing_fits_goes_so_again() {
+    let settings = CellSettings {
+        method: Method {
+            trial: TrialSettings::off(),
+            loads: LoadSettings::default(),
+            ..Method::default()
+        },
+        set_aside: 1,
+        ..CellSettings::default()
+    };
+    let rig = rig::Rig::new(None, settings);
+    let tape = Tape::new(&rig.hub);
+    common::begin(&rig.client);
+    let slabs = ["a", "b"].map(|item_id| announcement(item_id, square("slab", 40, 0.0001)));
+    rig.call(v1::AnnounceRequest {
+        items: slabs.into(),
+        ..v1::AnnounceRequest::default()
+    });
+    let reply = rig.call(v1::PlanRequest::default());
+    assert_eq!(reply.result(), v1::PlanResult::NothingFits);
+    let mut replayer = replayer();
+    // One is set aside, and the step is planned once more.
+    for buffer in [2, 1] {
+        let (record, again) = tape.replayed(&mut replayer);
+        assert_eq!((record.items.len(), record.decision), (buffer, None));
+        assert_eq!(again, None);
+    }
+    assert!(tape.is_empty());
+    rig.finish();
+}
+
+#[test]
+fn the_containers_of_a_cell_are_chosen_from_again() {
+    for choice in [ContainerChoice::Fullest, ContainerChoice::Best] {
+        let rig = containers::Rig::new(&["left", "right"], |settings| {
+            settings.choice = choice;
+            settings.rules.sharing = Sharing::OneOrder;
+        });
+        let tape = Tape::new(&rig.hub);
+        common::begin(&rig.client);
+        let item = |item_id: &str, order: &str, cells: usize| v1::Announcement {
+            order_line: Some(v1::OrderLine {
+                order: order.to_owned(),
+                urgency: u32::from(order == "y"),
+                ..v1::OrderLine::default()
+            }),
+            ..announcement(item_id, square("slab", cells, 0.0001))
+        };
+        rig.call(v1::AnnounceRequest {
+            items: vec![
+                item("a", "x", 9),
+                item("b", "y", 7),
+                item("c", "x", 8),
+                item("d", "y", 6),
+            ],
+            ..v1::AnnounceRequest::default()
+        });
+        let mut replayer = replayer();
+        let mut chosen = Vec::new();
+        for _ in 0..4 {
+            rig.step();
+            let (record, again) = tape.replayed(&mut replayer);
+            assert_eq!(record.containers.len(), 2);
+            let recorded = what_follows(&record.decision.unwrap());
+            chosen.push(recorded.container.clone());
+            assert_eq!(again.unwrap(), recorded);
+        }
+        chosen.sort();
+        chosen.dedup();
+        assert_eq!(chosen, ["left", "right"]);
+        rig.finish();
+    }
+}
+
+#[test]
+fn what_cannot_be_planned_again_is_told_apart() {
+    let rig = rig::Rig::new(None, CellSettings::default());
+    let tape = Tape::new(&rig.hub);
+    rig.announce(&["a"]);
+    rig.decision();
+    let record = tape.next();
+    let mut shapes = tape.shapes(&record);
+    let mut replayer = replayer();
+    let mut refused = |change: &dyn Fn(&mut v1::PlanningRecord)| {
+        let mut other = record.clone();
+        change(&mut other);
+        replayer.replay(&other, &mut shapes).unwrap_err()
+    };
+    let cut = refused(&|record| record.is_cut = true);
+    assert!(matches!(cut, Unreplayable::Cut), "{cut}");
+    let settings = refused(&|record| record.settings = "{}}".to_owned());
+    assert!(matches!(settings, Unreplayable::Settings(_)), "{settings}");
+    let network = refused(&|record| {
+        let mut cell: serde_json::Value = serde_json::from_str(&record.settings).unwrap();
+        let proposals = ProposalSource::Network {
+            percent: 5.0,
+            coarsening: Coarsening { cells: 1, yaws: 1 },
+            model: None,
+        };
+        cell["proposals"] = serde_json::to_value(proposals).unwrap();
+        record.settings = cell.to_string();
+    });
+    assert!(matches!(network, Unreplayable::Network), "{network}");
+    let lost = refused(&|record| record.candidates[0].item = vec![1; 32]);
+    assert!(
+        matches!(lost, Unreplayable::Record(Unreadable::Lacks { .. })),
+        "{lost}"
+    );
+    let grid = refused(&|record| record.containers[0].scene = None);
+    assert!(
+        matches!(grid, Unreplayable::Record(Unreadable::Field(_))),
+        "{grid}"
+    );
+    rig.finish();
+}
+
+#[test]
+fn nothing_is_recorded_where_nobody_reads_it() {
+    let rig = rig::Rig::new(None, CellSettings::default());
+    rig.announce(&["a", "b"]);
+    let first = rig.decision();
+    rig.place(&first);
+    let tape = Tape::new(&rig.hub);
+    // What was planned before anybody recorded is not there, and shapes are not known of it.
+    let request = v1::ShapesRequest {
+        ids: vec![vec![7; 32]],
+        ..v1::ShapesRequest::default()
+    };
+    let reply = rig.call(request);
+    assert_eq!((reply.shapes.len(), reply.unknown.len()), (0, 1));
+    let second = rig.decision();
+    assert_eq!(tape.next().decision.unwrap(), second);
+    assert!(tape.is_empty());
+    rig.finish();
+}

@@ -1,0 +1,83 @@
+//! Placements are tried before they are decided on, also where no more is known of items than what was seen.
+
+use crate::common::rig::Rig;
+use nalgebra::Isometry3;
+use ppnpack_planner::CellSettings;
+use ppnpack_wire::{convert, v1};
+
+fn says(decision: &v1::Decision, what: &str) -> bool {
+    decision.degraded.iter().any(|reason| reason.contains(what))
+}
+
+fn comes_to_rest(decision: &v1::Decision) -> bool {
+    let settling = decision.settling.as_ref();
+    settling.is_some_and(|settling| settling.is_still)
+}
+
+#[test]
+fn unknown_items_are_tried_with_the_shapes_that_were_seen() {
+    let rig = Rig::new(None, CellSettings::default());
+    rig.announce(&["a", "b"]);
+    let first = rig.decision();
+    assert!(comes_to_rest(&first), "{first:?}");
+    assert!(says(&first, "tried with the shape"), "{first:?}");
+    assert!(!says(&first, "in the container"), "{first:?}");
+    rig.place(&first);
+    let second = rig.decision();
+    assert!(comes_to_rest(&second), "{second:?}");
+    assert!(says(&second, "tried with the shape"), "{second:?}");
+    assert!(
+        says(&second, "items in the container took part"),
+        "{second:?}"
+    );
+    rig.finish();
+}
+
+#[test]
+fn a_body_of_no_known_shape_is_as_the_heightmap_shows_it() {
+    let stranger = v1::Body {
+        item_id: "stranger".to_owned(),
+        object: "of no catalogue".to_owned(),
+        container_from_item: Some(convert::pose::write(&Isometry3::identity())),
+        is_inside: true,
+    };
+    let rig = Rig::new(Some(vec![stranger]), CellSettings::default());
+    rig.shown.lock().unwrap().raise((0, 0), 32, 0.05);
+    rig.announce(&["a"]);
+    let decision = rig.decision();
+    // It comes to rest where it was planned, on what nobody knows.
+    assert!(comes_to_rest(&decision), "{decision:?}");
+    assert!(
+        says(&decision, "on the heightmap of the others"),
+        "{decision:?}"
+    );
+    rig.finish();
+}
+
+#[test]
+fn a_body_that_the_bridge_calls_otherwise_is_where_the_session_has_its_item() {
+    let body = v1::Body {
+        item_id: "a".to_owned(),
+        object: "of no catalogue".to_owned(),
+        // In the frame of that object.
+        container_from_item: Some(convert::pose::write(&Isometry3::translation(5.0, 5.0, 5.0))),
+        is_inside: true,
+    };
+    let rig = Rig::new(Some(vec![body]), CellSettings::default());
+    rig.announce(&["a", "b"]);
+    // The bridge says that it lies there before the session knows where.
+    let first = rig.decision();
+    assert_eq!(first.item_id, "a");
+    assert!(says(&first, "on the heightmap of the others"), "{first:?}");
+    rig.place(&first);
+    let second = rig.decision();
+    assert!(
+        says(&second, "items in the container took part"),
+        "{second:?}"
+    );
+    assert!(
+        !says(&second, "on the heightmap of the others"),
+        "{second:?}"
+    );
+    rig.finish();
+}
