@@ -35,15 +35,8 @@ use rayon::prelude::*;
 pub const BUILTIN: &str = "builtin";
 
 /// All objects of the set, by ascending volume. The first use builds them, in parallel, which takes
-/// about a second of one core; later runs find them among the user's models.
-pub static OBJECTS: LazyLock<Arc<[NamedMesh]>> = LazyLock::new(|| {
-    let mut name = blake3::Hasher::new();
-    for source in SOURCES {
-        name.update(source.as_bytes());
-    }
-    let name = format!("{}.household", name.finalize().to_hex());
-    kept(&CacheDir::User, &name, built).into()
-});
+/// about a second of one core.
+pub static OBJECTS: LazyLock<Arc<[NamedMesh]>> = LazyLock::new(|| built().into());
 
 /// What the set follows from: another text makes it anew.
 const SOURCES: [&str; 15] = [
@@ -64,13 +57,17 @@ const SOURCES: [&str; 15] = [
     include_str!("surfaces.rs"),
 ];
 
-/// The objects that a setting names: the set for [`BUILTIN`], else those of a folder of meshes.
-pub fn source(name: &str) -> Source {
-    if name == BUILTIN {
-        builtin()
-    } else {
-        Source::Folder(name.into())
+/// The objects that a setting names: the set for [`BUILTIN`], which is kept where models are, else those of a folder of meshes.
+pub fn source(name: &str, cache: &CacheDir) -> Source {
+    if name != BUILTIN {
+        return Source::Folder(name.into());
     }
+    let mut hasher = blake3::Hasher::new();
+    for source in SOURCES {
+        hasher.update(source.as_bytes());
+    }
+    let name = format!("{}.household", hasher.finalize().to_hex());
+    Source::Meshes(kept(cache, &name, || OBJECTS.to_vec()).into())
 }
 
 /// The set as the source of a catalogue.

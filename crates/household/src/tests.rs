@@ -6,6 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use nalgebra::Point3;
+use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::mass::mass_properties;
 use ppnpack_catalogue::mesh::Mesh;
 
@@ -13,7 +14,7 @@ use super::field::{ball, block, cylinder, prism};
 use super::outline::{rectangle, spline, triangulate};
 use super::solid::Solid;
 use super::surfaces::{extrude, lathe, loft, superellipsoid, sweep};
-use super::{OBJECTS, SOURCES, built};
+use super::{BUILTIN, OBJECTS, SOURCES, built, builtin, source};
 
 /// The reference container, in metres.
 const CONTAINER_M: [f64; 3] = [0.32, 0.32, 0.30];
@@ -199,7 +200,12 @@ fn the_set_is_kept_by_all_code_that_makes_it() {
 }
 
 #[test]
-fn building_again_gives_the_same_bits() {
+fn building_again_gives_the_same_bits_as_does_keeping_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = CacheDir::At(folder.path().to_owned());
+    let kept = [(); 2].map(|()| source(BUILTIN, &cache));
+    assert_eq!(folder.path().read_dir().unwrap().count(), 1);
+    assert_eq!(kept, [builtin(), builtin()]);
     assert_eq!(built(), **OBJECTS);
 }
 

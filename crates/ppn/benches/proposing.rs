@@ -40,9 +40,10 @@ impl Observer for Recorder {
 /// The steps of an episode, with the buffer each was planned for.
 fn steps(grid: &Grid, buffer: usize) -> Vec<(Scene, Vec<Candidate>)> {
     let named = std::env::var("PPNPACK_BENCH_OBJECTS");
-    let source = ppnpack_household::source(named.as_deref().unwrap_or(ppnpack_household::BUILTIN));
-    let catalogue =
-        Catalogue::load(&source, &Settings::default(), grid.resolution(), &|_, _| {}).unwrap();
+    let name = named.as_deref().unwrap_or(ppnpack_household::BUILTIN);
+    let settings = Settings::default();
+    let source = ppnpack_household::source(name, &settings.cache);
+    let catalogue = Catalogue::load(&source, &settings, grid.resolution(), &|_, _| {}).unwrap();
     // 37 is coprime to the usual catalogue sizes, so this visits all objects in a mixed order.
     let objects = (0..80).map(|arrival| (arrival * 37 + 11) % catalogue.len());
     let sequence =

@@ -79,7 +79,7 @@ const POSES: [Choice<Pose>; 2] = [
 impl CatalogueOptions {
     /// Where the objects come from.
     pub fn source(&self) -> Source {
-        ppnpack_household::source(&self.catalogue)
+        ppnpack_household::source(&self.catalogue, &self.cache())
     }
 
     /// How they are made.
@@ -89,8 +89,12 @@ impl CatalogueOptions {
             density_kg_m3: self.density,
             pose: self.pose,
             poses: self.poses as usize,
-            cache: self.cache.clone().map_or(CacheDir::User, CacheDir::At),
+            cache: self.cache(),
         }
+    }
+
+    fn cache(&self) -> CacheDir {
+        self.cache.clone().map_or(CacheDir::User, CacheDir::At)
     }
 
     /// Loads the catalogue, with a progress bar.

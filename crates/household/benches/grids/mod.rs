@@ -21,6 +21,8 @@ pub(crate) fn grid((cell_m, yaws, _): NamedGrid) -> Grid {
 /// The objects, as they are packed on a grid: the built-in ones, or those of the folder in `PPNPACK_BENCH_OBJECTS`.
 pub(crate) fn catalogue(grid: &Grid) -> Catalogue {
     let named = std::env::var("PPNPACK_BENCH_OBJECTS");
-    let source = ppnpack_household::source(named.as_deref().unwrap_or(ppnpack_household::BUILTIN));
-    Catalogue::load(&source, &Settings::default(), grid.resolution(), &|_, _| {}).unwrap()
+    let name = named.as_deref().unwrap_or(ppnpack_household::BUILTIN);
+    let settings = Settings::default();
+    let source = ppnpack_household::source(name, &settings.cache);
+    Catalogue::load(&source, &settings, grid.resolution(), &|_, _| {}).unwrap()
 }

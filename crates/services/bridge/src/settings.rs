@@ -66,8 +66,8 @@ impl Settings {
     /// # Errors
     /// [`CatalogueError`] names what is wrong with it.
     pub fn load_catalogue(&self) -> Result<Catalogue, CatalogueError> {
-        let source = ppnpack_household::source(&self.catalogue);
         let settings = catalogue::Settings::default();
+        let source = ppnpack_household::source(&self.catalogue, &settings.cache);
         Catalogue::load(&source, &settings, &Resolution::reference(), &|_, _| {})
     }
 

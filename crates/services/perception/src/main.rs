@@ -28,9 +28,10 @@ fn objects(process: &Process, settings: &Settings) -> Result<Option<Objects>> {
     };
     // Objects are recognised by their meshes: the resolution does not matter.
     let resolution = Resolution::reference();
+    let settings = catalogue::Settings::default();
     let loaded = Catalogue::load(
-        &ppnpack_household::source(name),
-        &catalogue::Settings::default(),
+        &ppnpack_household::source(name, &settings.cache),
+        &settings,
         &resolution,
         &|_, _| {},
     );

@@ -4,6 +4,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
+use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{self, Catalogue};
 use ppnpack_packing::grid::Resolution;
 use ppnpack_planner::Settings;
@@ -23,7 +24,7 @@ fn main() -> ExitCode {
 
 /// The catalogue on the grid of each cell, in as many poses as any cell of that grid may use.
 fn catalogues(settings: &Settings) -> Result<Vec<Arc<Catalogue>>> {
-    let source = ppnpack_household::source(&settings.catalogue);
+    let source = ppnpack_household::source(&settings.catalogue, &CacheDir::User);
     let mut resolutions: Vec<(Resolution, usize)> = Vec::new();
     for cell in settings.cells.values() {
         let resolution = cell.grid.resolution()?;
