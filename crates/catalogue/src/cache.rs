@@ -1,4 +1,4 @@
-//! Models on disk, so that a catalogue is decomposed once.
+//! What takes long to make, on disk: models, so that a catalogue is decomposed once, and the built-in set of meshes.
 
 use std::fs;
 use std::io::{self, Read};
@@ -18,7 +18,7 @@ const VERSION: u32 = 2;
 /// Larger entries are not read, in bytes.
 const MAX_ENTRY_BYTES: u64 = 1 << 30;
 
-/// Where models are kept between runs.
+/// Where models, and what else takes long to make, are kept between runs.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum CacheDir {
     /// `$XDG_CACHE_HOME/ppnpack`, else `~/.cache/ppnpack`; nowhere if neither variable is set.
@@ -153,6 +153,7 @@ fn load<T: DeserializeOwned>(path: &Path) -> Option<T> {
     }
 }
 
+/// Keeps it in a file of the cache.
 fn store(path: &Path, content: &impl Serialize) {
     let kept = match encoded(content) {
         Ok(bytes) => write_whole(path, &bytes).map_err(|error| error.to_string()),

@@ -1,7 +1,6 @@
 //! What most steps leave as it is.
 
-use std::hash::DefaultHasher;
-use std::hash::Hasher;
+use std::hash::{DefaultHasher, Hasher};
 use std::ops::{Deref, DerefMut};
 use std::sync::{Arc, OnceLock};
 

@@ -4,7 +4,6 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
-use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{self, Catalogue};
 use ppnpack_packing::grid::Resolution;
 use ppnpack_planner::Settings;
@@ -24,7 +23,8 @@ fn main() -> ExitCode {
 
 /// The catalogue on the grid of each cell, in as many poses as any cell of that grid may use.
 fn catalogues(settings: &Settings) -> Result<Vec<Arc<Catalogue>>> {
-    let source = ppnpack_household::source(&settings.catalogue, &CacheDir::User);
+    let usual = catalogue::Settings::default();
+    let source = ppnpack_household::source(&settings.catalogue, &usual.cache);
     let mut resolutions: Vec<(Resolution, usize)> = Vec::new();
     for cell in settings.cells.values() {
         let resolution = cell.grid.resolution()?;
@@ -39,7 +39,7 @@ fn catalogues(settings: &Settings) -> Result<Vec<Arc<Catalogue>>> {
     let load = |(resolution, poses): &(Resolution, usize)| {
         let settings = catalogue::Settings {
             poses: *poses,
-            ..catalogue::Settings::default()
+            ..usual.clone()
         };
         let loaded = Catalogue::load(&source, &settings, resolution, &|_, _| {});
         loaded

@@ -1,16 +1,14 @@
 //! Orders: what travels together, what leaves first, what is urgent, and what never comes.
 
-use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use crate::common::containers::left_and_right;
 use crate::common::{self, announcement, block, cell, placed, soon, square};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Surface;
-use ppnpack_packing::method::Method;
 use ppnpack_packing::orders::Sharing;
-use ppnpack_packing::trial::TrialSettings;
-use ppnpack_planner::{CellSettings, ContainerSettings, PlannerService, Where};
+use ppnpack_planner::{CellSettings, PlannerService};
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{self, CallError, Client, Incoming, Listener};
 use ppnpack_service::{Process, Running, ServiceSettings};
@@ -32,8 +30,7 @@ impl Rig {
         let hub = embedded::hub().unwrap();
         let perception = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
         let seen = Arc::new(Mutex::new(Surface::empty(&Grid::reference())));
-        let names = ["left", "right"];
-        let listeners = names.map(|name| {
+        let listeners = ["left", "right"].map(|name| {
             let container = Cell::new(name).unwrap();
             let seen = Arc::clone(&seen);
             let show = move |incoming: Incoming<v1::HeightmapRequest>| {
@@ -42,17 +39,7 @@ impl Rig {
             };
             rpc::listen(&perception, Some(&container), show).unwrap()
         });
-        let containers = names.map(|name| (name.to_owned(), ContainerSettings::default()));
-        let mut settings = CellSettings {
-            containers: BTreeMap::from(containers),
-            evaluate: Where::InProcess,
-            method: Method {
-                trial: TrialSettings::off(),
-                ..Method::default()
-            },
-            heightmap_age_limit_s: 600.0,
-            ..CellSettings::default()
-        };
+        let mut settings = left_and_right();
         change(&mut settings);
         let settings = common::settings(settings);
         settings.validate().unwrap();

@@ -26,23 +26,24 @@ pub(crate) struct Rig {
     folder: tempfile::TempDir,
 }
 
+/// A cell with two containers, in which nothing is tried: a twin would know better than what a test shows.
+pub(crate) fn left_and_right() -> CellSettings {
+    let containers = ["left", "right"].map(|name| (name.to_owned(), ContainerSettings::default()));
+    CellSettings {
+        containers: BTreeMap::from(containers),
+        evaluate: Where::InProcess,
+        method: Method {
+            trial: TrialSettings::off(),
+            ..Method::default()
+        },
+        heightmap_age_limit_s: 600.0,
+        ..CellSettings::default()
+    }
+}
+
 impl Rig {
     pub(crate) fn new(seen: &[&str], change: impl FnOnce(&mut CellSettings)) -> Self {
-        let containers = ["left", "right"].map(|name| {
-            let settings = ContainerSettings::default();
-            (name.to_owned(), settings)
-        });
-        let mut settings = CellSettings {
-            containers: BTreeMap::from(containers),
-            evaluate: Where::InProcess,
-            // What is seen is always empty: a twin would know better.
-            method: Method {
-                trial: TrialSettings::off(),
-                ..Method::default()
-            },
-            heightmap_age_limit_s: 600.0,
-            ..CellSettings::default()
-        };
+        let mut settings = left_and_right();
         change(&mut settings);
         let hub = embedded::hub().unwrap();
         let perception = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
