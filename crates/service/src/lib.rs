@@ -49,6 +49,7 @@
 //! - [`lease`]: serve a cell that no other instance serves,
 //! - [`health`]: say what it needs, and whether it has it; [`survey`]: what all say,
 //! - [`supervision`]: end where a thread is dead,
+//! - [`database`]: keep what it knows in a file,
 //! - [`clock`]: the time of day, as messages tell it,
 //! - [`metrics`] of what happens, to be counted,
 //! - [`log_stream`]: what the process logs, for who reads it over Zenoh.
@@ -64,6 +65,7 @@ mod admin;
 pub mod alive;
 pub mod clock;
 pub mod configuration;
+pub mod database;
 pub mod embedded;
 pub mod error;
 pub mod health;

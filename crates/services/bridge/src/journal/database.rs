@@ -1,13 +1,13 @@
 //! Ledgers as tables.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::ErrorKind;
 use std::sync::Arc;
 
 use ppnpack_packing::motion::Cycle;
+use ppnpack_service::database::{FORMAT, OwnFault, VERSION_KEY, read, version};
 use redb::{
-    Database, Error, ReadTransaction, ReadableDatabase, ReadableTable, Table, TableDefinition,
-    TableError, WriteTransaction,
+    Database, ReadTransaction, ReadableDatabase, ReadableTable, Table, TableDefinition, TableError,
+    WriteTransaction,
 };
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -27,68 +27,22 @@ const RECORDS: TableDefinition<(&str, u64), &[u8]> = TableDefinition::new("recor
 /// Per cell: the number of its last placement with a motion, and the motion.
 const CYCLES: TableDefinition<&str, &[u8]> = TableDefinition::new("cycles-1");
 
-/// Under [`VERSION_KEY`]: the version of all that is in the file, where it is one after the first.
-const FORMAT: TableDefinition<&str, u64> = TableDefinition::new("format");
-
-/// The only key of [`FORMAT`].
-const VERSION_KEY: &str = "version";
-
 /// The newest version that this program knows, which it writes.
 const VERSION: u64 = 2;
 
-/// Why the database did not do what was asked.
+/// What it holds is not what was written.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum Fault {
-    /// The database says so.
-    #[error(transparent)]
-    Database(Error),
-    /// The disk says so.
-    #[error(transparent)]
-    Disk(#[from] std::io::Error),
-    /// It is of a newer program, which alone knows what it says.
-    #[error(
-        "it was written by a newer version of this program (format {0}, where up to {VERSION} are known): run that version, or \
-         put back a backup of this one's"
-    )]
-    Newer(u64),
-    /// What it holds is not what was written.
-    #[error("it holds something that is no part of a ledger: {0}")]
-    Content(#[from] postcard::Error),
-    /// It gave up.
-    #[error("the database gave up on its file")]
-    Panic,
-}
+#[error("it holds something that is no part of a ledger: {0}")]
+pub(super) struct NoLedger(postcard::Error);
 
-/// What the database's calls fail with.
-macro_rules! faults {
-    ($($error:ident)*) => {
-        $(impl From<redb::$error> for Fault {
-            fn from(error: redb::$error) -> Self {
-                Self::Database(error.into())
-            }
-        })*
-    };
-}
-
-faults! { CommitError DatabaseError StorageError TableError TransactionError }
-
-impl Fault {
-    /// Whether the file is of no use any more. Everything else may pass.
-    pub(super) fn is_damage(&self) -> bool {
-        match self {
-            Self::Database(Error::Corrupted(_) | Error::RepairAborted)
-            | Self::Content(_)
-            | Self::Panic => true,
-            // A file that was cut off, or is no database at all.
-            Self::Database(Error::Io(error)) => {
-                let kind = error.kind();
-                matches!(kind, ErrorKind::InvalidData | ErrorKind::UnexpectedEof)
-            }
-            // What another version wrote is left as it is.
-            Self::Database(_) | Self::Disk(_) | Self::Newer(_) => false,
-        }
+impl OwnFault for NoLedger {
+    fn is_damage(&self) -> bool {
+        true
     }
 }
+
+/// Why the database did not do what was asked.
+pub(super) type Fault = ppnpack_service::database::Fault<NoLedger>;
 
 /// A head as it was written before there were holds.
 #[derive(Deserialize)]
@@ -130,7 +84,7 @@ pub(super) fn cells(database: &Database) -> Result<Vec<String>, Fault> {
 /// The ledger of a cell, if it has one.
 pub(super) fn load(database: &Database, cell: &str) -> Result<Option<Ledger>, Fault> {
     let transaction = database.begin_read()?;
-    check_version(&transaction)?;
+    version(&transaction, VERSION)?;
     let head = match load_one::<Head>(&transaction, HEADS, cell)? {
         Some(head) => Some(head),
         None => load_one::<FirstHead>(&transaction, FIRST_HEADS, cell)?.map(Head::from),
@@ -150,30 +104,13 @@ pub(super) fn load(database: &Database, cell: &str) -> Result<Option<Ledger>, Fa
     Ok(Some(Ledger::of(head, records)))
 }
 
-/// Whether this program knows what the file says.
-fn check_version(transaction: &ReadTransaction) -> Result<(), Fault> {
-    let table = match transaction.open_table(FORMAT) {
-        Err(TableError::TableDoesNotExist(_)) => return Ok(()),
-        table => table?,
-    };
-    match table.get(VERSION_KEY)?.map(|found| found.value()) {
-        Some(version) if version > VERSION => Err(Fault::Newer(version)),
-        _ => Ok(()),
-    }
-}
-
 /// What a table has for a cell.
 fn load_one<T: DeserializeOwned>(
     transaction: &ReadTransaction,
     table: TableDefinition<'_, &'static str, &'static [u8]>,
     cell: &str,
 ) -> Result<Option<T>, Fault> {
-    let table = match transaction.open_table(table) {
-        Err(TableError::TableDoesNotExist(_)) => return Ok(None),
-        table => table?,
-    };
-    let found = table.get(cell)?;
-    found.map(|found| decode(found.value())).transpose()
+    read(transaction, table, cell, decode)?.transpose()
 }
 
 fn load_records(transaction: &ReadTransaction, cell: &str) -> Result<BTreeMap<u64, Record>, Fault> {
@@ -258,9 +195,9 @@ fn insert(
 }
 
 fn encode(value: &impl Serialize) -> Result<Vec<u8>, Fault> {
-    Ok(postcard::to_stdvec(value)?)
+    Ok(postcard::to_stdvec(value).map_err(NoLedger)?)
 }
 
 fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Fault> {
-    Ok(postcard::from_bytes(bytes)?)
+    Ok(postcard::from_bytes(bytes).map_err(NoLedger)?)
 }

@@ -11,12 +11,11 @@
 //! crash, after which the commit before the last would count.
 
 mod database;
-mod file;
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use ppnpack_service::database::{guarded, open};
 use ppnpack_service::{Health, HealthLatch};
 use ppnpack_wire::keys::Cell;
 use redb::Database;
@@ -64,7 +63,7 @@ impl Journal {
     /// written.
     pub(crate) fn new(path: &Path, health: HealthLatch) -> Self {
         let file = path.to_owned();
-        Self::with_open(path, health, Box::new(move || file::open(&file)))
+        Self::with_open(path, health, Box::new(move || open(&file)))
     }
 
     fn with_open(path: &Path, health: HealthLatch, open: Open) -> Self {
@@ -87,8 +86,8 @@ impl Journal {
         if let Err(fault) = &result
             && fault.is_damage()
         {
-            result = file::put_aside(&self.path, fault)
-                .and_then(|()| self.attempt(&mut state, &mut work));
+            result =
+                put_aside(&self.path, fault).and_then(|()| self.attempt(&mut state, &mut work));
         }
         match result {
             Ok(done) => {
@@ -120,9 +119,7 @@ impl Journal {
             }
         };
         let generation = state.generation;
-        // The database may panic on a file that something else wrote to while it was open.
-        let result = catch_unwind(AssertUnwindSafe(|| work(&database, generation)));
-        let result = result.unwrap_or(Err(Fault::Panic));
+        let result = guarded(|| work(&database, generation));
         if result.is_ok() {
             state.database = Some(database);
         }
@@ -168,6 +165,19 @@ impl CellJournal {
         })?;
         Ok(())
     }
+}
+
+/// Gives a damaged journal another name.
+fn put_aside(path: &Path, fault: &Fault) -> Result<(), Fault> {
+    let aside = ppnpack_service::database::put_aside(path)?;
+    tracing::error!(
+        journal = %path.display(),
+        kept_as = %aside.display(),
+        %fault,
+        "the journal is damaged: it was put aside and a new one begun; cells that it is needed for begin empty, and \
+         what was planned for them is stale"
+    );
+    Ok(())
 }
 
 /// Settles the ledgers of a journal that is a backup: what was done since is not known. Gives the cells, which are held.

@@ -1,15 +1,15 @@
 //! Sessions as tables.
 
 use std::collections::BTreeSet;
-use std::io::ErrorKind;
 
+use ppnpack_service::database::{FORMAT, OwnFault, VERSION_KEY, read, version};
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
 use prost::Message;
 use redb::{
-    Database, Error, Key, ReadTransaction, ReadableDatabase, ReadableTable, TableDefinition,
-    TableError, WriteTransaction,
+    Database, ReadTransaction, ReadableDatabase, ReadableTable, TableDefinition, TableError,
+    WriteTransaction,
 };
 
 /// Per cell: its session.
@@ -18,76 +18,34 @@ const SESSIONS: TableDefinition<&str, &[u8]> = TableDefinition::new("sessions");
 /// Per cell and id: heightmaps of items that were announced with them.
 const SHAPES: TableDefinition<(&str, &[u8]), &[u8]> = TableDefinition::new("shapes");
 
-/// The version of all that is in the file, where it is one after the first, and its revision.
-const FORMAT: TableDefinition<&str, u64> = TableDefinition::new("format");
-
-/// The key of the version.
-const VERSION_KEY: &str = "version";
-
-/// Beside the version: how many times the file was written.
+/// Beside the version in [`FORMAT`]: how many times the file was written.
 const REVISION_KEY: &str = "revision";
 
 /// The newest version that this program knows, which it writes. The first had one file for all cells.
 pub(super) const VERSION: u64 = 2;
 
-/// Why the database did not do what was asked.
+/// What else can be wrong with the file of a cell.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum Fault {
-    /// The database says so.
-    #[error(transparent)]
-    Database(Error),
-    /// The disk says so.
-    #[error(transparent)]
-    Disk(#[from] std::io::Error),
-    /// It is of a newer program, which alone knows what it says.
-    #[error(
-        "it was written by a newer version of this program (format {0}, where up to {VERSION} are known): run that version, or \
-         put back a backup of this one's"
-    )]
-    Newer(u64),
+pub(super) enum StoreFault {
     /// It is not what was written last.
     #[error("it holds revision {found}, and revision {written} was written")]
     RolledBack { found: u64, written: u64 },
     /// The heightmaps of a session would take too much.
     #[error("heightmaps of {bytes} bytes where {most} are possible")]
     TooManyShapes { bytes: u64, most: u64 },
-    /// It gave up.
-    #[error("the database gave up on its file")]
-    Panic,
 }
 
-/// What the database's calls fail with.
-macro_rules! faults {
-    ($($error:ident)*) => {
-        $(impl From<redb::$error> for Fault {
-            fn from(error: redb::$error) -> Self {
-                Self::Database(error.into())
-            }
-        })*
-    };
-}
-
-faults! { CommitError DatabaseError StorageError TableError TransactionError }
-
-impl Fault {
-    /// Whether the file is of no use any more. Everything else may pass.
-    pub(super) fn is_damage(&self) -> bool {
+impl OwnFault for StoreFault {
+    fn is_damage(&self) -> bool {
         match self {
-            Self::Database(Error::Corrupted(_) | Error::RepairAborted)
-            | Self::Panic
-            | Self::RolledBack { .. } => true,
-            // A file that was cut off, or is no database at all.
-            Self::Database(Error::Io(error)) => {
-                let kind = error.kind();
-                matches!(kind, ErrorKind::InvalidData | ErrorKind::UnexpectedEof)
-            }
-            // What another version wrote is left as it is.
-            Self::Database(_) | Self::Disk(_) | Self::Newer(_) | Self::TooManyShapes { .. } => {
-                false
-            }
+            Self::RolledBack { .. } => true,
+            Self::TooManyShapes { .. } => false,
         }
     }
 }
+
+/// Why the database did not do what was asked.
+pub(super) type Fault = ppnpack_service::database::Fault<StoreFault>;
 
 /// An id and the heightmaps of that id, as they are encoded.
 type Shape = (Vec<u8>, Vec<u8>);
@@ -116,8 +74,8 @@ pub(super) enum Change<'a> {
 /// The session of a cell, as it is encoded.
 pub(super) fn session(database: &Database, cell: &Cell) -> Result<Option<Vec<u8>>, Fault> {
     let transaction = database.begin_read()?;
-    check_version(&transaction)?;
-    read(&transaction, SESSIONS, cell.as_str())
+    version(&transaction, VERSION)?;
+    read(&transaction, SESSIONS, cell.as_str(), <[u8]>::to_vec)
 }
 
 /// The heightmaps of this id, as they are encoded.
@@ -127,7 +85,13 @@ pub(super) fn shape(
     id: ItemId,
 ) -> Result<Option<Vec<u8>>, Fault> {
     let key = (cell.as_str(), id.to_bytes());
-    read(&database.begin_read()?, SHAPES, (key.0, key.1.as_slice()))
+    let transaction = database.begin_read()?;
+    read(
+        &transaction,
+        SHAPES,
+        (key.0, key.1.as_slice()),
+        <[u8]>::to_vec,
+    )
 }
 
 /// Writes a session, as it is encoded, and what becomes of the heightmaps. Gives the revision.
@@ -178,7 +142,7 @@ fn add(
         }
         bytes += shape.encoded_len() as u64;
         if bytes > most {
-            return Err(Fault::TooManyShapes { bytes, most });
+            return Err(StoreFault::TooManyShapes { bytes, most }.into());
         }
         table.insert(key, shape.encode_to_vec().as_slice())?;
     }
@@ -188,7 +152,7 @@ fn add(
 /// What is in the file of a store of the first version; nothing in one of this version, or in a new file.
 pub(super) fn first_version(root: &Database) -> Result<Vec<Kept>, Fault> {
     let transaction = root.begin_read()?;
-    if check_version(&transaction)?.is_some() {
+    if version(&transaction, VERSION)?.is_some() {
         return Ok(Vec::new());
     }
     let table = match transaction.open_table(SESSIONS) {
@@ -240,7 +204,7 @@ pub(super) fn write_kept(database: &Database, kept: &Kept) -> Result<u64, Fault>
 /// Makes the file of a store one of this version: what it said before is in the files of the cells. It has no mark: the commit is
 /// in two phases, so that damage is never taken for a crash, after which the sessions of the first version would count again.
 pub(super) fn begin_version(root: &Database) -> Result<(), Fault> {
-    if check_version(&root.begin_read()?)? == Some(VERSION) {
+    if version(&root.begin_read()?, VERSION)? == Some(VERSION) {
         return Ok(());
     }
     let (mut transaction, _) = begin_write(root)?;
@@ -251,39 +215,10 @@ pub(super) fn begin_version(root: &Database) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The version that wrote a file, where it is one after the first.
-fn check_version(transaction: &ReadTransaction) -> Result<Option<u64>, Fault> {
-    match read_format(transaction, VERSION_KEY)? {
-        Some(version) if version > VERSION => Err(Fault::Newer(version)),
-        version => Ok(version),
-    }
-}
-
 /// How many times the file was written; zero in a new one, and in one of a program that did not count.
 pub(super) fn revision(database: &Database) -> Result<u64, Fault> {
-    let revision = read_format(&database.begin_read()?, REVISION_KEY)?;
+    let revision = read(&database.begin_read()?, FORMAT, REVISION_KEY, |found| found)?;
     Ok(revision.unwrap_or_default())
-}
-
-fn read_format(transaction: &ReadTransaction, key: &str) -> Result<Option<u64>, Fault> {
-    let table = match transaction.open_table(FORMAT) {
-        Err(TableError::TableDoesNotExist(_)) => return Ok(None),
-        table => table?,
-    };
-    Ok(table.get(key)?.map(|found| found.value()))
-}
-
-/// The value of a key; `None` where nothing was written to its table yet.
-fn read<K: Key + 'static>(
-    transaction: &ReadTransaction,
-    table: TableDefinition<'static, K, &'static [u8]>,
-    key: K::SelfType<'_>,
-) -> Result<Option<Vec<u8>>, Fault> {
-    let table = match transaction.open_table(table) {
-        Err(TableError::TableDoesNotExist(_)) => return Ok(None),
-        table => table?,
-    };
-    Ok(table.get(key)?.map(|value| value.value().to_vec()))
 }
 
 /// Begins to write, with the version and the revision that it will be.

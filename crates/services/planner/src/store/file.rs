@@ -1,19 +1,14 @@
 //! The files of a session store.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
 use std::{fs, io};
 
 use ppnpack_wire::keys::Cell;
 use redb::backends::InMemoryBackend;
 use redb::{Builder, Database};
 
-use super::database::{self, Fault};
+use super::database::{self, Fault, StoreFault};
 use super::mark::{self, Mark};
-
-/// Memory for pages of each database.
-const CACHE_BYTES: usize = 16 << 20;
 
 /// How the file of a cell ends.
 const EXTENSION: &str = "redb";
@@ -48,18 +43,10 @@ fn folder(store: &Path) -> PathBuf {
 
 /// Opens a file, and begins it where there is none; without one, a database in memory.
 pub(super) fn open(path: Option<&Path>) -> Result<Database, Fault> {
-    let mut builder = Builder::new();
-    builder.set_cache_size(CACHE_BYTES);
-    let Some(path) = path else {
-        return Ok(builder.create_with_backend(InMemoryBackend::new())?);
-    };
-    if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder)?;
+    match path {
+        Some(path) => ppnpack_service::database::open(path),
+        None => Ok(Builder::new().create_with_backend(InMemoryBackend::new())?),
     }
-    // What another program, or the disk, changed in the file is found here, and not taken for what was written.
-    builder.set_check_integrity_on_open(true);
-    let opened = catch_unwind(AssertUnwindSafe(|| builder.create(path)));
-    Ok(opened.map_err(|_| Fault::Panic)??)
 }
 
 /// The database of a cell, with its mark.
@@ -82,7 +69,7 @@ impl CellFile {
         let mut mark = Mark::open(path)?;
         let (found, written) = (database::revision(&database)?, mark.read()?);
         if found < written {
-            return Err(Fault::RolledBack { found, written });
+            return Err(StoreFault::RolledBack { found, written }.into());
         }
         Ok(Self {
             database,
@@ -100,8 +87,7 @@ impl CellFile {
 
 /// Gives a damaged file another name.
 pub(super) fn put_aside(path: &Path, fault: &Fault) -> Result<(), Fault> {
-    let aside = free_name(path);
-    fs::rename(path, &aside)?;
+    let aside = ppnpack_service::database::put_aside(path)?;
     mark::remove(path)?;
     tracing::error!(
         store = %path.display(),
@@ -110,16 +96,4 @@ pub(super) fn put_aside(path: &Path, fault: &Fault) -> Result<(), Fault> {
         "a file of the session store is damaged: it was put aside and a new one begun; the session in it is lost, begin a new one"
     );
     Ok(())
-}
-
-fn free_name(path: &Path) -> PathBuf {
-    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
-    let millis = since_1970.map_or(0, |since_1970| since_1970.as_millis());
-    let name = |count: u32| {
-        let mut name = path.as_os_str().to_owned();
-        name.push(format!(".damaged-{millis}-{count}"));
-        PathBuf::from(name)
-    };
-    let free = (0..1000).map(name).find(|name| !name.exists());
-    free.unwrap_or_else(|| name(1000))
 }

@@ -13,18 +13,18 @@ mod file;
 mod mark;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use ppnpack_protocol::session::{FROM_BACKUP, Session};
+use ppnpack_service::database::guarded;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 use prost::Message;
 use redb::Database;
 
-use self::database::{Change, Fault, Kept};
+use self::database::{Change, Fault, Kept, StoreFault};
 use self::file::CellFile;
 
 /// Why the store did not do what was asked.
@@ -50,7 +50,9 @@ pub(crate) enum StoreError {
 impl From<Fault> for StoreError {
     fn from(fault: Fault) -> Self {
         match fault {
-            Fault::TooManyShapes { bytes, most } => Self::TooManyShapes { bytes, most },
+            Fault::Own(StoreFault::TooManyShapes { bytes, most }) => {
+                Self::TooManyShapes { bytes, most }
+            }
             fault => Self::Unusable(fault.to_string()),
         }
     }
@@ -253,9 +255,7 @@ impl Store {
             Some(file) => file,
             None => CellFile::open(self.file_of(cell).as_deref())?,
         };
-        // It may panic on a file that something else wrote to while it was open.
-        let result = catch_unwind(AssertUnwindSafe(|| work(&mut file)));
-        let result = result.unwrap_or(Err(Fault::Panic));
+        let result = guarded(|| work(&mut file));
         // In memory there is nothing to be opened again.
         if result.is_ok() || self.path.is_none() {
             cells.insert(cell.clone(), file);
@@ -273,8 +273,7 @@ impl Store {
 fn open_root(path: &Path) -> Result<(Database, Vec<Kept>), Fault> {
     let attempt = || -> Result<_, Fault> {
         let root = file::open(Some(path))?;
-        let read = catch_unwind(AssertUnwindSafe(|| database::first_version(&root)));
-        let kept = read.unwrap_or(Err(Fault::Panic))?;
+        let kept = guarded(|| database::first_version(&root))?;
         Ok((root, kept))
     };
     match attempt() {

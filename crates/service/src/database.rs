@@ -1,0 +1,171 @@
+//! Databases that services keep what they know in, each a file of its own: damage is found, and never taken for what was written.
+//!
+//! A service has faults of its own beside those of any database: what it reads may be no part of what it keeps. It says of them
+//! whether the file is damaged ([`OwnFault`]), and puts a damaged one aside ([`put_aside`]), for people to look at.
+
+use std::fs;
+use std::io::{self, ErrorKind};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use redb::{
+    Builder, Database, Key, ReadTransaction, ReadableTable, TableDefinition, TableError, Value,
+};
+
+/// What a file says of itself, in numbers: its version, under [`VERSION_KEY`], where it is one after the first, and what else its
+/// service counts.
+pub const FORMAT: TableDefinition<'_, &str, u64> = TableDefinition::new("format");
+
+/// The key of the version in [`FORMAT`].
+pub const VERSION_KEY: &str = "version";
+
+/// Memory for pages of a database.
+const CACHE_BYTES: usize = 16 << 20;
+
+/// Why a database did not do what was asked.
+#[derive(Debug, thiserror::Error)]
+pub enum Fault<Own: OwnFault> {
+    /// The database says so.
+    #[error(transparent)]
+    Database(redb::Error),
+    /// The disk says so.
+    #[error(transparent)]
+    Disk(#[from] io::Error),
+    /// It is of a newer program, which alone knows what it says.
+    #[error(
+        "it was written by a newer version of this program (format {found}, where up to {known} are known): run that version, or \
+         put back a backup of this one's"
+    )]
+    Newer {
+        /// The version of the file.
+        found: u64,
+        /// The newest that this program knows.
+        known: u64,
+    },
+    /// It gave up.
+    #[error("the database gave up on its file")]
+    Panic,
+    /// The service says so.
+    #[error(transparent)]
+    Own(Own),
+}
+
+/// What else can be wrong with the file of a service.
+pub trait OwnFault: std::error::Error + 'static {
+    /// Whether the file is of no use any more.
+    fn is_damage(&self) -> bool;
+}
+
+impl<Own: OwnFault> From<Own> for Fault<Own> {
+    fn from(own: Own) -> Self {
+        Self::Own(own)
+    }
+}
+
+/// What the database's calls fail with.
+macro_rules! faults {
+    ($($error:ident)*) => {
+        $(impl<Own: OwnFault> From<redb::$error> for Fault<Own> {
+            fn from(error: redb::$error) -> Self {
+                Self::Database(error.into())
+            }
+        })*
+    };
+}
+
+faults! { CommitError DatabaseError StorageError TableError TransactionError }
+
+impl<Own: OwnFault> Fault<Own> {
+    /// Whether the file is of no use any more. Everything else may pass.
+    pub fn is_damage(&self) -> bool {
+        match self {
+            Self::Database(redb::Error::Corrupted(_) | redb::Error::RepairAborted)
+            | Self::Panic => true,
+            // A file that was cut off, or is no database at all.
+            Self::Database(redb::Error::Io(error)) => {
+                let kind = error.kind();
+                matches!(kind, ErrorKind::InvalidData | ErrorKind::UnexpectedEof)
+            }
+            // What another version wrote is left as it is.
+            Self::Database(_) | Self::Disk(_) | Self::Newer { .. } => false,
+            Self::Own(own) => own.is_damage(),
+        }
+    }
+}
+
+/// Opens a file, and begins it where there is none. What another program, or the disk, changed in it is found here.
+///
+/// # Errors
+/// [`Fault`] says why that cannot be.
+pub fn open<Own: OwnFault>(path: &Path) -> Result<Database, Fault<Own>> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder)?;
+    }
+    guarded(|| {
+        Ok(Builder::new()
+            .set_cache_size(CACHE_BYTES)
+            .set_check_integrity_on_open(true)
+            .create(path)?)
+    })
+}
+
+/// Works with a database, which may panic on a file that something else wrote to.
+///
+/// # Errors
+/// That of the work; [`Fault::Panic`] where it panics.
+pub fn guarded<T, Own: OwnFault>(
+    work: impl FnOnce() -> Result<T, Fault<Own>>,
+) -> Result<T, Fault<Own>> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or(Err(Fault::Panic))
+}
+
+/// Gives a damaged file another name, which is returned.
+///
+/// # Errors
+/// What the system says.
+pub fn put_aside(path: &Path) -> io::Result<PathBuf> {
+    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
+    let millis = since_1970.map_or(0, |since_1970| since_1970.as_millis());
+    let name = |count: u32| {
+        let mut name = path.as_os_str().to_owned();
+        name.push(format!(".damaged-{millis}-{count}"));
+        PathBuf::from(name)
+    };
+    let free = (0..1000).map(name).find(|name| !name.exists());
+    let aside = free.unwrap_or_else(|| name(1000));
+    fs::rename(path, &aside)?;
+    Ok(aside)
+}
+
+/// The version that wrote a file, where it is one after the first.
+///
+/// # Errors
+/// [`Fault::Newer`] where it is after the newest that is known.
+pub fn version<Own: OwnFault>(
+    transaction: &ReadTransaction,
+    known: u64,
+) -> Result<Option<u64>, Fault<Own>> {
+    match read(transaction, FORMAT, VERSION_KEY, |found| found)? {
+        Some(found) if found > known => Err(Fault::Newer { found, known }),
+        version => Ok(version),
+    }
+}
+
+/// What a table has under a key; `None` where nothing was written to it yet.
+///
+/// # Errors
+/// [`Fault`] says why that cannot be read.
+pub fn read<K: Key + 'static, V: Value + 'static, T, Own: OwnFault>(
+    transaction: &ReadTransaction,
+    table: TableDefinition<'_, K, V>,
+    key: K::SelfType<'_>,
+    take: impl FnOnce(V::SelfType<'_>) -> T,
+) -> Result<Option<T>, Fault<Own>> {
+    let table = match transaction.open_table(table) {
+        Err(TableError::TableDoesNotExist(_)) => return Ok(None),
+        table => table?,
+    };
+    let found = table.get(key)?;
+    Ok(found.map(|found| take(found.value())))
+}

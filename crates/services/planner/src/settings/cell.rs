@@ -1,0 +1,239 @@
+//! A cell and how it is packed.
+
+use std::collections::BTreeMap;
+
+use ppnpack_packing::containers::ContainerChoice;
+use ppnpack_packing::grid::{Grid, GridSettings};
+use ppnpack_packing::method::{Method, ProposalSource};
+use ppnpack_packing::orders::ContainerRules;
+use ppnpack_packing::search::Search;
+use ppnpack_physics::twin::TwinSettings;
+use ppnpack_robot::error::ParameterError;
+use ppnpack_robot::station::{ArmStation, StationSettings};
+use ppnpack_service::configuration::in_range;
+use serde::{Deserialize, Serialize};
+
+use super::containers::{ClosingSettings, ContainerSettings, OpeningSettings};
+
+/// The most items that a session may set aside.
+const MAX_SET_ASIDE: usize = 10_000;
+
+/// The most alternatives that a decision tells.
+pub(crate) const MAX_ALTERNATIVES: usize = 64;
+
+/// The most resting poses of an object.
+const MAX_POSES: usize = 6;
+
+/// The most candidates that a heuristic service takes.
+const MAX_CANDIDATES: usize = 1_000;
+
+/// A cell and how it is packed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CellSettings {
+    /// The container and its grid; the keys stand among the others.
+    #[serde(flatten)]
+    pub grid: GridSettings,
+    /// How it is packed; the keys stand among the others. `all` and `bounded` proposals are the same here.
+    #[serde(flatten)]
+    pub method: Method,
+    /// Its containers, where it has several that are packed at the same time, by the names under which bridge and perception serve
+    /// them; where none is given, it has one, which has the cell's own name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub containers: BTreeMap<String, ContainerSettings>,
+    /// Which of the open containers an item goes into.
+    pub choice: ContainerChoice,
+    /// What a container may hold, by what is said of the items' orders, groups and masses.
+    pub rules: ContainerRules,
+    /// How many containers are open, and which one is opened next.
+    pub opening: OpeningSettings,
+    /// When a container is closed.
+    pub closing: ClosingSettings,
+    /// The arm that has to be able to make the placements; where there is none, that is not checked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arm: Option<StationSettings>,
+    /// The twin of the cell that placements are tried in; its container is that of the grid.
+    pub twin: TwinSettings,
+    /// Where placements are evaluated.
+    pub evaluate: Where,
+    /// The longest that the network may take for a step, in seconds, before the search goes on without it.
+    pub propose_limit_s: f64,
+    /// The longest that a heuristic service may take for a page of placements, in seconds, before its part is searched
+    /// here. A step may need several pages.
+    pub evaluate_limit_s: f64,
+    /// A heightmap whose cloud came longer ago than this, in seconds, is not planned on.
+    pub heightmap_age_limit_s: f64,
+    /// The longest that a cloud may be on its way from a sensor that does not know the cell's state, in seconds: what
+    /// comes sooner after a report may show what was before.
+    pub sensor_latency_s: f64,
+    /// The most items that a session may set aside for the next container, as nothing in the buffer has a valid
+    /// placement, where the request that begins it says nothing else.
+    pub set_aside: usize,
+    /// How many valid placements beside the chosen one a decision of the automatic mode tells, for people to compare; each is searched
+    /// for and checked like the chosen one.
+    pub alternatives: usize,
+    /// In how many resting poses an object of the catalogue may be packed at most: as the catalogue has it, then the most
+    /// probable others. Whoever brings items to the robot has to be able to turn them into these. An announcement may allow
+    /// fewer, or name those that it allows.
+    pub poses: usize,
+    /// Whether perception is asked after each placement how the item lies, and the session is corrected by that.
+    pub inspect: bool,
+    /// The longest that the bridge may take to carry out a placement in automatic mode, in seconds.
+    pub place_limit_s: f64,
+    /// The most memory that a search in the planner may take, in MiB; a step that needs more is refused.
+    pub search_mib: usize,
+}
+
+/// Where placements are evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Where {
+    /// By the heuristic services, or in the planner where that is sooner: on a coarse grid a search takes less than
+    /// the way to a service and back. The decisions are the same.
+    Fastest,
+    /// By the heuristic services that are alive, all together.
+    Services,
+    /// In the planner itself.
+    InProcess,
+}
+
+impl Default for CellSettings {
+    fn default() -> Self {
+        Self {
+            grid: GridSettings::default(),
+            method: Method::default(),
+            containers: BTreeMap::new(),
+            choice: ContainerChoice::default(),
+            rules: ContainerRules::default(),
+            opening: OpeningSettings::default(),
+            closing: ClosingSettings::default(),
+            arm: None,
+            twin: TwinSettings::default(),
+            evaluate: Where::Fastest,
+            propose_limit_s: 0.5,
+            evaluate_limit_s: 1.0,
+            heightmap_age_limit_s: 5.0,
+            sensor_latency_s: 0.5,
+            set_aside: 0,
+            alternatives: 0,
+            poses: 1,
+            inspect: false,
+            place_limit_s: 120.0,
+            search_mib: 256,
+        }
+    }
+}
+
+impl CellSettings {
+    /// The arm, where there is one.
+    pub(crate) fn station(&self) -> Result<Option<ArmStation>, ParameterError> {
+        self.arm.as_ref().map(ArmStation::new).transpose()
+    }
+
+    /// The most bytes that a search may take.
+    pub(crate) fn search_bytes(&self) -> usize {
+        self.search_mib << 20
+    }
+
+    fn validate_rules(&self) -> Result<(), String> {
+        let rules = &self.rules;
+        if let Some(most_kg) = rules.most_kg {
+            in_range("rules.most_kg", most_kg, 0.001..=1e6)?;
+        }
+        if let Some(expected_m3) = rules.expected_m3 {
+            in_range("rules.expected_m3", expected_m3, 1e-9..=1e3)?;
+        }
+        if let Some((a, b)) = rules.contradiction() {
+            return Err(format!(
+                "rules.together: {a} and {b} are in rules.apart, too, and could never be packed: leave one of the pairs out"
+            ));
+        }
+        if let Some(wait_s) = self.closing.order_wait_s {
+            in_range("closing.order_wait_s", wait_s, 0.001..=1e6)?;
+        }
+        match (rules.certainty_percent, rules.spread_m3, rules.expected_m3) {
+            (None, Some(_), _) => {
+                let remedy = "rules.spread_m3: it says nothing without a certainty: set rules.certainty_percent, or leave it out";
+                return Err(remedy.to_owned());
+            }
+            (Some(_), Some(_), None) => {
+                let remedy =
+                    "rules.spread_m3: of what is not given: set rules.expected_m3, or leave it out";
+                return Err(remedy.to_owned());
+            }
+            (Some(percent), spread_m3, _) => {
+                in_range("rules.certainty_percent", percent, 1.0..=99.9)?;
+                in_range("rules.spread_m3", spread_m3.unwrap_or_default(), 0.0..=1e3)?;
+            }
+            (None, None, _) => {}
+        }
+        let possible = self.closing.rules.validate(rules, self.choice);
+        possible.map_err(|error| error.to_string())
+    }
+
+    /// Whether a search has room for what every one takes.
+    fn validate_search(&self, grid: &Grid) -> Result<(), String> {
+        in_range("search_mib", self.search_mib, 1..=65_536)?;
+        let least_bytes = Search::least_bytes(grid, self.method.heuristic);
+        if least_bytes <= self.search_bytes() {
+            return Ok(());
+        }
+        let least_mib = least_bytes.div_ceil(1 << 20);
+        Err(format!(
+            "search_mib: a search on this grid takes at least {least_mib}, and {} are given",
+            self.search_mib
+        ))
+    }
+
+    /// Checks that all is possible, but for the containers.
+    pub(crate) fn validate(&self) -> Result<(), String> {
+        let grid = self.grid.build().map_err(|error| error.to_string())?;
+        self.validate_search(&grid)?;
+        self.station().map_err(|error| format!("arm: {error}"))?;
+        let method = &self.method;
+        let possible = method.validate();
+        possible.map_err(|error| error.to_string())?;
+        if method.arm_time.is_on() && self.arm.is_none() {
+            let remedy = "arm_time: there is no arm that takes time: set arm, or leave it out";
+            return Err(remedy.to_owned());
+        }
+        let twin = self.twin.validate();
+        twin.map_err(|error| error.to_string())?;
+        in_range("buffer", method.buffer, 1..=MAX_CANDIDATES)?;
+        set_aside_in_range(self.set_aside)?;
+        in_range("alternatives", self.alternatives, 0..=MAX_ALTERNATIVES)?;
+        in_range("poses", self.poses, 1..=MAX_POSES)?;
+        self.opening.validate(self.containers.len())?;
+        self.validate_rules()?;
+        let candidates = method.buffer * self.poses;
+        if candidates > MAX_CANDIDATES {
+            return Err(format!(
+                "poses: {} for each of {} items are {candidates} candidates where {MAX_CANDIDATES} are possible: lower \
+                 poses or buffer",
+                self.poses, method.buffer
+            ));
+        }
+        if let ProposalSource::Network { model: Some(_), .. } = method.proposals {
+            return Err("proposals: unknown field `model`: a ppn service has its own".to_owned());
+        }
+        if method.proposals.gives_up_early() {
+            let why = "proposals: `tries` gives items up that may have a valid placement, so that a session ends early: it is \
+                       for comparisons alone";
+            return Err(why.to_owned());
+        }
+        let spans_s = [
+            ("propose_limit_s", self.propose_limit_s),
+            ("evaluate_limit_s", self.evaluate_limit_s),
+            ("heightmap_age_limit_s", self.heightmap_age_limit_s),
+            ("sensor_latency_s", self.sensor_latency_s),
+            ("place_limit_s", self.place_limit_s),
+        ];
+        let mut spans_s = spans_s.into_iter();
+        spans_s.try_for_each(|(name, span_s)| in_range(name, span_s, 0.001..=3600.0))
+    }
+}
+
+/// Checks how many items a session may set aside.
+pub(crate) fn set_aside_in_range(limit: usize) -> Result<(), String> {
+    in_range("set_aside", limit, 0..=MAX_SET_ASIDE)
+}

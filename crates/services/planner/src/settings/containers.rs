@@ -1,0 +1,131 @@
+//! The containers of a cell: in what each is otherwise than the cell, how many are open, and when one is closed.
+
+use std::collections::BTreeMap;
+
+use ppnpack_packing::closing::ClosingRules;
+use ppnpack_packing::grid::ContainerSize;
+use ppnpack_robot::station::StationSettings;
+use ppnpack_service::configuration::in_range;
+use ppnpack_wire::keys::{Cell, KeyError};
+use serde::{Deserialize, Serialize};
+
+use super::cell::CellSettings;
+
+/// One of the containers of a cell, where it is otherwise than the cell says.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ContainerSettings {
+    /// Its inner size.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub container: Option<ContainerSize>,
+    /// The arm, as it stands to this container.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arm: Option<StationSettings>,
+}
+
+/// How many of a cell's containers are open, and which of those that stand ready is opened next, by what waits.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct OpeningSettings {
+    /// How many are open at most, where not all are: the others stand ready, and which one is opened is chosen by its size. A request
+    /// may open more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub most: Option<usize>,
+    /// How full containers are expected to become, in percent: the smallest is opened in which so much takes what waits.
+    pub expected_percent: f64,
+}
+
+impl Default for OpeningSettings {
+    fn default() -> Self {
+        Self {
+            most: None,
+            expected_percent: 40.0,
+        }
+    }
+}
+
+impl OpeningSettings {
+    /// Checks that all is possible in a cell of so many containers.
+    pub(super) fn validate(&self, containers: usize) -> Result<(), String> {
+        in_range(
+            "opening.expected_percent",
+            self.expected_percent,
+            1.0..=100.0,
+        )?;
+        match self.most {
+            Some(most) if !(1..containers).contains(&most) => Err(format!(
+                "opening.most: {most}, and the cell has {}: give at least 1 and less than that, or leave it out",
+                match containers {
+                    0 | 1 => "one container, which is open".to_owned(),
+                    containers =>
+                        format!("{containers} containers, of which all may be open without it"),
+                }
+            )),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// When a container is closed without a request that says so.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ClosingSettings {
+    /// Whether the bridge brings an empty container for each that is closed so. In automatic mode the fullest is closed then where
+    /// nothing in the buffer has a valid placement; otherwise the automatic mode ends.
+    pub renews: bool,
+    /// By which rules; the keys stand beside. With `order_complete`, announce all of an order before the last of it is packed, or how many
+    /// items it has.
+    #[serde(flatten)]
+    pub rules: ClosingRules,
+    /// The longest that an order is waited for of which fewer items were announced than it is said to have, in seconds since the last of
+    /// them; then no more are expected. Where it is not given, they are waited for until a request says that none comes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub order_wait_s: Option<f64>,
+}
+
+/// A container of a cell, and how it is planned.
+#[derive(Debug, Clone)]
+pub(crate) struct ContainerPlan {
+    /// As sessions have it; empty where it is the cell itself.
+    pub(crate) name: String,
+    /// Under which bridge and perception serve it.
+    pub(crate) address: Cell,
+    /// The cell's, with its own size and arm.
+    pub(crate) settings: CellSettings,
+}
+
+impl CellSettings {
+    /// The containers of the cell of this name.
+    ///
+    /// # Errors
+    /// [`KeyError`] where one has a name that keys cannot have.
+    pub(crate) fn container_plans(&self, cell: &Cell) -> Result<Vec<ContainerPlan>, KeyError> {
+        if self.containers.is_empty() {
+            return Ok(vec![ContainerPlan {
+                name: String::new(),
+                address: cell.clone(),
+                settings: self.clone(),
+            }]);
+        }
+        let containers = self.containers.iter().map(|(name, own)| {
+            Ok(ContainerPlan {
+                name: name.clone(),
+                address: Cell::new(name)?,
+                settings: self.with(own),
+            })
+        });
+        containers.collect()
+    }
+
+    /// Those of a cell that has this container alone.
+    pub(super) fn with(&self, own: &ContainerSettings) -> Self {
+        let mut alone = Self {
+            containers: BTreeMap::new(),
+            opening: OpeningSettings::default(),
+            ..self.clone()
+        };
+        alone.grid.container = own.container.unwrap_or(self.grid.container);
+        alone.arm = own.arm.clone().or(alone.arm);
+        alone
+    }
+}

@@ -1,0 +1,99 @@
+//! What can be set.
+
+mod cell;
+mod containers;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+use ppnpack_service::ServiceSettings;
+use ppnpack_service::configuration::in_range;
+use ppnpack_wire::keys::Cell;
+use serde::{Deserialize, Serialize};
+
+use crate::store::Store;
+
+pub use cell::{CellSettings, Where};
+pub(crate) use cell::{MAX_ALTERNATIVES, set_aside_in_range};
+pub(crate) use containers::ContainerPlan;
+pub use containers::{ClosingSettings, ContainerSettings, OpeningSettings};
+
+/// Settings of the planner service.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// The cells, by their names.
+    pub cells: BTreeMap<String, CellSettings>,
+    /// The file that keeps the sessions; in memory where none is given, and then lost with the process.
+    pub store: Option<PathBuf>,
+    /// The objects that can be announced by name: `builtin`, or a folder of meshes.
+    pub catalogue: String,
+    /// Requests that wait for a cell at most; more are refused.
+    pub queue: usize,
+    /// The most that the heightmaps may take that items of one session were announced with, in MiB as they are encoded. An
+    /// announcement with more is refused.
+    pub shapes_mib: usize,
+    /// Where viewers of Foxglove's protocol connect; nowhere where none is given. There is no access control: other machines see the
+    /// cells where this is not a loopback address.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub view: Option<SocketAddr>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            cells: BTreeMap::from([("cell-1".to_owned(), CellSettings::default())]),
+            store: None,
+            catalogue: ppnpack_household::BUILTIN.to_owned(),
+            queue: 64,
+            shapes_mib: 64,
+            view: None,
+        }
+    }
+}
+
+impl Settings {
+    /// Each container is of one cell alone.
+    fn validate_containers(&self) -> Result<(), String> {
+        let mut names: Vec<&String> = self.cells.keys().collect();
+        for (cell, settings) in &self.cells {
+            for (name, own) in &settings.containers {
+                let at = format!("cells.{cell}.containers.{name}");
+                Cell::new(name).map_err(|error| format!("{at}: {error}"))?;
+                if names.contains(&name) {
+                    return Err(format!(
+                        "{at}: another cell or container has this name: each container needs one of its own"
+                    ));
+                }
+                names.push(name);
+                let possible = settings.with(own).validate();
+                possible.map_err(|error| format!("{at}.{error}"))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl ServiceSettings for Settings {
+    fn validate(&self) -> Result<(), String> {
+        for (name, cell) in &self.cells {
+            Cell::new(name).map_err(|error| error.to_string())?;
+            cell.validate()
+                .map_err(|error| format!("cells.{name}.{error}"))?;
+        }
+        self.validate_containers()?;
+        in_range("queue", self.queue, 1..=65_536)?;
+        in_range("shapes_mib", self.shapes_mib, 1..=65_536)
+    }
+
+    fn after_restore(&self) -> Result<String, String> {
+        let path = self.store.as_deref();
+        let path = path.ok_or("service.store is not given: there is nothing to be restored")?;
+        let ended = Store::after_restore(path).map_err(|error| error.to_string())?;
+        let list = ended.join(", ");
+        Ok(format!("sessions that somebody has to look at: {list}"))
+    }
+}
