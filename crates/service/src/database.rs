@@ -9,9 +9,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use redb::{
-    Builder, Database, Key, ReadTransaction, ReadableTable, TableDefinition, TableError, Value,
-};
+use redb::{Builder, Database, Key, ReadTransaction, TableDefinition, TableError, Value};
 
 /// What a file says of itself, in numbers: its version, under [`VERSION_KEY`], where it is one after the first, and what else its
 /// service counts.
