@@ -9,6 +9,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use redb::backends::InMemoryBackend;
 use redb::{Builder, Database, Key, ReadTransaction, TableDefinition, TableError, Value};
 
 /// What a file says of itself, in numbers: its version, under [`VERSION_KEY`], where it is one after the first, and what else its
@@ -100,12 +101,21 @@ pub fn open<Own: OwnFault>(path: &Path) -> Result<Database, Fault<Own>> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
     }
-    guarded(|| {
-        Ok(Builder::new()
-            .set_cache_size(CACHE_BYTES)
-            .set_check_integrity_on_open(true)
-            .create(path)?)
-    })
+    guarded(|| Ok(builder().set_check_integrity_on_open(true).create(path)?))
+}
+
+/// A new database in memory, which is lost with the process.
+///
+/// # Errors
+/// [`Fault`] says why that cannot be.
+pub fn in_memory<Own: OwnFault>() -> Result<Database, Fault<Own>> {
+    Ok(builder().create_with_backend(InMemoryBackend::new())?)
+}
+
+fn builder() -> Builder {
+    let mut builder = Builder::new();
+    builder.set_cache_size(CACHE_BYTES);
+    builder
 }
 
 /// Works with a database, which may panic on a file that something else wrote to.

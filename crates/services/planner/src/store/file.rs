@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use ppnpack_wire::keys::Cell;
-use redb::backends::InMemoryBackend;
-use redb::{Builder, Database};
+use redb::Database;
 
 use super::database::{self, Fault, StoreFault};
 use super::mark::{self, Mark};
@@ -45,7 +44,7 @@ fn folder(store: &Path) -> PathBuf {
 pub(super) fn open(path: Option<&Path>) -> Result<Database, Fault> {
     match path {
         Some(path) => ppnpack_service::database::open(path),
-        None => Ok(Builder::new().create_with_backend(InMemoryBackend::new())?),
+        None => ppnpack_service::database::in_memory(),
     }
 }
 
