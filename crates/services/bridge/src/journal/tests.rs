@@ -9,6 +9,11 @@ use redb::{Builder, StorageBackend};
 
 use super::*;
 
+#[path = "../../../../service/tests/support/damage.rs"]
+mod damage;
+
+use damage::with_each_damage;
+
 fn placement(id: &str, state_number: u64) -> Placement {
     Placement {
         placement_id: id.to_owned(),
@@ -278,9 +283,6 @@ fn damaged_files_are_put_aside() {
     }
 }
 
-/// The size of the database's pages.
-const PAGE: usize = 4096;
-
 /// How many files of a folder were put aside.
 fn count_put_aside(folder: &Path) -> usize {
     let entries = std::fs::read_dir(folder).unwrap();
@@ -290,56 +292,30 @@ fn count_put_aside(folder: &Path) -> usize {
 
 #[test]
 fn every_page_of_the_journal_may_be_damaged() {
-    type Damage = fn(&mut Vec<u8>, usize);
-    let damages: [Damage; 5] = [
-        |file, at| file[at..at + PAGE].fill(0),
-        |file, at| file[at..at + PAGE].fill(0x5a),
-        // One bit.
-        |file, at| {
-            let length = file[at..at + PAGE].iter().rposition(|byte| *byte != 0);
-            file[at + length.unwrap_or(0) / 2] ^= 4;
-        },
-        // What was meant for another place.
-        |file, at| {
-            let from = (at + 3 * PAGE) % file.len();
-            let to = (from + PAGE).min(file.len());
-            file.copy_within(from..to, at);
-        },
-        |file, at| file.truncate(at),
-    ];
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("journal.redb");
     let before = in_file(&path);
-    let whole = std::fs::read(&path).unwrap();
-    for at in (0..whole.len()).step_by(PAGE) {
-        for (way, damage) in damages.iter().enumerate() {
-            let mut bytes = whole.clone();
-            damage(&mut bytes, at);
-            if bytes == whole {
-                continue;
-            }
-            std::fs::write(&path, &bytes).unwrap();
-            let aside = count_put_aside(folder.path());
-            let damage = format!("page {}, damage {way}", at / PAGE);
-            let health = Health::default();
-            let journal = Arc::new(Journal::new(&path, health.check("journal")));
-            let (mut own, mut ledger) = begin(&journal, "a");
-            // As it was, or lost, and then nothing is executed again: never as it was some time before.
-            if ledger != before {
-                let stale = placement("p1", before.head().state_number);
-                assert_eq!(
-                    ledger.judge(&stale),
-                    PlacementVerdict::Forgotten,
-                    "{damage}"
-                );
-                // Of an empty file there is nothing to look at.
-                let is_kept = count_put_aside(folder.path()) > aside;
-                assert_eq!(is_kept, !bytes.is_empty(), "{damage}");
-            }
-            place(&mut own, &mut ledger, "p2");
-            assert!(health.is_ready(), "{damage}");
+    with_each_damage(&path, |damage| {
+        // Of an empty file there is nothing to look at.
+        let is_empty = path.metadata().unwrap().len() == 0;
+        let aside = count_put_aside(folder.path());
+        let health = Health::default();
+        let journal = Arc::new(Journal::new(&path, health.check("journal")));
+        let (mut own, mut ledger) = begin(&journal, "a");
+        // As it was, or lost, and then nothing is executed again: never as it was some time before.
+        if ledger != before {
+            let stale = placement("p1", before.head().state_number);
+            assert_eq!(
+                ledger.judge(&stale),
+                PlacementVerdict::Forgotten,
+                "{damage}"
+            );
+            let is_put_aside = count_put_aside(folder.path()) > aside;
+            assert_eq!(is_put_aside, !is_empty, "{damage}");
         }
-    }
+        place(&mut own, &mut ledger, "p2");
+        assert!(health.is_ready(), "{damage}");
+    });
 }
 
 #[test]

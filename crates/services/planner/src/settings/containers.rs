@@ -111,14 +111,14 @@ impl CellSettings {
             Ok(ContainerPlan {
                 name: name.clone(),
                 address: Cell::new(name)?,
-                settings: self.with(own),
+                settings: self.of_container(own),
             })
         });
         containers.collect()
     }
 
-    /// Those of a cell that has this container alone.
-    pub(super) fn with(&self, own: &ContainerSettings) -> Self {
+    /// The settings that hold for one of its containers: those of a cell that has this container alone.
+    pub(super) fn of_container(&self, own: &ContainerSettings) -> Self {
         let mut alone = Self {
             containers: BTreeMap::new(),
             opening: OpeningSettings::default(),

@@ -69,7 +69,7 @@ impl Settings {
                     ));
                 }
                 names.push(name);
-                let possible = settings.with(own).validate();
+                let possible = settings.of_container(own).validate();
                 possible.map_err(|error| format!("{at}.{error}"))?;
             }
         }

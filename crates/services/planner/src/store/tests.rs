@@ -9,11 +9,13 @@ use tempfile::TempDir;
 
 use super::*;
 
+#[path = "../../../../service/tests/support/damage.rs"]
+mod damage;
+
+use damage::with_each_damage;
+
 /// Room for all shapes here.
 const ENOUGH: u64 = 1 << 20;
-
-/// Bytes of a page of the database.
-const PAGE: usize = 4096;
 
 pub(super) fn cell(name: &str) -> Cell {
     Cell::new(name).unwrap()
@@ -193,42 +195,6 @@ fn heightmaps_that_are_not_those_that_were_written_are_not_given() {
     assert_eq!(store.shape(&a, ItemId::of(&shape(3))).unwrap(), None);
 }
 
-/// Ways to damage a page of a file.
-const DAMAGES: [fn(&mut [u8], usize); 4] = [
-    |file, at| file[at..at + PAGE].fill(0),
-    |file, at| file[at..at + PAGE].fill(0x5a),
-    // One bit.
-    |file, at| {
-        let length = file[at..at + PAGE].iter().rposition(|byte| *byte != 0);
-        file[at + length.unwrap_or(0) / 2] ^= 4;
-    },
-    // What was meant for another place.
-    |file, at| {
-        let from = (at + 3 * PAGE) % file.len();
-        file.copy_within(from..(from + PAGE).min(file.len()), at);
-    },
-];
-
-/// Damages each page of a file in each way, or cuts the file off there, and looks at what a store makes of it.
-fn with_each_damage(store: &Path, file: &Path, look: impl Fn(&Store, &str)) {
-    let whole = fs::read(file).unwrap();
-    for at in (0..whole.len()).step_by(PAGE) {
-        let damaged = DAMAGES.iter().map(|damage| {
-            let mut bytes = whole.clone();
-            damage(&mut bytes, at);
-            bytes
-        });
-        let cut = whole[..at].to_vec();
-        for (way, bytes) in damaged.chain([cut]).enumerate() {
-            if bytes == whole {
-                continue;
-            }
-            fs::write(file, bytes).unwrap();
-            look(&open(store), &format!("page {}, damage {way}", at / PAGE));
-        }
-    }
-}
-
 #[test]
 fn every_page_of_a_cells_file_may_be_damaged() {
     let folder = folder();
@@ -238,7 +204,8 @@ fn every_page_of_a_cells_file_may_be_damaged() {
     let (of_a, of_b) = (fill(&store, &a, 4), fill(&store, &b, 2));
     drop(store);
     let own = path.with_extension("cells");
-    with_each_damage(&path, &file::of_cell(&path, &a), |store, damage| {
+    with_each_damage(&file::of_cell(&path, &a), |damage| {
+        let store = open(&path);
         let before = put_aside(&own);
         // As it was, or lost: never as it was some time before.
         let found = store.session(&a).unwrap();
@@ -264,7 +231,8 @@ fn every_page_of_the_file_that_says_the_version_may_be_damaged() {
     let store = open(&path);
     let (of_a, of_b) = (fill(&store, &a, 2), fill(&store, &b, 2));
     drop(store);
-    with_each_damage(&path, &path, |store, damage| {
+    with_each_damage(&path, |damage| {
+        let store = open(&path);
         assert_eq!(store.session(&a).unwrap(), of_a, "{damage}");
         assert_eq!(store.session(&b).unwrap(), of_b, "{damage}");
     });
