@@ -20,7 +20,11 @@ pub fn empty_cell(
     simulated: &Simulated,
 ) -> Outcome<SimulatedPackingCell> {
     let settings = simulated.cell.clone();
-    SimulatedPackingCell::new(settings, grid, catalogue, simulated.scan).or_input()
+    let cell = SimulatedPackingCell::new(settings, grid, catalogue, simulated.scan).or_input()?;
+    match &simulated.camera {
+        Some(camera) => cell.with_cameras(camera).or_input(),
+        None => Ok(cell),
+    }
 }
 
 /// Packs a sequence; gives the episode and the cell as it was left.

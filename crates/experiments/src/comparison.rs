@@ -22,6 +22,7 @@ use ppnpack_packing::method::{Method, OpenNetwork, ProposalSource, Stability};
 use ppnpack_packing::objective::{Heuristic, Order};
 use ppnpack_packing::plan::Timings;
 use ppnpack_physics::packing_cell::SimulatedPackingCell;
+use ppnpack_physics::view::CameraSettings;
 use serde::{Deserialize, Serialize};
 
 use crate::document;
@@ -417,7 +418,11 @@ impl Setting {
              are 95 % confidence intervals over the sequences, by Student's t",
             self.buffer,
             document::name_of(&self.stability),
-            document::name_of(&self.simulated.scan),
+            match &self.simulated.camera {
+                Some(CameraSettings { cameras: 1, .. }) => "one camera in place of a".to_owned(),
+                Some(_) => "two cameras in place of a".to_owned(),
+                None => document::name_of(&self.simulated.scan),
+            },
             origin::machine(),
         )
     }

@@ -71,7 +71,7 @@ pub(crate) struct FillingArguments {
     #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
     workers: usize,
 
-    /// Where report.html, the document (filling.md, effort.md or limits.md), its figures and its chart are written
+    /// Where report.html, the document (filling.md, effort.md, limits.md or views.md), its figures and its chart are written
     #[arg(long, value_name = "DIR", default_value = "out/filling")]
     out: PathBuf,
 
@@ -118,7 +118,7 @@ pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
     }
     let (out, name) = (&arguments.out, compare.name());
     let chart = match compare {
-        Comparison::Stages | Comparison::Limits => results.steadiness(),
+        Comparison::Stages | Comparison::Limits | Comparison::Views => results.steadiness(),
         Comparison::Efforts => results.times(),
     };
     document::figure(out, name, chart.to_svg([760, 460]))?;

@@ -132,6 +132,15 @@ impl Heightmap {
         }
     }
 
+    /// Lowers a cell to at most `height` units; nothing happens outside the grid.
+    pub(crate) fn lower(&mut self, x: usize, y: usize, height: Units) {
+        if y < self.ny
+            && let Some(cell) = self.heights.get_mut(x * self.ny + y)
+        {
+            *cell = (*cell).min(height);
+        }
+    }
+
     /// Raises the cells that an item's view covers to its upper surface where it rests.
     pub(crate) fn place(&mut self, view: &ItemView, at: &RestingPlacement) {
         let Placement { x, y, .. } = at.placement;
@@ -148,13 +157,17 @@ impl Heightmap {
 
 /// The surface of a container's content in metres, sampled more finely than the cells of its grid.
 ///
-/// Each sample is the greatest height within its square of `pitch_m` edge. Row-major like [`Heightmap`].
+/// Each sample is the greatest height within its square of `pitch_m` edge. Row-major like [`Heightmap`]. Where
+/// nothing was seen it is a bound: content may be as high, and nothing there is known to hold an item up.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Surface {
     nx: usize,
     ny: usize,
     pitch_m: f64,
     heights_m: Vec<f32>,
+    /// What holds an item up; `None` where that is all of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    support_m: Option<Vec<f32>>,
 }
 
 impl Surface {
@@ -169,6 +182,7 @@ impl Surface {
             ny,
             pitch_m: grid.resolution().surface_pitch_m(),
             heights_m: vec![0.0; nx * ny],
+            support_m: None,
         }
     }
 
@@ -188,6 +202,30 @@ impl Surface {
             ny,
             pitch_m,
             heights_m,
+            support_m: None,
+        })
+    }
+
+    /// The same surface, of which some heights are bounds: at each sample what holds an item up, in metres; 0, the
+    /// floor, where nothing else does.
+    ///
+    /// # Errors
+    /// [`HeightmapError`] where the count differs, or a height is negative or above that of its sample.
+    pub fn with_support(self, support_m: Vec<f32>) -> Result<Self, HeightmapError> {
+        check_heights(self.nx, self.ny, &support_m, f32::MAX, f64::INFINITY)?;
+        let mut pairs = support_m.iter().zip(&self.heights_m).enumerate();
+        if let Some((index, (held_m, height_m))) = pairs.find(|(_, (held, height))| held > height) {
+            return Err(HeightmapError::Height {
+                x: index / self.ny,
+                y: index % self.ny,
+                height: f64::from(*held_m),
+                limit: f64::from(*height_m),
+            });
+        }
+        let is_all = support_m == self.heights_m;
+        Ok(Self {
+            support_m: (!is_all).then_some(support_m),
+            ..self
         })
     }
 
@@ -211,6 +249,62 @@ impl Surface {
         &self.heights_m
     }
 
+    /// The heights at which content was seen or is known, and so holds an item up, in metres, row-major; 0, the floor,
+    /// where a height is only a bound.
+    pub fn support_m(&self) -> &[f32] {
+        self.support_m.as_deref().unwrap_or(&self.heights_m)
+    }
+
+    /// The surface of what was seen or is known alone.
+    #[must_use]
+    pub fn supporting(&self) -> Self {
+        Self {
+            heights_m: self.support_m().to_vec(),
+            support_m: None,
+            ..*self
+        }
+    }
+
+    /// Whether some heights are bounds.
+    pub fn has_bounds(&self) -> bool {
+        self.support_m.is_some()
+    }
+
+    /// Whether it has as many samples as another.
+    pub(crate) fn has_size_of(&self, other: &Self) -> bool {
+        (self.nx, self.ny) == (other.nx, other.ny)
+    }
+
+    /// What holds an item up at a sample, and how high content is there at most, in metres.
+    pub(crate) fn at(&self, sample: usize) -> (f32, f32) {
+        let of = |heights_m: &[f32]| heights_m.get(sample).copied().unwrap_or(0.0);
+        (of(self.support_m()), of(&self.heights_m))
+    }
+
+    /// Whether one of the eight samples around a sample is as high as this, in metres.
+    pub(crate) fn reaches_beside(&self, sample: usize, height_m: f32) -> bool {
+        let (x, y) = ((sample / self.ny).saturating_sub(1), (sample % self.ny).saturating_sub(1));
+        self.highest_in(x, y, 3) >= height_m
+    }
+
+    /// The greatest height of a square of samples from a corner, in metres.
+    pub(crate) fn highest_in(&self, x: usize, y: usize, width: usize) -> f32 {
+        let rows = self.heights_m.chunks_exact(self.ny.max(1));
+        let rows = rows.skip(x).take(width);
+        let samples = rows.flat_map(|row| row.iter().skip(y).take(width));
+        samples.copied().fold(0.0, f32::max)
+    }
+
+    /// The same surface with other heights, and what of them holds an item up.
+    pub(crate) fn with_heights(self, heights_m: Vec<f32>, support_m: Vec<f32>) -> Self {
+        let is_all = heights_m == support_m;
+        Self {
+            heights_m,
+            support_m: (!is_all).then_some(support_m),
+            ..self
+        }
+    }
+
     /// How many samples lie along a cell's edge, where that is what the grid's resolution asks for.
     fn samples_per_cell(&self, grid: &Grid) -> Result<usize, HeightmapError> {
         let samples = grid.resolution().samples_per_cell();
@@ -225,6 +319,10 @@ impl Surface {
             && let Some(sample) = self.heights_m.get_mut(x * self.ny + y)
         {
             *sample = sample.max(height_m);
+            let held = self.support_m.as_mut();
+            if let Some(held_m) = held.and_then(|held| held.get_mut(x * self.ny + y)) {
+                *held_m = held_m.max(height_m);
+            }
         }
     }
 }
@@ -340,6 +438,16 @@ impl Scene {
             surface: self.surface.clone(),
             content: self.content.clone(),
             leaving: self.leaving.clone(),
+        }
+    }
+
+    /// The same scene with another heightmap and surface of their sizes; all else stays.
+    #[must_use]
+    pub(crate) fn with_maps(self, heightmap: Heightmap, surface: Surface) -> Self {
+        Self {
+            heightmap,
+            surface: Some(surface),
+            ..self
         }
     }
 

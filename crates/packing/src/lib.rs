@@ -47,6 +47,7 @@ pub mod episode;
 pub mod evaluator;
 pub mod grid;
 pub mod heightmap;
+pub mod hidden;
 pub mod item;
 mod kernel;
 mod layout;

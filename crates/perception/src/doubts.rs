@@ -13,12 +13,12 @@ use serde::{Deserialize, Serialize};
 pub enum Doubt {
     /// Too little of the container was seen: the sensor shows another place, unit or frame, or something is before it.
     #[error(
-        "only {known_cells} of {cells} cells are known: does the sensor show this container, in metres and in the frame \
+        "only {seen_cells} of {cells} cells are seen: does the sensor show this container, in metres and in the frame \
          that is set?"
     )]
     LittleSeen {
-        /// Cells of which enough is known.
-        known_cells: usize,
+        /// Cells of which something was seen.
+        seen_cells: usize,
         /// All cells.
         cells: usize,
     },
@@ -34,6 +34,17 @@ pub enum Doubt {
         points: u64,
         /// Those among them at its height.
         points_at_rim: u64,
+    },
+    /// Nearly all of the surface lies above the rim: the sensor's pose is not that of this container.
+    #[error(
+        "{above_cells} of {seen_cells} cells seen lie above the rim: is the sensor's pose set, in metres and in the \
+         container's frame?"
+    )]
+    AboveRim {
+        /// Cells higher than the rim.
+        above_cells: usize,
+        /// Cells of which something was seen.
+        seen_cells: usize,
     },
     /// Something reaches into the container from above, such as a hand or the arm.
     #[error(
@@ -83,17 +94,19 @@ impl fmt::Display for Wall {
     }
 }
 
-/// When a scene is doubtful. By default only where little of it is seen; the others need more in view than the inside.
+/// When a scene is doubtful.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DoubtSettings {
-    /// At least this share of the cells must be known, from 0 to 1.
-    pub least_known_share: f64,
-    /// How thick the walls are, in metres, so that their tops are looked for. 0: they are not.
+    /// At least this share of the cells must be seen, from 0 to 1.
+    pub least_seen_share: f64,
+    /// How thick the walls are, in metres. 0: that is not known, and their tops are looked for close to the opening, where
+    /// anything is seen beside it.
     pub wall_thickness_m: f64,
     /// The tops of the walls may be higher or lower by this, in metres.
     pub rim_tolerance_m: f64,
-    /// At least this share of the points above a wall must be at its top, from 0 to 1.
+    /// At least this share of the points above a wall must be at its top, from 0 to 1; where its thickness is not known,
+    /// this share of its length must have some. With 0 the walls are not looked at.
     pub least_rim_share: f64,
     /// At least so many points must be seen above each wall.
     pub least_rim_points: u64,
@@ -107,7 +120,7 @@ pub struct DoubtSettings {
 impl Default for DoubtSettings {
     fn default() -> Self {
         Self {
-            least_known_share: 0.5,
+            least_seen_share: 0.7,
             wall_thickness_m: 0.0,
             rim_tolerance_m: 0.006,
             least_rim_share: 0.7,
@@ -120,7 +133,7 @@ impl Default for DoubtSettings {
 
 impl DoubtSettings {
     pub(crate) fn validate(&self) -> Result<(), SettingError> {
-        require_share("doubts.least_known_share", self.least_known_share)?;
+        require_share("doubts.least_seen_share", self.least_seen_share)?;
         require_length("doubts.wall_thickness_m", self.wall_thickness_m)?;
         require_length("doubts.rim_tolerance_m", self.rim_tolerance_m)?;
         require_share("doubts.least_rim_share", self.least_rim_share)?;
@@ -146,7 +159,15 @@ pub(crate) struct Watch {
 struct WallTop {
     points: u64,
     points_at_rim: u64,
+    /// Along the wall, which of [`PARTS`] parts has a point at the rim.
+    parts_at_rim: u32,
 }
+
+/// Parts of a wall's length.
+const PARTS: u32 = 32;
+
+/// Where the thickness of walls is not known, their tops are looked for so close to the opening, in metres.
+const BESIDE_M: f64 = 0.015;
 
 const WALLS: [Wall; 4] = [Wall::LowX, Wall::HighX, Wall::LowY, Wall::HighY];
 
@@ -161,11 +182,6 @@ impl Watch {
             highest_m: 0.0,
             walls: [WallTop::default(); 4],
         }
-    }
-
-    /// Whether points tell anything that is asked for.
-    pub(crate) fn is_needed(&self) -> bool {
-        self.settings.wall_thickness_m > 0.0 || self.ceiling_m.is_finite()
     }
 
     /// Forgets all points.
@@ -186,22 +202,28 @@ impl Watch {
                 self.highest_m = self.highest_m.max(point.z);
             }
         } else if beyond_y <= 0.0 {
-            self.look_at_wall(x_wall, beyond_x, point.z);
+            self.look_at_wall(x_wall, beyond_x, point.y / self.container.y_m, point.z);
         } else if beyond_x <= 0.0 {
-            self.look_at_wall(2 + y_wall, beyond_y, point.z);
+            self.look_at_wall(2 + y_wall, beyond_y, point.x / self.container.x_m, point.z);
         }
     }
 
-    fn look_at_wall(&mut self, wall: usize, beyond_m: f64, z_m: f64) {
-        // Half the wall's thickness, its middle: a point at an edge may lie between what is above and below.
+    fn look_at_wall(&mut self, wall: usize, beyond_m: f64, along: f64, z_m: f64) {
         let thickness_m = self.settings.wall_thickness_m;
-        if !(0.25 * thickness_m..=0.75 * thickness_m).contains(&beyond_m) {
+        let beside_m = match thickness_m > 0.0 {
+            // Half of it, its middle: a point at an edge may lie between what is above and below.
+            true => 0.25 * thickness_m..=0.75 * thickness_m,
+            false => 0.0..=BESIDE_M,
+        };
+        if !beside_m.contains(&beyond_m) {
             return;
         }
         let is_at_rim = (z_m - self.container.z_m).abs() <= self.settings.rim_tolerance_m;
         if let Some(top) = self.walls.get_mut(wall) {
             top.points += 1;
             top.points_at_rim += u64::from(is_at_rim);
+            let part = ((along * f64::from(PARTS)) as u32).min(PARTS - 1);
+            top.parts_at_rim |= u32::from(is_at_rim) << part;
         }
     }
 
@@ -210,9 +232,14 @@ impl Watch {
         let settings = &self.settings;
         let walls = WALLS.into_iter().zip(self.walls);
         let away = walls.filter(|(_, top)| {
-            let least = settings.least_rim_share * top.points as f64;
-            settings.wall_thickness_m > 0.0
-                && (top.points < settings.least_rim_points || (top.points_at_rim as f64) < least)
+            let is_seen = top.points >= settings.least_rim_points;
+            if settings.wall_thickness_m > 0.0 {
+                let least = settings.least_rim_share * top.points as f64;
+                return !is_seen || (top.points_at_rim as f64) < least;
+            }
+            // Clouds may hold the inside alone.
+            let least = settings.least_rim_share * f64::from(PARTS);
+            is_seen && f64::from(top.parts_at_rim.count_ones()) < least
         });
         let away = away.map(|(wall, top)| Doubt::RimAway {
             wall,

@@ -202,12 +202,12 @@ pub(crate) fn is_known(height_m: f32) -> bool {
 }
 
 /// The samples of a map by cell, `per_cell` along an edge and `ny` cells along y: a cell's index with each of its rows.
-pub(crate) fn by_cell(
-    samples_m: &[f32],
+pub(crate) fn by_cell<T>(
+    samples: &[T],
     per_cell: usize,
     ny: usize,
-) -> impl Iterator<Item = (usize, &[f32])> {
-    let rows = samples_m.chunks_exact(per_cell * ny).enumerate();
+) -> impl Iterator<Item = (usize, &[T])> {
+    let rows = samples.chunks_exact(per_cell * ny).enumerate();
     rows.flat_map(move |(row, samples)| {
         let first_cell = row / per_cell * ny;
         (first_cell..).zip(samples.chunks_exact(per_cell))

@@ -1,7 +1,7 @@
 //! What a sensor above a container sees, as the heightmap and the surface that placements are planned on.
 //!
 //! A [`Mapper`](mapper::Mapper) sorts the points of a cloud into the samples of a grid's fine surface. What no point was
-//! seen of is unknown, and counts as higher than the rim: nothing is ever placed there.
+//! seen of is at most as high as the lines of sight leave open; where none passes it counts as higher than the rim.
 //!
 //! A scene may be doubtful ([`doubts`]): little of it was seen, the container is not where it should be, something
 //! reaches into it, or moves. Nothing is to be planned on it then. [`calibration`] finds where the container stands.
@@ -39,4 +39,5 @@ mod holes;
 mod layers;
 pub mod mapper;
 pub mod settings;
+mod sight;
 pub mod still;

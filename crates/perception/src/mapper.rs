@@ -1,18 +1,27 @@
 //! Points to heights.
 
-use nalgebra::{Isometry3, Point3};
+use std::ops::RangeInclusive;
+
+use nalgebra::{Isometry3, Point2, Point3};
 use ppnpack_numbers::SettingError;
 use ppnpack_packing::grid::{Grid, Units};
 use ppnpack_packing::heightmap::{Heightmap, HeightmapError, Scene, Surface};
 
 use crate::doubts::{Doubt, Watch};
 use crate::holes::{Fillable, Holes};
-use crate::layers::{NO_POINT, TopLayers, by_cell, is_known};
+use crate::layers::{NO_POINT, TopLayers, by_cell, is_known, neighbours};
 use crate::settings::MapperSettings;
+use crate::sight::{Sight, bound_m};
 use crate::still::{History, Stillness};
 
 /// Points higher than this count as this high: all the same to a container, and still a number in every format.
 const MAX_HEIGHT_M: f64 = 1000.0;
+
+/// What stands higher than what is beside it by this may hide a part of it, in metres.
+const STEP_M: f32 = 0.01;
+
+/// A container of which more than this share is seen above the rim is none.
+const MOST_ABOVE_RIM: f64 = 0.9;
 
 /// Makes scenes of clouds on one grid. Keeps its memory between clouds.
 #[derive(Debug, Clone)]
@@ -22,12 +31,16 @@ pub struct Mapper {
     /// How high what is unknown counts.
     unknown_m: f32,
     layers: TopLayers,
-    /// Whether a point lies in a sample, per sample. A point nearby raises a sample, but does not show what is in it.
-    is_seen: Vec<bool>,
+    /// How many points lie in a sample, per sample. A point nearby raises a sample, but does not show what is in it.
+    points: Vec<u16>,
     /// Per sample of the surface, row-major.
     samples_m: Vec<f32>,
+    /// Whether a sample's height is a bound, per sample.
+    is_bound: Vec<bool>,
     /// Per cell, row-major.
     cells_m: Vec<f32>,
+    /// The rays of each sensor that is above the rim.
+    sights: Vec<Sight>,
     holes: Holes,
     tally: Tally,
     watch: Watch,
@@ -53,7 +66,7 @@ pub struct Mapped {
     pub scene: Scene,
     /// What became of the points.
     pub tally: Tally,
-    /// Cells that count as higher than the rim because too little is known of them.
+    /// Cells that count as higher than the rim because no line of sight passes over a part of them.
     pub unknown_cells: usize,
     /// Samples of the surface that no point was seen of, filled ones included.
     pub unseen_samples: usize,
@@ -93,8 +106,10 @@ impl Mapper {
                 settings.still.clone(),
             ),
             settings,
-            is_seen: vec![false; samples],
+            points: vec![0; samples],
             samples_m: vec![NO_POINT; samples],
+            is_bound: vec![false; samples],
+            sights: Vec::new(),
             cells_m: vec![NO_POINT; cells],
             holes: Holes::default(),
             tally: Tally::default(),
@@ -130,12 +145,14 @@ impl Mapper {
         self.watch.clear();
         self.samples_m.fill(NO_POINT);
         self.layers.clear();
-        self.is_seen.fill(false);
+        self.points.fill(0);
+        self.sights.clear();
         self.tally = Tally::default();
     }
 
     /// Takes the points of a sensor in, given in metres in its frame. Points with a coordinate that is not finite are
-    /// left out. Several sensors see one scene together.
+    /// left out. Several sensors see one scene together. A sensor stands at the origin of its frame; where that is
+    /// above the rim, its lines of sight bound what it does not see.
     pub fn add(
         &mut self,
         points_m: impl IntoIterator<Item = Point3<f32>>,
@@ -150,15 +167,18 @@ impl Mapper {
         );
         let lowest_m = -self.settings.floor_tolerance_m;
         let is_noisy = self.settings.noise_m > 0.0;
-        let is_watched = self.watch.is_needed();
         let rotation = container_from_sensor.rotation.to_rotation_matrix();
         let translation = container_from_sensor.translation.vector;
+        let pitch_m = self.grid.resolution().surface_pitch_m();
+        let noise_m = self.settings.noise_m;
+        let mut sight = Sight::new(container, translation.into(), pitch_m, noise_m, margin_m);
         for point in points_m {
             let point = rotation * point.cast::<f64>() + translation;
             // One coordinate that is not finite makes all three so.
             self.tally.measured += u64::from(point.z.is_finite());
-            if is_watched {
-                self.watch.look(&point);
+            self.watch.look(&point);
+            if let Some(sight) = &mut sight {
+                sight.add(&point);
             }
             if !(x_range.contains(&point.x) && y_range.contains(&point.y)) {
                 continue;
@@ -169,8 +189,8 @@ impl Mapper {
             self.tally.inside += 1;
             let height_m = point.z.clamp(0.0, MAX_HEIGHT_M) as f32;
             let seen = raster.sample_at(point.x, point.y);
-            if let Some(is_seen) = seen.and_then(|sample| self.is_seen.get_mut(sample)) {
-                *is_seen = true;
+            if let Some(points) = seen.and_then(|sample| self.points.get_mut(sample)) {
+                *points = points.saturating_add(1);
             }
             for sample in raster.samples_near(point.x, point.y) {
                 if is_noisy {
@@ -180,13 +200,18 @@ impl Mapper {
                 }
             }
         }
+        if let Some(mut sight) = sight {
+            sight.close();
+            self.sights.push(sight);
+        }
     }
 
     /// The scene that the points show.
     ///
-    /// A sample's height is that of the highest points in its square. A narrow hole among level samples is filled. A
-    /// sample that stays unseen takes the height of its cell, the highest of the cell's samples, or counts as higher
-    /// than the rim where too little of the cell was seen.
+    /// A sample's height is that of the highest points in its square. A narrow hole among level samples is filled, and
+    /// what lies at a wall within its margin is as high as what is beside it. A sample that stays unseen is at most as
+    /// high as the lines of sight leave open. Without any, it takes the height of its cell, the highest of the cell's
+    /// samples, or counts as higher than the rim where nothing of the cell was seen.
     ///
     /// # Errors
     /// None in practice: heights are finite, and as many as the grid needs.
@@ -194,43 +219,138 @@ impl Mapper {
         if self.settings.noise_m > 0.0 {
             self.tally.alone = self.layers.heights(&mut self.samples_m);
         }
-        for (sample_m, is_seen) in self.samples_m.iter_mut().zip(&self.is_seen) {
-            if !is_seen {
+        for (sample_m, points) in self.samples_m.iter_mut().zip(&self.points) {
+            if *points == 0 {
                 *sample_m = NO_POINT;
             }
         }
+        self.hide_beside_steps();
         let stillness = self.history.blend(&mut self.samples_m);
         let is_unseen = |sample_m: &&f32| !is_known(**sample_m);
         let unseen_samples = self.samples_m.iter().filter(is_unseen).count();
+        self.is_bound.fill(false);
+        self.fill_margins();
         self.fill_holes();
-        let unknown_cells = self.raise_cells();
+        self.bound_unseen();
+        let cells = self.raise_cells();
         self.fill_samples();
         Ok(Mapped {
             scene: self.scene()?,
             tally: self.tally,
-            unknown_cells,
+            unknown_cells: cells.unknown,
             unseen_samples,
             clouds: stillness.clouds,
             moved_cells: stillness.moved_cells,
-            doubts: self.doubts(unknown_cells, stillness),
+            doubts: self.doubts(cells, stillness),
         })
     }
 
-    fn doubts(&self, unknown_cells: usize, stillness: Stillness) -> Vec<Doubt> {
-        let cells = self.cells_m.len();
-        let known_cells = cells - unknown_cells;
-        let least_known = self.settings.doubts.least_known_share * cells as f64;
-        let little_seen = Doubt::LittleSeen { known_cells, cells };
+    fn doubts(&self, cells: Cells, stillness: Stillness) -> Vec<Doubt> {
+        let all = self.cells_m.len();
+        let least_seen = self.settings.doubts.least_seen_share * all as f64;
+        let little_seen = Doubt::LittleSeen {
+            seen_cells: cells.seen,
+            cells: all,
+        };
         let not_still = Doubt::NotStill {
             moved_cells: stillness.moved_cells,
             clouds: stillness.clouds,
             needed: stillness.needed,
         };
+        let is_all_above = cells.above_rim as f64 > MOST_ABOVE_RIM * cells.seen as f64;
+        let above_rim = Doubt::AboveRim {
+            above_cells: cells.above_rim,
+            seen_cells: cells.seen,
+        };
         let mut doubts = Vec::new();
-        doubts.extend(((known_cells as f64) < least_known).then_some(little_seen));
+        doubts.extend(((cells.seen as f64) < least_seen).then_some(little_seen));
+        doubts.extend((is_all_above && cells.seen > 0).then_some(above_rim));
         doubts.extend(self.watch.doubts());
         doubts.extend((!stillness.is_still()).then_some(not_still));
         doubts
+    }
+
+    /// Takes samples for hidden that lie below a step and hold fewer points than half of what a sensor has of others,
+    /// where there are lines of sight to bound them: noise carries points across an edge, and a part of them is hidden.
+    fn hide_beside_steps(&mut self) {
+        if self.sights.is_empty() || self.settings.noise_m == 0.0 {
+            return;
+        }
+        let ny = self.grid.ny() * self.grid.resolution().samples_per_cell();
+        let seen = self.points.iter().filter(|points| **points > 0).count().max(1);
+        let sum: u64 = self.points.iter().map(|points| u64::from(*points)).sum();
+        let few = 0.5 * sum as f64 / (seen * self.sights.len()) as f64;
+        let count = self.samples_m.len();
+        let is_hidden = |(sample, points): (usize, &u16)| {
+            let height_m = self.samples_m.get(sample).copied().unwrap_or(NO_POINT);
+            let is_sparse = *points > 0 && f64::from(*points) < few;
+            let mut around = neighbours(sample, count, ny);
+            let step_m = height_m + STEP_M;
+            let is_step = |near: usize| self.samples_m.get(near).is_some_and(|near_m| *near_m > step_m);
+            (is_sparse && around.any(is_step)).then_some(sample)
+        };
+        let hidden = self.points.iter().enumerate().filter_map(is_hidden);
+        for sample in hidden.collect::<Vec<usize>>() {
+            if let Some(sample_m) = self.samples_m.get_mut(sample) {
+                *sample_m = NO_POINT;
+            }
+        }
+    }
+
+    /// Gives unseen samples at the walls, whose points are left out, what the nearest sample beyond the margin has.
+    fn fill_margins(&mut self) {
+        let raster = Raster::new(&self.grid, 0.0);
+        let (container, margin_m) = (self.grid.container(), self.settings.wall_margin_m);
+        let (xs, ys) = (
+            raster.beyond_margin(raster.nx, container.x_m, margin_m),
+            raster.beyond_margin(raster.ny, container.y_m, margin_m),
+        );
+        for x in 0..raster.nx {
+            let is_inner_row = xs.contains(&x);
+            for y in 0..raster.ny {
+                if is_inner_row && ys.contains(&y) {
+                    continue;
+                }
+                let near = x.clamp(*xs.start(), *xs.end()) * raster.ny
+                    + y.clamp(*ys.start(), *ys.end());
+                let height_m = self.samples_m.get(near).copied().unwrap_or(NO_POINT);
+                let is_bound = self.is_bound.get(near).copied().unwrap_or(false);
+                let sample = x * raster.ny + y;
+                if let (Some(sample_m), Some(is_bound_here)) =
+                    (self.samples_m.get_mut(sample), self.is_bound.get_mut(sample))
+                    && !is_known(*sample_m)
+                {
+                    (*sample_m, *is_bound_here) = (height_m, is_bound);
+                }
+            }
+        }
+    }
+
+    /// Bounds what no point was seen of by the lines of sight, where there are any.
+    fn bound_unseen(&mut self) {
+        if self.sights.is_empty() {
+            return;
+        }
+        let raster = Raster::new(&self.grid, 0.0);
+        let rim_m = self.grid.container().z_m;
+        let (container, margin_m) = (self.grid.container(), self.settings.wall_margin_m);
+        let xs = raster.beyond_margin(raster.nx, container.x_m, margin_m);
+        let ys = raster.beyond_margin(raster.ny, container.y_m, margin_m);
+        let heights = self.samples_m.iter_mut().zip(&mut self.is_bound);
+        for (sample, (sample_m, is_bound)) in heights.enumerate() {
+            let (x, y) = (sample / raster.ny, sample % raster.ny);
+            if is_known(*sample_m) || !xs.contains(&x) || !ys.contains(&y) {
+                continue;
+            }
+            let bound_m = bound_m(&self.sights, raster.middle(x, y), rim_m);
+            *is_bound = true;
+            *sample_m = if bound_m < rim_m {
+                bound_m as f32
+            } else {
+                self.unknown_m
+            };
+        }
+        self.fill_margins();
     }
 
     fn fill_holes(&mut self) {
@@ -246,29 +366,29 @@ impl Mapper {
         }
     }
 
-    /// Gives each cell the highest of its samples, or a height above the rim where too few are known; counts those.
-    fn raise_cells(&mut self) -> usize {
+    /// Gives each cell the highest of its samples, or a height above the rim where none is known.
+    fn raise_cells(&mut self) -> Cells {
         let (per_cell, ny) = (self.grid.resolution().samples_per_cell(), self.grid.ny());
-        let in_cell = per_cell * per_cell;
-        let largest_unseen = (self.settings.largest_unseen_share * in_cell as f64) as usize;
-        // Where a single point is enough, it is needed all the same.
-        let least_known = in_cell.saturating_sub(largest_unseen).max(1);
-        let mut known = vec![0; self.cells_m.len()];
+        let mut is_seen = vec![false; self.cells_m.len()];
         self.cells_m.fill(NO_POINT);
-        for (cell, row) in by_cell(&self.samples_m, per_cell, ny) {
-            if let (Some(cell_m), Some(known)) = (self.cells_m.get_mut(cell), known.get_mut(cell)) {
+        let rows = by_cell(&self.samples_m, per_cell, ny);
+        for ((cell, row), (_, bounds)) in rows.zip(by_cell(&self.is_bound, per_cell, ny)) {
+            if let (Some(cell_m), Some(is_seen)) = (self.cells_m.get_mut(cell), is_seen.get_mut(cell)) {
                 *cell_m = row.iter().copied().fold(*cell_m, f32::max);
-                *known += row.iter().filter(|sample_m| is_known(**sample_m)).count();
+                let mut samples = row.iter().zip(bounds);
+                *is_seen |= samples.any(|(sample_m, is_bound)| is_known(*sample_m) && !is_bound);
             }
         }
-        let mut unknown_cells = 0;
-        for (cell_m, known) in self.cells_m.iter_mut().zip(known) {
-            if known < least_known {
+        let mut cells = Cells::default();
+        for (cell_m, is_seen) in self.cells_m.iter_mut().zip(is_seen) {
+            if !is_known(*cell_m) {
                 *cell_m = self.unknown_m;
-                unknown_cells += 1;
             }
+            cells.unknown += usize::from(*cell_m == self.unknown_m);
+            cells.seen += usize::from(is_seen);
+            cells.above_rim += usize::from(is_seen && *cell_m > self.unknown_m);
         }
-        unknown_cells
+        cells
     }
 
     /// Gives samples without a height that of their cell.
@@ -292,6 +412,9 @@ impl Mapper {
         let (nx, ny) = (self.grid.nx() * per_cell, self.grid.ny() * per_cell);
         let pitch_m = resolution.surface_pitch_m();
         let surface = Surface::from_metres(nx, ny, pitch_m, self.samples_m.clone())?;
+        let support = self.samples_m.iter().zip(&self.is_bound);
+        let support = support.map(|(sample_m, is_bound)| if *is_bound { 0.0 } else { *sample_m });
+        let surface = surface.with_support(support.collect())?;
         let heights = self.cells_m.iter().map(|cell_m| self.units(*cell_m));
         let heightmap = Heightmap::from_units(self.grid.nx(), self.grid.ny(), heights.collect())?;
         Scene::new(&self.grid, heightmap, Some(surface))
@@ -304,6 +427,17 @@ impl Mapper {
         let height_m = (f64::from(cell_m) - excess_m).max(0.0);
         self.grid.resolution().units_above(height_m)
     }
+}
+
+/// How much of a grid is known.
+#[derive(Debug, Clone, Copy, Default)]
+struct Cells {
+    /// Cells of which some sample was seen.
+    seen: usize,
+    /// Those of them that are higher than the rim.
+    above_rim: usize,
+    /// Cells of which some sample may be higher than the rim.
+    unknown: usize,
 }
 
 /// The samples of a grid's surface, numbered row by row, seen from above.
@@ -333,6 +467,20 @@ impl Raster {
     fn sample_at(&self, x_m: f64, y_m: f64) -> Option<usize> {
         let [x, y] = [x_m, y_m].map(|side_m| (side_m * self.samples_per_m) as usize);
         (x < self.nx && y < self.ny).then_some(x * self.ny + y)
+    }
+
+    /// The middle of a sample.
+    fn middle(&self, x: usize, y: usize) -> Point2<f64> {
+        Point2::new(x as f64 + 0.5, y as f64 + 0.5) / self.samples_per_m
+    }
+
+    /// Of `count` samples along a side of this length, those that lie wholly beyond the margin at both walls; where
+    /// there are none, the middle one.
+    fn beyond_margin(&self, count: usize, side_m: f64, margin_m: f64) -> RangeInclusive<usize> {
+        let middle = count / 2;
+        let first = (margin_m * self.samples_per_m - 1e-6).ceil() as usize;
+        let end = ((side_m - margin_m) * self.samples_per_m + 1e-6) as usize;
+        first.min(middle)..=end.min(count).saturating_sub(1).max(middle)
     }
 
     /// The samples that a point at this place stands for.

@@ -1,6 +1,6 @@
 //! How points become heights.
 
-use ppnpack_numbers::{SettingError, require, require_length, require_share};
+use ppnpack_numbers::{SettingError, require, require_length};
 use ppnpack_packing::grid::Grid;
 use serde::{Deserialize, Serialize};
 
@@ -29,8 +29,6 @@ pub struct MapperSettings {
     /// The samples around a hole are level where their heights differ by at most this, in metres: what hides a hole
     /// from the sensor stands up from what is beside it.
     pub level_m: f64,
-    /// A cell counts as seen where at most this share of its samples is not, from 0 to 1.
-    pub largest_unseen_share: f64,
     /// How several clouds of a still scene make one heightmap.
     pub still: StillSettings,
     /// When nothing is to be planned on the scene.
@@ -47,7 +45,6 @@ impl Default for MapperSettings {
             least_points: 3,
             largest_hole_m: 0.0,
             level_m: 0.005,
-            largest_unseen_share: 0.99,
             still: StillSettings::default(),
             doubts: DoubtSettings::default(),
         }
@@ -55,6 +52,17 @@ impl Default for MapperSettings {
 }
 
 impl MapperSettings {
+    /// Settings for a depth camera with this standard deviation of its noise, in metres, and points some 1.5 mm apart.
+    pub fn of_camera(noise_m: f64) -> Self {
+        Self {
+            noise_m,
+            wall_margin_m: 0.003,
+            point_radius_m: 0.001,
+            largest_hole_m: 0.005,
+            ..Self::default()
+        }
+    }
+
     /// Checks that every number is possible on a grid. At half a sample, a point is kept for four samples at most.
     ///
     /// # Errors
@@ -82,7 +90,6 @@ impl MapperSettings {
         for (name, length_m) in lengths_m {
             require_length(name, length_m)?;
         }
-        require_share("largest_unseen_share", self.largest_unseen_share)?;
         self.still.validate()?;
         self.doubts.validate()
     }

@@ -157,7 +157,9 @@ fn points_are_taken_to_the_container_frame() {
     let container_from_sensor = Isometry3::from_parts(Translation3::new(0.16, 0.16, 1.0), down);
     let points = [Point3::new(0.055, 0.045, 0.905)];
     let mapped = mapper(&grid).map(points, &container_from_sensor).unwrap();
-    assert_eq!(mapped.scene.heightmap().get(21, 11), Some(48));
+    let surface = mapped.scene.surface().unwrap();
+    let sample_m = surface.heights_m()[86 * surface.ny() + 46];
+    assert!((sample_m - 0.095).abs() < 1e-6, "{sample_m}");
 }
 
 #[test]
@@ -296,23 +298,9 @@ fn a_point_raises_what_is_near_but_does_not_show_it() {
 }
 
 #[test]
-fn a_cell_of_which_too_little_is_seen_is_unknown() {
-    let points = patch([0.1, 0.105], [0.1, 0.11], 0.0025, |_, _| 0.01);
-    let height = |largest_unseen_share| {
-        let settings = MapperSettings {
-            largest_unseen_share,
-            ..MapperSettings::default()
-        };
-        with(settings, &points).scene.heightmap().get(10, 10)
-    };
-    assert_eq!(height(0.5), Some(5));
-    assert_eq!(height(0.49), Some(151));
-}
-
-#[test]
 fn narrow_holes_are_filled_where_all_around_is_level() {
     let is_beside =
-        |point: &Point3<f32>, x: f32| (point.x - x).abs() < 0.005 && (0.1..0.11).contains(&point.y);
+        |point: &Point3<f32>, x: f32| (point.x - x).abs() < 0.01 && (0.1..0.11).contains(&point.y);
     let mut points = patch([0.0, 0.32], [0.0, 0.32], 0.0025, |x, _| {
         if x < 0.2 { 0.0 } else { 0.1 }
     });
@@ -320,14 +308,13 @@ fn narrow_holes_are_filled_where_all_around_is_level() {
     let unknown = |largest_hole_m| {
         let settings = MapperSettings {
             largest_hole_m,
-            largest_unseen_share: 0.0,
             ..MapperSettings::default()
         };
         with(settings, &points).unknown_cells
     };
     assert_eq!(unknown(0.0), 4);
-    assert_eq!(unknown(0.0075), 4);
-    assert_eq!(unknown(0.01), 2, "what is beside a step stays");
+    assert_eq!(unknown(0.0175), 4);
+    assert_eq!(unknown(0.02), 2, "what is beside a step stays");
 }
 
 #[test]

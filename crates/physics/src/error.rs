@@ -1,5 +1,6 @@
 //! What can go wrong in the simulated cell.
 
+use ppnpack_camera::CameraError;
 use ppnpack_numbers::SettingError;
 use ppnpack_packing::heightmap::HeightmapError;
 
@@ -37,6 +38,9 @@ pub enum PhysicsError {
     /// The threads of the simulated check cannot be had.
     #[error("the threads that try placements cannot be had: {0}")]
     Threads(String),
+    /// A camera above the cell is impossible.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
     /// A surface or a heightmap could not be made.
     #[error(transparent)]
     Heightmap(#[from] HeightmapError),

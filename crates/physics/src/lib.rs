@@ -44,4 +44,5 @@ mod surface;
 mod terrain;
 pub mod trial;
 pub mod twin;
+pub mod view;
 mod world;

@@ -13,6 +13,7 @@ use ppnpack_packing::content::LyingSolid;
 use ppnpack_packing::episode::PackingCell;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::hidden::SceneMemory;
 use ppnpack_packing::item::ShapeId;
 use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_packing::plan::{Candidate, StageError};
@@ -25,6 +26,7 @@ use crate::error::PhysicsError;
 use crate::moves::{LastPoses, Moves};
 use crate::outcome::{BodyState, PlacedReport};
 use crate::settings::CellSettings;
+use crate::view::{CameraSettings, Eyes};
 
 /// What a placement of an episode led to.
 #[derive(Debug, Clone)]
@@ -62,6 +64,9 @@ pub struct SimulatedPackingCell {
     /// What is known of these bodies; their masses may be other ones.
     known: Vec<Arc<Model>>,
     sampling: Sampling,
+    /// Where cameras see the cell in place of an exact scan.
+    eyes: Option<Eyes>,
+    memory: SceneMemory,
     gives_surface: bool,
     pose_error: PoseError,
     mass_error: f64,
@@ -80,7 +85,7 @@ pub struct PoseError {
 
 impl PoseError {
     /// A pose as it is known.
-    fn disturb(self, pose: &Isometry3<f64>, random: &mut ChaCha8Rng) -> Isometry3<f64> {
+    pub fn disturb(self, pose: &Isometry3<f64>, random: &mut ChaCha8Rng) -> Isometry3<f64> {
         if self == Self::default() {
             return *pose;
         }
@@ -115,8 +120,19 @@ impl SimulatedPackingCell {
             last_poses: LastPoses::default(),
             known: Vec::new(),
             sampling,
+            eyes: None,
+            memory: SceneMemory::default(),
             gives_surface: true,
         })
+    }
+
+    /// Has cameras see the cell in place of an exact scan.
+    ///
+    /// # Errors
+    /// [`PhysicsError::Setting`] where a setting is impossible.
+    pub fn with_cameras(mut self, settings: &CameraSettings) -> Result<Self, PhysicsError> {
+        self.eyes = Some(Eyes::new(settings, &self.grid)?);
+        Ok(self)
     }
 
     /// Where it samples cells at their middles, the scenes that it gives have no fine surface, of which these are a small part: they
@@ -213,12 +229,13 @@ fn by_shape(object: &CatalogueObject) -> impl Iterator<Item = (ShapeId, Arc<Mode
 impl PackingCell for SimulatedPackingCell {
     fn scan(&mut self) -> Result<Scene, StageError> {
         let (cell, grid) = (&mut self.cell, &self.grid);
-        let scene = match self.sampling {
-            Sampling::Greatest => cell.scan(grid)?,
-            Sampling::Middle if self.gives_surface => {
+        let scene = match (&mut self.eyes, self.sampling) {
+            (Some(eyes), _) => eyes.scene(cell)?,
+            (None, Sampling::Greatest) => cell.scan(grid)?,
+            (None, Sampling::Middle) if self.gives_surface => {
                 Scene::from_surface_at_middles(grid, cell.scan_surface(grid)?)?
             }
-            Sampling::Middle => Scene::from_heightmap(cell.scan_middles(grid)?),
+            (None, Sampling::Middle) => Scene::from_heightmap(cell.scan_middles(grid)?),
         };
         let known = self.cell.contents().into_iter().map(|body| {
             let pose = &body.container_from_item;
@@ -226,7 +243,8 @@ impl PackingCell for SimulatedPackingCell {
             let model = self.known.get(body.id.index());
             LyingSolid::new(model.map_or(body.model, Arc::clone), pose)
         });
-        Ok(scene.with_content(known.collect()))
+        let scene = scene.with_content(known.collect());
+        Ok(self.memory.complete(&self.grid, scene))
     }
 
     fn place(

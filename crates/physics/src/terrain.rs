@@ -10,8 +10,8 @@ use ppnpack_packing::heightmap::{HeightmapError, Scene, Surface};
 /// neither is known exactly.
 const MARGIN_M: f64 = 0.004;
 
-/// The boxes that fill a scene up to its heights, above known solids and beside them, in the container frame. A cell as
-/// high as the rim is left out: it is blocked, or was not seen.
+/// The boxes that fill a scene up to what was seen, above known solids and beside them, in the container frame. A cell as
+/// high as the rim is left out: it is blocked. What is only bounded holds nothing up.
 ///
 /// # Errors
 /// [`HeightmapError`] where the scene is not of the grid.
@@ -29,7 +29,7 @@ pub(crate) fn unexplained<'a>(
         scene,
         fine: scene
             .surface()
-            .cloned()
+            .map(Surface::supporting)
             .map(|seen| Scene::from_surface(grid, seen))
             .transpose()?,
         known: Scene::from_surface(grid, known)?,

@@ -1495,9 +1495,13 @@ pub struct Surface {
     #[prost(uint32, tag = "1")]
     pub samples_per_cell: u32,
     /// The greatest height within each sample's square, in metres: 32-bit floats, little-endian, row-major like the
-    /// heights of the scene; finite, 0 or more.
+    /// heights of the scene; finite, 0 or more. Where nothing was seen it is the greatest height that is possible.
     #[prost(bytes = "vec", tag = "2")]
     pub heights_m: ::prost::alloc::vec::Vec<u8>,
+    /// At which of these heights something was seen or is known, and so holds an item up: at most heights_m each, as it is
+    /// written; 0 where a height is only possible. Empty where all heights were seen.
+    #[prost(bytes = "vec", tag = "3")]
+    pub support_m: ::prost::alloc::vec::Vec<u8>,
 }
 impl ::prost::Name for Surface {
     const NAME: &'static str = "Surface";
@@ -1639,6 +1643,8 @@ pub enum DoubtKind {
     Intrusion = 3,
     /// Something moves, or did a moment ago.
     NotStill = 4,
+    /// Nearly all of the surface lies above the rim: the sensor's pose is not set.
+    AboveRim = 5,
 }
 impl DoubtKind {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -1652,6 +1658,7 @@ impl DoubtKind {
             Self::RimAway => "DOUBT_KIND_RIM_AWAY",
             Self::Intrusion => "DOUBT_KIND_INTRUSION",
             Self::NotStill => "DOUBT_KIND_NOT_STILL",
+            Self::AboveRim => "DOUBT_KIND_ABOVE_RIM",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -1662,6 +1669,7 @@ impl DoubtKind {
             "DOUBT_KIND_RIM_AWAY" => Some(Self::RimAway),
             "DOUBT_KIND_INTRUSION" => Some(Self::Intrusion),
             "DOUBT_KIND_NOT_STILL" => Some(Self::NotStill),
+            "DOUBT_KIND_ABOVE_RIM" => Some(Self::AboveRim),
             _ => None,
         }
     }

@@ -8,6 +8,7 @@ use std::time::Instant;
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::method::{OpenNetwork, ProposalSource};
+use ppnpack_perception::settings::MapperSettings;
 use ppnpack_perception_service::TraySettings;
 use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_recognition::library::{Library, LibrarySettings};
@@ -27,7 +28,7 @@ use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::fastest;
 use crate::network::Backend;
 use crate::options::{
-    CatalogueOptions, Conditions, GridOptions, MethodOptions, PhysicsOptions, parse_region,
+    CatalogueOptions, Conditions, GridOptions, MethodOptions, PhysicsOptions, Simulated, parse_region,
 };
 use crate::output::print_line;
 use crate::progress;
@@ -175,6 +176,11 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
             "--scan camera is for `ppnpack pack`; the services see every cell exactly",
         ));
     }
+    if simulated.camera.is_some_and(|camera| camera.cameras > 1) {
+        return Err(Failure::input(
+            "--cameras 2 is for `ppnpack pack`; a simulated cell of the services has one",
+        ));
+    }
     let catalogue = Arc::new(arguments.catalogue.load(grid.resolution())?);
     let items = catalogue.items();
     let network = proposals.network(backend, model.as_ref(), &items);
@@ -232,7 +238,7 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
         },
         arm: arm.as_ref(),
         simulated: &simulated,
-        sensing: &arguments.sensing(&catalogue)?,
+        sensing: &arguments.sensing(&simulated, &catalogue)?,
         catalogue: Arc::clone(&catalogue),
         source: &arguments.catalogue.catalogue,
         network: network.filter(|_| is_network),
@@ -264,8 +270,8 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
 }
 
 impl UpArguments {
-    /// Cells that are seen exactly, with what can be recognised where that is wanted.
-    fn sensing(&self, catalogue: &Catalogue) -> Outcome<stack::Sensing> {
+    /// How cells are seen, with what can be recognised where that is wanted.
+    fn sensing(&self, simulated: &Simulated, catalogue: &Catalogue) -> Outcome<stack::Sensing> {
         let mut sensing = stack::Sensing {
             // A packing of its own is done as soon as can be; a cell that others watch moves in time.
             motion_speed: if self.job.pack { 0.0 } else { 1.0 },
@@ -273,6 +279,10 @@ impl UpArguments {
             debug_streams: self.view.is_some() || self.ros.is_some(),
             ..stack::Sensing::default()
         };
+        if let Some(camera) = simulated.camera {
+            sensing.camera = Some(camera);
+            sensing.mapper = MapperSettings::of_camera(camera.noise.sigma_m);
+        }
         if let Some(region) = self.tray {
             let library = Library::new(&catalogue.models(), LibrarySettings::default());
             let segmentation = SegmentationSettings::of(region);

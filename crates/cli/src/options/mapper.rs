@@ -30,15 +30,6 @@ pub(crate) struct MapperOptions {
     #[arg(long, value_name = "LENGTH", default_value = "1cm", value_parser = parse_distance, allow_hyphen_values = true)]
     floor_tolerance: f64,
 
-    /// A cell counts as seen where at most this share of it is not, from 0 to 1
-    #[arg(
-        long,
-        value_name = "SHARE",
-        default_value_t = 0.99,
-        allow_hyphen_values = true
-    )]
-    largest_unseen_share: f64,
-
     /// How thick the walls are: their tops are then looked for where the container should be; 0: they are not
     #[arg(long, value_name = "LENGTH", default_value = "0", value_parser = parse_distance, allow_hyphen_values = true)]
     wall_thickness: f64,
@@ -56,7 +47,6 @@ impl MapperOptions {
             largest_hole_m: self.largest_hole,
             wall_margin_m: self.wall_margin,
             floor_tolerance_m: self.floor_tolerance,
-            largest_unseen_share: self.largest_unseen_share,
             doubts: DoubtSettings {
                 wall_thickness_m: self.wall_thickness,
                 reach_above_rim_m: self.reach_above_rim,

@@ -12,13 +12,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
-use ppnpack_bridge::simulated::{CameraSettings, FaultSettings, Scan, SimulatedSettings};
+use ppnpack_bridge::simulated::{FaultSettings, Scan, SimulatedSettings};
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_packing::method::Method;
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_perception_service::TraySettings;
 use ppnpack_physics::twin::TwinSettings;
+use ppnpack_physics::view::CameraSettings;
 use ppnpack_planner::{CellSettings, ClosingSettings, ContainerSettings, OpeningSettings};
 use ppnpack_recognition::library::Library;
 use ppnpack_robot::station::StationSettings;
@@ -90,10 +91,8 @@ pub struct Plan<'a> {
 /// How the cells of a stack are seen and handled; by default exactly, and without faults.
 #[derive(Debug, Clone, Default)]
 pub struct Sensing {
-    /// How the container is seen.
-    pub scan: Scan,
-    /// With [`Scan::Camera`].
-    pub camera: CameraSettings,
+    /// The camera that sees the container; without one, it is scanned exactly.
+    pub camera: Option<CameraSettings>,
     /// How clouds become heightmaps.
     pub mapper: MapperSettings,
     /// How often placements go wrong.
@@ -294,8 +293,8 @@ fn bridge_settings(plan: &Plan<'_>) -> ppnpack_bridge::Settings {
     let cell = || SimulatedSettings {
         physics: plan.simulated.cell.clone(),
         scan_pitch_m: plan.grid.resolution().surface_pitch_m(),
-        scan: plan.sensing.scan,
-        camera: plan.sensing.camera,
+        scan: plan.sensing.camera.map_or(Scan::Exact, |_| Scan::Camera),
+        camera: plan.sensing.camera.unwrap_or_default(),
         faults: plan.sensing.faults,
         motion_speed: plan.sensing.motion_speed,
         ..SimulatedSettings::default()

@@ -13,6 +13,7 @@ use ppnpack_physics::packing_cell::{Sampling, SimulatedPackingCell};
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_physics::trial;
 use ppnpack_physics::twin::TwinSettings;
+use ppnpack_physics::view::CameraSettings;
 
 use super::Way;
 use super::apart::Apart;
@@ -73,7 +74,10 @@ impl Bench {
         let planner = planner.with_chooser(method.chooser(&grid, &catalogue.items(), pool)?);
         let real = apart.cell(known);
         let cell = SimulatedPackingCell::new(real, &grid, catalogue, Sampling::Greatest);
-        let cell = cell.or_input()?;
+        let mut cell = cell.or_input()?;
+        if let Some(camera) = way.camera {
+            cell = cell.with_cameras(&CameraSettings { seed, ..camera }).or_input()?;
+        }
         Ok(Self {
             planner,
             cell: cell

@@ -143,7 +143,8 @@ impl<'a> Results<'a> {
         let last = u64::from(self.first_case) + u64::from(self.cases) - 1;
         let mut text = format!(
             "# {}\n\n\
-             Sequences {} to {last} in robot conditions: laid down from 1 cm, an exact scan. *Unsteady* is what toppled by \
+             Sequences {} to {last} in robot conditions: laid down from 1 cm, by an exact \
+             scan where no camera is named. *Unsteady* is what toppled by \
              more than 30 degrees, slid by more than 2 cm or left the container when it was placed. Differences are to \
              the first method, sequence by sequence, with 95 % intervals by Student's t. {WIDENED} Decision times are of one step on \
              one thread, {} sequences at once. Machine: {}.\n",

@@ -14,12 +14,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use ppnpack_bridge::simulated::{CameraSettings, FaultSettings, Scan};
+use ppnpack_bridge::simulated::FaultSettings;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::Grid;
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_physics::settings::CellSettings;
+use ppnpack_physics::view::CameraSettings;
 use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_robot::station::ArmStation;
 use ppnpack_wire::keys::Cell;
@@ -285,17 +286,17 @@ impl World<'_> {
             arm: settings.arm.as_ref(),
             simulated: &Simulated {
                 scan: Sampling::Greatest,
+                camera: None,
                 cell: CellSettings {
                     seed: seeds.release,
                     ..settings.simulated.clone()
                 },
             },
             sensing: &Sensing {
-                scan: Scan::Camera,
-                camera: CameraSettings {
+                camera: Some(CameraSettings {
                     seed: seeds.camera,
                     ..settings.camera
-                },
+                }),
                 mapper: settings.mapper.clone(),
                 faults: FaultSettings {
                     seed: seeds.faults,

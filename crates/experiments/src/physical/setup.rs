@@ -1,12 +1,13 @@
 //! What runs are made with: the container, the objects, the cell.
 
-use ppnpack_bridge::simulated::{CameraSettings, FaultSettings, NoiseSettings};
+use ppnpack_bridge::simulated::FaultSettings;
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{self, Catalogue, Source};
 use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings, Resolution};
 use ppnpack_perception::doubts::DoubtSettings;
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_physics::settings::CellSettings;
+use ppnpack_physics::view::CameraSettings;
 use ppnpack_robot::arms;
 use ppnpack_robot::station::StationSettings;
 use serde::{Deserialize, Serialize};
@@ -87,23 +88,17 @@ pub(super) fn settings(
     simulated.release.jitter_m = arguments.placement_noise;
     simulated.release.jitter_yaw_rad = arguments.placement_noise / 0.1;
     simulated.validate().or_input()?;
-    let noise = NoiseSettings {
-        sigma_m: 0.001,
-        dropout: 0.05,
-        step_m: 0.0,
+    let camera = CameraSettings {
+        seed: arguments.seed,
+        ..CameraSettings::default()
     };
     let mapper = MapperSettings {
-        noise_m: noise.sigma_m,
-        point_radius_m: 0.001,
-        largest_hole_m: 0.005,
-        wall_margin_m: 0.003,
-        largest_unseen_share: 0.25,
         doubts: DoubtSettings {
             wall_thickness_m: simulated.walls.thickness_m,
             reach_above_rim_m: Some(0.05),
             ..DoubtSettings::default()
         },
-        ..MapperSettings::default()
+        ..MapperSettings::of_camera(camera.noise.sigma_m)
     };
     let arm = match arguments.arm.as_str() {
         "none" => None,
@@ -131,11 +126,7 @@ pub(super) fn settings(
             drops: arguments.drops,
             seed: arguments.seed,
         },
-        camera: CameraSettings {
-            noise,
-            seed: arguments.seed,
-            ..CameraSettings::default()
-        },
+        camera,
         mapper,
         buffer: arguments.buffer as usize,
         seed: arguments.seed,

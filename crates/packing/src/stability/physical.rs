@@ -36,7 +36,7 @@ impl Default for PhysicalStabilitySettings {
 
 /// A stability test on the real surfaces: in metres, with margins that do not depend on the cell.
 ///
-/// The item is lowered onto the finely sampled surface of the content until it touches; where its underside is then
+/// The item is lowered onto what was seen of the content, finely sampled, until it touches; where its underside is then
 /// within the contact tolerance of the content is contact, and its true centre of mass must lie inside the convex
 /// hull of the contacts. Where no fine surface or underside is known, the cells' heights take their place.
 #[derive(Debug, Clone)]
@@ -88,7 +88,7 @@ impl PhysicalStability {
             let (nx, ny) = (underside.nx, underside.ny);
             let lowering = Lowering {
                 content: Rows::of(
-                    surface.heights_m(),
+                    surface.support_m(),
                     surface.ny(),
                     (x * samples, y * samples),
                     ny,

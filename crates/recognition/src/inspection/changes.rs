@@ -84,7 +84,9 @@ impl<'settings> Changes<'settings> {
         };
         let most_m: Vec<f32> = heights_m.iter().enumerate().map(most_m).collect();
         let reach = squares.reach(settings.blur_m);
-        let upside_down: Vec<f32> = heights_m.iter().map(|height_m| -height_m).collect();
+        // What was only possible there is not certain.
+        let upside_down = before.support_m().iter().map(|height_m| -height_m);
+        let upside_down: Vec<f32> = upside_down.collect();
         let mut certain_m = squares.greatest(&upside_down, reach);
         certain_m
             .iter_mut()
@@ -93,7 +95,11 @@ impl<'settings> Changes<'settings> {
             squares,
             blurred_m: squares.greatest(&most_m, reach),
             most_m,
-            least_m: known_m.iter().map(|height_m| height_m.max(0.0)).collect(),
+            least_m: known_m
+                .iter()
+                .zip(before.support_m())
+                .map(|(height_m, held_m)| height_m.min(*held_m).max(0.0))
+                .collect(),
             certain_m,
             after_m: Vec::new(),
             container,

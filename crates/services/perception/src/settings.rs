@@ -92,7 +92,8 @@ fn validate_grid(grid: &GridSettings, mapper: &MapperSettings) -> Result<(), Str
     let cells = grid.nx() * grid.ny();
     let bytes = cells
         .saturating_mul(samples.saturating_mul(samples))
-        .saturating_mul(4)
+        // Heights, and which of them were seen.
+        .saturating_mul(2 * 4)
         .saturating_add(2 * cells + MESSAGE_OVERHEAD_BYTES);
     if bytes <= MAX_MESSAGE_BYTES {
         Ok(())

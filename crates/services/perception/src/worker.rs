@@ -232,6 +232,7 @@ fn write_doubt(doubt: &Doubt) -> v1::Doubt {
     let kind = match doubt {
         Doubt::LittleSeen { .. } => DoubtKind::LittleSeen,
         Doubt::RimAway { .. } => DoubtKind::RimAway,
+        Doubt::AboveRim { .. } => DoubtKind::AboveRim,
         Doubt::Intrusion { .. } => DoubtKind::Intrusion,
         Doubt::NotStill { .. } => DoubtKind::NotStill,
         // One that the protocol has no name for yet.

@@ -46,7 +46,15 @@ fn read_surface(message: &v1::Surface, grid: &Grid) -> Result<Surface, WireError
     let (nx, ny) = (grid.nx() * samples, grid.ny() * samples);
     let field = "scene.surface.heights_m";
     let heights_m = numbers::read_floats(field, &message.heights_m, (nx, ny))?;
-    Surface::from_metres(nx, ny, grid.resolution().surface_pitch_m(), heights_m)
+    let surface = Surface::from_metres(nx, ny, grid.resolution().surface_pitch_m(), heights_m)
+        .map_err(|error| WireError::invalid(field, error))?;
+    if message.support_m.is_empty() {
+        return Ok(surface);
+    }
+    let field = "scene.surface.support_m";
+    let support_m = numbers::read_floats(field, &message.support_m, (nx, ny))?;
+    surface
+        .with_support(support_m)
         .map_err(|error| WireError::invalid(field, error))
 }
 
@@ -58,6 +66,10 @@ pub fn write(grid: &Grid, scene: &Scene) -> v1::Scene {
         surface: scene.surface().map(|surface| v1::Surface {
             samples_per_cell: to_index(grid.resolution().samples_per_cell()),
             heights_m: numbers::write_floats(surface.heights_m()),
+            support_m: match surface.has_bounds() {
+                true => numbers::write_floats(surface.support_m()),
+                false => Vec::new(),
+            },
         }),
     }
 }

@@ -35,8 +35,14 @@ pub(crate) fn scenes() -> impl Strategy<Value = (Grid, Scene)> {
         let empty = Surface::empty(&grid);
         let (sx, sy, pitch_m) = (empty.nx(), empty.ny(), empty.pitch_m());
         let heights_m = proptest::collection::vec(any_height_m(), sx * sy);
-        let surface = heights_m
-            .prop_map(move |heights_m| Surface::from_metres(sx, sy, pitch_m, heights_m).unwrap());
+        let seen = proptest::collection::vec(any::<bool>(), sx * sy);
+        let surface = (heights_m, seen).prop_map(move |(heights_m, seen)| {
+            let held = heights_m.iter().zip(&seen);
+            let held = held.map(|(height_m, seen)| if *seen { *height_m } else { 0.0 });
+            let held = held.collect();
+            let surface = Surface::from_metres(sx, sy, pitch_m, heights_m).unwrap();
+            surface.with_support(held).unwrap()
+        });
         let surface = proptest::option::of(surface);
         (Just(grid), heights, surface).prop_map(|(grid, heights, surface)| {
             let heightmap = Heightmap::from_units(grid.nx(), grid.ny(), heights).unwrap();

@@ -19,9 +19,11 @@ use ppnpack_physics::packing_cell::SimulatedPackingCell;
 
 use super::super::job::ResultOptions;
 use super::{content, moves, settled};
-use crate::failure::{OrInput, OrRun, Outcome};
+use crate::failure::{OrRun, Outcome};
+use crate::options::Simulated;
 use crate::progress;
 use crate::report::{ArmWork, EndingSummary, Packing, Settings, Unplaceable};
+use crate::simulation::empty_cell;
 
 /// Of an item that no container takes.
 const FITS_NOWHERE: &str = "it has no valid placement in an empty container";
@@ -119,8 +121,12 @@ impl<'a> ContainerSupply for Supply<'a> {
         let mut settings = simulated.cell.clone();
         // Each container is another draw of what is random.
         settings.seed = settings.seed.wrapping_add(number as u64);
-        let cell = SimulatedPackingCell::new(settings, grid, self.job.catalogue, simulated.scan);
-        let cell = cell.or_input().map_err(|failure| failure.to_string())?;
+        let simulated = Simulated {
+            cell: settings,
+            ..simulated.clone()
+        };
+        let cell = empty_cell(self.job.catalogue, grid, &simulated);
+        let cell = cell.map_err(|failure| failure.to_string())?;
         let bar = self.bar;
         Ok((planner, WatchedCell { cell, bar }))
     }

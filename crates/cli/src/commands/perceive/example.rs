@@ -45,7 +45,7 @@ pub(super) fn write(folder: &Path) -> Outcome {
         "Clouds of a simulated camera with 1 mm of noise: {empty} and {packed}. Try\n\n  \
          ppnpack calibrate {empty} --out {calibration}\n  \
          ppnpack perceive {packed} --container-from-sensor {calibration} --noise 1mm --point-radius 1mm \
-         --largest-hole 5mm --wall-margin 3mm --largest-unseen-share 0.25 --wall-thickness {}mm",
+         --largest-hole 5mm --wall-margin 3mm --wall-thickness {}mm",
         1000.0 * WALL_M
     ))?;
     Ok(())

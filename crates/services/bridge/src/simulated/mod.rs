@@ -7,7 +7,6 @@ mod view;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use ppnpack_camera::CameraError;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_catalogue::object::Model;
@@ -25,7 +24,7 @@ use crate::robot::{
 };
 use motion::Motion;
 pub use motion::{JointState, JointWatch};
-pub use settings::{CameraSettings, FaultSettings, NoiseSettings, Scan, SimulatedSettings};
+pub use settings::{FaultSettings, Scan, SimulatedSettings};
 use view::View;
 
 /// Why a simulated cell cannot be had.
@@ -35,20 +34,9 @@ pub enum SimulatedError {
     /// The simulation cannot be as it is asked for.
     #[error(transparent)]
     Physics(#[from] PhysicsError),
-    /// The camera would be within the container.
-    #[error("camera.height_m is {height_m} where above the rim, {rim_m} m, is needed")]
-    CameraHeight {
-        /// Its height above the floor, in metres.
-        height_m: f64,
-        /// The rim's, in metres.
-        rim_m: f64,
-    },
-    /// The camera cannot be as it is asked for.
-    #[error("camera: {0}")]
-    Camera(#[from] CameraError),
-    /// The camera's noise cannot be as it is asked for.
-    #[error("{0}")]
-    Noise(String),
+    /// A simulated cell publishes the clouds of one sensor.
+    #[error("camera.cameras: a simulated cell has one camera")]
+    Cameras,
     /// The container cannot be scanned at this pitch.
     #[error("scan_pitch_m: {0}")]
     Scan(#[from] GridError),

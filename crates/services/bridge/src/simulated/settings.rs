@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use ppnpack_camera::NoiseModel;
 use ppnpack_physics::settings::CellSettings;
+use ppnpack_physics::view::CameraSettings;
 use ppnpack_service::configuration::in_range;
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
@@ -60,53 +60,6 @@ pub enum Scan {
     Camera,
 }
 
-/// A depth camera above the middle of the container that sees its whole rim.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct CameraSettings {
-    /// How far above the floor it is, in metres.
-    pub height_m: f64,
-    /// Columns of its image.
-    pub width_px: usize,
-    /// Rows of its image.
-    pub height_px: usize,
-    /// Its noise.
-    pub noise: NoiseSettings,
-    /// The seed of its noise.
-    pub seed: u64,
-}
-
-/// The noise of a depth camera; the default is none.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct NoiseSettings {
-    /// Standard deviation along the ray, in metres.
-    pub sigma_m: f64,
-    /// The share of pixels that see nothing.
-    pub dropout: f64,
-    /// Depths are rounded to a multiple of this, in metres; 0 leaves them as they are.
-    pub step_m: f64,
-}
-
-impl NoiseSettings {
-    /// The same as the simulated camera knows it.
-    pub fn model(&self) -> NoiseModel {
-        NoiseModel {
-            deviation_m: self.sigma_m,
-            dropout: self.dropout,
-            quantisation_m: self.step_m,
-            ..NoiseModel::none()
-        }
-    }
-
-    /// Checks that every number is possible; the text names the key within the cell.
-    pub(super) fn validate(&self) -> Result<(), String> {
-        in_range("camera.noise.sigma_m", self.sigma_m, 0.0..=1.0)?;
-        in_range("camera.noise.dropout", self.dropout, 0.0..=1.0)?;
-        in_range("camera.noise.step_m", self.step_m, 0.0..=1.0)
-    }
-}
-
 impl Default for SimulatedSettings {
     fn default() -> Self {
         Self {
@@ -118,18 +71,6 @@ impl Default for SimulatedSettings {
             scan_pitch_m: MAX_PITCH_M,
             camera: CameraSettings::default(),
             is_stateless: false,
-        }
-    }
-}
-
-impl Default for CameraSettings {
-    fn default() -> Self {
-        Self {
-            height_m: 1.2,
-            width_px: 400,
-            height_px: 400,
-            noise: NoiseSettings::default(),
-            seed: 0,
         }
     }
 }

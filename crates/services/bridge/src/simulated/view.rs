@@ -1,12 +1,11 @@
 //! What the sensor of a simulated cell sees.
 
 use nalgebra::{Isometry3, Point3};
-use ppnpack_camera::{Body, CameraError, DepthCamera, Intrinsics, View as Image};
-use ppnpack_catalogue::mesh::Mesh;
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
+use ppnpack_packing::grid::{Grid, Resolution, Yaws};
 use ppnpack_physics::cell::SimulatedCell;
+use ppnpack_physics::view::Cameras;
 
-use super::{CameraSettings, Scan, SimulatedError, SimulatedSettings};
+use super::{Scan, SimulatedError, SimulatedSettings};
 use crate::robot::View as RobotView;
 
 /// The sensor of a simulated cell.
@@ -14,12 +13,7 @@ pub(super) enum View {
     /// A point above the middle of each sample of this grid.
     Exact(Box<Grid>),
     /// What a camera sees.
-    Camera {
-        camera: Box<DepthCamera>,
-        settings: CameraSettings,
-        /// How many images were taken: each has noise of its own.
-        images: u64,
-    },
+    Camera(Box<Cameras>),
 }
 
 impl View {
@@ -34,14 +28,10 @@ impl View {
                     .and_then(|resolution| Grid::new(container, resolution))?;
                 Ok(Self::Exact(Box::new(grid)))
             }
+            Scan::Camera if settings.camera.cameras != 1 => Err(SimulatedError::Cameras),
             Scan::Camera => {
-                let camera = &settings.camera;
-                camera.noise.validate().map_err(SimulatedError::Noise)?;
-                Ok(Self::Camera {
-                    camera: Box::new(above(container, camera)?),
-                    settings: *camera,
-                    images: 0,
-                })
+                let cameras = Cameras::new(&settings.camera, container)?;
+                Ok(Self::Camera(Box::new(cameras)))
             }
         }
     }
@@ -50,62 +40,16 @@ impl View {
     pub(super) fn of(&mut self, cell: &mut SimulatedCell) -> Result<RobotView, SimulatedError> {
         match self {
             Self::Exact(grid) => scan(cell, grid),
-            Self::Camera {
-                camera,
-                settings,
-                images,
-            } => {
-                *images += 1;
-                let seed = settings.seed.wrapping_add(*images);
-                let image = seen(cell, camera)?.noisy_points(&settings.noise.model(), seed)?;
-                let points = image.points_m().iter().filter(|point| !point.z.is_nan());
+            Self::Camera(cameras) => {
+                let mut clouds = cameras.see(cell)?.into_iter();
+                let cloud = clouds.next().ok_or(SimulatedError::Cameras)?;
                 Ok(RobotView {
-                    points_m: points.copied().collect(),
-                    container_from_sensor: camera.world_from_camera,
+                    points_m: cloud.points_m,
+                    container_from_sensor: cloud.container_from_camera,
                     is_of_now: true,
                 })
             }
         }
-    }
-}
-
-/// A camera that looks straight down on the middle of a container, with the whole rim in the image.
-fn above(
-    container: ContainerSize,
-    settings: &CameraSettings,
-) -> Result<DepthCamera, SimulatedError> {
-    let (x_m, y_m, rim_m) = (container.x_m, container.y_m, container.z_m);
-    let height_m = settings.height_m;
-    if height_m.is_nan() || height_m <= rim_m {
-        return Err(SimulatedError::CameraHeight { height_m, rim_m });
-    }
-    let (width, height) = (settings.width_px, settings.height_px);
-    let intrinsics = Intrinsics::framing(width, height, [x_m, y_m], height_m - rim_m)?;
-    let place = Point3::new(x_m * 0.5, y_m * 0.5, height_m);
-    let camera = DepthCamera {
-        // The rim may be right below the camera.
-        near_m: 0.01,
-        ..DepthCamera::looking_down(intrinsics, place)
-    };
-    camera.validate()?;
-    Ok(camera)
-}
-
-/// What a camera sees of the container and its content.
-fn seen(cell: &SimulatedCell, camera: &DepthCamera) -> Result<Image, CameraError> {
-    let container = cell.container_mesh();
-    let contents = cell.contents();
-    let items = contents.iter();
-    let mut bodies = vec![posed(&container, Isometry3::identity())];
-    bodies.extend(items.map(|item| posed(&item.model.mesh, item.container_from_item)));
-    camera.see(&bodies)
-}
-
-fn posed(mesh: &Mesh, container_from_mesh: Isometry3<f64>) -> Body<'_> {
-    Body {
-        vertices: &mesh.vertices,
-        triangles: &mesh.triangles,
-        world_from_body: container_from_mesh,
     }
 }
 
@@ -127,8 +71,20 @@ fn scan(cell: &mut SimulatedCell, grid: &Grid) -> Result<RobotView, SimulatedErr
 
 #[cfg(test)]
 mod tests {
-    use super::super::NoiseSettings;
+    use ppnpack_physics::view::{CameraSettings, NoiseSettings};
+
     use super::*;
+
+    /// A camera without noise, so high that its depths are round numbers.
+    fn plain() -> CameraSettings {
+        CameraSettings {
+            height_m: 1.2,
+            width_px: 400,
+            height_px: 400,
+            noise: NoiseSettings::none(),
+            ..CameraSettings::default()
+        }
+    }
 
     fn seen_empty(camera: CameraSettings) -> Vec<Vec<Point3<f32>>> {
         let settings = SimulatedSettings {
@@ -144,7 +100,7 @@ mod tests {
 
     #[test]
     fn the_camera_sees_the_floor_at_its_height_and_the_whole_rim() {
-        let camera = CameraSettings::default();
+        let camera = plain();
         let images = seen_empty(camera);
         assert_eq!(images[0], images[1]);
         // The rim is 0.3 m nearer than the floor; beyond the walls there is nothing.
@@ -172,7 +128,7 @@ mod tests {
             seen_empty(CameraSettings {
                 noise,
                 seed,
-                ..CameraSettings::default()
+                ..plain()
             })
         };
         let images = noisy(3);
@@ -180,7 +136,7 @@ mod tests {
         assert_ne!(noisy(7), images);
         assert_ne!(images[0], images[1]);
 
-        let whole = seen_empty(CameraSettings::default())[0].len() as f64;
+        let whole = seen_empty(plain())[0].len() as f64;
         let left = images[0].len() as f64 / whole;
         assert!((left - 0.9).abs() < 0.01, "{left} are left");
         let is_floor =
@@ -204,7 +160,8 @@ mod tests {
         };
         assert!(refused(|camera| camera.height_m = 0.2).contains("height_m"));
         assert!(refused(|camera| camera.height_m = f64::NAN).contains("height_m"));
-        assert!(refused(|camera| camera.height_m = f64::INFINITY).contains("camera"));
+        assert!(refused(|camera| camera.height_m = f64::INFINITY).contains("height_m"));
+        assert!(refused(|camera| camera.cameras = 2).contains("cameras"));
         assert!(refused(|camera| camera.width_px = 0).contains("width"));
         assert!(refused(|camera| camera.height_px = 1 << 40).contains("height"));
         for (noise, key) in [
@@ -212,7 +169,7 @@ mod tests {
             (refused(|camera| camera.noise.dropout = 1.5), "dropout"),
             (refused(|camera| camera.noise.step_m = f64::NAN), "step_m"),
         ] {
-            assert!(noise.starts_with(&format!("camera.noise.{key} is")));
+            assert!(noise.contains(&format!("camera.noise.{key}")), "{noise}");
         }
     }
 }

@@ -3,7 +3,8 @@
 use crate::common::catalogue;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use ppnpack_bridge::robot::{Body, Placement, Robot};
-use ppnpack_bridge::simulated::{CameraSettings, Scan, SimulatedRobot, SimulatedSettings};
+use ppnpack_bridge::simulated::{Scan, SimulatedRobot, SimulatedSettings};
+use ppnpack_physics::view::{CameraSettings, NoiseSettings};
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_packing::heightmap::Scene;
@@ -137,8 +138,10 @@ fn a_camera_sees_the_content_within_its_pixels() {
     let settings = SimulatedSettings {
         scan: Scan::Camera,
         camera: CameraSettings {
+            height_m: 1.2,
             width_px: 300,
             height_px: 300,
+            noise: NoiseSettings::none(),
             ..CameraSettings::default()
         },
         ..SimulatedSettings::default()

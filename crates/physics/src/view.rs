@@ -1,0 +1,229 @@
+//! What depth cameras above a simulated cell see of it.
+
+use nalgebra::{Isometry3, Point3};
+use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel, View};
+use ppnpack_catalogue::mesh::Mesh;
+use ppnpack_numbers::{SettingError, require, require_share};
+use ppnpack_packing::grid::{ContainerSize, Grid};
+use ppnpack_packing::heightmap::Scene;
+use ppnpack_perception::mapper::Mapper;
+use ppnpack_perception::settings::MapperSettings;
+use serde::{Deserialize, Serialize};
+
+use crate::cell::SimulatedCell;
+use crate::error::PhysicsError;
+
+/// The most cameras of a cell.
+const MAX_CAMERAS: usize = 2;
+
+/// How far each of two cameras stands beside the middle of the container along x, in metres.
+const BESIDE_M: f64 = 0.2;
+
+/// Depth cameras above a container, each with all of its rim in the image.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CameraSettings {
+    /// One camera above the middle, or two, beside it along x.
+    pub cameras: usize,
+    /// How far above the floor they are, in metres.
+    pub height_m: f64,
+    /// Columns of an image.
+    pub width_px: usize,
+    /// Rows of an image.
+    pub height_px: usize,
+    /// Their noise.
+    pub noise: NoiseSettings,
+    /// The seed of their noise.
+    pub seed: u64,
+}
+
+/// The noise of a depth camera.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct NoiseSettings {
+    /// Standard deviation along the ray, in metres.
+    pub sigma_m: f64,
+    /// The share of pixels that see nothing.
+    pub dropout: f64,
+    /// Depths are rounded to a multiple of this, in metres; 0 leaves them as they are.
+    pub step_m: f64,
+}
+
+impl Default for NoiseSettings {
+    fn default() -> Self {
+        Self {
+            sigma_m: 0.001,
+            dropout: 0.05,
+            step_m: 0.0,
+        }
+    }
+}
+
+impl NoiseSettings {
+    /// A camera without noise.
+    pub fn none() -> Self {
+        Self {
+            sigma_m: 0.0,
+            dropout: 0.0,
+            step_m: 0.0,
+        }
+    }
+
+    /// The same as the simulated camera knows it.
+    pub fn model(&self) -> NoiseModel {
+        NoiseModel {
+            deviation_m: self.sigma_m,
+            dropout: self.dropout,
+            quantisation_m: self.step_m,
+            ..NoiseModel::none()
+        }
+    }
+}
+
+impl Default for CameraSettings {
+    fn default() -> Self {
+        Self {
+            cameras: 1,
+            height_m: 0.9,
+            width_px: 640,
+            height_px: 480,
+            noise: NoiseSettings::default(),
+            seed: 0,
+        }
+    }
+}
+
+impl CameraSettings {
+    /// Checks that every number is possible above a container.
+    ///
+    /// # Errors
+    /// [`SettingError`] names the first that is not.
+    pub fn validate(&self, container: ContainerSize) -> Result<(), SettingError> {
+        let is_count = |count: f64| (1.0..=MAX_CAMERAS as f64).contains(&count);
+        require("camera.cameras", self.cameras as f64, "1 or 2", is_count)?;
+        let is_above = |height_m: f64| height_m > container.z_m && height_m.is_finite();
+        require("camera.height_m", self.height_m, "above the rim", is_above)?;
+        let is_length = |length_m: f64| (0.0..=1.0).contains(&length_m);
+        require("camera.noise.sigma_m", self.noise.sigma_m, "0 to 1 m", is_length)?;
+        require_share("camera.noise.dropout", self.noise.dropout)?;
+        require("camera.noise.step_m", self.noise.step_m, "0 to 1 m", is_length)
+    }
+
+    fn poses(&self, container: ContainerSize) -> Result<Vec<DepthCamera>, PhysicsError> {
+        let (x_m, y_m) = (container.x_m * 0.5, container.y_m * 0.5);
+        let middle = Point3::new(x_m, y_m, 0.0);
+        let beside: &[f64] = if self.cameras < 2 { &[0.0] } else { &[-BESIDE_M, BESIDE_M] };
+        let cameras = beside.iter().map(|beside_m| {
+            let place = Point3::new(x_m + beside_m, y_m, self.height_m);
+            // One that leans sees the near wall's rim wider than one above the middle.
+            let sides_m = [container.x_m + 1.5 * beside_m.abs(), container.y_m + beside_m.abs()];
+            let to_rim_m = self.height_m - container.z_m;
+            let intrinsics =
+                Intrinsics::framing(self.width_px, self.height_px, sides_m, to_rim_m)?;
+            let camera = DepthCamera {
+                // The rim may be right below the camera.
+                near_m: 0.01,
+                ..DepthCamera::looking_at(intrinsics, place, &middle)
+            };
+            camera.validate()?;
+            Ok(camera)
+        });
+        cameras.collect()
+    }
+}
+
+/// A cloud of one camera.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CameraCloud {
+    /// The points that were measured, in the camera's frame, in metres.
+    pub points_m: Vec<Point3<f32>>,
+    /// Where the camera is.
+    pub container_from_camera: Isometry3<f64>,
+}
+
+/// Cameras above a simulated cell.
+#[derive(Debug, Clone)]
+pub struct Cameras {
+    cameras: Vec<DepthCamera>,
+    noise: NoiseModel,
+    seed: u64,
+    /// How many images were taken: each has noise of its own.
+    images: u64,
+}
+
+impl Cameras {
+    /// The cameras of these settings above a container.
+    ///
+    /// # Errors
+    /// [`PhysicsError::Setting`] or [`PhysicsError::Camera`] where a setting is impossible.
+    pub fn new(settings: &CameraSettings, container: ContainerSize) -> Result<Self, PhysicsError> {
+        settings.validate(container)?;
+        Ok(Self {
+            cameras: settings.poses(container)?,
+            noise: settings.noise.model(),
+            seed: settings.seed,
+            images: 0,
+        })
+    }
+
+    /// The cameras, in the container's frame.
+    pub fn cameras(&self) -> &[DepthCamera] {
+        &self.cameras
+    }
+
+    /// What each sees of a cell now.
+    ///
+    /// # Errors
+    /// [`PhysicsError::Camera`] where the content has too many triangles.
+    pub fn see(&mut self, cell: &SimulatedCell) -> Result<Vec<CameraCloud>, PhysicsError> {
+        let (container, contents) = (cell.container_mesh(), cell.contents());
+        let mut bodies = vec![posed(&container, Isometry3::identity())];
+        let items = contents.iter();
+        bodies.extend(items.map(|item| posed(&item.model.mesh, item.container_from_item)));
+        let clouds = self.cameras.iter().map(|camera| {
+            self.images += 1;
+            let view: View = camera.see(&bodies)?;
+            let image = view.noisy_points(&self.noise, self.seed.wrapping_add(self.images))?;
+            let points = image.points_m().iter();
+            Ok(CameraCloud {
+                points_m: points.filter(|point| !point.z.is_nan()).copied().collect(),
+                container_from_camera: camera.world_from_camera,
+            })
+        });
+        clouds.collect()
+    }
+}
+
+fn posed(mesh: &Mesh, container_from_mesh: Isometry3<f64>) -> Body<'_> {
+    Body {
+        vertices: &mesh.vertices,
+        triangles: &mesh.triangles,
+        world_from_body: container_from_mesh,
+    }
+}
+
+/// Cameras with what perception makes of their clouds.
+#[derive(Debug, Clone)]
+pub(crate) struct Eyes {
+    cameras: Cameras,
+    mapper: Mapper,
+}
+
+impl Eyes {
+    /// Eyes that see the content of a grid's container.
+    pub(crate) fn new(settings: &CameraSettings, grid: &Grid) -> Result<Self, PhysicsError> {
+        let mapper = MapperSettings::of_camera(settings.noise.sigma_m);
+        Ok(Self {
+            cameras: Cameras::new(settings, grid.container())?,
+            mapper: Mapper::new(grid, mapper)?,
+        })
+    }
+
+    pub(crate) fn scene(&mut self, cell: &SimulatedCell) -> Result<Scene, PhysicsError> {
+        self.mapper.clear();
+        for cloud in self.cameras.see(cell)? {
+            self.mapper.add(cloud.points_m, &cloud.container_from_camera);
+        }
+        Ok(self.mapper.finish()?.scene)
+    }
+}

@@ -1,0 +1,829 @@
+"""A packing cell in MuJoCo behind the stack, and how full its containers get.
+
+It is what an integrator writes for a real cell, in one file: a bridge of one's own (docs/protocol.md), cameras that publish clouds, and a
+controller that has containers packed. Its physics are not those that the planner tries placements in, so it tells what the planner's cannot.
+
+    pip install mujoco scipy trimesh vhacdx -r examples/python/requirements.txt
+    export PYTHONPATH=crates/python/python
+    python examples/python/mujoco_cell.py --ppnpack target/release/ppnpack --catalogue FOLDER --view camera --sequences 0-3
+
+It starts the other services itself, on this machine alone. Exit codes: 0 done, 1 failed or worse than asked for, 2 wrong use or input.
+"""
+
+import argparse
+import csv
+import hashlib
+import json
+import math
+import os
+import pathlib
+import random
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import uuid
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+import trimesh
+import zenoh
+from google.protobuf.message import DecodeError, Message
+from numpy.typing import NDArray
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from ppnpack.client import Announcement, Cell, ClientError, Connection, ItemState, PlanResult, Status, Unanswered, Unreachable
+from ppnpack.v1 import bridge_pb2 as bridge
+from ppnpack.v1 import cloud_pb2 as cloud
+from ppnpack.v1 import geometry_pb2 as geometry
+
+Array = NDArray[np.float64]
+
+NAME = "cell-1"
+SIZE_M, WALL_M = np.array([0.32, 0.32, 0.30]), 0.010
+DENSITY_KG_M3 = 400.0  # Of what has no mass in objects.csv; the catalogue's own.
+FRICTION_ITEMS, FRICTION_WALLS = 0.5, 0.3
+RELEASE_M = 0.01  # How far above its place the robot lets go of an item: the planner tries placements from the same height.
+SETTLE_S, DECISION_AGE_S = 3.0, 60.0
+TOPPLED_RAD, SLID_M = math.radians(30.0), 0.02  # Beyond these an item is unsteady, as in docs/results/filling.md.
+CAMERA_M, IMAGE_PX, FOCAL_PX, NOISE_M, DROPOUT = 0.9, (640, 480), 600.0, 0.001, 0.05
+SERVICES = ("router", "perception", "planner")
+
+
+class InputError(Exception):
+    """Something that was given is wrong: what, and what helps."""
+
+
+# Objects
+
+
+@dataclass(frozen=True)
+class Shape:
+    """An object, in the frame of its mesh file: it is the item's own frame on the wire."""
+
+    mesh: trimesh.Trimesh
+    pieces: list[Array]
+
+
+def listed_meshes(folder: pathlib.Path) -> dict[str, tuple[pathlib.Path, float, float | None]]:
+    """File, scale and mass of each object by its name, in the catalogue's order (docs/guides/own-objects.md): the planner has the same."""
+    if not folder.is_dir():
+        raise InputError(f"--catalogue {folder}: there is no such folder; give one of .ply, .obj or .stl files")
+    paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in (".ply", ".obj", ".stl"))
+    rows: list[dict[str, str]] = [{"file": path.name} for path in paths]
+    if (table := folder / "objects.csv").is_file():
+        rows = list(csv.DictReader(table.read_text().splitlines()))
+        rows.sort(key=lambda row: int(row.get("index") or rows.index(row)))
+    scales = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
+    listed = {}
+    for row in rows:
+        path = folder / row["file"]
+        listed[row.get("name") or path.stem] = path, scales[row.get("unit") or ""], float(row.get("mass_kg") or 0.0) or None
+    if not listed:
+        raise InputError(f"--catalogue {folder}: it has no meshes; give a folder of .ply, .obj or .stl files")
+    return listed
+
+
+def load_shape(path: pathlib.Path, scale: float, mass_kg: float | None, cache: pathlib.Path) -> Shape:
+    try:
+        mesh = trimesh.load(path, force="mesh").apply_scale(scale)
+    except Exception as error:  # Each format has its own.
+        raise InputError(f"{path} cannot be read as a mesh: {error}") from error
+    if not mesh.is_volume:
+        mesh.fill_holes()
+        mesh.fix_normals()
+    if not mesh.volume > 0.0:
+        raise InputError(f"{path} encloses no volume; `ppnpack catalogue check` says what is wrong with it")
+    mesh.density = mass_kg / mesh.volume if mass_kg else DENSITY_KG_M3
+    return Shape(mesh, convex_pieces(mesh, cache))
+
+
+def convex_pieces(mesh: trimesh.Trimesh, cache: pathlib.Path) -> list[Array]:
+    """Vertices of convex pieces that together are about the mesh: a bowl's hull is full. It takes some seconds an object, once."""
+    if mesh.volume > 0.95 * mesh.convex_hull.volume:
+        return [np.array(mesh.convex_hull.vertices)]
+    settings = {"maxConvexHulls": 32, "resolution": 100_000, "minimumVolumePercentErrorAllowed": 0.5, "maxNumVerticesPerCH": 48}
+    key = hashlib.sha256(repr(settings).encode() + mesh.vertices.tobytes() + mesh.faces.tobytes()).hexdigest()[:32]
+    kept = cache / f"{key}.npz"
+    if not kept.is_file():
+        cache.mkdir(parents=True, exist_ok=True)
+        unfinished = cache / f"{key}.{os.getpid()}.part"
+        with unfinished.open("wb") as out:
+            np.savez(out, *(piece.vertices for piece in mesh.convex_decomposition(**settings)))
+        unfinished.rename(kept)
+    with np.load(kept) as pieces:
+        return [pieces[name] for name in pieces.files]
+
+
+def pose_of(message: geometry.Pose) -> RigidTransform:
+    at, turn = message.position, message.orientation
+    return RigidTransform.from_components([at.x_m, at.y_m, at.z_m], Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]))
+
+
+def message_of(pose: RigidTransform) -> geometry.Pose:
+    (x_m, y_m, z_m), (x, y, z, w) = pose.translation.tolist(), pose.rotation.as_quat().tolist()
+    return geometry.Pose(position=geometry.Vector3(x_m=x_m, y_m=y_m, z_m=z_m), orientation=geometry.Quaternion(x=x, y=y, z=z, w=w))
+
+
+# The cell
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What became of a placement, when everything lay still."""
+
+    container_from_item: RigidTransform
+    is_inside: bool
+    is_lost: bool
+    tilt_rad: float
+    slide_m: float
+    disturbance_m: float
+
+    @property
+    def is_unsteady(self) -> bool:
+        return self.tilt_rad > TOPPLED_RAD or self.slide_m > SLID_M or not self.is_inside
+
+
+def fixed_boxes() -> list[Array]:
+    """Floor, walls and the table around them, by their lowest and highest corners."""
+    (x, y, z), wall = SIZE_M, WALL_M
+    boxes = [[[-1, -1, -0.03], [x + 1, y + 1, -wall]], [[-wall, -wall, -wall], [x + wall, y + wall, 0]]]
+    boxes += [[[-wall, -wall, -wall], [0, y + wall, z]], [[x, -wall, -wall], [x + wall, y + wall, z]]]
+    boxes += [[[-wall, -wall, -wall], [x + wall, 0, z]], [[-wall, y, -wall], [x + wall, y + wall, z]]]
+    return [np.array(box, float) for box in boxes]
+
+
+class PhysicalCell:
+    """The container on a table and what lies in it. MuJoCo's world is the container's frame: its origin is an inner bottom corner."""
+
+    def __init__(self, shapes: dict[str, Shape]) -> None:
+        self.shapes = shapes
+        self.empty()
+
+    def empty(self) -> None:
+        """Another container, with nothing in it."""
+        self.items: dict[str, str] = {}  # The objects by the ids of what lies there.
+        self._spec = mujoco.MjSpec()
+        option = self._spec.option
+        option.timestep, option.gravity, option.integrator = 0.002, [0.0, 0.0, -9.8], mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        option.cone, option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 10.0  # Otherwise things creep.
+        for low, high in fixed_boxes():
+            box = self._spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=(high - low) / 2, pos=(high + low) / 2)
+            # By the priority the container's friction counts where an item touches it.
+            box.friction, box.priority = [FRICTION_WALLS, 0.005, 0.0001], 1
+        self._model = self._spec.compile()
+        self._data = mujoco.MjData(self._model)
+
+    def pose(self, item_id: str) -> RigidTransform:
+        body = self._data.body(item_id)
+        return RigidTransform.from_components(body.xpos, Rotation.from_quat(body.xquat, scalar_first=True))
+
+    def centre_m(self, item_id: str) -> Array:
+        return self._data.body(item_id).xipos.copy()
+
+    def is_inside(self, item_id: str) -> bool:
+        return not outside_m(self.centre_m(item_id)).any()
+
+    def place(self, item_id: str, name: str, planned: RigidTransform) -> Finding:
+        """Lets go of an item at rest a little above its planned pose, and waits until everything is still."""
+        before_m = {other: self.centre_m(other) for other in self.items}
+        self._add(item_id, name, planned)
+        self._settle()
+        pose, is_inside = self.pose(item_id), self.is_inside(item_id)
+        tilt_rad = math.acos(np.clip((pose.rotation * planned.rotation.inv()).as_matrix()[2, 2], -1.0, 1.0))
+        slide_m = np.linalg.norm((self.centre_m(item_id) - planned.apply(self.shapes[name].mesh.center_mass))[:2])
+        disturbance_m = max((np.linalg.norm(self.centre_m(other) - at_m) for other, at_m in before_m.items()), default=0.0)
+        lost = [other for other in self.items if outside_m(self.centre_m(other))[:2].max() > WALL_M + 0.05]
+        for other in lost:
+            self._spec.delete(self._spec.body(other))
+            del self.items[other]
+        self._compile()
+        return Finding(pose, is_inside, item_id in lost, tilt_rad, float(slide_m), float(disturbance_m))
+
+    def surfaces(self) -> Iterator[Array]:
+        """All that a sensor sees, as corners of triangles [triangle, corner, coordinate]."""
+        for box in fixed_boxes():
+            yield trimesh.creation.box(bounds=box).triangles
+        for item_id, name in self.items.items():
+            mesh = self.shapes[name].mesh
+            yield self.pose(item_id).apply(mesh.vertices)[mesh.faces]
+
+    def _add(self, item_id: str, name: str, planned: RigidTransform) -> None:
+        mesh, quaternion = self.shapes[name].mesh, planned.rotation.as_quat(scalar_first=True)
+        body = self._spec.worldbody.add_body(name=item_id, pos=planned.translation + [0.0, 0.0, RELEASE_M], quat=quaternion)
+        body.add_freejoint()
+        # Mass and inertia are the mesh's: its pieces overlap and hold some air.
+        body.explicitinertial, body.mass, body.ipos = True, mesh.mass, mesh.center_mass
+        body.fullinertia = mesh.moment_inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+        for number, vertices in enumerate(self.shapes[name].pieces):
+            piece = f"{name}/{number}"
+            if self._spec.mesh(piece) is None:
+                self._spec.add_mesh(name=piece, uservert=vertices.ravel())
+            geom = body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=piece)
+            geom.friction, geom.solref = [FRICTION_ITEMS, 0.005, 0.0001], [0.008, 1.0]
+        self.items[item_id] = name
+        self._compile()
+
+    def _compile(self) -> None:
+        """Takes over what came and went; the rest is where it was, and moves as it did."""
+        self._model, self._data = self._spec.recompile(self._model, self._data)
+        mujoco.mj_forward(self._model, self._data)
+
+    def _settle(self) -> None:
+        still_s, end_s = 0.0, self._data.time + SETTLE_S
+        while still_s < 0.1 and self._data.time < end_s:
+            mujoco.mj_step(self._model, self._data, nstep=5)
+            # Three speeds along the axes and three about them for each body, whose surface is some 5 cm away.
+            speeds = np.abs(self._data.qvel.reshape(-1, 6)) * [1.0, 1.0, 1.0, 0.05, 0.05, 0.05]
+            still_s = still_s + 5 * self._model.opt.timestep if speeds.max() < 0.01 else 0.0
+
+
+def outside_m(point_m: Array) -> Array:
+    """How far a point is outside the container, along each axis."""
+    return np.abs(point_m - np.clip(point_m, 0.0, SIZE_M))
+
+
+# Sensors
+
+
+def draw(image: Array, corners: Array) -> None:
+    """Raises an image [row, column] to triangles [triangle, corner, (column, row, value)], in the pixels whose middle is in one."""
+    first = np.maximum(np.ceil(corners[:, :, :2].min(1) - 0.5), 0).astype(np.int64)
+    last = np.minimum(np.floor(corners[:, :, :2].max(1) - 0.5), [image.shape[1] - 1, image.shape[0] - 1]).astype(np.int64)
+    a, b, c = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]
+    is_seen = np.all(last >= first, axis=1) & (area != 0.0)
+    first, last, a, b, c, area = (part[is_seen] for part in (first, last, a, b, c, area))
+    # The pixels of the rectangles around all triangles, one after another.
+    sides = last - first + 1
+    counts = sides.prod(1)
+    of = np.repeat(np.arange(len(counts)), counts)
+    nth = np.arange(len(of)) - np.repeat(np.cumsum(counts) - counts, counts)
+    column, row = first[of, 0] + nth % sides[of, 0], first[of, 1] + nth // sides[of, 0]
+    x, y = column + 0.5 - a[of, 0], row + 0.5 - a[of, 1]
+    to_b, to_c = (x * c[of, 1] - y * c[of, 0]) / area[of], (y * b[of, 0] - x * b[of, 1]) / area[of]
+    is_hit = (to_b >= -1e-9) & (to_c >= -1e-9) & (to_b + to_c <= 1.0 + 1e-9)
+    values = a[of, 2] + to_b * b[of, 2] + to_c * c[of, 2]
+    np.maximum.at(image, (row[is_hit], column[is_hit]), values[is_hit])
+
+
+class Camera:
+    """A depth camera that looks at the middle of the floor. x of its frame is to the right of the image, y down, z ahead."""
+
+    def __init__(self, name: str, beside_m: float) -> None:
+        self.name = name
+        place_m = SIZE_M * [0.5, 0.5, 0.0] + [beside_m, 0.0, CAMERA_M]
+        ahead, down = np.array([-beside_m, 0.0, -CAMERA_M]) / math.hypot(beside_m, CAMERA_M), np.array([0.0, -1.0, 0.0])
+        self.container_from_sensor = RigidTransform.from_components(
+            place_m, Rotation.from_matrix(np.column_stack([np.cross(down, ahead), down, ahead]))
+        )
+
+    def see(self, surfaces: Iterator[Array]) -> NDArray[np.float32]:
+        """The points of all pixels, row by row, in the camera's frame; NaN where there is nothing."""
+        width, height = IMAGE_PX
+        inverse_depth = np.zeros((height, width))
+        for corners in surfaces:
+            x, y, z = self.container_from_sensor.inv().apply(corners.reshape(-1, 3)).T.reshape(3, -1, 3)
+            draw(inverse_depth, np.stack([FOCAL_PX * x / z + width / 2, FOCAL_PX * y / z + height / 2, 1.0 / z], -1))
+        row, column = np.indices(inverse_depth.shape) + 0.5
+        rays = np.stack([(column - width / 2) / FOCAL_PX, (row - height / 2) / FOCAL_PX, np.ones_like(row)], -1)
+        return (rays / np.where(inverse_depth > 0.0, inverse_depth, np.nan)[..., None]).reshape(-1, 3).astype(np.float32)
+
+    def measured(self, points_m: NDArray[np.float32], noise: np.random.Generator) -> NDArray[np.float32]:
+        """As a sensor gives them: with noise along the rays, and holes."""
+        stretch = 1.0 + np.float32(NOISE_M) * noise.standard_normal(len(points_m), np.float32) / np.linalg.norm(points_m, axis=1)
+        stretch[noise.random(len(points_m), np.float32) < DROPOUT] = np.nan
+        return points_m * stretch[:, None]
+
+
+class Scanner:
+    """An exact scan of the inside from straight above, in the container's frame."""
+
+    name, container_from_sensor, pitch_m = "", RigidTransform.identity(), 0.00125
+
+    def see(self, surfaces: Iterator[Array]) -> NDArray[np.float32]:
+        heights_m = np.zeros(np.round(SIZE_M[[1, 0]] / self.pitch_m).astype(int))
+        for corners in surfaces:
+            draw(heights_m, corners / [self.pitch_m, self.pitch_m, 1.0])
+        y, x = (np.indices(heights_m.shape) + 0.5) * self.pitch_m
+        return np.stack([x, y, heights_m], -1).reshape(-1, 3).astype(np.float32)
+
+    def measured(self, points_m: NDArray[np.float32], noise: np.random.Generator) -> NDArray[np.float32]:
+        return points_m
+
+
+def sensors_of(view: str, cameras: int) -> list[Camera | Scanner]:
+    if view == "exact":
+        return [Scanner()]
+    return [Camera("", 0.0)] if cameras == 1 else [Camera("left", -0.15), Camera("right", 0.15)]
+
+
+# The bridge
+
+
+class Refusal(Exception):
+    """A request is not carried out: with which status, and why."""
+
+    def __init__(self, status: Status, message: str) -> None:
+        super().__init__(message)
+        self.status = status
+
+
+class Bridge:
+    """The one that changes the cell: answers requests, has the robot carry them out, and publishes what comes of it.
+
+    The robot works in a thread of its own, so that requests are answered meanwhile. What was asked for is kept in memory, as the simulated
+    cell is: the bridge of a real one writes it to a disk before it answers, or it does not know after a restart what it had begun.
+    """
+
+    def __init__(self, session: zenoh.Session, cell: PhysicalCell, sensors: list[Camera | Scanner], cloud_period_s: float) -> None:
+        self._session, self._cell, self._sensors, self._cloud_period_s = session, cell, sensors, cloud_period_s
+        self._clock_offset_ns = time.time_ns() - time.monotonic_ns()
+        # No earlier bridge of this cell had a state of this number: what was planned on one of those never begins here.
+        self._state_number = self._first_state_number = time.time_ns() // 1_000_000 << 20 | random.getrandbits(20)
+        self._placements: dict[str, tuple[bridge.PlaceRequest, bridge.Execution]] = {}
+        self._renewals: dict[str, int] = {}
+        self._under_way = self._hold = self.problem = ""
+        self.findings: list[Finding] = []
+        self._views, self._bodies = self._look()
+        self._is_ended = False
+        self._changed = threading.Condition()  # Guards all of these.
+        self._robot = ThreadPoolExecutor(1)
+        self._answers = ThreadPoolExecutor(16)  # Who waits for an outcome has a thread meanwhile.
+        self._publisher = threading.Thread(target=self._publish)
+        self._publisher.start()
+        self._methods: dict[str, tuple[type[Message], type[Message], Callable[[Any, Any], None]]] = {
+            "place": (bridge.PlaceRequest, bridge.PlaceReply, self._place),
+            "outcome": (bridge.OutcomeRequest, bridge.OutcomeReply, self._outcome),
+            "renew": (bridge.RenewRequest, bridge.RenewReply, self._renew),
+            "hold": (bridge.HoldRequest, bridge.HoldReply, self._on_hold),
+            "resume": (bridge.ResumeRequest, bridge.ResumeReply, self._on_resume),
+            "changed": (bridge.ChangedRequest, bridge.ChangedReply, self._on_changed),
+            "state": (bridge.CellStateRequest, bridge.CellStateReply, lambda _, reply: reply.state.CopyFrom(self._state())),
+        }
+        key = f"ppnpack/v1/{NAME}/rpc/bridge/*"
+        self._queryable = session.declare_queryable(key, lambda query: self._answers.submit(self._answer, query), complete=True)
+
+    def close(self) -> None:
+        self._queryable.undeclare()
+        with self._changed:
+            self._is_ended = True
+            self._changed.notify_all()
+        self._publisher.join()
+        self._robot.shutdown()
+        self._answers.shutdown()
+
+    def _answer(self, query: zenoh.Query) -> None:
+        with query:
+            method = str(query.key_expr).rsplit("/", 1)[1]
+            if method not in self._methods:
+                return
+            request_type, reply_type, work = self._methods[method]
+            request, reply = request_type(), reply_type()
+            try:
+                request.ParseFromString(query.payload.to_bytes() if query.payload else b"")
+                reply.header.request_id = request.header.request_id
+                if request.header.cell not in ("", NAME):
+                    raise Refusal(Status.UNAVAILABLE, f"this is not {request.header.cell}")
+                with self._changed:
+                    work(request, reply)
+                reply.header.status = Status.OK
+            except DecodeError as error:
+                reply.header.status, reply.header.message = Status.INVALID, str(error)
+            except Refusal as refusal:
+                reply.header.status, reply.header.message = refusal.status, str(refusal)
+            query.reply(query.key_expr, reply.SerializeToString(), encoding=encoding_of(reply))
+
+    def _place(self, request: bridge.PlaceRequest, reply: bridge.PlaceReply) -> None:
+        placement = request.placement_id
+        request.ClearField("header")
+        if placement not in self._placements:
+            self._check_new(request)
+            accepted = bridge.Execution(placement_id=placement, phase=bridge.EXECUTION_PHASE_ACCEPTED)
+            self._placements[placement] = request, accepted
+            self._begin(placement, lambda: self._carry_out(request))
+        known, execution = self._placements[placement]
+        if known != request:
+            raise Refusal(Status.CONFLICT, f"placement {placement} was asked for before with other content")
+        reply.execution.CopyFrom(execution)
+
+    def _check_new(self, request: bridge.PlaceRequest) -> None:
+        """Refuses what may not begin. The order matters: STALE says that it never began, FORGOTTEN that nobody knows."""
+        state_number, age_ns = request.state_number, self._now_ns() - request.decided_at_ns
+        if state_number and not self._first_state_number <= state_number <= self._state_number:
+            raise Refusal(Status.FORGOTTEN, f"nothing is known here of state {state_number}: look what was done")
+        if state_number != self._state_number:
+            raise Refusal(Status.STALE, f"it was planned on state {state_number}, and this is {self._state_number}: plan anew")
+        self._check_idle()
+        if request.decided_at_ns and not 0 <= age_ns <= DECISION_AGE_S * 1e9:
+            self._count_up()  # So that it never begins, also where clocks are set.
+            raise Refusal(Status.STALE, f"it was not decided within the last {DECISION_AGE_S:g} s: plan anew")
+        if request.object not in self._cell.shapes:
+            raise Refusal(Status.NOT_FOUND, f"the cell has no object '{request.object}'")
+        turn = request.container_from_item.orientation
+        if not request.placement_id or not math.isclose(math.hypot(turn.x, turn.y, turn.z, turn.w), 1.0, abs_tol=1e-3):
+            raise Refusal(Status.INVALID, "it needs a placement_id and a container_from_item")
+        if not outside_m(pose_of(request.container_from_item).apply(self._cell.shapes[request.object].mesh.center_mass)).max() <= 0.1:
+            raise Refusal(Status.INVALID, "container_from_item: that is outside the container")
+
+    def _check_idle(self) -> None:
+        if self._under_way:
+            raise Refusal(Status.BUSY, "the robot does something else")
+        if self._hold:
+            raise Refusal(Status.HELD, self._hold)
+
+    def _outcome(self, request: bridge.OutcomeRequest, reply: bridge.OutcomeReply) -> None:
+        if request.placement_id not in self._placements:
+            raise Refusal(Status.NOT_FOUND, f"placement {request.placement_id} was never accepted")
+        execution = self._placements[request.placement_id][1]
+        self._wait(request, lambda: execution.phase == bridge.EXECUTION_PHASE_ENDED)
+        reply.execution.CopyFrom(execution)
+
+    def _renew(self, request: bridge.RenewRequest, reply: bridge.RenewReply) -> None:
+        renewal = request.header.request_id
+        if renewal not in self._renewals and self._under_way != renewal:
+            self._check_idle()
+            self._begin(renewal, lambda: self._bring_empty(renewal))
+        self._wait(request, lambda: renewal in self._renewals)
+        reply.state_number = self._renewals[renewal]
+
+    def _on_hold(self, request: bridge.HoldRequest, reply: bridge.HoldReply) -> None:
+        # What is under way is brought to its end: this robot cannot break off, and is_aborting only asks those that can.
+        self._hold = self._hold or request.reason or "somebody holds it"
+        self._changed.notify_all()
+        reply.state.CopyFrom(self._state())
+
+    def _on_resume(self, request: bridge.ResumeRequest, reply: bridge.ResumeReply) -> None:
+        if self._hold:
+            self._hold = ""
+            self._count_up()
+        reply.state.CopyFrom(self._state())
+
+    def _on_changed(self, request: bridge.ChangedRequest, reply: bridge.ChangedReply) -> None:
+        if self._under_way:
+            raise Refusal(Status.BUSY, "the robot moves: hold the cell first, and wait for the end")
+        if request.removed_item_ids:
+            raise Refusal(Status.INVALID, "removed_item_ids: nobody can reach into this cell")
+        self._count_up()
+        reply.state.CopyFrom(self._state())
+
+    def _begin(self, name: str, work: Callable[[], None]) -> None:
+        self._under_way = name
+        self._changed.notify_all()
+        self._robot.submit(self._guarded, work)
+
+    def _wait(self, request: bridge.OutcomeRequest | bridge.RenewRequest, is_done: Callable[[], bool]) -> None:
+        self._changed.wait_for(lambda: is_done() or self._is_ended or self.problem, request.header.time_limit_us / 1e6)
+        if not is_done():
+            raise Refusal(Status.FAILED if self.problem else Status.TIMED_OUT, self.problem or "it is still under way")
+
+    def _count_up(self) -> None:
+        self._state_number += 1
+        self._changed.notify_all()
+
+    def _now(self) -> tuple[int, str, str, bool]:
+        return self._state_number, self._under_way, self._hold, self._is_ended
+
+    def _now_ns(self) -> int:
+        return time.monotonic_ns() + self._clock_offset_ns
+
+    def _state(self) -> bridge.CellState:
+        state = bridge.CellState(state_number=self._state_number, first_state_number=self._first_state_number, bodies=self._bodies)
+        state.executing_placement_id = self._under_way if self._under_way in self._placements else ""
+        state.is_simulated, state.clock_ns = True, self._now_ns()
+        if self._hold:
+            state.hold.reason = self._hold
+        return state
+
+    # In the robot's thread
+
+    def _guarded(self, work: Callable[[], None]) -> None:
+        try:
+            work()
+        except Exception as error:  # Whatever it is, nobody knows what the cell is like now.
+            with self._changed:
+                self.problem = self._hold = f"the cell failed: {error!r}"
+                self._changed.notify_all()
+
+    def _look(self) -> tuple[list[NDArray[np.float32]], list[bridge.Body]]:
+        views = [sensor.see(self._cell.surfaces()) for sensor in self._sensors]
+        bodies = []
+        for item, name in self._cell.items.items():
+            pose = message_of(self._cell.pose(item))
+            bodies.append(bridge.Body(item_id=item, object=name, container_from_item=pose, is_inside=self._cell.is_inside(item)))
+        return views, bodies
+
+    def _carry_out(self, request: bridge.PlaceRequest) -> None:
+        found = self._cell.place(request.item_id, request.object, pose_of(request.container_from_item))
+        outcome = bridge.Outcome(placement_id=request.placement_id, item_id=request.item_id, kind=bridge.OUTCOME_KIND_PLACED)
+        if found.is_lost:
+            outcome.kind, outcome.failure = bridge.OUTCOME_KIND_LOST, "the item fell beside the container"
+        # Where it was found to lie: the planner tries the next items beside it there.
+        outcome.container_from_item.CopyFrom(message_of(found.container_from_item))
+        outcome.is_inside, outcome.slide_m, outcome.tilt_rad = found.is_inside, found.slide_m, found.tilt_rad
+        self._end(lambda: self._tell(request, found, outcome))
+        self._put("outcome", outcome)
+
+    def _tell(self, request: bridge.PlaceRequest, found: Finding, outcome: bridge.Outcome) -> None:
+        self.findings.append(found)
+        outcome.state_number = self._state_number
+        execution = self._placements[request.placement_id][1]
+        execution.phase = bridge.EXECUTION_PHASE_ENDED
+        execution.outcome.CopyFrom(outcome)
+
+    def _bring_empty(self, renewal: str) -> None:
+        self._cell.empty()
+        self.findings = []
+        self._end(lambda: self._renewals.update({renewal: self._state_number}))
+
+    def _end(self, tell: Callable[[], None]) -> None:
+        """Looks at what lies there before the new state is told: a cloud shows the state whose number it has."""
+        seen = self._look()
+        with self._changed:
+            self._views, self._bodies = seen
+            self._under_way = ""
+            self._count_up()
+            tell()
+
+    # Streams
+
+    def _put(self, stream: str, message: Message) -> None:
+        self._session.put(f"ppnpack/v1/{NAME}/{stream}", message.SerializeToString(), encoding=encoding_of(message))
+
+    def _publish(self) -> None:
+        """States and clouds, on each change and once a period: planners take neither a picture nor a clock that is some seconds old."""
+        noise, sequence, last = np.random.default_rng(), 0, None
+        fields = [cloud.PackedField(name=name, offset=4 * index, type=cloud.NUMERIC_TYPE_FLOAT32) for index, name in enumerate("xyz")]
+        while not self._is_ended:
+            with self._changed:
+                if last == self._now():
+                    self._changed.wait(self._cloud_period_s)
+                last, state, views = self._now(), self._state(), self._views
+            self._put("state", state)
+            sequence += 1
+            for sensor, points_m in zip(self._sensors, views):
+                message = cloud.PointCloud(sequence=sequence, captured_at_ns=time.time_ns(), sensor=sensor.name, cell=NAME, fields=fields)
+                message.container_from_sensor.CopyFrom(message_of(sensor.container_from_sensor))
+                message.state_number, message.point_stride = state.state_number, 12
+                message.data = sensor.measured(points_m, noise).astype("<f4").tobytes()
+                self._put("cloud", message)
+
+
+def encoding_of(message: Message) -> str:
+    return f"application/protobuf;{message.DESCRIPTOR.full_name}"
+
+
+# The other services
+
+
+class Stack:
+    """Router, perception and planner, each a process of this machine. There is no bridge among them: this program is it."""
+
+    def __init__(self, options: argparse.Namespace, view: str) -> None:
+        self._folder = pathlib.Path(tempfile.mkdtemp(prefix="ppnpack-mujoco-"))
+        self._processes: dict[str, subprocess.Popen[bytes]] = {}
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            self._endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
+        try:
+            for service, text in zip(SERVICES, configurations(options, view, self._endpoint)):
+                configuration, log = self._folder / f"{service}.toml", self._folder / f"{service}.log"
+                configuration.write_text(text)
+                program = options.ppnpack.resolve().with_name(f"ppnpack-{service}")
+                with log.open("wb") as out:
+                    self._processes[service] = subprocess.Popen([program, "--config", configuration], stdout=out, stderr=out)
+        except BaseException:
+            self.close()
+            raise
+
+    def connect(self, patience_s: float) -> Connection:
+        """A connection, once all services are ready: the planner takes a while to prepare a catalogue that is new to it."""
+        connection = self._wait(lambda: Connection(self._endpoint), patience_s)
+        cell = connection.cell(NAME, limit_s=1.0, patience_s=2.0)
+        for service in SERVICES[1:]:
+            self._wait(lambda: cell.health(service).is_ready or None, patience_s)  # noqa: B023
+        return connection
+
+    def _wait(self, ask: Callable[[], Any], patience_s: float) -> Any:
+        end_s = time.monotonic() + patience_s
+        while time.monotonic() < end_s:
+            self.check()
+            try:
+                if (answer := ask()) is not None:
+                    return answer
+            except (Unanswered, Unreachable):
+                pass
+            time.sleep(0.2)
+        raise RuntimeError(f"the services are not ready after {patience_s:g} s; are there other programs that keep the machine busy?")
+
+    def check(self) -> None:
+        """Raises where a service has ended, with its last words."""
+        for service, process in self._processes.items():
+            if process.poll() is not None:
+                words = (self._folder / f"{service}.log").read_text(errors="replace").splitlines()[-3:]
+                raise RuntimeError(f"ppnpack-{service} ended with {process.returncode}: {' | '.join(words)}")
+
+    def close(self) -> None:
+        for process in reversed(self._processes.values()):
+            process.terminate()
+        for process in self._processes.values():
+            try:
+                process.wait(10.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def configurations(options: argparse.Namespace, view: str, endpoint: str) -> tuple[str, str, str]:
+    """The files of router, perception and planner."""
+    start = '[admin]\nlisten = "off"\n[zenoh]\n'
+    client = f'{start}connect = "{endpoint}"\n[service]\n'
+    x_m, y_m, z_m = SIZE_M
+    grid = f"""
+[service.cells.{NAME}]
+container = {{ x_m = {x_m}, y_m = {y_m}, z_m = {z_m} }}
+cell_m = {options.cell}
+height_unit_m = 0.002
+yaws = {options.yaws}
+"""
+    # As docs/perception.md has it for a real camera.
+    mapper = f"""
+[service.sensors]
+{NAME} = {json.dumps([sensor.name for sensor in sensors_of(view, options.cameras)])}
+[service.mapper]
+noise_m = {NOISE_M}
+point_radius_m = 0.001
+largest_hole_m = 0.005
+wall_margin_m = 0.003
+still = {{ clouds = 3 }}
+doubts = {{ wall_thickness_m = {WALL_M}, reach_above_rim_m = 0.05 }}
+"""
+    # What `ppnpack pack` does where nothing is said; the planner's own defaults fill less.
+    weights = "top_height = 0.2" if options.poses == 1 else "distance = 5.0, top_height = 0.3, balance = 120.0"
+    method = f"""
+buffer = {options.buffer}
+poses = {options.poses}
+weights = {{ {weights} }}
+scene_value = {{ weight = 30.0 }}
+trial = {{ limits = {{ tilt_rad = {math.radians(25.0)}, slide_m = 0.018 }} }}
+proposals = {{ from = "bounded" }}
+evaluate = "in-process"
+"""
+    perception = f"{client}has_unlisted_cells = false\n{grid}{mapper if view == 'camera' else ''}"
+    return f'{start}listen = "{endpoint}"\n', perception, f"{client}catalogue = {json.dumps(str(options.catalogue.resolve()))}\n{grid}{method}"
+
+
+# Packing
+
+
+def pack(cell: Cell, robot: Bridge, shapes: dict[str, Shape], names: list[str], options: argparse.Namespace, what: str) -> dict[str, Any]:
+    """Packs one container with objects that arrive in this order; gives its figures."""
+    began_s, decisions_s = time.monotonic(), []
+    session = f"mujoco-{uuid.uuid4().hex}"
+    cell.begin(session, least_state_number=cell.renew(request_id=session), set_aside=options.set_aside)
+    cell.announce(Announcement(item_id=f"item-{number}", object=name, poses=options.poses) for number, name in enumerate(names))
+    while (step := cell.next_step()).HasField("decision"):
+        # Waiting for a heightmap is no part of the decision.
+        stages = [stage for stage in step.decision.stages if stage.stage in ("propose", "evaluate", "check", "look_ahead")]
+        decisions_s.append(sum(stage.duration_ns for stage in stages) / 1e9)
+        cell.report(step.decision, cell.carry_out(step.decision))
+        progress(f"{what}: {len(decisions_s)} placed")
+    inside = [shapes[body.object].mesh.volume for body in cell.state().bodies if body.is_inside]
+    median_s, p95_s = np.quantile(decisions_s or [0.0], [0.5, 0.95]).tolist()
+    return {
+        "items": len(inside),
+        "litres": 1000.0 * sum(inside),
+        "placed": len(robot.findings),
+        "unsteady": sum(finding.is_unsteady for finding in robot.findings),
+        "moved_another": sum(finding.disturbance_m > SLID_M for finding in robot.findings),
+        "set_aside": sum(item.state == ItemState.ITEM_STATE_SET_ASIDE for item in cell.session().items),
+        "decision_s": {"median": median_s, "p95": p95_s},
+        "took_s": time.monotonic() - began_s,
+        "end": PlanResult.Name(step.result).removeprefix("PLAN_RESULT_").lower().replace("_", " "),
+    }
+
+
+def sequence_of(number: int, options: argparse.Namespace, names: list[str]) -> list[str]:
+    """The objects that arrive: a line of the file of indices, or drawn by the seed where there is none or the catalogue has fewer objects."""
+    if options.sequence_file is not None:
+        lines = np.load(options.sequence_file, mmap_mode="r")
+        if lines.ndim != 2 or not 0 <= number < len(lines):
+            raise InputError(f"--sequences {number}: {options.sequence_file} has the shape {lines.shape}; give numbers of its lines")
+        if 0 <= lines[number].min() and lines[number].max() < len(names):
+            return [names[index] for index in lines[number, : options.items]]
+        print(f"line {number} names other objects than {options.catalogue} has: a random sequence is packed", file=sys.stderr)
+    return [names[index] for index in np.random.default_rng([options.seed, number]).integers(len(names), size=options.items)]
+
+
+def pack_all(options: argparse.Namespace, view: str, sequences: dict[int, list[str]], shapes: dict[str, Shape]) -> list[dict[str, Any]]:
+    """Packs the sequences one after another, seen by exact scans or by cameras."""
+    runs, stack = [], Stack(options, view)
+    try:
+        progress("waiting for the services")
+        with stack.connect(patience_s=900.0) as connection:
+            robot = Bridge(connection.session, PhysicalCell(shapes), sensors_of(view, options.cameras), options.cloud_period)
+            try:
+                cell = connection.cell(NAME, limit_s=60.0, patience_s=300.0)
+                for number, names in sequences.items():
+                    run = {"view": view, "sequence": number, **pack(cell, robot, shapes, names, options, f"{view}, sequence {number}")}
+                    runs.append(run)
+                    print(json.dumps(run), flush=True)
+            finally:
+                robot.close()
+    except (ClientError, RuntimeError):
+        stack.check()  # Where a service has ended, that is why.
+        raise
+    finally:
+        stack.close()
+    return runs
+
+
+def summary(runs: list[dict[str, Any]]) -> dict[str, float]:
+    items, litres = (float(np.mean([run[name] for run in runs])) for name in ("items", "litres"))
+    placed, unsteady = (sum(run[name] for run in runs) for name in ("placed", "unsteady"))
+    return {"items": items, "litres": litres, "placed": placed, "unsteady": unsteady, "unsteady_share": unsteady / max(placed, 1)}
+
+
+def progress(text: str) -> None:
+    print(f"\r\033[K{text}" if sys.stderr.isatty() else text, end="" if sys.stderr.isatty() else "\n", file=sys.stderr, flush=True)
+
+
+def run(options: argparse.Namespace) -> int:
+    listed = listed_meshes(options.catalogue)
+    sequences = {number: sequence_of(number, options, list(listed)) for number in options.sequences}
+    shapes: dict[str, Shape] = {}
+    for name in dict.fromkeys(name for names in sequences.values() for name in names):
+        progress(f"convex pieces of {name}")
+        shapes[name] = load_shape(*listed[name], options.cache)
+    views = [options.view] if options.least_volume_share is None else ["exact", "camera"]
+    runs = {view: pack_all(options, view, sequences, shapes) for view in views}
+    summaries = {view: summary(of_view) for view, of_view in runs.items()}
+    problems = []
+    for view, figures in summaries.items():
+        print(f"{view}: {figures['items']:.1f} items, {figures['litres']:.2f} l, {100.0 * figures['unsteady_share']:.1f} % unsteady")
+        if options.most_unsteady is not None and figures["unsteady_share"] > options.most_unsteady:
+            problems.append(f"{view}: {figures['unsteady_share']:.3f} did not stay, and --most-unsteady is {options.most_unsteady:g}")
+    if options.least_volume_share is not None:
+        share = summaries["camera"]["litres"] / summaries["exact"]["litres"]
+        print(f"cameras have {share:.3f} of the volume of exact scans")
+        if not share >= options.least_volume_share:
+            problems.append(f"cameras have {share:.3f} of the volume, and --least-volume-share is {options.least_volume_share:g}")
+    if options.json is not None:
+        options.json.write_text(json.dumps({"runs": sum(runs.values(), []), "summaries": summaries, "problems": problems}, indent=1))
+    for problem in problems:
+        print(f"mujoco_cell: {problem}", file=sys.stderr)
+    return 1 if problems else 0
+
+
+def numbers_of(text: str) -> list[int]:
+    parts = [part.partition("-") for part in text.split(",")]
+    return [number for first, _, last in parts for number in range(int(first), int(last or first) + 1)]
+
+
+def read_options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], formatter_class=argparse.ArgumentDefaultsHelpFormatter)
+    add = parser.add_argument
+    add("--ppnpack", type=pathlib.Path, default=shutil.which("ppnpack"), help="the program; the services are beside it")
+    add("--catalogue", type=pathlib.Path, required=True, metavar="FOLDER", help="a folder of meshes")
+    add("--view", choices=["exact", "camera"], default="camera", help="what the container is seen by")
+    add("--cameras", type=int, choices=[1, 2], default=1, help="how many cameras there are")
+    add("--sequences", type=numbers_of, default=[0], metavar="0-9", help="which are packed, a container each")
+    add("--sequence-file", type=pathlib.Path, metavar="FILE.npy", help="lines of indices into the catalogue; without it they are random")
+    add("--seed", type=int, default=0, help="of random sequences")
+    add("--items", type=int, default=80, help="how many items arrive")
+    add("--buffer", type=int, default=5, help="how many of them may be chosen from")
+    add("--set-aside", type=int, default=20, help="how many may be set aside")
+    add("--poses", type=int, default=1, help="in how many resting poses an object may be packed")
+    add("--cell", type=float, default=0.0025, help="the edge of a cell of the grid, in metres")
+    add("--yaws", type=int, default=16, help="of the grid")
+    add("--cloud-period", type=float, default=0.2, help="how often clouds are published, in seconds")
+    add("--cache", type=pathlib.Path, default=pathlib.Path.home() / ".cache" / "ppnpack-mujoco", help="where convex pieces are kept")
+    add("--json", type=pathlib.Path, metavar="FILE", help="where the figures are written")
+    add("--least-volume-share", type=float, metavar="SHARE", help="pack by both views; fail where cameras have less of the exact scan's volume")
+    add("--most-unsteady", type=float, metavar="SHARE", help="fail where a greater share of what was placed did not stay")
+    options = parser.parse_args()
+    missing = [f"ppnpack-{name}" for name in SERVICES if not options.ppnpack or not options.ppnpack.with_name(f"ppnpack-{name}").is_file()]
+    if missing:
+        raise InputError(f"--ppnpack {options.ppnpack}: {', '.join(missing)} should be beside it; `cargo build --release --bins` makes them")
+    if options.sequence_file is not None and not options.sequence_file.is_file():
+        raise InputError(f"--sequence-file {options.sequence_file}: there is no such file; without it sequences are random")
+    return options
+
+
+def main() -> int:
+    try:
+        return run(read_options())
+    except (InputError, ClientError, RuntimeError, OSError) as error:
+        print(f"mujoco_cell: {error}", file=sys.stderr)
+        return 2 if isinstance(error, InputError) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
