@@ -36,21 +36,47 @@ pub enum LyingBody {
     Known(LyingSolid),
     /// No more is known of it than the shape that was seen, of which this is the solid.
     Seen(LyingSolid),
+    /// It was to lie there, and nobody has looked.
+    Assumed(LyingSolid),
     /// Its shape or its place is not known.
     Unknown,
+}
+
+impl LyingBody {
+    /// The same, of which nobody knows that it lies there.
+    #[must_use]
+    pub fn assumed(self) -> Self {
+        match self {
+            Self::Known(solid) | Self::Seen(solid) | Self::Assumed(solid) => Self::Assumed(solid),
+            Self::Unknown => Self::Unknown,
+        }
+    }
 }
 
 /// What is known to lie in a container.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Content {
+    /// Those that lie there, then those that are assumed to.
     solids: Arc<[LyingSolid]>,
+    /// How many of them lie there.
+    lying: usize,
     has_seen: bool,
-    is_partial: bool,
+    has_unknown: bool,
 }
 
 impl Content {
     /// The solids that lie there.
     pub fn solids(&self) -> &[LyingSolid] {
+        self.solids.get(..self.lying).unwrap_or_default()
+    }
+
+    /// The solids that are only assumed to lie there.
+    pub fn assumed(&self) -> &[LyingSolid] {
+        self.solids.get(self.lying..).unwrap_or_default()
+    }
+
+    /// All of these: what weighs on the container and on what lies there, wherever it is exactly.
+    pub fn all_solids(&self) -> &[LyingSolid] {
         &self.solids
     }
 
@@ -60,30 +86,38 @@ impl Content {
     }
 
     /// Whether something else lies there, of which no solid is known.
+    pub fn has_unknown(&self) -> bool {
+        self.has_unknown
+    }
+
+    /// Whether more lies there than the [`Self::solids`] that lie there: where it is, a picture has to say.
     pub fn is_partial(&self) -> bool {
-        self.is_partial
+        self.has_unknown || !self.assumed().is_empty()
     }
 }
 
 impl FromIterator<LyingBody> for Content {
     fn from_iter<I: IntoIterator<Item = LyingBody>>(bodies: I) -> Self {
-        let (mut has_seen, mut is_partial) = (false, false);
-        let solids = bodies.into_iter().filter_map(|body| match body {
-            LyingBody::Known(solid) => Some(solid),
-            LyingBody::Seen(solid) => {
-                has_seen = true;
-                Some(solid)
+        let (mut solids, mut assumed) = (Vec::new(), Vec::new());
+        let (mut has_seen, mut has_unknown) = (false, false);
+        for body in bodies {
+            match body {
+                LyingBody::Known(solid) => solids.push(solid),
+                LyingBody::Seen(solid) => {
+                    has_seen = true;
+                    solids.push(solid);
+                }
+                LyingBody::Assumed(solid) => assumed.push(solid),
+                LyingBody::Unknown => has_unknown = true,
             }
-            LyingBody::Unknown => {
-                is_partial = true;
-                None
-            }
-        });
-        let solids = solids.collect();
+        }
+        let lying = solids.len();
+        solids.append(&mut assumed);
         Self {
-            solids,
+            solids: solids.into(),
+            lying,
             has_seen,
-            is_partial,
+            has_unknown,
         }
     }
 }
@@ -136,6 +170,10 @@ mod tests {
         assert_eq!(content(&[]), (0, false, false));
         assert_eq!(content(std::slice::from_ref(&known)), (1, false, false));
         assert_eq!(content(&[known.clone(), seen.clone()]), (2, true, false));
+        let assumed = seen.clone().assumed();
+        assert_eq!(content(&[assumed.clone(), known.clone()]), (1, false, true));
+        let both: Content = [assumed, known.clone()].into_iter().collect();
+        assert_eq!((both.all_solids().len(), both.has_unknown()), (2, false));
         assert_eq!(content(&[known, seen, LyingBody::Unknown]), (2, true, true));
         let all = Content::from(vec![solid()]);
         assert!(!all.has_seen() && !all.is_partial());

@@ -6,7 +6,7 @@ use ppnpack_wire::convert::{cycle, pose};
 use ppnpack_wire::{WireError, header, limits, v1};
 
 use crate::ledger::Outcome;
-use crate::placing::{Body, Ending, Placement};
+use crate::placing::{Body, Ending, KnownPose, Placement};
 
 /// Reads what a placement request asks for.
 pub fn read_placement(message: &v1::PlaceRequest) -> Result<Placement, WireError> {
@@ -38,17 +38,25 @@ pub fn execution(placement: &Placement, outcome: Option<&Outcome>) -> v1::Execut
 /// How a placement ended.
 pub fn write_outcome(placement: &Placement, outcome: &Outcome) -> v1::Outcome {
     let finding = &outcome.finding;
+    let pose = finding.container_from_item.as_ref();
     v1::Outcome {
         placement_id: placement.placement_id.clone(),
         item_id: placement.item_id.clone(),
         kind: kind(finding.ending).into(),
         failure: header::text(&finding.failure),
-        container_from_item: finding.container_from_item.as_ref().map(pose::write),
+        container_from_item: pose.map(KnownPose::isometry).map(pose::write),
         is_inside: finding.is_inside,
         slide_m: finding.slide_m,
         tilt_rad: finding.tilt_rad,
         state_number: outcome.state_number,
+        is_found: pose.is_some_and(KnownPose::is_found),
     }
+}
+
+/// Where an item is by what a bridge or a controller says; `None` where it does not say.
+pub fn read_pose(container_from_item: Option<&v1::Pose>, is_found: bool) -> Option<KnownPose> {
+    let pose = pose::read_required("container_from_item", container_from_item);
+    Some(KnownPose::new(pose.ok()?, is_found))
 }
 
 fn kind(ending: Ending) -> v1::OutcomeKind {
@@ -65,7 +73,8 @@ pub fn write_body(body: &Body) -> v1::Body {
     v1::Body {
         item_id: body.item_id.clone(),
         object: body.object.clone(),
-        container_from_item: Some(pose::write(&body.container_from_item)),
+        container_from_item: Some(pose::write(body.container_from_item.isometry())),
         is_inside: body.is_inside,
+        is_found: body.container_from_item.is_found(),
     }
 }

@@ -50,6 +50,36 @@ pub enum Ending {
     Unknown,
 }
 
+/// Where an item's own frame is, and how that is known.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum KnownPose {
+    /// Nobody has looked: it was to be there.
+    Assumed(Isometry3<f64>),
+    /// It was seen, measured or simulated after the item was released.
+    Found(Isometry3<f64>),
+}
+
+impl KnownPose {
+    /// A pose that was found, or else is assumed.
+    pub fn new(container_from_item: Isometry3<f64>, is_found: bool) -> Self {
+        match is_found {
+            true => Self::Found(container_from_item),
+            false => Self::Assumed(container_from_item),
+        }
+    }
+
+    /// Where the frame is, as far as is known.
+    pub fn isometry(&self) -> &Isometry3<f64> {
+        let (Self::Assumed(pose) | Self::Found(pose)) = self;
+        pose
+    }
+
+    /// Whether it was found.
+    pub fn is_found(&self) -> bool {
+        matches!(self, Self::Found(_))
+    }
+}
+
 /// What a robot found out about a placement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
@@ -58,7 +88,8 @@ pub struct Finding {
     /// What went wrong, for people; empty where the item was placed.
     pub failure: String,
     /// Where the item's own frame is now, where that is known.
-    pub container_from_item: Option<Isometry3<f64>>,
+    #[serde(with = "written")]
+    pub container_from_item: Option<KnownPose>,
     /// Whether the item's centre of mass is inside the container.
     pub is_inside: bool,
     /// Horizontal distance of the item's centre of mass from where it was planned, in metres.
@@ -89,7 +120,46 @@ pub struct Body {
     /// What the item is.
     pub object: String,
     /// Where the item's own frame is.
-    pub container_from_item: Isometry3<f64>,
+    pub container_from_item: KnownPose,
     /// Whether its centre of mass is inside the container.
     pub is_inside: bool,
+}
+
+/// How journals have the pose of a finding. In older ones, which do not say how it is known, it is
+/// assumed.
+mod written {
+    use nalgebra::Isometry3;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use super::KnownPose;
+
+    /// In a journal, the first two are written as an `Option` of a pose is, which older ones have.
+    #[derive(Serialize, Deserialize)]
+    enum Written {
+        Unknown,
+        Assumed(Isometry3<f64>),
+        Found(Isometry3<f64>),
+    }
+
+    pub(super) fn serialize<S: Serializer>(
+        pose: &Option<KnownPose>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        let written = match *pose {
+            None => Written::Unknown,
+            Some(KnownPose::Assumed(pose)) => Written::Assumed(pose),
+            Some(KnownPose::Found(pose)) => Written::Found(pose),
+        };
+        written.serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Option<KnownPose>, D::Error> {
+        Ok(match Written::deserialize(deserializer)? {
+            Written::Unknown => None,
+            Written::Assumed(pose) => Some(KnownPose::Assumed(pose)),
+            Written::Found(pose) => Some(KnownPose::Found(pose)),
+        })
+    }
 }

@@ -76,11 +76,13 @@ fn pose() -> impl Strategy<Value = Pose> {
 }
 
 fn state() -> impl Strategy<Value = CellState> {
-    let body = (".{0,8}", pose(), any::<bool>()).prop_map(|(item_id, pose, is_inside)| Body {
+    let body = (".{0,8}", pose(), any::<[bool; 2]>());
+    let body = body.prop_map(|(item_id, pose, [is_inside, is_found])| Body {
         object: format!("{item_id}."),
         item_id,
         pose,
         is_inside,
+        is_found,
     });
     let bodies = proptest::collection::vec(body, 0..4);
     (any::<(i32, u64)>(), ".{0,5}", bodies).prop_map(|((sec, state_number), text, bodies)| {

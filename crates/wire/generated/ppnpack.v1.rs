@@ -655,6 +655,9 @@ pub struct Outcome {
     /// The state of the cell afterwards. Only clouds captured in this state or a later one show what came of it.
     #[prost(uint64, tag = "9")]
     pub state_number: u64,
+    /// Whether container_from_item was found, as in Body.
+    #[prost(bool, tag = "10")]
+    pub is_found: bool,
 }
 impl ::prost::Name for Outcome {
     const NAME: &'static str = "Outcome";
@@ -730,6 +733,12 @@ pub struct Body {
     pub container_from_item: ::core::option::Option<Pose>,
     #[prost(bool, tag = "4")]
     pub is_inside: bool,
+    /// Whether container_from_item was found: seen, measured or simulated after the item was released.
+    /// Else it is assumed, such as that the item lies as planned, and the picture says what is there.
+    /// Older bridges leave it out, and count as assuming. That packs less, but no placement is tried
+    /// among bodies that may be elsewhere.
+    #[prost(bool, tag = "5")]
+    pub is_found: bool,
 }
 impl ::prost::Name for Body {
     const NAME: &'static str = "Body";
@@ -3122,6 +3131,9 @@ pub struct SessionItem {
     /// With ITEM_STATE_PACKED: as in its Decision.
     #[prost(message, optional, boxed, tag = "22")]
     pub load: ::core::option::Option<::prost::alloc::boxed::Box<Load>>,
+    /// With ITEM_STATE_PACKED: whether container_from_item was found, by the outcome or by the inspection; else it is assumed.
+    #[prost(bool, tag = "23")]
+    pub is_found: bool,
 }
 impl ::prost::Name for SessionItem {
     const NAME: &'static str = "SessionItem";
@@ -3583,6 +3595,9 @@ pub struct RecordedBody {
     /// The greatest mass that may rest on it, in kilograms, where there is a limit.
     #[prost(double, optional, tag = "5")]
     pub carries_kg: ::core::option::Option<f64>,
+    /// Whether it is only assumed to lie there: it loads what is below, and placements are not tried among it.
+    #[prost(bool, tag = "6")]
+    pub is_assumed: bool,
 }
 impl ::prost::Name for RecordedBody {
     const NAME: &'static str = "RecordedBody";

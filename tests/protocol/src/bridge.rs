@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Isometry3;
 use ppnpack_protocol::ledger::{FROM_BACKUP, Ledger, PlacementVerdict, Record, RenewalVerdict};
 use ppnpack_protocol::message;
-use ppnpack_protocol::placing::{Body, Ending, Finding};
+use ppnpack_protocol::placing::{Body, Ending, Finding, KnownPose};
 use ppnpack_wire::v1::{self, Status};
 
 use crate::action::Who;
@@ -209,7 +209,7 @@ impl World {
         let bodies = inside.map(|(item, _)| Body {
             item_id: item_id(item),
             object: "box".to_owned(),
-            container_from_item: Isometry3::identity(),
+            container_from_item: KnownPose::Assumed(Isometry3::identity()),
             is_inside: true,
         });
         bodies.collect()

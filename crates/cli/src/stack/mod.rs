@@ -101,8 +101,8 @@ pub struct Sensing {
     pub debug_streams: bool,
     /// How fast robots follow the motions of placements: 1 in time, 0 without any wait.
     pub motion_speed: f64,
-    /// Whether placed items are inspected.
-    pub inspect: bool,
+    /// Whether placed items are inspected; as the planner does by itself where nothing is said.
+    pub inspect: Option<bool>,
     /// Where items wait to be recognised.
     pub tray: Option<TraySettings>,
     /// What can be recognised: a tray and inspections need it.

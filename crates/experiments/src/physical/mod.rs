@@ -304,7 +304,7 @@ impl World<'_> {
                 },
                 debug_streams: false,
                 motion_speed: 0.0,
-                inspect: true,
+                inspect: Some(true),
                 tray: Some(tray::settings()),
                 library: Some(Arc::clone(&self.library)),
             },

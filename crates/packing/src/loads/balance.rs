@@ -40,7 +40,9 @@ impl ValidityCheck for BalanceCheck {
     fn begin(&mut self, input: &StepInput<'_>) -> StageResult {
         let middle = middle_m(input);
         let content = input.scene.content();
-        let solids = content.map(|content| content.solids()).unwrap_or_default();
+        let solids = content
+            .map(|content| content.all_solids())
+            .unwrap_or_default();
         let moment = |solid: &LyingSolid| {
             let centre = solid.container_from_item * solid.model.mass.centre_of_mass_m;
             (centre.coords.xy() - middle) * solid.burden.mass_kg

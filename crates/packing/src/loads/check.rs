@@ -61,7 +61,10 @@ impl ValidityCheck for LoadCheck {
 
     fn begin(&mut self, input: &StepInput<'_>) -> StageResult {
         let content = input.scene.content();
-        let solids = content.map(|content| content.solids()).unwrap_or_default();
+        // Where something is not quite where it was to be, its load is nearly the same.
+        let solids = content
+            .map(|content| content.all_solids())
+            .unwrap_or_default();
         let limit = |burden: &Burden| {
             burden.carries_kg.map(|carries_kg| Limit {
                 name: Arc::clone(&burden.name),
@@ -71,7 +74,7 @@ impl ValidityCheck for LoadCheck {
         let limited = solids.iter().enumerate();
         let limited = limited.filter_map(|(index, solid)| Some((index, limit(&solid.burden)?)));
         self.limited = limited.collect();
-        self.is_partial = content.is_some_and(|content| content.is_partial());
+        self.is_partial = content.is_some_and(|content| content.has_unknown());
         if self.limited.is_empty() {
             return Ok(());
         }

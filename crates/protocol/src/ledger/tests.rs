@@ -2,6 +2,7 @@ use nalgebra::{Isometry3, Translation3};
 use proptest::prelude::*;
 
 use super::*;
+use crate::placing::KnownPose;
 
 fn placement(id: &str, state_number: u64) -> Placement {
     Placement {
@@ -21,7 +22,7 @@ fn placed() -> Finding {
     Finding {
         ending: Ending::Placed,
         failure: String::new(),
-        container_from_item: Some(Isometry3::translation(0.1, 0.2, 0.25)),
+        container_from_item: Some(KnownPose::Found(Isometry3::translation(0.1, 0.2, 0.25))),
         is_inside: true,
         slide_m: 0.01,
         tilt_rad: 0.02,
@@ -32,7 +33,7 @@ fn body(item_id: &str) -> Body {
     Body {
         item_id: item_id.to_owned(),
         object: "box".to_owned(),
-        container_from_item: Isometry3::translation(0.1, 0.2, 0.25),
+        container_from_item: KnownPose::Found(Isometry3::translation(0.1, 0.2, 0.25)),
         is_inside: true,
     }
 }

@@ -7,6 +7,9 @@ use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{convert, v1};
 
+use crate::message::read_pose;
+use crate::placing::KnownPose;
+
 /// What an item belongs to, which says into which container it may go.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct OrderLine {
@@ -80,7 +83,7 @@ pub enum ItemState {
         /// Where its own frame was planned to be.
         planned: Isometry3<f64>,
         /// Where it is, by what was reported and found.
-        container_from_item: Isometry3<f64>,
+        container_from_item: KnownPose,
         /// The planned time of the arm's cycle, in seconds, where the cell has one.
         cycle_s: Option<f64>,
         /// Of the items below with a limit, the one that it was expected to bring nearest to that.
@@ -106,8 +109,7 @@ pub enum ItemState {
 impl SessionItem {
     /// Enters how it was found: where it is, or that it is gone. Says whether it was packed.
     pub fn inspected(&mut self, inspection: v1::Inspection) -> bool {
-        let found = inspection.container_from_item.as_ref();
-        let found = found.and_then(|pose| convert::pose::read_required("pose", Some(pose)).ok());
+        let found = read_pose(inspection.container_from_item.as_ref(), true);
         match &mut self.state {
             ItemState::Packed { .. } if inspection.kind() == v1::InspectionKind::Missing => {
                 self.state = ItemState::Gone;
@@ -161,13 +163,14 @@ impl ItemState {
     }
 
     fn packed(decision: &v1::Decision, outcome: &v1::Outcome, sequence: u64) -> Option<Self> {
-        let pose = |pose: Option<&v1::Pose>| convert::pose::read_required("pose", pose).ok();
-        let planned = pose(decision.container_from_item.as_ref())?;
+        let planned = decision.container_from_item.as_ref();
+        let planned = convert::pose::read_required("pose", planned).ok()?;
+        let told = read_pose(outcome.container_from_item.as_ref(), outcome.is_found);
         Some(Self::Packed {
             placement: convert::placement::read_resting(decision.placement.as_ref()?).ok()?,
             pose: usize::try_from(decision.pose).unwrap_or(usize::MAX),
             planned,
-            container_from_item: pose(outcome.container_from_item.as_ref()).unwrap_or(planned),
+            container_from_item: told.unwrap_or(KnownPose::Assumed(planned)),
             cycle_s: decision.cycle.as_ref().map(|cycle| cycle.cycle_s),
             load: decision
                 .load

@@ -10,6 +10,7 @@ use super::{
     ClosedContainer, Closing, Container, End, ItemState, Lying, OrderLine, Rules, Session,
     SessionItem, Stand,
 };
+use crate::placing::KnownPose;
 
 impl Session {
     /// The session as a message; `buffer` is how many of its waiting items may be chosen from.
@@ -372,7 +373,9 @@ fn write_item(item: &SessionItem) -> v1::SessionItem {
             message.cycle_s = cycle_s.unwrap_or_default();
             message.placement = Some(convert::placement::write_resting(placement));
             message.planned = Some(convert::pose::write(planned));
-            message.container_from_item = Some(convert::pose::write(container_from_item));
+            message.container_from_item =
+                Some(convert::pose::write(container_from_item.isometry()));
+            message.is_found = container_from_item.is_found();
         }
         ItemState::SetAside { reason, step } => {
             message.set_aside = Some(reason.clone());
@@ -443,11 +446,15 @@ fn read_packed(message: &v1::SessionItem) -> Result<ItemState, WireError> {
         field: "items.placement",
     })?;
     let pose = |field, pose: &Option<v1::Pose>| convert::pose::read_required(field, pose.as_ref());
+    // Older versions did not say so, but kept what the inspection found.
+    let inspection = message.inspection.as_ref();
+    let is_inspected = inspection.is_some_and(|it| it.container_from_item.is_some());
+    let container_from_item = pose("items.container_from_item", &message.container_from_item)?;
     Ok(ItemState::Packed {
         placement: convert::placement::read_resting(placement)?,
         pose: count(message.pose),
         planned: pose("items.planned", &message.planned)?,
-        container_from_item: pose("items.container_from_item", &message.container_from_item)?,
+        container_from_item: KnownPose::new(container_from_item, message.is_found || is_inspected),
         // No cycle takes no time.
         cycle_s: Some(message.cycle_s).filter(|cycle_s| *cycle_s > 0.0),
         load: message

@@ -7,6 +7,7 @@ use super::SessionError::{
     PendingBefore, UnknownDecision, UnknownItem,
 };
 use super::*;
+use crate::placing::KnownPose;
 
 pub(super) fn announced(item_id: &str) -> SessionItem {
     SessionItem {
@@ -431,6 +432,51 @@ fn a_session_without_an_arm_is_encoded_as_before_there_were_arms() {
 }
 
 #[test]
+fn where_an_item_is_was_found_or_is_assumed_over_restarts_too() {
+    let there = Isometry3::translation(0.1, 0.2, 0.03);
+    let told = |pose: Option<&Isometry3<f64>>, is_found| {
+        let mut session = session_of(&["a"]);
+        session.decide(decision("d", "a")).unwrap();
+        let outcome = v1::Outcome {
+            container_from_item: pose.map(convert::pose::write),
+            is_found,
+            ..outcome(v1::OutcomeKind::Placed)
+        };
+        session.report("d", &outcome).unwrap();
+        let again = Session::from_message(session.to_message(5)).unwrap();
+        assert_eq!(again, session);
+        match again.items()[0].state {
+            ItemState::Packed {
+                container_from_item,
+                ..
+            } => container_from_item,
+            _ => panic!("it is packed"),
+        }
+    };
+    assert_eq!(told(Some(&there), true), KnownPose::Found(there));
+    // As bridges and controllers do that do not look, and older ones that do not say.
+    assert_eq!(told(Some(&there), false), KnownPose::Assumed(there));
+    let planned = KnownPose::Assumed(Isometry3::identity());
+    assert_eq!(told(None, true), planned);
+}
+
+#[test]
+fn what_an_older_session_kept_of_an_inspection_was_found() {
+    let mut session = session_of(&["a"]);
+    session.decide(decision("d", "a")).unwrap();
+    report(&mut session, "d", v1::OutcomeKind::Placed);
+    let moved = v1::Inspection {
+        kind: v1::InspectionKind::Moved.into(),
+        container_from_item: Some(convert::pose::write(&Isometry3::translation(0.1, 0.2, 0.0))),
+        ..v1::Inspection::default()
+    };
+    session.inspected("a", moved).unwrap();
+    let mut message = session.to_message(5);
+    message.items[0].is_found = false;
+    assert_eq!(Session::from_message(message), Ok(session));
+}
+
+#[test]
 fn an_inspection_corrects_where_a_packed_item_is_or_that_it_is_gone() {
     let mut session = session_of(&["a", "b", "c"]);
     for (id, item) in [("d1", "a"), ("d2", "b")] {
@@ -458,7 +504,7 @@ fn an_inspection_corrects_where_a_packed_item_is_or_that_it_is_gone() {
     };
     assert!(matches!(
         a.state,
-        ItemState::Packed { container_from_item, .. } if container_from_item == found
+        ItemState::Packed { container_from_item: KnownPose::Found(at), .. } if at == found
     ));
     assert_eq!(a.inspection, Some(moved));
     assert_eq!(

@@ -29,6 +29,8 @@ messages! {
         pose: Pose,
         /// Whether it lies within the container.
         is_inside: bool,
+        /// Whether the pose was found, as by a camera; else it is assumed.
+        is_found: bool,
     }
 
     /// The state of a cell, or of one of its containers.
@@ -111,6 +113,8 @@ messages! {
         has_pose: bool,
         /// Where its own frame is.
         pose: Pose,
+        /// Whether that was found, as by a camera; else it is assumed.
+        is_found: bool,
         /// Whether the item's centre of mass is inside the container.
         is_inside: bool,
         /// Horizontal distance of the item's centre of mass from where it was planned, in metres.

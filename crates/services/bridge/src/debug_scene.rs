@@ -50,7 +50,7 @@ impl DebugScene {
         Some(ItemBox {
             id: body.item_id.clone(),
             label: body.object.clone(),
-            container_from_middle: body.container_from_item * middle,
+            container_from_middle: body.container_from_item.isometry() * middle,
             size_m: outline.extents_m(),
             is_inside: body.is_inside,
         })

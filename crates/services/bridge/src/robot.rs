@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Point3};
 use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_packing::grid::ContainerSize;
-pub use ppnpack_protocol::placing::{Body, Ending, Finding, Placement};
+pub use ppnpack_protocol::placing::{Body, Ending, Finding, KnownPose, Placement};
 use ppnpack_service::Shutdown;
 
 /// What the sensor of a cell sees.

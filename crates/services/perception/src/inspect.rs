@@ -109,11 +109,12 @@ impl Inspections {
         let began = Instant::now();
         let object = &incoming.message().object;
         let mut objects = library.objects.iter();
-        let Some(object) = objects.find(|known| known.model.name == *object) else {
-            let message = format!("the catalogue has no object '{object}'");
-            return incoming.refuse(Status::NotFound, message);
+        let found = match objects.find(|known| known.model.name == *object) {
+            Some(object) => self.inspect(incoming.message(), object, cloud),
+            // What is not known cannot be found: others can.
+            None => Ok(unclear(format!("the catalogue has no object '{object}'"))),
         };
-        match self.inspect(incoming.message(), object, cloud) {
+        match found {
             Ok(inspection) => {
                 let reply = v1::InspectReply {
                     header: None,
@@ -163,11 +164,6 @@ fn write(found: &Inspection) -> v1::Inspection {
         fitness: lying.agreement.fitness,
         reason: String::new(),
     };
-    let without = |kind: InspectionKind, reason: String| v1::Inspection {
-        kind: kind.into(),
-        reason,
-        ..v1::Inspection::default()
-    };
     match found {
         Inspection::AsPlanned(found) => lying(InspectionKind::AsPlanned, found),
         Inspection::Moved(found) => lying(InspectionKind::Moved, found),
@@ -179,8 +175,20 @@ fn write(found: &Inspection) -> v1::Inspection {
             );
             without(InspectionKind::Missing, reason)
         }
-        Inspection::Unclear(unclear) => {
-            without(InspectionKind::Unclear, unclear.reason.to_string())
-        }
+        Inspection::Unclear(found) => unclear(found.reason.to_string()),
+    }
+}
+
+/// What is seen, or known, does not tell.
+fn unclear(reason: String) -> v1::Inspection {
+    without(InspectionKind::Unclear, reason)
+}
+
+/// An item of which no pose is found, and why.
+fn without(kind: InspectionKind, reason: String) -> v1::Inspection {
+    v1::Inspection {
+        kind: kind.into(),
+        reason,
+        ..v1::Inspection::default()
     }
 }

@@ -166,6 +166,7 @@ fn state() -> v1::CellState {
             object: "mug".to_owned(),
             container_from_item: Some(pose::write(&at)),
             is_inside: true,
+            is_found: true,
         }],
         hold: Some(v1::Hold {
             reason: "a door is open".to_owned(),

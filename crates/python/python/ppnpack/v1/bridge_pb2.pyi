@@ -149,7 +149,7 @@ class Execution(_message.Message):
     def __init__(self, placement_id: _Optional[str] = ..., phase: _Optional[_Union[ExecutionPhase, str]] = ..., outcome: _Optional[_Union[Outcome, _Mapping]] = ...) -> None: ...
 
 class Outcome(_message.Message):
-    __slots__ = ("placement_id", "item_id", "kind", "failure", "container_from_item", "is_inside", "slide_m", "tilt_rad", "state_number")
+    __slots__ = ("placement_id", "item_id", "kind", "failure", "container_from_item", "is_inside", "slide_m", "tilt_rad", "state_number", "is_found")
     PLACEMENT_ID_FIELD_NUMBER: _ClassVar[int]
     ITEM_ID_FIELD_NUMBER: _ClassVar[int]
     KIND_FIELD_NUMBER: _ClassVar[int]
@@ -159,6 +159,7 @@ class Outcome(_message.Message):
     SLIDE_M_FIELD_NUMBER: _ClassVar[int]
     TILT_RAD_FIELD_NUMBER: _ClassVar[int]
     STATE_NUMBER_FIELD_NUMBER: _ClassVar[int]
+    IS_FOUND_FIELD_NUMBER: _ClassVar[int]
     placement_id: str
     item_id: str
     kind: OutcomeKind
@@ -168,7 +169,8 @@ class Outcome(_message.Message):
     slide_m: float
     tilt_rad: float
     state_number: int
-    def __init__(self, placement_id: _Optional[str] = ..., item_id: _Optional[str] = ..., kind: _Optional[_Union[OutcomeKind, str]] = ..., failure: _Optional[str] = ..., container_from_item: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., is_inside: _Optional[bool] = ..., slide_m: _Optional[float] = ..., tilt_rad: _Optional[float] = ..., state_number: _Optional[int] = ...) -> None: ...
+    is_found: bool
+    def __init__(self, placement_id: _Optional[str] = ..., item_id: _Optional[str] = ..., kind: _Optional[_Union[OutcomeKind, str]] = ..., failure: _Optional[str] = ..., container_from_item: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., is_inside: _Optional[bool] = ..., slide_m: _Optional[float] = ..., tilt_rad: _Optional[float] = ..., state_number: _Optional[int] = ..., is_found: _Optional[bool] = ...) -> None: ...
 
 class CellState(_message.Message):
     __slots__ = ("state_number", "executing_placement_id", "bodies", "is_simulated", "hold", "first_state_number", "clock_ns")
@@ -195,16 +197,18 @@ class Hold(_message.Message):
     def __init__(self, reason: _Optional[str] = ...) -> None: ...
 
 class Body(_message.Message):
-    __slots__ = ("item_id", "object", "container_from_item", "is_inside")
+    __slots__ = ("item_id", "object", "container_from_item", "is_inside", "is_found")
     ITEM_ID_FIELD_NUMBER: _ClassVar[int]
     OBJECT_FIELD_NUMBER: _ClassVar[int]
     CONTAINER_FROM_ITEM_FIELD_NUMBER: _ClassVar[int]
     IS_INSIDE_FIELD_NUMBER: _ClassVar[int]
+    IS_FOUND_FIELD_NUMBER: _ClassVar[int]
     item_id: str
     object: str
     container_from_item: _geometry_pb2.Pose
     is_inside: bool
-    def __init__(self, item_id: _Optional[str] = ..., object: _Optional[str] = ..., container_from_item: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., is_inside: _Optional[bool] = ...) -> None: ...
+    is_found: bool
+    def __init__(self, item_id: _Optional[str] = ..., object: _Optional[str] = ..., container_from_item: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., is_inside: _Optional[bool] = ..., is_found: _Optional[bool] = ...) -> None: ...
 
 class CellStateRequest(_message.Message):
     __slots__ = ("header",)

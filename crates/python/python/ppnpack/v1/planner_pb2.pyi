@@ -527,7 +527,7 @@ class SettledDecision(_message.Message):
     def __init__(self, decision_id: _Optional[str] = ..., request_id: _Optional[str] = ..., kind: _Optional[_Union[_bridge_pb2.OutcomeKind, str]] = ...) -> None: ...
 
 class SessionItem(_message.Message):
-    __slots__ = ("item_id", "object", "state", "rules", "placement", "planned", "container_from_item", "shape", "cycle_s", "heightmap_from_item", "waits_at", "inspection", "set_aside", "set_aside_step", "poses", "pose", "allowed_poses", "container", "container_sequence", "arrival", "order_line", "load")
+    __slots__ = ("item_id", "object", "state", "rules", "placement", "planned", "container_from_item", "shape", "cycle_s", "heightmap_from_item", "waits_at", "inspection", "set_aside", "set_aside_step", "poses", "pose", "allowed_poses", "container", "container_sequence", "arrival", "order_line", "load", "is_found")
     ITEM_ID_FIELD_NUMBER: _ClassVar[int]
     OBJECT_FIELD_NUMBER: _ClassVar[int]
     STATE_FIELD_NUMBER: _ClassVar[int]
@@ -550,6 +550,7 @@ class SessionItem(_message.Message):
     ARRIVAL_FIELD_NUMBER: _ClassVar[int]
     ORDER_LINE_FIELD_NUMBER: _ClassVar[int]
     LOAD_FIELD_NUMBER: _ClassVar[int]
+    IS_FOUND_FIELD_NUMBER: _ClassVar[int]
     item_id: str
     object: str
     state: ItemState
@@ -572,4 +573,5 @@ class SessionItem(_message.Message):
     arrival: int
     order_line: OrderLine
     load: Load
-    def __init__(self, item_id: _Optional[str] = ..., object: _Optional[str] = ..., state: _Optional[_Union[ItemState, str]] = ..., rules: _Optional[_Union[ItemRules, _Mapping]] = ..., placement: _Optional[_Union[_placement_pb2.RestingPlacement, _Mapping]] = ..., planned: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., container_from_item: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., shape: _Optional[bytes] = ..., cycle_s: _Optional[float] = ..., heightmap_from_item: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., waits_at: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., inspection: _Optional[_Union[_perception_pb2.Inspection, _Mapping]] = ..., set_aside: _Optional[_Union[ItemReason, _Mapping]] = ..., set_aside_step: _Optional[int] = ..., poses: _Optional[int] = ..., pose: _Optional[int] = ..., allowed_poses: _Optional[_Iterable[int]] = ..., container: _Optional[str] = ..., container_sequence: _Optional[int] = ..., arrival: _Optional[int] = ..., order_line: _Optional[_Union[OrderLine, _Mapping]] = ..., load: _Optional[_Union[Load, _Mapping]] = ...) -> None: ...
+    is_found: bool
+    def __init__(self, item_id: _Optional[str] = ..., object: _Optional[str] = ..., state: _Optional[_Union[ItemState, str]] = ..., rules: _Optional[_Union[ItemRules, _Mapping]] = ..., placement: _Optional[_Union[_placement_pb2.RestingPlacement, _Mapping]] = ..., planned: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., container_from_item: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., shape: _Optional[bytes] = ..., cycle_s: _Optional[float] = ..., heightmap_from_item: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., waits_at: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., inspection: _Optional[_Union[_perception_pb2.Inspection, _Mapping]] = ..., set_aside: _Optional[_Union[ItemReason, _Mapping]] = ..., set_aside_step: _Optional[int] = ..., poses: _Optional[int] = ..., pose: _Optional[int] = ..., allowed_poses: _Optional[_Iterable[int]] = ..., container: _Optional[str] = ..., container_sequence: _Optional[int] = ..., arrival: _Optional[int] = ..., order_line: _Optional[_Union[OrderLine, _Mapping]] = ..., load: _Optional[_Union[Load, _Mapping]] = ..., is_found: _Optional[bool] = ...) -> None: ...

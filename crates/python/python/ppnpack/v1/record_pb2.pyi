@@ -98,18 +98,20 @@ class RecordedContent(_message.Message):
     def __init__(self, bodies: _Optional[_Iterable[_Union[RecordedBody, _Mapping]]] = ..., has_seen: _Optional[bool] = ..., is_partial: _Optional[bool] = ...) -> None: ...
 
 class RecordedBody(_message.Message):
-    __slots__ = ("name", "solid", "container_from_item", "mass_kg", "carries_kg")
+    __slots__ = ("name", "solid", "container_from_item", "mass_kg", "carries_kg", "is_assumed")
     NAME_FIELD_NUMBER: _ClassVar[int]
     SOLID_FIELD_NUMBER: _ClassVar[int]
     CONTAINER_FROM_ITEM_FIELD_NUMBER: _ClassVar[int]
     MASS_KG_FIELD_NUMBER: _ClassVar[int]
     CARRIES_KG_FIELD_NUMBER: _ClassVar[int]
+    IS_ASSUMED_FIELD_NUMBER: _ClassVar[int]
     name: str
     solid: bytes
     container_from_item: _geometry_pb2.Pose
     mass_kg: float
     carries_kg: float
-    def __init__(self, name: _Optional[str] = ..., solid: _Optional[bytes] = ..., container_from_item: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., mass_kg: _Optional[float] = ..., carries_kg: _Optional[float] = ...) -> None: ...
+    is_assumed: bool
+    def __init__(self, name: _Optional[str] = ..., solid: _Optional[bytes] = ..., container_from_item: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., mass_kg: _Optional[float] = ..., carries_kg: _Optional[float] = ..., is_assumed: _Optional[bool] = ...) -> None: ...
 
 class RecordedAttempt(_message.Message):
     __slots__ = ("containers",)

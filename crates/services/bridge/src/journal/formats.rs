@@ -1,6 +1,7 @@
 //! Journals of every version, kept in `formats/`, are read and gone on with.
 //!
-//! `PPNPACK_RECORD=1` writes those that are missing. One that is there stays as it is: the program of its version wrote it.
+//! `PPNPACK_RECORD=1` writes that of this version where it is missing. One that is there stays as it
+//! is: the program of its version wrote it.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,10 +9,8 @@ use std::fs;
 use nalgebra::Isometry3;
 use ppnpack_packing::motion::{Cycle, JointPoint, Leg, LegKind};
 use ppnpack_protocol::ledger::{Head, Outcome, PlacementVerdict, Record};
-use ppnpack_protocol::placing::{Body, Ending, Finding, Placement};
+use ppnpack_protocol::placing::{Body, Ending, Finding, KnownPose, Placement};
 use ppnpack_service::Health;
-use redb::TableDefinition;
-use serde::Serialize;
 use tempfile::TempDir;
 
 use super::*;
@@ -27,28 +26,32 @@ fn placement(id: &str, state_number: u64) -> Placement {
         placement_id: id.to_owned(),
         item_id: format!("item-{id}"),
         object: "box".to_owned(),
-        container_from_item: Isometry3::translation(0.1, 0.2, 0.25),
+        container_from_item: pose(),
         state_number,
         cycle: None,
     }
 }
 
-fn placed() -> Finding {
+fn pose() -> Isometry3<f64> {
+    Isometry3::translation(0.1, 0.2, 0.25)
+}
+
+fn placed(container_from_item: KnownPose) -> Finding {
     Finding {
         ending: Ending::Placed,
         failure: String::new(),
-        container_from_item: Some(Isometry3::translation(0.1, 0.2, 0.25)),
+        container_from_item: Some(container_from_item),
         is_inside: true,
         slide_m: 0.01,
         tilt_rad: 0.02,
     }
 }
 
-fn body(item_id: &str) -> Body {
+fn body(item_id: &str, container_from_item: KnownPose) -> Body {
     Body {
         item_id: item_id.to_owned(),
         object: "box".to_owned(),
-        container_from_item: Isometry3::translation(0.1, 0.2, 0.25),
+        container_from_item,
         is_inside: true,
     }
 }
@@ -72,14 +75,14 @@ fn cycle() -> Cycle {
     }
 }
 
-/// What was done before the placement that is under way.
-fn records() -> BTreeMap<u64, Record> {
+/// What was done before the placement that is under way, after which the item was there.
+fn records(container_from_item: KnownPose) -> BTreeMap<u64, Record> {
     let renewal = Record::Renewal {
         request_id: "r".to_owned(),
         state_number: Some(STATE - 1),
     };
     let outcome = Outcome {
-        finding: placed(),
+        finding: placed(container_from_item),
         state_number: STATE,
     };
     let placement = Record::Placement {
@@ -91,7 +94,7 @@ fn records() -> BTreeMap<u64, Record> {
 
 /// What is in the journal of the first version: neither holds nor motions.
 fn first() -> Ledger {
-    let mut records = records();
+    let mut records = records(KnownPose::Assumed(pose()));
     let under_way = Record::Placement {
         placement: Box::new(placement("p2", STATE)),
         outcome: None,
@@ -102,51 +105,22 @@ fn first() -> Ledger {
         first_state_number: STATE,
         hold: None,
         next: 3,
-        bodies: vec![body("a")],
+        bodies: vec![body("a", KnownPose::Assumed(pose()))],
     };
     Ledger::of(head, records)
 }
 
-fn write_first(database: &Database) {
-    /// The head of a cell as it was then.
-    #[derive(Serialize)]
-    struct FirstHead {
-        state_number: u64,
-        next: u64,
-        bodies: Vec<Body>,
-    }
-    let heads: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("heads-1");
-    let table: TableDefinition<'_, (&str, u64), &[u8]> = TableDefinition::new("records-1");
-    let ledger = first();
-    let head = FirstHead {
-        state_number: STATE,
-        next: ledger.head().next,
-        bodies: ledger.head().bodies.clone(),
-    };
-    let transaction = database.begin_write().unwrap();
-    {
-        let mut heads = transaction.open_table(heads).unwrap();
-        let head = postcard::to_stdvec(&head).unwrap();
-        heads.insert(CELL, head.as_slice()).unwrap();
-        let mut table = transaction.open_table(table).unwrap();
-        for (number, record) in ledger.records() {
-            let record = postcard::to_stdvec(record).unwrap();
-            table.insert((CELL, number), record.as_slice()).unwrap();
-        }
-    }
-    transaction.commit().unwrap();
-}
-
-/// What is in the journal of the second version, and the last change of it.
-fn second() -> (Ledger, Change) {
+/// What is in the journals of the second version, where poses are assumed, and of the third; and
+/// their last change.
+fn later(container_from_item: KnownPose) -> (Ledger, Change) {
     let head = Head {
         state_number: STATE,
         first_state_number: STATE - 10,
         hold: Some("a door is open".to_owned()),
         next: 2,
-        bodies: vec![body("a")],
+        bodies: vec![body("a", container_from_item)],
     };
-    let ledger = Ledger::of(head, records());
+    let ledger = Ledger::of(head, records(container_from_item));
     let change = ledger.accept(Placement {
         cycle: Some(Arc::new(cycle())),
         ..placement("p2", STATE)
@@ -154,21 +128,25 @@ fn second() -> (Ledger, Change) {
     (ledger, change)
 }
 
-fn write_second(database: &Database) {
-    let (ledger, change) = second();
+fn write_third(database: &Database) {
+    let (ledger, change) = later(KnownPose::Found(pose()));
     database::write(database, CELL, Some(&ledger), &change).unwrap();
 }
 
-/// A copy of the journal of a version, which is recorded where it is missing.
-fn copy(version: u64, write: fn(&Database)) -> (TempDir, PathBuf) {
+/// A copy of the journal of a version. That of this one is recorded where it is missing.
+fn copy(version: u64) -> (TempDir, PathBuf) {
     let formats = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/journal/formats");
     let kept = formats.join(format!("{version}.redb.zst"));
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("journal.redb");
     if !kept.exists() {
         let is_recording = std::env::var("PPNPACK_RECORD").is_ok_and(|value| value == "1");
-        assert!(is_recording, "{} is missing", kept.display());
-        write(&Database::create(&path).unwrap());
+        assert!(
+            is_recording && version == 3,
+            "{} is missing",
+            kept.display()
+        );
+        write_third(&Database::create(&path).unwrap());
         let packed = zstd::encode_all(fs::read(&path).unwrap().as_slice(), 19).unwrap();
         fs::create_dir_all(formats).unwrap();
         fs::write(&kept, packed).unwrap();
@@ -193,7 +171,9 @@ fn assert_goes_on(path: &Path, expected: &Ledger) {
         ledger.judge(&placement("p1", STATE - 1)),
         PlacementVerdict::Known(expected.placement("p1").unwrap().1)
     );
-    let change = ledger.end_placement(placed(), vec![body("a"), body("b")]);
+    let found = KnownPose::Found(pose());
+    let bodies = vec![body("a", found), body("b", KnownPose::Assumed(pose()))];
+    let change = ledger.end_placement(placed(found), bodies);
     journal.write(&ledger, &change).unwrap();
     ledger.apply(change);
     drop(journal);
@@ -202,14 +182,22 @@ fn assert_goes_on(path: &Path, expected: &Ledger) {
 
 #[test]
 fn a_journal_of_the_first_version_is_read_and_gone_on_with() {
-    let (_folder, path) = copy(1, write_first);
+    let (_folder, path) = copy(1);
     assert_goes_on(&path, &first());
 }
 
 #[test]
 fn a_journal_of_the_second_version_is_read_and_gone_on_with() {
-    let (_folder, path) = copy(2, write_second);
-    let (mut ledger, change) = second();
+    let (_folder, path) = copy(2);
+    let (mut ledger, change) = later(KnownPose::Assumed(pose()));
+    ledger.apply(change);
+    assert_goes_on(&path, &ledger);
+}
+
+#[test]
+fn a_journal_of_the_third_version_is_read_and_gone_on_with() {
+    let (_folder, path) = copy(3);
+    let (mut ledger, change) = later(KnownPose::Found(pose()));
     ledger.apply(change);
     assert_goes_on(&path, &ledger);
 }

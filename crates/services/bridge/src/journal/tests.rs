@@ -3,7 +3,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use nalgebra::Isometry3;
 use ppnpack_protocol::ledger::{Outcome, PlacementVerdict};
-use ppnpack_protocol::placing::{Body, Ending, Finding, Placement};
+use ppnpack_protocol::placing::{Body, Ending, Finding, KnownPose, Placement};
 use ppnpack_service::Health;
 use redb::{Builder, StorageBackend};
 
@@ -27,7 +27,7 @@ fn placement(id: &str, state_number: u64) -> Placement {
 
 fn placed() -> Finding {
     Finding {
-        container_from_item: Some(Isometry3::translation(0.1, 0.2, 0.25)),
+        container_from_item: Some(KnownPose::Found(Isometry3::translation(0.1, 0.2, 0.25))),
         is_inside: true,
         ..Finding::failed(Ending::Placed, "")
     }
@@ -37,7 +37,7 @@ fn body(item_id: &str) -> Body {
     Body {
         item_id: item_id.to_owned(),
         object: "box".to_owned(),
-        container_from_item: Isometry3::translation(0.1, 0.2, 0.25),
+        container_from_item: KnownPose::Found(Isometry3::translation(0.1, 0.2, 0.25)),
         is_inside: true,
     }
 }
@@ -359,16 +359,16 @@ fn the_journal_of_a_newer_version_is_refused_and_left_as_it_is() {
             table.insert("version", version).unwrap();
         });
     };
-    set(3);
+    set(4);
     let (newer, health) = journal(&disk);
     let refused = CellJournal::new(Some(newer), cell("c1")).load();
     let text = refused.unwrap_err().to_string();
     assert!(
-        text.contains("newer version") && text.contains("format 3"),
+        text.contains("newer version") && text.contains("format 4"),
         "{text}"
     );
     assert!(!health.is_ready());
-    set(2);
+    set(3);
     let (again, _) = journal(&disk);
     assert_eq!(begin(&again, "c1").1, ledger);
 }
@@ -380,7 +380,7 @@ fn a_journal_from_before_there_were_holds_is_read_and_gone_on_with() {
     struct FirstHead {
         state_number: u64,
         next: u64,
-        bodies: Vec<crate::robot::Body>,
+        bodies: Vec<(&'static str, &'static str, Isometry3<f64>, bool)>,
     }
     let disk = Disk::default();
     let heads: redb::TableDefinition<'_, &str, &[u8]> = redb::TableDefinition::new("heads-1");
@@ -389,7 +389,7 @@ fn a_journal_from_before_there_were_holds_is_read_and_gone_on_with() {
     let head = FirstHead {
         state_number: 77,
         next: 5,
-        bodies: vec![body("a")],
+        bodies: vec![("a", "box", Isometry3::translation(0.1, 0.2, 0.25), true)],
     };
     change(&disk, |transaction| {
         let bytes = postcard::to_stdvec(&head).unwrap();
@@ -401,7 +401,12 @@ fn a_journal_from_before_there_were_holds_is_read_and_gone_on_with() {
         let (kept, _) = journal(&disk);
         let (mut own, ledger) = begin(&kept, "c1");
         assert_eq!((ledger.head().state_number, ledger.head().next), (77, 5));
-        assert_eq!(ledger.head().bodies, [body("a")]);
+        let assumed = KnownPose::Assumed(Isometry3::translation(0.1, 0.2, 0.25));
+        let body = Body {
+            container_from_item: assumed,
+            ..body("a")
+        };
+        assert_eq!(ledger.head().bodies, [body]);
         assert_eq!(
             ledger.judge(&placement("p", 76)),
             PlacementVerdict::Forgotten

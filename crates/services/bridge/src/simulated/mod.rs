@@ -20,7 +20,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::robot::{
-    Body, CutOff, Ending, Finding, Placement, Robot, RobotError, View as RobotView,
+    Body, CutOff, Ending, Finding, KnownPose, Placement, Robot, RobotError, View as RobotView,
 };
 use motion::Motion;
 pub use motion::{JointState, JointWatch};
@@ -153,7 +153,7 @@ fn finding(report: &PlacedReport) -> Finding {
     Finding {
         ending,
         failure: failure.to_owned(),
-        container_from_item: Some(report.container_from_item),
+        container_from_item: Some(KnownPose::Found(report.container_from_item)),
         is_inside: report.inside,
         slide_m: report.slide_m,
         tilt_rad: report.tilt_rad,
@@ -187,7 +187,8 @@ impl Robot for SimulatedRobot {
                 );
                 return None;
             };
-            Some(((Arc::clone(model), body.container_from_item), body.item_id))
+            let container_from_item = *body.container_from_item.isometry();
+            Some(((Arc::clone(model), container_from_item), body.item_id))
         });
         let (poses, items): (Vec<_>, Vec<_>) = known.unzip();
         self.items = items;
@@ -225,7 +226,7 @@ impl Robot for SimulatedRobot {
             Some(Body {
                 item_id: self.items.get(body.id.index())?.clone(),
                 object: body.model.name.clone(),
-                container_from_item: body.container_from_item,
+                container_from_item: KnownPose::Found(body.container_from_item),
                 is_inside: body.inside,
             })
         });

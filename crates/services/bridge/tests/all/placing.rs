@@ -43,6 +43,8 @@ fn a_placement_is_carried_out_and_its_outcome_told() {
         after.bodies[0].container_from_item,
         outcome.container_from_item
     );
+    // A simulated cell knows where its items lie.
+    assert!(after.bodies[0].is_found && outcome.is_found);
 }
 
 #[test]

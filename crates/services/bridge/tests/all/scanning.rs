@@ -50,7 +50,7 @@ fn direct(settings: &SimulatedSettings, catalogue: &Catalogue, bodies: &[Body]) 
         .iter()
         .map(|body| {
             let (_, object) = catalogue.find(&body.object).unwrap();
-            (object.model.clone(), body.container_from_item)
+            (object.model.clone(), *body.container_from_item.isometry())
         })
         .collect();
     cell.lay_down(&poses).unwrap();

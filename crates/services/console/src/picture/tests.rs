@@ -76,6 +76,7 @@ fn state(bodies: &[&str], hold: Option<&str>) -> v1::CellState {
         object: "mug".to_owned(),
         container_from_item: pose(0.2),
         is_inside: true,
+        is_found: true,
     };
     v1::CellState {
         state_number: 1,

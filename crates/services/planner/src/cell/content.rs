@@ -3,18 +3,19 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use nalgebra::Isometry3;
 use ppnpack_packing::content::{Content, LyingBody, LyingSolid};
 use ppnpack_packing::item::Item;
 use ppnpack_packing::loads::Burden;
 use ppnpack_packing::model::Model;
-use ppnpack_wire::{convert, v1};
+use ppnpack_protocol::message::read_pose;
+use ppnpack_protocol::placing::KnownPose;
+use ppnpack_protocol::session::{ItemState, SessionItem};
+use ppnpack_wire::v1;
 
 use super::{CellPlanner, Shape};
-use ppnpack_protocol::session::{ItemState, SessionItem};
 
 impl CellPlanner {
-    /// What lies in a container: where the bridge knows it, else where the session last knew each packed item. `None`
+    /// What lies in a container: where the bridge found it, else where the session last knew each packed item. `None`
     /// where nobody asks.
     pub(super) fn content(&mut self, container: &str, deadline: Instant) -> Option<Content> {
         if !self.settings.method.trial.is_on() && !self.has_loads(container) {
@@ -38,41 +39,41 @@ impl CellPlanner {
         (is_told && is_now).then_some(state.bodies)
     }
 
-    /// The solid of a body where the bridge says that it is. A body that is another object than its item of the session
-    /// has another frame than that.
+    /// The solid of a body where the bridge says that it is; where that is only assumed, where the
+    /// session has it found. A body that is another object than its item has another frame.
     fn solid_of_body(&mut self, body: &v1::Body) -> LyingBody {
-        let pose = body.container_from_item.as_ref();
-        let pose = convert::pose::read_required("pose", pose).ok();
+        let told = read_pose(body.container_from_item.as_ref(), body.is_found);
         let mut items = self.session.items().iter();
         let item = items.find(|item| item.item_id == body.item_id).cloned();
-        let is_named = |item: &&SessionItem| item.object == body.object || body.object.is_empty();
-        if let Some((item, pose)) = item.as_ref().filter(is_named).zip(pose) {
-            return self.solid_of_item(item, &pose);
+        let own = item.as_ref().and_then(packed);
+        let is_told = told.is_some_and(|told| told.is_found());
+        if let Some((item, pose)) = own.filter(|(_, pose)| pose.is_found() && !is_told) {
+            return self.solid_of_item(item, pose);
         }
-        let known = self.named(&body.object);
-        if let Some((known, container_from_item)) = known.zip(pose) {
+        let is_named = |item: &&SessionItem| item.object == body.object || body.object.is_empty();
+        if let Some((item, told)) = item.as_ref().filter(is_named).zip(told) {
+            return self.solid_of_item(item, &told);
+        }
+        if let Some((known, told)) = self.named(&body.object).zip(told) {
             let model = Arc::clone(&known.model);
-            return LyingBody::Known(LyingSolid {
+            let solid = LyingBody::Known(LyingSolid {
                 burden: Burden {
                     name: body.item_id.as_str().into(),
                     ..Burden::of(&model)
                 },
                 model,
-                container_from_item,
+                container_from_item: *told.isometry(),
             });
+            return by_pose(solid, &told);
         }
-        match item.as_ref().and_then(packed) {
+        match own {
             Some((item, pose)) => self.solid_of_item(item, pose),
             None => LyingBody::Unknown,
         }
     }
 
     /// The solid of an item of the session, whose own frame is there: the catalogue's, or that of its heightmaps.
-    fn solid_of_item(
-        &mut self,
-        item: &SessionItem,
-        container_from_item: &Isometry3<f64>,
-    ) -> LyingBody {
+    fn solid_of_item(&mut self, item: &SessionItem, pose: &KnownPose) -> LyingBody {
         let Ok(shape) = self.shape(item) else {
             return LyingBody::Unknown;
         };
@@ -80,13 +81,16 @@ impl CellPlanner {
         let solid = |model: Arc<Model>| LyingSolid {
             burden: burden(item, &model),
             model,
-            container_from_item: container_from_item * own.inverse(),
+            container_from_item: pose.isometry() * own.inverse(),
         };
-        if let Some(model) = shape.model {
-            return LyingBody::Known(solid(model));
-        }
-        let seen = self.seen_model(&shape.item);
-        seen.map_or(LyingBody::Unknown, |model| LyingBody::Seen(solid(model)))
+        let body = match shape.model {
+            Some(model) => LyingBody::Known(solid(model)),
+            None => match self.seen_model(&shape.item) {
+                Some(model) => LyingBody::Seen(solid(model)),
+                None => LyingBody::Unknown,
+            },
+        };
+        by_pose(body, pose)
     }
 
     /// The solid of what was seen of an item.
@@ -137,8 +141,16 @@ fn burden(item: &SessionItem, model: &Model) -> Burden {
     }
 }
 
-/// A packed item, and where it is by what was reported.
-fn packed(item: &SessionItem) -> Option<(&SessionItem, &Isometry3<f64>)> {
+/// A body by how its pose is known. Nothing is tried among those that nobody found.
+fn by_pose(body: LyingBody, pose: &KnownPose) -> LyingBody {
+    match pose.is_found() {
+        true => body,
+        false => body.assumed(),
+    }
+}
+
+/// A packed item, and where it is by what was reported and found.
+fn packed(item: &SessionItem) -> Option<(&SessionItem, &KnownPose)> {
     match &item.state {
         ItemState::Packed {
             container_from_item,

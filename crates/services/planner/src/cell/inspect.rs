@@ -12,6 +12,7 @@ use ppnpack_wire::convert;
 use ppnpack_wire::v1::{self, InspectionKind, OutcomeKind, Status};
 
 use super::{CellPlanner, Message};
+use ppnpack_protocol::message::read_pose;
 use ppnpack_protocol::session::End;
 
 /// How long one attempt waits for a heightmap that shows the placement.
@@ -84,17 +85,20 @@ enum NotInspected {
     Yet(String),
     /// It cannot be had.
     AtAll(String),
+    /// Perception inspects nothing.
+    Anything(String),
 }
 
 impl CellPlanner {
     /// Notes what was decided, and what the container held before.
     pub(super) fn will_inspect(&mut self, decision: &v1::Decision, before: &Scene) {
-        if !self.settings.inspect {
-            return;
-        }
+        let inspect = self.settings.inspect;
         let Ok(place) = self.place_of(&decision.container) else {
             return;
         };
+        if !inspect.unwrap_or_else(|| place.may_be_inspected()) {
+            return;
+        }
         let before = convert::scene::write(place.planning.grid(), before);
         if let Some(left) = self.to_inspect.take().filter(ToInspect::is_due) {
             tracing::warn!(cell = %self.cell, item_id = left.item_id, "not inspected before the next decision");
@@ -117,14 +121,17 @@ impl CellPlanner {
         });
     }
 
-    /// Notes how a decision ended.
+    /// Notes how a decision ended. An item that was found need not be looked for, unless that is asked for.
     pub(super) fn has_ended(&mut self, decision_id: &str, outcome: &v1::Outcome) {
-        let is_placed = outcome.kind() == OutcomeKind::Placed;
+        let told = read_pose(outcome.container_from_item.as_ref(), outcome.is_found);
+        let is_found = told.is_some_and(|told| told.is_found());
+        let is_due = outcome.kind() == OutcomeKind::Placed
+            && (!is_found || self.settings.inspect == Some(true));
         // After a restart there is none: what the container held before is not kept.
         self.to_inspect = self
             .to_inspect
             .take()
-            .filter(|to_inspect| is_placed && to_inspect.decision_id == decision_id);
+            .filter(|to_inspect| is_due && to_inspect.decision_id == decision_id);
         if let Some(to_inspect) = &mut self.to_inspect {
             to_inspect.placed_in = Some(outcome.state_number);
         }
@@ -174,7 +181,11 @@ impl CellPlanner {
         let Some(mut it) = self.to_inspect.take_if(is_asked) else {
             return;
         };
-        let went = read_answer(it.placed_in, answer).and_then(|found| {
+        let is_asked_for = self.settings.inspect.is_some();
+        let went = read_answer(it.placed_in, is_asked_for, answer).and_then(|found| {
+            if let Ok(place) = self.place_of(&it.container) {
+                place.is_inspected();
+            }
             it.found = Some(found.clone());
             self.enter_found(&it, found)
         });
@@ -270,19 +281,34 @@ impl CellPlanner {
                 self.to_inspect = Some(it);
                 return;
             }
+            Err(NotInspected::Anything(reason)) => return self.inspects_nothing(&it, &reason),
             Err(NotInspected::Yet(reason) | NotInspected::AtAll(reason)) => reason,
         };
         tracing::warn!(cell = %self.cell, item_id = it.item_id, reason, "not inspected");
     }
+
+    /// Leaves the items of a container as they are reported, and says so once.
+    fn inspects_nothing(&mut self, it: &ToInspect, reason: &str) {
+        let place = self.place_of(&it.container);
+        if place.is_ok_and(|place| place.is_not_inspected()) {
+            let container = &it.container;
+            tracing::info!(cell = %self.cell, container, reason, "placed items are not inspected");
+        }
+    }
 }
 
-/// What perception says about an item that was placed in this state of the cell.
+/// What perception says about an item that was placed in this state of the cell. Where the settings
+/// do not ask for inspections, a perception that inspects nothing is as good.
 fn read_answer(
     placed_in: Option<u64>,
+    is_asked_for: bool,
     answer: Result<v1::InspectReply, CallError>,
 ) -> Result<v1::Inspection, NotInspected> {
     let reply = match answer {
         Ok(reply) => reply,
+        Err(error) if !is_asked_for && inspects_nothing(&error) => {
+            return Err(NotInspected::Anything(error.to_string()));
+        }
         // What perception does not know, it cannot find.
         Err(error) if matches!(error.status(), Some(Status::NotFound | Status::Invalid)) => {
             return Ok(v1::Inspection {
@@ -301,4 +327,9 @@ fn read_answer(
     }
     let nothing = || NotInspected::Yet("perception told nothing".to_owned());
     reply.inspection.ok_or_else(nothing)
+}
+
+/// Whether perception has no catalogue, or nobody answers.
+fn inspects_nothing(error: &CallError) -> bool {
+    matches!(error, CallError::NoAnswer { .. }) || error.status() == Some(Status::NotFound)
 }

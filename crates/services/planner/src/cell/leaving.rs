@@ -42,6 +42,7 @@ impl CellPlanner {
             };
             let stop = Stop::new(item.order_line.stop);
             let most_m = AS_PLANNED_CELLS * grid.resolution().cell_m();
+            let container_from_item = container_from_item.isometry();
             if is_as_planned(planned, container_from_item, most_m) {
                 leaving.place(view, placement, stop);
             } else {

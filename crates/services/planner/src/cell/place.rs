@@ -21,6 +21,9 @@ const PATIENCE: Duration = Duration::from_millis(100);
 /// A bridge that did not say is left alone for so long.
 const LEFT_ALONE: Duration = Duration::from_secs(30);
 
+/// How long a perception that inspects nothing is not asked again. It may be given a catalogue.
+const UNINSPECTED: Duration = Duration::from_secs(60);
+
 /// How long the bridge may take to void what was decided.
 const VOID_LIMIT: Duration = Duration::from_millis(500);
 
@@ -36,6 +39,8 @@ pub(super) struct Place {
     client: Client,
     /// The bridge did not say in which state the container is, and is not asked again before.
     left_alone_until: Option<Instant>,
+    /// Perception inspects nothing here, and is not asked again before.
+    uninspected_until: Option<Instant>,
     /// The state since the scenes were last told of a change, where that is known.
     shown_state: Option<u64>,
 }
@@ -72,6 +77,7 @@ impl Place {
             bridge_clock: BridgeClock::subscribe(process, &address)?,
             client: shared.helpers.client.clone(),
             left_alone_until: None,
+            uninspected_until: None,
             shown_state: None,
             address,
         })
@@ -103,6 +109,23 @@ impl Place {
     pub(super) fn changed(&mut self, state_number: Option<u64>) {
         self.shown_state = state_number;
         self.scenes.changed();
+    }
+
+    /// Whether perception may inspect what is placed here, as far as is known.
+    pub(super) fn may_be_inspected(&self) -> bool {
+        let until = self.uninspected_until;
+        until.is_none_or(|until| until <= Instant::now())
+    }
+
+    /// Perception inspects here.
+    pub(super) fn is_inspected(&mut self) {
+        self.uninspected_until = None;
+    }
+
+    /// Perception inspects nothing here. Says whether that is news.
+    pub(super) fn is_not_inspected(&mut self) -> bool {
+        let until = Instant::now() + UNINSPECTED;
+        self.uninspected_until.replace(until).is_none()
     }
 
     /// The state as the bridge has it now, where there is one.

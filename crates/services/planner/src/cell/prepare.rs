@@ -310,7 +310,7 @@ impl CellPlanner {
             } = &item.state
             {
                 let shape = self.heightmaps(item, *pose)?;
-                let moved = container_from_item * planned.inverse();
+                let moved = container_from_item.isometry() * planned.inverse();
                 if let Some(view) = shape.views().get(placement.placement.yaw) {
                     regions.push(footprint(placement, view, &grid, &moved));
                 }

@@ -167,6 +167,7 @@ fn content_of(
         let solid = body(recorded, shapes)?;
         // Which of them were seen makes no difference, but whether some were.
         Ok(match content.has_seen {
+            _ if recorded.is_assumed => LyingBody::Assumed(solid),
             true => LyingBody::Seen(solid),
             false => LyingBody::Known(solid),
         })

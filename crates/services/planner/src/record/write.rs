@@ -81,11 +81,17 @@ fn container(at: &ContainerStep<'_>, grid: &Grid, shapes: &mut Shapes) -> v1::Re
 }
 
 fn content_of(content: &Content, shapes: &mut Shapes) -> v1::RecordedContent {
-    let bodies = content.solids().iter();
+    let lying = content.solids().iter().map(|solid| (solid, false));
+    let assumed = content.assumed().iter().map(|solid| (solid, true));
+    let bodies = lying.chain(assumed);
+    let bodies = bodies.map(|(solid, is_assumed)| v1::RecordedBody {
+        is_assumed,
+        ..body(solid, shapes)
+    });
     v1::RecordedContent {
-        bodies: bodies.map(|solid| body(solid, shapes)).collect(),
+        bodies: bodies.collect(),
         has_seen: content.has_seen(),
-        is_partial: content.is_partial(),
+        is_partial: content.has_unknown(),
     }
 }
 
@@ -96,6 +102,7 @@ fn body(solid: &LyingSolid, shapes: &mut Shapes) -> v1::RecordedBody {
         container_from_item: Some(convert::pose::write(&solid.container_from_item)),
         mass_kg: solid.burden.mass_kg,
         carries_kg: solid.burden.carries_kg,
+        is_assumed: false,
     }
 }
 

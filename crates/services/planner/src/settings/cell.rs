@@ -76,8 +76,10 @@ pub struct CellSettings {
     /// probable others. Whoever brings items to the robot has to be able to turn them into these. An announcement may allow
     /// fewer, or name those that it allows.
     pub poses: usize,
-    /// Whether perception is asked after each placement how the item lies, and the session is corrected by that.
-    pub inspect: bool,
+    /// Whether perception is asked after each placement how the item lies, and the session is
+    /// corrected by that. Unset: for items that nobody found, where perception has a catalogue.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inspect: Option<bool>,
     /// The longest that the bridge may take to carry out a placement in automatic mode, in seconds.
     pub place_limit_s: f64,
     /// The most memory that a search in the planner may take, in MiB; a step that needs more is refused.
@@ -117,7 +119,7 @@ impl Default for CellSettings {
             set_aside: 0,
             alternatives: 0,
             poses: 1,
-            inspect: false,
+            inspect: None,
             place_limit_s: 120.0,
             search_mib: 256,
         }

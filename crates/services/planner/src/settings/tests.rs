@@ -27,7 +27,7 @@ fn the_keys_of_grid_and_method_stand_among_the_others() {
     let cell: CellSettings = toml::from_str(text).unwrap();
     assert_eq!(
         (cell.grid.cell_m, cell.grid.yaws, cell.inspect),
-        (0.02, 2, true)
+        (0.02, 2, Some(true))
     );
     let expected = Method {
         buffer: 3,

@@ -3,7 +3,7 @@
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
 
-use crate::common::{self, announcement, block, cell, placed, soon};
+use crate::common::{self, announcement, block, cell, placed_and, soon};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Surface;
 use ppnpack_packing::method::Method;
@@ -41,7 +41,8 @@ struct Rig {
 }
 
 impl Rig {
-    fn new() -> Self {
+    /// A planner whose settings say this of inspections.
+    fn new(inspect: Option<bool>) -> Self {
         let hub = embedded::hub().unwrap();
         let perception = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
         let (sender, inspections) = sync_channel(8);
@@ -59,7 +60,7 @@ impl Rig {
                 trial: TrialSettings::off(),
                 ..Method::default()
             },
-            inspect: true,
+            inspect,
             ..CellSettings::default()
         };
         let settings = common::settings(cell);
@@ -81,8 +82,8 @@ impl Rig {
         self.client.call(&cell(), request, deadline)
     }
 
-    /// Has two blocks announced and one placed; gives the request for its inspection.
-    fn place_one_of_two(&self) -> Incoming<v1::InspectRequest> {
+    /// Has two blocks announced and one placed, which somebody found or is only assumed to lie there.
+    fn place_one_of_two(&self, is_found: bool) {
         self.call(v1::BeginRequest {
             session_id: "s".to_owned(),
             ..v1::BeginRequest::default()
@@ -91,10 +92,25 @@ impl Rig {
             items: vec![announcement("a", block()), announcement("b", block())],
             ..v1::AnnounceRequest::default()
         });
+        self.place(is_found, PLACED_IN);
+    }
+
+    fn place(&self, is_found: bool, state_number: u64) {
         let decision = self.plan(soon()).unwrap().decision.unwrap();
-        self.call(placed(&decision, PLACED_IN));
+        self.call(placed_and(&decision, state_number, is_found));
+    }
+
+    /// The request for the inspection of what was placed.
+    fn inspection(&self) -> Incoming<v1::InspectRequest> {
         let patience = Duration::from_secs(20);
         self.inspections.recv_timeout(patience).unwrap()
+    }
+
+    /// How many items of the session were inspected.
+    fn inspected(&self) -> usize {
+        let session = self.call(v1::SessionRequest::default()).session.unwrap();
+        let items = session.items.iter();
+        items.filter(|item| item.inspection.is_some()).count()
     }
 }
 
@@ -112,8 +128,9 @@ fn answer(incoming: Incoming<v1::InspectRequest>) {
 
 #[test]
 fn a_plan_is_answered_by_its_deadline_although_an_inspection_is_out() {
-    let rig = Rig::new();
-    let inspection = rig.place_one_of_two();
+    let rig = Rig::new(Some(true));
+    rig.place_one_of_two(true);
+    let inspection = rig.inspection();
     // On a busy machine an answer may come too late: one in time is enough.
     let mut refusals = (0..20).map(|_| rig.plan(in_ms(100)).unwrap_err());
     let refusal = refusals.find(|refusal| refusal.status() == Some(Status::TimedOut));
@@ -127,8 +144,9 @@ fn a_plan_is_answered_by_its_deadline_although_an_inspection_is_out() {
 
 #[test]
 fn a_plan_waits_until_the_inspection_is_answered() {
-    let rig = Rig::new();
-    let inspection = rig.place_one_of_two();
+    let rig = Rig::new(Some(true));
+    rig.place_one_of_two(true);
+    let inspection = rig.inspection();
     let client = rig.client.clone();
     let plan = std::thread::spawn(move || {
         let request = v1::PlanRequest::default();
@@ -139,8 +157,42 @@ fn a_plan_waits_until_the_inspection_is_answered() {
     answer(inspection);
     let reply = plan.join().unwrap().unwrap();
     assert_eq!(reply.result(), PlanResult::Decided);
-    let session = rig.call(v1::SessionRequest::default()).session.unwrap();
-    let is_inspected = |item: &v1::SessionItem| item.inspection.is_some();
-    assert!(session.items.iter().any(is_inspected));
+    assert_eq!(rig.inspected(), 1);
+    rig.planner.finish(soon()).unwrap();
+}
+
+#[test]
+fn without_a_setting_what_nobody_found_is_inspected() {
+    let rig = Rig::new(None);
+    rig.place_one_of_two(false);
+    answer(rig.inspection());
+    // It waits for the answer.
+    rig.place(true, PLACED_IN + 1);
+    assert_eq!(rig.inspected(), 1);
+    assert_eq!(rig.plan(soon()).unwrap().result(), PlanResult::NothingWaits);
+    // The second was found.
+    assert!(rig.inspections.try_recv().is_err());
+    rig.planner.finish(soon()).unwrap();
+}
+
+#[test]
+fn a_perception_without_a_catalogue_is_asked_once() {
+    let rig = Rig::new(None);
+    rig.place_one_of_two(false);
+    let no_catalogue = "perception has no catalogue: set service.catalogue";
+    rig.inspection().refuse(Status::NotFound, no_catalogue);
+    rig.place(false, PLACED_IN + 1);
+    assert_eq!(rig.plan(soon()).unwrap().result(), PlanResult::NothingWaits);
+    assert!(rig.inspections.try_recv().is_err());
+    assert_eq!(rig.inspected(), 0);
+    rig.planner.finish(soon()).unwrap();
+}
+
+#[test]
+fn nothing_is_inspected_where_that_is_switched_off() {
+    let rig = Rig::new(Some(false));
+    rig.place_one_of_two(false);
+    assert_eq!(rig.plan(soon()).unwrap().result(), PlanResult::Decided);
+    assert!(rig.inspections.try_recv().is_err());
     rig.planner.finish(soon()).unwrap();
 }

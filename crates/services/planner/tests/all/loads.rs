@@ -53,7 +53,7 @@ fn announce(rig: &Rig, item: v1::Announcement) {
 fn place(rig: &Rig, item: v1::Announcement) -> Option<v1::Load> {
     announce(rig, item);
     let decision = rig.decision();
-    rig.place_square(&decision, SLAB);
+    rig.place_square(&decision, SLAB, true);
     decision.load.map(|load| *load)
 }
 
@@ -99,6 +99,17 @@ fn an_item_is_loaded_with_no_more_than_it_may_carry() {
     assert_eq!(kept("base"), None);
     assert_eq!(kept("light"), Some(load));
     assert_eq!(kept("least"), Some(least));
+    rig.finish();
+}
+
+#[test]
+fn what_is_only_assumed_to_lie_there_carries_no_more_than_it_may() {
+    let rig = rig();
+    common::begin(&rig.client);
+    announce(&rig, loaded("base", 1.0, Some(0.2)));
+    rig.place_square(&rig.decision(), SLAB, false);
+    let reason = refused(&rig, loaded("heavy", 1.0, None));
+    assert!(reason.text.contains("base would carry"), "{reason:?}");
     rig.finish();
 }
 

@@ -160,7 +160,8 @@ fn tried_placements_are_decided_again() {
         assert!(decision.settling.is_some() && !decision.alternatives.is_empty());
         assert_eq!(again.unwrap(), what_follows(&recorded), "step {step}");
         let cells = if decision.item_id == "a" { 12 } else { 6 };
-        rig.place_square(&decision, cells);
+        let is_found = decision.item_id != "b";
+        rig.place_square(&decision, cells, is_found);
     }
     rig.finish();
 }

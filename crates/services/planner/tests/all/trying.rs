@@ -40,6 +40,7 @@ fn a_body_of_no_known_shape_is_as_the_heightmap_shows_it() {
         object: "of no catalogue".to_owned(),
         container_from_item: Some(convert::pose::write(&Isometry3::identity())),
         is_inside: true,
+        is_found: true,
     };
     let rig = Rig::new(Some(vec![stranger]), CellSettings::default());
     rig.shown.lock().unwrap().raise((0, 0), 32, 0.05);
@@ -62,6 +63,7 @@ fn a_body_that_the_bridge_calls_otherwise_is_where_the_session_has_its_item() {
         // In the frame of that object.
         container_from_item: Some(convert::pose::write(&Isometry3::translation(5.0, 5.0, 5.0))),
         is_inside: true,
+        is_found: true,
     };
     let rig = Rig::new(Some(vec![body]), CellSettings::default());
     rig.announce(&["a", "b"]);
@@ -80,4 +82,50 @@ fn a_body_that_the_bridge_calls_otherwise_is_where_the_session_has_its_item() {
         "{second:?}"
     );
     rig.finish();
+}
+
+/// A block that the bridge says to lie in the corner.
+fn in_the_corner(is_found: bool) -> v1::Body {
+    v1::Body {
+        item_id: "a".to_owned(),
+        container_from_item: Some(convert::pose::write(&Isometry3::translation(
+            0.03, 0.03, 0.0,
+        ))),
+        is_inside: true,
+        is_found,
+        ..v1::Body::default()
+    }
+}
+
+/// Whether an item in the container took part in a try as a body, or as the heightmap shows it.
+fn took_part(decision: &v1::Decision) -> bool {
+    let as_body = says(decision, "items in the container took part");
+    assert_ne!(as_body, says(decision, "on the heightmap of the others"));
+    assert!(comes_to_rest(decision), "{decision:?}");
+    as_body
+}
+
+#[test]
+fn a_body_that_the_bridge_only_assumes_is_as_the_heightmap_shows_it() {
+    for is_found in [true, false] {
+        let rig = Rig::new(Some(vec![in_the_corner(is_found)]), CellSettings::default());
+        rig.shown.lock().unwrap().raise((0, 0), 6, 0.04);
+        rig.announce(&["a", "b"]);
+        assert_eq!(took_part(&rig.decision()), is_found);
+        rig.finish();
+    }
+}
+
+#[test]
+fn a_reported_item_is_a_body_where_it_was_found_whatever_the_bridge_assumes() {
+    let assumed = || Some(vec![in_the_corner(false)]);
+    for (bodies, is_found) in [(None, true), (None, false), (assumed(), true)] {
+        let rig = Rig::new(bodies, CellSettings::default());
+        rig.announce(&["a", "b"]);
+        let first = rig.decision();
+        assert_eq!(first.item_id, "a");
+        rig.place_square(&first, 6, is_found);
+        assert_eq!(took_part(&rig.decision()), is_found);
+        rig.finish();
+    }
 }

@@ -44,6 +44,7 @@ pub(crate) fn state(cell: &Cell, state: &v1::CellState) -> CellState {
         object: body.object.clone(),
         pose: pose(body.container_from_item.as_ref()),
         is_inside: body.is_inside,
+        is_found: body.is_found,
     });
     CellState {
         header: header(cell.as_str()),
@@ -68,6 +69,7 @@ pub(crate) fn outcome(cell: &Cell, outcome: &v1::Outcome) -> Outcome {
         failure: outcome.failure.clone(),
         has_pose: outcome.container_from_item.is_some(),
         pose: pose(outcome.container_from_item.as_ref()),
+        is_found: outcome.is_found,
         is_inside: outcome.is_inside,
         slide_m: outcome.slide_m,
         tilt_rad: outcome.tilt_rad,
@@ -97,6 +99,7 @@ pub(crate) fn read_outcome(decision_id: &str, outcome: &Outcome) -> v1::Outcome 
         kind: outcome.kind.into(),
         failure: outcome.failure.clone(),
         container_from_item: outcome.has_pose.then(pose),
+        is_found: outcome.is_found,
         is_inside: outcome.is_inside,
         slide_m: outcome.slide_m,
         tilt_rad: outcome.tilt_rad,

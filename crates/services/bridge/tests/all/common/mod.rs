@@ -8,7 +8,9 @@ use std::time::{Duration, Instant};
 
 use nalgebra::Isometry3;
 use nalgebra::Point3;
-use ppnpack_bridge::robot::{Body, CutOff, Ending, Finding, Placement, Robot, RobotError, View};
+use ppnpack_bridge::robot::{
+    Body, CutOff, Ending, Finding, KnownPose, Placement, Robot, RobotError, View,
+};
 use ppnpack_bridge::simulated::SimulatedSettings;
 use ppnpack_bridge::{Bridge, Settings as BridgeSettings};
 use ppnpack_catalogue::cache::CacheDir;
@@ -325,13 +327,13 @@ impl Robot for ScriptedRobot {
         self.bodies.push(Body {
             item_id: placement.item_id.clone(),
             object: placement.object.clone(),
-            container_from_item: placement.container_from_item,
+            container_from_item: KnownPose::Assumed(placement.container_from_item),
             is_inside: true,
         });
         Ok(Finding {
             ending: Ending::Placed,
             failure: String::new(),
-            container_from_item: Some(placement.container_from_item),
+            container_from_item: Some(KnownPose::Assumed(placement.container_from_item)),
             is_inside: true,
             slide_m: 0.0,
             tilt_rad: 0.0,

@@ -115,8 +115,17 @@ pub(crate) fn show_from(
     show(incoming, grid, surface, state_number);
 }
 
-/// Reports a decision's item as placed as planned, in a state of the cell.
+/// Reports a decision's item as placed, and found as planned, in a state of the cell.
 pub(crate) fn placed(decision: &v1::Decision, state_number: u64) -> v1::ReportRequest {
+    placed_and(decision, state_number, true)
+}
+
+/// Reports a decision's item as placed as planned; whether it was found so or is only assumed to be.
+pub(crate) fn placed_and(
+    decision: &v1::Decision,
+    state_number: u64,
+    is_found: bool,
+) -> v1::ReportRequest {
     v1::ReportRequest {
         decision_id: decision.decision_id.clone(),
         outcome: Some(v1::Outcome {
@@ -126,6 +135,7 @@ pub(crate) fn placed(decision: &v1::Decision, state_number: u64) -> v1::ReportRe
             container_from_item: decision.container_from_item,
             is_inside: true,
             state_number,
+            is_found,
             ..v1::Outcome::default()
         }),
         ..v1::ReportRequest::default()

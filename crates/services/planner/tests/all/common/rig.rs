@@ -13,7 +13,7 @@ use ppnpack_wire::keys::Service;
 use ppnpack_wire::v1::{self, PlanResult};
 use ppnpack_wire::{convert, rpc::Request};
 
-use super::{announcement, block, cell, placed, show, soon};
+use super::{announcement, block, cell, placed_and, show, soon};
 
 /// What perception shows: the number of the cell's state, and the container's surface.
 pub(crate) struct Shown {
@@ -132,13 +132,14 @@ impl Rig {
         reply.decision.unwrap()
     }
 
-    /// Reports a block as placed, and shows it.
+    /// Reports a block as placed and found, and shows it.
     pub(crate) fn place(&self, decision: &v1::Decision) {
-        self.place_square(decision, 6);
+        self.place_square(decision, 6, true);
     }
 
-    /// Reports a square box of so many cells a side as placed, and shows it.
-    pub(crate) fn place_square(&self, decision: &v1::Decision, cells: usize) {
+    /// Reports a square box of so many cells a side as placed, and shows it; whether it was found or
+    /// is only assumed to lie there.
+    pub(crate) fn place_square(&self, decision: &v1::Decision, cells: usize, is_found: bool) {
         let resting = decision.placement.as_ref().unwrap();
         let resting = convert::placement::read_resting(resting).unwrap();
         let at = resting.placement;
@@ -148,7 +149,7 @@ impl Rig {
             shown.raise((at.x, at.y), cells, bottom_m + 0.04);
             shown.state_number
         };
-        self.call(placed(decision, state_number));
+        self.call(placed_and(decision, state_number, is_found));
     }
 
     pub(crate) fn finish(self) {
