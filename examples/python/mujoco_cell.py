@@ -366,7 +366,7 @@ class Bridge:
             "hold": (bridge.HoldRequest, bridge.HoldReply, self._on_hold),
             "resume": (bridge.ResumeRequest, bridge.ResumeReply, self._on_resume),
             "changed": (bridge.ChangedRequest, bridge.ChangedReply, self._on_changed),
-            "state": (bridge.CellStateRequest, bridge.CellStateReply, lambda _, reply: reply.state.CopyFrom(self._state())),
+            "state": (bridge.CellStateRequest, bridge.CellStateReply, lambda request, reply: None),
         }
         key = f"ppnpack/v1/{NAME}/rpc/bridge/*"
         self._queryable = session.declare_queryable(key, lambda query: self._answers.submit(self._answer, query), complete=True)
@@ -394,6 +394,8 @@ class Bridge:
                     raise Refusal(Status.UNAVAILABLE, f"this is not {request.header.cell}")
                 with self._changed:
                     work(request, reply)
+                    if hasattr(reply, "state"):
+                        reply.state.CopyFrom(self._state())
                 reply.header.status = Status.OK
             except DecodeError as error:
                 reply.header.status, reply.header.message = Status.INVALID, str(error)
@@ -427,9 +429,11 @@ class Bridge:
             raise Refusal(Status.STALE, f"it was not decided within the last {DECISION_AGE_S:g} s: plan anew")
         if request.object not in self._cell.shapes:
             raise Refusal(Status.NOT_FOUND, f"the cell has no object '{request.object}'")
+        if not request.placement_id or not request.item_id or request.item_id in self._cell.items:
+            raise Refusal(Status.INVALID, "placement_id and item_id are needed, and of an item that does not lie there")
         turn = request.container_from_item.orientation
-        if not request.placement_id or not math.isclose(math.hypot(turn.x, turn.y, turn.z, turn.w), 1.0, abs_tol=1e-3):
-            raise Refusal(Status.INVALID, "it needs a placement_id and a container_from_item")
+        if not math.isclose(math.hypot(turn.x, turn.y, turn.z, turn.w), 1.0, abs_tol=1e-3):
+            raise Refusal(Status.INVALID, "container_from_item.orientation: that is no unit quaternion")
         if not outside_m(pose_of(request.container_from_item).apply(self._cell.shapes[request.object].mesh.center_mass)).max() <= 0.1:
             raise Refusal(Status.INVALID, "container_from_item: that is outside the container")
 
@@ -458,13 +462,11 @@ class Bridge:
         # What is under way is brought to its end: this robot cannot break off, and is_aborting only asks those that can.
         self._hold = self._hold or request.reason or "somebody holds it"
         self._changed.notify_all()
-        reply.state.CopyFrom(self._state())
 
     def _on_resume(self, request: bridge.ResumeRequest, reply: bridge.ResumeReply) -> None:
         if self._hold:
             self._hold = ""
             self._count_up()
-        reply.state.CopyFrom(self._state())
 
     def _on_changed(self, request: bridge.ChangedRequest, reply: bridge.ChangedReply) -> None:
         if self._under_way:
@@ -472,7 +474,6 @@ class Bridge:
         if request.removed_item_ids:
             raise Refusal(Status.INVALID, "removed_item_ids: nobody can reach into this cell")
         self._count_up()
-        reply.state.CopyFrom(self._state())
 
     def _begin(self, name: str, work: Callable[[], None]) -> None:
         self._under_way = name
@@ -528,29 +529,29 @@ class Bridge:
         # Where it was found to lie: the planner tries the next items beside it there.
         outcome.container_from_item.CopyFrom(message_of(found.container_from_item))
         outcome.is_inside, outcome.slide_m, outcome.tilt_rad = found.is_inside, found.slide_m, found.tilt_rad
-        self._end(lambda: self._tell(request, found, outcome))
+        # Before the new state is told: a cloud shows the state whose number it has.
+        seen = self._look()
+        with self._changed:
+            self._end(seen)
+            self.findings.append(found)
+            outcome.state_number = self._state_number
+            execution = self._placements[request.placement_id][1]
+            execution.phase = bridge.EXECUTION_PHASE_ENDED
+            execution.outcome.CopyFrom(outcome)
         self._put("outcome", outcome)
-
-    def _tell(self, request: bridge.PlaceRequest, found: Finding, outcome: bridge.Outcome) -> None:
-        self.findings.append(found)
-        outcome.state_number = self._state_number
-        execution = self._placements[request.placement_id][1]
-        execution.phase = bridge.EXECUTION_PHASE_ENDED
-        execution.outcome.CopyFrom(outcome)
 
     def _bring_empty(self, renewal: str) -> None:
         self._cell.empty()
-        self.findings = []
-        self._end(lambda: self._renewals.update({renewal: self._state_number}))
-
-    def _end(self, tell: Callable[[], None]) -> None:
-        """Looks at what lies there before the new state is told: a cloud shows the state whose number it has."""
         seen = self._look()
         with self._changed:
-            self._views, self._bodies = seen
-            self._under_way = ""
-            self._count_up()
-            tell()
+            self._end(seen)
+            self.findings = []
+            self._renewals[renewal] = self._state_number
+
+    def _end(self, seen: tuple[list[NDArray[np.float32]], list[bridge.Body]]) -> None:
+        self._views, self._bodies = seen
+        self._under_way = ""
+        self._count_up()
 
     # Streams
 
@@ -592,16 +593,15 @@ class Stack:
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             self._endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
-        try:
-            for service, text in zip(SERVICES, configurations(options, view, self._endpoint)):
-                configuration, log = self._folder / f"{service}.toml", self._folder / f"{service}.log"
-                configuration.write_text(text)
-                program = options.ppnpack.resolve().with_name(f"ppnpack-{service}")
-                with log.open("wb") as out:
-                    self._processes[service] = subprocess.Popen([program, "--config", configuration], stdout=out, stderr=out)
-        except BaseException:
-            self.close()
-            raise
+        for service, text in zip(SERVICES, configurations(options, view, self._endpoint)):
+            (self._folder / f"{service}.toml").write_text(text)
+        self._programs = options.ppnpack.resolve().parent
+
+    def start(self) -> None:
+        for service in SERVICES:
+            with (self._folder / f"{service}.log").open("wb") as log:
+                command = [self._programs / f"ppnpack-{service}", "--config", self._folder / f"{service}.toml"]
+                self._processes[service] = subprocess.Popen(command, stdout=log, stderr=log)
 
     def connect(self, patience_s: float) -> Connection:
         """A connection, once all services are ready: the planner takes a while to prepare a catalogue that is new to it."""
@@ -643,7 +643,8 @@ class Stack:
 
 def configurations(options: argparse.Namespace, view: str, endpoint: str) -> tuple[str, str, str]:
     """The files of router, perception and planner."""
-    start = '[admin]\nlisten = "off"\n[zenoh]\n'
+    # On a machine that is busy with other things a process may be silent for seconds, and is not gone.
+    start = '[admin]\nlisten = "off"\n[zenoh]\nlease_s = 30.0\n'
     client = f'{start}connect = "{endpoint}"\n[service]\n'
     x_m, y_m, z_m = SIZE_M
     grid = f"""
@@ -726,6 +727,7 @@ def pack_all(options: argparse.Namespace, view: str, sequences: dict[int, list[s
     """Packs the sequences one after another, seen by exact scans or by cameras."""
     runs, stack = [], Stack(options, view)
     try:
+        stack.start()
         progress("waiting for the services")
         with stack.connect(patience_s=900.0) as connection:
             robot = Bridge(connection.session, PhysicalCell(shapes), sensors_of(view, options.cameras), options.cloud_period)

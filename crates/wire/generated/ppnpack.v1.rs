@@ -1480,7 +1480,8 @@ pub struct Scene {
     #[prost(message, optional, tag = "1")]
     pub grid: ::core::option::Option<Grid>,
     /// The height of each cell's content in units, 0 to 8,191: 16-bit integers, little-endian, cell (x, y) at x * ny + y.
-    /// Everything below a height counts as full. What is not known counts as higher than the rim.
+    /// Everything below a height counts as full. What was not seen is as high as the lines of sight leave open, and higher than
+    /// the rim where none passes.
     #[prost(bytes = "vec", tag = "2")]
     pub heights: ::prost::alloc::vec::Vec<u8>,
     /// The surface in more detail, where it is known; the check for stability uses it.
@@ -1581,7 +1582,7 @@ pub struct HeightmapQuality {
     /// Points of the cloud that lie within the container, seen from above.
     #[prost(uint64, tag = "1")]
     pub points_inside: u64,
-    /// Cells of which too little was seen. They count as higher than the rim.
+    /// Cells of which a part has no line of sight passing over it. They count as higher than the rim.
     #[prost(uint32, tag = "2")]
     pub unknown_cells: u32,
     /// All cells.

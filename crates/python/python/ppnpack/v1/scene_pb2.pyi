@@ -15,11 +15,13 @@ class DoubtKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     DOUBT_KIND_RIM_AWAY: _ClassVar[DoubtKind]
     DOUBT_KIND_INTRUSION: _ClassVar[DoubtKind]
     DOUBT_KIND_NOT_STILL: _ClassVar[DoubtKind]
+    DOUBT_KIND_ABOVE_RIM: _ClassVar[DoubtKind]
 DOUBT_KIND_UNSPECIFIED: DoubtKind
 DOUBT_KIND_LITTLE_SEEN: DoubtKind
 DOUBT_KIND_RIM_AWAY: DoubtKind
 DOUBT_KIND_INTRUSION: DoubtKind
 DOUBT_KIND_NOT_STILL: DoubtKind
+DOUBT_KIND_ABOVE_RIM: DoubtKind
 
 class Scene(_message.Message):
     __slots__ = ("grid", "heights", "surface")
@@ -32,12 +34,14 @@ class Scene(_message.Message):
     def __init__(self, grid: _Optional[_Union[_grid_pb2.Grid, _Mapping]] = ..., heights: _Optional[bytes] = ..., surface: _Optional[_Union[Surface, _Mapping]] = ...) -> None: ...
 
 class Surface(_message.Message):
-    __slots__ = ("samples_per_cell", "heights_m")
+    __slots__ = ("samples_per_cell", "heights_m", "support_m")
     SAMPLES_PER_CELL_FIELD_NUMBER: _ClassVar[int]
     HEIGHTS_M_FIELD_NUMBER: _ClassVar[int]
+    SUPPORT_M_FIELD_NUMBER: _ClassVar[int]
     samples_per_cell: int
     heights_m: bytes
-    def __init__(self, samples_per_cell: _Optional[int] = ..., heights_m: _Optional[bytes] = ...) -> None: ...
+    support_m: bytes
+    def __init__(self, samples_per_cell: _Optional[int] = ..., heights_m: _Optional[bytes] = ..., support_m: _Optional[bytes] = ...) -> None: ...
 
 class Heightmap(_message.Message):
     __slots__ = ("id", "state_number", "captured_at_ns", "scene", "quality", "cell")

@@ -17,8 +17,13 @@ use super::{CellPlanner, Shape};
 impl CellPlanner {
     /// What lies in a container: where the bridge found it, else where the session last knew each packed item. `None`
     /// where nobody asks.
-    pub(super) fn content(&mut self, container: &str, deadline: Instant) -> Option<Content> {
-        if !self.settings.method.trial.is_on() && !self.has_loads(container) {
+    pub(super) fn content(
+        &mut self,
+        container: &str,
+        has_bounds: bool,
+        deadline: Instant,
+    ) -> Option<Content> {
+        if !self.settings.method.trial.is_on() && !has_bounds && !self.has_loads(container) {
             return None;
         }
         if let Some(bodies) = self.bodies(container, deadline) {

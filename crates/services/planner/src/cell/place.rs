@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::hidden::SceneMemory;
 use ppnpack_service::ServiceError;
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::{CallError, Client};
@@ -36,6 +38,8 @@ pub(super) struct Place {
     pub(super) planning: Planning,
     pub(super) scenes: Scenes,
     pub(super) bridge_clock: BridgeClock,
+    /// What was seen last, for what is hidden now.
+    memory: SceneMemory,
     client: Client,
     /// The bridge did not say in which state the container is, and is not asked again before.
     left_alone_until: Option<Instant>,
@@ -75,6 +79,7 @@ impl Place {
             planning,
             scenes,
             bridge_clock: BridgeClock::subscribe(process, &address)?,
+            memory: SceneMemory::default(),
             client: shared.helpers.client.clone(),
             left_alone_until: None,
             uninspected_until: None,
@@ -103,6 +108,11 @@ impl Place {
             }
             self.changed(Some(state_number));
         }
+    }
+
+    /// Gives what is hidden in a scene of this container the heights of what is known to lie there.
+    pub(super) fn complete(&mut self, scene: Scene) -> Scene {
+        self.memory.complete(self.planning.grid(), scene)
     }
 
     /// The content changed just now, to this state where it is known.

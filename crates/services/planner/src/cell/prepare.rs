@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use ppnpack_packing::blocked::block;
 use ppnpack_packing::containers::ContainerChoice;
-use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_packing::orders::{Attempt, Orders};
 use ppnpack_packing::step::Candidate;
 use ppnpack_wire::v1::Status;
@@ -276,9 +276,12 @@ impl CellPlanner {
         mut seen: Seen,
         deadline: Instant,
     ) -> Result<PreparedContainer, Refusal> {
-        if let Some(content) = self.content(&name, deadline) {
+        let has_bounds = seen.scene.surface().is_some_and(Surface::has_bounds);
+        if let Some(content) = self.content(&name, has_bounds, deadline) {
             seen.scene = seen.scene.with_content(content);
         }
+        let place = self.place_of(&name)?;
+        seen.scene = place.complete(seen.scene);
         if let Some(leaving) = self.leaving(&name)? {
             seen.scene = seen.scene.with_leaving(leaving);
         }
