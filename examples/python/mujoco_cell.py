@@ -1,9 +1,9 @@
 """A packing cell in MuJoCo behind the stack, and how full its containers get.
 
 It is what an integrator writes for a real cell, in one file: a bridge of one's own (docs/protocol.md), cameras that publish clouds, and a
-controller that has containers packed. Its physics are not those that the planner tries placements in, so it tells what the planner's cannot.
+controller that has containers packed. The physics are not those that the planner tries placements in: they show what it does not know.
 
-    pip install mujoco scipy trimesh vhacdx -r examples/python/requirements.txt
+    pip install mujoco "scipy>=1.16" trimesh vhacdx -r examples/python/requirements.txt
     export PYTHONPATH=crates/python/python
     python examples/python/mujoco_cell.py --ppnpack target/release/ppnpack --catalogue FOLDER --view camera --sequences 0-3
 
@@ -31,18 +31,22 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
-import mujoco
-import numpy as np
-import trimesh
-import zenoh
-from google.protobuf.message import DecodeError, Message
-from numpy.typing import NDArray
-from scipy.spatial.transform import RigidTransform, Rotation
+try:
+    import mujoco
+    import numpy as np
+    import trimesh
+    import vhacdx  # noqa: F401 (trimesh needs it to make convex pieces)
+    import zenoh
+    from google.protobuf.message import DecodeError, Message
+    from numpy.typing import NDArray
+    from scipy.spatial.transform import RigidTransform, Rotation
 
-from ppnpack.client import Announcement, Cell, ClientError, Connection, ItemState, PlanResult, Status, Unanswered, Unreachable
-from ppnpack.v1 import bridge_pb2 as bridge
-from ppnpack.v1 import cloud_pb2 as cloud
-from ppnpack.v1 import geometry_pb2 as geometry
+    from ppnpack.client import Announcement, Cell, ClientError, Connection, ItemState, PlanResult, Status, Unanswered, Unreachable
+    from ppnpack.v1 import bridge_pb2 as bridge
+    from ppnpack.v1 import cloud_pb2 as cloud
+    from ppnpack.v1 import geometry_pb2 as geometry
+except ImportError as error:
+    sys.exit(f"mujoco_cell: {error}; what is needed, and where it comes from, stands at the beginning of {__file__}")
 
 Array = NDArray[np.float64]
 
@@ -78,14 +82,17 @@ def listed_meshes(folder: pathlib.Path) -> dict[str, tuple[pathlib.Path, float, 
         raise InputError(f"--catalogue {folder}: there is no such folder; give one of .ply, .obj or .stl files")
     paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in (".ply", ".obj", ".stl"))
     rows: list[dict[str, str]] = [{"file": path.name} for path in paths]
-    if (table := folder / "objects.csv").is_file():
-        rows = list(csv.DictReader(table.read_text().splitlines()))
-        rows.sort(key=lambda row: int(row.get("index") or rows.index(row)))
-    scales = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
-    listed = {}
-    for row in rows:
-        path = folder / row["file"]
-        listed[row.get("name") or path.stem] = path, scales[row.get("unit") or ""], float(row.get("mass_kg") or 0.0) or None
+    scales, listed, table = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}, {}, folder / "objects.csv"
+    try:
+        if table.is_file():
+            rows = list(csv.DictReader(table.read_text().splitlines()))
+            order = {id(row): int(row.get("index") or number) for number, row in enumerate(rows)}
+            rows.sort(key=lambda row: order[id(row)])
+        for row in rows:
+            path = folder / row["file"]
+            listed[row.get("name") or path.stem] = path, scales[row.get("unit") or ""], float(row.get("mass_kg") or 0.0) or None
+    except (KeyError, ValueError) as error:
+        raise InputError(f"{table}: {error}; `ppnpack catalogue check --catalogue {folder}` says what is wrong with it") from error
     if not listed:
         raise InputError(f"--catalogue {folder}: it has no meshes; give a folder of .ply, .obj or .stl files")
     return listed
@@ -677,8 +684,10 @@ trial = {{ limits = {{ tilt_rad = {math.radians(25.0)}, slide_m = 0.018 }} }}
 proposals = {{ from = "bounded" }}
 evaluate = "in-process"
 """
+    router = f'{start}listen = "{endpoint}"\n'
     perception = f"{client}has_unlisted_cells = false\n{grid}{mapper if view == 'camera' else ''}"
-    return f'{start}listen = "{endpoint}"\n', perception, f"{client}catalogue = {json.dumps(str(options.catalogue.resolve()))}\n{grid}{method}"
+    planner = f"{client}catalogue = {json.dumps(str(options.catalogue.resolve()))}\n{grid}{method}"
+    return router, perception, planner
 
 
 # Packing
@@ -712,9 +721,12 @@ def pack(cell: Cell, robot: Bridge, shapes: dict[str, Shape], names: list[str], 
 
 
 def sequence_of(number: int, options: argparse.Namespace, names: list[str]) -> list[str]:
-    """The objects that arrive: a line of the file of indices, or drawn by the seed where there is none or the catalogue has fewer objects."""
+    """The objects that arrive: by a line of indices, or drawn by the seed where there is none or the catalogue has fewer objects."""
     if options.sequence_file is not None:
-        lines = np.load(options.sequence_file, mmap_mode="r")
+        try:
+            lines = np.load(options.sequence_file)
+        except (OSError, ValueError) as error:
+            raise InputError(f"--sequence-file {options.sequence_file}: {error}; give a .npy file, or none for random sequences") from error
         if lines.ndim != 2 or not 0 <= number < len(lines):
             raise InputError(f"--sequences {number}: {options.sequence_file} has the shape {lines.shape}; give numbers of its lines")
         if 0 <= lines[number].min() and lines[number].max() < len(names):
@@ -786,7 +798,10 @@ def run(options: argparse.Namespace) -> int:
 
 def numbers_of(text: str) -> list[int]:
     parts = [part.partition("-") for part in text.split(",")]
-    return [number for first, _, last in parts for number in range(int(first), int(last or first) + 1)]
+    try:
+        return [number for first, _, last in parts for number in range(int(first), int(last or first) + 1)]
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"'{text}' are no numbers; give such as 0-9 or 0,3,7") from error
 
 
 def read_options() -> argparse.Namespace:
@@ -797,7 +812,7 @@ def read_options() -> argparse.Namespace:
     add("--view", choices=["exact", "camera"], default="camera", help="what the container is seen by")
     add("--cameras", type=int, choices=[1, 2], default=1, help="how many cameras there are")
     add("--sequences", type=numbers_of, default=[0], metavar="0-9", help="which are packed, a container each")
-    add("--sequence-file", type=pathlib.Path, metavar="FILE.npy", help="lines of indices into the catalogue; without it they are random")
+    add("--sequence-file", type=pathlib.Path, metavar="FILE.npy", help="lines of indices of objects; without it they are random")
     add("--seed", type=int, default=0, help="of random sequences")
     add("--items", type=int, default=80, help="how many items arrive")
     add("--buffer", type=int, default=5, help="how many of them may be chosen from")
@@ -808,14 +823,12 @@ def read_options() -> argparse.Namespace:
     add("--cloud-period", type=float, default=0.2, help="how often clouds are published, in seconds")
     add("--cache", type=pathlib.Path, default=pathlib.Path.home() / ".cache" / "ppnpack-mujoco", help="where convex pieces are kept")
     add("--json", type=pathlib.Path, metavar="FILE", help="where the figures are written")
-    add("--least-volume-share", type=float, metavar="SHARE", help="pack by both views; fail where cameras have less of the exact scan's volume")
+    add("--least-volume-share", type=float, metavar="SHARE", help="pack by both views; fail where cameras have less of the scan's volume")
     add("--most-unsteady", type=float, metavar="SHARE", help="fail where a greater share of what was placed did not stay")
     options = parser.parse_args()
     missing = [f"ppnpack-{name}" for name in SERVICES if not options.ppnpack or not options.ppnpack.with_name(f"ppnpack-{name}").is_file()]
     if missing:
         raise InputError(f"--ppnpack {options.ppnpack}: {', '.join(missing)} should be beside it; `cargo build --release --bins` makes them")
-    if options.sequence_file is not None and not options.sequence_file.is_file():
-        raise InputError(f"--sequence-file {options.sequence_file}: there is no such file; without it sequences are random")
     return options
 
 
