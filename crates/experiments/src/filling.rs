@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_cli::failure::{OrRun, Outcome};
-use ppnpack_cli::options::CatalogueOptions;
+use ppnpack_cli::options::{CatalogueOptions, ViewOptions};
 use ppnpack_cli::sequence::{Sequence, SequenceFile};
 use ppnpack_packing::episode::{Observer, Play, play};
 use ppnpack_physics::outcome::is_unsteady;
@@ -67,6 +67,9 @@ pub(crate) struct FillingArguments {
     )]
     physics: Vec<Physics>,
 
+    #[command(flatten)]
+    view: ViewOptions,
+
     /// Sequences packed at once, by default one per core
     #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
     workers: usize,
@@ -105,6 +108,10 @@ pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
         Some(path) => ways::read(path)?,
         None => arguments.compare.ways(&arguments.only)?,
     };
+    let ways: Vec<Way> = ways
+        .into_iter()
+        .map(|way| way.seen_by(&arguments.view))
+        .collect();
     let part = arguments.runs.part(&arguments.out);
     let compare = arguments.compare;
     let mut results = Results::new(compare.title(), &ways, arguments);

@@ -141,6 +141,11 @@ pub(crate) fn run(arguments: &StabilityArguments) -> Outcome {
     let simulated = arguments
         .physics
         .simulated(&grid, arguments.seed, Conditions::Robot)?;
+    if simulated.camera.is_some() {
+        return Err(Failure::input(
+            "--view camera: what stays is told of an exact scan",
+        ));
+    }
     let mut physics = simulated.cell;
     physics.settle_time_s = arguments.physics.settle.unwrap_or(SETTLE_S);
     let catalogue = arguments.catalogue.load(grid.resolution())?;

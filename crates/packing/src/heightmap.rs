@@ -283,7 +283,10 @@ impl Surface {
 
     /// Whether one of the eight samples around a sample is as high as this, in metres.
     pub(crate) fn reaches_beside(&self, sample: usize, height_m: f32) -> bool {
-        let (x, y) = ((sample / self.ny).saturating_sub(1), (sample % self.ny).saturating_sub(1));
+        let (x, y) = (
+            (sample / self.ny).saturating_sub(1),
+            (sample % self.ny).saturating_sub(1),
+        );
         self.highest_in(x, y, 3) >= height_m
     }
 

@@ -106,12 +106,20 @@ fn complete(
 }
 
 /// The cells of changed samples, as high as the highest of their samples now.
-fn changed(grid: &Grid, heightmap: &Heightmap, surface: &Surface, completed: &Surface) -> Heightmap {
+fn changed(
+    grid: &Grid,
+    heightmap: &Heightmap,
+    surface: &Surface,
+    completed: &Surface,
+) -> Heightmap {
     let samples = grid.resolution().samples_per_cell();
     let mut heightmap = heightmap.clone();
     let both = surface.heights_m().iter().zip(completed.heights_m());
     for (sample, (before_m, after_m)) in both.enumerate() {
-        let (x, y) = (sample / surface.ny() / samples, sample % surface.ny() / samples);
+        let (x, y) = (
+            sample / surface.ny() / samples,
+            sample % surface.ny() / samples,
+        );
         let height = || {
             let height_m = completed.highest_in(x * samples, y * samples, samples);
             grid.resolution().units_above(f64::from(height_m))
@@ -161,5 +169,9 @@ fn is_in_place(one: &LyingSolid, other: &LyingSolid) -> bool {
 
 /// The box around a solid in the container's frame.
 fn bounds(solid: &LyingSolid) -> Option<Bounds> {
-    solid.model.mesh.transformed(&solid.container_from_item).bounds()
+    solid
+        .model
+        .mesh
+        .transformed(&solid.container_from_item)
+        .bounds()
 }

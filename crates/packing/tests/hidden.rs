@@ -67,7 +67,11 @@ fn what_is_hidden_is_as_high_as_what_is_known_to_lie_there_but_never_above_its_b
     let grid = Grid::reference();
     let seen = scene(&hidden, 0.1);
     assert_eq!(seen.heightmap().get(11, 2), Some(151));
-    let known = completed(&mut SceneMemory::default(), seen.clone(), vec![block("block", 0.1)].into());
+    let known = completed(
+        &mut SceneMemory::default(),
+        seen.clone(),
+        vec![block("block", 0.1)].into(),
+    );
     assert_eq!(at(&known, 42), (0.0, 0.001));
     assert_eq!(at(&known, 44), (0.0, 0.003));
     assert_eq!(at(&known, 46), (0.0, 0.003));
@@ -75,10 +79,18 @@ fn what_is_hidden_is_as_high_as_what_is_known_to_lie_there_but_never_above_its_b
     assert!(known.heightmap().get(5, 2) == Some(50) && grid.rim() == 150);
     // Where not all is known, only the bounds count.
     let some = [LyingBody::Known(block("block", 0.1)), LyingBody::Unknown];
-    let partly = completed(&mut SceneMemory::default(), seen.clone(), some.into_iter().collect());
+    let partly = completed(
+        &mut SceneMemory::default(),
+        seen.clone(),
+        some.into_iter().collect(),
+    );
     assert_eq!(partly.heightmap(), seen.heightmap());
     let assumed = [LyingBody::Known(block("block", 0.1)).assumed()];
-    let assumed = completed(&mut SceneMemory::default(), seen.clone(), assumed.into_iter().collect());
+    let assumed = completed(
+        &mut SceneMemory::default(),
+        seen.clone(),
+        assumed.into_iter().collect(),
+    );
     assert_eq!(assumed.heightmap(), seen.heightmap());
 }
 
@@ -92,7 +104,11 @@ fn an_edge_that_shows_beside_a_sample_is_as_high_as_its_solid() {
     // The solid reaches half a millimetre into the sample beside those in which it was seen.
     let seen = scene(&[(60, 0.05)], 0.1);
     assert_eq!(at(&seen, 40), (0.0, 0.0));
-    let known = completed(&mut SceneMemory::default(), seen.clone(), vec![wide.clone()].into());
+    let known = completed(
+        &mut SceneMemory::default(),
+        seen.clone(),
+        vec![wide.clone()].into(),
+    );
     assert!((at(&known, 40).0 - 0.1).abs() < 1e-6);
     assert_eq!(known.heightmap().get(10, 2), Some(50));
     // Not where the picture does not show it at all.

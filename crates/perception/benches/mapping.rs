@@ -59,9 +59,12 @@ fn bounding(criterion: &mut Criterion) {
     let resolution = Resolution::new(0.0025, 0.002, Yaws::half_turn(4).unwrap()).unwrap();
     let grid = Grid::new(ContainerSize::REFERENCE, resolution).unwrap();
     let mut mapper = Mapper::new(&grid, MapperSettings::of_camera(0.001)).unwrap();
-    criterion.bench_function(&format!("{measured} points of a camera, with bounds"), |bencher| {
-        bencher.iter(|| mapper.map(points.iter().copied(), &pose).unwrap());
-    });
+    criterion.bench_function(
+        &format!("{measured} points of a camera, with bounds"),
+        |bencher| {
+            bencher.iter(|| mapper.map(points.iter().copied(), &pose).unwrap());
+        },
+    );
 }
 
 fn mapping(criterion: &mut Criterion) {

@@ -277,7 +277,12 @@ impl Mapper {
             return;
         }
         let ny = self.grid.ny() * self.grid.resolution().samples_per_cell();
-        let seen = self.points.iter().filter(|points| **points > 0).count().max(1);
+        let seen = self
+            .points
+            .iter()
+            .filter(|points| **points > 0)
+            .count()
+            .max(1);
         let sum: u64 = self.points.iter().map(|points| u64::from(*points)).sum();
         let few = 0.5 * sum as f64 / (seen * self.sights.len()) as f64;
         let count = self.samples_m.len();
@@ -286,7 +291,11 @@ impl Mapper {
             let is_sparse = *points > 0 && f64::from(*points) < few;
             let mut around = neighbours(sample, count, ny);
             let step_m = height_m + STEP_M;
-            let is_step = |near: usize| self.samples_m.get(near).is_some_and(|near_m| *near_m > step_m);
+            let is_step = |near: usize| {
+                self.samples_m
+                    .get(near)
+                    .is_some_and(|near_m| *near_m > step_m)
+            };
             (is_sparse && around.any(is_step)).then_some(sample)
         };
         let hidden = self.points.iter().enumerate().filter_map(is_hidden);
@@ -311,14 +320,15 @@ impl Mapper {
                 if is_inner_row && ys.contains(&y) {
                     continue;
                 }
-                let near = x.clamp(*xs.start(), *xs.end()) * raster.ny
-                    + y.clamp(*ys.start(), *ys.end());
+                let near =
+                    x.clamp(*xs.start(), *xs.end()) * raster.ny + y.clamp(*ys.start(), *ys.end());
                 let height_m = self.samples_m.get(near).copied().unwrap_or(NO_POINT);
                 let is_bound = self.is_bound.get(near).copied().unwrap_or(false);
                 let sample = x * raster.ny + y;
-                if let (Some(sample_m), Some(is_bound_here)) =
-                    (self.samples_m.get_mut(sample), self.is_bound.get_mut(sample))
-                    && !is_known(*sample_m)
+                if let (Some(sample_m), Some(is_bound_here)) = (
+                    self.samples_m.get_mut(sample),
+                    self.is_bound.get_mut(sample),
+                ) && !is_known(*sample_m)
                 {
                     (*sample_m, *is_bound_here) = (height_m, is_bound);
                 }
@@ -373,7 +383,9 @@ impl Mapper {
         self.cells_m.fill(NO_POINT);
         let rows = by_cell(&self.samples_m, per_cell, ny);
         for ((cell, row), (_, bounds)) in rows.zip(by_cell(&self.is_bound, per_cell, ny)) {
-            if let (Some(cell_m), Some(is_seen)) = (self.cells_m.get_mut(cell), is_seen.get_mut(cell)) {
+            if let (Some(cell_m), Some(is_seen)) =
+                (self.cells_m.get_mut(cell), is_seen.get_mut(cell))
+            {
                 *cell_m = row.iter().copied().fold(*cell_m, f32::max);
                 let mut samples = row.iter().zip(bounds);
                 *is_seen |= samples.any(|(sample_m, is_bound)| is_known(*sample_m) && !is_bound);

@@ -81,7 +81,9 @@ impl Sight {
         let far = |at: f64, eye: f64| eye + (at - eye) * spread;
         let corner = Point2::new(far(0.0, eye.x), far(0.0, eye.y));
         let sides_m = [container.x_m * spread, container.y_m * spread];
-        let pitch_m = sides_m.iter().fold(pitch_m, |pitch_m, side_m| pitch_m.max(side_m / MAX_CELLS));
+        let pitch_m = sides_m
+            .iter()
+            .fold(pitch_m, |pitch_m, side_m| pitch_m.max(side_m / MAX_CELLS));
         let [nx, ny] = sides_m.map(|side_m| (side_m / pitch_m).ceil().max(1.0) as usize);
         Some(Self {
             eye,

@@ -229,7 +229,10 @@ fn half_a_picture_a_shifted_one_and_a_forgotten_pose_are_noticed_as_it_is_deploy
     let mut mapper = mapper(settings);
     let pose = above().world_from_camera;
     let points = Scene::new().points(5);
-    assert_eq!(mapper.map(points.iter().copied(), &pose).unwrap().doubts, []);
+    assert_eq!(
+        mapper.map(points.iter().copied(), &pose).unwrap().doubts,
+        []
+    );
     let half = points.iter().filter(|point| point.x < 0.0);
     let mapped = mapper.map(half.copied(), &pose).unwrap();
     assert!(matches!(mapped.doubts[0], Doubt::LittleSeen { .. }));

@@ -66,7 +66,13 @@ fn errors(grid: &Grid, case: &Case, mapped: &Mapped) -> (f64, f64) {
 
 #[test]
 fn an_empty_container_has_no_unknown_cell() {
-    for (cell_m, tilt_rad) in [(0.01, 0.0), (0.005, 0.0), (0.0025, 0.0), (0.0025, 0.2), (0.005, 0.35)] {
+    for (cell_m, tilt_rad) in [
+        (0.01, 0.0),
+        (0.005, 0.0),
+        (0.0025, 0.0),
+        (0.0025, 0.2),
+        (0.005, 0.35),
+    ] {
         let mut case = with_boxes(&[]);
         case.look_from(0.7, tilt_rad, 0.4, 0.3);
         let grid = grid(&case, cell_m);
@@ -74,7 +80,10 @@ fn an_empty_container_has_no_unknown_cell() {
         let highest = mapped.scene.heightmap().max();
         assert_eq!(mapped.unknown_cells, 0, "{cell_m} {tilt_rad}");
         // In the shadow of the near wall a camera that leans leaves more open.
-        assert!(tilt_rad > 0.0 || highest <= 4, "{cell_m} {tilt_rad}: {highest}");
+        assert!(
+            tilt_rad > 0.0 || highest <= 4,
+            "{cell_m} {tilt_rad}: {highest}"
+        );
         assert_eq!(mapped.doubts, []);
     }
 }
@@ -150,10 +159,15 @@ fn two_cameras_leave_less_open_than_each() {
         let mapped = seen(&grid, cases);
         let (surface, truth) = (mapped.scene.surface().unwrap().clone(), truth(&grid, &one));
         let pairs = surface.heights_m().iter().zip(truth.heights_m());
-        pairs.map(|(seen, truth)| f64::from(seen - truth)).sum::<f64>()
+        pairs
+            .map(|(seen, truth)| f64::from(seen - truth))
+            .sum::<f64>()
     };
     let both = excess_m3(&[&one, &other]);
-    assert!(both < 0.5 * excess_m3(&[&one]).min(excess_m3(&[&other])), "{both}");
+    assert!(
+        both < 0.5 * excess_m3(&[&one]).min(excess_m3(&[&other])),
+        "{both}"
+    );
 }
 
 #[test]

@@ -9,11 +9,10 @@ use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::object::{CatalogueObject, Model};
 use ppnpack_numbers::{factor_within, gaussian};
 use ppnpack_packing::check::Evidence;
-use ppnpack_packing::content::LyingSolid;
+use ppnpack_packing::content::{Content, LyingSolid};
 use ppnpack_packing::episode::PackingCell;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::hidden::SceneMemory;
 use ppnpack_packing::item::ShapeId;
 use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_packing::plan::{Candidate, StageError};
@@ -26,7 +25,7 @@ use crate::error::PhysicsError;
 use crate::moves::{LastPoses, Moves};
 use crate::outcome::{BodyState, PlacedReport};
 use crate::settings::CellSettings;
-use crate::view::{CameraSettings, Eyes};
+use crate::view::{CameraSettings, CameraView};
 
 /// What a placement of an episode led to.
 #[derive(Debug, Clone)]
@@ -65,8 +64,7 @@ pub struct SimulatedPackingCell {
     known: Vec<Arc<Model>>,
     sampling: Sampling,
     /// Where cameras see the cell in place of an exact scan.
-    eyes: Option<Eyes>,
-    memory: SceneMemory,
+    view: Option<CameraView>,
     gives_surface: bool,
     pose_error: PoseError,
     mass_error: f64,
@@ -120,8 +118,7 @@ impl SimulatedPackingCell {
             last_poses: LastPoses::default(),
             known: Vec::new(),
             sampling,
-            eyes: None,
-            memory: SceneMemory::default(),
+            view: None,
             gives_surface: true,
         })
     }
@@ -131,7 +128,7 @@ impl SimulatedPackingCell {
     /// # Errors
     /// [`PhysicsError::Setting`] where a setting is impossible.
     pub fn with_cameras(mut self, settings: &CameraSettings) -> Result<Self, PhysicsError> {
-        self.eyes = Some(Eyes::new(settings, &self.grid)?);
+        self.view = Some(CameraView::new(settings, &self.grid)?);
         Ok(self)
     }
 
@@ -228,23 +225,25 @@ fn by_shape(object: &CatalogueObject) -> impl Iterator<Item = (ShapeId, Arc<Mode
 
 impl PackingCell for SimulatedPackingCell {
     fn scan(&mut self) -> Result<Scene, StageError> {
-        let (cell, grid) = (&mut self.cell, &self.grid);
-        let scene = match (&mut self.eyes, self.sampling) {
-            (Some(eyes), _) => eyes.scene(cell)?,
-            (None, Sampling::Greatest) => cell.scan(grid)?,
-            (None, Sampling::Middle) if self.gives_surface => {
-                Scene::from_surface_at_middles(grid, cell.scan_surface(grid)?)?
-            }
-            (None, Sampling::Middle) => Scene::from_heightmap(cell.scan_middles(grid)?),
-        };
         let known = self.cell.contents().into_iter().map(|body| {
             let pose = &body.container_from_item;
             let pose = self.pose_error.disturb(pose, &mut self.random);
             let model = self.known.get(body.id.index());
             LyingSolid::new(model.map_or(body.model, Arc::clone), pose)
         });
-        let scene = scene.with_content(known.collect());
-        Ok(self.memory.complete(&self.grid, scene))
+        let known: Content = known.collect();
+        let (cell, grid) = (&mut self.cell, &self.grid);
+        if let Some(view) = &mut self.view {
+            return Ok(view.scene(cell, known)?);
+        }
+        let scene = match self.sampling {
+            Sampling::Greatest => cell.scan(grid)?,
+            Sampling::Middle if self.gives_surface => {
+                Scene::from_surface_at_middles(grid, cell.scan_surface(grid)?)?
+            }
+            Sampling::Middle => Scene::from_heightmap(cell.scan_middles(grid)?),
+        };
+        Ok(scene.with_content(known))
     }
 
     fn place(

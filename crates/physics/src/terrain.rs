@@ -173,6 +173,21 @@ mod tests {
     }
 
     #[test]
+    fn what_is_only_bounded_holds_nothing_up() {
+        let grid = Grid::reference();
+        let mut surface = Surface::empty(&grid);
+        (0..40).for_each(|x| (0..40).for_each(|y| surface.raise(x, y, 0.05)));
+        let held = surface.heights_m().iter().enumerate();
+        let ny = surface.ny();
+        let held = held.map(|(sample, height_m)| if sample / ny < 20 { *height_m } else { 0.0 });
+        let held = held.collect();
+        let scene = Scene::from_surface(&grid, surface.with_support(held).unwrap()).unwrap();
+        let boxes = unexplained(&grid, &scene, std::iter::empty()).unwrap();
+        assert!(is_in(&boxes, Point3::new(0.04, 0.05, 0.04)));
+        assert!(!is_in(&boxes, Point3::new(0.06, 0.05, 0.04)));
+    }
+
+    #[test]
     fn what_is_blocked_or_was_not_seen_is_left_out() {
         let grid = Grid::reference();
         let mut heightmap = Heightmap::empty(&grid);

@@ -4,8 +4,10 @@ use nalgebra::{Isometry3, Point3};
 use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel, View};
 use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_numbers::{SettingError, require, require_share};
+use ppnpack_packing::content::Content;
 use ppnpack_packing::grid::{ContainerSize, Grid};
 use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::hidden::SceneMemory;
 use ppnpack_perception::mapper::Mapper;
 use ppnpack_perception::settings::MapperSettings;
 use serde::{Deserialize, Serialize};
@@ -104,22 +106,38 @@ impl CameraSettings {
         let is_above = |height_m: f64| height_m > container.z_m && height_m.is_finite();
         require("camera.height_m", self.height_m, "above the rim", is_above)?;
         let is_length = |length_m: f64| (0.0..=1.0).contains(&length_m);
-        require("camera.noise.sigma_m", self.noise.sigma_m, "0 to 1 m", is_length)?;
+        require(
+            "camera.noise.sigma_m",
+            self.noise.sigma_m,
+            "0 to 1 m",
+            is_length,
+        )?;
         require_share("camera.noise.dropout", self.noise.dropout)?;
-        require("camera.noise.step_m", self.noise.step_m, "0 to 1 m", is_length)
+        require(
+            "camera.noise.step_m",
+            self.noise.step_m,
+            "0 to 1 m",
+            is_length,
+        )
     }
 
     fn poses(&self, container: ContainerSize) -> Result<Vec<DepthCamera>, PhysicsError> {
         let (x_m, y_m) = (container.x_m * 0.5, container.y_m * 0.5);
         let middle = Point3::new(x_m, y_m, 0.0);
-        let beside: &[f64] = if self.cameras < 2 { &[0.0] } else { &[-BESIDE_M, BESIDE_M] };
+        let beside: &[f64] = if self.cameras < 2 {
+            &[0.0]
+        } else {
+            &[-BESIDE_M, BESIDE_M]
+        };
         let cameras = beside.iter().map(|beside_m| {
             let place = Point3::new(x_m + beside_m, y_m, self.height_m);
             // One that leans sees the near wall's rim wider than one above the middle.
-            let sides_m = [container.x_m + 1.5 * beside_m.abs(), container.y_m + beside_m.abs()];
+            let sides_m = [
+                container.x_m + 1.5 * beside_m.abs(),
+                container.y_m + beside_m.abs(),
+            ];
             let to_rim_m = self.height_m - container.z_m;
-            let intrinsics =
-                Intrinsics::framing(self.width_px, self.height_px, sides_m, to_rim_m)?;
+            let intrinsics = Intrinsics::framing(self.width_px, self.height_px, sides_m, to_rim_m)?;
             let camera = DepthCamera {
                 // The rim may be right below the camera.
                 near_m: 0.01,
@@ -204,26 +222,39 @@ fn posed(mesh: &Mesh, container_from_mesh: Isometry3<f64>) -> Body<'_> {
 
 /// Cameras with what perception makes of their clouds.
 #[derive(Debug, Clone)]
-pub(crate) struct Eyes {
+pub struct CameraView {
     cameras: Cameras,
     mapper: Mapper,
+    memory: SceneMemory,
+    grid: Grid,
 }
 
-impl Eyes {
-    /// Eyes that see the content of a grid's container.
-    pub(crate) fn new(settings: &CameraSettings, grid: &Grid) -> Result<Self, PhysicsError> {
+impl CameraView {
+    /// A view of the content of a grid's container.
+    ///
+    /// # Errors
+    /// As [`Cameras::new`].
+    pub fn new(settings: &CameraSettings, grid: &Grid) -> Result<Self, PhysicsError> {
         let mapper = MapperSettings::of_camera(settings.noise.sigma_m);
         Ok(Self {
             cameras: Cameras::new(settings, grid.container())?,
             mapper: Mapper::new(grid, mapper)?,
+            memory: SceneMemory::default(),
+            grid: grid.clone(),
         })
     }
 
-    pub(crate) fn scene(&mut self, cell: &SimulatedCell) -> Result<Scene, PhysicsError> {
+    /// The scene of a cell in which this is known to lie.
+    ///
+    /// # Errors
+    /// As [`Cameras::see`].
+    pub fn scene(&mut self, cell: &SimulatedCell, known: Content) -> Result<Scene, PhysicsError> {
         self.mapper.clear();
         for cloud in self.cameras.see(cell)? {
-            self.mapper.add(cloud.points_m, &cloud.container_from_camera);
+            self.mapper
+                .add(cloud.points_m, &cloud.container_from_camera);
         }
-        Ok(self.mapper.finish()?.scene)
+        let scene = self.mapper.finish()?.scene.with_content(known);
+        Ok(self.memory.complete(&self.grid, scene))
     }
 }

@@ -12,9 +12,11 @@ use ppnpack_packing::stability::PublishedStability;
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::error::PhysicsError;
 use ppnpack_physics::settings::CellSettings;
+use ppnpack_physics::view::{CameraSettings, CameraView};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::cell::scanned;
 use crate::evaluation::{OUTSIDE, write_everywhere};
 use crate::placement::lay;
 
@@ -32,6 +34,8 @@ pub(crate) struct Setup {
     pub(crate) is_tested: bool,
     /// The cell that items are released in; without one they stay where they come to rest.
     pub(crate) cell: Option<CellSettings>,
+    /// The cameras that see it; without any it is scanned exactly.
+    pub(crate) camera: Option<CameraSettings>,
 }
 
 /// An item's surfaces as observed: padded to the grid, one after another per yaw; without material 0 above and -1 below. What does not
@@ -70,6 +74,7 @@ impl Setup {
         items: usize,
         is_tested: bool,
         cell: Option<CellSettings>,
+        camera: Option<CameraSettings>,
     ) -> Self {
         let maps = objects
             .iter()
@@ -82,6 +87,7 @@ impl Setup {
             items,
             is_tested,
             cell,
+            camera,
         }
     }
 
@@ -142,6 +148,7 @@ pub(crate) struct Packing {
     slots: Vec<Option<usize>>,
     heightmap: Heightmap,
     cell: Option<SimulatedCell>,
+    view: Option<CameraView>,
     resting: RestingHeights,
     stability: PublishedStability,
     /// Of each action the height at which the item would come to rest.
@@ -157,12 +164,19 @@ impl Packing {
     /// An empty container; nothing arrives before the first reset.
     pub(crate) fn new(setup: Arc<Setup>, seed: u64) -> Result<Self, PhysicsError> {
         let cell = setup.cell.clone().map(SimulatedCell::new).transpose()?;
+        let camera = setup.camera.filter(|_| cell.is_some());
+        let camera = camera.map(|camera| CameraSettings {
+            seed: camera.seed.wrapping_add(seed),
+            ..camera
+        });
+        let view = camera.map(|camera| CameraView::new(&camera, &setup.grid));
         Ok(Self {
             random: ChaCha8Rng::seed_from_u64(seed),
             arriving: Vec::new(),
             slots: vec![None; setup.buffer],
             heightmap: Heightmap::empty(&setup.grid),
             cell,
+            view: view.transpose()?,
             resting: RestingHeights::new(&setup.grid),
             stability: PublishedStability::default(),
             heights: vec![OUTSIDE; setup.actions()],
@@ -263,7 +277,8 @@ impl Packing {
                     return Ok(false);
                 };
                 cell.place(&object.model, &pose)?;
-                self.heightmap = cell.scan(&setup.grid)?.heightmap().clone();
+                let scene = scanned(cell, self.view.as_mut(), &setup.grid)?;
+                self.heightmap = scene.heightmap().clone();
                 let inside = || cell.contents().into_iter().filter(|body| body.inside);
                 self.packed = inside().count();
                 self.packed_m3 = inside().map(|body| body.model.volume_m3).sum();

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use crate::arrays::{array1, values};
 use crate::catalogue::Catalogue;
-use crate::cell::cell_settings;
+use crate::cell::{camera_settings, cell_settings};
 use crate::error::OrRaise;
 use crate::grid::Grid;
 use crate::packing::{ObservedIn, Packing, Setup, Stepped as One};
@@ -85,7 +85,8 @@ struct Buffers {
 impl Packings {
     #[new]
     #[pyo3(signature = (
-        grid, catalogue, count = 1, *, buffer = 5, items = 80, physics = false, stability = "none", cell = None, threads = None, seed = 0
+        grid, catalogue, count = 1, *, buffer = 5, items = 80, physics = false, stability = "none", cell = None, camera = None,
+        threads = None, seed = 0
     ))]
     #[expect(
         clippy::too_many_arguments,
@@ -101,6 +102,7 @@ impl Packings {
         physics: bool,
         stability: &str,
         cell: Option<&Bound<'_, PyDict>>,
+        camera: Option<&Bound<'_, PyDict>>,
         threads: Option<usize>,
         seed: u64,
     ) -> PyResult<Self> {
@@ -120,10 +122,11 @@ impl Packings {
         };
         let settings = cell_settings(grid, "twin", cell)?;
         let settings = physics.then_some(settings);
+        let camera = camera_settings(camera)?;
         let objects = catalogue.objects().to_vec();
         let grid = grid.clone();
         py.detach(|| {
-            let setup = Setup::new(grid, objects, buffer, items, is_tested, settings);
+            let setup = Setup::new(grid, objects, buffer, items, is_tested, settings, camera);
             let setup = Arc::new(setup);
             let packings = (0..count as u64)
                 .map(|number| Packing::new(Arc::clone(&setup), seed.wrapping_add(number)));

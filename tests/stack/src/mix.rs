@@ -56,7 +56,8 @@ const CAMERA: [&str; 2] = [
 const MISHAPS: &str = "missed_picks=0.02,drops=0.03";
 
 /// How perception takes the clouds of such a camera.
-const MAPPER: &str = "mapper={noise_m=0.001,point_radius_m=0.001,largest_hole_m=0.005,wall_margin_m=0.003}";
+const MAPPER: &str =
+    "mapper={noise_m=0.001,point_radius_m=0.001,largest_hole_m=0.005,wall_margin_m=0.003}";
 
 /// Settings of planner and bridge for cells of these kinds, whose robots take so many seconds for a placement.
 pub fn settings(cells: &[(String, Kind)], place_duration_s: f64) -> Vec<(Service, String)> {

@@ -28,7 +28,8 @@ use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::fastest;
 use crate::network::Backend;
 use crate::options::{
-    CatalogueOptions, Conditions, GridOptions, MethodOptions, PhysicsOptions, Simulated, parse_region,
+    CatalogueOptions, Conditions, GridOptions, MethodOptions, PhysicsOptions, Simulated,
+    parse_region,
 };
 use crate::output::print_line;
 use crate::progress;

@@ -12,6 +12,7 @@ mod proposals;
 mod region;
 mod sensor;
 mod trial;
+mod view;
 
 use std::path::PathBuf;
 
@@ -36,6 +37,7 @@ pub use physics::{PhysicsOptions, Simulated};
 pub use proposals::{Network, PROPOSAL_YAWS, at_least_one, parse_device, read_model};
 pub(crate) use region::parse_region;
 pub(crate) use sensor::{Sensor, SensorOption, calibration_file, parse_sensor};
+pub use view::ViewOptions;
 
 /// Which objects there are.
 #[derive(Debug, Clone, Args)]

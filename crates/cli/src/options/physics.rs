@@ -6,14 +6,15 @@ use clap::Args;
 use ppnpack_packing::grid::Grid;
 use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_physics::settings::CellSettings;
-use ppnpack_physics::view::{CameraSettings, NoiseSettings};
+use ppnpack_physics::view::CameraSettings;
 use serde::{Deserialize, Serialize};
 
 use super::choice::{Choice, one_of};
 use super::conditions::Conditions;
 use super::positive;
+use super::view::ViewOptions;
 use crate::failure::{Failure, OrInput, Outcome};
-use crate::length::{parse_distance, parse_length};
+use crate::length::parse_distance;
 
 /// The simulated cell.
 #[derive(Debug, Clone, Args)]
@@ -37,29 +38,12 @@ pub struct PhysicsOptions {
     #[arg(long, value_parser = one_of(&SCANS))]
     pub(crate) scan: Option<Sampling>,
 
-    /// What sees the container
-    #[arg(long, value_parser = one_of(&VIEWS), default_value = "exact")]
-    pub(crate) view: View,
-
-    /// With --view camera: one above the middle of the container, or two beside it
-    #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=2))]
-    cameras: u8,
-
-    /// With --view camera: how far above the floor
-    #[arg(long, value_name = "LENGTH", default_value = "90cm", value_parser = parse_length, allow_hyphen_values = true)]
-    camera_height: f64,
-
-    /// With --view camera: the standard deviation of its noise
-    #[arg(long, value_name = "LENGTH", default_value = "1mm", value_parser = parse_distance, allow_hyphen_values = true)]
-    camera_noise: f64,
-
-    /// With --view camera: the share of pixels that measure nothing, from 0 to 1
-    #[arg(long, value_name = "SHARE", default_value_t = 0.05, allow_hyphen_values = true)]
-    dropouts: f64,
-
     /// A JSON file with any settings of the simulated cell, over those of the conditions
     #[arg(long, value_name = "FILE")]
     pub(crate) physics: Option<PathBuf>,
+
+    #[command(flatten)]
+    view: ViewOptions,
 }
 
 const SCANS: [Choice<Sampling>; 2] = [
@@ -73,18 +57,6 @@ const SCANS: [Choice<Sampling>; 2] = [
         Sampling::Middle,
         "The height at the middle of each cell, as a camera with one pixel per cell gives it",
     ),
-];
-
-/// What sees the container.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum View {
-    Exact,
-    Camera,
-}
-
-const VIEWS: [Choice<View>; 2] = [
-    ("exact", View::Exact, "An exact scan from above"),
-    ("camera", View::Camera, "Depth cameras above, with noise and dropouts"),
 ];
 
 /// What a simulated cell is made with.
@@ -124,25 +96,11 @@ impl PhysicsOptions {
         cell.settle_time_s = self.settle.unwrap_or(cell.settle_time_s);
         cell.validate().or_input()?;
         let scan = self.scan.unwrap_or(scan);
-        let camera = (self.view == View::Camera).then(|| self.camera(seed));
+        let camera = self.view.camera(seed);
         if let Some(camera) = &camera {
             camera.validate(cell.container).or_input()?;
         }
         Ok(Simulated { scan, camera, cell })
-    }
-
-    fn camera(&self, seed: u64) -> CameraSettings {
-        CameraSettings {
-            cameras: self.cameras.into(),
-            height_m: self.camera_height,
-            noise: NoiseSettings {
-                sigma_m: self.camera_noise,
-                dropout: self.dropouts,
-                ..NoiseSettings::default()
-            },
-            seed,
-            ..CameraSettings::default()
-        }
     }
 }
 

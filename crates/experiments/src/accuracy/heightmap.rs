@@ -287,7 +287,10 @@ fn report(grid: &Grid, cameras: usize, content: Content, scenes: &[Seen]) -> Out
         let ((_, known), time_ms) = timed(|| scene_of(&mut mapper, grid, scene, content).unwrap());
         times_ms.push(time_ms);
         let heights = known.heightmap().heights();
-        above_rim += heights.iter().filter(|height| **height > grid.rim()).count();
+        above_rim += heights
+            .iter()
+            .filter(|height| **height > grid.rim())
+            .count();
         cells.extend(scene.cells.iter().zip(heights).map(|(truth, height)| {
             let height_m = f64::from(*height) * grid.resolution().height_unit_m();
             (truth, height_m - truth.highest_m)
@@ -295,7 +298,9 @@ fn report(grid: &Grid, cameras: usize, content: Content, scenes: &[Seen]) -> Out
     }
     let share = |part: &dyn Fn(&TrueCell, f64) -> bool, of: &dyn Fn(&TrueCell) -> bool| {
         let all = cells.iter().filter(|(truth, _)| of(truth)).count();
-        let part = cells.iter().filter(|(truth, excess)| of(truth) && part(truth, *excess));
+        let part = cells
+            .iter()
+            .filter(|(truth, excess)| of(truth) && part(truth, *excess));
         let part = part.count();
         format!("{:.3} % ({part} of {all})", percentage(part, all))
     };

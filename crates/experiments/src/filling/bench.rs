@@ -76,7 +76,9 @@ impl Bench {
         let cell = SimulatedPackingCell::new(real, &grid, catalogue, Sampling::Greatest);
         let mut cell = cell.or_input()?;
         if let Some(camera) = way.camera {
-            cell = cell.with_cameras(&CameraSettings { seed, ..camera }).or_input()?;
+            cell = cell
+                .with_cameras(&CameraSettings { seed, ..camera })
+                .or_input()?;
         }
         Ok(Self {
             planner,

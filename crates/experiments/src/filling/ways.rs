@@ -4,6 +4,7 @@ use std::path::Path;
 
 use clap::ValueEnum;
 use ppnpack_cli::failure::{Failure, Outcome};
+use ppnpack_cli::options::ViewOptions;
 use ppnpack_packing::grid::GridSettings;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
 use ppnpack_packing::objective::Weights;
@@ -62,6 +63,14 @@ impl Way {
         };
         change(&mut way);
         way
+    }
+
+    /// The same way behind the cameras that are asked for, where it has none of its own.
+    pub(crate) fn seen_by(self, view: &ViewOptions) -> Self {
+        Self {
+            camera: self.camera.or_else(|| view.camera(0)),
+            ..self
+        }
     }
 
     /// Placements are tried as a planner does whose configuration says nothing, on 5 mm and 8 yaws, nothing set aside.

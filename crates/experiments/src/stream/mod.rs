@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use ppnpack_cli::failure::{Failure, OrInput, Outcome};
-use ppnpack_cli::options::{ArmOptions, CatalogueOptions};
+use ppnpack_cli::options::{ArmOptions, CatalogueOptions, ViewOptions};
 use ppnpack_packing::closing::ClosingRules;
 use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings};
@@ -126,6 +126,9 @@ pub(crate) struct StreamArguments {
     /// The physics of the cells that are packed in
     #[arg(long, value_enum, default_value_t = Physics::Own)]
     physics: Physics,
+
+    #[command(flatten)]
+    view: ViewOptions,
 
     /// Streams packed at once, by default one per core
     #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
@@ -244,7 +247,8 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
     let way = match &arguments.method {
         Some(path) => Way::read_one(path)?,
         None => Way::usual(),
-    };
+    }
+    .seen_by(&arguments.view);
     let catalogue = filling::catalogue(&arguments.catalogue, &way)?;
     let streams = arguments.source.streams(&catalogue, arguments.wanted())?;
     let apart = arguments.physics.apart();

@@ -271,7 +271,14 @@ class Body:
 
 @final
 class SimulatedCell:
-    def __new__(cls, grid: Grid, base: Literal["robot", "twin", "reference"] = "robot", **settings: Any) -> Self: ...
+    def __new__(
+        cls,
+        grid: Grid,
+        base: Literal["robot", "twin", "reference"] = "robot",
+        *,
+        camera: dict[str, Any] | None = None,
+        **settings: Any,
+    ) -> Self: ...
     def reset(self) -> None: ...
     def place(self, item: Item, placement: Placement) -> PlacedReport: ...
     def try_place(self, item: Item, placement: Placement) -> PlacedReport: ...
@@ -324,6 +331,7 @@ class Packings:
         physics: bool = False,
         stability: Literal["none", "published"] = "none",
         cell: dict[str, Any] | None = None,
+        camera: dict[str, Any] | None = None,
         threads: int | None = None,
         seed: int = 0,
     ) -> Self: ...

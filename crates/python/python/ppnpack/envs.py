@@ -51,7 +51,8 @@ class PackingEnv(gymnasium.Env[dict[str, NDArray[Any]], np.int64]):
     grid: the paper's where none is given. catalogue: the objects, made for the grid; the built-in ones where none is given. buffer: how many
     items a step may choose from. items: how many arrive in an episode. physics: whether they are released in a simulated cell, settle and are
     scanned; else each stays where it comes to rest. stability: "published" has only placements possible that the paper's test accepts, "none"
-    all that fit below the rim. cell: settings of the simulated cell that differ, as of ppnpack.SimulatedCell.
+    all that fit below the rim. cell: settings of the simulated cell that differ, as of ppnpack.SimulatedCell. camera: with physics, has
+    depth cameras see the container in place of an exact scan, as of ppnpack.SimulatedCell; {} is one.
 
     reset takes as options {"objects": [...]}: the indices in the catalogue of those that arrive, in place of random ones.
     """
@@ -68,13 +69,21 @@ class PackingEnv(gymnasium.Env[dict[str, NDArray[Any]], np.int64]):
         physics: bool = False,
         stability: Literal["none", "published"] = "none",
         cell: dict[str, Any] | None = None,
+        camera: dict[str, Any] | None = None,
         render_mode: None = None,
     ) -> None:
         self.render_mode = render_mode
         self.grid = Grid() if grid is None else grid
         self.catalogue = Catalogue(self.grid) if catalogue is None else catalogue
         self._packings = Packings(
-            self.grid, self.catalogue, buffer=buffer, items=items, physics=physics, stability=stability, cell=cell
+            self.grid,
+            self.catalogue,
+            buffer=buffer,
+            items=items,
+            physics=physics,
+            stability=stability,
+            cell=cell,
+            camera=camera,
         )
         self.action_shape = (buffer, *self.grid.shape)
         self.observation_space: spaces.Space[Any] = _observation_space(self.action_shape)
@@ -135,6 +144,7 @@ class VectorPackingEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDA
         physics: bool = False,
         stability: Literal["none", "published"] = "none",
         cell: dict[str, Any] | None = None,
+        camera: dict[str, Any] | None = None,
         threads: int | None = None,
         render_mode: None = None,
     ) -> None:
@@ -152,6 +162,7 @@ class VectorPackingEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDA
             physics=physics,
             stability=stability,
             cell=cell,
+            camera=camera,
             threads=threads,
         )
         self.action_shape = (buffer, *self.grid.shape)
