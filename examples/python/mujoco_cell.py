@@ -744,14 +744,14 @@ def pack_all(options: argparse.Namespace, view: str, sequences: dict[int, list[s
         with stack.connect(patience_s=900.0) as connection:
             robot = Bridge(connection.session, PhysicalCell(shapes), sensors_of(view, options.cameras), options.cloud_period)
             try:
-                cell = connection.cell(NAME, limit_s=60.0, patience_s=300.0)
+                cell = connection.cell(NAME, limit_s=60.0, patience_s=900.0)
                 for number, names in sequences.items():
                     run = {"view": view, "sequence": number, **pack(cell, robot, shapes, names, options, f"{view}, sequence {number}")}
                     runs.append(run)
                     print(json.dumps(run), flush=True)
             finally:
                 robot.close()
-    except (ClientError, RuntimeError):
+    except (ClientError, RuntimeError, zenoh.ZError):
         stack.check()  # Where a service has ended, that is why.
         raise
     finally:
@@ -823,7 +823,7 @@ def read_options() -> argparse.Namespace:
     add("--cloud-period", type=float, default=0.2, help="how often clouds are published, in seconds")
     add("--cache", type=pathlib.Path, default=pathlib.Path.home() / ".cache" / "ppnpack-mujoco", help="where convex pieces are kept")
     add("--json", type=pathlib.Path, metavar="FILE", help="where the figures are written")
-    add("--least-volume-share", type=float, metavar="SHARE", help="pack by both views; fail where cameras have less of the scan's volume")
+    add("--least-volume-share", type=float, metavar="SHARE", help="pack by both views; fail where cameras have less of the scan's")
     add("--most-unsteady", type=float, metavar="SHARE", help="fail where a greater share of what was placed did not stay")
     options = parser.parse_args()
     missing = [f"ppnpack-{name}" for name in SERVICES if not options.ppnpack or not options.ppnpack.with_name(f"ppnpack-{name}").is_file()]
@@ -835,7 +835,7 @@ def read_options() -> argparse.Namespace:
 def main() -> int:
     try:
         return run(read_options())
-    except (InputError, ClientError, RuntimeError, OSError) as error:
+    except (InputError, ClientError, RuntimeError, OSError, zenoh.ZError) as error:
         print(f"mujoco_cell: {error}", file=sys.stderr)
         return 2 if isinstance(error, InputError) else 1
 

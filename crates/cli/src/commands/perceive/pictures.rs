@@ -1,4 +1,4 @@
-//! Pictures of what was seen. What is unknown is grey.
+//! Pictures of what was seen. What is hidden is grey.
 
 use anyhow::Context;
 use ppnpack_packing::grid::Grid;
@@ -15,13 +15,19 @@ pub(super) fn heightmap(grid: &Grid, mapped: &Mapped) -> anyhow::Result<Vec<u8>>
 /// The surface that it was made of, as a PNG.
 pub(super) fn surface(grid: &Grid, mapped: &Mapped) -> anyhow::Result<Vec<u8>> {
     let surface = mapped.scene.surface().context("the scene has no surface")?;
-    // Samples that were not seen have the height of their cell, or one above the rim, by less than a unit.
+    // What is unknown without any line of sight is above the rim by less than a unit.
     let rim_m = grid.container().z_m;
     let unit_m = grid.resolution().height_unit_m();
-    let heights_m = surface.heights_m().iter().map(|height_m| {
+    let samples = surface.heights_m().iter().zip(surface.support_m());
+    let heights_m = samples.map(|(height_m, held_m)| {
+        let is_bound = held_m < height_m;
         let height_m = f64::from(*height_m);
         let is_unknown = height_m > rim_m && height_m < rim_m + unit_m;
-        if is_unknown { f64::NAN } else { height_m }
+        if is_bound || is_unknown {
+            f64::NAN
+        } else {
+            height_m
+        }
     });
     let heights_m: Vec<f64> = heights_m.collect();
     let field = HeightField {
@@ -31,6 +37,6 @@ pub(super) fn surface(grid: &Grid, mapped: &Mapped) -> anyhow::Result<Vec<u8>> {
         heights_m: &heights_m,
         scale_top_m: Some(rim_m),
     };
-    let image = ppnpack_picture::heightmap("Surface (grey: unknown)", &field);
+    let image = ppnpack_picture::heightmap("Surface (grey: hidden)", &field);
     Ok(image.context("the heightmap cannot be drawn")?.to_png()?)
 }

@@ -22,7 +22,7 @@ class Heightmap:
     """What perception saw of a container.
 
     heights is int16 [x, y], in units of height_unit_m; cell (x, y) begins at (x, y) * cell_m in the container frame. Everything below a
-    height counts as full, what was not seen as higher than the rim. surface_m is the surface in more detail, float32 [x, y] in metres, with
+    height counts as full, what was not seen as what the lines of sight leave open. surface_m is the surface in more detail, float32 [x, y] in metres, with
     whole numbers of samples a cell; None where it is not known. doubts says why nothing is to be planned on it; empty where it can be trusted.
     age_s is how old it was when it was asked for; None from the stream.
     """
