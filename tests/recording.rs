@@ -160,7 +160,7 @@ fn what_a_stack_does_is_recorded_and_decided_again() {
     let folder = tempfile::tempdir().unwrap();
     let grid = ["--cell", "1cm", "--yaws", "4"];
     // For a view, the stack publishes what viewers draw.
-    let (_up, endpoint) = up(&[&grid[..], &["--view", "127.0.0.1:0"]].concat());
+    let (_up, endpoint) = up(&[&grid[..], &["--viewers", "127.0.0.1:0"]].concat());
     let recordings = folder.path().join("recordings");
     let mut recorder = record(&endpoint, &recordings, &[]);
     let options = [&grid[..], &["--random", "8"]].concat();

@@ -96,7 +96,7 @@ pub(crate) struct UpArguments {
 
     /// Serve the cells to Foxglove as they work, at this address [with no address: 127.0.0.1:8765]
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = DEFAULT_ADDRESS, conflicts_with = "connect")]
-    view: Option<SocketAddr>,
+    viewers: Option<SocketAddr>,
 
     /// Have the cells in ROS 2, in this domain [with no domain: 0]. Its nodes connect to the Zenoh endpoint. See docs/ros2.md
     #[arg(long, value_name = "DOMAIN", num_args = 0..=1, default_missing_value = "0", conflicts_with = "connect", value_parser = clap::value_parser!(u32).range(0..=232))]
@@ -255,7 +255,7 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
     let console = console.map(|settings| stack.serve_console(&settings));
     let console = console.transpose()?;
     let view = arguments
-        .view
+        .viewers
         .map(|address| View::start(stack.session(), address));
     let view = view.transpose().or_run()?;
     if !arguments.job.pack {
@@ -277,7 +277,7 @@ impl UpArguments {
             // A packing of its own is done as soon as can be; a cell that others watch moves in time.
             motion_speed: if self.job.pack { 0.0 } else { 1.0 },
             // Beside the streams of the services, viewers draw those.
-            debug_streams: self.view.is_some() || self.ros.is_some(),
+            debug_streams: self.viewers.is_some() || self.ros.is_some(),
             ..stack::Sensing::default()
         };
         if let Some(camera) = simulated.camera {
