@@ -182,15 +182,21 @@ fn a_cloud_in_the_container_s_frame_needs_no_options() {
         text.contains("1022 of 1024") && text.contains("heightmap.png"),
         "{text}"
     );
-    assert!(text.contains("only 2 of 1024 cells are known"), "{text}");
+    assert!(text.contains("only 2 of 1024 cells are seen"), "{text}");
 }
 
 #[test]
 fn clouds_of_several_sensors_make_one_map() {
     let folder = Folder::new();
-    let one = folder.cloud("one.pcd", &[[0.105, 0.105, 0.05]]);
+    // More than a cell of points, a millimetre apart.
+    let patch = |x_m: f64, y_m: f64, z_m: f64| -> Vec<[f64; 3]> {
+        let along = |from_m: f64| (0..14).map(move |step| from_m + 0.001 * f64::from(step));
+        let rows = along(x_m).flat_map(|x_m| along(y_m).map(move |y_m| [x_m, y_m, z_m]));
+        rows.collect()
+    };
+    let one = folder.cloud("one.pcd", &patch(0.0985, 0.0985, 0.05));
     // Upside down, a metre above a corner.
-    let two = folder.cloud("two.pcd", &[[0.205, -0.105, 0.901]]);
+    let two = folder.cloud("two.pcd", &patch(0.1985, -0.1115, 0.901));
     let out = folder.name("out");
     let seen = json(&[
         "perceive",
@@ -203,7 +209,7 @@ fn clouds_of_several_sensors_make_one_map() {
         "--out",
         &out,
     ]);
-    assert_eq!(seen["points_inside"], 2);
+    assert_eq!(seen["points_inside"], 2 * 14 * 14);
     assert_eq!(seen["greatest_height_m"], 0.1);
     let twice = [
         "perceive",

@@ -281,20 +281,22 @@ impl Surface {
         (of(self.support_m()), of(&self.heights_m))
     }
 
-    /// Whether one of the eight samples around a sample is as high as this, in metres.
-    pub(crate) fn reaches_beside(&self, sample: usize, height_m: f32) -> bool {
-        let (x, y) = (
-            (sample / self.ny).saturating_sub(1),
-            (sample % self.ny).saturating_sub(1),
-        );
-        self.highest_in(x, y, 3) >= height_m
+    /// The greatest height of a sample and the eight around it, in metres.
+    pub(crate) fn highest_around(&self, sample: usize) -> f32 {
+        let first = |at: usize| (at.saturating_sub(1), if at == 0 { 2 } else { 3 });
+        let ((x, along_x), (y, along_y)) = (first(sample / self.ny), first(sample % self.ny));
+        self.highest(x, along_x, y, along_y)
     }
 
     /// The greatest height of a square of samples from a corner, in metres.
     pub(crate) fn highest_in(&self, x: usize, y: usize, width: usize) -> f32 {
+        self.highest(x, width, y, width)
+    }
+
+    fn highest(&self, x: usize, along_x: usize, y: usize, along_y: usize) -> f32 {
         let rows = self.heights_m.chunks_exact(self.ny.max(1));
-        let rows = rows.skip(x).take(width);
-        let samples = rows.flat_map(|row| row.iter().skip(y).take(width));
+        let rows = rows.skip(x).take(along_x);
+        let samples = rows.flat_map(|row| row.iter().skip(y).take(along_y));
         samples.copied().fold(0.0, f32::max)
     }
 

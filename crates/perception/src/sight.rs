@@ -29,7 +29,8 @@ const POSE_M: f64 = 0.001;
 /// Points this far above or below the rim, beside the opening, show the top of a wall, in metres.
 const WALL_TOP_M: f64 = 0.005;
 
-/// A cell of rays holds at least so many on average. With fewer, cells are pooled by two and two.
+/// A cell of rays holds at least so many on average. With fewer, cells are pooled by two and two, once: what lies
+/// between rays farther apart may be missed.
 const LEAST_RAYS: f64 = 1.5;
 
 /// The most cells along a side: a sensor just above the rim looks on a wide plane.
@@ -137,7 +138,7 @@ impl Sight {
 
     /// Ends the rays of a cloud: from here on columns can be asked for.
     pub(crate) fn close(&mut self) {
-        while self.is_sparse() {
+        if self.is_sparse() {
             self.pool();
         }
         let hits_m = &self.hits_m;
@@ -154,8 +155,7 @@ impl Sight {
 
     fn is_sparse(&self) -> bool {
         let hit = self.hits_m.iter().filter(|hit_m| **hit_m >= 0.0).count();
-        let is_wide = self.nx.max(self.ny) >= 8;
-        is_wide && (self.rays as f64) < LEAST_RAYS * hit as f64
+        (self.rays as f64) < LEAST_RAYS * hit as f64
     }
 
     /// Makes one cell of two by two.

@@ -74,7 +74,10 @@ impl Bench {
         let planner = planner.with_chooser(method.chooser(&grid, &catalogue.items(), pool)?);
         let real = apart.cell(known);
         let cell = SimulatedPackingCell::new(real, &grid, catalogue, Sampling::Greatest);
-        let mut cell = cell.or_input()?;
+        let mut cell = cell
+            .or_input()?
+            .with_pose_error(apart.pose_error)
+            .with_mass_error(apart.mass);
         if let Some(camera) = way.camera {
             cell = cell
                 .with_cameras(&CameraSettings { seed, ..camera })
@@ -82,9 +85,7 @@ impl Bench {
         }
         Ok(Self {
             planner,
-            cell: cell
-                .with_pose_error(apart.pose_error)
-                .with_mass_error(apart.mass),
+            cell,
             grid,
         })
     }
