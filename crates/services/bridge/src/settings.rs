@@ -168,6 +168,6 @@ mod tests {
                 cell.camera.noise.sigma_m = -1.0;
             });
         });
-        assert!(noisy.starts_with("cells.cell-1.camera.noise.sigma_m is"));
+        assert!(noisy.starts_with("cells.cell-1.") && noisy.contains("camera.noise.sigma_m"));
     }
 }
