@@ -650,7 +650,7 @@ class Stack:
 
 def configurations(options: argparse.Namespace, view: str, endpoint: str) -> tuple[str, str, str]:
     """The files of router, perception and planner."""
-    # On a machine that is busy with other things a process may be silent for seconds, and is not gone.
+    # On a machine that is busy with other things processes may be silent, and clouds on their way, for longer than in a cell.
     start = '[admin]\nlisten = "off"\n[zenoh]\nlease_s = 30.0\n'
     client = f'{start}connect = "{endpoint}"\n[service]\n'
     x_m, y_m, z_m = SIZE_M
@@ -683,6 +683,7 @@ scene_value = {{ weight = 30.0 }}
 trial = {{ limits = {{ tilt_rad = {math.radians(25.0)}, slide_m = 0.018 }} }}
 proposals = {{ from = "bounded" }}
 evaluate = "in-process"
+heightmap_age_limit_s = 60.0
 """
     router = f'{start}listen = "{endpoint}"\n'
     perception = f"{client}has_unlisted_cells = false\n{grid}{mapper if view == 'camera' else ''}"

@@ -106,7 +106,7 @@ impl Sight {
     pub(crate) fn add(&mut self, point: &Point3<f64>) {
         let spread = self.eye.z / (self.eye.z - point.z);
         // Not one that is above the sensor, or no number.
-        if !(spread > 0.0) {
+        if spread.is_nan() || spread <= 0.0 {
             return;
         }
         let x = (self.eye.x + (point.x - self.eye.x) * spread - self.corner.x) / self.pitch_m;
