@@ -19,6 +19,7 @@ import os
 import pathlib
 import random
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -55,7 +56,8 @@ SIZE_M, WALL_M = np.array([0.32, 0.32, 0.30]), 0.010
 DENSITY_KG_M3 = 400.0  # Of what has no mass in objects.csv; the catalogue's own.
 FRICTION_ITEMS, FRICTION_WALLS = 0.5, 0.3
 RELEASE_M = 0.01  # How far above its place the robot lets go of an item: the planner tries placements from the same height.
-SETTLE_S, DECISION_AGE_S = 3.0, 60.0
+STEP_S, CONTACT_S = 0.002, 0.012  # With stiffer contacts small items in a full container tremble, and nothing ever lies still.
+SETTLE_S, DECISION_AGE_S = 2.0, 60.0
 TOPPLED_RAD, SLID_M = math.radians(30.0), 0.02  # Beyond these an item is unsteady, as in docs/results/filling.md.
 CAMERA_M, IMAGE_PX, FOCAL_PX, NOISE_M, DROPOUT = 0.9, (640, 480), 600.0, 0.001, 0.05
 SERVICES = ("router", "perception", "planner")
@@ -179,12 +181,12 @@ class PhysicalCell:
         self.items: dict[str, str] = {}  # The objects by the ids of what lies there.
         self._spec = mujoco.MjSpec()
         option = self._spec.option
-        option.timestep, option.gravity, option.integrator = 0.002, [0.0, 0.0, -9.8], mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        option.timestep, option.gravity, option.integrator = STEP_S, [0.0, 0.0, -9.8], mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         option.cone, option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 10.0  # Otherwise things creep.
         for low, high in fixed_boxes():
             box = self._spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=(high - low) / 2, pos=(high + low) / 2)
             # By the priority the container's friction counts where an item touches it.
-            box.friction, box.priority = [FRICTION_WALLS, 0.005, 0.0001], 1
+            box.friction, box.priority, box.solref = [FRICTION_WALLS, 0.005, 0.0001], 1, [CONTACT_S, 1.0]
         self._model = self._spec.compile()
         self._data = mujoco.MjData(self._model)
 
@@ -234,7 +236,7 @@ class PhysicalCell:
             if self._spec.mesh(piece) is None:
                 self._spec.add_mesh(name=piece, uservert=vertices.ravel())
             geom = body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=piece)
-            geom.friction, geom.solref = [FRICTION_ITEMS, 0.005, 0.0001], [0.008, 1.0]
+            geom.friction, geom.solref = [FRICTION_ITEMS, 0.005, 0.0001], [CONTACT_S, 1.0]
         self.items[item_id] = name
         self._compile()
 
@@ -249,7 +251,7 @@ class PhysicalCell:
             mujoco.mj_step(self._model, self._data, nstep=5)
             # Three speeds along the axes and three about them for each body, whose surface is some 5 cm away.
             speeds = np.abs(self._data.qvel.reshape(-1, 6)) * [1.0, 1.0, 1.0, 0.05, 0.05, 0.05]
-            still_s = still_s + 5 * self._model.opt.timestep if speeds.max() < 0.01 else 0.0
+            still_s = still_s + 5 * STEP_S if speeds.max() < 0.01 else 0.0
 
 
 def outside_m(point_m: Array) -> Array:
@@ -834,6 +836,7 @@ def read_options() -> argparse.Namespace:
 
 
 def main() -> int:
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # So that the services end, too.
     try:
         return run(read_options())
     except (InputError, ClientError, RuntimeError, OSError, zenoh.ZError) as error:
