@@ -527,7 +527,8 @@ class Bridge:
         bodies = []
         for item, name in self._cell.items.items():
             pose = message_of(self._cell.pose(item))
-            bodies.append(bridge.Body(item_id=item, object=name, container_from_item=pose, is_inside=self._cell.is_inside(item)))
+            is_inside = self._cell.is_inside(item)
+            bodies.append(bridge.Body(item_id=item, object=name, container_from_item=pose, is_inside=is_inside, is_found=True))
         return views, bodies
 
     def _carry_out(self, request: bridge.PlaceRequest) -> None:
@@ -535,8 +536,10 @@ class Bridge:
         outcome = bridge.Outcome(placement_id=request.placement_id, item_id=request.item_id, kind=bridge.OUTCOME_KIND_PLACED)
         if found.is_lost:
             outcome.kind, outcome.failure = bridge.OUTCOME_KIND_LOST, "the item fell beside the container"
-        # Where it was found to lie: the planner tries the next items beside it there.
+        # Where it was found to lie: the planner tries the next items beside it there. A bridge that does not look says what was planned,
+        # and leaves `is_found` out.
         outcome.container_from_item.CopyFrom(message_of(found.container_from_item))
+        outcome.is_found = True
         outcome.is_inside, outcome.slide_m, outcome.tilt_rad = found.is_inside, found.slide_m, found.tilt_rad
         # Before the new state is told: a cloud shows the state whose number it has.
         seen = self._look()

@@ -35,6 +35,9 @@ pub struct TrialSettings {
 pub struct TrialLimits {
     /// The most that the item may tilt, in radians.
     pub tilt_rad: f64,
+    /// The most that an item may tilt that rolls on a floor, in radians: what begins to roll seldom stops where a try says.
+    /// A step in which nothing else can be placed allows it as much as any other.
+    pub rolling_tilt_rad: f64,
     /// The most that its centre of mass may move sideways, in metres.
     pub slide_m: f64,
     /// The most that any other item may move, in metres.
@@ -61,9 +64,21 @@ impl Default for TrialLimits {
     fn default() -> Self {
         Self {
             tilt_rad: 30.0_f64.to_radians(),
+            rolling_tilt_rad: 8.0_f64.to_radians(),
             slide_m: 0.02,
             disturbance_m: 0.02,
             load_n: None,
+        }
+    }
+}
+
+impl TrialLimits {
+    /// The limits of an item that rolls.
+    #[must_use]
+    pub fn of_rolling(&self) -> Self {
+        Self {
+            tilt_rad: self.tilt_rad.min(self.rolling_tilt_rad),
+            ..*self
         }
     }
 }
@@ -81,12 +96,14 @@ impl TrialSettings {
     pub fn widest_limits(&self) -> TrialLimits {
         let TrialLimits {
             tilt_rad,
+            rolling_tilt_rad,
             slide_m,
             disturbance_m,
             load_n,
         } = self.limits;
         TrialLimits {
             tilt_rad: tilt_rad * self.leniency,
+            rolling_tilt_rad: rolling_tilt_rad * self.leniency,
             slide_m: slide_m * self.leniency,
             disturbance_m: disturbance_m * self.leniency,
             load_n: load_n.map(|load_n| load_n * self.leniency),
@@ -107,6 +124,11 @@ impl TrialSettings {
         tries("the trial's tries per item", self.tries_per_item as f64)?;
         let tilt = within("between 0 and a right angle", 0.0..=FRAC_PI_2);
         tilt("the trial's tilt limit, in radians,", self.limits.tilt_rad)?;
+        let rolling_rad = self.limits.rolling_tilt_rad;
+        tilt(
+            "the trial's tilt limit of what rolls, in radians,",
+            rolling_rad,
+        )?;
         let length = within("between 0 and 1 m", 0.0..=1.0);
         length("the trial's slide limit", self.limits.slide_m)?;
         length("the trial's disturbance limit", self.limits.disturbance_m)?;
@@ -185,6 +207,7 @@ mod tests {
 
     const LIMITS: TrialLimits = TrialLimits {
         tilt_rad: 0.4,
+        rolling_tilt_rad: 0.1,
         slide_m: 0.02,
         disturbance_m: 0.03,
         load_n: Some(20.0),
@@ -272,6 +295,7 @@ mod tests {
     fn the_severity_is_above_1_exactly_where_a_limit_is_exceeded() {
         let none = TrialLimits {
             tilt_rad: 0.0,
+            rolling_tilt_rad: 0.0,
             slide_m: 0.0,
             disturbance_m: 0.0,
             load_n: Some(0.0),
@@ -328,6 +352,7 @@ mod tests {
         };
         let widest = TrialLimits {
             tilt_rad: 0.8,
+            rolling_tilt_rad: 0.2,
             slide_m: 0.04,
             disturbance_m: 0.06,
             load_n: Some(40.0),
@@ -347,6 +372,7 @@ mod tests {
         assert!(refused(|s| s.tries_per_item = 10_001).contains("tries per item"));
         assert!(refused(|s| s.limits.tilt_rad = 1.6).contains("tilt"));
         assert!(refused(|s| s.limits.tilt_rad = f64::NAN).contains("tilt"));
+        assert!(refused(|s| s.limits.rolling_tilt_rad = -0.1).contains("rolls"));
         assert!(refused(|s| s.limits.slide_m = -0.001).contains("slide"));
         assert!(refused(|s| s.limits.disturbance_m = f64::INFINITY).contains("disturbance"));
         assert!(refused(|s| s.limits.load_n = Some(-1.0)).contains("load"));

@@ -15,6 +15,7 @@ use rapier3d::parry::transformation::try_convex_hull;
 
 use crate::convert::{engine_inertia, engine_pose, engine_rotation, engine_vector, point_m};
 use crate::error::PhysicsError;
+use crate::rolling;
 
 /// Coordinates of a model beyond this are taken for a mistake in its unit, in metres.
 const MAX_COORDINATE_M: f64 = 10.0;
@@ -34,6 +35,8 @@ pub(crate) struct BodyTemplate {
     pub(crate) mass: EngineMass,
     /// The distance from the centre of mass to the farthest vertex, in metres.
     pub(crate) radius_m: f64,
+    /// Whether it rolls on a floor from the pose in which it stands.
+    pub(crate) can_roll: bool,
 }
 
 impl BodyTemplate {
@@ -62,6 +65,7 @@ impl BodyTemplate {
             pieces,
             mass,
             radius_m,
+            can_roll: rolling::can_roll(model),
         })
     }
 

@@ -39,6 +39,7 @@ pub mod moves;
 pub mod outcome;
 mod overlap;
 pub mod packing_cell;
+mod rolling;
 pub mod settings;
 mod surface;
 mod terrain;

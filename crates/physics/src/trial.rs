@@ -61,7 +61,7 @@ pub struct TrialCheck {
     /// Tries of this step, and those of earlier steps that would not go otherwise now.
     known: HashMap<Place, Tried>,
     /// Of this step.
-    refused: Vec<(Place, Settling)>,
+    refused: Vec<Refused>,
     /// What tried placements load the items below with.
     loads: LoadTries,
     /// By arrival: tries of this step that counted.
@@ -109,6 +109,24 @@ struct Place {
     resting: RestingPlacement,
 }
 
+/// A placement that goes beyond its limits.
+#[derive(Debug, Clone, Copy)]
+struct Refused {
+    place: Place,
+    settling: Settling,
+    can_roll: bool,
+    why: &'static str,
+}
+
+/// The limits of an item, by whether it rolls.
+fn limits_of(limits: TrialLimits, can_roll: bool) -> TrialLimits {
+    if can_roll {
+        limits.of_rolling()
+    } else {
+        limits
+    }
+}
+
 impl TrialCheck {
     /// A check by these settings, in the twin of a cell.
     ///
@@ -144,10 +162,9 @@ impl TrialCheck {
     }
 
     /// What was refused close to a placement, of the same item and yaw.
-    fn refused_near(&self, input: &StepInput<'_>, place: &Place) -> Option<Settling> {
+    fn refused_near(&self, input: &StepInput<'_>, place: &Place) -> Option<&Refused> {
         let mut refused = self.refused.iter();
-        let near = refused.find(|(other, _)| self.is_near(input, place, other));
-        near.map(|(_, settling)| *settling)
+        refused.find(|refused| self.is_near(input, place, &refused.place))
     }
 
     /// What was refused by its load close to a placement, of the same item and yaw.
@@ -157,15 +174,14 @@ impl TrialCheck {
     }
 
     /// What was refused last of the same item.
-    fn refused_last(&self, place: &Place) -> Option<Settling> {
+    fn refused_last(&self, place: &Place) -> Option<&Refused> {
         let mut refused = self.refused.iter().rev();
-        let last = refused.find(|(other, _)| other.arrival == place.arrival);
-        last.map(|(_, settling)| *settling)
+        refused.find(|refused| refused.place.arrival == place.arrival)
     }
 
     /// Refuses a placement as it, or one like it, goes beyond the limits.
-    fn refusal(&self, like: Option<Settling>) -> Refusal {
-        let why = like.and_then(|settling| settling.beyond(&self.settings.limits));
+    fn refusal(&self, like: Option<&Refused>) -> Refusal {
+        let why = like.map(|refused| refused.why);
         let because = |why| Refusal::because(Cause::Unsteady, why);
         why.map_or(Cause::Unsteady.into(), because)
     }
@@ -267,22 +283,23 @@ impl TrialCheck {
         }
     }
 
+    /// What becomes of a candidate at a place, and whether it rolls; `None` where it cannot be tried.
     fn settling(
         &mut self,
         input: &StepInput<'_>,
         candidate: &Candidate,
         place: &Place,
-    ) -> Result<Option<Settling>, PhysicsError> {
+    ) -> Result<Option<(Settling, bool)>, PhysicsError> {
         if let Some(tried) = self.known.get(place) {
-            return Ok(Some(tried.settling));
+            return Ok(Some((tried.settling, tried.solid.can_roll())));
         }
         let Some((solid, pose)) = self.solid_at(input, candidate, &place.resting)? else {
             return Ok(None);
         };
         let tried = Tried::now(&self.twin, solid, pose, &self.settings.widest_limits())?;
-        let settling = tried.settling;
+        let found = (tried.settling, tried.solid.can_roll());
         self.known.insert(*place, tried);
-        Ok(Some(settling))
+        Ok(Some(found))
     }
 }
 
@@ -388,7 +405,7 @@ impl ValidityCheck for TrialCheck {
             return Ok(untried(input, candidate, resting, Vec::new()));
         }
         let place = Place::of(candidate, resting);
-        let Some(settling) = self.settling(input, candidate, &place)? else {
+        let Some((settling, can_roll)) = self.settling(input, candidate, &place)? else {
             let degraded = vec![UNTRIED_ITEM.to_owned()];
             return Ok(untried(input, candidate, resting, degraded));
         };
@@ -400,9 +417,15 @@ impl ValidityCheck for TrialCheck {
         {
             return Ok(Verdict::Refused(refusal));
         }
-        if settling.beyond(&self.settings.limits).is_some() {
-            self.refused.push((place, settling));
-            return Ok(Verdict::Refused(self.refusal(Some(settling))));
+        if let Some(why) = settling.beyond(&limits_of(self.settings.limits, can_roll)) {
+            let refused = Refused {
+                place,
+                settling,
+                can_roll,
+                why,
+            };
+            self.refused.push(refused);
+            return Ok(Verdict::Refused(self.refusal(Some(&refused))));
         }
         Ok(Verdict::Accepted(self.evidence(&place, settling, load)))
     }
@@ -453,20 +476,25 @@ impl ValidityCheck for TrialCheck {
 
     fn last_resort(&self) -> Option<LastResort> {
         let widest = self.settings.widest_limits();
-        let possible = self
-            .refused
-            .iter()
-            .filter(|(_, settling)| settling.beyond(&widest).is_none());
-        let severity =
-            |(_, settling): &&(Place, Settling)| settling.severity(&self.settings.limits);
+        let is_possible = |refused: &&Refused| refused.settling.beyond(&widest).is_none();
+        let severity = |refused: &Refused| {
+            let limits = limits_of(self.settings.limits, refused.can_roll);
+            refused.settling.severity(&limits)
+        };
+        let possible = self.refused.iter().filter(is_possible);
         let least = possible.min_by(|a, b| severity(a).total_cmp(&severity(b)));
-        least.map(|(place, settling)| LastResort {
-            arrival: place.arrival,
-            shape: place.shape,
-            resting: place.resting,
-            evidence: self.evidence(place, *settling, None),
-            reason: "no placement that was tried stays within the limits; the best of them is made"
-                .to_owned(),
-        })
+        least.map(
+            |Refused {
+                 place, settling, ..
+             }| LastResort {
+                arrival: place.arrival,
+                shape: place.shape,
+                resting: place.resting,
+                evidence: self.evidence(place, *settling, None),
+                reason:
+                    "no placement that was tried stays within its limits; the best of them is made"
+                        .to_owned(),
+            },
+        )
     }
 }

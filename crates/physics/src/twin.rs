@@ -211,6 +211,13 @@ pub struct Twin {
 #[derive(Clone)]
 pub struct Solid(Arc<BodyTemplate>);
 
+impl Solid {
+    /// Whether it rolls on a floor from the pose in which it stands.
+    pub fn can_roll(&self) -> bool {
+        self.0.can_roll
+    }
+}
+
 impl Twin {
     /// The twin of an empty cell.
     ///

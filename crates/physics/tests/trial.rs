@@ -8,11 +8,12 @@
 
 mod common;
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use common::{Content, at, ball, block, boxed, cuboid, grid, lying, placed, scene, solid_box};
-use nalgebra::{Isometry3, Point3};
-use ppnpack_catalogue::object::Model;
+use nalgebra::{Isometry3, Point3, Vector3};
+use ppnpack_catalogue::object::{ConvexPiece, Model};
 use ppnpack_packing::candidate::Candidate;
 use ppnpack_packing::check::{Evidence, ValidityCheck, Verdict};
 use ppnpack_packing::heightmap::{Heightmap, Scene};
@@ -382,19 +383,26 @@ fn the_last_resort_is_the_least_severe_of_those_refused() {
             let model = candidate.model.as_ref().unwrap();
             let widest = settings.widest_limits();
             let settling = tried_within(&widest, &mut twin, model, &pose.unwrap());
-            refused.push((index, resting, settling));
+            // The box that falls turns by itself, as what rolls does.
+            let can_roll = twin.solid(model).unwrap().can_roll();
+            let limits = if can_roll {
+                settings.limits.of_rolling()
+            } else {
+                settings.limits
+            };
+            refused.push((index, resting, settling, settling.severity(&limits)));
         }
         let resort = check.last_resort();
         if leniency == 1.0 {
             assert_eq!(resort, None);
             continue;
         }
-        let severity = |settling: &Settling| settling.severity(&settings.limits);
+        let widest = settings.widest_limits();
         let least = refused
             .into_iter()
-            .filter(|(.., settling)| settling.beyond(&settings.widest_limits()).is_none())
-            .min_by(|(.., a), (.., b)| severity(a).total_cmp(&severity(b)));
-        let (index, resting, settling) = least.unwrap();
+            .filter(|(_, _, settling, _)| settling.beyond(&widest).is_none())
+            .min_by(|(.., a), (.., b)| a.total_cmp(b));
+        let (index, resting, settling, _) = least.unwrap();
         let resort = resort.unwrap();
         assert_eq!((resort.arrival, resort.resting), (index, resting));
         assert_eq!(resort.shape, held[index].item.shape());
@@ -691,4 +699,48 @@ fn what_would_press_too_hard_is_refused() {
     assert_eq!(beyond(1.1), None);
     let why = Some("it would press too hard on what lies below");
     assert_eq!(beyond(0.9), why);
+}
+
+/// A lying prism of sixteen sides, 4 cm across and 4 cm long.
+fn roller(arrival: usize) -> Candidate {
+    let (cells, height) = ([4, 4], 20);
+    let mut model = Model::clone(&solid_box(cells, height));
+    let centre = model.mass.centre_of_mass_m;
+    let corner = |side: usize, end: f64| {
+        let (sin, cos) = (TAU * (side as f64 + 0.5) / 16.0).sin_cos();
+        centre + Vector3::new(0.02 * end, 0.02 * cos, 0.02 * sin)
+    };
+    let vertices = (0..16).flat_map(|side| [corner(side, -1.0), corner(side, 1.0)]);
+    model.pieces = vec![ConvexPiece {
+        vertices: vertices.collect(),
+    }];
+    boxed(arrival, Arc::new(model), cells, height)
+}
+
+#[test]
+fn what_rolls_is_placed_only_as_the_last_resort_where_it_tilts_beyond_its_own_limit() {
+    let grid = grid();
+    let scene = scene(&grid, &[]);
+    let held = [roller(0), block(1, [4, 4], 20)];
+    let input = StepInput::new(&grid, &scene, &held);
+    let limited = |rolling_tilt_rad: f64| TrialSettings {
+        limits: TrialLimits {
+            rolling_tilt_rad,
+            ..TrialLimits::default()
+        },
+        ..TrialSettings::default()
+    };
+    let (there, beside) = (placed(10, 10, 0), placed(20, 10, 0));
+    let usual = verdict_of(limited(0.14), &input, &there);
+    assert!(usual.is_accepted(), "{usual:?}");
+
+    let mut check = new_check(limited(0.0));
+    check.begin(&input).unwrap();
+    let refused = check.judge(&input, &held[0], &there).unwrap();
+    let expected = Refusal::because(Cause::Unsteady, "it would topple");
+    assert_eq!(refused, Verdict::Refused(expected));
+    let other = check.judge(&input, &held[1], &beside).unwrap();
+    assert!(other.is_accepted(), "{other:?}");
+    let resort = check.last_resort().unwrap();
+    assert_eq!((resort.arrival, resort.resting), (0, there));
 }

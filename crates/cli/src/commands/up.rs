@@ -177,11 +177,6 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
             "--scan camera is for `ppnpack pack`; the services see every cell exactly",
         ));
     }
-    if simulated.camera.is_some_and(|camera| camera.cameras > 1) {
-        return Err(Failure::input(
-            "--cameras 2 is for `ppnpack pack`; a simulated cell of the services has one",
-        ));
-    }
     let catalogue = Arc::new(arguments.catalogue.load(grid.resolution())?);
     let items = catalogue.items();
     let network = proposals.network(backend, model.as_ref(), &items);

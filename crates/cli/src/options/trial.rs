@@ -70,6 +70,7 @@ impl TrialOptions {
             slide_m: self.slide_limit,
             disturbance_m: self.disturbance_limit,
             load_n: self.load_limit,
+            ..usual.limits
         };
         let tries = self.tries.or(self.effort.map(Effort::tries_per_item));
         let settings = TrialSettings {

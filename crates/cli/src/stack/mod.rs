@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
-use ppnpack_bridge::simulated::{FaultSettings, Scan, SimulatedSettings};
+use ppnpack_bridge::simulated::{FaultSettings, Scan, SimulatedSettings, sensor_names};
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_packing::method::Method;
@@ -91,7 +91,7 @@ pub struct Plan<'a> {
 /// How the cells of a stack are seen and handled; by default exactly, and without faults.
 #[derive(Debug, Clone, Default)]
 pub struct Sensing {
-    /// The camera that sees the container; without one, it is scanned exactly.
+    /// The cameras that see the container; without any, it is scanned exactly.
     pub camera: Option<CameraSettings>,
     /// How clouds become heightmaps.
     pub mapper: MapperSettings,
@@ -279,8 +279,11 @@ fn perception_settings(plan: &Plan<'_>) -> ppnpack_perception_service::Settings 
     let sensing = plan.sensing;
     let tray = sensing.tray.as_ref();
     let trays = tray.map(|tray| of_containers(plan, || tray.clone()));
+    let cameras = sensing.camera.map_or(1, |camera| camera.cameras);
+    let sensors = (cameras > 1).then(|| of_containers(plan, || sensor_names(cameras)));
     ppnpack_perception_service::Settings {
         cells: of_containers(plan, || GridSettings::from(plan.grid)),
+        sensors: sensors.unwrap_or_default(),
         mapper: sensing.mapper.clone(),
         catalogue: sensing.library.as_ref().map(|_| plan.source.to_owned()),
         trays: trays.unwrap_or_default(),

@@ -1,4 +1,4 @@
-//! The sensor of a cell as a publisher of clouds.
+//! The sensors of a cell as a publisher of clouds.
 
 use std::time::Duration;
 
@@ -10,9 +10,9 @@ use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::{debug, v1};
 
 use crate::Settings;
-use crate::robot::{Robot, RobotError};
+use crate::robot::{Robot, RobotError, View};
 
-/// Publishes what a robot's sensor sees.
+/// Publishes what a robot's sensors see.
 pub(crate) struct Camera {
     cell: Cell,
     clouds: Publisher<v1::PointCloud>,
@@ -43,7 +43,7 @@ impl Camera {
         })
     }
 
-    /// Publishes a cloud of the container in this state.
+    /// Publishes clouds of the container in this state, one of each sensor.
     pub(crate) fn show(&mut self, robot: &mut dyn Robot, state_number: u64) {
         let result = self.try_show(robot, state_number);
         if let (Err(error), false) = (&result, self.is_in_trouble) {
@@ -54,20 +54,28 @@ impl Camera {
 
     fn try_show(&mut self, robot: &mut dyn Robot, state_number: u64) -> Result<(), RobotError> {
         let captured_at_ns = now_ns();
-        let view = robot.capture()?;
+        let views = robot.capture()?;
         self.sequence += 1;
+        for view in &views {
+            let message = self.cloud(view, state_number, captured_at_ns);
+            self.publish(&message)
+                .map_err(|error| RobotError(error.to_string()))?;
+        }
+        Ok(())
+    }
+
+    fn cloud(&self, view: &View, state_number: u64, captured_at_ns: i64) -> v1::PointCloud {
         let capture = Capture {
             sequence: self.sequence,
             captured_at_ns,
             state_number: if view.is_of_now { state_number } else { 0 },
             container_from_sensor: view.container_from_sensor,
         };
-        let message = v1::PointCloud {
+        v1::PointCloud {
             cell: self.cell.to_string(),
+            sensor: view.sensor.clone(),
             ..cloud::write(&capture, &view.points_m)
-        };
-        self.publish(&message)
-            .map_err(|error| RobotError(error.to_string()))
+        }
     }
 
     fn publish(&self, message: &v1::PointCloud) -> Result<(), ServiceError> {

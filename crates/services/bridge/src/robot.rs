@@ -8,9 +8,11 @@ use ppnpack_packing::grid::ContainerSize;
 pub use ppnpack_protocol::placing::{Body, Ending, Finding, KnownPose, Placement};
 use ppnpack_service::Shutdown;
 
-/// What the sensor of a cell sees.
+/// What a sensor of a cell sees.
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
+    /// The sensor's name; empty where the cell has only one.
+    pub sensor: String,
     /// Points in the sensor's frame, in metres.
     pub points_m: Vec<Point3<f32>>,
     /// Where the sensor is.
@@ -64,9 +66,9 @@ pub trait Robot: Send {
     /// What lies in the container, as far as it is known.
     fn bodies(&self) -> Vec<Body>;
 
-    /// Looks at the container.
+    /// Looks at the container with each of its sensors.
     ///
     /// # Errors
-    /// [`RobotError`] where the sensor gives nothing.
-    fn capture(&mut self) -> Result<View, RobotError>;
+    /// [`RobotError`] where a sensor gives nothing.
+    fn capture(&mut self) -> Result<Vec<View>, RobotError>;
 }

@@ -34,12 +34,19 @@ pub enum SimulatedError {
     /// The simulation cannot be as it is asked for.
     #[error(transparent)]
     Physics(#[from] PhysicsError),
-    /// A simulated cell publishes the clouds of one sensor.
-    #[error("camera.cameras: a simulated cell has one camera")]
-    Cameras,
     /// The container cannot be scanned at this pitch.
     #[error("scan_pitch_m: {0}")]
     Scan(#[from] GridError),
+}
+
+/// The names of a simulated cell's sensors: of several, each has one.
+pub fn sensor_names(sensors: usize) -> Vec<String> {
+    match sensors {
+        ..=1 => vec![String::new()],
+        _ => (1..=sensors)
+            .map(|number| format!("camera-{number}"))
+            .collect(),
+    }
 }
 
 /// A simulated cell with a robot that does as it is told, but for the faults that are asked for.
@@ -233,12 +240,13 @@ impl Robot for SimulatedRobot {
         bodies.collect()
     }
 
-    fn capture(&mut self) -> Result<RobotView, RobotError> {
-        let view = self.view.of(&mut self.cell);
-        let view = view.map_err(|error| RobotError(error.to_string()))?;
-        Ok(RobotView {
+    fn capture(&mut self) -> Result<Vec<RobotView>, RobotError> {
+        let views = self.view.of(&mut self.cell);
+        let views = views.map_err(|error| RobotError(error.to_string()))?;
+        let views = views.into_iter().map(|view| RobotView {
             is_of_now: !self.settings.is_stateless,
             ..view
-        })
+        });
+        Ok(views.collect())
     }
 }

@@ -1,18 +1,18 @@
-//! What the sensor of a simulated cell sees.
+//! What the sensors of a simulated cell see.
 
 use nalgebra::{Isometry3, Point3};
 use ppnpack_packing::grid::{Grid, Resolution, Yaws};
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::view::Cameras;
 
-use super::{Scan, SimulatedError, SimulatedSettings};
+use super::{Scan, SimulatedError, SimulatedSettings, sensor_names};
 use crate::robot::View as RobotView;
 
-/// The sensor of a simulated cell.
+/// The sensors of a simulated cell.
 pub(super) enum View {
     /// A point above the middle of each sample of this grid.
     Exact(Box<Grid>),
-    /// What a camera sees.
+    /// What cameras see.
     Camera(Box<Cameras>),
 }
 
@@ -28,7 +28,6 @@ impl View {
                     .and_then(|resolution| Grid::new(container, resolution))?;
                 Ok(Self::Exact(Box::new(grid)))
             }
-            Scan::Camera if settings.camera.cameras != 1 => Err(SimulatedError::Cameras),
             Scan::Camera => {
                 let cameras = Cameras::new(&settings.camera, container)?;
                 Ok(Self::Camera(Box::new(cameras)))
@@ -36,18 +35,23 @@ impl View {
         }
     }
 
-    /// What it sees of a cell.
-    pub(super) fn of(&mut self, cell: &mut SimulatedCell) -> Result<RobotView, SimulatedError> {
+    /// What each sees of a cell.
+    pub(super) fn of(
+        &mut self,
+        cell: &mut SimulatedCell,
+    ) -> Result<Vec<RobotView>, SimulatedError> {
         match self {
-            Self::Exact(grid) => scan(cell, grid),
+            Self::Exact(grid) => Ok(vec![scan(cell, grid)?]),
             Self::Camera(cameras) => {
-                let mut clouds = cameras.see(cell)?.into_iter();
-                let cloud = clouds.next().ok_or(SimulatedError::Cameras)?;
-                Ok(RobotView {
+                let clouds = cameras.see(cell)?;
+                let mut names = sensor_names(clouds.len()).into_iter();
+                let views = clouds.into_iter().map(|cloud| RobotView {
+                    sensor: names.next().unwrap_or_default(),
                     points_m: cloud.points_m,
                     container_from_sensor: cloud.container_from_camera,
                     is_of_now: true,
-                })
+                });
+                Ok(views.collect())
             }
         }
     }
@@ -63,6 +67,7 @@ fn scan(cell: &mut SimulatedCell, grid: &Grid) -> Result<RobotView, SimulatedErr
         samples.map(move |(y, height_m)| Point3::new(middle_m(x), middle_m(y), *height_m))
     });
     Ok(RobotView {
+        sensor: String::new(),
         points_m: points.collect(),
         container_from_sensor: Isometry3::identity(),
         is_of_now: true,
@@ -94,7 +99,7 @@ mod tests {
         };
         let mut cell = SimulatedCell::new(settings.physics.clone()).unwrap();
         let mut view = View::new(&settings).unwrap();
-        let mut image = || view.of(&mut cell).unwrap().points_m;
+        let mut image = || view.of(&mut cell).unwrap().remove(0).points_m;
         vec![image(), image()]
     }
 
@@ -161,7 +166,7 @@ mod tests {
         assert!(refused(|camera| camera.height_m = 0.2).contains("height_m"));
         assert!(refused(|camera| camera.height_m = f64::NAN).contains("height_m"));
         assert!(refused(|camera| camera.height_m = f64::INFINITY).contains("height_m"));
-        assert!(refused(|camera| camera.cameras = 2).contains("cameras"));
+        assert!(refused(|camera| camera.cameras = 3).contains("cameras"));
         assert!(refused(|camera| camera.width_px = 0).contains("width"));
         assert!(refused(|camera| camera.height_px = 1 << 40).contains("height"));
         for (noise, key) in [

@@ -59,7 +59,7 @@ fn direct(settings: &SimulatedSettings, catalogue: &Catalogue, bodies: &[Body]) 
 
 /// Over the wire and into a heightmap.
 fn perceived(robot: &mut SimulatedRobot, grid: &Grid) -> Mapped {
-    let view = robot.capture().unwrap();
+    let view = robot.capture().unwrap().remove(0);
     let capture = Capture {
         sequence: 1,
         captured_at_ns: 0,

@@ -350,11 +350,12 @@ impl Robot for ScriptedRobot {
         self.bodies.clone()
     }
 
-    fn capture(&mut self) -> Result<View, RobotError> {
-        Ok(View {
+    fn capture(&mut self) -> Result<Vec<View>, RobotError> {
+        Ok(vec![View {
+            sensor: String::new(),
             points_m: Vec::new(),
             container_from_sensor: Isometry3::identity(),
             is_of_now: true,
-        })
+        }])
     }
 }
