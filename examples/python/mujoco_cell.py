@@ -331,7 +331,7 @@ class Scanner:
 def sensors_of(view: str, cameras: int) -> list[Camera | Scanner]:
     if view == "exact":
         return [Scanner()]
-    return [Camera("", 0.0)] if cameras == 1 else [Camera("left", -0.15), Camera("right", 0.15)]
+    return [Camera("camera", 0.0)] if cameras == 1 else [Camera("left", -0.15), Camera("right", 0.15)]
 
 
 # The bridge

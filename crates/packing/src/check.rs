@@ -131,13 +131,13 @@ pub trait ValidityCheck: Send {
         false
     }
 
-    /// The best of the placements that it refused in this step, where one of them is to be made if none is valid.
+    /// The best of the placements that it refused in this step for as long as another is valid: it is made if none is.
     fn last_resort(&self) -> Option<LastResort> {
         None
     }
 }
 
-/// A placement that a check refused, and that is made for want of any valid one.
+/// A placement that a check refused as long as another is valid, and that is made if none is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LastResort {
     /// Of which item, by its arrival.
@@ -148,8 +148,6 @@ pub struct LastResort {
     pub resting: RestingPlacement,
     /// What was found out about it.
     pub evidence: Evidence,
-    /// What is done here, for people.
-    pub reason: String,
 }
 
 /// A check of any kind.

@@ -298,10 +298,9 @@ impl Planner {
         self.choose(input)?;
         if self.plan.choice().is_none()
             && !is_over
-            && let Some((placement, reason)) = self.search.last_resort(input)
+            && let Some(placement) = self.search.last_resort(input)
         {
             self.plan.ranked.push(placement);
-            self.plan.shortfall.degrade(reason);
         }
         if let Some(reason) = self.proposals.degraded() {
             self.plan.shortfall.degrade(reason.to_owned());

@@ -24,9 +24,6 @@ pub struct TrialSettings {
     /// How far above the rim an item may reach as it is placed, in metres: many sink by some millimetres as they come to rest.
     /// One that sticks out when it has been tried is refused.
     pub above_rim_m: f64,
-    /// How many times the limits a placement may reach in a step in which none keeps within them: the one that exceeds them least
-    /// is made then, and the step says so. With 1 none is.
-    pub leniency: f64,
 }
 
 /// What a tried placement has to keep within.
@@ -54,7 +51,6 @@ impl Default for TrialSettings {
             tries_per_item: 40,
             neighbour_m: 0.005,
             above_rim_m: 0.02,
-            leniency: 1.0,
         }
     }
 }
@@ -92,24 +88,6 @@ impl TrialSettings {
         }
     }
 
-    /// What a placement has to keep within to be made at all.
-    pub fn widest_limits(&self) -> TrialLimits {
-        let TrialLimits {
-            tilt_rad,
-            rolling_tilt_rad,
-            slide_m,
-            disturbance_m,
-            load_n,
-        } = self.limits;
-        TrialLimits {
-            tilt_rad: tilt_rad * self.leniency,
-            rolling_tilt_rad: rolling_tilt_rad * self.leniency,
-            slide_m: slide_m * self.leniency,
-            disturbance_m: disturbance_m * self.leniency,
-            load_n: load_n.map(|load_n| load_n * self.leniency),
-        }
-    }
-
     /// Whether placements are tried at all.
     pub fn is_on(&self) -> bool {
         self.tries_per_item > 0
@@ -135,9 +113,7 @@ impl TrialSettings {
         length("the distance of the trial's neighbours", self.neighbour_m)?;
         length("the trial's reach above the rim", self.above_rim_m)?;
         let force = within("between 0 and 100000 N", 0.0..=1e5);
-        force("the trial's load limit", self.limits.load_n.unwrap_or(0.0))?;
-        let factor = within("between 1 and 1000", 1.0..=1e3);
-        factor("the trial's leniency", self.leniency)
+        force("the trial's load limit", self.limits.load_n.unwrap_or(0.0))
     }
 }
 
@@ -344,23 +320,6 @@ mod tests {
     }
 
     #[test]
-    fn the_widest_limits_are_the_limits_times_the_leniency() {
-        let settings = TrialSettings {
-            limits: LIMITS,
-            leniency: 2.0,
-            ..TrialSettings::default()
-        };
-        let widest = TrialLimits {
-            tilt_rad: 0.8,
-            rolling_tilt_rad: 0.2,
-            slide_m: 0.04,
-            disturbance_m: 0.06,
-            load_n: Some(40.0),
-        };
-        assert_eq!(settings.widest_limits(), widest);
-    }
-
-    #[test]
     fn impossible_settings_are_named() {
         TrialSettings::default().validate().unwrap();
         TrialSettings::off().validate().unwrap();
@@ -377,7 +336,6 @@ mod tests {
         assert!(refused(|s| s.limits.disturbance_m = f64::INFINITY).contains("disturbance"));
         assert!(refused(|s| s.limits.load_n = Some(-1.0)).contains("load"));
         assert!(refused(|s| s.neighbour_m = 1.5).contains("neighbours"));
-        assert!(refused(|s| s.leniency = 0.9).contains("leniency"));
         assert!(refused(|s| s.above_rim_m = -0.01).contains("above the rim"));
     }
 

@@ -219,15 +219,13 @@ impl ValidSearch {
         }
     }
 
-    /// The best placement that the last check refused since the step began, where that is to be made for want of a valid one,
-    /// and what is done there.
-    pub fn last_resort(&self, input: &StepInput<'_>) -> Option<(ValidPlacement, String)> {
+    /// The best placement that the last check refused since the step began, where that is to be made for want of a valid one.
+    pub fn last_resort(&self, input: &StepInput<'_>) -> Option<ValidPlacement> {
         let LastResort {
             arrival,
             shape,
             resting,
             evidence,
-            reason,
         } = self.checks.last()?.last_resort()?;
         let is_it = |refused: &&Evaluated| {
             let candidate = input.candidates.get(refused.candidate);
@@ -236,11 +234,10 @@ impl ValidSearch {
                     .is_some_and(|held| (held.arrival, held.item.shape()) == (arrival, shape))
         };
         let placement = *self.refused_last.iter().find(is_it)?;
-        let valid = ValidPlacement {
+        Some(ValidPlacement {
             placement,
             evidence,
-        };
-        Some((valid, reason))
+        })
     }
 
     /// Whether placements come by their values.

@@ -114,7 +114,6 @@ struct Place {
 struct Refused {
     place: Place,
     settling: Settling,
-    can_roll: bool,
     why: &'static str,
 }
 
@@ -244,7 +243,7 @@ impl TrialCheck {
         place: &Place,
         settling: &Settling,
     ) -> Result<Option<Load>, PhysicsError> {
-        let is_possible = settling.beyond(&self.settings.widest_limits()).is_none();
+        let is_possible = settling.beyond(&self.settings.limits).is_none();
         match self.known.get(place).filter(|_| is_possible) {
             Some(tried) => self.loads.greatest(
                 &self.twin,
@@ -296,7 +295,7 @@ impl TrialCheck {
         let Some((solid, pose)) = self.solid_at(input, candidate, &place.resting)? else {
             return Ok(None);
         };
-        let tried = Tried::now(&self.twin, solid, pose, &self.settings.widest_limits())?;
+        let tried = Tried::now(&self.twin, solid, pose, &self.settings.limits)?;
         let found = (tried.settling, tried.solid.can_roll());
         self.known.insert(*place, tried);
         Ok(Some(found))
@@ -421,7 +420,6 @@ impl ValidityCheck for TrialCheck {
             let refused = Refused {
                 place,
                 settling,
-                can_roll,
                 why,
             };
             self.refused.push(refused);
@@ -459,7 +457,7 @@ impl ValidityCheck for TrialCheck {
                 tries.push((place, solid, pose));
             }
         }
-        let (twin, limits) = (&self.twin, self.settings.widest_limits());
+        let (twin, limits) = (&self.twin, self.settings.limits);
         let tried = |(place, solid, pose): (Place, Solid, Isometry3<f64>)| {
             let tried = Tried::now(twin, solid, pose, &limits);
             tried.ok().map(|tried| (place, tried))
@@ -475,13 +473,11 @@ impl ValidityCheck for TrialCheck {
     }
 
     fn last_resort(&self) -> Option<LastResort> {
-        let widest = self.settings.widest_limits();
-        let is_possible = |refused: &&Refused| refused.settling.beyond(&widest).is_none();
-        let severity = |refused: &Refused| {
-            let limits = limits_of(self.settings.limits, refused.can_roll);
-            refused.settling.severity(&limits)
-        };
-        let possible = self.refused.iter().filter(is_possible);
+        let limits = &self.settings.limits;
+        let rolling = limits.of_rolling();
+        let rolls = |refused: &&Refused| refused.settling.beyond(limits).is_none();
+        let severity = |refused: &Refused| refused.settling.severity(&rolling);
+        let possible = self.refused.iter().filter(rolls);
         let least = possible.min_by(|a, b| severity(a).total_cmp(&severity(b)));
         least.map(
             |Refused {
@@ -491,9 +487,6 @@ impl ValidityCheck for TrialCheck {
                 shape: place.shape,
                 resting: place.resting,
                 evidence: self.evidence(place, *settling, None),
-                reason:
-                    "no placement that was tried stays within its limits; the best of them is made"
-                        .to_owned(),
             },
         )
     }

@@ -227,12 +227,12 @@ fn placements() -> Vec<(usize, RestingPlacement)> {
     let on_floor = [2, 3, 11, 20].map(|x| placed(x, 2, 0));
     let on_base = [8, 11, 12, 14, 15].map(|x| placed(x, 11, 50));
     let all = on_floor.into_iter().chain(on_base);
-    all.flat_map(|resting| (0..3).map(move |held| (held, resting)))
+    all.flat_map(|resting| (0..4).map(move |held| (held, resting)))
         .collect()
 }
 
-fn held() -> [Candidate; 3] {
-    [falling(0), block(1, [5, 4], 15), tall(2)]
+fn held() -> [Candidate; 4] {
+    [falling(0), block(1, [5, 4], 15), tall(2), roller(3)]
 }
 
 /// What a check says of the placements in a step, told of as many at once as it wants to know.
@@ -255,8 +255,7 @@ fn verdicts(check: &mut dyn ValidityCheck, input: &StepInput<'_>) -> Vec<Verdict
 fn with_last_resort() -> TrialSettings {
     TrialSettings {
         tries_per_item: 6,
-        leniency: 1000.0,
-        ..TrialSettings::default()
+        ..rolling_within(0.0)
     }
 }
 
@@ -350,64 +349,6 @@ fn where_the_content_is_not_known_nothing_is_tried() {
         assert!(verdicts.iter().all(|verdict| *verdict == without_evidence));
         assert!(!held.iter().any(|held| check.is_done_with(held)));
         assert_eq!(check.last_resort(), None);
-    }
-}
-
-#[test]
-fn the_last_resort_is_the_least_severe_of_those_refused() {
-    let grid = grid();
-    let scene = scene(&grid, &[base()]);
-    let held = [falling(0), tall(1)];
-    let input = StepInput::new(&grid, &scene, &held);
-    for leniency in [1000.0, 1.0] {
-        let settings = TrialSettings {
-            leniency,
-            neighbour_m: 0.0,
-            ..TrialSettings::default()
-        };
-        let mut check = new_check(settings);
-        check.begin(&input).unwrap();
-        assert_eq!(check.last_resort(), None);
-        let mut twin = new_twin(TwinSettings::default(), &[base()]);
-        let mut refused = Vec::new();
-        for (index, resting) in [
-            (0, placed(2, 2, 0)),
-            (1, placed(15, 11, 50)),
-            (0, placed(20, 2, 0)),
-            (1, placed(15, 12, 50)),
-            (0, placed(12, 12, 50)),
-        ] {
-            let candidate = &held[index];
-            assert!(is_refused_tried(&mut check, &input, candidate, &resting));
-            let pose = candidate.item.container_from_item(&grid, &resting);
-            let model = candidate.model.as_ref().unwrap();
-            let widest = settings.widest_limits();
-            let settling = tried_within(&widest, &mut twin, model, &pose.unwrap());
-            // The box that falls turns by itself, as what rolls does.
-            let can_roll = twin.solid(model).unwrap().can_roll();
-            let limits = if can_roll {
-                settings.limits.of_rolling()
-            } else {
-                settings.limits
-            };
-            refused.push((index, resting, settling, settling.severity(&limits)));
-        }
-        let resort = check.last_resort();
-        if leniency == 1.0 {
-            assert_eq!(resort, None);
-            continue;
-        }
-        let widest = settings.widest_limits();
-        let least = refused
-            .into_iter()
-            .filter(|(_, _, settling, _)| settling.beyond(&widest).is_none())
-            .min_by(|(.., a), (.., b)| a.total_cmp(b));
-        let (index, resting, settling, _) = least.unwrap();
-        let resort = resort.unwrap();
-        assert_eq!((resort.arrival, resort.resting), (index, resting));
-        assert_eq!(resort.shape, held[index].item.shape());
-        assert_eq!(resort.evidence.settling, Some(settling));
-        assert!(!resort.reason.is_empty());
     }
 }
 
@@ -527,13 +468,13 @@ fn the_twin_of_a_cell_makes_no_errors_but_its_own_and_ends_soon() {
 #[test]
 fn settings_left_out_take_their_defaults_and_unknown_ones_are_refused() {
     let settings: TrialSettings =
-        serde_json::from_str(r#"{"limits": {"slide_m": 0.01}, "leniency": 1000.0}"#).unwrap();
+        serde_json::from_str(r#"{"limits": {"slide_m": 0.01}, "tries_per_item": 7}"#).unwrap();
     let expected = TrialSettings {
         limits: TrialLimits {
             slide_m: 0.01,
             ..TrialLimits::default()
         },
-        leniency: 1000.0,
+        tries_per_item: 7,
         ..TrialSettings::default()
     };
     assert_eq!(settings, expected);
@@ -717,24 +658,27 @@ fn roller(arrival: usize) -> Candidate {
     boxed(arrival, Arc::new(model), cells, height)
 }
 
-#[test]
-fn what_rolls_is_placed_only_as_the_last_resort_where_it_tilts_beyond_its_own_limit() {
-    let grid = grid();
-    let scene = scene(&grid, &[]);
-    let held = [roller(0), block(1, [4, 4], 20)];
-    let input = StepInput::new(&grid, &scene, &held);
-    let limited = |rolling_tilt_rad: f64| TrialSettings {
+fn rolling_within(rolling_tilt_rad: f64) -> TrialSettings {
+    TrialSettings {
         limits: TrialLimits {
             rolling_tilt_rad,
             ..TrialLimits::default()
         },
         ..TrialSettings::default()
-    };
+    }
+}
+
+#[test]
+fn what_rolls_is_placed_where_it_tilts_beyond_its_own_limit_only_as_the_last_resort() {
+    let grid = grid();
+    let scene = scene(&grid, &[]);
+    let held = [roller(0), block(1, [4, 4], 20)];
+    let input = StepInput::new(&grid, &scene, &held);
     let (there, beside) = (placed(10, 10, 0), placed(20, 10, 0));
-    let usual = verdict_of(limited(0.14), &input, &there);
+    let usual = verdict_of(rolling_within(0.14), &input, &there);
     assert!(usual.is_accepted(), "{usual:?}");
 
-    let mut check = new_check(limited(0.0));
+    let mut check = new_check(rolling_within(0.0));
     check.begin(&input).unwrap();
     let refused = check.judge(&input, &held[0], &there).unwrap();
     let expected = Refusal::because(Cause::Unsteady, "it would topple");
@@ -743,4 +687,48 @@ fn what_rolls_is_placed_only_as_the_last_resort_where_it_tilts_beyond_its_own_li
     assert!(other.is_accepted(), "{other:?}");
     let resort = check.last_resort().unwrap();
     assert_eq!((resort.arrival, resort.resting), (0, there));
+}
+
+#[test]
+fn the_last_resort_is_where_what_rolls_tilts_least_and_nothing_beyond_the_limits_of_all() {
+    let grid = grid();
+    let scene = scene(&grid, &[base()]);
+    let held = [roller(0), falling(1)];
+    let input = StepInput::new(&grid, &scene, &held);
+    let settings = TrialSettings {
+        neighbour_m: 0.0,
+        ..rolling_within(0.0)
+    };
+    let mut check = new_check(settings);
+    check.begin(&input).unwrap();
+    assert!(is_refused_tried(
+        &mut check,
+        &input,
+        &held[1],
+        &placed(2, 2, 0)
+    ));
+    assert_eq!(check.last_resort(), None);
+    let mut twin = new_twin(TwinSettings::default(), &[base()]);
+    let mut refused = Vec::new();
+    for resting in [
+        placed(2, 20, 0),
+        placed(11, 11, 50),
+        placed(15, 11, 50),
+        placed(25, 2, 0),
+    ] {
+        assert!(is_refused_tried(&mut check, &input, &held[0], &resting));
+        let pose = held[0].item.container_from_item(&grid, &resting);
+        let model = held[0].model.as_ref().unwrap();
+        let settling = tried(&mut twin, model, &pose.unwrap());
+        refused.push((resting, settling));
+    }
+    let severity = |settling: &Settling| settling.severity(&settings.limits.of_rolling());
+    let least = refused
+        .into_iter()
+        .filter(|(_, settling)| settling.beyond(&settings.limits).is_none())
+        .min_by(|(_, a), (_, b)| severity(a).total_cmp(&severity(b)));
+    let (resting, settling) = least.unwrap();
+    let resort = check.last_resort().unwrap();
+    assert_eq!((resort.arrival, resort.resting), (0, resting));
+    assert_eq!(resort.evidence.settling, Some(settling));
 }

@@ -44,11 +44,6 @@ pub(crate) struct TrialOptions {
     #[arg(long, value_name = "FORCE", value_parser = parse_force, allow_hyphen_values = true)]
     load_limit: Option<f64>,
 
-    /// How many times the limits the best of what was tried may reach to be made where nothing keeps within them; with 1
-    /// nothing is made then
-    #[arg(long, value_name = "FACTOR", default_value_t = TrialSettings::default().leniency, allow_hyphen_values = true)]
-    leniency: f64,
-
     /// How far above the rim an item may reach as it is placed, if it sinks below the rim when it is tried
     #[arg(long, value_name = "LENGTH", default_value = "20mm", value_parser = parse_distance, allow_hyphen_values = true)]
     above_rim: f64,
@@ -76,7 +71,6 @@ impl TrialOptions {
         let settings = TrialSettings {
             limits,
             tries_per_item: tries.unwrap_or(usual.tries_per_item),
-            leniency: self.leniency,
             above_rim_m: self.above_rim,
             ..usual
         };
