@@ -64,7 +64,6 @@ fn wrong_options_are_refused() {
         &["--effort", "--tries"],
     );
     refused(&["pack", "--above-rim=-1mm"], &["--above-rim", "negative"]);
-    refused(&["pack", "--leniency", "0.5"], &["leniency", "1"]);
     refused(&["pack", "--weight", "distance"], &["there is no '='"]);
     refused(
         &["pack", "--weight", "distanse=1"],
