@@ -148,6 +148,19 @@ fn packing_through_a_stack_that_already_runs_is_the_same_packing() {
     }
 }
 
+#[test]
+fn what_two_cameras_see_together_is_packed_through_the_services() {
+    let folder = tempfile::tempdir().unwrap();
+    let view = ["--view", "camera", "--cameras", "2"];
+    let grid = ["--cell", "1cm", "--yaws", "4", "--random", "4", "--json"];
+    let mut command = ppnpack(&["up", "--pack"]);
+    let out = folder.path().join("out");
+    let packed = command.args(view).args(grid).arg("--out").arg(out).output();
+    let report = json(&packed.unwrap());
+    assert_eq!(report["items_placed"], 4, "{report}");
+    assert_eq!(report["degraded"], serde_json::json!([]));
+}
+
 /// A running `ppnpack up`, ended with the test.
 struct Up {
     child: Child,
