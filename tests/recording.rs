@@ -163,6 +163,7 @@ fn what_a_stack_does_is_recorded_and_decided_again() {
     let (_up, endpoint) = up(&[&grid[..], &["--viewers", "127.0.0.1:0"]].concat());
     let recordings = folder.path().join("recordings");
     let mut recorder = record(&endpoint, &recordings, &[]);
+    // Eight that all find a place: a step that sets an item aside is a record without a plan.
     let options = [&grid[..], &["--random", "8", "--seed", "1"]].concat();
     pack(&endpoint, &options, &folder.path().join("out"));
     assert_eq!(recorder.signal(Signal::SIGINT), Some(0));

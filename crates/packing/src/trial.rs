@@ -69,7 +69,7 @@ impl Default for TrialLimits {
 }
 
 impl TrialLimits {
-    /// The limits of an item that rolls.
+    /// Tightens them to those of an item that rolls.
     #[must_use]
     pub fn of_rolling(&self) -> Self {
         Self {
@@ -102,11 +102,8 @@ impl TrialSettings {
         tries("the trial's tries per item", self.tries_per_item as f64)?;
         let tilt = within("between 0 and a right angle", 0.0..=FRAC_PI_2);
         tilt("the trial's tilt limit, in radians,", self.limits.tilt_rad)?;
-        let rolling_rad = self.limits.rolling_tilt_rad;
-        tilt(
-            "the trial's tilt limit of what rolls, in radians,",
-            rolling_rad,
-        )?;
+        let rolling = "the trial's tilt limit of what rolls, in radians,";
+        tilt(rolling, self.limits.rolling_tilt_rad)?;
         let length = within("between 0 and 1 m", 0.0..=1.0);
         length("the trial's slide limit", self.limits.slide_m)?;
         length("the trial's disturbance limit", self.limits.disturbance_m)?;

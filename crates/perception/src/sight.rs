@@ -15,10 +15,10 @@
 //!   floor  -------|---|-x---   x: its cell
 //! ```
 
-use std::iter::once;
-
 use nalgebra::{Point2, Point3};
 use ppnpack_packing::grid::ContainerSize;
+
+use crate::layers::neighbours;
 
 /// Heights of rays are certain to so many standard deviations of the noise.
 const NOISE_DEVIATIONS: f64 = 3.0;
@@ -42,9 +42,6 @@ const LEAST_AROUND: usize = 5;
 /// Lies a hair farther down than the edge of a cell, in metres.
 const STEP_M: f64 = 1e-6;
 
-/// The height of a cell that no ray hit; others are at least 0.
-const NO_HIT: f32 = -1.0;
-
 /// The height of a cell that no ray is known to have passed.
 const NO_RAY: f32 = f32::INFINITY;
 
@@ -60,7 +57,7 @@ pub(crate) struct Sight {
     pitch_m: f64,
     nx: usize,
     ny: usize,
-    /// Per cell the greatest height that a ray hit, or [`NO_HIT`].
+    /// Per cell the greatest height that a ray hit; below 0 where there is none.
     hits_m: Vec<f32>,
     rays: u64,
     /// Per cell the greatest height around it, [`NO_RAY`] where no ray passes; after [`close`](Self::close).
@@ -98,7 +95,7 @@ impl Sight {
             pitch_m,
             nx,
             ny,
-            hits_m: vec![NO_HIT; nx * ny],
+            hits_m: vec![-1.0; nx * ny],
             rays: 0,
             heights_m: Vec::new(),
         })
@@ -144,49 +141,27 @@ impl Sight {
         if self.is_sparse() {
             self.pool();
         }
-        let outside = vec![NO_HIT; self.ny];
-        let rows = self.hits_m.chunks_exact(self.ny);
-        let rows = once(outside.as_slice())
-            .chain(rows)
-            .chain(once(outside.as_slice()));
-        let rows: Vec<&[f32]> = rows.collect();
-        let mut across = vec![(NO_HIT, 0); self.ny + 2];
-        self.heights_m = Vec::with_capacity(self.hits_m.len());
-        for rows in rows.windows(3) {
-            let [before, row, after] = rows else { continue };
-            let places = before
-                .iter()
-                .zip(*row)
-                .zip(*after)
-                .zip(across.iter_mut().skip(1));
-            for (((before_m, row_m), after_m), across) in places {
-                let hits_m = [*before_m, *row_m, *after_m];
-                let hits = hits_m.iter().filter(|hit_m| **hit_m > NO_HIT).count();
-                *across = (hits_m.into_iter().fold(NO_HIT, f32::max), hits);
+        let hits_m = &self.hits_m;
+        let hit = |cell: usize| hits_m.get(cell).copied().filter(|hit_m| *hit_m >= 0.0);
+        let height = |cell: usize| {
+            let around = || neighbours(cell, hits_m.len(), self.ny).filter_map(hit);
+            match hit(cell) {
+                None if around().count() < LEAST_AROUND => NO_RAY,
+                _ => around().fold(0.0, f32::max),
             }
-            let around = across.windows(3).zip(*row).map(|(around, row_m)| {
-                let hits: usize = around.iter().map(|(_, hits)| hits).sum();
-                let is_free = *row_m > NO_HIT || hits >= LEAST_AROUND;
-                let highest_m = around.iter().map(|(hit_m, _)| *hit_m);
-                if is_free {
-                    highest_m.fold(NO_HIT, f32::max)
-                } else {
-                    NO_RAY
-                }
-            });
-            self.heights_m.extend(around);
-        }
+        };
+        self.heights_m = (0..hits_m.len()).map(height).collect();
     }
 
     fn is_sparse(&self) -> bool {
-        let hit = self.hits_m.iter().filter(|hit_m| **hit_m > NO_HIT).count();
+        let hit = self.hits_m.iter().filter(|hit_m| **hit_m >= 0.0).count();
         (self.rays as f64) < LEAST_RAYS * hit as f64
     }
 
     /// Makes one cell of two by two.
     fn pool(&mut self) {
         let (nx, ny) = (self.nx.div_ceil(2), self.ny.div_ceil(2));
-        let mut hits_m = vec![NO_HIT; nx * ny];
+        let mut hits_m = vec![-1.0_f32; nx * ny];
         for (x, row) in self.hits_m.chunks_exact(self.ny).enumerate() {
             for (y, hit_m) in row.iter().enumerate() {
                 if let Some(pooled_m) = hits_m.get_mut(x / 2 * ny + y / 2) {

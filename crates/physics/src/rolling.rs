@@ -12,11 +12,16 @@ const ROLLED_RAD: f64 = PI / 6.0;
 /// prism, 1 / cos(pi / 8) - 1.
 const MOST_RISE: f64 = 0.083;
 
+/// So many directions around the vertical are tried.
 const DIRECTIONS: usize = 24;
+
+/// In so many steps a solid is turned.
 const STEPS: usize = 6;
 
-/// Whether a solid rolls on a floor from the pose in which it stands: there is a direction in which it can turn by 30
-/// degrees, always touching the floor, while its centre of mass hardly rises.
+/// Says whether a solid rolls on a floor from the pose in which it stands.
+///
+/// It does where it can turn by 30 degrees in some direction, touching the floor, while its centre of mass hardly rises.
+/// So does what tips over by itself, as its centre of mass is beside its foot.
 pub(crate) fn can_roll(model: &Model) -> bool {
     let centre = model.mass.centre_of_mass_m;
     let vertices = model.pieces.iter().flat_map(|piece| &piece.vertices);

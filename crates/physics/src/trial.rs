@@ -109,21 +109,12 @@ struct Place {
     resting: RestingPlacement,
 }
 
-/// A placement that goes beyond its limits.
+/// A placement that was refused, and why.
 #[derive(Debug, Clone, Copy)]
 struct Refused {
     place: Place,
     settling: Settling,
     why: &'static str,
-}
-
-/// The limits of an item, by whether it rolls.
-fn limits_of(limits: TrialLimits, can_roll: bool) -> TrialLimits {
-    if can_roll {
-        limits.of_rolling()
-    } else {
-        limits
-    }
 }
 
 impl TrialCheck {
@@ -282,23 +273,23 @@ impl TrialCheck {
         }
     }
 
-    /// What becomes of a candidate at a place, and whether it rolls; `None` where it cannot be tried.
+    /// Tries a candidate at a place, where that is not known yet; `None` where it cannot be tried.
     fn settling(
         &mut self,
         input: &StepInput<'_>,
         candidate: &Candidate,
         place: &Place,
-    ) -> Result<Option<(Settling, bool)>, PhysicsError> {
+    ) -> Result<Option<Settling>, PhysicsError> {
         if let Some(tried) = self.known.get(place) {
-            return Ok(Some((tried.settling, tried.solid.can_roll())));
+            return Ok(Some(tried.settling));
         }
         let Some((solid, pose)) = self.solid_at(input, candidate, &place.resting)? else {
             return Ok(None);
         };
         let tried = Tried::now(&self.twin, solid, pose, &self.settings.limits)?;
-        let found = (tried.settling, tried.solid.can_roll());
+        let settling = tried.settling;
         self.known.insert(*place, tried);
-        Ok(Some(found))
+        Ok(Some(settling))
     }
 }
 
@@ -339,6 +330,15 @@ impl Tried {
             container_from_item,
             settling,
         })
+    }
+
+    /// What keeps it from being accepted as long as another placement is valid.
+    fn beyond(&self, limits: &TrialLimits) -> Option<&'static str> {
+        if self.solid.can_roll() {
+            self.settling.beyond(&limits.of_rolling())
+        } else {
+            self.settling.beyond(limits)
+        }
     }
 }
 
@@ -404,7 +404,7 @@ impl ValidityCheck for TrialCheck {
             return Ok(untried(input, candidate, resting, Vec::new()));
         }
         let place = Place::of(candidate, resting);
-        let Some((settling, can_roll)) = self.settling(input, candidate, &place)? else {
+        let Some(settling) = self.settling(input, candidate, &place)? else {
             let degraded = vec![UNTRIED_ITEM.to_owned()];
             return Ok(untried(input, candidate, resting, degraded));
         };
@@ -416,7 +416,8 @@ impl ValidityCheck for TrialCheck {
         {
             return Ok(Verdict::Refused(refusal));
         }
-        if let Some(why) = settling.beyond(&limits_of(self.settings.limits, can_roll)) {
+        let tried = self.known.get(&place);
+        if let Some(why) = tried.and_then(|tried| tried.beyond(&self.settings.limits)) {
             let refused = Refused {
                 place,
                 settling,
@@ -475,19 +476,16 @@ impl ValidityCheck for TrialCheck {
     fn last_resort(&self) -> Option<LastResort> {
         let limits = &self.settings.limits;
         let rolling = limits.of_rolling();
+        // What is within the limits of all was refused as it rolls.
         let rolls = |refused: &&Refused| refused.settling.beyond(limits).is_none();
         let severity = |refused: &Refused| refused.settling.severity(&rolling);
         let possible = self.refused.iter().filter(rolls);
         let least = possible.min_by(|a, b| severity(a).total_cmp(&severity(b)));
-        least.map(
-            |Refused {
-                 place, settling, ..
-             }| LastResort {
-                arrival: place.arrival,
-                shape: place.shape,
-                resting: place.resting,
-                evidence: self.evidence(place, *settling, None),
-            },
-        )
+        least.map(|refused| LastResort {
+            arrival: refused.place.arrival,
+            shape: refused.place.shape,
+            resting: refused.place.resting,
+            evidence: self.evidence(&refused.place, refused.settling, None),
+        })
     }
 }

@@ -44,13 +44,16 @@ impl View {
             Self::Exact(grid) => Ok(vec![scan(cell, grid)?]),
             Self::Camera(cameras) => {
                 let clouds = cameras.see(cell)?;
-                let mut names = sensor_names(clouds.len()).into_iter();
-                let views = clouds.into_iter().map(|cloud| RobotView {
-                    sensor: names.next().unwrap_or_default(),
-                    points_m: cloud.points_m,
-                    container_from_sensor: cloud.container_from_camera,
-                    is_of_now: true,
-                });
+                let names = sensor_names(clouds.len());
+                let views = names
+                    .into_iter()
+                    .zip(clouds)
+                    .map(|(sensor, cloud)| RobotView {
+                        sensor,
+                        points_m: cloud.points_m,
+                        container_from_sensor: cloud.container_from_camera,
+                        is_of_now: true,
+                    });
                 Ok(views.collect())
             }
         }
