@@ -126,6 +126,9 @@ pub trait ValidityCheck: Send {
         Ok(())
     }
 
+    /// More is proposed in this step, as nothing was valid: candidates that it was done with may be asked about again.
+    fn widen(&mut self) {}
+
     /// Whether it refuses all further placements of a candidate in this step: it need not be asked any more.
     fn is_done_with(&self, _candidate: &Candidate) -> bool {
         false

@@ -290,6 +290,7 @@ impl Planner {
         if is_fruitless && self.proposals.may_be_widened() {
             // Better late than not at all: an item is given up only where no placement is valid.
             self.proposals.widen();
+            self.search.widen();
             self.plan.is_widened = true;
             self.search_all(input)?;
         }

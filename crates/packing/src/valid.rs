@@ -101,6 +101,11 @@ impl ValidSearch {
         begun.map_err(SearchError::Check)
     }
 
+    /// More is proposed in the step: the checks look into candidates again that they were done with.
+    pub fn widen(&mut self) {
+        self.checks.iter_mut().for_each(|check| check.widen());
+    }
+
     /// Starts a search among the proposals of some candidates; `group` holds indices into the input's candidates.
     ///
     /// # Errors

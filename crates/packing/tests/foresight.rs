@@ -42,6 +42,7 @@ enum Event {
     AskedOf(usize),
     Told(Vec<Place>),
     Asked(Place),
+    Widened,
 }
 
 type Log = Arc<Mutex<Vec<Event>>>;
@@ -145,6 +146,10 @@ impl ValidityCheck for Stub {
         Ok(())
     }
 
+    fn widen(&mut self) {
+        self.note(Event::Widened);
+    }
+
     fn is_done_with(&self, candidate: &Candidate) -> bool {
         let refused = self.refused.iter();
         let of_it = refused.filter(|(arrival, ..)| *arrival == candidate.arrival);
@@ -192,7 +197,7 @@ fn was_told_before(events: &[Event]) -> bool {
         }
         // Those before it are passed by.
         Event::Asked(place) => told.any(|next| next == *place),
-        Event::Begun | Event::AskedOf(_) => true,
+        Event::Begun | Event::AskedOf(_) | Event::Widened => true,
     })
 }
 
@@ -530,6 +535,8 @@ fn each_plan_begins_once_and_before_all_else() {
             assert!(plan.is_widened() && plan.choice().is_some());
             let events = events(&log);
             assert_eq!(events[0], Event::Begun);
+            let widened = events.iter().filter(|event| **event == Event::Widened);
+            assert_eq!(widened.count(), 1);
             assert!(events.len() > 1 && !events[1..].contains(&Event::Begun));
         }
     }

@@ -24,6 +24,10 @@ use loads::LoadTries;
 use crate::error::PhysicsError;
 use crate::twin::{Solid, Twin, TwinSettings};
 
+/// An item that has a last resort gets the n-th part of the tries: what rolls seldom stays at the next places, either, and all of them
+/// are tried again and again as it is left for later steps.
+const TRIES_WITH_RESORT: usize = 4;
+
 /// So many tries are kept from one step to the next at most.
 const TRIES_KEPT: usize = 10_000;
 
@@ -167,6 +171,13 @@ impl TrialCheck {
     fn refused_last(&self, place: &Place) -> Option<&Refused> {
         let mut refused = self.refused.iter().rev();
         refused.find(|refused| refused.place.arrival == place.arrival)
+    }
+
+    /// What was refused as it rolls, and is within the limits of all.
+    fn resorts(&self) -> impl Iterator<Item = &Refused> {
+        let limits = &self.settings.limits;
+        let refused = self.refused.iter();
+        refused.filter(|refused| refused.settling.beyond(limits).is_none())
     }
 
     /// Refuses a placement as it, or one like it, goes beyond the limits.
@@ -468,19 +479,28 @@ impl ValidityCheck for TrialCheck {
         Ok(())
     }
 
+    fn widen(&mut self) {
+        self.tries.clear();
+    }
+
     fn is_done_with(&self, candidate: &Candidate) -> bool {
         let tries = self.tries.get(&candidate.arrival).copied().unwrap_or(0);
-        tries >= self.settings.tries_per_item || self.loads.done_with(candidate.arrival).is_some()
+        let most = match self
+            .resorts()
+            .any(|resort| resort.place.arrival == candidate.arrival)
+        {
+            true => self.settings.tries_per_item.div_ceil(TRIES_WITH_RESORT),
+            false => self.settings.tries_per_item,
+        };
+        tries >= most || self.loads.done_with(candidate.arrival).is_some()
     }
 
     fn last_resort(&self) -> Option<LastResort> {
-        let limits = &self.settings.limits;
-        let rolling = limits.of_rolling();
-        // What is within the limits of all was refused as it rolls.
-        let rolls = |refused: &&Refused| refused.settling.beyond(limits).is_none();
+        let rolling = self.settings.limits.of_rolling();
         let severity = |refused: &Refused| refused.settling.severity(&rolling);
-        let possible = self.refused.iter().filter(rolls);
-        let least = possible.min_by(|a, b| severity(a).total_cmp(&severity(b)));
+        let least = self
+            .resorts()
+            .min_by(|a, b| severity(a).total_cmp(&severity(b)));
         least.map(|refused| LastResort {
             arrival: refused.place.arrival,
             shape: refused.place.shape,

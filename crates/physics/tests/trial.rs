@@ -221,6 +221,28 @@ fn neighbours_of_a_refused_placement_are_refused_unasked() {
     assert_eq!(asked(item, &placed(12, 10, 0)), (true, true));
 }
 
+#[test]
+fn what_all_tries_were_made_of_is_tried_again_where_more_is_proposed() {
+    let grid = grid();
+    let scene = scene(&grid, &[]);
+    let held = [falling(0)];
+    let input = StepInput::new(&grid, &scene, &held);
+    let mut check = new_check(TrialSettings {
+        tries_per_item: 1,
+        ..TrialSettings::default()
+    });
+    check.begin(&input).unwrap();
+    let there = placed(10, 10, 0);
+    assert!(is_refused_tried(&mut check, &input, &held[0], &there));
+    assert!(check.is_done_with(&held[0]));
+    check.widen();
+    assert!(!check.is_done_with(&held[0]));
+    // What was refused still is.
+    assert!(!is_refused_tried(&mut check, &input, &held[0], &there));
+    let elsewhere = placed(2, 10, 0);
+    assert!(is_refused_tried(&mut check, &input, &held[0], &elsewhere));
+}
+
 /// Placements on the floor and on the base of the items of [`held`], by increasing x: some stay, some fall, some are
 /// neighbours of others.
 fn placements() -> Vec<(usize, RestingPlacement)> {
