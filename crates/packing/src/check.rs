@@ -126,8 +126,10 @@ pub trait ValidityCheck: Send {
         Ok(())
     }
 
-    /// More is proposed in this step, as nothing was valid: candidates that it was done with may be asked about again.
-    fn widen(&mut self) {}
+    /// Nothing was valid in this step: whether it looks into more placements now, in another search, than it did.
+    fn widen(&mut self) -> bool {
+        false
+    }
 
     /// Whether it refuses all further placements of a candidate in this step: it need not be asked any more.
     fn is_done_with(&self, _candidate: &Candidate) -> bool {

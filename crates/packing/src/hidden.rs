@@ -26,19 +26,9 @@ const TURNED_RAD: f64 = 0.01;
 /// What moved may have touched what is within this, in metres.
 const REACH_M: f64 = 0.005;
 
-/// How well the poses of what lies in a container are known.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Poses {
-    /// Exactly, as a simulation knows them.
-    Exact,
-    /// As somebody found them: a solid may reach into the samples beside it.
-    Found,
-}
-
 /// The last picture of a container, with what lay there.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct SceneMemory {
-    poses: Poses,
     last: Option<Remembered>,
 }
 
@@ -49,11 +39,6 @@ struct Remembered {
 }
 
 impl SceneMemory {
-    /// A memory of nothing yet.
-    pub fn new(poses: Poses) -> Self {
-        Self { poses, last: None }
-    }
-
     /// Forgets the last picture, as when the container was exchanged.
     pub fn clear(&mut self) {
         self.last = None;
@@ -71,7 +56,7 @@ impl SceneMemory {
         let completed = surface.has_bounds().then(|| {
             let before = self.last.as_ref();
             let before = before.filter(|last| last.surface.has_size_of(surface));
-            let completed = complete(grid, surface, content, self.poses, before);
+            let completed = complete(grid, surface, content, before);
             let heightmap = changed(grid, scene.heightmap(), surface, &completed);
             (heightmap, completed)
         });
@@ -91,7 +76,6 @@ fn complete(
     grid: &Grid,
     surface: &Surface,
     content: &Content,
-    poses: Poses,
     before: Option<&Remembered>,
 ) -> Surface {
     let mut known = Surface::empty(grid);
@@ -115,11 +99,7 @@ fn complete(
         let remembered = before.zip(is_same.as_ref()).and_then(|(before, is_same)| {
             is_same.get(sample)?.then_some(before.surface.at(sample))
         });
-        let beside_m = match poses {
-            Poses::Exact => solid_m,
-            Poses::Found => known.highest_around(sample),
-        };
-        let (least_m, most_m) = remembered.unwrap_or((solid_m, beside_m + margin_m));
+        let (least_m, most_m) = remembered.unwrap_or((solid_m, solid_m + margin_m));
         *height_m = height_m.min(most_m);
         *held_m = least_m.min(*height_m);
     }

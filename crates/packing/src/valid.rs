@@ -101,9 +101,10 @@ impl ValidSearch {
         begun.map_err(SearchError::Check)
     }
 
-    /// More is proposed in the step: the checks look into candidates again that they were done with.
-    pub fn widen(&mut self) {
-        self.checks.iter_mut().for_each(|check| check.widen());
+    /// Nothing was valid in the step: whether a check looks into more placements now, in another search, than it did.
+    pub fn widen(&mut self) -> bool {
+        let mut checks = self.checks.iter_mut();
+        checks.fold(false, |is_wider, check| check.widen() || is_wider)
     }
 
     /// Starts a search among the proposals of some candidates; `group` holds indices into the input's candidates.

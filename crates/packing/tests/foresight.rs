@@ -146,8 +146,9 @@ impl ValidityCheck for Stub {
         Ok(())
     }
 
-    fn widen(&mut self) {
+    fn widen(&mut self) -> bool {
         self.note(Event::Widened);
+        self.gives_up.take().is_some()
     }
 
     fn is_done_with(&self, candidate: &Candidate) -> bool {
@@ -454,6 +455,30 @@ fn where_all_is_refused_the_last_resort_is_made() {
         assert!(plan.degraded().is_empty());
         assert!(!plan.is_cut());
         assert_eq!(plan.refusals().total(), PLACES as u64);
+    }
+}
+
+#[test]
+fn an_item_that_was_given_up_is_looked_into_again_where_nothing_else_is_valid() {
+    let grid = grid();
+    let scene = empty(&grid);
+    let held = blocks(1);
+    let far = Placement { yaw: 0, x: 6, y: 6 };
+    for gives_up in [None, Some((0, 2))] {
+        let log = Log::default();
+        let stub = Stub {
+            gives_up,
+            ..Stub::new(&log, move |_, at| at == far && gives_up.is_some())
+        };
+        let search = searching(&grid, Order::Balance, false);
+        let mut planner = planner(search, ProposeAll, Order::Balance, stub);
+        let plan = planner.plan(&StepInput::new(&grid, &scene, &held)).unwrap();
+        assert_eq!(plan.choice().is_some(), gives_up.is_some());
+        assert!(!plan.is_widened(), "all was proposed before");
+        let widened = events(&log)
+            .into_iter()
+            .filter(|event| *event == Event::Widened);
+        assert_eq!(widened.count(), 1);
     }
 }
 

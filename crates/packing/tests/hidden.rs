@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, Matrix3, Point3};
 use ppnpack_packing::content::{Content, LyingBody, LyingSolid};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Scene, Surface};
-use ppnpack_packing::hidden::{Poses, SceneMemory};
+use ppnpack_packing::hidden::SceneMemory;
 use ppnpack_packing::model::mesh::Mesh;
 use ppnpack_packing::model::{MassProperties, Model};
 
@@ -68,7 +68,7 @@ fn what_is_hidden_is_as_high_as_what_is_known_to_lie_there_but_never_above_its_b
     let seen = scene(&hidden, 0.1);
     assert_eq!(seen.heightmap().get(11, 2), Some(151));
     let known = completed(
-        &mut SceneMemory::new(Poses::Exact),
+        &mut SceneMemory::default(),
         seen.clone(),
         vec![block("block", 0.1)].into(),
     );
@@ -77,28 +77,17 @@ fn what_is_hidden_is_as_high_as_what_is_known_to_lie_there_but_never_above_its_b
     assert_eq!(at(&known, 46), (0.0, 0.003));
     assert_eq!(known.heightmap().get(11, 2), Some(2));
     assert!(known.heightmap().get(5, 2) == Some(50) && grid.rim() == 150);
-    // Of poses that somebody found a solid may reach into the samples beside it.
-    let wide = scene(&[(40, 0.08), (44, 0.08)], 0.1);
-    let found = completed(
-        &mut SceneMemory::new(Poses::Found),
-        wide,
-        vec![block("block", 0.1)].into(),
-    );
-    assert_eq!(
-        (at(&found, 40), at(&found, 44)),
-        ((0.0, 0.08), (0.0, 0.003))
-    );
     // Where not all is known, only the bounds count.
     let some = [LyingBody::Known(block("block", 0.1)), LyingBody::Unknown];
     let partly = completed(
-        &mut SceneMemory::new(Poses::Exact),
+        &mut SceneMemory::default(),
         seen.clone(),
         some.into_iter().collect(),
     );
     assert_eq!(partly.heightmap(), seen.heightmap());
     let assumed = [LyingBody::Known(block("block", 0.1)).assumed()];
     let assumed = completed(
-        &mut SceneMemory::new(Poses::Exact),
+        &mut SceneMemory::default(),
         seen.clone(),
         assumed.into_iter().collect(),
     );
@@ -116,7 +105,7 @@ fn an_edge_that_shows_beside_a_sample_is_as_high_as_its_solid() {
     let seen = scene(&[(60, 0.05)], 0.1);
     assert_eq!(at(&seen, 40), (0.0, 0.0));
     let known = completed(
-        &mut SceneMemory::new(Poses::Exact),
+        &mut SceneMemory::default(),
         seen.clone(),
         vec![wide.clone()].into(),
     );
@@ -124,18 +113,14 @@ fn an_edge_that_shows_beside_a_sample_is_as_high_as_its_solid() {
     assert_eq!(known.heightmap().get(10, 2), Some(50));
     // Not where the picture does not show it at all.
     let empty = scene(&[(60, 0.05)], 0.0);
-    let gone = completed(
-        &mut SceneMemory::new(Poses::Exact),
-        empty,
-        vec![wide].into(),
-    );
+    let gone = completed(&mut SceneMemory::default(), empty, vec![wide].into());
     assert_eq!(at(&gone, 40), (0.0, 0.0));
     assert_eq!(grid.resolution().samples_per_cell(), 4);
 }
 
 #[test]
 fn what_was_seen_before_stays_seen_where_nothing_moved() {
-    let mut memory = SceneMemory::new(Poses::Exact);
+    let mut memory = SceneMemory::default();
     // A block of which nothing is known is seen at 2 cm, and hidden later by one that is placed.
     let unknown = scene(&[(70, 0.2)], 0.02);
     completed(&mut memory, unknown.clone(), Content::default());
@@ -147,7 +132,7 @@ fn what_was_seen_before_stays_seen_where_nothing_moved() {
     let later = completed(&mut memory, hidden.clone(), vec![far].into());
     assert_eq!(at(&later, 39), (0.02, 0.02), "as it was seen");
     // Where something came to lie, what was seen before does not count.
-    let mut memory = SceneMemory::new(Poses::Exact);
+    let mut memory = SceneMemory::default();
     completed(&mut memory, unknown, Content::default());
     let near = completed(&mut memory, hidden, vec![block("near", 0.15)].into());
     assert!((at(&near, 39).0 - 0.15).abs() < 1e-6);

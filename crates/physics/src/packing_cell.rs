@@ -13,7 +13,6 @@ use ppnpack_packing::content::{Content, LyingSolid};
 use ppnpack_packing::episode::PackingCell;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::hidden::Poses;
 use ppnpack_packing::item::ShapeId;
 use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_packing::plan::{Candidate, StageError};
@@ -124,16 +123,12 @@ impl SimulatedPackingCell {
         })
     }
 
-    /// Has cameras see the cell in place of an exact scan; how well poses are known is said before.
+    /// Has cameras see the cell in place of an exact scan.
     ///
     /// # Errors
     /// [`PhysicsError::Setting`] where a setting is impossible.
     pub fn with_cameras(mut self, settings: &CameraSettings) -> Result<Self, PhysicsError> {
-        let poses = match self.pose_error == PoseError::default() {
-            true => Poses::Exact,
-            false => Poses::Found,
-        };
-        self.view = Some(CameraView::new(settings, &self.grid, poses)?);
+        self.view = Some(CameraView::new(settings, &self.grid)?);
         Ok(self)
     }
 

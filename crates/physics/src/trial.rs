@@ -28,6 +28,9 @@ use crate::twin::{Solid, Twin, TwinSettings};
 /// are tried again and again as it is left for later steps.
 const TRIES_WITH_RESORT: usize = 4;
 
+/// In a widened search tries are so many times as far from each other, whatever the yaw and the pose.
+const WIDE: f64 = 4.0;
+
 /// So many tries are kept from one step to the next at most.
 const TRIES_KEPT: usize = 10_000;
 
@@ -70,6 +73,8 @@ pub struct TrialCheck {
     loads: LoadTries,
     /// By arrival: tries of this step that counted.
     tries: HashMap<usize, usize>,
+    /// Whether tries are far from each other in this search, so that they reach other places than those before.
+    is_wide: bool,
 }
 
 /// The check of a method that tries placements, in a twin, on the threads of a pool; `None` of one that does not. Where items have
@@ -138,6 +143,7 @@ impl TrialCheck {
             refused: Vec::new(),
             loads: LoadTries::new(LoadSettings::default().tried_margin),
             tries: HashMap::new(),
+            is_wide: false,
         })
     }
 
@@ -189,12 +195,17 @@ impl TrialCheck {
 
     fn is_near(&self, input: &StepInput<'_>, place: &Place, other: &Place) -> bool {
         let (at, near) = (place.resting.placement, other.resting.placement);
-        let is_same =
-            place.arrival == other.arrival && place.shape == other.shape && at.yaw == near.yaw;
+        let is_turned = place.shape != other.shape || at.yaw != near.yaw;
+        let near_m = match self.is_wide {
+            true => WIDE * self.settings.neighbour_m,
+            false => self.settings.neighbour_m,
+        };
         let cell_m = input.grid.resolution().cell_m();
         let apart_m = |a: usize, b: usize| a.abs_diff(b) as f64 * cell_m;
         let (x_m, y_m) = (apart_m(at.x, near.x), apart_m(at.y, near.y));
-        is_same && x_m.max(y_m) <= self.settings.neighbour_m + 1e-9
+        place.arrival == other.arrival
+            && (self.is_wide || !is_turned)
+            && x_m.max(y_m) <= near_m + 1e-9
     }
 
     /// Takes over what lies in the container.
@@ -373,6 +384,7 @@ impl ValidityCheck for TrialCheck {
         self.refused.clear();
         self.loads.begin();
         self.tries.clear();
+        self.is_wide = false;
         self.lacks.clear();
         let Some(content) = input.scene.content() else {
             self.known.clear();
@@ -479,8 +491,11 @@ impl ValidityCheck for TrialCheck {
         Ok(())
     }
 
-    fn widen(&mut self) {
+    fn widen(&mut self) -> bool {
+        let most = self.settings.tries_per_item;
+        self.is_wide = self.tries.values().any(|tries| *tries >= most);
         self.tries.clear();
+        self.is_wide && self.resorts().next().is_none()
     }
 
     fn is_done_with(&self, candidate: &Candidate) -> bool {

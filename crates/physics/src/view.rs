@@ -7,7 +7,7 @@ use ppnpack_numbers::{SettingError, require, require_share};
 use ppnpack_packing::content::Content;
 use ppnpack_packing::grid::{ContainerSize, Grid};
 use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::hidden::{Poses, SceneMemory};
+use ppnpack_packing::hidden::SceneMemory;
 use ppnpack_perception::mapper::Mapper;
 use ppnpack_perception::settings::MapperSettings;
 use serde::{Deserialize, Serialize};
@@ -230,16 +230,16 @@ pub struct CameraView {
 }
 
 impl CameraView {
-    /// A view of the content of a grid's container, of which the poses are known so well.
+    /// A view of the content of a grid's container.
     ///
     /// # Errors
     /// As [`Cameras::new`].
-    pub fn new(settings: &CameraSettings, grid: &Grid, poses: Poses) -> Result<Self, PhysicsError> {
+    pub fn new(settings: &CameraSettings, grid: &Grid) -> Result<Self, PhysicsError> {
         let mapper = MapperSettings::of_camera(settings.noise.sigma_m);
         Ok(Self {
             cameras: Cameras::new(settings, grid.container())?,
             mapper: Mapper::new(grid, mapper)?,
-            memory: SceneMemory::new(poses),
+            memory: SceneMemory::default(),
             grid: grid.clone(),
         })
     }

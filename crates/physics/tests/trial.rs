@@ -222,7 +222,7 @@ fn neighbours_of_a_refused_placement_are_refused_unasked() {
 }
 
 #[test]
-fn what_all_tries_were_made_of_is_tried_again_where_more_is_proposed() {
+fn a_widened_search_tries_again_what_it_was_done_with_and_farther_away() {
     let grid = grid();
     let scene = scene(&grid, &[]);
     let held = [falling(0)];
@@ -232,15 +232,36 @@ fn what_all_tries_were_made_of_is_tried_again_where_more_is_proposed() {
         ..TrialSettings::default()
     });
     check.begin(&input).unwrap();
+    assert!(!check.widen(), "nothing was tried yet");
+    let mut is_tried =
+        |check: &mut TrialCheck, x| is_refused_tried(check, &input, &held[0], &placed(x, 10, 0));
+    assert!(is_tried(&mut check, 10));
+    assert!(check.is_done_with(&held[0]));
+    assert!(check.widen());
+    assert!(!check.is_done_with(&held[0]));
+    // Cells of a centimetre: neighbours are 2 cm away now, and not 5 mm.
+    assert!(!is_tried(&mut check, 12));
+    assert!(is_tried(&mut check, 13));
+    check.begin(&input).unwrap();
+    assert!(is_tried(&mut check, 12));
+}
+
+#[test]
+fn a_search_is_not_widened_for_what_has_a_last_resort() {
+    let grid = grid();
+    let scene = scene(&grid, &[]);
+    let held = [roller(0)];
+    let input = StepInput::new(&grid, &scene, &held);
+    let mut check = new_check(TrialSettings {
+        tries_per_item: 4,
+        ..rolling_within(0.0)
+    });
+    check.begin(&input).unwrap();
     let there = placed(10, 10, 0);
     assert!(is_refused_tried(&mut check, &input, &held[0], &there));
-    assert!(check.is_done_with(&held[0]));
-    check.widen();
-    assert!(!check.is_done_with(&held[0]));
-    // What was refused still is.
-    assert!(!is_refused_tried(&mut check, &input, &held[0], &there));
-    let elsewhere = placed(2, 10, 0);
-    assert!(is_refused_tried(&mut check, &input, &held[0], &elsewhere));
+    assert!(check.last_resort().is_some());
+    assert!(check.is_done_with(&held[0]), "a fourth of the tries");
+    assert!(!check.widen());
 }
 
 /// Placements on the floor and on the base of the items of [`held`], by increasing x: some stay, some fall, some are

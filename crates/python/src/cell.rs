@@ -6,7 +6,6 @@ use nalgebra::Isometry3;
 use numpy::PyArray2;
 use ppnpack_packing::content::{Content, LyingSolid};
 use ppnpack_packing::grid;
-use ppnpack_packing::hidden::Poses;
 use ppnpack_physics::cell;
 use ppnpack_physics::error::PhysicsError;
 use ppnpack_physics::outcome;
@@ -91,7 +90,7 @@ impl SimulatedCell {
     ) -> PyResult<Self> {
         let settings = cell_settings(&grid.inner, base, settings)?;
         let camera = camera_settings(camera)?;
-        let view = camera.map(|camera| CameraView::new(&camera, &grid.inner, Poses::Exact));
+        let view = camera.map(|camera| CameraView::new(&camera, &grid.inner));
         let view = view.transpose();
         Ok(Self {
             view: view.or_value_error()?.map(Mutex::new),

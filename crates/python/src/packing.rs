@@ -5,7 +5,6 @@ use std::sync::Arc;
 use ppnpack_catalogue::object::CatalogueObject;
 use ppnpack_packing::grid::{ABSENT, Grid, Units};
 use ppnpack_packing::heightmap::Heightmap;
-use ppnpack_packing::hidden::Poses;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_packing::resting::RestingHeights;
@@ -170,7 +169,7 @@ impl Packing {
             seed: camera.seed.wrapping_add(seed),
             ..camera
         });
-        let view = camera.map(|camera| CameraView::new(&camera, &setup.grid, Poses::Exact));
+        let view = camera.map(|camera| CameraView::new(&camera, &setup.grid));
         Ok(Self {
             random: ChaCha8Rng::seed_from_u64(seed),
             arriving: Vec::new(),

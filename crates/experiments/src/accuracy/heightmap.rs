@@ -14,7 +14,7 @@ use ppnpack_packing::content::LyingSolid;
 use ppnpack_packing::episode::Play;
 use ppnpack_packing::grid::{ContainerSize, Grid};
 use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::hidden::{Poses, SceneMemory};
+use ppnpack_packing::hidden::SceneMemory;
 use ppnpack_packing::method::{ProposalSource, Stability};
 use ppnpack_perception::mapper::{Mapped, Mapper};
 use ppnpack_perception::settings::MapperSettings;
@@ -260,9 +260,9 @@ fn scene_of(
     }
     let mapped = mapper.finish().or_run()?;
     let mut random = ChaCha8Rng::seed_from_u64(7);
-    let (error, poses) = match content {
-        Content::Found => (FOUND, Poses::Found),
-        _ => (PoseError::default(), Poses::Exact),
+    let error = match content {
+        Content::Found => FOUND,
+        _ => PoseError::default(),
     };
     let solids = scene.solids.iter().map(|solid| LyingSolid {
         container_from_item: error.disturb(&solid.container_from_item, &mut random),
@@ -271,7 +271,7 @@ fn scene_of(
     let seen = mapped.scene.clone();
     let known = match content {
         Content::Bounds => seen,
-        _ => SceneMemory::new(poses).complete(grid, seen.with_content(solids.collect())),
+        _ => SceneMemory::default().complete(grid, seen.with_content(solids.collect())),
     };
     Ok((mapped, known))
 }

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::hidden::{Poses, SceneMemory};
+use ppnpack_packing::hidden::SceneMemory;
 use ppnpack_service::ServiceError;
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::{CallError, Client};
@@ -79,7 +79,7 @@ impl Place {
             planning,
             scenes,
             bridge_clock: BridgeClock::subscribe(process, &address)?,
-            memory: SceneMemory::new(Poses::Found),
+            memory: SceneMemory::default(),
             client: shared.helpers.client.clone(),
             left_alone_until: None,
             uninspected_until: None,
