@@ -103,8 +103,11 @@ impl ValidSearch {
 
     /// Nothing was valid in the step: whether a check looks into more placements now, in another search, than it did.
     pub fn widen(&mut self) -> bool {
-        let mut checks = self.checks.iter_mut();
-        checks.fold(false, |is_wider, check| check.widen() || is_wider)
+        let mut is_wider = false;
+        for check in &mut self.checks {
+            is_wider |= check.widen();
+        }
+        is_wider
     }
 
     /// Starts a search among the proposals of some candidates; `group` holds indices into the input's candidates.

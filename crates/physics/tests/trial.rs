@@ -233,7 +233,7 @@ fn a_widened_search_tries_again_what_it_was_done_with_and_farther_away() {
     });
     check.begin(&input).unwrap();
     assert!(!check.widen(), "nothing was tried yet");
-    let mut is_tried =
+    let is_tried =
         |check: &mut TrialCheck, x| is_refused_tried(check, &input, &held[0], &placed(x, 10, 0));
     assert!(is_tried(&mut check, 10));
     assert!(check.is_done_with(&held[0]));
