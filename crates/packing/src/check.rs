@@ -126,7 +126,7 @@ pub trait ValidityCheck: Send {
         Ok(())
     }
 
-    /// Nothing was valid in this step: whether it looks into more placements now, in another search, than it did.
+    /// Looks into more placements in the next search of this step, as nothing was valid; says whether there are more.
     fn widen(&mut self) -> bool {
         false
     }

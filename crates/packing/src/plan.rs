@@ -287,14 +287,16 @@ impl Planner {
         self.search_all(input)?;
         let is_over = self.plan.is_cut() || input.below.is_some();
         let is_fruitless = self.plan.choice().is_none() && !is_over;
-        // Better late than not at all: an item is given up only where no placement is valid.
-        if is_fruitless && self.proposals.may_be_widened() {
-            self.proposals.widen();
-            self.search.widen();
-            self.plan.is_widened = true;
-            self.search_all(input)?;
-        } else if is_fruitless && self.search.widen() {
-            self.search_all(input)?;
+        if is_fruitless {
+            // Better late than not at all: an item is given up only where no placement is valid.
+            let are_checks_wider = self.search.widen();
+            self.plan.is_widened = self.proposals.may_be_widened();
+            if self.plan.is_widened {
+                self.proposals.widen();
+            }
+            if self.plan.is_widened || are_checks_wider {
+                self.search_all(input)?;
+            }
         }
         self.time_cost.arrange(&mut self.plan.ranked);
         self.plan.ranked.truncate(input.wanted());

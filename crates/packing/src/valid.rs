@@ -101,7 +101,7 @@ impl ValidSearch {
         begun.map_err(SearchError::Check)
     }
 
-    /// Nothing was valid in the step: whether a check looks into more placements now, in another search, than it did.
+    /// Has the checks look into more placements in the next search, as nothing was valid; says whether one does.
     pub fn widen(&mut self) -> bool {
         let mut is_wider = false;
         for check in &mut self.checks {

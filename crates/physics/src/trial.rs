@@ -24,11 +24,11 @@ use loads::LoadTries;
 use crate::error::PhysicsError;
 use crate::twin::{Solid, Twin, TwinSettings};
 
-/// An item that has a last resort gets the n-th part of the tries: what rolls seldom stays at the next places, either, and all of them
+/// Divisor of the tries of an item that has a last resort: what rolls seldom stays at the next places, either, and all of them
 /// are tried again and again as it is left for later steps.
 const TRIES_WITH_RESORT: usize = 4;
 
-/// In a widened search tries are so many times as far from each other, whatever the yaw and the pose.
+/// Factor of the distance between tries in a widened search, in which it holds at any yaw and in any pose.
 const WIDE: f64 = 4.0;
 
 /// So many tries are kept from one step to the next at most.
