@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use nalgebra::Isometry3;
+
 use crate::item::ShapeId;
 use crate::loads::Load;
 use crate::motion::Cycle;
@@ -59,6 +61,8 @@ pub struct Evidence {
     pub load: Option<Load>,
     /// What was done otherwise than was asked for to find this out, for people.
     pub degraded: Vec<String>,
+    /// How far below its place, whose height is rounded up, the item touches what is known to lie there, in metres.
+    pub lowered_m: f64,
 }
 
 impl Evidence {
@@ -68,6 +72,17 @@ impl Evidence {
         self.settling = other.settling.or(self.settling);
         self.load = other.load.or(self.load.take());
         self.degraded.extend(other.degraded);
+        self.lowered_m = self.lowered_m.max(other.lowered_m);
+    }
+
+    /// Lowers the pose of a placement to where its item touches what lies there: what falls farther stays less often. An arm's motion
+    /// ends at the place itself.
+    #[must_use]
+    pub fn lower(&self, mut container_from_item: Isometry3<f64>) -> Isometry3<f64> {
+        if self.cycle.is_none() {
+            container_from_item.translation.z -= self.lowered_m;
+        }
+        container_from_item
     }
 }
 

@@ -14,6 +14,9 @@ use crate::model::raster::raise_surface;
 /// How much higher than a known solid a hidden sample may be, in metres: how well poses are found.
 const MARGIN_M: f64 = 0.003;
 
+/// A seen sample this far below a known solid, in metres, may hold less of its edge than a sensor resolves.
+const LIP_M: f64 = 0.002;
+
 /// A seen sample beside one that is within this of a known solid's height, in metres, may hold the solid's edge.
 const EDGE_M: f64 = 0.005;
 
@@ -83,15 +86,14 @@ fn complete(
         raise_surface(&solid.model.mesh, &solid.container_from_item, &mut known);
     }
     let is_same = before.map(|before| before.is_same(surface, content.solids()));
-    let (margin_m, edge_m) = (MARGIN_M as f32, EDGE_M as f32);
+    let (margin_m, lip_m, edge_m) = (MARGIN_M as f32, LIP_M as f32, EDGE_M as f32);
     let mut heights_m = surface.heights_m().to_vec();
     let mut support_m = surface.support_m().to_vec();
     let samples = heights_m.iter_mut().zip(&mut support_m).enumerate();
     for (sample, (height_m, held_m)) in samples {
         let (solid_m, _) = known.at(sample);
         if height_m == held_m {
-            if solid_m > *height_m + margin_m && surface.highest_around(sample) >= solid_m - edge_m
-            {
+            if solid_m > *height_m + lip_m && surface.highest_around(sample) >= solid_m - edge_m {
                 (*height_m, *held_m) = (solid_m, solid_m);
             }
             continue;

@@ -99,12 +99,7 @@ impl Mapper {
                 settings.least_points,
             ),
             watch: Watch::new(grid.container(), settings.doubts.clone()),
-            history: History::new(
-                grid.ny(),
-                per_cell,
-                settings.noise_m,
-                settings.still.clone(),
-            ),
+            history: History::new(grid, settings.noise_m, settings.still.clone()),
             settings,
             points: vec![0; samples],
             samples_m: vec![NO_POINT; samples],
@@ -224,8 +219,9 @@ impl Mapper {
                 *sample_m = NO_POINT;
             }
         }
+        let cells_m = self.history.cells_of(&self.samples_m);
         self.hide_beside_steps();
-        let stillness = self.history.blend(&mut self.samples_m);
+        let stillness = self.history.blend(&mut self.samples_m, cells_m);
         let is_unseen = |sample_m: &&f32| !is_known(**sample_m);
         let unseen_samples = self.samples_m.iter().filter(is_unseen).count();
         self.is_bound.fill(false);

@@ -5,6 +5,7 @@
 use std::collections::VecDeque;
 
 use ppnpack_numbers::{SettingError, require, require_length};
+use ppnpack_packing::grid::Grid;
 use serde::{Deserialize, Serialize};
 
 use crate::layers::{NO_POINT, by_cell, is_known, neighbours};
@@ -23,8 +24,9 @@ pub struct StillSettings {
     pub clouds: usize,
     /// Something moved in a cell higher or lower than itself and its neighbours were by more than this, in metres.
     pub height_m: f64,
-    /// A scene is still where at most this many cells moved.
-    pub most_cells: usize,
+    /// A scene is still where what moved covers at most this, in m²: steep edges show higher in one cloud than in another, in the more
+    /// cells the finer the grid is.
+    pub most_m2: f64,
 }
 
 impl Default for StillSettings {
@@ -32,7 +34,7 @@ impl Default for StillSettings {
         Self {
             clouds: 1,
             height_m: 0.01,
-            most_cells: 2,
+            most_m2: 2e-4,
         }
     }
 }
@@ -42,7 +44,9 @@ impl StillSettings {
         require("still.clouds", self.clouds as f64, "1 to 16", |_| {
             (1..=MAX_CLOUDS).contains(&self.clouds)
         })?;
-        require_length("still.height_m", self.height_m)
+        require_length("still.height_m", self.height_m)?;
+        let is_area = |area_m2: f64| (0.0..=1.0).contains(&area_m2);
+        require("still.most_m2", self.most_m2, "0 to 1 m²", is_area)
     }
 }
 
@@ -51,6 +55,8 @@ impl StillSettings {
 pub(crate) struct History {
     settings: StillSettings,
     same_m: f32,
+    /// In this many cells something may move.
+    most_cells: usize,
     /// Cells along y.
     ny: usize,
     per_cell: usize,
@@ -80,13 +86,16 @@ impl Stillness {
 }
 
 impl History {
-    /// For a grid of rows of `ny` cells with `per_cell` samples along an edge, and noise of `noise_m`.
-    pub(crate) fn new(ny: usize, per_cell: usize, noise_m: f64, settings: StillSettings) -> Self {
+    /// For the samples of a grid, and noise of `noise_m`.
+    pub(crate) fn new(grid: &Grid, noise_m: f64, settings: StillSettings) -> Self {
+        let resolution = grid.resolution();
+        let cells = settings.most_m2 / resolution.cell_m().powi(2);
         Self {
+            most_cells: (cells + 1e-6) as usize,
             settings,
             same_m: (SAME_DEVIATIONS * noise_m) as f32,
-            ny,
-            per_cell,
+            ny: grid.ny(),
+            per_cell: resolution.samples_per_cell(),
             frames: VecDeque::new(),
         }
     }
@@ -96,8 +105,9 @@ impl History {
         self.frames.clear();
     }
 
-    /// Takes the samples of a cloud, and makes them those of all clouds since something moved.
-    pub(crate) fn blend(&mut self, samples_m: &mut [f32]) -> Stillness {
+    /// Takes the samples of a cloud, and makes them those of all clouds since something moved. That is told by the cells as they were
+    /// [before](Self::cells_of) any sample was taken for hidden.
+    pub(crate) fn blend(&mut self, samples_m: &mut [f32], cells_m: Vec<f32>) -> Stillness {
         let needed = self.settings.clouds;
         if needed <= 1 {
             return Stillness {
@@ -108,12 +118,12 @@ impl History {
         }
         let frame = Frame {
             samples_m: samples_m.to_vec(),
-            cells_m: self.cells_of(samples_m),
+            cells_m,
         };
         // The oldest: what creeps has moved farthest since.
         let oldest = self.frames.front();
         let moved_cells = oldest.map_or(0, |oldest| self.moved(&oldest.cells_m, &frame.cells_m));
-        if moved_cells > self.settings.most_cells {
+        if moved_cells > self.most_cells {
             self.frames.clear();
         }
         self.frames.push_back(frame);
@@ -128,7 +138,8 @@ impl History {
         }
     }
 
-    fn cells_of(&self, samples_m: &[f32]) -> Vec<f32> {
+    /// The highest sample of each cell.
+    pub(crate) fn cells_of(&self, samples_m: &[f32]) -> Vec<f32> {
         let mut cells_m = vec![NO_POINT; samples_m.len() / (self.per_cell * self.per_cell)];
         for (cell, row) in by_cell(samples_m, self.per_cell, self.ny) {
             if let Some(cell_m) = cells_m.get_mut(cell) {
@@ -173,6 +184,40 @@ impl History {
             // An edge that shows in some of the clouds is there.
             let is_same = count > 0.0 && highest_m - lowest_m <= self.same_m;
             *sample_m = if is_same { sum_m / count } else { highest_m };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ppnpack_packing::grid::{ContainerSize, Resolution, Yaws};
+
+    use super::*;
+
+    #[test]
+    fn what_may_move_is_as_large_on_a_fine_grid_as_on_a_coarse_one() {
+        for (cell_m, most_cells) in [(0.01, 2), (0.0025, 32)] {
+            let yaws = Yaws::half_turn(1).unwrap();
+            let resolution = Resolution::new(cell_m, 0.002, yaws).unwrap();
+            let grid = Grid::new(ContainerSize::REFERENCE, resolution).unwrap();
+            let settings = StillSettings {
+                clouds: 3,
+                ..StillSettings::default()
+            };
+            let mut history = History::new(&grid, 0.001, settings);
+            let per_cell = grid.resolution().samples_per_cell();
+            let mut see = |raised: usize| {
+                let cells = grid.nx() * grid.ny();
+                let mut samples_m = vec![0.1; cells * per_cell * per_cell];
+                let spaced = samples_m.iter_mut().step_by(3 * per_cell);
+                spaced.take(raised).for_each(|sample_m| *sample_m += 0.02);
+                let cells_m = history.cells_of(&samples_m);
+                let stillness = history.blend(&mut samples_m, cells_m);
+                (stillness.moved_cells, stillness.clouds)
+            };
+            assert_eq!(see(0), (0, 1));
+            assert_eq!(see(most_cells), (most_cells, 2), "{cell_m} m");
+            assert_eq!(see(most_cells + 1), (most_cells + 1, 1), "{cell_m} m");
         }
     }
 }

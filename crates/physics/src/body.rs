@@ -29,7 +29,7 @@ const TEMPLATES_KEPT: usize = 256;
 /// What all bodies of one model share.
 pub(crate) struct BodyTemplate {
     pub(crate) model: Arc<Model>,
-    pieces: Vec<SharedShape>,
+    pub(crate) pieces: Vec<SharedShape>,
     /// The pieces as one: of contacts in one plane, those of a whole body are solved together.
     pub(crate) shape: SharedShape,
     pub(crate) mass: EngineMass,

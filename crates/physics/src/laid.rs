@@ -5,8 +5,12 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Vector3};
 use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_packing::loads::Burden;
+use rapier3d::math::{Pose, Vector};
+use rapier3d::parry::query::{ShapeCastOptions, cast_shapes};
+use rapier3d::parry::shape::{Cuboid, Shape};
 
 use crate::body::BodyTemplate;
+use crate::convert::{engine_length, engine_pose, engine_vector, metres};
 
 /// What lies in a twin.
 #[derive(Clone, Default)]
@@ -56,6 +60,40 @@ impl Laid {
             .collect()
     }
 
+    /// How far an item can be lowered before it touches what lies there or the floor, at most `most_m`, in metres. Walls do not count.
+    pub(crate) fn clearance_m(
+        &self,
+        template: &BodyTemplate,
+        container_from_item: &Isometry3<f64>,
+        most_m: f64,
+    ) -> f64 {
+        let mut swept = template.bounds(container_from_item);
+        let most_m = most_m.min(swept.lowest.z);
+        if most_m <= 0.0 {
+            return 0.0;
+        }
+        swept.lowest.z -= most_m;
+        let bodies = self
+            .bodies
+            .iter()
+            .filter(|lying| are_near(&lying.bounds, &swept, 0.0));
+        let bodies = bodies.map(|lying| {
+            let pose = engine_pose(&lying.container_from_item);
+            template.clearance_m(container_from_item, &*lying.template.shape, &pose, most_m)
+        });
+        let boxes = self
+            .terrain
+            .iter()
+            .filter(|bounds| are_near(bounds, &swept, 0.0));
+        let boxes = boxes.map(|Bounds { lowest, highest }| {
+            let cuboid = Cuboid::new(engine_vector(&((highest - lowest) * 0.5)));
+            let pose =
+                Pose::from_translation(engine_vector(&nalgebra::center(lowest, highest).coords));
+            template.clearance_m(container_from_item, &cuboid, &pose, most_m)
+        });
+        bodies.chain(boxes).fold(most_m, f64::min)
+    }
+
     /// Whether what becomes of an item at a place has nothing to do with what is in some boxes: none of them is near it, nor
     /// near a body that it may touch.
     pub(crate) fn is_beyond_reach(&self, place: &Bounds, boxes: &[Bounds], reach_m: f64) -> bool {
@@ -63,6 +101,40 @@ impl Laid {
         let bodies = self.bodies.iter().map(|lying| &lying.bounds);
         let mut touched = bodies.filter(|bounds| are_near(bounds, place, reach_m));
         !is_reached(place) && !touched.any(is_reached)
+    }
+}
+
+impl BodyTemplate {
+    /// How far it can be lowered before it touches a shape, at most `most_m`, in metres.
+    fn clearance_m(
+        &self,
+        container_from_item: &Isometry3<f64>,
+        other: &dyn Shape,
+        container_from_other: &Pose,
+        most_m: f64,
+    ) -> f64 {
+        let pose = engine_pose(container_from_item);
+        let (down, still) = (Vector::new(0.0, 0.0, -1.0), Vector::ZERO);
+        let cast = ShapeCastOptions {
+            compute_impact_geometry_on_penetration: false,
+            ..ShapeCastOptions::with_max_time_of_impact(engine_length(most_m))
+        };
+        let hits = self.pieces.iter().map(|piece| {
+            match cast_shapes(
+                &pose,
+                down,
+                &**piece,
+                container_from_other,
+                still,
+                other,
+                cast,
+            ) {
+                Ok(hit) => hit.map_or(most_m, |hit| metres(hit.time_of_impact)),
+                // No known shape is of a kind that cannot be cast; were one, nothing would be lowered onto it.
+                Err(_) => 0.0,
+            }
+        });
+        hits.fold(most_m, f64::min)
     }
 }
 

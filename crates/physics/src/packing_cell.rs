@@ -250,11 +250,13 @@ impl PackingCell for SimulatedPackingCell {
         &mut self,
         item: &Candidate,
         resting: &RestingPlacement,
-        _evidence: &Evidence,
+        evidence: &Evidence,
     ) -> Result<(), StageError> {
         let (known, container_from_item) = self.planned(item, resting)?;
         let real = self.real(&known);
-        let report = self.cell.place(&real, &container_from_item)?;
+        let report = self
+            .cell
+            .place(&real, &evidence.lower(container_from_item))?;
         self.known.push(known);
         self.placed.push(Placed {
             arrival: item.arrival,

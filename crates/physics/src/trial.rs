@@ -231,22 +231,23 @@ impl TrialCheck {
         let Some(pose) = candidate.item.container_from_item(input.grid, resting) else {
             return Ok(None);
         };
-        match &candidate.model {
-            Some(model) => Ok(Some((self.twin.solid(model)?, pose))),
-            None => Ok(self.seen_at(input, candidate, pose)),
-        }
+        let solid = match &candidate.model {
+            Some(model) => Some(self.twin.solid(model)?),
+            None => self.seen_solid(input, candidate, &pose),
+        };
+        Ok(solid.map(|solid| (solid, pose)))
     }
 
-    /// As [`Self::solid_at`], with what was seen of the candidate.
-    fn seen_at(
+    /// What was seen of a candidate, as a solid that can be tried at a place.
+    fn seen_solid(
         &mut self,
         input: &StepInput<'_>,
         candidate: &Candidate,
-        pose: Isometry3<f64>,
-    ) -> Option<(Solid, Isometry3<f64>)> {
+        pose: &Isometry3<f64>,
+    ) -> Option<Solid> {
         let model = self.seen.of(&candidate.item, input.grid.resolution())?;
         let solid = self.twin.solid(&model).ok()?;
-        self.twin.can_try(&solid, &pose).then_some((solid, pose))
+        self.twin.can_try(&solid, pose).then_some(solid)
     }
 
     /// The item below that the placement loads most, where one has a limit: of what was tried and is not refused anyway.
@@ -276,6 +277,7 @@ impl TrialCheck {
             settling: Some(settling),
             load,
             degraded: degraded.map(|reason| (*reason).to_owned()).collect(),
+            lowered_m: self.known.get(place).map_or(0.0, |tried| tried.lowered_m),
             ..Evidence::default()
         }
     }
@@ -336,6 +338,8 @@ fn untried(
 struct Tried {
     solid: Solid,
     container_from_item: Isometry3<f64>,
+    /// How far below that it touches what lies there, in metres.
+    lowered_m: f64,
     settling: Settling,
 }
 
@@ -346,10 +350,13 @@ impl Tried {
         container_from_item: Isometry3<f64>,
         limits: &TrialLimits,
     ) -> Result<Self, PhysicsError> {
+        // It is tried from its place, so that it falls no farther in the cell than it did here.
+        let lowered_m = twin.clearance_m(&solid, &container_from_item);
         let settling = twin.try_placement(&solid, &container_from_item, limits)?;
         Ok(Self {
             solid,
             container_from_item,
+            lowered_m,
             settling,
         })
     }

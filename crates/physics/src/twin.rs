@@ -326,6 +326,17 @@ impl Twin {
         checked_pose(container, &template.model, container_from_item).is_ok()
     }
 
+    /// How far below a place an item touches what lies there, in metres. At most it is the height from which items are let go: let
+    /// go above where it touches by that, an item is nowhere lower than at its place.
+    pub fn clearance_m(
+        &self,
+        Solid(template): &Solid,
+        container_from_item: &Isometry3<f64>,
+    ) -> f64 {
+        let most_m = self.settings.cell.release.height_m;
+        self.laid.clearance_m(template, container_from_item, most_m)
+    }
+
     /// What becomes of an item that is placed there. A try that goes beyond the limits ends then and there.
     ///
     /// # Errors

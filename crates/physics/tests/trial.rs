@@ -18,6 +18,7 @@ use ppnpack_packing::candidate::Candidate;
 use ppnpack_packing::check::{Evidence, ValidityCheck, Verdict};
 use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::loads::LoadSettings;
+use ppnpack_packing::motion::Cycle;
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_packing::refusal::{Cause, Refusal};
 use ppnpack_packing::step::StepInput;
@@ -128,6 +129,60 @@ fn a_flat_box_on_the_floor_is_accepted_with_what_became_of_it() {
     assert!(settling.slide_m < 6e-3, "{settling:?}");
     assert_eq!(settling.disturbance_m, 0.0);
     assert!(settling.is_still, "{settling:?}");
+}
+
+#[test]
+fn an_item_is_lowered_to_what_it_touches_but_no_farther_than_it_is_let_go_above_its_place() {
+    let mut twin = new_twin(TwinSettings::default(), &[base()]);
+    let cube = twin.solid(&cuboid([0.04; 3])).unwrap();
+    // By where the middle of its foot is: beside the base, whose top is 0.1 m high, or over it by as little as a centimetre.
+    for (x_m, foot_m, clearance_m) in [
+        (0.13, 0.106, 0.006),
+        (0.17, 0.106, 0.006),
+        (0.19, 0.106, 0.01),
+        (0.13, 0.15, 0.01),
+        (0.13, 0.09, 0.0),
+        (0.25, 0.004, 0.004),
+        (0.25, -0.001, 0.0),
+    ] {
+        let lowered_m = twin.clearance_m(&cube, &at(x_m, 0.13, foot_m + 0.02));
+        let is_it = (lowered_m - clearance_m).abs() < 1e-5;
+        assert!(is_it, "{x_m} m, {foot_m} m: {lowered_m} m");
+    }
+    // What is not known lies as high as the heightmap shows it.
+    let grid = grid();
+    let heights = vec![40; grid.nx() * grid.ny()];
+    let heightmap = Heightmap::from_units(grid.nx(), grid.ny(), heights).unwrap();
+    twin.fill_up(&grid, &Scene::from_heightmap(heightmap))
+        .unwrap();
+    let lowered_m = twin.clearance_m(&cube, &at(0.25, 0.13, 0.083 + 0.02));
+    assert!((lowered_m - 0.003).abs() < 1e-5, "{lowered_m} m");
+}
+
+#[test]
+fn a_placement_is_made_where_its_item_touches_unless_an_arm_ends_at_its_place() {
+    let grid = grid();
+    let scene = scene(&grid, &[]);
+    let held = [block(0, [8, 8], 20)];
+    let input = StepInput::new(&grid, &scene, &held);
+    let verdict = verdict_of(TrialSettings::default(), &input, &placed(10, 10, 3));
+    let Verdict::Accepted(mut evidence) = verdict else {
+        panic!("{verdict:?}");
+    };
+    assert!((evidence.lowered_m - 0.006).abs() < 1e-5, "{evidence:?}");
+    let pose = at(0.1, 0.1, 0.05);
+    let below = at(0.1, 0.1, 0.05 - evidence.lowered_m);
+    assert_eq!(evidence.lower(pose), below);
+    evidence.cycle = Some(Arc::new(Cycle {
+        arm: "arm".to_owned(),
+        cycle_s: 1.0,
+        container_from_item_at_pick: Isometry3::identity(),
+        grasp_yaw_rad: 0.0,
+        grip_s: 0.0,
+        release_s: 0.0,
+        legs: Vec::new(),
+    }));
+    assert_eq!(evidence.lower(pose), pose);
 }
 
 #[test]

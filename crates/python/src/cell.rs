@@ -280,8 +280,9 @@ fn planned<'a>(
         ))
     })?;
     let frame = item.item().container_from_item(grid, &placement.resting());
-    let frame =
+    let mut frame =
         frame.ok_or_else(|| PyValueError::new_err(format!("item {name} has no such yaw")))?;
+    frame.translation.z -= placement.lowered_m;
     Ok((model, item.candidate.lying.own_frame(&frame)))
 }
 

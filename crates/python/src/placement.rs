@@ -15,7 +15,8 @@ use crate::item::Item;
 ///
 /// yaw: index of a yaw of the grid. x, y: cell of the footprint's corner with the lowest indices. resting_height: of the item's lowest
 /// point above the floor, in units. Of a plan also slot, the item's index in the buffer, pose, which of the poses that were given of it,
-/// and value, that of the objective: lower is better.
+/// value, that of the objective (lower is better), and lowered_m, how far below its place the item touches what lies there, in metres (0
+/// where it was not tried): a cell places it there.
 #[pyclass(frozen, eq, get_all, module = "ppnpack")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct Placement {
@@ -26,11 +27,18 @@ pub(crate) struct Placement {
     pub(crate) slot: usize,
     pub(crate) pose: usize,
     value: Option<f64>,
+    pub(crate) lowered_m: f64,
 }
 
 impl Placement {
     /// A placement of a plan.
-    pub(crate) fn planned(at: &RestingPlacement, slot: usize, pose: usize, value: f64) -> Self {
+    pub(crate) fn planned(
+        at: &RestingPlacement,
+        slot: usize,
+        pose: usize,
+        value: f64,
+        lowered_m: f64,
+    ) -> Self {
         let placement::Placement { yaw, x, y } = at.placement;
         Self {
             yaw,
@@ -40,6 +48,7 @@ impl Placement {
             slot,
             pose,
             value: Some(value),
+            lowered_m,
         }
     }
 
@@ -74,6 +83,7 @@ impl Placement {
             slot,
             pose,
             value,
+            lowered_m: 0.0,
         }
     }
 

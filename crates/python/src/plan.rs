@@ -37,19 +37,24 @@ struct Took {
 impl Plan {
     /// What Python is told of a plan for these candidates.
     pub(crate) fn of(plan: &plan::Plan, candidates: &[Candidate]) -> Self {
-        let placement = |found: &Evaluated| {
+        let placement = |found: &Evaluated, lowered_m: f64| {
             let held = candidates.get(found.candidate)?;
             let (slot, pose) = (held.arrival, held.pose);
-            Some(Placement::planned(&found.resting, slot, pose, found.value))
+            let Evaluated { resting, value, .. } = found;
+            Some(Placement::planned(resting, slot, pose, *value, lowered_m))
         };
+        let lowered_m = plan.evidence().map_or(0.0, |evidence| evidence.lowered_m);
         let first_poses = candidates.iter().zip(plan.candidates());
         let first_poses = first_poses.filter(|(held, _)| held.pose == 0);
         let reason =
             |report: &plan::CandidateReport| report.reason.as_ref().map(ToString::to_string);
         let timings = plan.timings();
         Self {
-            choice: plan.choice().as_ref().and_then(placement),
-            alternatives: plan.alternatives().filter_map(placement).collect(),
+            choice: plan.choice().and_then(|found| placement(&found, lowered_m)),
+            alternatives: plan
+                .alternatives()
+                .filter_map(|found| placement(found, 0.0))
+                .collect(),
             reasons: first_poses.map(|(_, report)| reason(report)).collect(),
             degraded: plan.degraded().to_vec(),
             is_widened: plan.is_widened(),

@@ -2543,7 +2543,8 @@ pub struct Decision {
     pub object: ::prost::alloc::string::String,
     #[prost(message, optional, tag = "7")]
     pub placement: ::core::option::Option<RestingPlacement>,
-    /// The same in space: where the item's own frame shall be.
+    /// Where the item's own frame shall be. Where the placement was tried, the item touches there what is known to lie below: heights
+    /// are rounded up, so that is up to 1 cm below its resting height, but where an arm's cycle ends there.
     #[prost(message, optional, tag = "8")]
     pub container_from_item: ::core::option::Option<Pose>,
     /// F(b, p); lower is better.

@@ -176,8 +176,9 @@ impl Found {
         let held = self.candidates.get(choice.candidate)?;
         let item = items.iter().find(|item| item.arrival == held.arrival)?;
         let frame = held.item.container_from_item(grid, &choice.resting)?;
-        let container_from_item = held.lying.own_frame(&frame);
         let evidence = self.plan.evidence();
+        let frame = evidence.map_or(frame, |evidence| evidence.lower(frame));
+        let container_from_item = held.lying.own_frame(&frame);
         let cycle = evidence.and_then(|found| found.cycle.as_ref());
         let settling = evidence.and_then(|found| found.settling.as_ref());
         let load = evidence.and_then(|found| found.load.as_ref());
