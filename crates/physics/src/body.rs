@@ -10,10 +10,13 @@ use ppnpack_catalogue::object::{ConvexPiece, MassProperties, Model};
 use rapier3d::geometry::SharedShape;
 use rapier3d::math::{Pose, Vector};
 use rapier3d::parry::mass_properties::MassProperties as EngineMass;
-use rapier3d::parry::shape::ConvexPolyhedron;
+use rapier3d::parry::query::{ShapeCastOptions, cast_shapes};
+use rapier3d::parry::shape::{ConvexPolyhedron, Shape};
 use rapier3d::parry::transformation::try_convex_hull;
 
-use crate::convert::{engine_inertia, engine_pose, engine_rotation, engine_vector, point_m};
+use crate::convert::{
+    engine_inertia, engine_length, engine_pose, engine_rotation, engine_vector, metres, point_m,
+};
 use crate::error::PhysicsError;
 use crate::rolling;
 
@@ -29,7 +32,7 @@ const TEMPLATES_KEPT: usize = 256;
 /// What all bodies of one model share.
 pub(crate) struct BodyTemplate {
     pub(crate) model: Arc<Model>,
-    pub(crate) pieces: Vec<SharedShape>,
+    pieces: Vec<SharedShape>,
     /// The pieces as one: of contacts in one plane, those of a whole body are solved together.
     pub(crate) shape: SharedShape,
     pub(crate) mass: EngineMass,
@@ -87,6 +90,38 @@ impl BodyTemplate {
             lowest: at,
             highest: at,
         })
+    }
+
+    /// How far it can be lowered before it touches a shape, at most `most_m`, in metres.
+    pub(crate) fn clearance_m(
+        &self,
+        container_from_item: &Isometry3<f64>,
+        other: &dyn Shape,
+        container_from_other: &Pose,
+        most_m: f64,
+    ) -> f64 {
+        let pose = engine_pose(container_from_item);
+        let (down, still) = (Vector::new(0.0, 0.0, -1.0), Vector::ZERO);
+        let cast = ShapeCastOptions {
+            compute_impact_geometry_on_penetration: false,
+            ..ShapeCastOptions::with_max_time_of_impact(engine_length(most_m))
+        };
+        let hits = self.pieces.iter().map(|piece| {
+            match cast_shapes(
+                &pose,
+                down,
+                &**piece,
+                container_from_other,
+                still,
+                other,
+                cast,
+            ) {
+                Ok(hit) => hit.map_or(most_m, |hit| metres(hit.time_of_impact)),
+                // No known shape is of a kind that cannot be cast; were one, nothing would be lowered onto it.
+                Err(_) => 0.0,
+            }
+        });
+        hits.fold(most_m, f64::min)
     }
 }
 

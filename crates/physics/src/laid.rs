@@ -5,12 +5,11 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Vector3};
 use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_packing::loads::Burden;
-use rapier3d::math::{Pose, Vector};
-use rapier3d::parry::query::{ShapeCastOptions, cast_shapes};
-use rapier3d::parry::shape::{Cuboid, Shape};
+use rapier3d::math::Pose;
+use rapier3d::parry::shape::Cuboid;
 
 use crate::body::BodyTemplate;
-use crate::convert::{engine_length, engine_pose, engine_vector, metres};
+use crate::convert::{engine_pose, engine_vector};
 
 /// What lies in a twin.
 #[derive(Clone, Default)]
@@ -101,40 +100,6 @@ impl Laid {
         let bodies = self.bodies.iter().map(|lying| &lying.bounds);
         let mut touched = bodies.filter(|bounds| are_near(bounds, place, reach_m));
         !is_reached(place) && !touched.any(is_reached)
-    }
-}
-
-impl BodyTemplate {
-    /// How far it can be lowered before it touches a shape, at most `most_m`, in metres.
-    fn clearance_m(
-        &self,
-        container_from_item: &Isometry3<f64>,
-        other: &dyn Shape,
-        container_from_other: &Pose,
-        most_m: f64,
-    ) -> f64 {
-        let pose = engine_pose(container_from_item);
-        let (down, still) = (Vector::new(0.0, 0.0, -1.0), Vector::ZERO);
-        let cast = ShapeCastOptions {
-            compute_impact_geometry_on_penetration: false,
-            ..ShapeCastOptions::with_max_time_of_impact(engine_length(most_m))
-        };
-        let hits = self.pieces.iter().map(|piece| {
-            match cast_shapes(
-                &pose,
-                down,
-                &**piece,
-                container_from_other,
-                still,
-                other,
-                cast,
-            ) {
-                Ok(hit) => hit.map_or(most_m, |hit| metres(hit.time_of_impact)),
-                // No known shape is of a kind that cannot be cast; were one, nothing would be lowered onto it.
-                Err(_) => 0.0,
-            }
-        });
-        hits.fold(most_m, f64::min)
     }
 }
 

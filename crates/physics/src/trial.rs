@@ -231,23 +231,22 @@ impl TrialCheck {
         let Some(pose) = candidate.item.container_from_item(input.grid, resting) else {
             return Ok(None);
         };
-        let solid = match &candidate.model {
-            Some(model) => Some(self.twin.solid(model)?),
-            None => self.seen_solid(input, candidate, &pose),
-        };
-        Ok(solid.map(|solid| (solid, pose)))
+        match &candidate.model {
+            Some(model) => Ok(Some((self.twin.solid(model)?, pose))),
+            None => Ok(self.seen_at(input, candidate, pose)),
+        }
     }
 
-    /// What was seen of a candidate, as a solid that can be tried at a place.
-    fn seen_solid(
+    /// As [`Self::solid_at`], with what was seen of the candidate.
+    fn seen_at(
         &mut self,
         input: &StepInput<'_>,
         candidate: &Candidate,
-        pose: &Isometry3<f64>,
-    ) -> Option<Solid> {
+        pose: Isometry3<f64>,
+    ) -> Option<(Solid, Isometry3<f64>)> {
         let model = self.seen.of(&candidate.item, input.grid.resolution())?;
         let solid = self.twin.solid(&model).ok()?;
-        self.twin.can_try(&solid, pose).then_some(solid)
+        self.twin.can_try(&solid, &pose).then_some((solid, pose))
     }
 
     /// The item below that the placement loads most, where one has a limit: of what was tried and is not refused anyway.
@@ -273,11 +272,16 @@ impl TrialCheck {
     fn evidence(&self, place: &Place, settling: Settling, load: Option<Load>) -> Evidence {
         let item = place.is_seen.then_some(SEEN_ITEM);
         let degraded = item.iter().chain(&self.lacks);
+        // It was tried from its place, so that it falls no farther in the cell than it did here.
+        let clearance_m = |tried: &Tried| {
+            let pose = &tried.container_from_item;
+            self.twin.clearance_m(&tried.solid, pose)
+        };
         Evidence {
             settling: Some(settling),
             load,
             degraded: degraded.map(|reason| (*reason).to_owned()).collect(),
-            lowered_m: self.known.get(place).map_or(0.0, |tried| tried.lowered_m),
+            lowered_m: self.known.get(place).map_or(0.0, clearance_m),
             ..Evidence::default()
         }
     }
@@ -338,8 +342,6 @@ fn untried(
 struct Tried {
     solid: Solid,
     container_from_item: Isometry3<f64>,
-    /// How far below that it touches what lies there, in metres.
-    lowered_m: f64,
     settling: Settling,
 }
 
@@ -350,13 +352,10 @@ impl Tried {
         container_from_item: Isometry3<f64>,
         limits: &TrialLimits,
     ) -> Result<Self, PhysicsError> {
-        // It is tried from its place, so that it falls no farther in the cell than it did here.
-        let lowered_m = twin.clearance_m(&solid, &container_from_item);
         let settling = twin.try_placement(&solid, &container_from_item, limits)?;
         Ok(Self {
             solid,
             container_from_item,
-            lowered_m,
             settling,
         })
     }
