@@ -2543,8 +2543,8 @@ pub struct Decision {
     pub object: ::prost::alloc::string::String,
     #[prost(message, optional, tag = "7")]
     pub placement: ::core::option::Option<RestingPlacement>,
-    /// Where the item's own frame shall be. Where the placement was tried, the item touches there what is known to lie below: heights
-    /// are rounded up, so that is up to 1 cm below its resting height, but where an arm's cycle ends there.
+    /// Where the item's own frame shall be. A tried placement is lowered from its resting height to where the item touches what is
+    /// known to lie there, at most by the height from which the twin lets go; one with an arm's cycle is not lowered.
     #[prost(message, optional, tag = "8")]
     pub container_from_item: ::core::option::Option<Pose>,
     /// F(b, p); lower is better.
