@@ -44,7 +44,7 @@ fn json(output: &Output) -> Value {
 #[test]
 fn the_experiments_and_the_commands_of_ppnpack_are_listed() {
     let help = text(&ppnpack(&["experiment", "--help"]));
-    for name in ["table1", "pareto", "recognition", "oracle"] {
+    for name in ["table1", "pareto", "heightmap"] {
         assert!(help.contains(name), "{help}");
     }
     assert!(help.contains("Usage: ppnpack experiment"), "{help}");
@@ -61,24 +61,10 @@ fn sequences_that_are_not_there_are_named() {
 
 #[test]
 fn a_dataset_that_is_not_there_is_wrong_input() {
-    for command in [&["experiment", "network"][..], &["train"]] {
-        let output = ppnpack(&[command, &["--dataset", "/nowhere"]].concat());
-        let error = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(2), "{command:?}: {error}");
-        assert!(error.contains("/nowhere"), "{command:?}: {error}");
-    }
-}
-
-#[test]
-fn the_arm_is_compared_with_brute_force() {
-    let report = text(&ppnpack(&["experiment", "oracle", "--placements", "4"]));
-    assert!(report.contains("unsafe ones accepted: 0"), "{report}");
-}
-
-#[test]
-fn calibrations_of_simulated_clouds_are_measured() {
-    let report = text(&ppnpack(&["experiment", "calibration", "--cases", "1"]));
-    assert!(report.contains("| 1 mm, 5 % dropouts |"), "{report}");
+    let output = ppnpack(&["train", "--dataset", "/nowhere"]);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert!(error.contains("/nowhere"), "{error}");
 }
 
 #[test]
@@ -339,14 +325,12 @@ const UNTRIED: &str = r#"[{"name": "untried", "grid": {"cell_m": 0.01, "yaws": 4
     "method": {"proposals": {"from": "bounded"}, "stability": "physical", "trial": {"tries_per_item": 0}}}]"#;
 
 #[test]
-fn comparisons_and_tried_placements_are_the_same_as_shards() {
+fn comparisons_are_the_same_as_shards() {
     let folder = tempfile::tempdir().unwrap();
     let sequences = sequences(folder.path(), [3, 5], 90);
     let packed = ["--sequences", sequences.to_str().unwrap(), "--cases", "3"];
     let methods = ["table1", "--methods", "dbl-bbox", "--grids", "coarse"];
     is_the_same_as_shards(ppnpack, &[&methods[..], &packed].concat());
-    let tried = ["stability", "--sequences", "1", "--placements", "1"];
-    is_the_same_as_shards(ppnpack, &[&tried[..], &["--settle", "0.2"]].concat());
 }
 
 #[test]
@@ -387,7 +371,7 @@ fn fillings_loads_streams_and_boxes_are_the_same_as_shards() {
 }
 
 #[test]
-fn comparisons_of_ways_grids_margins_and_weights_answer_first() {
+fn comparisons_of_ways_grids_margins_and_values_answer_first() {
     let folder = tempfile::tempdir().unwrap();
     // Nothing may be learned from the first hundred.
     let sequences = sequences(folder.path(), [110, 5], 90);
@@ -423,11 +407,6 @@ fn comparisons_of_ways_grids_margins_and_weights_answer_first() {
     .concat();
     run(&loads, "Do items carry no more than they may?");
     let coarse = ["--first", "100", "--cell", "1cm", "--yaws", "4"];
-    let weights = few("tune", &["--generations", "1", "--population", "4"]);
-    run(
-        &[&weights[..], &coarse].concat(),
-        "Does tuning the objective&#39;s weights help?",
-    );
     let value = ["value", "--cases", "10"];
     let question = "Does what a placement leaves tell what can be packed after it?";
     run(&[&value[..], &coarse].concat(), question);

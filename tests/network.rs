@@ -8,15 +8,9 @@ use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
-mod cube;
 mod page;
-mod sequences;
-mod shards;
 
-use cube::cube_ply;
 use page::answers_first;
-use sequences::sequences;
-use shards::is_the_same_as_shards;
 
 fn ppnpack(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack-torch"));
@@ -261,20 +255,6 @@ fn table_3_tests_what_validation_chose() {
     let message = String::from_utf8_lossy(&refused.stderr);
     assert!(message.contains("no validation split"), "{message}");
     assert_eq!(refused.status.code(), Some(2));
-}
-
-#[test]
-fn accuracy_on_other_grids_is_the_same_as_shards() {
-    let folder = tempfile::tempdir().unwrap();
-    let cubes = folder.path().join("cubes");
-    std::fs::create_dir(&cubes).unwrap();
-    std::fs::write(cubes.join("cube.ply"), cube_ply(&[])).unwrap();
-    let wedge = cube_ply(&[("0.05 0.05 0.05", "0.04 0.04 0.05")]);
-    std::fs::write(cubes.join("wedge.ply"), wedge).unwrap();
-    let sequences = sequences(folder.path(), [2, 4], 2);
-    let [cubes, sequences] = [&cubes, &sequences].map(|path| path.to_str().unwrap());
-    let files = ["--catalogue", cubes, "--sequences", sequences];
-    is_the_same_as_shards(run, &[&["transfer", "--cases", "2"][..], &files].concat());
 }
 
 #[test]

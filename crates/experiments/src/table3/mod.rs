@@ -6,6 +6,7 @@
 mod page;
 mod recipes;
 mod results;
+mod shares;
 mod variants;
 
 use std::path::{Path, PathBuf};
@@ -22,11 +23,11 @@ use ppnpack_model::settings::{LossOver, TrainingRequest, TrainingSettings};
 
 use crate::document::{Answer, Document};
 use crate::origin;
-use crate::shares::{self, SHARES};
 use crate::train::options::{LOSS_OVERS, RunOptions, SizeOptions};
 use crate::train::train;
 use recipes::{Recipe, RecipeOptions};
 use results::{Results, Row, Tried};
+use shares::SHARES;
 use variants::{VARIANTS, Variant};
 
 /// Trains the network and its ablations in the same way, and compares their accuracy on the test split.

@@ -6,9 +6,10 @@ use ppnpack_model::settings::LossOver;
 
 use super::recipes::Recipe;
 use super::results::{Results, Row};
+use super::shares;
+use crate::document;
 use crate::statistics::Mean;
 use crate::train::ranked;
-use crate::{document, shares};
 
 pub(super) fn markdown(results: &Results) -> String {
     let mut text = "# Table 3: how often the optimum is among the best-scored K %\n\n".to_owned();

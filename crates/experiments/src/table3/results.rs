@@ -6,8 +6,8 @@ use ppnpack_model::settings::LossOver;
 use serde::Serialize;
 
 use super::recipes::Recipe;
+use super::shares::percent;
 use super::variants::Variant;
-use crate::shares::percent;
 use crate::statistics::Mean;
 
 /// The table.
