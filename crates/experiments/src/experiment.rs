@@ -5,8 +5,7 @@ use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
 
 use crate::{
-    boxes, figure5, filling, heightmap, loads, merge, pareto, physical, stream, table1, table2,
-    table3, table4, value,
+    boxes, figure5, filling, heightmap, loads, pareto, physical, stream, table3, tables, value,
 };
 
 /// Reproduce the paper's tables and test the engine's models.
@@ -18,18 +17,16 @@ pub struct ExperimentArguments {
 
 #[derive(Debug, Subcommand)]
 enum Experiment {
-    /// Put the runs of all shards of an experiment together
-    Merge(merge::MergeArguments),
     /// Packing heuristics compared: compactness, volume, items and decision time (Table I of the paper)
-    Table1(table1::Table1Arguments),
+    Table1(tables::Table1Arguments),
     /// Objects of regular and of irregular shape (Table II of the paper, whose objects are not published)
-    Table2(table2::Table2Arguments),
+    Table2(tables::Table2Arguments),
     /// How often the network finds the optimum, and what that owes to (Table III of the paper)
     Table3(table3::Table3Arguments),
     /// The same objects packed by each heuristic, as pictures side by side (Figure 5 of the paper)
     Figure5(figure5::Figure5Arguments),
     /// Objects that the network was not trained on (Table IV of the paper)
-    Table4(table4::Table4Arguments),
+    Table4(tables::Table4Arguments),
     /// Boxes packed one by one into a bin of 10 x 10 x 10, beside published results
     Boxes(boxes::BoxesArguments),
     /// Decision time against packed volume, for every way to propose placements, on several grids
@@ -54,12 +51,11 @@ pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Out
         backend
     };
     match &arguments.experiment {
-        Experiment::Merge(arguments) => merge::run(arguments),
-        Experiment::Table1(arguments) => table1::run(arguments, prepared()),
-        Experiment::Table2(arguments) => table2::run(arguments, prepared()),
+        Experiment::Table1(arguments) => tables::table1(arguments, prepared()),
+        Experiment::Table2(arguments) => tables::table2(arguments, prepared()),
         Experiment::Table3(arguments) => table3::run(arguments, prepared()),
         Experiment::Figure5(arguments) => figure5::run(arguments, prepared()),
-        Experiment::Table4(arguments) => table4::run(arguments, prepared()),
+        Experiment::Table4(arguments) => tables::table4(arguments, prepared()),
         Experiment::Boxes(arguments) => boxes::run(arguments),
         Experiment::Pareto(arguments) => pareto::run(arguments, prepared()),
         Experiment::Filling(arguments) => filling::run(arguments),

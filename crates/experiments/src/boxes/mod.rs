@@ -12,15 +12,12 @@ mod source;
 mod support;
 mod surface;
 
-use std::path::PathBuf;
-
 use clap::Args;
 use ppnpack_cli::failure::Outcome;
 use serde::Serialize;
 
-use crate::document::{self, Answer, Document};
-use crate::runs::{Runs, ShardOptions};
-use crate::workers;
+use crate::document::OutOptions;
+use crate::runs::{Runs, RunsOptions};
 use look_ahead::LookAhead;
 use methods::{Method, Run};
 use policy::Policy;
@@ -34,6 +31,10 @@ const KEPT_TOGETHER: usize = 20;
 /// Packs boxes into a bin of 10 x 10 x 10 one by one, as others do.
 #[derive(Debug, Args)]
 pub(crate) struct BoxesArguments {
+    /// The first instance
+    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
+    first: u32,
+
     /// How many instances
     #[arg(long, value_name = "COUNT", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..))]
     instances: u32,
@@ -87,26 +88,18 @@ pub(crate) struct BoxesArguments {
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
     seed: u64,
 
-    /// Instances packed at once, by default one per core
-    #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
-    workers: usize,
-
-    /// Where report.html, boxes.md and boxes.json are written
-    #[arg(long, value_name = "DIR", default_value = "out/boxes")]
-    out: PathBuf,
+    #[command(flatten)]
+    runs: RunsOptions,
 
     #[command(flatten)]
-    runs: ShardOptions,
-
-    /// Print the results as JSON instead of a table
-    #[arg(long)]
-    json: bool,
+    out: OutOptions,
 }
 
 /// What results depend on.
 #[derive(Debug, Serialize)]
 struct Settings {
     settings: Vec<Setting>,
+    first: u32,
     instances: u32,
     split: Split,
     seed: u64,
@@ -125,6 +118,7 @@ impl BoxesArguments {
     fn settings(&self) -> Settings {
         Settings {
             settings: self.settings.clone(),
+            first: self.first,
             instances: self.instances,
             split: self.split,
             seed: self.seed,
@@ -146,7 +140,8 @@ impl Settings {
             split: self.split,
             number,
         };
-        (0..self.instances).map(instance).collect()
+        let numbers = self.first..self.first.saturating_add(self.instances);
+        numbers.map(instance).collect()
     }
 }
 
@@ -154,13 +149,13 @@ pub(crate) fn run(arguments: &BoxesArguments) -> Outcome {
     let settings = arguments.settings();
     let instances = settings.all_instances();
     let together: Vec<&[Instance]> = instances.chunks(KEPT_TOGETHER).collect();
-    let part = arguments.runs.part(&arguments.out);
-    let mut results = Results::new(&settings, arguments.workers);
+    let folder = arguments.runs.folder(&arguments.out, "boxes");
+    let mut results = Results::new(&settings, arguments.runs.workers());
     for setting in &arguments.settings {
         for method in &arguments.methods {
             let look_ahead = (*method == Method::LookAhead).then_some(settings.look_ahead);
             let of = (setting, method, look_ahead, settings.split, settings.seed);
-            let kept = Runs::new(&part.runs, &of)?;
+            let kept = Runs::new(&folder, &of)?;
             let pack = |together: &&[Instance]| {
                 let first = together.first().map_or(0, |instance| instance.number);
                 let name = format!("{first:06}-{}", together.len());
@@ -173,26 +168,11 @@ pub(crate) fn run(arguments: &BoxesArguments) -> Outcome {
                     runs.collect()
                 })
             };
-            if let Some(runs) = part.make(&kept, &together, arguments.workers, pack)? {
-                results.add(*setting, *method, &runs.concat());
-            }
+            let runs = arguments.runs.make(&together, pack)?;
+            results.add(*setting, *method, &runs.concat());
         }
     }
-    if part.shard.is_some() {
-        return part.tell(arguments.json);
-    }
-    document::bars(&arguments.out, "boxes", results::TITLES, results.bars())?;
-    let document = Document {
-        name: "boxes",
-        answer: Answer {
-            question: "How full is a bin of boxes that come one by one?",
-            text: results.answer(),
-            picture: "boxes.svg".to_owned(),
-        },
-        results: &results,
-        asked: arguments,
-        measured: &["lines", "published"],
-        markdown: results.markdown(),
-    };
-    document.publish(&arguments.out, arguments.json)
+    arguments
+        .out
+        .publish("boxes", &results, &results.markdown())
 }

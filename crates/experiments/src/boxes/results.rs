@@ -7,18 +7,12 @@ use super::methods::{Method, Run};
 use super::published::{PUBLISHED, Published};
 use super::rules::Setting;
 use crate::document;
-use crate::origin;
 use crate::statistics::{Mean, quantiles};
-
-/// Of the chart: what it shows, and what its bars measure.
-pub(super) const TITLES: [&str; 2] = ["How full the bins are", "Utilisation (%)"];
 
 /// All that was found.
 #[derive(Debug, Serialize)]
 pub(super) struct Results<'a> {
-    #[serde(serialize_with = "document::with_version")]
     settings: &'a Settings,
-    machine: String,
     workers: usize,
     lines: Vec<Line>,
     /// Of others.
@@ -79,7 +73,6 @@ impl<'a> Results<'a> {
         let asked = |published: &&Published| settings.settings.contains(&published.setting);
         Self {
             settings,
-            machine: origin::machine(),
             workers,
             lines: Vec::new(),
             published: PUBLISHED.iter().filter(asked).copied().collect(),
@@ -90,56 +83,17 @@ impl<'a> Results<'a> {
         self.lines.push(Line::new(setting, method, runs));
     }
 
-    /// Each method's name and how full its bins are, in percent.
-    pub(super) fn bars(&self) -> impl Iterator<Item = (String, f64)> {
-        self.lines.iter().map(|line| {
-            let label = format!("{}, setting {}", line.method.name(), line.setting.number());
-            (label, line.utilisation_percent.mean)
-        })
-    }
-
-    /// In each setting, what fills the bin most: here, and of what is published.
-    pub(super) fn answer(&self) -> String {
-        let settings = self.settings.settings.iter();
-        let sentences = settings.filter_map(|setting| {
-            let lines = self.lines.iter().filter(|line| line.setting == *setting);
-            let filled = |line: &&Line| line.utilisation_percent.mean;
-            let best = lines.max_by(|one, other| filled(one).total_cmp(&filled(other)))?;
-            let published = self.published.iter();
-            let published = published.filter(|published| published.setting == *setting);
-            let most = published.max_by(|one, other| {
-                one.utilisation_percent
-                    .total_cmp(&other.utilisation_percent)
-            });
-            let most = most.map_or_else(String::new, |published| {
-                format!(
-                    "; the most published is {:.1} % by {}",
-                    published.utilisation_percent, published.method
-                )
-            });
-            Some(format!(
-                "In setting {} ({}) {} fills {} % of the bin{most}.",
-                setting.number(),
-                setting.in_words(),
-                best.method.name(),
-                best.utilisation_percent.shown(1)
-            ))
-        });
-        sentences.collect::<Vec<String>>().join(" ")
-    }
-
     pub(super) fn markdown(&self) -> String {
         let settings = self.settings;
         let mut text = format!(
             "# Online box packing\n\n\
              A bin of 10 x 10 x 10, boxes with whole sides drawn uniformly from 1 to 5, one known at a time; an episode ends \
              with the first box that fits nowhere. {} instances of the {} split, seed {}; means with 95 % confidence \
-             intervals. {}, {} at once.\n\n\
+             intervals. {} at once.\n\n\
              Rows in italics are of others, on other draws of the same distribution.\n",
             settings.instances,
             document::name_of(&settings.split),
             settings.seed,
-            self.machine,
             self.workers,
         );
         for setting in &settings.settings {

@@ -13,7 +13,6 @@ use crate::statistics::Mean;
 /// The table.
 #[derive(Debug, Serialize)]
 pub(super) struct Results {
-    pub(super) machine: String,
     pub(super) shares_percent: [f64; 5],
     pub(super) loss_over: LossOver,
     pub(super) rows: Vec<Row>,
