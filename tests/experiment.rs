@@ -195,14 +195,6 @@ fn a_network_of_a_class_that_is_not_there_is_named_before_anything_is_packed() {
 }
 
 #[test]
-fn a_margin_that_is_no_number_is_refused() {
-    let output = ppnpack(&["experiment", "boxes", "--margin", "nan"]);
-    assert_eq!(output.status.code(), Some(2));
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert!(error.contains("must be a number of at least 0"), "{error}");
-}
-
-#[test]
 fn regular_and_irregular_objects_are_packed_apart() {
     let folder = tempfile::tempdir().unwrap();
     let results = json(&ppnpack(&[
@@ -452,8 +444,6 @@ fn boxes_are_packed_beside_published_results_and_kept() {
             "experiment",
             "boxes",
             "--instances",
-            "3",
-            "--placements",
             "3",
             "--rollouts",
             "6",

@@ -74,7 +74,7 @@ impl Published {
     pub(super) fn row(&self) -> String {
         let boxes = self.boxes.map(|boxes| format!("{boxes:.1}"));
         format!(
-            "| *{}*, {} | {:.1} | {} | | | |\n",
+            "| *{}*, {} | {:.1} | {} | | |\n",
             self.method,
             self.source.in_words(),
             self.utilisation_percent,

@@ -3,10 +3,10 @@
 use serde::Serialize;
 
 use super::Settings;
+use super::look_ahead::{MARGIN, PLACEMENTS};
 use super::methods::{Method, Run};
 use super::published::{PUBLISHED, Published};
 use super::rules::Setting;
-use crate::document;
 use crate::statistics::{Mean, quantiles};
 
 /// All that was found.
@@ -31,8 +31,6 @@ struct Line {
     decision_median_s: f64,
     decision_longest_s: f64,
     decisions: usize,
-    /// Decisions of which the time was over before all roll-outs were played.
-    cut: usize,
 }
 
 impl Line {
@@ -51,19 +49,17 @@ impl Line {
             decision_median_s,
             decision_longest_s,
             decisions: decisions.count(),
-            cut: runs.iter().map(|run| run.cut).sum(),
         }
     }
 
     fn row(&self) -> String {
         format!(
-            "| {} | {} | {} | {:.3} ms | {:.1} ms | {} |\n",
+            "| {} | {} | {} | {:.3} ms | {:.1} ms |\n",
             self.method.name(),
             self.utilisation_percent.shown(1),
             self.boxes.shown(1),
             self.decision_median_s * 1e3,
             self.decision_longest_s * 1e3,
-            self.cut,
         )
     }
 }
@@ -88,13 +84,10 @@ impl<'a> Results<'a> {
         let mut text = format!(
             "# Online box packing\n\n\
              A bin of 10 x 10 x 10, boxes with whole sides drawn uniformly from 1 to 5, one known at a time; an episode ends \
-             with the first box that fits nowhere. {} instances of the {} split, seed {}; means with 95 % confidence \
+             with the first box that fits nowhere. {} instances from {} on, seed {}; means with 95 % confidence \
              intervals. {} at once.\n\n\
              Rows in italics are of others, on other draws of the same distribution.\n",
-            settings.instances,
-            document::name_of(&settings.split),
-            settings.seed,
-            self.workers,
+            settings.instances, settings.first, settings.seed, self.workers,
         );
         for setting in &settings.settings {
             text += &self.table(*setting);
@@ -106,8 +99,8 @@ impl<'a> Results<'a> {
     fn table(&self, setting: Setting) -> String {
         let mut text = format!(
             "\n## Setting {}: {}\n\n\
-             | method | utilisation (%) | boxes | decision, median | decision, longest | cut short |\n\
-             |---|---|---|---|---|---|\n",
+             | method | utilisation (%) | boxes | decision, median | decision, longest |\n\
+             |---|---|---|---|---|\n",
             setting.number(),
             setting.in_words(),
         );
@@ -120,7 +113,6 @@ impl<'a> Results<'a> {
     }
 
     fn explanation(&self) -> String {
-        let look_ahead = &self.settings.look_ahead;
         format!(
             "\n## What is compared\n\n\
              - *Stability (setting 1).* All boxes have one density. Whenever a box is placed, the load of every box in the bin is \
@@ -134,17 +126,11 @@ impl<'a> Results<'a> {
              with little volume lost below it, many faces that touch boxes or walls at its sides, and its top level with those \
              beside it or at the rim. Its weights were found by hill climbing on sequences of another generator, by the rule \
              that each box stands by itself.\n\
-             - *look-ahead* follows the {} best placements by {} to the end of the episode by roll-outs of it, all through the \
+             - *look-ahead* follows the {PLACEMENTS} best placements by snug to the end of the episode by roll-outs of it, all through the \
              same futures drawn from the known distribution, about {} roll-outs a decision by sequential halving. The \
-             policy's own choice is left only where another one packs more by {} standard errors of the mean difference. A \
-             decision begins no future after {} ms; then it is counted as cut short.\n\
-             - The boxes of the test split, those of the split for tuning and the futures of both are different streams of one \
-             generator.\n",
-            look_ahead.placements,
-            document::name_of(&look_ahead.policy),
-            look_ahead.rollouts,
-            look_ahead.margin,
-            look_ahead.budget_ms,
+             policy's own choice is left only where another one packs more by {MARGIN} standard errors of the mean difference.\n\
+             - The boxes and the futures are different streams of one generator.\n",
+            self.settings.rollouts,
         )
     }
 }
