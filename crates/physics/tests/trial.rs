@@ -26,7 +26,7 @@ use ppnpack_packing::trial::{Settling, TrialLimits, TrialSettings};
 use ppnpack_physics::error::PhysicsError;
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_physics::trial::{self, TrialCheck};
-use ppnpack_physics::twin::{Disturbance, Twin, TwinSettings};
+use ppnpack_physics::twin::{Twin, TwinSettings};
 
 /// A box that is loaded beside its foot, so that it falls over wherever it is put.
 fn falling(arrival: usize) -> Candidate {
@@ -664,15 +664,6 @@ fn what_cannot_be_tried_may_not_reach_above_the_rim() {
     let of = |height| verdict_of(TrialSettings::default(), &input, &placed(12, 12, height));
     assert_eq!(of(130), Verdict::Accepted(Evidence::default()));
     assert_eq!(of(131), Verdict::Refused(Cause::AboveRim.into()));
-}
-
-fn weight_n(model: &Model) -> f64 {
-    model.mass.mass_kg * CellSettings::robot().solver.gravity_m_s2
-}
-
-/// Two blocks of the same height, side by side.
-fn two_blocks() -> [(Arc<Model>, Isometry3<f64>); 2] {
-    [0.1, 0.2].map(|x_m| (cuboid([0.05, 0.08, 0.06]), at(x_m, 0.15, 0.03)))
 }
 
 /// A lying prism of sixteen sides, 4 cm across and 4 cm long.

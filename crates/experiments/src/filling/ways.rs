@@ -150,16 +150,6 @@ impl Comparison {
         }
     }
 
-    /// What is asked.
-    pub(super) fn question(self) -> &'static str {
-        match self {
-            Self::Stages => "How full do containers get, and how steadily?",
-            Self::Efforts => "What does more time for a decision bring?",
-            Self::Limits => "What does it cost to allow less tilt and slide?",
-            Self::Views => "How full do containers get behind a depth camera?",
-        }
-    }
-
     /// What the others are compared with.
     fn first(self) -> Way {
         match self {

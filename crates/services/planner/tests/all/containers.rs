@@ -8,7 +8,7 @@ use ppnpack_packing::closing::ClosingRules;
 use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::orders::Sharing;
-use ppnpack_planner::{CellSettings, ClosingSettings, ContainerSettings};
+use ppnpack_planner::{ClosingSettings, ContainerSettings};
 use ppnpack_service::ServiceSettings;
 use ppnpack_wire::v1::{self, Status};
 

@@ -6,7 +6,6 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::common::{self, announcement, block, cell, soon};
-use ppnpack_planner::CellSettings;
 use ppnpack_service::embedded;
 use ppnpack_service::rpc::{self, Client, Incoming};
 use ppnpack_wire::keys::Service;

@@ -2,7 +2,6 @@
 
 use crate::common::rig::Rig;
 use nalgebra::Isometry3;
-use ppnpack_planner::CellSettings;
 use ppnpack_wire::{convert, v1};
 
 fn says(decision: &v1::Decision, what: &str) -> bool {

@@ -1,7 +1,6 @@
 //! Two controllers that do not know of each other.
 
 use crate::common::{self, announcement, block, cell, soon};
-use ppnpack_planner::CellSettings;
 use ppnpack_service::embedded;
 use ppnpack_service::rpc::{CallError, Client};
 use ppnpack_wire::v1::{self, Status};

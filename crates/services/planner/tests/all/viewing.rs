@@ -6,7 +6,6 @@ use std::time::Duration;
 
 use crate::common::rig::Rig;
 use crate::common::soon;
-use ppnpack_planner::CellSettings;
 use ppnpack_wire::v1;
 use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest;
