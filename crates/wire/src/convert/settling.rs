@@ -28,6 +28,5 @@ pub fn write(settling: &Settling) -> v1::Settling {
         disturbance_m: settling.disturbance_m,
         above_rim_m: settling.above_rim_m,
         is_still: settling.is_still,
-        ..v1::Settling::default()
     }
 }
