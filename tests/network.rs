@@ -346,21 +346,6 @@ fn packing_with_the_network_repeats_itself() {
 }
 
 #[test]
-fn the_fastest_source_is_chosen_by_what_was_measured() {
-    let folder = tempfile::tempdir().unwrap();
-    let summary = pack(folder.path(), &["--proposals", "auto"]);
-    let costs = summary["settings"]["costs"].as_array().unwrap();
-    let seconds: Vec<f64> = costs
-        .iter()
-        .map(|cost| cost["decision_s"].as_f64().unwrap())
-        .collect();
-    assert_eq!(seconds.len(), 3, "{costs:?}");
-    assert!(seconds.is_sorted() && seconds.iter().all(|seconds| *seconds > 0.0));
-    let chosen = &summary["settings"]["method"]["proposals"];
-    assert_eq!(costs.first().map(|cost| &cost["proposals"]), Some(chosen));
-}
-
-#[test]
 fn the_command_without_libtorch_hands_over_to_the_one_with_it() {
     let torch = Path::new(env!("CARGO_BIN_EXE_ppnpack-torch"));
     let program = torch.with_file_name("ppnpack");

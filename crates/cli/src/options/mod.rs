@@ -3,7 +3,6 @@
 mod arm;
 mod choice;
 mod conditions;
-mod loads;
 mod mapper;
 mod method;
 mod objective;
@@ -11,7 +10,6 @@ mod physics;
 mod proposals;
 mod region;
 mod sensor;
-mod trial;
 mod view;
 
 use std::path::PathBuf;
@@ -154,7 +152,7 @@ impl GridOptions {
 
     /// What the grid is made of.
     pub fn settings(&self, conditions: Conditions) -> GridSettings {
-        let usual = conditions.usual();
+        let usual = conditions.grid();
         GridSettings {
             container: self.container,
             cell_m: self.cell.unwrap_or(usual.cell_m),

@@ -174,7 +174,7 @@ fn what_lies_where_survives_a_restart_and_other_containers_end_the_session() {
 
 #[test]
 fn a_container_has_a_name_of_its_own() {
-    let mut settings = common::settings(CellSettings::default());
+    let mut settings = common::settings(crate::common::coarse());
     let containers = BTreeMap::from([("cell-1".to_owned(), ContainerSettings::default())]);
     settings.cells.get_mut("cell-1").unwrap().containers = containers;
     let refused = settings.validate().unwrap_err();

@@ -24,7 +24,7 @@ fn a_plan_that_waits_for_minutes_holds_up_nobody_who_switches_the_automatic_mode
         asked.send(()).ok();
     };
     let _perception = rpc::listen(&perception, None, heightmap).unwrap();
-    let settings = common::settings(CellSettings::default());
+    let settings = common::settings(crate::common::coarse());
     let _planner = common::start(&hub, &settings, &[]);
     let client = Client::new(&embedded::session(&hub).unwrap());
     common::begin(&client);

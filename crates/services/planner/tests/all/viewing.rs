@@ -65,7 +65,7 @@ fn seen(socket: &mut WebSocket<TcpStream>) -> BTreeSet<u32> {
 #[test]
 fn a_planner_shows_its_own_steps_to_viewers() {
     let address = "127.0.0.1:0".parse().unwrap();
-    let rig = Rig::viewed_at(Some(address), None, CellSettings::default());
+    let rig = Rig::viewed_at(Some(address), None, crate::common::coarse());
     rig.announce(&["a"]);
     let mut socket = look(rig.view_address().unwrap(), &TOPICS);
     let mut all_seen = BTreeSet::new();
@@ -81,7 +81,7 @@ fn a_planner_shows_its_own_steps_to_viewers() {
 
 #[test]
 fn a_planner_that_is_not_told_to_serves_no_viewers() {
-    let rig = Rig::new(None, CellSettings::default());
+    let rig = Rig::new(None, crate::common::coarse());
     assert_eq!(rig.view_address(), None);
     rig.finish();
 }
