@@ -69,7 +69,7 @@ class Check(unittest.TestCase):
                 self.assertIn("cell-2", self.told("of_configuration", path, "cell-1", "cell-2"))
 
     def test_grids_are_those_of_the_planner(self):
-        told = self.told("of_configuration", "configuration/perception.toml", "yaws = 8", "yaws = 16")
+        told = self.told("of_configuration", "configuration/perception.toml", "z_m = 0.30", "z_m = 0.40")
         self.assertIn("other grids for cell-1", told)
 
     def test_kubernetes_speaks_mutual_tls_by_default(self):

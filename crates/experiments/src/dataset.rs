@@ -13,6 +13,7 @@ use ppnpack_dataset::{
 };
 use ppnpack_packing::episode::Play;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
+use ppnpack_packing::objective::Weights;
 use serde::Serialize;
 
 use crate::method::{cell_for, sdfm};
@@ -177,7 +178,7 @@ fn settings(
     catalogue: &Catalogue,
     simulated: &Simulated,
 ) -> Outcome<Settings> {
-    let method = Method::default();
+    let method = Method::published();
     Ok(Settings {
         format_version: FORMAT_VERSION,
         package_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -187,7 +188,7 @@ fn settings(
         expert: ExpertSettings {
             heuristic: method.heuristic,
             order: method.order,
-            weights: method.weights,
+            weights: Weights::default(),
             stability: document::name_of(&arguments.stability),
             buffer: arguments.buffer,
         },
@@ -278,7 +279,7 @@ fn play(
     let method = Method {
         heuristic: expert.heuristic,
         order: expert.order,
-        weights: expert.weights,
+        weights: Some(expert.weights),
         ..sdfm(ProposalSource::All, stability, buffer, drawn.seed)
     };
     let mut simulated = simulated.clone();

@@ -150,7 +150,6 @@ fn contenders(arguments: &ParetoArguments, comparison: &Comparison<'_>) -> Vec<C
     };
     let mut sources = vec![ProposalSource::All, ProposalSource::Bounded];
     sources.extend(percents().filter_map(network));
-    sources.extend(percents().map(|percent| ProposalSource::coarse(grid, percent, None, yaws)));
     sources.extend(percents().map(|percent| ProposalSource::Random { percent }));
     let contenders = sources.into_iter().map(|proposals| Contender {
         name: proposals.to_string(),

@@ -11,7 +11,6 @@ use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_cli::failure::{Failure, OrInput, Outcome};
 use ppnpack_cli::options::{CatalogueOptions, Conditions, GridOptions};
 use ppnpack_packing::episode::{Observer, Step};
-use ppnpack_packing::objective::Weights;
 use ppnpack_packing::scene_value::{SceneValue, Squares, figures};
 use ppnpack_packing::step::StepInput;
 use serde::{Deserialize, Serialize};
@@ -134,7 +133,6 @@ fn way(arguments: &ValueArguments) -> Way {
         set_aside: arguments.set_aside,
         ..Way::default()
     };
-    way.method.weights = Weights::for_poses(poses);
     way.method.scene_value = SceneValue {
         weight: arguments.scene_value,
         ..SceneValue::default()

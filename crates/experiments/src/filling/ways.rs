@@ -5,15 +5,14 @@ use std::path::Path;
 use ppnpack_cli::failure::{Failure, Outcome};
 use ppnpack_cli::options::ViewOptions;
 use ppnpack_packing::grid::GridSettings;
-use ppnpack_packing::method::{Method, ProposalSource};
-use ppnpack_packing::objective::Weights;
+use ppnpack_packing::method::{Method, SET_ASIDE};
 use ppnpack_physics::view::CameraSettings;
 use serde::{Deserialize, Serialize};
 
 /// The most poses of an object, as of `ppnpack pack`.
 const MOST_POSES: usize = 6;
 
-/// A way to fill containers.
+/// A way to fill containers. The default is what `ppnpack pack` does where nothing is said.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Way {
@@ -34,18 +33,11 @@ impl Default for Way {
     fn default() -> Self {
         Self {
             name: String::new(),
-            grid: GridSettings {
-                cell_m: 0.005,
-                yaws: 8,
-                ..GridSettings::default()
-            },
+            grid: GridSettings::default(),
             poses: 1,
-            set_aside: 0,
+            set_aside: SET_ASIDE,
             threads: 1,
-            method: Method {
-                proposals: ProposalSource::Bounded,
-                ..Method::default()
-            },
+            method: Method::default(),
             camera: None,
         }
     }
@@ -58,16 +50,6 @@ impl Way {
             camera: self.camera.or_else(|| view.camera(0)),
             ..self
         }
-    }
-
-    /// Placements are tried as a planner does whose configuration says nothing, on 5 mm and 8 yaws, nothing set aside.
-    pub(crate) fn usual() -> Self {
-        let mut way = Self {
-            name: "tried".to_owned(),
-            ..Self::default()
-        };
-        way.method.weights = Weights::low();
-        way
     }
 
     /// The only one of a file.

@@ -63,7 +63,7 @@ pub(crate) struct LoadsArguments {
 pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
     let way = match &arguments.method {
         Some(path) => Way::read_one(path)?,
-        None => Way::usual(),
+        None => Way::default(),
     };
     let catalogue = filling::catalogue(&arguments.catalogue, &way)?;
     let mut cases = arguments.sequences.read(&catalogue)?;

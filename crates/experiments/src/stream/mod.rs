@@ -236,7 +236,7 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
     }
     let way = match &arguments.method {
         Some(path) => Way::read_one(path)?,
-        None => Way::usual(),
+        None => Way::default(),
     }
     .seen_by(&arguments.view);
     let catalogue = filling::catalogue(&arguments.catalogue, &way)?;

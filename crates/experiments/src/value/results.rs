@@ -65,10 +65,10 @@ impl Results {
         };
         let learned = SceneValue {
             coefficients: self.coefficients.clone(),
-            ..SceneValue::built_in()
+            ..SceneValue::default()
         };
         let ways = [
-            way("objective alone", SceneValue::default()),
+            way("objective alone", SceneValue::off()),
             way("with the learned value", learned),
         ];
         let ways = serde_json::to_vec_pretty(&ways).or_run()?;
