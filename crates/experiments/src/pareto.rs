@@ -42,7 +42,7 @@ pub(crate) struct ParetoArguments {
     )]
     percents: Vec<f64>,
 
-    /// How many yaws at most the network and the coarse search propose for; the others follow the nearest
+    /// How many yaws at most the network proposes for; the others follow the nearest
     #[arg(long, value_name = "COUNT", default_value_t = PROPOSAL_YAWS, value_parser = at_least_one)]
     proposal_yaws: usize,
 
