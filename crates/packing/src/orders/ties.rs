@@ -72,7 +72,6 @@ pub(super) struct Unit {
     pub(super) orders: Counts,
     pub(super) groups: Counts,
     pub(super) mass_kg: f64,
-    pub(super) volumes_m3: BTreeMap<Arc<str>, f64>,
     /// One of the ties, to name them all.
     pub(super) tie: Option<Tie>,
 }
@@ -96,8 +95,6 @@ impl Unit {
             *self.groups.entry(Arc::clone(group)).or_default() += 1;
         }
         self.mass_kg += item.mass_kg.unwrap_or(0.0);
-        let volume_m3 = self.volumes_m3.entry(Arc::clone(&item.order));
-        *volume_m3.or_default() += item.volume_m3;
     }
 
     /// One of its items was packed.
@@ -107,9 +104,6 @@ impl Unit {
             one_less(&mut self.groups, group);
         }
         self.mass_kg = (self.mass_kg - item.mass_kg.unwrap_or(0.0)).max(0.0);
-        if let Some(volume_m3) = self.volumes_m3.get_mut(&item.order) {
-            *volume_m3 = (*volume_m3 - item.volume_m3).max(0.0);
-        }
     }
 
     /// Whether all of it is packed.
