@@ -129,17 +129,18 @@ fn a_killed_run_goes_on_and_ends_with_the_same_files() {
 }
 
 #[test]
-fn a_dataset_of_shards_is_that_of_a_single_run() {
+fn a_dataset_of_ranges_is_that_of_a_single_run() {
     let [single, first, second, all] = [(); 4].map(|()| tempfile::tempdir().unwrap());
     let asked = ["--sequences", "12", "--json"];
     json(&ppnpack(single.path(), &asked));
-    for (folder, shard, played) in [(&first, "0/2", 10), (&second, "1/2", 2)] {
-        let summary = json(&ppnpack(
-            folder.path(),
-            &[&asked[..], &["--shard", shard]].concat(),
-        ));
+    for (folder, from, cases, played) in [(&first, "0", "10", 10), (&second, "10", "10", 2)] {
+        let range = ["--first", from, "--cases", cases];
+        let summary = json(&ppnpack(folder.path(), &[&asked[..], &range].concat()));
         assert_eq!(summary["played"], played);
     }
+    let uneven = ppnpack(first.path(), &[&asked[..], &["--cases", "5"]].concat());
+    assert_eq!(uneven.status.code(), Some(2));
+    assert!(error(&uneven).contains("--cases 5"), "{}", error(&uneven));
     let from = [first.path(), second.path()].map(|path| path.to_str().unwrap());
     let summary = json(&ppnpack(
         all.path(),

@@ -4,7 +4,6 @@
 mod commands;
 pub mod drawing;
 pub mod failure;
-mod fastest;
 pub mod launcher;
 pub mod length;
 pub mod network;

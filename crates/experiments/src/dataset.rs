@@ -1,6 +1,7 @@
 //! `ppnpack dataset`: training data for placement proposal networks.
 
 use std::collections::HashMap;
+use std::ops::Range;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -12,10 +13,10 @@ use ppnpack_dataset::{
 };
 use ppnpack_packing::episode::Play;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
+use ppnpack_packing::objective::Weights;
 use serde::Serialize;
 
 use crate::method::{cell_for, sdfm};
-use crate::shard::Shard;
 use crate::{document, workers};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::options::{
@@ -92,18 +93,39 @@ pub struct DatasetArguments {
     #[arg(long, value_name = "DIR", default_value = "out/dataset")]
     out: PathBuf,
 
-    /// Play every N-th ten sequences alone, from the I-th on, counted from 0; a run without this, with the folders of all as --from,
-    /// makes one dataset of them
-    #[arg(long, value_name = "I/N")]
-    shard: Option<Shard>,
+    /// Where --cases begin: a multiple of ten
+    #[arg(long, value_name = "NUMBER", default_value_t = 0, requires = "cases")]
+    first: u32,
 
-    /// Take over what other folders of the same settings have: those of shards
+    /// Play so many of all sequences alone, tens of them; a run without this, with the folders of all as --from, makes one dataset of them
+    #[arg(long, value_name = "COUNT")]
+    cases: Option<u32>,
+
+    /// Take over what other folders of the same settings have: those of ranges
     #[arg(long, value_name = "DIR", num_args = 1..)]
     from: Vec<PathBuf>,
 
     /// Print a summary as JSON instead of a line
     #[arg(long)]
     json: bool,
+}
+
+impl DatasetArguments {
+    /// The sequences that are played here.
+    fn range(&self) -> Outcome<Range<u32>> {
+        let Some(cases) = self.cases else {
+            return Ok(0..self.sequences);
+        };
+        let end = self.first.saturating_add(cases).min(self.sequences);
+        let is_whole = |at: u32| at.is_multiple_of(SEQUENCES_PER_SHARD) || at == self.sequences;
+        match is_whole(self.first) && is_whole(end) {
+            true => Ok(self.first..end),
+            false => Err(Failure::input(format_args!(
+                "--first {} --cases {cases}: a file has {SEQUENCES_PER_SHARD} sequences; give multiples of that",
+                self.first
+            ))),
+        }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -140,15 +162,12 @@ pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
     for other in &arguments.from {
         writer.adopt(other).map_err(of_given)?;
     }
-    let is_ours = |sequence: &u32| {
-        let tenth = (sequence / SEQUENCES_PER_SHARD) as usize;
-        arguments.shard.is_none_or(|shard| shard.has(tenth))
-    };
+    let range = arguments.range()?;
     let mut missing = writer.missing();
-    missing.retain(is_ours);
+    missing.retain(|sequence| range.contains(sequence));
     workers::map("Playing sequences", &missing, workers, add)?;
-    if let Some(shard) = arguments.shard {
-        return print_shard(arguments, shard, missing.len());
+    if arguments.cases.is_some() {
+        return print_range(arguments, missing.len());
     }
     let manifest = writer.finish().or_run()?;
     print(arguments, &manifest)
@@ -159,7 +178,7 @@ fn settings(
     catalogue: &Catalogue,
     simulated: &Simulated,
 ) -> Outcome<Settings> {
-    let method = Method::default();
+    let method = Method::published();
     Ok(Settings {
         format_version: FORMAT_VERSION,
         package_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -169,7 +188,7 @@ fn settings(
         expert: ExpertSettings {
             heuristic: method.heuristic,
             order: method.order,
-            weights: method.weights,
+            weights: Weights::default(),
             stability: document::name_of(&arguments.stability),
             buffer: arguments.buffer,
         },
@@ -260,7 +279,7 @@ fn play(
     let method = Method {
         heuristic: expert.heuristic,
         order: expert.order,
-        weights: expert.weights,
+        weights: Some(expert.weights),
         ..sdfm(ProposalSource::All, stability, buffer, drawn.seed)
     };
     let mut simulated = simulated.clone();
@@ -288,15 +307,13 @@ fn play(
         .map_err(|error| Failure::Run(anyhow::anyhow!("sequence {sequence}: {error}")))
 }
 
-fn print_shard(arguments: &DatasetArguments, shard: Shard, played: usize) -> Outcome {
+fn print_range(arguments: &DatasetArguments, played: usize) -> Outcome {
     if arguments.json {
-        return Ok(print_json(
-            &serde_json::json!({ "shard": shard, "played": played }),
-        )?);
+        return Ok(print_json(&serde_json::json!({ "played": played }))?);
     }
     let folder = arguments.out.display();
     Ok(print_line(&format!(
-        "{folder}: {played} sequences were played for shard {shard}; `ppnpack dataset --from` makes a dataset of all shards"
+        "{folder}: {played} sequences were played; `ppnpack dataset --from` makes a dataset of all ranges"
     ))?)
 }
 

@@ -16,7 +16,6 @@ use ppnpack_physics::twin::TwinSettings;
 
 use super::job::{ALTERNATIVES, ResultOptions, SettingAsideOptions};
 use crate::failure::{OrInput, OrRun, Outcome};
-use crate::fastest;
 use crate::network::Backend;
 use crate::options::{CatalogueOptions, Conditions, GridOptions, MethodOptions, PhysicsOptions};
 use crate::progress;
@@ -64,9 +63,9 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         backend.prepare();
     }
     let model = proposals.read_model()?;
-    let sources = proposals.sources(&grid, model.as_ref())?;
+    let source = proposals.source(&grid, model.as_ref())?;
     let poses = arguments.catalogue.poses;
-    let mut method = arguments.method.method(&sources, conditions, poses)?;
+    let method = arguments.method.method(source, conditions, poses)?;
     let (arm, station) = arguments.method.arm.station()?.unzip();
     let simulated = arguments
         .physics
@@ -80,15 +79,6 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
     let network = proposals.network(backend, model.as_ref(), &items);
     let network = network.as_ref().map(|network| network as &dyn OpenNetwork);
     let station = station.as_ref();
-    let costs = fastest::choose(
-        &mut method,
-        &sources,
-        &grid,
-        &items,
-        station,
-        threads,
-        network,
-    )?;
     let twin = TwinSettings::of(&simulated.cell);
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let pool = trial::pool(
@@ -101,11 +91,9 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
     let started = Instant::now();
     let proposer = method.proposer_or_exhaustive(&grid, network)?;
     let arm_check = station.map(|station| Box::new(station.check()) as BoxedCheck);
-    let trial = trial::check(method.trial, &method.loads, twin, pool.clone()).or_input()?;
+    let trial = trial::check(method.trial, &method.loads, twin, pool).or_input()?;
     let checks = arm_check.into_iter().chain(trial);
-    let chooser = method.chooser(&grid, &catalogue.items(), pool)?;
-    let planner = method.build_with(&grid, proposer, checks, threads)?;
-    let mut planner = planner.with_chooser(chooser);
+    let mut planner = method.build_with(&grid, proposer, checks, threads)?;
     let set_aside = arguments.setting_aside.limit(conditions);
     let mut watch = Watch(progress::bar("Packing", sequence.objects.len() as u64));
     let (episode, cell) = simulate(
@@ -135,7 +123,6 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
             set_aside,
             grid,
             method: MethodWithArm { method, arm },
-            costs,
             threads,
             simulated,
         },

@@ -305,20 +305,18 @@ class Load(_message.Message):
     def __init__(self, item_id: _Optional[str] = ..., estimated_kg: _Optional[float] = ..., carries_kg: _Optional[float] = ...) -> None: ...
 
 class Settling(_message.Message):
-    __slots__ = ("tilt_rad", "slide_m", "disturbance_m", "is_still", "above_rim_m", "load_n")
+    __slots__ = ("tilt_rad", "slide_m", "disturbance_m", "is_still", "above_rim_m")
     TILT_RAD_FIELD_NUMBER: _ClassVar[int]
     SLIDE_M_FIELD_NUMBER: _ClassVar[int]
     DISTURBANCE_M_FIELD_NUMBER: _ClassVar[int]
     IS_STILL_FIELD_NUMBER: _ClassVar[int]
     ABOVE_RIM_M_FIELD_NUMBER: _ClassVar[int]
-    LOAD_N_FIELD_NUMBER: _ClassVar[int]
     tilt_rad: float
     slide_m: float
     disturbance_m: float
     is_still: bool
     above_rim_m: float
-    load_n: float
-    def __init__(self, tilt_rad: _Optional[float] = ..., slide_m: _Optional[float] = ..., disturbance_m: _Optional[float] = ..., is_still: _Optional[bool] = ..., above_rim_m: _Optional[float] = ..., load_n: _Optional[float] = ...) -> None: ...
+    def __init__(self, tilt_rad: _Optional[float] = ..., slide_m: _Optional[float] = ..., disturbance_m: _Optional[float] = ..., is_still: _Optional[bool] = ..., above_rim_m: _Optional[float] = ...) -> None: ...
 
 class ItemReason(_message.Message):
     __slots__ = ("item_id", "reason", "text")
