@@ -402,7 +402,7 @@ fn containers(criterion: &mut Criterion) {
         let open = [0, 1, 2, 3].map(|number| OpenContainer {
             grid,
             scene: scenes[number],
-            filled_m3: number as f64,
+            filled_percent: number as f64,
         });
         let mut group = criterion.benchmark_group("containers");
         group.sample_size(30);
@@ -455,7 +455,6 @@ fn waiting_orders(criterion: &mut Criterion) {
         apart: vec![("0".to_owned(), "1".to_owned())],
         together: vec![("2".to_owned(), "3".to_owned())],
         most_kg: Some(15.0),
-        expected_m3: Some(0.01),
         ..ContainerRules::default()
     };
     let mut group = criterion.benchmark_group("containers");
@@ -465,7 +464,7 @@ fn waiting_orders(criterion: &mut Criterion) {
                 group: Some((arrival % 5).to_string().into()),
                 mass_kg: Some(0.3),
                 urgency: (arrival % 2) as u32,
-                ..OrderItem::new((arrival / 3).to_string().into(), 0.0003)
+                ..OrderItem::new((arrival / 3).to_string().into())
             };
             (arrival, line)
         });
