@@ -7,15 +7,14 @@ use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::shape_class::ShapeClass;
 use ppnpack_dataset::{
-    DatasetError, DatasetWriter, Drawn, Expert, ExpertSettings, FORMAT_VERSION, Manifest, Recorder,
-    SequenceRecord, Settings, draw,
+    Dataset, DatasetError, DatasetWriter, Drawn, Expert, ExpertSettings, FORMAT_VERSION, Recorder,
+    SequenceRecord, Settings, Split, draw,
 };
 use ppnpack_packing::episode::Play;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
 use serde::Serialize;
 
 use crate::method::{cell_for, sdfm};
-use crate::shard::Shard;
 use crate::{document, workers};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::options::{
@@ -36,9 +35,6 @@ const SHAPES: [Choice<ShapeClass>; 2] = [
     ("irregular", ShapeClass::Irregular, "all others"),
 ];
 
-/// Sequences in a shard: of a killed run at most this many per worker are played again.
-const SEQUENCES_PER_SHARD: u32 = 10;
-
 /// Packs random sequences with the exhaustive SDF minimisation and records, for every item of the buffer at every
 /// step, which placements are the best. A killed run goes on where it was when the command is repeated.
 #[derive(Debug, Args)]
@@ -50,7 +46,7 @@ pub struct DatasetArguments {
     #[arg(long, value_parser = one_of(&SHAPES))]
     shapes: Option<ShapeClass>,
 
-    /// How many sequences; more than a finished dataset has are added to it
+    /// How many sequences; what a folder has of them is kept
     #[arg(long, value_name = "COUNT", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     sequences: u32,
 
@@ -92,15 +88,6 @@ pub struct DatasetArguments {
     #[arg(long, value_name = "DIR", default_value = "out/dataset")]
     out: PathBuf,
 
-    /// Play every N-th ten sequences alone, from the I-th on, counted from 0; a run without this, with the folders of all as --from,
-    /// makes one dataset of them
-    #[arg(long, value_name = "I/N")]
-    shard: Option<Shard>,
-
-    /// Take over what other folders of the same settings have: those of shards
-    #[arg(long, value_name = "DIR", num_args = 1..)]
-    from: Vec<PathBuf>,
-
     /// Print a summary as JSON instead of a line
     #[arg(long)]
     json: bool,
@@ -110,9 +97,8 @@ pub struct DatasetArguments {
 struct Summary<'a> {
     hash: &'a str,
     sequences: u32,
-    steps: u64,
-    candidates: u64,
-    bytes: u64,
+    steps: usize,
+    candidates: usize,
 }
 
 pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
@@ -126,8 +112,7 @@ pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
     };
     let settings = settings(arguments, &catalogue, &simulated)?;
     refuse_known(arguments, &catalogue, &settings)?;
-    let (items, sequences) = (catalogue.items(), arguments.sequences);
-    let writer = DatasetWriter::open(&arguments.out, settings.clone(), items, sequences)
+    let writer = DatasetWriter::open(&arguments.out, settings.clone(), catalogue.items())
         .map_err(of_folder)?;
     let workers = arguments
         .workers
@@ -137,21 +122,8 @@ pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
         let played = play(*sequence, &catalogue, &settings, &simulated, stability)?;
         writer.add(&played).or_run()
     };
-    for other in &arguments.from {
-        writer.adopt(other).map_err(of_given)?;
-    }
-    let is_ours = |sequence: &u32| {
-        let tenth = (sequence / SEQUENCES_PER_SHARD) as usize;
-        arguments.shard.is_none_or(|shard| shard.has(tenth))
-    };
-    let mut missing = writer.missing();
-    missing.retain(is_ours);
-    workers::map("Playing sequences", &missing, workers, add)?;
-    if let Some(shard) = arguments.shard {
-        return print_shard(arguments, shard, missing.len());
-    }
-    let manifest = writer.finish().or_run()?;
-    print(arguments, &manifest)
+    workers::map("Playing sequences", &writer.missing(), workers, add)?;
+    print(arguments, &writer.finish().or_run()?)
 }
 
 fn settings(
@@ -177,7 +149,7 @@ fn settings(
         seed: arguments.seed,
         length: arguments.length,
         has_values: arguments.values,
-        sequences_per_shard: SEQUENCES_PER_SHARD,
+        sequences: arguments.sequences,
     })
 }
 
@@ -185,14 +157,6 @@ fn settings(
 fn of_folder(error: DatasetError) -> Failure {
     match error {
         DatasetError::Write(_) | DatasetError::Read { .. } => Failure::Run(error.into()),
-        _ => Failure::Input(error.into()),
-    }
-}
-
-/// What is wrong with a folder of --from is an input's fault; that its shards cannot be written here is not.
-fn of_given(error: DatasetError) -> Failure {
-    match error {
-        DatasetError::Write(_) => Failure::Run(error.into()),
         _ => Failure::Input(error.into()),
     }
 }
@@ -288,37 +252,26 @@ fn play(
         .map_err(|error| Failure::Run(anyhow::anyhow!("sequence {sequence}: {error}")))
 }
 
-fn print_shard(arguments: &DatasetArguments, shard: Shard, played: usize) -> Outcome {
-    if arguments.json {
-        return Ok(print_json(
-            &serde_json::json!({ "shard": shard, "played": played }),
-        )?);
+fn print(arguments: &DatasetArguments, dataset: &Dataset) -> Outcome {
+    let load = |split| dataset.load(split, false, &|_, _| {}).or_run();
+    let (mut steps, mut candidates) = (0, 0);
+    for step in load(Split::Train)?.iter().chain(&load(Split::Test)?) {
+        steps += 1;
+        candidates += step.candidates.len();
     }
-    let folder = arguments.out.display();
-    Ok(print_line(&format!(
-        "{folder}: {played} sequences were played for shard {shard}; `ppnpack dataset --from` makes a dataset of all shards"
-    ))?)
-}
-
-fn print(arguments: &DatasetArguments, manifest: &Manifest) -> Outcome {
-    let shards = manifest.shards.iter().map(|shard| shard.file.bytes);
     let summary = Summary {
-        hash: &manifest.hash,
-        sequences: manifest.sequences,
-        steps: manifest.steps,
-        candidates: manifest.candidates,
-        bytes: manifest.items.bytes + shards.sum::<u64>(),
+        hash: dataset.hash(),
+        sequences: arguments.sequences,
+        steps,
+        candidates,
     };
     if arguments.json {
         return Ok(print_json(&summary)?);
     }
     Ok(print_line(&format!(
-        "{}: {} sequences, {} steps, {} candidates, {:.1} MB, hash {}",
+        "{}: {} sequences, {steps} steps, {candidates} candidates, hash {}",
         arguments.out.display(),
         summary.sequences,
-        summary.steps,
-        summary.candidates,
-        summary.bytes as f64 / 1e6,
         summary.hash
     ))?)
 }
