@@ -22,7 +22,7 @@ def load():
     return module
 
 
-READ = {"base": ("kubernetes/base", "kubernetes/images"), "experiment": ("kubernetes/experiment", "kubernetes/images"), "monitoring": ("kubernetes/monitoring", "observability")}
+READ = {"base": ("kubernetes/base", "kubernetes/images"), "monitoring": ("kubernetes/monitoring", "observability")}
 
 
 def once(render):
@@ -58,13 +58,8 @@ class Check(unittest.TestCase):
         path.write_text(text.replace(before, after))
         return "\n".join(getattr(self.check, check)())
 
-    def test_experiments_are_divided_evenly(self):
-        place = "kubernetes/experiment/job.yaml"
-        self.assertIn("divided unevenly", self.told("of_experiment", place, "completions: 8", "completions: 7"))
-        self.assertIn("lacks completionMode", self.told("of_experiment", place, "completionMode: Indexed", "completionMode: NonIndexed"))
-
     def test_the_files_are_as_they_should_be(self):
-        for check in ("of_configuration", "of_kubernetes", "of_monitoring", "of_experiment", "of_tags", "of_passwords"):
+        for check in ("of_configuration", "of_kubernetes", "of_monitoring", "of_tags", "of_passwords"):
             self.assertEqual(list(getattr(self.check, check)()), [], check)
 
     def test_cells_are_those_of_the_planner_and_of_the_access_table(self):
@@ -74,7 +69,7 @@ class Check(unittest.TestCase):
                 self.assertIn("cell-2", self.told("of_configuration", path, "cell-1", "cell-2"))
 
     def test_grids_are_those_of_the_planner(self):
-        told = self.told("of_configuration", "configuration/perception.toml", "yaws = 8", "yaws = 16")
+        told = self.told("of_configuration", "configuration/perception.toml", "z_m = 0.30", "z_m = 0.40")
         self.assertIn("other grids for cell-1", told)
 
     def test_kubernetes_speaks_mutual_tls_by_default(self):

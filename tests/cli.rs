@@ -57,31 +57,10 @@ fn wrong_options_are_refused() {
     refused(&["pack", "--poses", "7"], &["--poses"]);
     refused(&["up", "--poses", "7"], &["--poses"]);
     refused(&["pack", "--turn-time", "4"], &["--turn-time", "no unit"]);
-    refused(&["pack", "--effort", "5"], &["--effort", "no unit of time"]);
-    refused(&["pack", "--effort", "0ms"], &["--effort", "from 1 ms"]);
-    refused(
-        &["pack", "--effort", "20ms", "--tries", "3"],
-        &["--effort", "--tries"],
-    );
-    refused(&["pack", "--above-rim=-1mm"], &["--above-rim", "negative"]);
-    refused(&["pack", "--weight", "distance"], &["there is no '='"]);
-    refused(
-        &["pack", "--weight", "distanse=1"],
-        &["no such weight", "distance"],
-    );
-    refused(
-        &["pack", "--weight", "distance=nan"],
-        &["--weight distance=nan", "no finite number"],
-    );
-    refused(
-        &["pack", "--weight", "distance=-1"],
-        &["distance", "at least 0"],
-    );
     refused(
         &["pack", "--items", "unobtainium"],
         &["unobtainium", "catalogue list"],
     );
-    refused(&["pack", "--heuristic", "best"], &["--heuristic"]);
     refused(&["pack", "--settle", "-1"], &["--settle"]);
     refused(
         &["pack", "--physics", "/nowhere.json"],

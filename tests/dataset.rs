@@ -128,6 +128,24 @@ fn a_killed_run_goes_on_and_ends_with_the_same_files() {
 }
 
 #[test]
+fn a_dataset_of_ranges_is_that_of_a_single_run() {
+    let [single, first, all] = [(); 3].map(|()| tempfile::tempdir().unwrap());
+    let asked = ["--sequences", "6", "--json"];
+    json(&ppnpack(single.path(), &asked));
+    for (folder, from, cases, played) in [(&first, "0", "4", 4), (&all, "4", "10", 2)] {
+        let range = ["--first", from, "--cases", cases];
+        let summary = json(&ppnpack(folder.path(), &[&asked[..], &range].concat()));
+        assert_eq!(summary["played"], played);
+    }
+    for (name, file) in content(first.path()) {
+        std::fs::write(all.path().join(name), file).unwrap();
+    }
+    let summary = json(&ppnpack(all.path(), &asked));
+    assert_eq!(summary["sequences"], 6);
+    assert_eq!(content(all.path()), content(single.path()));
+}
+
+#[test]
 fn a_dataset_has_what_was_asked_for() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("data");

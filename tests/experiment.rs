@@ -11,13 +11,11 @@ use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
-mod page;
+mod ranges;
 mod sequences;
-mod shards;
 
-use page::answers_first;
+use ranges::{is_the_same_as_ranges, runs};
 use sequences::sequences;
-use shards::{is_the_same_as_shards, runs};
 
 fn ppnpack(arguments: &[&str]) -> Output {
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
@@ -44,7 +42,7 @@ fn json(output: &Output) -> Value {
 #[test]
 fn the_experiments_and_the_commands_of_ppnpack_are_listed() {
     let help = text(&ppnpack(&["experiment", "--help"]));
-    for name in ["table1", "pareto", "recognition", "oracle"] {
+    for name in ["table1", "pareto", "heightmap"] {
         assert!(help.contains(name), "{help}");
     }
     assert!(help.contains("Usage: ppnpack experiment"), "{help}");
@@ -61,24 +59,10 @@ fn sequences_that_are_not_there_are_named() {
 
 #[test]
 fn a_dataset_that_is_not_there_is_wrong_input() {
-    for command in [&["experiment", "network"][..], &["train"]] {
-        let output = ppnpack(&[command, &["--dataset", "/nowhere"]].concat());
-        let error = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(2), "{command:?}: {error}");
-        assert!(error.contains("/nowhere"), "{command:?}: {error}");
-    }
-}
-
-#[test]
-fn the_arm_is_compared_with_brute_force() {
-    let report = text(&ppnpack(&["experiment", "oracle", "--placements", "4"]));
-    assert!(report.contains("unsafe ones accepted: 0"), "{report}");
-}
-
-#[test]
-fn calibrations_of_simulated_clouds_are_measured() {
-    let report = text(&ppnpack(&["experiment", "calibration", "--cases", "1"]));
-    assert!(report.contains("| 1 mm, 5 % dropouts |"), "{report}");
+    let output = ppnpack(&["train", "--dataset", "/nowhere"]);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert!(error.contains("/nowhere"), "{error}");
 }
 
 #[test]
@@ -118,15 +102,10 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
     for compared in [&line(&first, "SDFM"), &bounded[0]] {
         assert_eq!(compared["difference"]["items"]["mean"], 0.0);
     }
-    let version = &first["settings"]["version"];
-    assert_eq!(version, env!("CARGO_PKG_VERSION"));
+    assert_eq!(first["origin"]["version"], env!("CARGO_PKG_VERSION"));
     for name in ["table1.md", "table1.json", "table1.svg"] {
         assert!(out.join(name).exists(), "{name}");
     }
-    answers_first(
-        &out,
-        "How do the packing heuristics and the network compare?",
-    );
     // A run that was cut short is done again; the others are taken from the disk, decision times included.
     let settings = out
         .join("runs")
@@ -191,7 +170,6 @@ fn the_methods_are_drawn_side_by_side_on_the_same_objects() {
     }
     let png = std::fs::read(out.join("figure5.png")).unwrap();
     assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000);
-    answers_first(&out, "What do the methods make of the same objects?");
     let refused = String::from_utf8(figure("7").stderr).unwrap();
     assert!(
         refused.contains("--length 7") && refused.contains("have 6 objects"),
@@ -217,14 +195,6 @@ fn a_network_of_a_class_that_is_not_there_is_named_before_anything_is_packed() {
 }
 
 #[test]
-fn a_margin_that_is_no_number_is_refused() {
-    let output = ppnpack(&["experiment", "boxes", "--margin", "nan"]);
-    assert_eq!(output.status.code(), Some(2));
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert!(error.contains("must be a number of at least 0"), "{error}");
-}
-
-#[test]
 fn regular_and_irregular_objects_are_packed_apart() {
     let folder = tempfile::tempdir().unwrap();
     let results = json(&ppnpack(&[
@@ -238,11 +208,7 @@ fn regular_and_irregular_objects_are_packed_apart() {
         folder.path().to_str().unwrap(),
         "--json",
     ]));
-    answers_first(
-        folder.path(),
-        "Are regular or irregular objects packed better?",
-    );
-    let classes = results["lines"].as_array().unwrap();
+    let classes = results["classes"].as_array().unwrap();
     assert_eq!(classes.len(), 2);
     let names = |class: &Value| -> Vec<String> {
         serde_json::from_value(class["objects"].clone()).unwrap()
@@ -250,8 +216,10 @@ fn regular_and_irregular_objects_are_packed_apart() {
     let (regular, irregular) = (names(&classes[0]), names(&classes[1]));
     assert!(regular.len() > 3 && irregular.len() > 3);
     assert!(regular.iter().all(|name| !irregular.contains(name)));
-    for class in classes {
-        let search = class["lines"].as_array().unwrap().last().unwrap();
+    let lines = results["lines"].as_array().unwrap();
+    for class in ["regular", "irregular"] {
+        let mut of_class = lines.iter().filter(|line| line["class"] == class);
+        let search = of_class.next_back().unwrap();
         assert_eq!(search["cases"], 2);
         let ratio = search["floor_compactness_ratio_percent"]["mean"].as_f64();
         assert_eq!(ratio, Some(100.0));
@@ -260,65 +228,43 @@ fn regular_and_irregular_objects_are_packed_apart() {
 }
 
 #[test]
-fn merged_shards_are_the_single_run_also_after_a_kill() {
+fn ranges_are_the_single_run_also_after_a_kill() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let table = |name: &str, more: &[&str]| {
-        let (out, runs) = (at(name), at(name).join("kept"));
-        let mut arguments = vec![
-            "experiment",
-            "table4",
-            "--cases",
-            "4",
-            "--length",
-            "6",
-            "--json",
-        ];
+    let table = |name: &str, runs: &str, [first, cases]: [&str; 2]| {
+        let (out, runs) = (at(name), at(runs));
+        let mut arguments = vec!["experiment", "table4", "--length", "6", "--json"];
         let (out, runs) = (out.to_str().unwrap(), runs.to_str().unwrap());
         arguments.extend(["--out", out, "--runs", runs]);
-        arguments.extend(more);
+        arguments.extend(["--first", first, "--cases", cases]);
         let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
         let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack-experiments"));
         command.args(arguments).env("XDG_CACHE_HOME", cache);
         command
     };
-    let single = json(&table("single", &[]).output().unwrap());
-    text(&table("a", &["--shard", "0/2"]).output().unwrap());
+    let single = json(&table("single", "once", ["0", "4"]).output().unwrap());
+    text(&table("a", "kept", ["0", "2"]).output().unwrap());
+    let of_a = runs(&at("kept")).len();
     // One that is killed as soon as it has kept a run goes on with the others.
-    let mut killed = table("b", &["--shard", "1/2"])
+    let mut killed = table("b", "kept", ["2", "2"])
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
-    let has_run = || at("b").is_dir() && runs(&at("b")).len() > 1;
-    while !has_run() && killed.try_wait().unwrap().is_none() {
+    let files = || {
+        std::fs::read_dir(at("kept"))
+            .unwrap()
+            .flat_map(|group| std::fs::read_dir(group.unwrap().path()).unwrap())
+    };
+    while files().count() <= of_a && killed.try_wait().unwrap().is_none() {
         std::thread::yield_now();
     }
     killed.kill().unwrap();
     killed.wait().unwrap();
-    text(&table("b", &["--shard", "1/2"]).output().unwrap());
-    let kept = |name: &str| at(name).join("kept").to_str().unwrap().to_owned();
-    let (a, b, all) = (kept("a"), kept("b"), kept("all"));
-    let merge = |shards: &[&str]| {
-        let mut arguments = vec!["experiment", "merge", "--into", &all];
-        arguments.extend(shards);
-        ppnpack(&arguments)
-    };
-    let lacking = merge(&[&a]);
-    assert_eq!(lacking.status.code(), Some(2));
-    let error = String::from_utf8_lossy(&lacking.stderr).into_owned();
-    assert!(error.contains("missing or not finished: 1/2"), "{error}");
-    text(&merge(&[&a, &b]));
-    assert_eq!(
-        runs(&at("all").join("kept")),
-        runs(&at("single").join("kept"))
-    );
+    text(&table("b", "kept", ["2", "2"]).output().unwrap());
+    assert_eq!(runs(&at("kept")), runs(&at("once")));
     // The tables are made of what is there.
-    let merged = json(&table("all", &[]).output().unwrap());
-    answers_first(
-        &at("all"),
-        "How are objects packed that the network was not trained on?",
-    );
+    let whole = json(&table("whole", "kept", ["0", "4"]).output().unwrap());
     let of = |results: &Value, name: &str| -> Vec<Value> {
         let lines = results["lines"].as_array().unwrap().iter();
         lines.map(|line| line[name].clone()).collect()
@@ -330,7 +276,7 @@ fn merged_shards_are_the_single_run_also_after_a_kill() {
         "meshes_cm3",
         "steps_widened",
     ] {
-        assert_eq!(of(&merged, name), of(&single, name), "{name}");
+        assert_eq!(of(&whole, name), of(&single, name), "{name}");
     }
 }
 
@@ -339,28 +285,36 @@ const UNTRIED: &str = r#"[{"name": "untried", "grid": {"cell_m": 0.01, "yaws": 4
     "method": {"proposals": {"from": "bounded"}, "stability": "physical", "trial": {"tries_per_item": 0}}}]"#;
 
 #[test]
-fn comparisons_and_tried_placements_are_the_same_as_shards() {
+fn comparisons_are_the_same_as_ranges() {
     let folder = tempfile::tempdir().unwrap();
     let sequences = sequences(folder.path(), [3, 5], 90);
-    let packed = ["--sequences", sequences.to_str().unwrap(), "--cases", "3"];
+    let packed = ["--sequences", sequences.to_str().unwrap()];
     let methods = ["table1", "--methods", "dbl-bbox", "--grids", "coarse"];
-    is_the_same_as_shards(ppnpack, &[&methods[..], &packed].concat());
-    let tried = ["stability", "--sequences", "1", "--placements", "1"];
-    is_the_same_as_shards(ppnpack, &[&tried[..], &["--settle", "0.2"]].concat());
+    is_the_same_as_ranges(
+        ppnpack,
+        &[&methods[..], &packed].concat(),
+        "--cases",
+        [0, 3],
+    );
 }
 
 #[test]
-fn a_value_is_the_same_as_learned_by_shards() {
+fn a_value_is_the_same_as_learned_by_ranges() {
     let folder = tempfile::tempdir().unwrap();
     // The first hundred sequences are the tests', of which nothing may be learned.
     let sequences = sequences(folder.path(), [110, 3], 90);
-    let packed = ["--sequences", sequences.to_str().unwrap(), "--first", "100"];
-    let value = ["value", "--cases", "10", "--cell", "1cm", "--yaws", "4"];
-    is_the_same_as_shards(ppnpack, &[&value[..], &packed].concat());
+    let value = ["value", "--cell", "1cm", "--yaws", "4"];
+    let packed = ["--sequences", sequences.to_str().unwrap()];
+    is_the_same_as_ranges(
+        ppnpack,
+        &[&value[..], &packed].concat(),
+        "--cases",
+        [100, 10],
+    );
 }
 
 #[test]
-fn fillings_loads_streams_and_boxes_are_the_same_as_shards() {
+fn fillings_loads_streams_and_boxes_are_the_same_as_ranges() {
     let folder = tempfile::tempdir().unwrap();
     let sequences = sequences(folder.path(), [3, 5], 90);
     let method = folder.path().join("method.json");
@@ -368,40 +322,40 @@ fn fillings_loads_streams_and_boxes_are_the_same_as_shards() {
     let orders = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/orders.csv");
     let [sequences, method, orders] =
         [&sequences, &method, &orders].map(|path| path.to_str().unwrap());
-    let packed = ["--sequences", sequences, "--cases", "3"];
+    let packed = ["--sequences", sequences];
     let filling = ["filling", "--physics", "own,apart", "--methods", method];
-    is_the_same_as_shards(ppnpack, &[&filling[..], &packed].concat());
+    is_the_same_as_ranges(
+        ppnpack,
+        &[&filling[..], &packed].concat(),
+        "--cases",
+        [0, 3],
+    );
     let loads = ["loads", "--margins", "1.5", "--method", method];
-    is_the_same_as_shards(ppnpack, &[&loads[..], &packed].concat());
-    let streams = ["--streams", "2", "--open", "1", "--method", method];
-    is_the_same_as_shards(
-        ppnpack,
-        &[&["stream", "--orders", orders][..], &streams].concat(),
-    );
+    is_the_same_as_ranges(ppnpack, &[&loads[..], &packed].concat(), "--cases", [0, 3]);
+    let streams = [
+        "stream", "--open", "1", "--method", method, "--orders", orders,
+    ];
+    is_the_same_as_ranges(ppnpack, &streams, "--streams", [0, 2]);
     // Twenty instances are a run.
-    let instances = ["--instances", "21", "--settings", "2"];
-    is_the_same_as_shards(
-        ppnpack,
-        &[&["boxes", "--methods", "dbl,snug"][..], &instances].concat(),
-    );
+    let boxes = ["boxes", "--methods", "dbl,snug"];
+    is_the_same_as_ranges(ppnpack, &boxes, "--instances", [0, 40]);
 }
 
 #[test]
-fn comparisons_of_ways_grids_margins_and_weights_answer_first() {
+fn comparisons_of_ways_grids_margins_and_values_are_kept_as_printed() {
     let folder = tempfile::tempdir().unwrap();
     // Nothing may be learned from the first hundred.
     let sequences = sequences(folder.path(), [110, 5], 90);
     let method = folder.path().join("method.json");
     std::fs::write(&method, UNTRIED).unwrap();
     let method = method.to_str().unwrap();
-    let run = |options: &[&str], question: &str| {
+    let run = |options: &[&str]| {
         let out = folder.path().join(options[0]);
         let mut arguments = vec!["experiment"];
         arguments.extend(options);
         arguments.extend(["--sequences", sequences.to_str().unwrap(), "--json"]);
         arguments.extend(["--out", out.to_str().unwrap()]);
         let printed = json(&ppnpack(&arguments));
-        answers_first(&out, question);
         // What is printed is kept beside the document.
         let kept = std::fs::read(out.join(options[0]).with_extension("json")).unwrap();
         let kept: Value = serde_json::from_slice(&kept).unwrap();
@@ -409,28 +363,22 @@ fn comparisons_of_ways_grids_margins_and_weights_answer_first() {
     };
     let few = |name, more: &[&'static str]| [&[name, "--cases", "2"][..], more].concat();
     let pareto = few("pareto", &["--grids", "coarse", "--shares", "5"]);
-    run(&pareto, "Which proposals pack as much in less time?");
+    run(&pareto);
     let filling = [
         &few("filling", &["--physics", "own", "--methods"])[..],
         &[method],
     ]
     .concat();
-    run(&filling, "How full do containers get, and how steadily?");
+    run(&filling);
     let loads = [
         &few("loads", &["--margins", "1.5", "--method"])[..],
         &[method],
     ]
     .concat();
-    run(&loads, "Do items carry no more than they may?");
+    run(&loads);
     let coarse = ["--first", "100", "--cell", "1cm", "--yaws", "4"];
-    let weights = few("tune", &["--generations", "1", "--population", "4"]);
-    run(
-        &[&weights[..], &coarse].concat(),
-        "Does tuning the objective&#39;s weights help?",
-    );
     let value = ["value", "--cases", "10"];
-    let question = "Does what a placement leaves tell what can be packed after it?";
-    run(&[&value[..], &coarse].concat(), question);
+    run(&[&value[..], &coarse].concat());
 }
 
 #[test]
@@ -471,10 +419,6 @@ fn orders_are_packed_one_at_a_time_and_together() {
     let kept = std::fs::read(out.join("stream.json")).unwrap();
     let kept: Value = serde_json::from_slice(&kept).unwrap();
     assert_eq!(kept, results);
-    answers_first(
-        &out,
-        "What do several containers bring that are open at the same time?",
-    );
 }
 
 #[test]
@@ -500,8 +444,6 @@ fn boxes_are_packed_beside_published_results_and_kept() {
             "experiment",
             "boxes",
             "--instances",
-            "3",
-            "--placements",
             "3",
             "--rollouts",
             "6",
@@ -537,7 +479,6 @@ fn boxes_are_packed_beside_published_results_and_kept() {
     ] {
         assert!(table.contains(row), "{table}");
     }
-    answers_first(&out, "How full is a bin of boxes that come one by one?");
     // Times and all: the runs are taken from the disk.
     assert_eq!(run(), results);
 }

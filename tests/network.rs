@@ -8,16 +8,6 @@ use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
-mod cube;
-mod page;
-mod sequences;
-mod shards;
-
-use cube::cube_ply;
-use page::answers_first;
-use sequences::sequences;
-use shards::is_the_same_as_shards;
-
 fn ppnpack(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack-torch"));
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
@@ -160,18 +150,6 @@ fn the_test_split_is_looked_at_when_validation_has_chosen() {
     );
     assert_eq!(tested["validation"], chosen["validation"]);
     assert_eq!(tested["test"]["over_all"].as_array().unwrap().len(), 5);
-    // What was trained can be measured again, and comes out the same.
-    let model = out.join("model.safetensors");
-    let mut again = vec!["experiment", "network", "--json", "--threads", "1"];
-    again.extend(["--model", model.to_str().unwrap()]);
-    again.extend(["--dataset", dataset.to_str().unwrap()]);
-    again.extend(["--out", folder.path().to_str().unwrap()]);
-    let measured: Value = serde_json::from_slice(&succeed(&again).stdout).unwrap();
-    assert_eq!(measured["test"], tested["test"]);
-    answers_first(
-        folder.path(),
-        "How often is the optimum among what a network scores best?",
-    );
 }
 
 #[test]
@@ -218,10 +196,6 @@ fn table_3_tests_what_validation_chose() {
             assert_eq!(answer["paper_percent"].is_array(), is_papers, "{answer}");
         }
     }
-    answers_first(
-        &out,
-        "How often is the optimum among what the network scores best, and what does that owe to?",
-    );
     let page = std::fs::read_to_string(out.join("table3.md")).unwrap();
     assert_eq!(page.matches("[81.0]").count(), 1, "{page}");
     assert_eq!(page.matches("cut off at 40").count(), 2, "{page}");
@@ -242,20 +216,6 @@ fn table_3_tests_what_validation_chose() {
     let message = String::from_utf8_lossy(&refused.stderr);
     assert!(message.contains("no validation split"), "{message}");
     assert_eq!(refused.status.code(), Some(2));
-}
-
-#[test]
-fn accuracy_on_other_grids_is_the_same_as_shards() {
-    let folder = tempfile::tempdir().unwrap();
-    let cubes = folder.path().join("cubes");
-    std::fs::create_dir(&cubes).unwrap();
-    std::fs::write(cubes.join("cube.ply"), cube_ply(&[])).unwrap();
-    let wedge = cube_ply(&[("0.05 0.05 0.05", "0.04 0.04 0.05")]);
-    std::fs::write(cubes.join("wedge.ply"), wedge).unwrap();
-    let sequences = sequences(folder.path(), [2, 4], 2);
-    let [cubes, sequences] = [&cubes, &sequences].map(|path| path.to_str().unwrap());
-    let files = ["--catalogue", cubes, "--sequences", sequences];
-    is_the_same_as_shards(run, &[&["transfer", "--cases", "2"][..], &files].concat());
 }
 
 #[test]
@@ -324,21 +284,6 @@ fn packing_with_the_network_repeats_itself() {
         summary
     };
     assert_eq!(packed(), packed());
-}
-
-#[test]
-fn the_fastest_source_is_chosen_by_what_was_measured() {
-    let folder = tempfile::tempdir().unwrap();
-    let summary = pack(folder.path(), &["--proposals", "auto"]);
-    let costs = summary["settings"]["costs"].as_array().unwrap();
-    let seconds: Vec<f64> = costs
-        .iter()
-        .map(|cost| cost["decision_s"].as_f64().unwrap())
-        .collect();
-    assert_eq!(seconds.len(), 3, "{costs:?}");
-    assert!(seconds.is_sorted() && seconds.iter().all(|seconds| *seconds > 0.0));
-    let chosen = &summary["settings"]["method"]["proposals"];
-    assert_eq!(costs.first().map(|cost| &cost["proposals"]), Some(chosen));
 }
 
 #[test]

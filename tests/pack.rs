@@ -8,11 +8,36 @@
 
 use std::process::Command;
 
+use ppnpack_packing::grid::GridSettings;
+use ppnpack_packing::method::{Method, SET_ASIDE};
+use ppnpack_planner::CellSettings;
 use serde_json::Value;
 
 mod command;
 
 use command::{cache, json, ppnpack, refused};
+
+#[test]
+fn what_is_not_said_is_the_same_for_the_command_the_planner_and_the_files_to_deploy() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let pack = ["pack", "--random", "1", "--json", "--out"];
+    let summary = json(&ppnpack(&[&pack[..], &[out.to_str().unwrap()]].concat()));
+    let packed = &summary["settings"];
+    let usual = Method::default();
+    let of_one_pose = serde_json::to_value(usual.clone().for_poses(1)).unwrap();
+    assert_eq!(packed["method"], of_one_pose);
+    let grid = GridSettings::default().build().unwrap();
+    assert_eq!(packed["grid"], serde_json::to_value(grid).unwrap());
+    assert_eq!(packed["set_aside"], SET_ASIDE);
+    let cell = CellSettings::default();
+    let planned = (&cell.method, cell.grid, cell.set_aside);
+    assert_eq!(planned, (&usual, GridSettings::default(), SET_ASIDE));
+    let deployed = include_str!("../deploy/configuration/planner.toml");
+    let deployed: toml::Value = toml::from_str(deployed).unwrap();
+    let deployed = deployed["service"]["cells"]["cell-1"].clone();
+    assert_eq!(deployed.try_into::<CellSettings>().unwrap(), cell);
+}
 
 #[test]
 fn the_same_seed_packs_the_same() {
@@ -63,19 +88,19 @@ fn without_libtorch_the_network_gives_way_to_the_exhaustive_search_with_the_reas
         reason.contains("cargo build --release --bin ppnpack-torch"),
         "{reason}"
     );
-    let auto = run("auto", "auto");
-    let costs = auto["settings"]["costs"].as_array().unwrap();
-    assert_eq!(costs.last().unwrap()["decision_s"], Value::Null);
-    assert_eq!(auto["degraded"], serde_json::json!([]));
 }
 
 #[test]
 fn published_tries_end_a_packing_and_are_refused_by_the_stack() {
     let folder = tempfile::tempdir().unwrap();
-    let options = "pack --conditions reference --heuristic random --order shuffled --proposals tries --json --out";
-    let mut arguments: Vec<&str> = options.split(' ').collect();
+    let method = folder.path().join("method.toml");
+    let tries = "proposals = { from = \"tries\", yaws = 3, positions = 9 }";
+    let text = format!("heuristic = \"random\"\norder = \"shuffled\"\n{tries}");
+    std::fs::write(&method, text).unwrap();
+    let method = ["--method", method.to_str().unwrap()];
     let out = folder.path().join("out");
-    arguments.push(out.to_str().unwrap());
+    let options = ["pack", "--conditions", "reference", "--json", "--out"];
+    let arguments = [&options[..], &[out.to_str().unwrap()], &method].concat();
     let summary = json(&ppnpack(&arguments));
     assert_eq!(summary["ending"]["kind"], "nothing-fits", "{summary}");
     assert_eq!(summary["steps_widened"], 0);
@@ -90,115 +115,90 @@ fn published_tries_end_a_packing_and_are_refused_by_the_stack() {
         *tries,
         serde_json::json!({"from": "tries", "yaws": 3, "positions": 9})
     );
-    let none = ["pack", "--proposals", "tries", "--try-positions", "0"];
-    refused(&none, &["--try-positions"]);
-    refused(&["up", "--proposals", "tries"], &["--proposals tries"]);
+    refused(&[&["up"], &method[..]].concat(), &["random tries"]);
 }
 
 #[test]
-fn coarse_and_random_proposals_pack_on_fine_grids() {
+fn random_proposals_pack_on_fine_grids() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
-    let grid = [
-        "--cell",
-        "5mm",
-        "--yaws",
-        "8",
-        "--out",
-        out.to_str().unwrap(),
-    ];
-    for (proposals, k) in [("coarse", "5"), ("random", "20")] {
-        let pack = [
-            "pack",
-            "--random",
-            "8",
-            "--json",
-            "--proposals",
-            proposals,
-            "--k",
-            k,
-        ];
-        let summary = json(&ppnpack(&[&pack[..], &grid].concat()));
-        assert!(
-            summary["packed"]["items"].as_u64().unwrap() >= 5,
-            "{summary}"
-        );
-        assert_eq!(
-            summary["settings"]["method"]["proposals"]["from"],
-            proposals
-        );
-    }
-    let coarser = ["pack", "--proposals", "coarse", "--proposal-cell", "2m"];
-    refused(&coarser, &["cells of the grid make no coarse cell"]);
-    refused(
-        &["pack", "--proposals", "coarse", "--proposal-yaws", "0"],
-        &["--proposal-yaws"],
-    );
+    let options = "pack --random 8 --json --proposals random --k 20 --cell 5mm --yaws 8 --out";
+    let mut arguments: Vec<&str> = options.split(' ').collect();
+    arguments.push(out.to_str().unwrap());
+    let summary = json(&ppnpack(&arguments));
+    let packed = summary["packed"]["items"].as_u64().unwrap();
+    assert!(packed >= 5, "{summary}");
+    let from = &summary["settings"]["method"]["proposals"]["from"];
+    assert_eq!(from, "random");
 }
 
 #[test]
 fn other_grids_containers_and_methods_pack() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
-    for extra in [
-        &[
-            "--container",
-            "40x25x16cm",
-            "--cell",
-            "5mm",
-            "--yaws",
-            "8",
-            "--buffer",
-            "2",
-        ][..],
-        &[
-            "--heuristic",
-            "dbl",
-            "--order",
-            "bbox",
-            "--stability",
-            "published",
-        ],
-        &["--heuristic", "hm", "--proposals", "random", "--k", "20"],
-        &["--heuristic", "mta", "--weight", "touching_area=2"],
-        &[
-            "--heuristic",
-            "first-fit",
-            "--order",
-            "arrival",
-            "--settle",
-            "2",
-            "--release-height",
-            "5mm",
-        ],
-        &[
-            "--heuristic",
-            "random",
-            "--order",
-            "shuffled",
-            "--stability",
-            "none",
-        ],
-        &["--items", "tennis_ball,0", "--height-unit", "1mm"],
-    ] {
-        let base = [
-            "pack",
-            "--random",
-            "5",
-            "--json",
-            "--out",
-            out.to_str().unwrap(),
-        ];
-        let base = if extra[0] == "--items" {
-            &[&base[..1], &base[3..]].concat()
-        } else {
-            &base[..]
-        };
-        let summary = json(&ppnpack(&[base, extra].concat()));
+    let packed = |options: &str, method: &str| {
+        let file = folder.path().join("method.json");
+        std::fs::write(&file, method).unwrap();
+        let mut arguments: Vec<&str> = options.split(' ').collect();
+        arguments.extend(["--method", file.to_str().unwrap(), "--json", "--out"]);
+        arguments.push(out.to_str().unwrap());
+        let summary = json(&ppnpack(&arguments));
         assert!(
             summary["packed"]["items"].as_u64().unwrap() >= 1,
-            "{extra:?}: {summary}"
+            "{options}: {summary}"
         );
+        summary["settings"]["method"].clone()
+    };
+    packed(
+        "pack --random 5 --container 40x25x16cm --cell 5mm --yaws 8 --buffer 2",
+        "{}",
+    );
+    packed("pack --items tennis_ball,0 --height-unit 1mm", "{}");
+    let coarse = "pack --random 5 --cell 1cm --yaws 4";
+    for method in [
+        r#"{"heuristic": "dbl", "order": "bbox-volume", "stability": "published"}"#,
+        r#"{"heuristic": "hm", "proposals": {"from": "random", "percent": 20.0}}"#,
+        r#"{"heuristic": "mta", "weights": {"touching_area": 2.0}}"#,
+        r#"{"heuristic": "random", "order": "shuffled", "stability": "none"}"#,
+    ] {
+        let used = packed(coarse, method);
+        let asked: Value = serde_json::from_str(method).unwrap();
+        assert_eq!(used["heuristic"], asked["heuristic"]);
+    }
+    let physics = format!("{coarse} --settle 2 --release-height 5mm");
+    packed(
+        &physics,
+        r#"{"heuristic": "first-fit", "order": "arrival"}"#,
+    );
+}
+
+#[test]
+fn options_win_over_the_file_of_the_method_and_what_is_wrong_in_it_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("method.toml");
+    let method = ["--method", file.to_str().unwrap()];
+    std::fs::write(&file, "buffer = 3\nseed = 4").unwrap();
+    let out = folder.path().join("out");
+    let options = "pack --random 1 --cell 1cm --yaws 4 --buffer 2 --json --out";
+    let mut arguments: Vec<&str> = options.split(' ').collect();
+    arguments.push(out.to_str().unwrap());
+    arguments.extend(method);
+    let used = &json(&ppnpack(&arguments))["settings"]["method"];
+    assert_eq!((&used["buffer"], &used["seed"]), (&2.into(), &4.into()));
+    for (text, named) in [
+        ("bufer = 3", "bufer"),
+        ("heuristic = \"best\"", "best"),
+        ("trial = { limits = { slide_m = -1.0 } }", "slide"),
+        ("trial = { above_rim_m = -0.001 }", "above the rim"),
+        ("weights = { distance = -1.0 }", "distance"),
+        ("weights = { distanse = 1.0 }", "distanse"),
+        (
+            "proposals = { from = \"network\", percent = 5.0, coarsening = { cells = 1, yaws = 1 } }",
+            "--proposals network",
+        ),
+    ] {
+        std::fs::write(&file, text).unwrap();
+        refused(&[&["pack"], &method[..]].concat(), &["--method", named]);
     }
 }
 
@@ -363,7 +363,7 @@ fn an_item_that_is_too_high_as_it_stands_is_packed_lying() {
     let run = |poses: &str| {
         let out = folder.path().join(poses);
         let mut arguments = vec!["pack", "--container", "26x12x10cm", "--items"];
-        arguments.extend(["crisps_tube", "--stability", "none", "--poses", poses]);
+        arguments.extend(["crisps_tube", "--poses", poses]);
         arguments.extend(["--turn-time", "4500ms", "--json"]);
         arguments.extend(["--out", out.to_str().unwrap()]);
         let summary = json(&ppnpack(&arguments));

@@ -12,8 +12,6 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
-mod page;
-
 fn ppnpack(arguments: &[&str]) -> Output {
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
     Command::new(env!("CARGO_BIN_EXE_ppnpack-experiments"))
@@ -98,8 +96,6 @@ fn experiment(options: &[&str]) -> Value {
     let shown = format!("{cell_mm:.1} mm cells, {} yaws", grid["yaws"]);
     let document = std::fs::read_to_string(out.join("physical.md")).unwrap();
     assert!(document.contains(&shown), "{document}");
-    let question = "What does the robot cell pack, with its sensors, its arm and their errors?";
-    page::answers_first(out, question);
     results
 }
 
@@ -195,25 +191,25 @@ fn kept(out: &Path) -> Vec<String> {
 }
 
 #[test]
-fn merged_shards_have_the_runs_of_each() {
+fn the_whole_takes_over_the_runs_of_its_ranges() {
     let folder = tempfile::tempdir().unwrap();
     let boxes = boxes(folder.path());
-    let [a, b, all] = ["a", "b", "all"].map(|name| folder.path().join(name));
-    let make = |out: &Path, shard: &[&str]| {
+    let out = folder.path().join("out");
+    let make = |runs: &str, first: &str| {
         let coarse = ["--arm", "none", "--cell", "1cm", "--yaws", "4"];
-        physical(&boxes, out, "2", &[&coarse[..], shard].concat())
+        physical(
+            &boxes,
+            &out,
+            runs,
+            &[&coarse[..], &["--first", first]].concat(),
+        )
     };
-    make(&a, &["--shard", "0/2"]);
-    make(&b, &["--shard", "1/2"]);
-    let folders = [&a, &b, &all].map(|out| out.join("runs"));
-    let [of_a, of_b, of_all] = folders.each_ref().map(|path| path.to_str().unwrap());
-    let merged = ppnpack(&["experiment", "merge", of_a, of_b, "--into", of_all]);
-    assert!(merged.status.success());
+    make("1", "0");
+    make("1", "1");
+    let made = kept(&out);
     // None is made anew: each has times of its own.
-    let results = make(&all, &[]);
-    let mut made = [kept(&a), kept(&b)].concat();
-    made.sort();
-    assert_eq!(kept(&all), made);
+    let results = make("2", "0");
+    assert_eq!(kept(&out), made);
     let lines = lines(&results);
     assert_eq!(made.len(), 2 * lines.len());
     for line in lines {

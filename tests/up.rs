@@ -95,14 +95,7 @@ fn poses_are_chosen_through_the_services_as_without_them() {
         let items = "crisps_tube,mug,tuna_can,crisps_tube,banana,bowl";
         let mut command = ppnpack(how);
         // The tubes are too high to stand.
-        command.args([
-            "--poses",
-            "3",
-            "--container",
-            "30x30x12cm",
-            "--stability",
-            "none",
-        ]);
+        command.args(["--poses", "3", "--container", "30x30x12cm"]);
         command.args(["--items", items, "--json", "--out"]);
         json(&command.arg(out(name)).output().unwrap())
     };

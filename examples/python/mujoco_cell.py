@@ -678,15 +678,9 @@ wall_margin_m = 0.003
 still = {{ clouds = 3 }}
 doubts = {{ wall_thickness_m = {WALL_M}, reach_above_rim_m = 0.05 }}
 """
-    # What `ppnpack pack` does where nothing is said; the planner's own defaults fill less.
-    weights = "top_height = 0.2" if options.poses == 1 else "distance = 5.0, top_height = 0.3, balance = 120.0"
     method = f"""
 buffer = {options.buffer}
 poses = {options.poses}
-weights = {{ {weights} }}
-scene_value = {{ weight = 30.0 }}
-trial = {{ limits = {{ tilt_rad = {math.radians(25.0)}, slide_m = 0.018 }} }}
-proposals = {{ from = "bounded" }}
 evaluate = "in-process"
 heightmap_age_limit_s = 60.0
 """
@@ -707,7 +701,7 @@ def pack(cell: Cell, robot: Bridge, shapes: dict[str, Shape], names: list[str], 
     cell.announce(Announcement(item_id=f"item-{number}", object=name, poses=options.poses) for number, name in enumerate(names))
     while (step := cell.next_step()).HasField("decision"):
         # Waiting for a heightmap is no part of the decision.
-        stages = [stage for stage in step.decision.stages if stage.stage in ("propose", "evaluate", "check", "look_ahead")]
+        stages = [stage for stage in step.decision.stages if stage.stage in ("propose", "evaluate", "check")]
         decisions_s.append(sum(stage.duration_ns for stage in stages) / 1e9)
         cell.report(step.decision, cell.carry_out(step.decision))
         progress(f"{what}: {len(decisions_s)} placed")

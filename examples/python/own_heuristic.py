@@ -42,7 +42,7 @@ def packed_share(grid, items, planner, buffer=5):
 
 
 def main():
-    grid = ppnpack.Grid()
+    grid = ppnpack.Grid.reference()
     catalogue = ppnpack.Catalogue(grid)
     untried = {"tries_per_item": 0}
     # By the box's volume: the largest item of the buffer first, so that the heuristic decides where alone.

@@ -13,10 +13,9 @@ use std::sync::OnceLock;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{Args, Subcommand};
-use ppnpack_model::accuracy::Accuracies;
 use ppnpack_model::card::ModelCard;
 use ppnpack_model::report::TrainingEvent;
-use ppnpack_model::settings::{Device, MeasurementRequest, TrainingRequest};
+use ppnpack_model::settings::{Device, TrainingRequest};
 use ppnpack_model::weights::Model;
 use ppnpack_packing::proposals::Proposer;
 
@@ -102,15 +101,6 @@ impl Backend for Launcher {
         _request: &TrainingRequest,
         _watch: &mut dyn FnMut(TrainingEvent),
     ) -> Result<ModelCard> {
-        self.unavailable()
-    }
-
-    fn measure(
-        &self,
-        _model: &Model,
-        _request: &MeasurementRequest,
-        _watch: &mut dyn FnMut(TrainingEvent),
-    ) -> Result<Accuracies> {
         self.unavailable()
     }
 }

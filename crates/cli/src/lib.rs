@@ -5,7 +5,6 @@ mod commands;
 mod comparison;
 pub mod drawing;
 pub mod failure;
-mod fastest;
 pub mod launcher;
 pub mod length;
 pub mod network;

@@ -3,10 +3,9 @@
 use std::sync::Arc;
 
 use anyhow::Result;
-use ppnpack_model::accuracy::Accuracies;
 use ppnpack_model::card::ModelCard;
 use ppnpack_model::report::TrainingEvent;
-use ppnpack_model::settings::{Device, MeasurementRequest, TrainingRequest};
+use ppnpack_model::settings::{Device, TrainingRequest};
 use ppnpack_model::weights::Model;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::Item;
@@ -55,15 +54,4 @@ pub trait Backend: Sync {
         request: &TrainingRequest,
         watch: &mut dyn FnMut(TrainingEvent),
     ) -> Result<ModelCard>;
-
-    /// How often a model has the optimum among its best-scored placements, on a dataset's test split.
-    ///
-    /// # Errors
-    /// Why it cannot be measured here.
-    fn measure(
-        &self,
-        model: &Model,
-        request: &MeasurementRequest,
-        watch: &mut dyn FnMut(TrainingEvent),
-    ) -> Result<Accuracies>;
 }

@@ -43,27 +43,12 @@ const SIZE: Quantity = Quantity {
     example: "500MB or 1GiB",
 };
 
-const FORCE: Quantity = Quantity {
-    name: "force",
-    units: &[("N", 1.0), ("", 1.0)],
-    use_units: "N",
-    example: "20N",
-};
-
 /// Parses a time such as `20ms` or `1s`, of at least 0; gives seconds.
 ///
 /// # Errors
 /// What is wrong with it, in words.
 pub(crate) fn parse_time(text: &str) -> Result<f64, String> {
     TIME.parse(text)
-}
-
-/// Parses a force such as `20N` or `20`, of at least 0; gives newtons.
-///
-/// # Errors
-/// What is wrong with it, in words.
-pub(crate) fn parse_force(text: &str) -> Result<f64, String> {
-    FORCE.parse(text)
 }
 
 /// Parses a longer time such as `10min`, above 0.
@@ -114,13 +99,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_and_forces_are_read_with_their_units() {
+    fn times_are_read_with_their_units() {
         assert_eq!(parse_time("250ms"), Ok(0.25));
         assert_eq!(parse_time(" 2s "), Ok(2.0));
         assert_eq!(parse_time("0s"), Ok(0.0));
-        assert_eq!(parse_force("20N"), Ok(20.0));
-        assert_eq!(parse_force(" 0.5 "), Ok(0.5));
-        assert_eq!(parse_force("0"), Ok(0.0));
     }
 
     #[test]
@@ -148,18 +130,8 @@ mod tests {
             ("1.2.3s", "no time"),
             ("1e999s", "no time"),
         ];
-        let forces = [
-            ("5kg", "unit"),
-            ("-5N", "negative"),
-            ("N", "no force"),
-            ("1e999", "no force"),
-        ];
         for (text, named) in times {
             let refused = parse_time(text).unwrap_err();
-            assert!(refused.contains(named), "{text}: {refused}");
-        }
-        for (text, named) in forces {
-            let refused = parse_force(text).unwrap_err();
             assert!(refused.contains(named), "{text}: {refused}");
         }
     }

@@ -1,9 +1,43 @@
 //! The sequences that an experiment packs.
 
+use std::ops::Range;
+use std::path::PathBuf;
+
+use clap::Args;
+use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_cli::failure::{Failure, Outcome};
 use ppnpack_cli::sequence::{Sequence, SequenceFile};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+
+/// Which sequences of a file are packed; the first one and their number where nothing is said.
+#[derive(Debug, Args)]
+pub(crate) struct SequenceOptions<const FIRST: u32, const CASES: u32> {
+    /// A .npy file of sequences, int64 [sequences, length], of object indices
+    #[arg(long, value_name = "FILE")]
+    sequences: PathBuf,
+
+    /// The first sequence
+    #[arg(long, value_name = "NUMBER", default_value_t = FIRST)]
+    pub(crate) first: u32,
+
+    /// How many sequences
+    #[arg(long, value_name = "COUNT", default_value_t = CASES, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) cases: u32,
+}
+
+impl<const FIRST: u32, const CASES: u32> SequenceOptions<FIRST, CASES> {
+    /// The sequences, of a catalogue's objects.
+    pub(crate) fn read(&self, catalogue: &Catalogue) -> Outcome<Vec<Case>> {
+        let file = SequenceFile::read(&self.sequences, catalogue)?;
+        cases(&file, self.first, self.cases)
+    }
+
+    /// The number of the last one.
+    pub(crate) fn last(&self) -> u64 {
+        u64::from(self.first) + u64::from(self.cases) - 1
+    }
+}
 
 /// A sequence, by its number in the file.
 pub(crate) struct Case {
@@ -33,17 +67,18 @@ pub(crate) fn cases(sequences: &SequenceFile, first: u32, count: u32) -> Outcome
 /// for both no network is tried on sequences that it learnt from.
 const FIRST_STREAM: u64 = 1 << 32;
 
-/// `count` random sequences of objects numbered below `objects`, each as likely as any other; they depend on the seed and their
-/// number alone.
-pub(crate) fn draw(seed: u64, count: u32, length: u32, objects: usize) -> Vec<Sequence> {
-    let sequences = (0..u64::from(count)).map(|case| {
+/// Random sequences of these numbers, of objects numbered below `objects`, each as likely as any other; they depend on the seed and
+/// their number alone.
+pub(crate) fn draw(seed: u64, numbers: Range<u32>, length: u32, objects: usize) -> Vec<Case> {
+    let sequences = numbers.map(|number| {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        random.set_stream(FIRST_STREAM + case);
+        random.set_stream(FIRST_STREAM + u64::from(number));
         let drawn = (0..length).map(|_| random.random_range(0..objects.max(1)));
-        Sequence {
-            from: format!("sequence {case} of seed {seed}"),
+        let sequence = Sequence {
+            from: format!("sequence {number} of seed {seed}"),
             objects: drawn.collect(),
-        }
+        };
+        Case { number, sequence }
     });
     sequences.collect()
 }
@@ -66,7 +101,7 @@ mod tests {
             windows.any(|window| window == part)
         };
         assert!(is_learnt(&learnt[7][3..3 + SHARED]));
-        for sequence in draw(0, 20, 50, 50) {
+        for Case { sequence, .. } in draw(0, 0..20, 50, 50) {
             assert!(
                 !sequence.objects.windows(SHARED).any(is_learnt),
                 "{}",
@@ -77,11 +112,15 @@ mod tests {
 
     #[test]
     fn sequences_differ_by_seed_and_number_and_repeat() {
-        let objects = |seed| draw(seed, 3, 50, 77).into_iter().map(|drawn| drawn.objects);
+        let all = |seed| draw(seed, 0..3, 50, 77).into_iter();
+        let objects = |seed| all(seed).map(|drawn| drawn.sequence.objects);
         let [first, second, third]: [Vec<usize>; 3] =
             objects(1).collect::<Vec<_>>().try_into().unwrap();
         assert!(first != second && second != third && first != third);
         assert!(objects(1).next() == Some(first.clone()));
         assert!(objects(2).next() != Some(first));
+        // A range is a part of the whole.
+        let part = draw(1, 1..2, 50, 77);
+        assert_eq!(part[0].sequence.objects, second);
     }
 }

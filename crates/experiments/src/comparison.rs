@@ -1,4 +1,4 @@
-//! Several methods on the same sequences, in one cell: what table 1, table 4 and the Pareto charts have in common.
+//! Several methods on the same sequences, in one cell: what the paper's tables, its figure and the Pareto charts have in common.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -7,12 +7,11 @@ use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::shape_class::ShapeClass;
 use ppnpack_chart::{Interval, PlotPoint};
-use ppnpack_cli::failure::{Failure, Outcome};
+use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{
     CatalogueOptions, Conditions, Network, PhysicsOptions, Simulated, parse_stability,
 };
-use ppnpack_cli::sequence::{Sequence, SequenceFile};
 use ppnpack_cli::simulation::simulate;
 use ppnpack_model::weights::Model;
 use ppnpack_packing::episode::{Episode, Play};
@@ -25,13 +24,12 @@ use ppnpack_physics::packing_cell::SimulatedPackingCell;
 use ppnpack_physics::view::CameraSettings;
 use serde::{Deserialize, Serialize};
 
+use crate::cases::Case;
 use crate::document;
 use crate::method::{cell_for, sdfm};
 use crate::network::NetworkOptions;
-use crate::origin;
-use crate::runs::{Part, Runs, hash};
+use crate::runs::{Runs, RunsOptions, hash};
 use crate::statistics::Mean;
-use crate::workers;
 
 /// What all comparisons are told.
 #[derive(Debug, Args)]
@@ -57,17 +55,8 @@ pub(crate) struct ComparisonOptions {
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
     pub(crate) seed: u64,
 
-    /// Sequences packed at once; one per core at most, so that decision times stay those of a free core
-    /// [default: one per core]
-    #[arg(long, value_name = "COUNT")]
-    workers: Option<usize>,
-}
-
-impl ComparisonOptions {
-    pub(crate) fn workers(&self) -> usize {
-        let cores = workers::default_count();
-        self.workers.unwrap_or(cores).clamp(1, cores)
-    }
+    #[command(flatten)]
+    pub(crate) runs: RunsOptions,
 }
 
 /// What all runs of a comparison share.
@@ -91,33 +80,17 @@ pub(crate) struct Comparison<'a> {
     pub(crate) model: Result<Model, String>,
 }
 
-/// A row of one of the paper's tables; `P` is what the paper reports of it: seconds, cm³, percent, items, where nothing else is said.
-pub(crate) struct Row<P = [f64; 4]> {
+/// A row of one of the paper's tables.
+pub(crate) struct Row {
+    /// What it is asked for by.
+    pub(crate) key: &'static str,
     pub(crate) name: &'static str,
     pub(crate) heuristic: Heuristic,
     pub(crate) order: Order,
     /// Where its proposals come from.
     pub(crate) proposals: RowProposals,
-    /// What the paper reports.
-    pub(crate) paper: P,
-}
-
-impl<P> Row<P> {
-    /// An exhaustive search.
-    pub(crate) const fn all(
-        name: &'static str,
-        heuristic: Heuristic,
-        order: Order,
-        paper: P,
-    ) -> Self {
-        Self {
-            name,
-            heuristic,
-            order,
-            proposals: RowProposals::All,
-            paper,
-        }
-    }
+    /// What the paper reports: seconds, cm³, percent, items.
+    pub(crate) paper: Option<[f64; 4]>,
 }
 
 /// Where the proposals of a row come from.
@@ -127,33 +100,8 @@ pub(crate) enum RowProposals {
     All,
     /// The network proposes.
     Network,
-    /// A few are tried, as in the published code.
+    /// A few are tried.
     Tries,
-}
-
-/// The results of a table.
-#[derive(Debug, Serialize)]
-pub(crate) struct Results<'a, L> {
-    machine: String,
-    pub(crate) workers: usize,
-    /// How many objects there are, where that is not the paper's number.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) objects: Option<usize>,
-    #[serde(serialize_with = "document::with_version")]
-    pub(crate) settings: &'a Setting,
-    /// Why the network's rows are missing, where they are.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    without_network: Option<String>,
-    pub(crate) lines: Vec<L>,
-}
-
-impl<L> Results<'_, L> {
-    pub(crate) fn missing(&self) -> String {
-        let reason = self.without_network.as_ref();
-        reason.map_or_else(String::new, |reason| {
-            format!("\nPPN-Pack is missing: {reason}.\n")
-        })
-    }
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -201,7 +149,7 @@ pub(crate) struct Means {
     pub(crate) steps_widened: usize,
     pub(crate) voxels_cm3: Mean,
     pub(crate) meshes_cm3: Mean,
-    /// By the floor times the greatest height, as in the paper's published code.
+    /// By the floor times the greatest height, after the paper's published code.
     pub(crate) floor_compactness_percent: Mean,
     /// By the minimum bounding box of what was packed, as in the paper's text.
     pub(crate) box_compactness_percent: Mean,
@@ -254,31 +202,17 @@ impl<'a> Comparison<'a> {
         self.model.as_ref().err().cloned()
     }
 
-    /// The first sequences of a .npy file.
-    pub(crate) fn sequences(&self, file: &Path, cases: u32) -> Outcome<Vec<Sequence>> {
-        let sequences = SequenceFile::read(file, &self.catalogue)?;
-        let cases = cases as usize;
-        if cases > sequences.count() {
-            return Err(Failure::input(format_args!(
-                "--cases {cases}: {} has {} sequences",
-                file.display(),
-                sequences.count()
-            )));
-        }
-        (0..cases).map(|case| sequences.get(case)).collect()
-    }
-
     /// The rows of a table and their methods, but for the network's where that cannot be used.
-    pub(crate) fn contenders<'r, P>(
+    pub(crate) fn contenders<'r>(
         &self,
-        rows: impl IntoIterator<Item = &'r Row<P>>,
-    ) -> (Vec<&'r Row<P>>, Vec<Contender>) {
+        rows: impl IntoIterator<Item = &'r Row>,
+    ) -> (Vec<&'r Row>, Vec<Contender>) {
         let rows = rows.into_iter();
         rows.filter_map(|row| Some((row, self.contender(row)?)))
             .unzip()
     }
 
-    fn contender<P>(&self, row: &Row<P>) -> Option<Contender> {
+    fn contender(&self, row: &Row) -> Option<Contender> {
         let network = &self.options.network;
         let (name, proposals) = match (row.proposals, &self.model) {
             (RowProposals::All, _) => (row.name.to_owned(), ProposalSource::All),
@@ -297,15 +231,12 @@ impl<'a> Comparison<'a> {
         })
     }
 
-    pub(crate) fn results<L>(&self, objects: Option<usize>, lines: Vec<L>) -> Results<'_, L> {
-        Results {
-            machine: origin::machine(),
-            workers: self.options.workers(),
-            objects,
-            settings: &self.setting,
-            without_network: self.without_network(),
-            lines,
-        }
+    /// Why the network's rows are missing, where they are, as a paragraph.
+    pub(crate) fn missing(&self) -> String {
+        let reason = self.model.as_ref().err();
+        reason.map_or_else(String::new, |reason| {
+            format!("\nPPN-Pack is missing: {reason}.\n")
+        })
     }
 
     /// The network with the items that it is asked about, where it can be used.
@@ -314,46 +245,42 @@ impl<'a> Comparison<'a> {
         Some(self.options.network.of(self.backend, model, items))
     }
 
-    /// Packs all sequences with all methods, those first that come first; gives the runs by method, then sequence; `None` where only
-    /// a shard of them is made here. A killed comparison goes on with what is kept.
+    /// Packs all sequences with all methods, those first that come first; gives the runs by method, then sequence. A killed comparison
+    /// goes on with what is kept.
     pub(crate) fn pack(
         &self,
         contenders: &[Contender],
-        sequences: &[Sequence],
-        part: &Part,
-    ) -> Outcome<Option<Vec<Vec<Run>>>> {
-        let runs = Runs::new(&part.runs, &self.setting)?;
+        cases: &[Case],
+        kept: &Path,
+    ) -> Outcome<Vec<Vec<Run>>> {
+        let kept = Runs::new(kept, &self.setting)?;
         let items = self.catalogue.items();
         let network = self.network(&items);
-        let mut jobs = Vec::new();
-        for (case, sequence) in part.of(sequences.iter().enumerate()) {
-            jobs.extend(contenders.iter().map(|it| (case, sequence, it)));
-        }
-        let pack = |(case, sequence, contender): &(usize, &Sequence, &Contender)| {
-            let is_right = |run: &Run| run.objects == sequence.objects;
-            runs.finish(&name(contender, *case)?, is_right, || {
-                self.pack_one(contender, sequence, *case, network)
+        let jobs = cases
+            .iter()
+            .flat_map(|case| contenders.iter().map(move |contender| (case, contender)));
+        let jobs: Vec<(&Case, &Contender)> = jobs.collect();
+        let pack = |(case, contender): &(&Case, &Contender)| {
+            let is_right = |run: &Run| run.objects == case.sequence.objects;
+            kept.finish(&name(contender, case.number)?, is_right, || {
+                self.pack_one(contender, case, network)
             })
         };
-        let done = workers::map("Packing sequences", &jobs, self.options.workers(), pack)?;
-        let Some(done) = part.finish(&runs, done)? else {
-            return Ok(None);
-        };
+        let done = self.options.runs.make(&jobs, pack)?;
         let of_contender = |at| done.iter().skip(at).step_by(contenders.len()).cloned();
         let by_contender = (0..contenders.len()).map(|at| of_contender(at).collect());
-        Ok(Some(by_contender.collect()))
+        Ok(by_contender.collect())
     }
 
     /// Packs one sequence with one method; gives the episode and the cell as it was left.
     pub(crate) fn simulate(
         &self,
         contender: &Contender,
-        sequence: &Sequence,
-        case: usize,
+        Case { number, sequence }: &Case,
         network: Option<Network<'_>>,
     ) -> Outcome<(Episode, SimulatedPackingCell)> {
         let setting = &self.setting;
-        let seed = setting.seed.wrapping_add(case as u64);
+        let seed = setting.seed.wrapping_add(u64::from(*number));
         let proposals = contender.proposals.clone();
         let method = Method {
             heuristic: contender.heuristic,
@@ -379,12 +306,11 @@ impl<'a> Comparison<'a> {
     fn pack_one(
         &self,
         contender: &Contender,
-        sequence: &Sequence,
-        case: usize,
+        case: &Case,
         network: Option<Network<'_>>,
     ) -> Outcome<Run> {
         let setting = &self.setting;
-        let (episode, _) = self.simulate(contender, sequence, case, network)?;
+        let (episode, _) = self.simulate(contender, case, network)?;
         let height = episode.scene.heightmap().max();
         let steps = &episode.steps;
         let mean = |stage: fn(&Timings) -> std::time::Duration| {
@@ -392,7 +318,7 @@ impl<'a> Comparison<'a> {
             total.as_secs_f64() / steps.len().max(1) as f64
         };
         Ok(Run {
-            objects: sequence.objects.clone(),
+            objects: case.sequence.objects.clone(),
             decision_s: episode.mean_decision_s(),
             propose_s: mean(|timings| timings.propose),
             evaluate_s: mean(|timings| timings.evaluate),
@@ -414,8 +340,8 @@ impl Setting {
     /// How sequences were packed, in words; `workers` at once.
     pub(crate) fn in_words(&self, workers: usize) -> String {
         format!(
-            "buffer {}, {} stability test, {} scan. Machine: {}; {workers} sequences at once, each on one core. Intervals \
-             are 95 % confidence intervals over the sequences, by Student's t",
+            "buffer {}, {} stability test, {} scan; {workers} sequences at once, each on one core. Intervals are 95 % confidence \
+             intervals over the sequences, by Student's t",
             self.buffer,
             document::name_of(&self.stability),
             match &self.simulated.camera {
@@ -423,7 +349,6 @@ impl Setting {
                 Some(_) => "two cameras in place of a".to_owned(),
                 None => document::name_of(&self.simulated.scan),
             },
-            origin::machine(),
         )
     }
 
@@ -482,7 +407,7 @@ pub(crate) fn ratio_percent(runs: &[Run], others: &[Run], value: fn(&Run) -> f64
 
 /// What the tables say of compactness.
 pub(crate) const COMPACTNESS: &str = "Compactness is the volume of the packed items over the floor times the greatest height, \
-    as in the paper's published code, or over the minimum bounding box of what was packed, as in its text.";
+    after the paper's published code, whose scan is from before the last placement, or over the minimum bounding box of what was packed, as in its text.";
 
 /// What the tables say of the share K.
 pub(crate) const SHARE: &str =
@@ -508,7 +433,7 @@ pub(crate) fn point(label: &str, x: &Mean, y: &Mean) -> PlotPoint {
 }
 
 /// The name of a run's file: readable, and another one for another method.
-fn name(contender: &Contender, case: usize) -> Outcome<String> {
+fn name(contender: &Contender, case: u32) -> Outcome<String> {
     let letters = contender.name.to_ascii_lowercase();
     let letters = letters.replace(|letter: char| !letter.is_ascii_alphanumeric(), "-");
     Ok(format!("{letters}-{}-{case:05}", hash(contender, 8)?))

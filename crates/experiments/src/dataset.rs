@@ -12,6 +12,7 @@ use ppnpack_dataset::{
 };
 use ppnpack_packing::episode::Play;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
+use ppnpack_packing::objective::Weights;
 use serde::Serialize;
 
 use crate::method::{cell_for, sdfm};
@@ -88,6 +89,14 @@ pub struct DatasetArguments {
     #[arg(long, value_name = "DIR", default_value = "out/dataset")]
     out: PathBuf,
 
+    /// Where --cases begin
+    #[arg(long, value_name = "NUMBER", default_value_t = 0, requires = "cases")]
+    first: u32,
+
+    /// Play so many of all sequences alone; the same command without this, in a folder with the files of all, makes the dataset
+    #[arg(long, value_name = "COUNT")]
+    cases: Option<u32>,
+
     /// Print a summary as JSON instead of a line
     #[arg(long)]
     json: bool,
@@ -122,7 +131,15 @@ pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
         let played = play(*sequence, &catalogue, &settings, &simulated, stability)?;
         writer.add(&played).or_run()
     };
-    workers::map("Playing sequences", &writer.missing(), workers, add)?;
+    let mut missing = writer.missing();
+    if let Some(cases) = arguments.cases {
+        let range = arguments.first..arguments.first.saturating_add(cases);
+        missing.retain(|sequence| range.contains(sequence));
+    }
+    workers::map("Playing sequences", &missing, workers, add)?;
+    if arguments.cases.is_some() {
+        return print_range(arguments, missing.len());
+    }
     print(arguments, &writer.finish().or_run()?)
 }
 
@@ -131,7 +148,7 @@ fn settings(
     catalogue: &Catalogue,
     simulated: &Simulated,
 ) -> Outcome<Settings> {
-    let method = Method::default();
+    let method = Method::published();
     Ok(Settings {
         format_version: FORMAT_VERSION,
         package_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -141,7 +158,7 @@ fn settings(
         expert: ExpertSettings {
             heuristic: method.heuristic,
             order: method.order,
-            weights: method.weights,
+            weights: Weights::default(),
             stability: document::name_of(&arguments.stability),
             buffer: arguments.buffer,
         },
@@ -224,7 +241,7 @@ fn play(
     let method = Method {
         heuristic: expert.heuristic,
         order: expert.order,
-        weights: expert.weights,
+        weights: Some(expert.weights),
         ..sdfm(ProposalSource::All, stability, buffer, drawn.seed)
     };
     let mut simulated = simulated.clone();
@@ -250,6 +267,16 @@ fn play(
     recorder
         .finish()
         .map_err(|error| Failure::Run(anyhow::anyhow!("sequence {sequence}: {error}")))
+}
+
+fn print_range(arguments: &DatasetArguments, played: usize) -> Outcome {
+    if arguments.json {
+        return Ok(print_json(&serde_json::json!({ "played": played }))?);
+    }
+    let folder = arguments.out.display();
+    Ok(print_line(&format!(
+        "{folder}: {played} sequences were played; the same command without --cases makes the dataset"
+    ))?)
 }
 
 fn print(arguments: &DatasetArguments, dataset: &Dataset) -> Outcome {

@@ -1,14 +1,11 @@
-//! `ppnpack experiment`: the paper's tables, tests of the engine's models, how accurate each part is.
+//! `ppnpack experiment`: the paper's tables, tests of the engine's models, how accurate heightmaps are.
 
 use clap::{Args, Subcommand};
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
 
-use crate::accuracy::{calibration, heightmap, inspection, recognition};
-use crate::arm::{holding, oracle, proposals};
 use crate::{
-    boxes, figure5, filling, loads, merge, network_accuracy, pareto, physical, stability, stream,
-    table1, table2, table3, table4, transfer, tune, value,
+    boxes, figure5, filling, heightmap, loads, pareto, physical, stream, table3, tables, value,
 };
 
 /// Reproduce the paper's tables and test the engine's models.
@@ -20,22 +17,16 @@ pub struct ExperimentArguments {
 
 #[derive(Debug, Subcommand)]
 enum Experiment {
-    /// Put the runs of all shards of an experiment together
-    Merge(merge::MergeArguments),
     /// Packing heuristics compared: compactness, volume, items and decision time (Table I of the paper)
-    Table1(table1::Table1Arguments),
+    Table1(tables::Table1Arguments),
     /// Objects of regular and of irregular shape (Table II of the paper, whose objects are not published)
-    Table2(table2::Table2Arguments),
+    Table2(tables::Table2Arguments),
     /// How often the network finds the optimum, and what that owes to (Table III of the paper)
     Table3(table3::Table3Arguments),
-    /// How often a network that was trained before finds the optimum, by each question of Table III
-    Network(network_accuracy::NetworkArguments),
     /// The same objects packed by each heuristic, as pictures side by side (Figure 5 of the paper)
     Figure5(figure5::Figure5Arguments),
     /// Objects that the network was not trained on (Table IV of the paper)
-    Table4(table4::Table4Arguments),
-    /// How often the network finds the optimum on grids that it was not trained on
-    Transfer(transfer::TransferArguments),
+    Table4(tables::Table4Arguments),
     /// Boxes packed one by one into a bin of 10 x 10 x 10, beside published results
     Boxes(boxes::BoxesArguments),
     /// Decision time against packed volume, for every way to propose placements, on several grids
@@ -46,28 +37,12 @@ enum Experiment {
     Stream(Box<stream::StreamArguments>),
     /// What items carry, measured in the cell, against what they may carry and what was estimated, for several margins
     Loads(loads::LoadsArguments),
-    /// The weights of the objective, tuned by CMA-ES with tried placements on sequences that no table uses
-    Tune(tune::TuneArguments),
     /// The value of what a placement leaves, learned from packings on sequences that no table uses
     Value(value::ValueArguments),
     /// The paper's robot cell, simulated with its sensors: a tray, an arm, recognition, noise
     Physical(physical::PhysicalArguments),
-    /// Both stability tests against what the simulated cell does
-    Stability(stability::StabilityArguments),
     /// How well heightmaps of a simulated depth camera agree with the truth
     Heightmap(heightmap::HeightmapArguments),
-    /// How well calibrations of a simulated depth camera agree with the truth, and what is refused
-    Calibration(calibration::CalibrationArguments),
-    /// How well objects are recognised in simulated views, and how many others are called unknown
-    Recognition(recognition::RecognitionArguments),
-    /// How often an inspection tells what became of a placed item, in simulated views
-    Inspection(inspection::InspectionArguments),
-    /// Which household objects the built-in grippers can hold, and where
-    Holding,
-    /// The arm's check against brute force: unsafe placements accepted, safe ones refused
-    Oracle(oracle::OracleArguments),
-    /// Where pruned proposals pay with an arm: decision time, volume and checks of each source of proposals
-    Proposals(proposals::ProposalsArguments),
 }
 
 pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Outcome {
@@ -76,29 +51,18 @@ pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Out
         backend
     };
     match &arguments.experiment {
-        Experiment::Merge(arguments) => merge::run(arguments),
-        Experiment::Table1(arguments) => table1::run(arguments, prepared()),
-        Experiment::Table2(arguments) => table2::run(arguments, prepared()),
+        Experiment::Table1(arguments) => tables::table1(arguments, prepared()),
+        Experiment::Table2(arguments) => tables::table2(arguments, prepared()),
         Experiment::Table3(arguments) => table3::run(arguments, prepared()),
-        Experiment::Network(arguments) => network_accuracy::run(arguments, prepared()),
         Experiment::Figure5(arguments) => figure5::run(arguments, prepared()),
-        Experiment::Table4(arguments) => table4::run(arguments, prepared()),
-        Experiment::Transfer(arguments) => transfer::run(arguments, prepared()),
+        Experiment::Table4(arguments) => tables::table4(arguments, prepared()),
         Experiment::Boxes(arguments) => boxes::run(arguments),
         Experiment::Pareto(arguments) => pareto::run(arguments, prepared()),
         Experiment::Filling(arguments) => filling::run(arguments),
         Experiment::Stream(arguments) => stream::run(arguments),
         Experiment::Loads(arguments) => loads::run(arguments),
-        Experiment::Tune(arguments) => tune::run(arguments),
         Experiment::Value(arguments) => value::run(arguments),
         Experiment::Physical(arguments) => physical::run(arguments, prepared()),
-        Experiment::Stability(arguments) => stability::run(arguments),
         Experiment::Heightmap(arguments) => heightmap::run(arguments),
-        Experiment::Calibration(arguments) => calibration::run(arguments),
-        Experiment::Recognition(arguments) => recognition::run(arguments),
-        Experiment::Inspection(arguments) => inspection::run(arguments),
-        Experiment::Holding => holding::run(),
-        Experiment::Oracle(arguments) => oracle::run(arguments),
-        Experiment::Proposals(arguments) => proposals::run(arguments),
     }
 }

@@ -8,17 +8,17 @@ use ppnpack_cli::failure::{Failure, OrRun, Outcome};
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::Network;
 use ppnpack_cli::report::Content;
-use ppnpack_cli::sequence::{Sequence, SequenceFile};
+use ppnpack_cli::sequence::SequenceFile;
 use ppnpack_files::write_whole;
 use ppnpack_packing::episode::Episode;
 use ppnpack_packing::grid::Grid;
 use ppnpack_picture::{Column, Image, PictureError, Size, gallery};
 use serde::Serialize;
 
-use crate::comparison::{Comparison, Contender, Results};
-use crate::document::{self, Answer, Document};
-use crate::table::TableOptions;
-use crate::{table1, workers};
+use crate::cases::Case;
+use crate::comparison::{Comparison, Contender, Setting};
+use crate::document;
+use crate::tables::{TABLE_1, TableOptions};
 
 /// The width of a picture, in pixels.
 const WIDTH_PX: u32 = 360;
@@ -37,10 +37,6 @@ pub(crate) struct Figure5Arguments {
     /// How many of its objects, from the first; the paper shows packings of 25
     #[arg(long, value_name = "COUNT", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..))]
     length: u32,
-
-    /// Where report.html, figure5.png, figure5.md and figure5.json are written
-    #[arg(long, value_name = "DIR", default_value = "out/figure5")]
-    out: PathBuf,
 
     #[command(flatten)]
     table: TableOptions,
@@ -63,59 +59,33 @@ struct Packed {
     pictures: [Image; 2],
 }
 
+#[derive(Debug, Serialize)]
+struct Results<'a> {
+    settings: &'a Setting,
+    lines: Vec<Line>,
+}
+
 pub(crate) fn run(arguments: &Figure5Arguments, backend: &dyn Backend) -> Outcome {
-    let comparison = arguments.table.comparison(backend)?;
-    let sequence = sequence(arguments, &comparison)?;
-    let (_, contenders) = comparison.contenders(&table1::ROWS);
+    let table = &arguments.table;
+    let comparison = table.comparison(backend)?;
+    let case = case(arguments, &comparison)?;
+    let (_, contenders) = table.contenders(&TABLE_1, &comparison);
     let items = comparison.catalogue.items();
     let network = comparison.network(&items);
-    let case = arguments.sequence as usize;
-    let pack = |contender: &_| packed(&comparison, contender, &sequence, case, network);
-    let workers = arguments.table.comparison.workers();
-    let packed = workers::map("Packing", &contenders, workers, pack)?;
+    let pack = |contender: &Contender| packed(&comparison, contender, &case, network);
+    let packed = table.comparison.runs.make(&contenders, pack)?;
 
-    let folder = &arguments.out;
     let title = title(arguments);
     let columns: Vec<Column> = packed.iter().map(column).collect();
     let sheet = gallery(&title, &columns).or_run()?.to_png().or_run()?;
-    write_whole(&folder.join("figure5.png"), &sheet)?;
+    write_whole(&table.out.folder("figure5").join("figure5.png"), &sheet)?;
     let lines = packed.into_iter().map(|packed| packed.line);
-    let results = comparison.results(None, lines.collect());
-    let document = Document {
-        name: "figure5",
-        answer: Answer {
-            question: "What do the methods make of the same objects?",
-            text: answer(&results),
-            picture: "figure5.png".to_owned(),
-        },
-        results: &results,
-        asked: arguments,
-        measured: &["lines"],
-        markdown: markdown(&results, &title),
+    let results = Results {
+        settings: &comparison.setting,
+        lines: lines.collect(),
     };
-    document.publish(folder, arguments.table.json)
-}
-
-/// Which method packs them most compactly, and which least.
-fn answer(results: &Results<'_, Line>) -> String {
-    let mut lines: Vec<&Line> = results.lines.iter().collect();
-    let compactness = |line: &Line| line.floor_compactness_percent;
-    lines.sort_by(|one, other| compactness(other).total_cmp(&compactness(one)));
-    let told = |line: &Line| {
-        format!(
-            "{} packs {} items to a compactness of {:.1} % by the floor, {:.1} cm high",
-            line.method, line.items, line.floor_compactness_percent, line.height_cm
-        )
-    };
-    match lines.as_slice() {
-        [] => "Nothing was packed.".to_owned(),
-        [one] => format!("{}.", told(one)),
-        [best, .., least] => format!(
-            "Most compact: {}. Least: {}. It is one sequence alone; table 1 says which is better.",
-            told(best),
-            told(least)
-        ),
-    }
+    let text = markdown(&results, &title) + &comparison.missing();
+    table.out.publish("figure5", &results, &text)
 }
 
 /// Which objects are packed.
@@ -130,7 +100,7 @@ fn title(arguments: &Figure5Arguments) -> String {
 }
 
 /// The first objects of the sequence that was asked for.
-fn sequence(arguments: &Figure5Arguments, comparison: &Comparison<'_>) -> Outcome<Sequence> {
+fn case(arguments: &Figure5Arguments, comparison: &Comparison<'_>) -> Outcome<Case> {
     let file = &arguments.sequences;
     let sequences = SequenceFile::read(file, &comparison.catalogue)?;
     let (number, length) = (arguments.sequence as usize, arguments.length as usize);
@@ -150,17 +120,19 @@ fn sequence(arguments: &Figure5Arguments, comparison: &Comparison<'_>) -> Outcom
         )));
     }
     sequence.objects.truncate(length);
-    Ok(sequence)
+    Ok(Case {
+        number: arguments.sequence,
+        sequence,
+    })
 }
 
 fn packed(
     comparison: &Comparison<'_>,
     contender: &Contender,
-    sequence: &Sequence,
-    case: usize,
+    case: &Case,
     network: Option<Network<'_>>,
 ) -> Outcome<Packed> {
-    let (episode, cell) = comparison.simulate(contender, sequence, case, network)?;
+    let (episode, cell) = comparison.simulate(contender, case, network)?;
     let contents = cell.contents().into_iter();
     let contents: Vec<_> = contents
         .map(|(arrival, body)| (arrival, Content::from(body)))
@@ -206,7 +178,7 @@ fn column(packed: &Packed) -> Column {
     }
 }
 
-fn markdown(results: &Results<'_, Line>, title: &str) -> String {
+fn markdown(results: &Results<'_>, title: &str) -> String {
     let settings = results.settings;
     let mut text = format!(
         "# Figure 5: the same objects, packed by each method\n\n{title}; {}, buffer {}, {} stability test. One sequence says little of the methods: see table 1.\n\n\
@@ -226,5 +198,5 @@ fn markdown(results: &Results<'_, Line>, title: &str) -> String {
             line.height_cm
         );
     }
-    text + &results.missing()
+    text
 }

@@ -11,15 +11,14 @@ use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_cli::options::{CatalogueOptions, ViewOptions};
-use ppnpack_cli::sequence::{Sequence, SequenceFile};
+use ppnpack_cli::sequence::Sequence;
 use ppnpack_packing::episode::{Observer, Play, play};
 use ppnpack_physics::outcome::is_unsteady;
 use serde::{Deserialize, Serialize};
 
-use crate::cases::{Case, cases};
-use crate::document::{self, Answer, Document};
-use crate::runs::{Part, Runs, ShardOptions, hash};
-use crate::workers;
+use crate::cases::{Case, SequenceOptions};
+use crate::document::{self, OutOptions};
+use crate::runs::{Runs, RunsOptions, hash};
 use apart::{Apart, Physics};
 pub(crate) use bench::{Bench, catalogue};
 use results::{Results, Table};
@@ -32,17 +31,8 @@ pub(crate) struct FillingArguments {
     #[command(flatten)]
     catalogue: CatalogueOptions,
 
-    /// A .npy file of sequences, int64 [sequences, length], of object indices
-    #[arg(long, value_name = "FILE")]
-    sequences: PathBuf,
-
-    /// The first sequence
-    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
-    first: u32,
-
-    /// How many sequences
-    #[arg(long, value_name = "COUNT", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
-    cases: u32,
+    #[command(flatten)]
+    sequences: SequenceOptions<0, 100>,
 
     /// What is compared
     #[arg(long, value_enum, default_value_t = Comparison::Stages)]
@@ -70,20 +60,11 @@ pub(crate) struct FillingArguments {
     #[command(flatten)]
     view: ViewOptions,
 
-    /// Sequences packed at once, by default one per core
-    #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
-    workers: usize,
-
-    /// Where report.html, the document (filling.md, effort.md, limits.md or views.md), its figures and its chart are written
-    #[arg(long, value_name = "DIR", default_value = "out/filling")]
-    out: PathBuf,
+    #[command(flatten)]
+    runs: RunsOptions,
 
     #[command(flatten)]
-    runs: ShardOptions,
-
-    /// Print the results as JSON instead of a table
-    #[arg(long)]
-    json: bool,
+    out: OutOptions,
 }
 
 /// One packed sequence.
@@ -112,72 +93,42 @@ pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
         .into_iter()
         .map(|way| way.seen_by(&arguments.view))
         .collect();
-    let part = arguments.runs.part(&arguments.out);
     let compare = arguments.compare;
     let mut results = Results::new(compare.title(), &ways, arguments);
     for physics in &arguments.physics {
-        let packed = pack_all(arguments, &ways, &physics.apart(), &part)?;
-        let table = packed.map(|runs| Table::new(*physics, &ways, &runs));
-        results.tables.extend(table);
+        let runs = pack_all(arguments, &ways, &physics.apart())?;
+        results.tables.push(Table::new(*physics, &ways, &runs));
     }
-    if part.shard.is_some() {
-        return part.tell(arguments.json);
-    }
-    let (out, name) = (&arguments.out, compare.name());
+    let name = compare.name();
     let chart = match compare {
         Comparison::Stages | Comparison::Limits | Comparison::Views => results.steadiness(),
         Comparison::Efforts => results.times(),
     };
-    document::figure(out, name, chart.to_svg([760, 460]))?;
-    let document = Document {
-        name,
-        answer: Answer {
-            question: compare.question(),
-            text: results.answer(),
-            picture: format!("{name}.svg"),
-        },
-        results: &results,
-        asked: arguments,
-        measured: &["lines"],
-        markdown: results.markdown(),
-    };
-    document.publish(out, arguments.json)
+    let folder = arguments.out.folder(name);
+    document::figure(&folder, name, chart.to_svg([760, 460]))?;
+    arguments.out.publish(name, &results, &results.markdown())
 }
 
-/// Packs all sequences in all ways, those first that come first; gives the runs by way, then sequence; `None` where only a shard of
-/// them is made here.
-fn pack_all(
-    arguments: &FillingArguments,
-    ways: &[Way],
-    apart: &Apart,
-    part: &Part,
-) -> Outcome<Option<Vec<Vec<Run>>>> {
-    let mut of_ways = Vec::new();
-    for way in ways {
+/// Packs all sequences in all ways, those first that come first; gives the runs by way, then sequence.
+fn pack_all(arguments: &FillingArguments, ways: &[Way], apart: &Apart) -> Outcome<Vec<Vec<Run>>> {
+    let folder = &arguments
+        .runs
+        .folder(&arguments.out, arguments.compare.name());
+    let of_way = |way: &Way| {
         let catalogue = catalogue(&arguments.catalogue, way)?;
-        let sequences = SequenceFile::read(&arguments.sequences, &catalogue)?;
-        let cases = cases(&sequences, arguments.first, arguments.cases)?;
-        let kept = Runs::new(&part.runs, &(catalogue.content_hash(), way, apart))?;
-        let pack = |case: &Case| pack_kept(&kept, way, &catalogue, case, apart);
-        of_ways.push(part.make(&kept, &cases, arguments.workers, pack)?);
-    }
-    Ok(of_ways.into_iter().collect())
-}
-
-/// Packs a sequence, where that was not done before.
-pub(crate) fn pack_kept(
-    kept: &Runs,
-    way: &Way,
-    catalogue: &Catalogue,
-    Case { number, sequence }: &Case,
-    apart: &Apart,
-) -> Outcome<Run> {
-    let is_right = |run: &Run| run.objects == sequence.objects;
-    let name = format!("{}-{number:05}", hash(way, 16)?);
-    kept.finish(&name, is_right, || {
-        let seed = u64::from(*number);
-        pack(way, catalogue, sequence, seed, apart, &mut ())
-    })
+        let cases = arguments.sequences.read(&catalogue)?;
+        let kept = Runs::new(folder, &(catalogue.content_hash(), way, apart))?;
+        let pack = |Case { number, sequence }: &Case| {
+            let is_right = |run: &Run| run.objects == sequence.objects;
+            let name = format!("{}-{number:05}", hash(way, 16)?);
+            kept.finish(&name, is_right, || {
+                let seed = u64::from(*number);
+                pack(way, &catalogue, sequence, seed, apart, &mut ())
+            })
+        };
+        arguments.runs.make(&cases, pack)
+    };
+    ways.iter().map(of_way).collect()
 }
 
 /// Packs a sequence; the observer sees its steps.

@@ -1,4 +1,4 @@
-//! The commands that make and measure: training data, networks, the paper's tables, how accurate each part is.
+//! The commands that make and measure: training data, networks, the paper's tables, how accurate perception is.
 //!
 //! They are commands of `ppnpack`, which turns into this crate's program for them; see [`ppnpack_cli::launcher`].
 //!
@@ -11,8 +11,6 @@
 //! }
 //! ```
 
-mod accuracy;
-mod arm;
 mod boxes;
 mod cases;
 mod comparison;
@@ -21,30 +19,20 @@ mod document;
 mod experiment;
 mod figure5;
 mod filling;
+mod heightmap;
 mod loads;
-mod merge;
 mod method;
 mod network;
-mod network_accuracy;
 mod origin;
-mod page;
 mod pareto;
 mod physical;
 mod runs;
 mod scene;
-mod shard;
-mod shares;
-mod stability;
 mod statistics;
 mod stream;
-mod table;
-mod table1;
-mod table2;
 mod table3;
-mod table4;
+mod tables;
 mod train;
-mod transfer;
-mod tune;
 mod value;
 mod workers;
 

@@ -6,7 +6,6 @@ use ppnpack_cli::options::Simulated;
 use ppnpack_cli::simulation::empty_cell;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
-use ppnpack_packing::trial::TrialSettings;
 use ppnpack_physics::packing_cell::SimulatedPackingCell;
 
 /// SDF minimisation over all items of the buffer together.
@@ -19,10 +18,9 @@ pub(crate) fn sdfm(
     Method {
         proposals,
         stability,
-        trial: TrialSettings::off(),
         buffer,
         seed,
-        ..Method::default()
+        ..Method::published()
     }
 }
 

@@ -39,17 +39,6 @@ impl Origin {
         })
     }
 
-    /// Each part with its name.
-    pub(crate) fn parts(&self) -> [(&'static str, &str); 5] {
-        [
-            ("Command", &self.command),
-            ("Version", self.version),
-            ("Program (BLAKE3)", &self.program_blake3),
-            ("Machine", &self.machine),
-            ("Made", &self.made),
-        ]
-    }
-
     /// All of it in Markdown.
     pub(crate) fn in_words(&self) -> String {
         let (program, _) = self.program_blake3.split_at(16);
@@ -70,7 +59,7 @@ fn quoted(argument: &str) -> String {
 }
 
 /// The processor that figures were measured on.
-pub(crate) fn machine() -> String {
+fn machine() -> String {
     let cpus = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let mut lines = cpus.lines();
     let model = lines.find_map(|line| line.strip_prefix("model name")?.split(':').nth(1));

@@ -1,7 +1,5 @@
 //! `ppnpack experiment pareto`: decision time against packed volume, for every way to propose placements.
 
-use std::path::PathBuf;
-
 use clap::{Args, ValueEnum};
 use ppnpack_chart::{PointSeries, Scatter};
 use ppnpack_cli::failure::Outcome;
@@ -12,25 +10,19 @@ use ppnpack_packing::method::ProposalSource;
 use ppnpack_packing::objective::{Heuristic, Order};
 use serde::Serialize;
 
+use crate::cases::SequenceOptions;
 use crate::comparison::{
     Comparison, ComparisonOptions, Contender, Means, SHARE, Setting, WIDENED, point, ratio_percent,
 };
-use crate::document::{Answer, Document};
-use crate::origin;
-use crate::runs::{Part, ShardOptions};
+use crate::document::{self, OutOptions};
+use crate::scene;
 use crate::statistics::Mean;
-use crate::{document, scene};
 
 /// Packs test sequences on several grids with every source of proposals at several shares K.
 #[derive(Debug, Args)]
 pub(crate) struct ParetoArguments {
-    /// A .npy file of sequences, int64 [sequences, length], of object indices
-    #[arg(long, value_name = "FILE")]
-    sequences: PathBuf,
-
-    /// How many sequences, from the first
-    #[arg(long, value_name = "COUNT", default_value_t = 20, value_parser = clap::value_parser!(u32).range(2..))]
-    cases: u32,
+    #[command(flatten)]
+    sequences: SequenceOptions<0, 20>,
 
     /// The grids
     #[arg(
@@ -57,16 +49,8 @@ pub(crate) struct ParetoArguments {
     #[command(flatten)]
     comparison: ComparisonOptions,
 
-    /// Where report.html, pareto.md, pareto.json and the figures are written
-    #[arg(long, value_name = "DIR", default_value = "out/pareto")]
-    out: PathBuf,
-
     #[command(flatten)]
-    runs: ShardOptions,
-
-    /// Print the results as JSON instead of tables
-    #[arg(long)]
-    json: bool,
+    out: OutOptions,
 }
 
 /// A grid over the reference container.
@@ -96,9 +80,6 @@ impl GridOption {
     }
 }
 
-/// What counts as nearly all of the exhaustive search's volume, in percent.
-const NEARLY_PERCENT: f64 = 99.0;
-
 /// A way to propose on one grid.
 #[derive(Debug, Serialize)]
 struct Line {
@@ -115,14 +96,12 @@ struct Line {
 struct OfGrid {
     name: &'static str,
     key: &'static str,
-    #[serde(serialize_with = "document::with_version")]
     settings: Setting,
     lines: Vec<Line>,
 }
 
 #[derive(Debug, Serialize)]
 struct Results {
-    machine: String,
     workers: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     without_network: Option<String>,
@@ -131,78 +110,31 @@ struct Results {
 
 pub(crate) fn run(arguments: &ParetoArguments, backend: &dyn Backend) -> Outcome {
     let mut results = Results {
-        machine: origin::machine(),
-        workers: arguments.comparison.workers(),
+        workers: arguments.comparison.runs.workers(),
         without_network: None,
         grids: Vec::new(),
     };
-    let part = arguments.runs.part(&arguments.out);
     for option in &arguments.grids {
         let comparison = Comparison::new(&arguments.comparison, backend, option.grid()?)?;
         results.without_network = comparison.without_network();
-        let Some(of_grid) = compare(arguments, &part, *option, comparison)? else {
-            continue;
-        };
-        results.grids.push(of_grid);
-        // What is done is shown, even if a later grid is interrupted.
-        save(arguments, &results)?;
+        results.grids.push(compare(arguments, *option, comparison)?);
     }
-    if results.grids.is_empty() {
-        return part.tell(arguments.json);
-    }
-    document(arguments, &results).publish(&arguments.out, arguments.json)
+    draw(arguments, &results)?;
+    arguments
+        .out
+        .publish("pareto", &results, &markdown(&results))
 }
 
-fn document<'a>(arguments: &'a ParetoArguments, results: &'a Results) -> Document<'a, Results> {
-    Document {
-        name: "pareto",
-        answer: Answer {
-            question: "Which proposals pack as much in less time?",
-            text: answer(results),
-            picture: "pareto.svg".to_owned(),
-        },
-        results,
-        asked: arguments,
-        measured: &["lines"],
-        markdown: markdown(results),
-    }
-}
-
-/// On each grid the quickest way that packs nearly as much as the search of all placements.
-fn answer(results: &Results) -> String {
-    let of_grid = |grid: &OfGrid| {
-        let lines = grid.lines.iter();
-        let nearly = lines.filter(|line| line.mesh_volume_ratio_percent.mean >= NEARLY_PERCENT);
-        let decision_s = |line: &&Line| line.means.decision_s.mean;
-        let quickest = nearly.min_by(|one, other| decision_s(one).total_cmp(&decision_s(other)))?;
-        Some(format!(
-            "On {} that is {}, with {} ms an item, {} % of the exhaustive search's time.",
-            grid.name,
-            quickest.method,
-            quickest.means.decision_s.scaled(1e3).shown(2),
-            quickest.decision_ratio_percent.shown(1)
-        ))
-    };
-    let head = format!(
-        "Asked for is the quickest that packs at least {NEARLY_PERCENT} % of the exhaustive search's volume."
-    );
-    let of_grids = results.grids.iter().filter_map(of_grid);
-    let sentences: Vec<String> = std::iter::once(head).chain(of_grids).collect();
-    sentences.join(" ")
-}
-
-/// What a grid comes to; `None` where only a shard of its runs is made here.
+/// What a grid comes to.
 fn compare(
     arguments: &ParetoArguments,
-    part: &Part,
     option: GridOption,
     comparison: Comparison<'_>,
-) -> Outcome<Option<OfGrid>> {
-    let sequences = comparison.sequences(&arguments.sequences, arguments.cases)?;
+) -> Outcome<OfGrid> {
+    let cases = arguments.sequences.read(&comparison.catalogue)?;
     let contenders = contenders(arguments, &comparison);
-    let Some(packed) = comparison.pack(&contenders, &sequences, part)? else {
-        return Ok(None);
-    };
+    let kept = arguments.comparison.runs.folder(&arguments.out, "pareto");
+    let packed = comparison.pack(&contenders, &cases, &kept)?;
     let all = packed.first().map_or(&[][..], |runs| runs);
     let (key, name, ..) = option.parts();
     let lines = contenders.into_iter().zip(&packed);
@@ -213,12 +145,12 @@ fn compare(
         mesh_volume_ratio_percent: ratio_percent(runs, all, |run| run.meshes_m3),
         decision_ratio_percent: ratio_percent(runs, all, |run| run.decision_s),
     });
-    Ok(Some(OfGrid {
+    Ok(OfGrid {
         name,
         key,
         lines: lines.collect(),
         settings: comparison.setting,
-    }))
+    })
 }
 
 /// The exhaustive search first.
@@ -233,7 +165,6 @@ fn contenders(arguments: &ParetoArguments, comparison: &Comparison<'_>) -> Vec<C
     };
     let mut sources = vec![ProposalSource::All, ProposalSource::Bounded];
     sources.extend(percents().filter_map(network));
-    sources.extend(percents().map(|percent| ProposalSource::coarse(grid, percent, None, yaws)));
     sources.extend(percents().map(|percent| ProposalSource::Random { percent }));
     let contenders = sources.into_iter().map(|proposals| Contender {
         name: proposals.to_string(),
@@ -244,17 +175,15 @@ fn contenders(arguments: &ParetoArguments, comparison: &Comparison<'_>) -> Vec<C
     contenders.collect()
 }
 
-fn save(arguments: &ParetoArguments, results: &Results) -> Outcome {
-    let folder = &arguments.out;
+fn draw(arguments: &ParetoArguments, results: &Results) -> Outcome {
+    let folder = arguments.out.folder("pareto");
     let draw = |name: &str, grids: &[OfGrid]| {
-        document::figure(folder, name, scatter(grids).to_svg([900, 600]))
+        document::figure(&folder, name, scatter(grids).to_svg([900, 600]))
     };
     for grid in &results.grids {
         draw(&format!("pareto-{}", grid.key), std::slice::from_ref(grid))?;
     }
-    draw("pareto", &results.grids)?;
-    document(arguments, results).save(folder)?;
-    Ok(())
+    draw("pareto", &results.grids)
 }
 
 fn scatter(grids: &[OfGrid]) -> Scatter {

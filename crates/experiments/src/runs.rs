@@ -1,121 +1,49 @@
-//! Finished runs of an experiment, kept on disk so that a killed experiment goes on where it was.
+//! Finished runs of an experiment, kept on disk so that a killed experiment goes on where it was, and ranges of it are put together.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use ppnpack_cli::failure::{OrRun, Outcome};
+use ppnpack_files::write_whole;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use ppnpack_cli::failure::{OrRun, Outcome};
-use ppnpack_cli::output::{print_json, print_line};
-use ppnpack_files::write_whole;
-
-use crate::shard::Shard;
+use crate::document::OutOptions;
 use crate::workers;
 
-/// The settings of a folder of runs, beside them.
-pub(crate) const SETTINGS_FILE: &str = "settings.json";
-
-/// How the marks of finished shards end, beside the runs.
-pub(crate) const SHARD_EXTENSION: &str = "shard";
-
-/// Where finished runs are kept.
+/// Where finished runs are kept, and how many are made at once.
 #[derive(Debug, Args)]
-pub(crate) struct RunsOption {
-    /// Where finished sequences are kept, so that a killed run goes on [default: runs in --out]
+pub(crate) struct RunsOptions {
+    /// Where finished runs are kept, so that a killed experiment goes on, and one over a whole range takes over what was made of its
+    /// parts [default: runs in --out]
     #[arg(long, value_name = "DIR")]
     runs: Option<PathBuf>,
+
+    /// Runs made at once; one per core at most, so that decision times stay those of a free core [default: one per core]
+    #[arg(long, value_name = "COUNT")]
+    workers: Option<usize>,
 }
 
-impl RunsOption {
-    pub(crate) fn folder(&self, out: &Path) -> PathBuf {
-        self.runs.clone().unwrap_or_else(|| out.join("runs"))
-    }
-}
-
-/// Which runs are made here.
-#[derive(Debug, Args)]
-pub(crate) struct ShardOption {
-    /// Make every N-th run alone, from the I-th on, counted from 0, and no tables: `ppnpack experiment merge` puts the runs of all shards
-    /// together
-    #[arg(long, value_name = "I/N")]
-    shard: Option<Shard>,
-}
-
-impl ShardOption {
-    /// The part with its runs in this folder.
-    pub(crate) fn part(&self, runs: PathBuf) -> Part {
-        Part {
-            runs,
-            shard: self.shard,
-        }
-    }
-}
-
-/// Where finished runs are kept, and which of them are made here.
-#[derive(Debug, Args)]
-pub(crate) struct ShardOptions {
-    #[command(flatten)]
-    runs: RunsOption,
-
-    #[command(flatten)]
-    shard: ShardOption,
-}
-
-impl ShardOptions {
-    pub(crate) fn part(&self, out: &Path) -> Part {
-        self.shard.part(self.runs.folder(out))
-    }
-}
-
-/// The part of an experiment that is made here: all of it, or a shard.
-#[derive(Debug, Clone, Serialize)]
-pub(crate) struct Part {
-    pub(crate) runs: PathBuf,
-    pub(crate) shard: Option<Shard>,
-}
-
-impl Part {
-    /// Those of all sequences that are of this part.
-    pub(crate) fn of<T>(&self, all: impl IntoIterator<Item = T>) -> impl Iterator<Item = T> {
-        let shard = self.shard;
-        let numbered = all.into_iter().enumerate();
-        let own = numbered.filter(move |(number, _)| shard.is_none_or(|it| it.has(*number)));
-        own.map(|(_, one)| one)
+impl RunsOptions {
+    /// The folder of an experiment's runs.
+    pub(crate) fn folder(&self, out: &OutOptions, name: &str) -> PathBuf {
+        let usual = || out.folder(name).join("runs");
+        self.runs.clone().unwrap_or_else(usual)
     }
 
-    /// Makes those of all runs that are of this part, `workers` at once, in the folder `kept`; gives them in their order, or `None`
-    /// where they are a shard.
+    /// How many are made at once.
+    pub(crate) fn workers(&self) -> usize {
+        let cores = workers::default_count();
+        self.workers.unwrap_or(cores).clamp(1, cores)
+    }
+
+    /// Makes all runs, and gives them in their order.
     pub(crate) fn make<J: Sync, R: Send + Sync>(
         &self,
-        kept: &Runs,
         all: &[J],
-        workers: usize,
         make: impl Fn(&J) -> Outcome<R> + Sync,
-    ) -> Outcome<Option<Vec<R>>> {
-        let own: Vec<&J> = self.of(all).collect();
-        let made = workers::map("Packing", &own, workers, |job| make(job))?;
-        self.finish(kept, made)
-    }
-
-    /// The runs of a folder, of which all of this part are made now; `None` where they are a shard, which is marked as finished.
-    pub(crate) fn finish<R>(&self, kept: &Runs, made: Vec<R>) -> Outcome<Option<Vec<R>>> {
-        let Some(shard) = self.shard else {
-            return Ok(Some(made));
-        };
-        kept.finish_shard(shard)?;
-        Ok(None)
-    }
-
-    /// Says what is to be done with the runs of a shard.
-    pub(crate) fn tell(&self, as_json: bool) -> Outcome {
-        if as_json {
-            return Ok(print_json(self)?);
-        }
-        let folder = self.runs.display();
-        Ok(print_line(&format!(
-            "The runs of this shard are in {folder}: `ppnpack experiment merge` puts those of all shards together"
-        ))?)
+    ) -> Outcome<Vec<R>> {
+        workers::map("Packing", all, self.workers(), make)
     }
 }
 
@@ -143,7 +71,7 @@ impl Runs {
         };
         let folder = folder.join(hash(&key, 16)?);
         let key = serde_json::to_vec(&key).or_run()?;
-        write_whole(&folder.join(SETTINGS_FILE), &key)?;
+        write_whole(&folder.join("settings.json"), &key)?;
         Ok(Self { folder })
     }
 
@@ -164,13 +92,6 @@ impl Runs {
         let run = make()?;
         write_whole(&path, &serde_json::to_vec(&run).or_run()?)?;
         Ok(run)
-    }
-
-    /// Notes that all runs of a shard are finished.
-    pub(crate) fn finish_shard(&self, shard: Shard) -> Outcome {
-        let name = shard.to_string().replace('/', "-of-");
-        let path = self.folder.join(name).with_extension(SHARD_EXTENSION);
-        Ok(write_whole(&path, &serde_json::to_vec(&shard).or_run()?)?)
     }
 }
 

@@ -1,13 +1,11 @@
 //! What simulated scenes are made of: objects, how they lie, what a camera sees of them.
 
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use ppnpack_camera::{Body, DepthCamera, NoiseModel, PointImage};
 use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
 use ppnpack_catalogue::mesh::Mesh;
-use ppnpack_catalogue::object::Model;
 use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
 use ppnpack_cli::options::load;
 use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings, Resolution};
@@ -17,10 +15,6 @@ use rand_chacha::ChaCha8Rng;
 /// The objects of a source, at the reference's resolution.
 pub(crate) fn objects(source: &Source) -> Outcome<Catalogue> {
     load(source, &Settings::default(), &Resolution::reference())
-}
-
-pub(crate) fn models(source: &Source) -> Outcome<Vec<Arc<Model>>> {
-    Ok(objects(source)?.models())
 }
 
 pub(crate) fn grid(container: ContainerSize, cell_m: f64, yaws: usize) -> Outcome<Grid> {
@@ -53,14 +47,9 @@ pub(crate) fn seen(
     view.noisy_points(noise, seed).or_run()
 }
 
-/// A turn about the vertical.
-pub(crate) fn turn(yaw_rad: f64) -> UnitQuaternion<f64> {
-    UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad)
-}
-
 /// A turn about the vertical by any angle.
 pub(crate) fn any_turn(random: &mut ChaCha8Rng) -> UnitQuaternion<f64> {
-    turn(between(random, 0.0, TAU))
+    UnitQuaternion::from_axis_angle(&Vector3::z_axis(), between(random, 0.0, TAU))
 }
 
 /// A random number of an interval.

@@ -44,28 +44,6 @@ impl Mean {
         format!("{sign}{size} ± {:.decimals$}", self.half_width)
     }
 
-    /// A difference in words, such as `3.2 ± 0.5 points more`, and whether it may be chance.
-    pub(crate) fn more_or_less(&self, decimals: usize, unit: &str) -> String {
-        let size = Self {
-            mean: self.mean.abs(),
-            ..*self
-        };
-        let direction = if self.mean < 0.0 { "less" } else { "more" };
-        let chance = match self.half_width > size.mean {
-            true => ", which may be chance,",
-            false => "",
-        };
-        format!("{} {unit} {direction}{chance}", size.shown(decimals))
-    }
-
-    /// The difference the other way round.
-    pub(crate) fn reversed(&self) -> Self {
-        Self {
-            mean: -self.mean,
-            ..*self
-        }
-    }
-
     pub(crate) fn scaled(&self, factor: f64) -> Self {
         Self {
             mean: self.mean * factor,
@@ -153,17 +131,6 @@ mod tests {
         let of_clusters = Mean::clustered(0.25, 0.1, 5);
         assert!((of_clusters.half_width - 0.2776445).abs() < 1e-6);
         assert_eq!(Mean::clustered(0.25, 0.1, 1).half_width, 0.0);
-    }
-
-    #[test]
-    fn a_difference_that_may_be_chance_is_said_to() {
-        let difference = |mean, half_width| Mean { mean, half_width };
-        let told = |of: Mean| of.more_or_less(1, "points");
-        assert_eq!(told(difference(3.25, 0.5)), "3.2 ± 0.5 points more");
-        assert_eq!(
-            told(difference(-0.3, 0.5)),
-            "0.3 ± 0.5 points less, which may be chance,"
-        );
     }
 
     #[test]

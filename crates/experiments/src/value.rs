@@ -6,25 +6,20 @@
 mod results;
 mod ridge;
 
-use std::path::PathBuf;
-
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_cli::failure::{Failure, OrInput, Outcome};
 use ppnpack_cli::options::{CatalogueOptions, Conditions, GridOptions};
-use ppnpack_cli::sequence::SequenceFile;
 use ppnpack_packing::episode::{Observer, Step};
-use ppnpack_packing::objective::Weights;
 use ppnpack_packing::scene_value::{SceneValue, Squares, figures};
 use ppnpack_packing::step::StepInput;
 use serde::{Deserialize, Serialize};
 
-use crate::cases::{Case, cases};
-use crate::document::{self, Answer, Document};
+use crate::cases::{Case, SequenceOptions};
+use crate::document::OutOptions;
 use crate::filling::apart::Apart;
 use crate::filling::{Way, pack};
-use crate::runs::{Runs, ShardOptions, hash};
-use crate::workers;
+use crate::runs::{Runs, RunsOptions, hash};
 use results::Results;
 use ridge::Sample;
 
@@ -40,17 +35,8 @@ pub(crate) struct ValueArguments {
     #[command(flatten)]
     grid: GridOptions,
 
-    /// A .npy file of sequences, int64 [sequences, length], of object indices
-    #[arg(long, value_name = "FILE")]
-    sequences: PathBuf,
-
-    /// The first sequence; 0 to 99 are the tests'
-    #[arg(long, value_name = "NUMBER", default_value_t = 1000)]
-    first: u32,
-
-    /// How many sequences
-    #[arg(long, value_name = "COUNT", default_value_t = 200, value_parser = clap::value_parser!(u32).range(10..))]
-    cases: u32,
+    #[command(flatten)]
+    sequences: SequenceOptions<1000, 200>,
 
     /// How many items may be set aside
     #[arg(long, value_name = "COUNT", default_value_t = 20)]
@@ -65,20 +51,11 @@ pub(crate) struct ValueArguments {
     )]
     scene_value: f64,
 
-    /// Sequences packed at once, by default one per core
-    #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
-    workers: usize,
-
-    /// Where report.html, value.md, value.json and methods.json, with the learned value, are written
-    #[arg(long, value_name = "DIR", default_value = "out/value")]
-    out: PathBuf,
+    #[command(flatten)]
+    runs: RunsOptions,
 
     #[command(flatten)]
-    runs: ShardOptions,
-
-    /// Print the results as JSON instead of tables
-    #[arg(long)]
-    json: bool,
+    out: OutOptions,
 }
 
 /// What was seen of a packed sequence.
@@ -116,10 +93,11 @@ impl Observer for Notes {
 }
 
 pub(crate) fn run(arguments: &ValueArguments) -> Outcome {
-    if arguments.first < FIRST_FOR_LEARNING {
+    let first = arguments.sequences.first;
+    if first < FIRST_FOR_LEARNING {
         return Err(Failure::input(format_args!(
             "--first {}: sequences 0 to {} are the tests', from which nothing may be learned; give {FIRST_FOR_LEARNING} or more",
-            arguments.first,
+            first,
             FIRST_FOR_LEARNING - 1
         )));
     }
@@ -127,14 +105,11 @@ pub(crate) fn run(arguments: &ValueArguments) -> Outcome {
     way.method.validate().or_input()?;
     let resolution = way.grid.resolution().or_input()?;
     let catalogue = arguments.catalogue.load(&resolution)?;
-    let sequences = SequenceFile::read(&arguments.sequences, &catalogue)?;
-    let cases = cases(&sequences, arguments.first, arguments.cases)?;
-    let part = arguments.runs.part(&arguments.out);
-    let kept = Runs::new(&part.runs, &(catalogue.content_hash(), &way))?;
+    let cases = arguments.sequences.read(&catalogue)?;
+    let folder = arguments.runs.folder(&arguments.out, "value");
+    let kept = Runs::new(&folder, &(catalogue.content_hash(), &way))?;
     let see = |case: &Case| see(&kept, &way, &catalogue, case);
-    let Some(seen) = part.make(&kept, &cases, arguments.workers, see)? else {
-        return part.tell(arguments.json);
-    };
+    let seen = arguments.runs.make(&cases, see)?;
     let size = way.grid.container;
     let container_m3 = size.x_m * size.y_m * size.z_m;
     let samples: Vec<Vec<Sample>> = seen
@@ -142,26 +117,10 @@ pub(crate) fn run(arguments: &ValueArguments) -> Outcome {
         .map(|seen| samples(seen, container_m3))
         .collect();
     let results = Results::new(arguments, way, &samples)?;
-    results.save_methods(&arguments.out)?;
-    document::bars(&arguments.out, "value", results::TITLES, results.bars())?;
-    let document = Document {
-        name: "value",
-        answer: Answer {
-            question: "Does what a placement leaves tell what can be packed after it?",
-            text: results.answer(),
-            picture: "value.svg".to_owned(),
-        },
-        results: &results,
-        asked: arguments,
-        measured: &[
-            "samples",
-            "explained",
-            "explained_without_surface",
-            "coefficients",
-        ],
-        markdown: results.markdown(),
-    };
-    document.publish(&arguments.out, arguments.json)
+    results.save_methods(&arguments.out.folder("value"))?;
+    arguments
+        .out
+        .publish("value", &results, &results.markdown())
 }
 
 /// As `ppnpack pack` packs.
@@ -174,7 +133,6 @@ fn way(arguments: &ValueArguments) -> Way {
         set_aside: arguments.set_aside,
         ..Way::default()
     };
-    way.method.weights = Weights::for_poses(poses);
     way.method.scene_value = SceneValue {
         weight: arguments.scene_value,
         ..SceneValue::default()

@@ -17,7 +17,6 @@ use std::sync::Arc;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use ppnpack_packing::check::BoxedCheck;
-use ppnpack_packing::coarse::{CoarseGrid, CoarseToFine, Coarsening};
 use ppnpack_packing::containers::{ContainerChoice, ContainersStep, OpenContainer, OpenContainers};
 use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::Grid;
@@ -125,13 +124,6 @@ fn search(grid: &Grid, heuristic: Heuristic) -> Search {
     Search::new(grid, &settings(heuristic)).unwrap()
 }
 
-/// The heuristic's best 0.5 % on a coarser grid.
-fn coarse_search(grid: &Grid, coarsening: Coarsening) -> Box<dyn Proposer> {
-    let grids = CoarseGrid::new(grid, coarsening).unwrap();
-    let share = Percent::new(0.5).unwrap();
-    Box::new(CoarseToFine::searching(grids, &settings(Heuristic::Sdfm), share).unwrap())
-}
-
 fn planner(grid: &Grid, proposer: Box<dyn Proposer>, checks: Vec<BoxedCheck>) -> Planner {
     let search = search(grid, Heuristic::Sdfm);
     Planner::new(proposer, Box::new(search), checks, Order::Balance, 0)
@@ -187,13 +179,6 @@ fn steps(criterion: &mut Criterion) {
             "SDFM on a random 5 %",
             planner(grid, Box::new(ProposeRandom::new(five, 0)), physical()),
         );
-        for coarsening in coarsenings(grid) {
-            let Coarsening { cells, yaws } = coarsening;
-            alternate(
-                &format!("SDFM on 0.5 % of {cells}-fold cells, every {yaws}. yaw"),
-                planner(grid, coarse_search(grid, coarsening), physical()),
-            );
-        }
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(2)
             .build()
@@ -270,17 +255,6 @@ fn steps(criterion: &mut Criterion) {
         );
         group.finish();
     }
-}
-
-/// Those that bring a grid to 1 cm and coarser.
-fn coarsenings(grid: &Grid) -> Vec<Coarsening> {
-    let at_1_cm = Coarsening::towards(grid, 0.01, usize::MAX).cells.max(2);
-    let yaws = [1, 2, 4];
-    yaws.map(|yaws| Coarsening {
-        cells: at_1_cm,
-        yaws,
-    })
-    .into()
 }
 
 /// Four containers, filled by an eighth to a half, and one buffer.

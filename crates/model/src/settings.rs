@@ -158,17 +158,6 @@ pub struct TrainingRequest {
     pub look_at_test: bool,
 }
 
-/// A model to be measured on the test split of a dataset.
-#[derive(Debug, Clone)]
-pub struct MeasurementRequest {
-    /// The dataset's folder.
-    pub dataset: PathBuf,
-    /// Where the network runs.
-    pub device: Device,
-    /// Threads of its arithmetic on the processor.
-    pub threads: usize,
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -30,19 +30,16 @@
 //!
 //! A whole step is planned in the example of the README, which is compiled and run with the tests.
 
-pub mod arm_time;
 pub mod blocked;
 pub mod buffer;
 pub mod candidate;
 pub mod capacity;
 pub mod check;
-pub mod chooser;
 pub mod closing;
 pub mod coarse;
 pub mod containers;
 pub mod content;
 pub mod distance;
-pub mod effort;
 pub mod episode;
 pub mod evaluator;
 pub mod grid;
@@ -53,7 +50,6 @@ mod kernel;
 mod layout;
 pub mod leaving;
 pub mod loads;
-pub mod look_ahead;
 pub mod method;
 pub mod metrics;
 pub mod model;

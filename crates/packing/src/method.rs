@@ -5,16 +5,13 @@ use std::sync::Arc;
 use ppnpack_numbers::SettingError;
 use serde::{Deserialize, Serialize};
 
-use crate::arm_time::{ArmTime, ArmTimeError, TimeCost};
 use crate::check::{BoxedCheck, Cost};
-use crate::chooser::BoxedChooser;
 use crate::coarse::{CoarseGrid, CoarseGridError, CoarseToFine, Coarsening};
 use crate::evaluator::Evaluator;
 use crate::grid::Grid;
 use crate::item::{Item, ItemError};
 use crate::leaving::Sequence;
 use crate::loads::LoadSettings;
-use crate::look_ahead::{LookAhead, LookAheadSettings};
 use crate::objective::{Heuristic, Order, WeightError, Weights};
 use crate::plan::Planner;
 use crate::proposals::{
@@ -29,11 +26,13 @@ use crate::trial::TrialSettings;
 /// The cell that proposals are made with on finer grids: the paper's, which the network is trained on.
 const PROPOSAL_CELL_M: f64 = 0.01;
 
-/// The paper's yaws.
-const PROPOSAL_YAWS: usize = 4;
+/// The number of items that may be set aside for the next container where nothing is said.
+pub const SET_ASIDE: usize = 20;
 
-/// A packing method: which placements are evaluated, what they are judged by, and what they must pass. The default looks
-/// at every placement and tries the best in a simulation.
+/// A packing method: which placements are evaluated, what they are judged by, and what they must pass.
+///
+/// The default is what commands, services, bindings and experiments do where nothing is said, on the default
+/// [`GridSettings`](crate::grid::GridSettings) and with [`SET_ASIDE`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Method {
@@ -49,15 +48,11 @@ pub struct Method {
     pub trial: TrialSettings,
     /// How it is seen to that no item carries more than it may.
     pub loads: LoadSettings,
-    /// The weights of the objective.
-    pub weights: Weights,
+    /// The weights of the objective; `None` for [`Weights::for_poses`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weights: Option<Weights>,
     /// How much the value of what a placement leaves counts beside the objective.
     pub scene_value: SceneValue,
-    /// How a step looks ahead before it chooses.
-    pub look_ahead: LookAheadSettings,
-    /// How the arm's time counts beside the objective.
-    #[serde(skip_serializing_if = "ArmTime::is_default")]
-    pub arm_time: ArmTime,
     /// How many of the waiting items may be chosen from.
     pub buffer: usize,
     /// The seed of everything that is random.
@@ -96,13 +91,6 @@ pub enum ProposalSource {
         yaws: u8,
         /// How many positions at each of them.
         positions: u8,
-    },
-    /// The share that the heuristic ranks best on a coarser grid.
-    Coarse {
-        /// `K`.
-        percent: f64,
-        /// How much coarser.
-        coarsening: Coarsening,
     },
     /// The share that a network scores best.
     Network {
@@ -155,9 +143,6 @@ pub enum MethodError {
     /// A number is not possible.
     #[error(transparent)]
     Setting(#[from] SettingError),
-    /// The weight of the time is not possible.
-    #[error(transparent)]
-    ArmTime(#[from] ArmTimeError),
     /// Placements are to be tried.
     #[error("the method tries placements in a simulation, but none is given")]
     NoSimulation,
@@ -177,14 +162,12 @@ impl Default for Method {
         Self {
             heuristic: Heuristic::Sdfm,
             order: Order::Balance,
-            proposals: ProposalSource::All,
+            proposals: ProposalSource::Bounded,
             stability: Stability::None,
             trial: TrialSettings::default(),
             loads: LoadSettings::default(),
-            weights: Weights::default(),
+            weights: None,
             scene_value: SceneValue::default(),
-            look_ahead: LookAheadSettings::default(),
-            arm_time: ArmTime::default(),
             buffer: 5,
             seed: 0,
         }
@@ -192,17 +175,38 @@ impl Default for Method {
 }
 
 impl Method {
+    /// The paper's: every placement is evaluated, its stability test decides, and nothing is tried.
+    pub fn published() -> Self {
+        Self {
+            proposals: ProposalSource::All,
+            stability: Stability::Published,
+            trial: TrialSettings::off(),
+            weights: Some(Weights::default()),
+            scene_value: SceneValue::off(),
+            ..Self::default()
+        }
+    }
+
+    /// Gives it the weights that suit items in so many poses, where it has none.
+    #[must_use]
+    pub fn for_poses(self, poses: usize) -> Self {
+        Self {
+            weights: Some(self.weights.unwrap_or(Weights::for_poses(poses))),
+            ..self
+        }
+    }
+
     /// Checks that every number is possible; what a grid or a network has to do with it is seen where it is built.
     ///
     /// # Errors
     /// [`MethodError`] names the first that is not.
     pub fn validate(&self) -> Result<(), MethodError> {
-        self.weights.validate()?;
+        if let Some(weights) = self.weights {
+            weights.validate()?;
+        }
         self.trial.validate()?;
         self.loads.validate()?;
         self.scene_value.validate()?;
-        self.look_ahead.validate()?;
-        self.arm_time.validate(self.scene_value.weight)?;
         Ok(())
     }
 
@@ -211,7 +215,7 @@ impl Method {
         SearchSettings {
             heuristic: self.heuristic,
             order: self.order,
-            weights: self.weights,
+            weights: self.weights.unwrap_or(Weights::for_poses(1)),
             seed: self.seed,
             above_rim_m: match self.trial.is_on() {
                 true => self.trial.above_rim_m,
@@ -261,13 +265,9 @@ impl Method {
         if self.trial.is_on() && !is_simulated {
             return Err(MethodError::NoSimulation);
         }
-        let planner = Planner::new(proposer, evaluator, all, self.order, self.seed);
-        Ok(planner.with_time_cost(self.time_cost()))
-    }
-
-    /// What the time of the arm's cycle costs, in the objective's value.
-    pub fn time_cost(&self) -> TimeCost {
-        self.arm_time.cost(self.scene_value.weight)
+        Ok(Planner::new(
+            proposer, evaluator, all, self.order, self.seed,
+        ))
     }
 
     /// An evaluator whose best placements are ranked anew by what they leave, where that counts.
@@ -276,35 +276,6 @@ impl Method {
             true => Box::new(Farsighted::new(evaluator, &self.scene_value)),
             false => evaluator,
         }
-    }
-
-    /// What looks ahead over items like those of `mix`, on the threads of a pool; `None` of a method that does not.
-    ///
-    /// # Errors
-    /// [`MethodError`] where it cannot on this grid.
-    pub fn chooser(
-        &self,
-        grid: &Grid,
-        mix: &[Arc<Item>],
-        pool: Option<Arc<rayon::ThreadPool>>,
-    ) -> Result<Option<BoxedChooser>, MethodError> {
-        if !self.look_ahead.is_on() || mix.is_empty() {
-            return Ok(None);
-        }
-        let coarsening = Coarsening::towards(grid, PROPOSAL_CELL_M, PROPOSAL_YAWS);
-        let grids = CoarseGrid::new(grid, coarsening)?;
-        let greedy = Self {
-            proposals: ProposalSource::Bounded,
-            stability: Stability::Published,
-            trial: TrialSettings::off(),
-            scene_value: SceneValue::default(),
-            look_ahead: LookAheadSettings::default(),
-            ..self.clone()
-        };
-        let player = |grids: &CoarseGrid| greedy.build(grids.coarse(), None);
-        let (settings, seed) = (self.look_ahead, self.seed);
-        let look_ahead = LookAhead::new(settings, seed, grids, mix, pool, player)?;
-        Ok(Some(Box::new(look_ahead)))
     }
 
     /// What proposes the placements; `network` opens the network that the method may name.
@@ -323,15 +294,6 @@ impl Method {
             }
             ProposalSource::Tries { yaws, positions } => {
                 Box::new(ProposeTries::new(*yaws, *positions, self.seed))
-            }
-            ProposalSource::Coarse {
-                percent,
-                coarsening,
-            } => {
-                let grids = CoarseGrid::new(grid, *coarsening)?;
-                let share = Percent::new(*percent)?;
-                let settings = self.search_settings();
-                Box::new(CoarseToFine::searching(grids, &settings, share)?)
             }
             ProposalSource::Network {
                 percent,
@@ -432,17 +394,6 @@ impl ProposalSource {
     /// items as the paper says (`docs/results/table1.md`).
     pub const PUBLISHED_POSITIONS: u8 = 9;
 
-    /// A coarse search on cells of `cell_m` at best, with `yaws` yaws at most. Where no cell is given it is the paper's,
-    /// and at least two of the grid's, or it would be the exhaustive search twice.
-    pub fn coarse(grid: &Grid, percent: f64, cell_m: Option<f64>, yaws: usize) -> Self {
-        let twice_m = 2.0 * grid.resolution().cell_m();
-        let cell_m = cell_m.unwrap_or(PROPOSAL_CELL_M.max(twice_m));
-        Self::Coarse {
-            percent,
-            coarsening: Coarsening::towards(grid, cell_m, yaws),
-        }
-    }
-
     /// The network of these weights on cells of `cell_m` at best, the paper's where none is given, with `yaws` yaws at
     /// most.
     pub fn network(
@@ -483,7 +434,6 @@ impl std::fmt::Display for ProposalSource {
                     "tries, {yaws} yaws with {positions} positions each"
                 )
             }
-            Self::Coarse { percent, .. } => write!(formatter, "coarse, K = {percent} %"),
             Self::Network { percent, .. } => write!(formatter, "network, K = {percent} %"),
         }
     }

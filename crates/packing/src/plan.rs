@@ -7,9 +7,7 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use crate::arm_time::TimeCost;
 use crate::check::{BoxedCheck, Evidence};
-use crate::chooser::{BoxedChooser, Chooser};
 pub use crate::evaluator::Evaluator;
 use crate::item::YawsMismatch;
 use crate::objective::Order;
@@ -171,8 +169,6 @@ pub struct Planner {
     sequence: Vec<usize>,
     /// Per candidate of the input: why all of its placements are refused.
     ruled_out: Vec<Option<Refusal>>,
-    chooser: Option<BoxedChooser>,
-    time_cost: TimeCost,
     plan: Plan,
 }
 
@@ -193,30 +189,13 @@ impl Planner {
             proposals: Proposals::default(),
             sequence: Vec::new(),
             ruled_out: Vec::new(),
-            chooser: None,
-            time_cost: TimeCost::default(),
             plan: Plan::default(),
         }
     }
 
-    /// Has a chooser decide among the items of the buffer where they compete together, in place of the objective.
-    #[must_use]
-    pub fn with_chooser(mut self, chooser: Option<BoxedChooser>) -> Self {
-        self.chooser = chooser.filter(|_| self.order == Order::Balance);
-        self
-    }
-
-    /// Has the arm's time count beside the objective.
-    #[must_use]
-    pub fn with_time_cost(mut self, time_cost: TimeCost) -> Self {
-        self.time_cost = time_cost;
-        self
-    }
-
     /// Whether its choice is the valid placement with the best value, so that choices can be compared by it.
     pub fn is_by_value(&self) -> bool {
-        let is_by_value = self.order == Order::Balance && self.search.is_by_value();
-        is_by_value && self.chooser.is_none() && !self.time_cost.is_on()
+        self.order == Order::Balance && self.search.is_by_value()
     }
 
     /// Plans one step. To learn why an item of the buffer cannot be placed although another can, plan with it as the
@@ -298,9 +277,6 @@ impl Planner {
                 self.search_all(input)?;
             }
         }
-        self.time_cost.arrange(&mut self.plan.ranked);
-        self.plan.ranked.truncate(input.wanted());
-        self.choose(input)?;
         if self.plan.choice().is_none()
             && !is_over
             && let Some(placement) = self.search.last_resort(input)
@@ -316,72 +292,6 @@ impl Planner {
             }
         }
         Ok(())
-    }
-
-    /// Lets the chooser decide among the best placements of the items, where there is a choice.
-    fn choose(&mut self, input: &StepInput<'_>) -> Result<(), PlanError> {
-        let Some(mut chooser) = self.chooser.take() else {
-            return Ok(());
-        };
-        let chosen = self.choose_by(&mut *chooser, input);
-        self.chooser = Some(chooser);
-        chosen
-    }
-
-    fn choose_by(
-        &mut self,
-        chooser: &mut dyn Chooser,
-        input: &StepInput<'_>,
-    ) -> Result<(), PlanError> {
-        let Some(best) = self.plan.choice().filter(|_| !self.plan.is_cut()) else {
-            return Ok(());
-        };
-        let mut options = vec![best];
-        for group in others(input, best.candidate) {
-            self.search.rank(input, &group, &self.proposals)?;
-            options.extend(self.search.next_untried(input)?);
-            self.add_search(&group);
-        }
-        let started = Instant::now();
-        let chosen = chooser.choose(input, &options);
-        self.plan.timings.look_ahead += started.elapsed();
-        match chosen.map(|index| options.get(index)) {
-            Ok(Some(option)) if *option != best => self.prefer(input, option.candidate),
-            Ok(_) => Ok(()),
-            Err(error) => {
-                let reason = format!("the step was decided by the objective alone: {error}");
-                self.plan.shortfall.degrade(reason);
-                Ok(())
-            }
-        }
-    }
-
-    /// Takes the best valid placement of a candidate's item in place of the choice, where there is one.
-    fn prefer(&mut self, input: &StepInput<'_>, candidate: usize) -> Result<(), PlanError> {
-        let group = poses(input, candidate);
-        self.search.rank(input, &group, &self.proposals)?;
-        let preferred = self.search.next_valid(input)?;
-        self.add_search(&group);
-        if let Some(preferred) = preferred {
-            let ranked = &mut self.plan.ranked;
-            ranked.retain(|other| other.placement != preferred.placement);
-            ranked.insert(0, preferred);
-            ranked.truncate(input.wanted());
-        }
-        Ok(())
-    }
-
-    /// Adds what a search beside that of the plan's reports took and refused.
-    fn add_search(&mut self, group: &[usize]) {
-        let (search, plan) = (&self.search, &mut self.plan);
-        plan.timings.evaluate += search.timings().evaluate;
-        plan.timings.check += search.timings().check;
-        for candidate in group {
-            search.add_refusals(*candidate, &mut plan.refusals);
-        }
-        for shortfall in search.shortfalls() {
-            plan.shortfall.add(shortfall);
-        }
     }
 
     /// Searches the candidates, all together or in their order, until one has a valid placement.
@@ -429,7 +339,7 @@ impl Planner {
         let (search, plan) = (&mut self.search, &mut self.plan);
         search.rank(input, group, &self.proposals)?;
         let mut is_exhausted = false;
-        while plan.ranked.len() < self.time_cost.wanted(input.wanted()) && !is_exhausted {
+        while plan.ranked.len() < input.wanted() && !is_exhausted {
             let next = search.next_valid(input)?;
             is_exhausted = next.is_none();
             plan.ranked.extend(next);
@@ -456,27 +366,6 @@ impl Planner {
         }
         Ok(())
     }
-}
-
-/// The candidates of a candidate's item.
-fn poses(input: &StepInput<'_>, candidate: usize) -> Vec<usize> {
-    let arrival = input.candidates.get(candidate).map(|held| held.arrival);
-    let is_pose = |(_, held): &(usize, &Candidate)| Some(held.arrival) == arrival;
-    let poses = input.candidates.iter().enumerate().filter(is_pose);
-    poses.map(|(index, _)| index).collect()
-}
-
-/// The candidates of each other item.
-fn others(input: &StepInput<'_>, candidate: usize) -> impl Iterator<Item = Vec<usize>> {
-    let arrival = input.candidates.get(candidate).map(|held| held.arrival);
-    let items = input.candidates.chunk_by(|a, b| a.arrival == b.arrival);
-    let mut first = 0;
-    let groups = items.map(move |item| {
-        let group = first..first + item.len();
-        first = group.end;
-        (item.first().map(|held| held.arrival), group.collect())
-    });
-    groups.filter_map(move |(other, group)| (other != arrival).then_some(group))
 }
 
 fn validate(input: &StepInput<'_>) -> Result<(), PlanError> {

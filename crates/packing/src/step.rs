@@ -143,9 +143,6 @@ pub struct Timings {
     pub evaluate: Duration,
     /// Validity checks.
     pub check: Duration,
-    /// Looking ahead.
-    #[serde(default)]
-    pub look_ahead: Duration,
 }
 
 impl AddAssign for Timings {
@@ -153,13 +150,12 @@ impl AddAssign for Timings {
         self.propose += other.propose;
         self.evaluate += other.evaluate;
         self.check += other.check;
-        self.look_ahead += other.look_ahead;
     }
 }
 
 impl Timings {
     /// All stages together.
     pub fn total(&self) -> Duration {
-        self.propose + self.evaluate + self.check + self.look_ahead
+        self.propose + self.evaluate + self.check
     }
 }

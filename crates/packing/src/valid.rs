@@ -144,7 +144,7 @@ impl ValidSearch {
         input: &StepInput<'_>,
     ) -> Result<Option<ValidPlacement>, SearchError> {
         loop {
-            self.look_ahead(input)?;
+            self.refill(input)?;
             let Some((placement, mut evidence)) = self.upcoming.pop_front() else {
                 return Ok(None);
             };
@@ -167,7 +167,7 @@ impl ValidSearch {
 
     /// Takes placements that all checks but the last accept from the ranking, as many as the last wants to know of at once,
     /// where none is left.
-    fn look_ahead(&mut self, input: &StepInput<'_>) -> Result<(), SearchError> {
+    fn refill(&mut self, input: &StepInput<'_>) -> Result<(), SearchError> {
         if !self.upcoming.is_empty() {
             return Ok(());
         }
@@ -267,30 +267,6 @@ impl ValidSearch {
         self.timings.evaluate += started.elapsed();
         let best = best.map_err(SearchError::Evaluate)?;
         Ok(best.filter(|best| !self.is_by_value() || input.wants(best)))
-    }
-
-    /// The next placement by increasing value that every check accepts but simulations, which only say what they know already. It counts for
-    /// no [`Self::last_resort`].
-    ///
-    /// # Errors
-    /// [`SearchError`] where the evaluator or a check failed.
-    pub fn next_untried(
-        &mut self,
-        input: &StepInput<'_>,
-    ) -> Result<Option<Evaluated>, SearchError> {
-        let last = self.checks.last();
-        let of = match last.map(|check| check.cost()) {
-            Some(Cost::Simulation) => Of::Others,
-            _ => Of::All,
-        };
-        while let Some(placement) = self.next_ranked(input)? {
-            match self.ask(input, &placement, of)? {
-                Some(Verdict::Accepted(_)) => return Ok(Some(placement)),
-                Some(Verdict::Refused(_)) => self.leave_out_what_is_done(input, only(&placement)),
-                None => break,
-            }
-        }
-        Ok(None)
     }
 
     /// What the checks say of a placement: a refusal by the first that refuses it, else the evidence of all. `None`

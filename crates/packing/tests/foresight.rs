@@ -87,7 +87,6 @@ fn found(resting: &RestingPlacement) -> Evidence {
         tilt_rad: yaw as f64,
         slide_m: x as f64,
         disturbance_m: y as f64,
-        load_n: 0.0,
         above_rim_m: 0.0,
         is_still: true,
     };

@@ -433,7 +433,6 @@ impl Attempt<'_> {
             tilt_rad: 0.0,
             slide_m: 0.0,
             disturbance_m: 0.0,
-            load_n: 0.0,
             above_rim_m: 0.0,
             is_still: false,
         };
@@ -446,18 +445,8 @@ impl Attempt<'_> {
             }
         }
         Settling {
-            load_n: self.load_n(settling.is_still),
             above_rim_m: self.above_rim_m(cell.container),
             ..settling
-        }
-    }
-
-    /// What the item presses on another with; while it moves that tells of impacts.
-    fn load_n(&self, is_still: bool) -> f64 {
-        if is_still {
-            self.world.greatest_load_n(self.handle)
-        } else {
-            0.0
         }
     }
 
@@ -478,7 +467,6 @@ impl Attempt<'_> {
                 tilt_rad: PI,
                 slide_m: 0.0,
                 disturbance_m: 0.0,
-                load_n: 0.0,
                 above_rim_m: 0.0,
                 is_still: false,
             };
@@ -501,7 +489,6 @@ impl Attempt<'_> {
             tilt_rad: tilt_rad(&self.planned, &pose),
             slide_m: (pose * centre - self.planned * centre).xy().norm(),
             disturbance_m: self.movable.iter().filter_map(moved_m).fold(0.0, f64::max),
-            load_n: 0.0,
             above_rim_m: 0.0,
             is_still: speed_m_s <= still_speed_m_s,
         }

@@ -2,8 +2,6 @@
 
 mod forces;
 
-use std::collections::HashMap;
-
 use nalgebra::Isometry3;
 use ppnpack_catalogue::mesh::Bounds;
 use rapier3d::dynamics::{
@@ -12,8 +10,7 @@ use rapier3d::dynamics::{
     SpringCoefficients,
 };
 use rapier3d::geometry::{
-    BroadPhaseBvh, Collider, ColliderBuilder, ColliderSet, ContactManifold, ContactPair,
-    NarrowPhase,
+    BroadPhaseBvh, ColliderBuilder, ColliderSet, ContactManifold, ContactPair, NarrowPhase,
 };
 use rapier3d::math::Vector;
 use rapier3d::pipeline::PhysicsPipeline;
@@ -237,34 +234,6 @@ impl World {
             |pair: &ContactPair| deepest_m(&solids(pair.collider1), &solids(pair.collider2));
         let pairs = self.narrow_phase.contact_pairs();
         pairs.map(overlap_m).fold(0.0, f64::max)
-    }
-
-    /// The greatest force with which a body presses on any one other in the last step, in newtons, along the contacts' normals.
-    pub(crate) fn greatest_load_n(&self, handle: RigidBodyHandle) -> f64 {
-        let mut loads_n: HashMap<RigidBodyHandle, f64> = HashMap::new();
-        let body = self.bodies.get(handle);
-        for collider in body.into_iter().flat_map(RigidBody::colliders) {
-            for pair in self.narrow_phase.contact_pairs_with(*collider) {
-                let is_first = pair.collider1 == *collider;
-                let other = if is_first {
-                    pair.collider2
-                } else {
-                    pair.collider1
-                };
-                // Floor, walls and terrain are no bodies.
-                if let Some(other) = self.colliders.get(other).and_then(Collider::parent) {
-                    *loads_n.entry(other).or_default() += self.force_n(pair);
-                }
-            }
-        }
-        loads_n.into_values().fold(0.0, f64::max)
-    }
-
-    /// The engine keeps the impulses of a step, summed over its substeps.
-    fn force_n(&self, pair: &ContactPair) -> f64 {
-        let manifolds = pair.solver_manifolds().iter();
-        let impulse: f32 = manifolds.map(normal_impulse).sum();
-        metres(impulse) / f64::from(self.parameters.dt)
     }
 
     /// Whether the engine disabled a body because its state was no longer finite.

@@ -26,7 +26,7 @@ use ppnpack_packing::trial::{Settling, TrialLimits, TrialSettings};
 use ppnpack_physics::error::PhysicsError;
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_physics::trial::{self, TrialCheck};
-use ppnpack_physics::twin::{Disturbance, Twin, TwinSettings};
+use ppnpack_physics::twin::{Twin, TwinSettings};
 
 /// A box that is loaded beside its foot, so that it falls over wherever it is put.
 fn falling(arrival: usize) -> Candidate {
@@ -664,80 +664,6 @@ fn what_cannot_be_tried_may_not_reach_above_the_rim() {
     let of = |height| verdict_of(TrialSettings::default(), &input, &placed(12, 12, height));
     assert_eq!(of(130), Verdict::Accepted(Evidence::default()));
     assert_eq!(of(131), Verdict::Refused(Cause::AboveRim.into()));
-}
-
-fn weight_n(model: &Model) -> f64 {
-    model.mass.mass_kg * CellSettings::robot().solver.gravity_m_s2
-}
-
-/// Two blocks of the same height, side by side.
-fn two_blocks() -> [(Arc<Model>, Isometry3<f64>); 2] {
-    [0.1, 0.2].map(|x_m| (cuboid([0.05, 0.08, 0.06]), at(x_m, 0.15, 0.03)))
-}
-
-#[test]
-fn an_item_presses_with_its_weight_on_what_it_lies_on_and_not_on_the_container() {
-    let model = cuboid([0.05, 0.05, 0.04]);
-    let weight_n = weight_n(&model);
-    let place = at(0.13, 0.13, 0.12);
-    let mut on_another = new_twin(TwinSettings::default(), &[base()]);
-    let load_n = tried(&mut on_another, &model, &place).load_n;
-    assert!(
-        (load_n / weight_n - 1.0).abs() < 0.05,
-        "{load_n} of {weight_n} N"
-    );
-    let mut on_the_floor = new_twin(TwinSettings::default(), &[]);
-    let settling = tried(&mut on_the_floor, &model, &at(0.13, 0.13, 0.02));
-    assert_eq!(settling.load_n, 0.0);
-}
-
-#[test]
-fn what_lies_on_two_presses_on_each_with_its_part() {
-    let plank = cuboid([0.16, 0.06, 0.02]);
-    let weight_n = weight_n(&plank);
-    let mut twin = new_twin(TwinSettings::default(), &two_blocks());
-    let load_n = tried(&mut twin, &plank, &at(0.15, 0.15, 0.07)).load_n;
-    // It is let go beside the middle in the disturbed tries.
-    let share = load_n / weight_n;
-    assert!((0.5..0.6).contains(&share), "{load_n} of {weight_n} N");
-}
-
-#[test]
-fn what_is_too_far_from_the_place_to_move_is_pressed_on_too() {
-    // Beside the base and the place, so that the base takes part.
-    let beside = (cuboid([0.04, 0.06, 0.14]), at(0.1805, 0.13, 0.07));
-    let settings = TwinSettings {
-        reach_m: 0.001,
-        disturbance: Disturbance {
-            shift_m: 0.0,
-            yaw_rad: 0.0,
-            ..Disturbance::default()
-        },
-        ..TwinSettings::default()
-    };
-    let mut twin = new_twin(settings, &[base(), beside]);
-    let model = cuboid([0.06, 0.05, 0.04]);
-    let settling = tried(&mut twin, &model, &at(0.13, 0.13, 0.122));
-    let share = settling.load_n / weight_n(&model);
-    assert!((share - 1.0).abs() < 0.05, "{settling:?}");
-}
-
-#[test]
-fn what_would_press_too_hard_is_refused() {
-    let model = cuboid([0.05, 0.05, 0.04]);
-    let place = at(0.13, 0.13, 0.12);
-    let mut twin = new_twin(TwinSettings::default(), &[base()]);
-    let weight_n = weight_n(&model);
-    let mut beyond = |share: f64| {
-        let limits = TrialLimits {
-            load_n: Some(share * weight_n),
-            ..TrialLimits::default()
-        };
-        tried_within(&limits, &mut twin, &model, &place).beyond(&limits)
-    };
-    assert_eq!(beyond(1.1), None);
-    let why = Some("it would press too hard on what lies below");
-    assert_eq!(beyond(0.9), why);
 }
 
 /// A lying prism of sixteen sides, 4 cm across and 4 cm long.

@@ -1,7 +1,7 @@
 //! Grids.
 
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
-use ppnpack_packing::grid::{self, ContainerSize, Resolution, Yaws};
+use ppnpack_packing::grid::{self, ContainerSize, GridSettings, Resolution, Yaws};
 use pyo3::prelude::*;
 
 use crate::arrays::{array1, array2, values};
@@ -9,7 +9,7 @@ use crate::error::OrRaise;
 
 /// A container seen as a grid of cells with heights in units.
 ///
-/// Grid() is the paper's: 32 x 32 cells of 1 cm, 150 units of 2 mm, yaws of 0, 45, 90 and 135 degrees. Cell (x, y) covers
+/// Grid() is that of `ppnpack pack`: 128 x 128 cells of 2.5 mm, 150 units of 2 mm, 16 yaws. Cell (x, y) covers
 /// [x, x + 1) x [y, y + 1) cells of the container frame: right-handed, z up, the origin at an inner bottom corner.
 ///
 /// container_m: inner sides along x, y and z, in metres. cell_m: the edge of a cell. height_unit_m: one unit of height. yaws: how many,
@@ -30,23 +30,34 @@ enum YawsArgument {
 #[pymethods]
 impl Grid {
     #[new]
-    #[pyo3(signature = (container_m = (0.32, 0.32, 0.30), cell_m = 0.01, height_unit_m = 0.002, yaws = YawsArgument::Count(4)))]
+    #[pyo3(signature = (container_m = None, cell_m = None, height_unit_m = None, yaws = None))]
     fn new(
-        container_m: (f64, f64, f64),
-        cell_m: f64,
-        height_unit_m: f64,
-        yaws: YawsArgument,
+        container_m: Option<(f64, f64, f64)>,
+        cell_m: Option<f64>,
+        height_unit_m: Option<f64>,
+        yaws: Option<YawsArgument>,
     ) -> PyResult<Self> {
+        let usual = GridSettings::default();
         let yaws = match yaws {
-            YawsArgument::Count(count) => Yaws::half_turn(count),
-            YawsArgument::Radians(radians) => Yaws::from_radians(radians),
+            None => Yaws::half_turn(usual.yaws),
+            Some(YawsArgument::Count(count)) => Yaws::half_turn(count),
+            Some(YawsArgument::Radians(radians)) => Yaws::from_radians(radians),
         };
-        let (x_m, y_m, z_m) = container_m;
-        let container = ContainerSize { x_m, y_m, z_m };
+        let size = |(x_m, y_m, z_m)| ContainerSize { x_m, y_m, z_m };
+        let container = container_m.map_or(usual.container, size);
+        let cell_m = cell_m.unwrap_or(usual.cell_m);
+        let height_unit_m = height_unit_m.unwrap_or(usual.height_unit_m);
         let resolution =
             Resolution::new(cell_m, height_unit_m, yaws.or_value_error()?).or_value_error()?;
         let inner = grid::Grid::new(container, resolution).or_value_error()?;
         Ok(Self { inner })
+    }
+
+    /// The paper's grid: 32 x 32 cells of 1 cm, 150 units of 2 mm, yaws of 0, 45, 90 and 135 degrees.
+    #[staticmethod]
+    fn reference() -> Self {
+        let inner = grid::Grid::reference();
+        Self { inner }
     }
 
     /// Cells along x.

@@ -31,7 +31,6 @@ struct Took {
     propose: f64,
     evaluate: f64,
     check: f64,
-    look_ahead: f64,
 }
 
 impl Plan {
@@ -63,7 +62,6 @@ impl Plan {
                 propose: timings.propose.as_secs_f64(),
                 evaluate: timings.evaluate.as_secs_f64(),
                 check: timings.check.as_secs_f64(),
-                look_ahead: timings.look_ahead.as_secs_f64(),
             },
         }
     }

@@ -27,12 +27,12 @@ use crate::settings::settings;
 /// Plans steps by Algorithm 1: propose placements of the buffer's items, rank them by a heuristic, take the best one that is valid.
 ///
 /// How is said by a method, a dictionary as in the JSON of the experiments, and by keyword arguments that win over it: heuristic, order,
-/// proposals, stability, trial, loads, weights, scene_value, look_ahead, buffer, seed. What is left out is as in `ppnpack_packing`'s Method:
+/// proposals, stability, trial, loads, weights, scene_value, buffer, seed. What is left out is as in `ppnpack_packing`'s Method:
 /// every placement is looked at, and the best are tried in a simulation where the scene knows what lies there.
 ///
 /// evaluator: a heuristic of one's own in place of the method's: called as evaluator(heightmap, item, resting_height, fits) with int16
 /// [nx, ny], an Item, int16 [yaw, x, y] and bool [yaw, x, y], it gives the value of each placement, float64 [yaw, x, y], lower is better;
-/// those that are inf or nan are left out. mix: items like those that are to come, which looking ahead needs. threads: how many a step may use.
+/// those that are inf or nan are left out. threads: how many a step may use.
 ///
 /// A planner keeps what it knows of the buffer's items from step to step, and plans one step at a time: have one for each thread.
 #[pyclass(frozen, module = "ppnpack")]
@@ -46,23 +46,17 @@ pub(crate) struct Planner {
 #[pymethods]
 impl Planner {
     #[new]
-    #[pyo3(signature = (grid, method = None, *, evaluator = None, mix = Vec::new(), threads = 1, **settings))]
+    #[pyo3(signature = (grid, method = None, *, evaluator = None, threads = 1, **settings))]
     fn new(
         py: Python<'_>,
         grid: &Grid,
         method: Option<&Bound<'_, PyDict>>,
         evaluator: Option<Py<PyAny>>,
-        mix: Vec<Py<Item>>,
         threads: u32,
         settings: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let method: Method = self::settings("method", method, settings, py)?;
         method.validate().or_value_error()?;
-        if method.look_ahead.is_on() && mix.is_empty() {
-            return Err(PyValueError::new_err(
-                "the method looks ahead, for which a mix of items is needed: give mix",
-            ));
-        }
         if let Some(evaluator) = &evaluator
             && !evaluator.bind(py).is_callable()
         {
@@ -73,7 +67,7 @@ impl Planner {
         let planner = py.detach(|| {
             let evaluator =
                 evaluator.map(|function| PythonEvaluator::new(function, &grid, Arc::clone(&known)));
-            build(&grid, &method, evaluator, &mix, threads)
+            build(&grid, &method, evaluator, threads)
         })?;
         Ok(Self {
             grid,
@@ -150,7 +144,6 @@ fn build(
     grid: &grid::Grid,
     method: &Method,
     evaluator: Option<PythonEvaluator>,
-    mix: &[Py<Item>],
     threads: u32,
 ) -> PyResult<plan::Planner> {
     let pool = trial::pool(threads as usize).or_runtime_error()?;
@@ -159,7 +152,7 @@ fn build(
         ..CellSettings::robot()
     };
     let twin = TwinSettings::of(&cell);
-    let trial = trial::check(method.trial, &method.loads, twin, pool.clone()).or_value_error()?;
+    let trial = trial::check(method.trial, &method.loads, twin, pool).or_value_error()?;
     let proposer = method.proposer(grid, None).or_value_error()?;
     let planner = match evaluator {
         None => method
@@ -179,12 +172,7 @@ fn build(
             )
         }
     };
-    let mix: Vec<_> = mix
-        .iter()
-        .map(|item| Arc::clone(item.get().item()))
-        .collect();
-    let chooser = method.chooser(grid, &mix, pool).or_value_error()?;
-    Ok(planner.with_chooser(chooser))
+    Ok(planner)
 }
 
 /// An item of the buffer: its slot, which of the poses that were given of it, and the item.

@@ -13,7 +13,7 @@ REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 
 @pytest.fixture(scope="session")
 def grid():
-    return ppnpack.Grid()
+    return ppnpack.Grid.reference()
 
 
 @pytest.fixture(scope="session")

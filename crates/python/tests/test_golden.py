@@ -23,7 +23,7 @@ def golden_item(case):
 
 @pytest.fixture(scope="module")
 def one_yaw():
-    return ppnpack.Grid(yaws=1)
+    return ppnpack.Grid(cell_m=0.01, yaws=1)
 
 
 def test_all_cases_are_met(cases, one_yaw):

@@ -22,7 +22,7 @@ pub fn named(record: &v1::PlanningRecord) -> BTreeSet<Vec<u8>> {
     let bodies = contents
         .flat_map(|content| &content.bodies)
         .map(|body| &body.solid);
-    let ids = candidates.chain(bodies).chain(&record.mix);
+    let ids = candidates.chain(bodies);
     ids.filter(|id| !id.is_empty()).cloned().collect()
 }
 

@@ -2,10 +2,9 @@
 
 use anyhow::Result;
 use ppnpack_cli::network::{Backend, Proposing};
-use ppnpack_model::accuracy::Accuracies;
 use ppnpack_model::card::ModelCard;
 use ppnpack_model::report::TrainingEvent;
-use ppnpack_model::settings::{Device, MeasurementRequest, TrainingRequest};
+use ppnpack_model::settings::{Device, TrainingRequest};
 use ppnpack_model::weights::Model;
 use ppnpack_packing::proposals::Proposer;
 use ppnpack_ppn::proposer::NetworkProposer;
@@ -37,14 +36,5 @@ impl Backend for Torch {
         watch: &mut dyn FnMut(TrainingEvent),
     ) -> Result<ModelCard> {
         Ok(training::train(request, watch)?)
-    }
-
-    fn measure(
-        &self,
-        model: &Model,
-        request: &MeasurementRequest,
-        watch: &mut dyn FnMut(TrainingEvent),
-    ) -> Result<Accuracies> {
-        Ok(training::measure(model, request, watch)?)
     }
 }

@@ -2647,10 +2647,6 @@ pub struct Settling {
     /// How far it sticks out above the rim at the end.
     #[prost(double, tag = "5")]
     pub above_rim_m: f64,
-    /// The greatest force with which it presses on any one other item where it came to rest, in newtons; container and floor do not
-    /// count.
-    #[prost(double, tag = "6")]
-    pub load_n: f64,
 }
 impl ::prost::Name for Settling {
     const NAME: &'static str = "Settling";
@@ -3450,9 +3446,6 @@ pub struct PlanningRecord {
     /// What the containers may take. The attempts were made in this order, until something had a valid placement.
     #[prost(message, repeated, tag = "11")]
     pub attempts: ::prost::alloc::vec::Vec<RecordedAttempt>,
-    /// The ids of the items, 32 bytes each, that a look ahead draws from; empty where there is none.
-    #[prost(bytes = "vec", repeated, tag = "12")]
-    pub mix: ::prost::alloc::vec::Vec<::prost::alloc::vec::Vec<u8>>,
     /// Whether the time was over before everything was looked at: planned again, the step may go otherwise.
     #[prost(bool, tag = "13")]
     pub is_cut: bool,

@@ -4,6 +4,8 @@ use ppnpack_wire::keys::Service;
 use rand::RngExt;
 use serde::Serialize;
 
+use crate::stack::COARSE;
+
 /// How a cell is seen, and who packs it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Kind {
@@ -142,7 +144,9 @@ fn of_perception(settings: Vec<String>) -> Vec<(Service, String)> {
 
 fn served(cells: &[(String, Kind)], is_served: impl Fn(Kind) -> bool) -> String {
     let names = cells.iter().filter(|(_, kind)| is_served(*kind));
-    let names: Vec<String> = names.map(|(cell, _)| format!("{cell}={{}}")).collect();
+    let names: Vec<String> = names
+        .map(|(cell, _)| format!("{cell}={{{COARSE}}}"))
+        .collect();
     format!("cells={{{}}}", names.join(","))
 }
 

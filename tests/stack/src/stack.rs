@@ -20,6 +20,12 @@ use crate::process::{Process, Signal, beside};
 /// How long a service may take to start: the catalogue is read, the network warmed up.
 const START_LIMIT: Duration = Duration::from_secs(60);
 
+/// The paper's grid, on which steps are quick.
+pub(crate) const COARSE: &str = "cell_m=0.01,yaws=4";
+
+/// The paper's objective alone, with nothing set aside.
+const PUBLISHED: &str = "weights={},scene_value={weight=0.0},set_aside=0";
+
 /// What a stack is made of.
 #[derive(Debug, Clone)]
 pub struct Options {
@@ -168,12 +174,14 @@ impl Stack {
                     cells
                         .map(|cell| {
                             let evaluate = options.evaluate;
-                            format!("{cell}={{evaluate=\"{evaluate}\",proposals={from}}}")
+                            let method = format!("evaluate=\"{evaluate}\",proposals={from}");
+                            format!("{cell}={{{method},{COARSE},{PUBLISHED}}}")
                         })
                         .collect::<Vec<_>>()
                         .join(",")
                 ));
             }
+            Service::Perception => settings.push(format!("service.grid={{{COARSE}}}")),
             Service::Bridge => {
                 settings.push(format!("service.journal={}", path("bridge")));
                 settings.push(format!(

@@ -34,7 +34,7 @@ pub(super) struct SettingAsideOptions {
 impl SettingAsideOptions {
     /// How many items may be set aside, by default as suits the conditions.
     pub(super) fn limit(&self, conditions: Conditions) -> usize {
-        let usual = conditions.usual().set_aside;
+        let usual = conditions.set_aside();
         self.set_aside.map_or(usual, |limit| limit as usize)
     }
 }

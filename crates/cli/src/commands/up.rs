@@ -7,7 +7,6 @@ use std::time::Instant;
 
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_packing::method::{OpenNetwork, ProposalSource};
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_perception_service::TraySettings;
 use ppnpack_physics::packing_cell::Sampling;
@@ -25,7 +24,6 @@ use ppnpack_wire::v1;
 use super::job::{ALTERNATIVES, ResultOptions, SettingAsideOptions};
 use super::view::{self, DEFAULT_ADDRESS};
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
-use crate::fastest;
 use crate::network::Backend;
 use crate::options::{
     CatalogueOptions, Conditions, GridOptions, MethodOptions, PhysicsOptions, Simulated,
@@ -155,19 +153,15 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
         ));
     }
     let model = proposals.read_model()?;
-    let sources = proposals.sources(&grid, model.as_ref())?;
-    if sources.len() > 1 && is_elsewhere {
-        return Err(Failure::input(
-            "--proposals auto is measured here; say what the stack at --connect is configured with",
-        ));
-    }
-    if sources.iter().any(ProposalSource::gives_up_early) {
-        return Err(Failure::input(
-            "--proposals tries is for `ppnpack pack` and comparisons; a stack gives no item up that has a valid placement",
-        ));
-    }
+    let source = proposals.source(&grid, model.as_ref())?;
     let poses = arguments.catalogue.poses;
-    let mut method = arguments.method.method(&sources, conditions, poses)?;
+    let method = arguments.method.method(source, conditions, poses)?;
+    if method.proposals.gives_up_early() {
+        return Err(Failure::input(
+            "--method: proposals of random tries are for `ppnpack pack` and comparisons; a stack gives no item up that has a \
+             valid placement",
+        ));
+    }
     let (arm, station) = arguments.method.arm.station()?.unzip();
     let simulated = arguments
         .physics
@@ -180,15 +174,6 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
     let catalogue = Arc::new(arguments.catalogue.load(grid.resolution())?);
     let items = catalogue.items();
     let network = proposals.network(backend, model.as_ref(), &items);
-    let costs = fastest::choose(
-        &mut method,
-        &sources,
-        &grid,
-        &items,
-        station.as_ref(),
-        1,
-        network.as_ref().map(|network| network as &dyn OpenNetwork),
-    )?;
     let settings = |sequence| Settings {
         catalogue: arguments.catalogue.catalogue.clone(),
         catalogue_hash: catalogue.content_hash(),
@@ -201,7 +186,6 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
             method: method.clone(),
             arm: arm.clone(),
         },
-        costs,
         threads: 1,
         simulated: simulated.clone(),
     };

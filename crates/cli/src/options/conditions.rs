@@ -1,10 +1,8 @@
 //! The conditions of a simulated cell, and what is usual under them.
 
 use clap::ValueEnum;
-use ppnpack_packing::method::Stability;
-use ppnpack_packing::objective::Weights;
-use ppnpack_packing::scene_value::SceneValue;
-use ppnpack_packing::trial::TrialSettings;
+use ppnpack_packing::grid::{Grid, GridSettings};
+use ppnpack_packing::method::{Method, SET_ASIDE};
 
 /// How items are released and seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -16,41 +14,28 @@ pub enum Conditions {
     Reference,
 }
 
-/// What options are where nothing is said: best for a robot, the paper's for the reference.
-pub(crate) struct Usual {
-    pub(crate) cell_m: f64,
-    pub(crate) yaws: usize,
-    pub(crate) stability: Stability,
-    pub(crate) trial: TrialSettings,
-    /// The weights for items in so many poses.
-    pub(crate) weights: fn(poses: usize) -> Weights,
-    /// How much the value of what a placement leaves counts.
-    pub(crate) scene_value: SceneValue,
-    /// How many items may be set aside.
-    pub(crate) set_aside: usize,
-}
-
 impl Conditions {
-    pub(crate) fn usual(self) -> Usual {
+    /// The grid where nothing is said.
+    pub(crate) fn grid(self) -> GridSettings {
         match self {
-            Self::Robot => Usual {
-                cell_m: 0.0025,
-                yaws: 16,
-                stability: Stability::None,
-                trial: TrialSettings::default(),
-                weights: Weights::for_poses,
-                scene_value: SceneValue::built_in(),
-                set_aside: 20,
-            },
-            Self::Reference => Usual {
-                cell_m: 0.01,
-                yaws: 4,
-                stability: Stability::Published,
-                trial: TrialSettings::off(),
-                weights: |_| Weights::default(),
-                scene_value: SceneValue::default(),
-                set_aside: 0,
-            },
+            Self::Robot => GridSettings::default(),
+            Self::Reference => GridSettings::from(&Grid::reference()),
+        }
+    }
+
+    /// The method where nothing is said.
+    pub(crate) fn method(self) -> Method {
+        match self {
+            Self::Robot => Method::default(),
+            Self::Reference => Method::published(),
+        }
+    }
+
+    /// How many items may be set aside where nothing is said.
+    pub(crate) fn set_aside(self) -> usize {
+        match self {
+            Self::Robot => SET_ASIDE,
+            Self::Reference => 0,
         }
     }
 }

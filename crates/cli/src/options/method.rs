@@ -1,115 +1,51 @@
 //! Options for how placements are found and judged.
 
+use std::path::{Path, PathBuf};
+
 use clap::Args;
 use clap::builder::TypedValueParser;
-use ppnpack_packing::arm_time::ArmTime;
-use ppnpack_packing::look_ahead::LookAheadSettings;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
-use ppnpack_packing::scene_value::SceneValue;
+use serde_json::{Map, Value};
 
 use super::arm::ArmOptions;
 use super::choice::{Choice, one_of};
 use super::conditions::Conditions;
-use super::loads::LoadOptions;
-use super::objective::Objective;
 use super::proposals::ProposalOptions;
-use super::trial::TrialOptions;
-use crate::failure::{Failure, OrInput, Outcome};
+use crate::failure::{Failure, OrInput, OrRun, Outcome};
 
 /// How placements are found and judged.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Method")]
 pub(crate) struct MethodOptions {
-    /// What placements are judged by
-    #[arg(long, value_parser = one_of(&HEURISTICS), default_value = "sdfm")]
-    pub(crate) heuristic: Heuristic,
-
-    /// How the items of the buffer compete for a step
-    #[arg(long, value_parser = one_of(&ORDERS), default_value = "balance")]
-    pub(crate) order: Order,
+    /// A TOML or JSON file that says more of it: heuristic, order, stability, trial, loads, weights, scene_value and others, as in
+    /// the planner's configuration. Options win over it
+    #[arg(long, value_name = "FILE")]
+    method: Option<PathBuf>,
 
     #[command(flatten)]
     pub(crate) proposals: ProposalOptions,
 
-    /// The geometric stability test that placements must pass before they are tried
-    /// [default: none under robot conditions, published under the reference's]
-    #[arg(long, value_parser = parse_stability())]
-    pub(crate) stability: Option<Stability>,
-
-    #[command(flatten)]
-    pub(crate) trial: TrialOptions,
-
-    #[command(flatten)]
-    loads: LoadOptions,
+    /// How many placements of an item a step may try in a simulated twin of the cell; the best one that stays is made.
+    /// With 0 nothing is tried [default: 40 under robot conditions, 0 under the reference's]
+    #[arg(long, value_name = "COUNT")]
+    tries: Option<usize>,
 
     #[command(flatten)]
     pub(crate) arm: ArmOptions,
 
-    /// The weights of the objective [default: low, or dense with several --poses, under robot conditions; published under the
-    /// reference's]
-    #[arg(long, value_enum, overrides_with = "objective")]
-    objective: Option<Objective>,
+    /// How many items the robot may choose among [default: 5]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    buffer: Option<u32>,
 
-    /// A weight of the objective that is another, such as distance=2.5 (may be repeated)
-    #[arg(long = "weight", value_name = "NAME=VALUE")]
-    pub(crate) weights: Vec<String>,
-
-    /// What a litre that may still be packed after a placement is worth, in the objective's units, by a learned value of what it
-    /// leaves; with 0 the objective alone counts [default: 30 under robot conditions, 0 under the reference's]
-    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
-    pub(crate) scene_value: Option<f64>,
-
-    /// How many litres that may still be packed a second of the arm's cycle is worth: of the best valid placements the one is taken of the
-    /// least value and time; with 0 time counts nothing. With an arm and a scene value
-    #[arg(long, value_name = "LITRES", default_value_t = 0.0)]
-    pub(crate) litres_per_second: f64,
-
-    /// How many futures a step looks ahead through, for each item that it may choose; with 0 it does not
-    #[arg(long, value_name = "COUNT", default_value_t = 0)]
-    pub(crate) futures: u32,
-
-    /// How many items the robot may choose among
-    #[arg(long, value_name = "COUNT", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    pub(crate) buffer: u32,
-
-    /// The seed of everything that is random
-    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
-    pub(crate) seed: u64,
+    /// The seed of everything that is random [default: 0]
+    #[arg(long, value_name = "NUMBER")]
+    seed: Option<u64>,
 
     /// Threads for one step; the result is the same with any number. The bounded search runs on one
-    /// [default: one to search, one per core to try placements and to look ahead]
+    /// [default: one to search, one per core to try placements]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=256))]
     pub(crate) threads: Option<u32>,
 }
-
-const HEURISTICS: [Choice<Heuristic>; 6] = [
-    (
-        "sdfm",
-        Heuristic::Sdfm,
-        "Low, close to content, compact (SDF minimisation)",
-    ),
-    ("dbl", Heuristic::Dbl, "Deepest bottom-left"),
-    ("hm", Heuristic::Hm, "Heightmap minimisation"),
-    ("mta", Heuristic::Mta, "Maximum touching area"),
-    (
-        "first-fit",
-        Heuristic::FirstFit,
-        "The first valid placement",
-    ),
-    ("random", Heuristic::Random, "A valid placement at random"),
-];
-
-const ORDERS: [Choice<Order>; 4] = [
-    ("balance", Order::Balance, "All together, large items early"),
-    (
-        "bbox",
-        Order::BboxVolume,
-        "By decreasing volume of the bounding box",
-    ),
-    ("arrival", Order::Arrival, "As they arrived"),
-    ("shuffled", Order::Shuffled, "In random order"),
-];
 
 const STABILITIES: [Choice<Stability>; 3] = [
     (
@@ -127,74 +63,56 @@ pub fn parse_stability() -> impl TypedValueParser<Value = Stability> {
 }
 
 impl MethodOptions {
-    /// The method with the first of these sources of proposals, by default that which suits the conditions, for items in so
-    /// many poses.
+    /// The method that suits the conditions and items in so many poses, but for what file and options say; `proposals` are those
+    /// of the options.
+    ///
+    /// # Errors
+    /// What is wrong with the file.
     pub(crate) fn method(
         &self,
-        sources: &[ProposalSource],
+        proposals: Option<ProposalSource>,
         conditions: Conditions,
         poses: u32,
     ) -> Outcome<Method> {
-        let first = sources.first().cloned();
-        let usual = conditions.usual();
-        let preset = self.objective.map(Objective::weights);
-        let preset = preset.unwrap_or_else(|| (usual.weights)(poses as usize));
-        let look_ahead = LookAheadSettings {
-            futures: self.futures as usize,
-            ..LookAheadSettings::default()
+        let usual = conditions.method();
+        let mut method = match &self.method {
+            Some(path) => overlaid(&usual, path)?,
+            None => usual,
         };
-        look_ahead.validate().or_input()?;
-        let scene_value = SceneValue {
-            weight: self.scene_value.unwrap_or(usual.scene_value.weight),
-            ..usual.scene_value
-        };
-        scene_value.validate().or_input()?;
-        let arm_time = ArmTime {
-            litres_per_s: self.litres_per_second,
-            ..ArmTime::default()
-        };
-        arm_time.validate(scene_value.weight).or_input()?;
-        Ok(Method {
-            heuristic: self.heuristic,
-            order: self.order,
-            proposals: first.unwrap_or(ProposalSource::Bounded),
-            stability: self.stability.unwrap_or(usual.stability),
-            trial: self.trial.settings(conditions)?,
-            loads: self.loads.settings()?,
-            weights: weights(preset, &self.weights)?,
-            scene_value,
-            look_ahead,
-            arm_time,
-            buffer: self.buffer as usize,
-            seed: self.seed,
-        })
+        if let Some(proposals) = proposals {
+            method.proposals = proposals;
+        } else if method.proposals.is_network() {
+            return Err(Failure::input(
+                "--method: a network needs its weights: give --proposals network, and --model FILE where it is not the one that ships",
+            ));
+        }
+        if let Some(tries) = self.tries {
+            method.trial.tries_per_item = tries;
+        }
+        if let Some(buffer) = self.buffer {
+            method.buffer = buffer as usize;
+        }
+        method.seed = self.seed.unwrap_or(method.seed);
+        method.validate().or_input()?;
+        Ok(method.for_poses(poses as usize))
     }
 }
 
-fn weights(preset: Weights, assignments: &[String]) -> Outcome<Weights> {
-    let mut named = match serde_json::to_value(preset).or_input()? {
-        serde_json::Value::Object(named) => named,
-        _ => serde_json::Map::new(),
+/// A method with the keys of a file in place of its own.
+fn overlaid(usual: &Method, path: &Path) -> Outcome<Method> {
+    let wrong = |error: &dyn std::fmt::Display| {
+        Failure::input(format_args!("--method {}: {error}", path.display()))
     };
-    for assignment in assignments {
-        let wrong = |why: &str| {
-            let names: Vec<&str> = named.keys().map(String::as_str).collect();
-            Failure::input(format_args!(
-                "--weight {assignment}: {why}; give NAME=VALUE with one of {}",
-                names.join(", ")
-            ))
-        };
-        let Some((name, value)) = assignment.split_once('=') else {
-            return Err(wrong("there is no '='"));
-        };
-        if !named.contains_key(name) {
-            return Err(wrong("there is no such weight"));
-        }
-        let value = value.parse().ok().filter(|value: &f64| value.is_finite());
-        let value = value.ok_or_else(|| wrong("the value is no finite number"))?;
-        named.insert(name.to_owned(), serde_json::json!(value));
-    }
-    let weights: Weights = serde_json::from_value(serde_json::Value::Object(named)).or_input()?;
-    weights.validate().or_input()?;
-    Ok(weights)
+    let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
+    let own: Map<String, Value> = match path.extension().is_some_and(|it| it == "json") {
+        true => serde_json::from_str(&text).map_err(|error| wrong(&error))?,
+        false => toml::from_str(&text).map_err(|error| wrong(&error))?,
+    };
+    let usual = serde_json::to_value(usual).or_run()?;
+    let mut keys: Map<String, Value> = serde_json::from_value(usual).or_run()?;
+    keys.extend(own);
+    let method = serde_json::from_value(Value::Object(keys));
+    let method: Method = method.map_err(|error| wrong(&error))?;
+    method.validate().map_err(|error| wrong(&error))?;
+    Ok(method)
 }

@@ -3,15 +3,12 @@
 mod arm;
 mod choice;
 mod conditions;
-mod loads;
 mod mapper;
 mod method;
-mod objective;
 mod physics;
 mod proposals;
 mod region;
 mod sensor;
-mod trial;
 mod view;
 
 use std::path::PathBuf;
@@ -32,7 +29,6 @@ pub use conditions::Conditions;
 pub(crate) use mapper::MapperOptions;
 pub(crate) use method::MethodOptions;
 pub use method::parse_stability;
-pub use objective::Objective;
 pub use physics::{PhysicsOptions, Simulated};
 pub use proposals::{Network, PROPOSAL_YAWS, at_least_one, parse_device, read_model};
 pub(crate) use region::parse_region;
@@ -154,7 +150,7 @@ impl GridOptions {
 
     /// What the grid is made of.
     pub fn settings(&self, conditions: Conditions) -> GridSettings {
-        let usual = conditions.usual();
+        let usual = conditions.grid();
         GridSettings {
             container: self.container,
             cell_m: self.cell.unwrap_or(usual.cell_m),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::builder::TypedValueParser;
-use clap::{Args, ValueEnum, value_parser};
+use clap::{Args, ValueEnum};
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::Model;
 use ppnpack_packing::grid::Grid;
@@ -15,7 +15,6 @@ use ppnpack_packing::step::StageError;
 
 use super::choice::{Choice, one_of};
 use crate::failure::{OrInput, Outcome};
-use crate::length::parse_length;
 use crate::network::{Backend, Proposing};
 
 /// The yaws that proposals are made for on grids with more.
@@ -26,8 +25,9 @@ pub const PROPOSAL_YAWS: usize = 4;
 #[command(next_help_heading = "Proposals")]
 pub(crate) struct ProposalOptions {
     /// Which placements are evaluated
-    #[arg(long = "proposals", value_enum, default_value = "bounded")]
-    from: ProposalsOption,
+    /// [default: bounded under robot conditions, all under the reference's]
+    #[arg(long = "proposals", value_enum)]
+    from: Option<ProposalsOption>,
 
     /// The share of placements that is proposed, in percent
     #[arg(
@@ -37,23 +37,6 @@ pub(crate) struct ProposalOptions {
         allow_hyphen_values = true
     )]
     percent: f64,
-
-    /// How many yaws of an item are tried, where proposals are `tries`
-    #[arg(long, value_name = "COUNT", default_value_t = ProposalSource::PUBLISHED_YAWS, value_parser = value_parser!(u8).range(1..))]
-    try_yaws: u8,
-
-    /// How many positions are tried at each of these yaws
-    #[arg(long, value_name = "COUNT", default_value_t = ProposalSource::PUBLISHED_POSITIONS, value_parser = value_parser!(u8).range(1..))]
-    try_positions: u8,
-
-    /// The cell of the grid that the network or the coarse search proposes on
-    /// [default: 1 cm, and twice --cell for a coarse search on cells of 1 cm or more]
-    #[arg(long, value_name = "LENGTH", value_parser = parse_length, allow_hyphen_values = true)]
-    proposal_cell: Option<f64>,
-
-    /// How many yaws at most the network or the coarse search proposes for; the others follow the nearest
-    #[arg(long, value_name = "COUNT", default_value_t = PROPOSAL_YAWS, value_parser = at_least_one)]
-    proposal_yaws: usize,
 
     /// The network's weights, a .safetensors file with its .json card beside it [default: those that ship]
     #[arg(long, value_name = "FILE")]
@@ -73,16 +56,8 @@ enum ProposalsOption {
     Bounded,
     /// A random share of them, see --k
     Random,
-    /// Some random yaws of each item with some random positions each, as the published code of the paper's baseline; it ends
-    /// when none of these is valid for any item of the buffer: see --try-yaws and --try-positions
-    Tries,
-    /// Those that the heuristic itself ranks best on a coarser grid, see --k and --proposal-cell
-    Coarse,
     /// Those that the placement proposal network scores best, see --k and --model
     Network,
-    /// What takes least time of `bounded`, `coarse` and `network` on this machine and for these objects: measured at the
-    /// start
-    Auto,
 }
 
 const DEVICES: [Choice<Device>; 2] = [
@@ -155,7 +130,7 @@ pub fn read_model(file: Option<&Path>) -> Outcome<Model> {
 impl ProposalOptions {
     /// Whether a network may be used.
     pub(crate) fn uses_network(&self) -> bool {
-        matches!(self.from, ProposalsOption::Network | ProposalsOption::Auto)
+        self.from == Some(ProposalsOption::Network)
     }
 
     /// The model to propose with, where a network may be used.
@@ -182,33 +157,23 @@ impl ProposalOptions {
         })
     }
 
-    /// The sources among which the fastest is wanted; one, but for `auto`.
-    pub(crate) fn sources(
+    /// Where proposals come from, where that is said; `model` is what [`Self::read_model`] gave.
+    pub(crate) fn source(
         &self,
         grid: &Grid,
         model: Option<&Model>,
-    ) -> Outcome<Vec<ProposalSource>> {
+    ) -> Outcome<Option<ProposalSource>> {
         let percent = Percent::new(self.percent).or_input()?.percent();
-        let (cell_m, yaws) = (self.proposal_cell, self.proposal_yaws);
-        let coarse = ProposalSource::coarse(grid, percent, cell_m, yaws);
         let network = model.map(|model| {
             let weights = &model.card().weights_blake3;
-            ProposalSource::network(grid, percent, cell_m, yaws, weights)
+            ProposalSource::network(grid, percent, None, PROPOSAL_YAWS, weights)
         });
         Ok(match self.from {
-            ProposalsOption::All => vec![ProposalSource::All],
-            ProposalsOption::Bounded => vec![ProposalSource::Bounded],
-            ProposalsOption::Random => vec![ProposalSource::Random { percent }],
-            ProposalsOption::Tries => vec![ProposalSource::Tries {
-                yaws: self.try_yaws,
-                positions: self.try_positions,
-            }],
-            ProposalsOption::Coarse => vec![coarse],
-            ProposalsOption::Network => network.into_iter().collect(),
-            ProposalsOption::Auto => {
-                let others = [ProposalSource::Bounded, coarse];
-                others.into_iter().chain(network).collect()
-            }
+            None => None,
+            Some(ProposalsOption::All) => Some(ProposalSource::All),
+            Some(ProposalsOption::Bounded) => Some(ProposalSource::Bounded),
+            Some(ProposalsOption::Random) => Some(ProposalSource::Random { percent }),
+            Some(ProposalsOption::Network) => network,
         })
     }
 }

@@ -21,11 +21,8 @@ struct Line<'a> {
     propose_s: f64,
     evaluate_s: f64,
     check_s: f64,
-    look_ahead_s: f64,
     slide_m: f64,
     tilt_rad: f64,
-    /// With what it pressed on another item when it was tried.
-    load_n: Option<f64>,
     /// The item below that it brought nearest to what that may carry, what rests on it as estimated, and what may.
     loaded_item: Option<&'a str>,
     loaded_kg: Option<f64>,
@@ -68,10 +65,8 @@ pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
             propose_s: step.timings.propose.as_secs_f64(),
             evaluate_s: step.timings.evaluate.as_secs_f64(),
             check_s: step.timings.check.as_secs_f64(),
-            look_ahead_s: step.timings.look_ahead.as_secs_f64(),
             slide_m: settled.slide_m,
             tilt_rad: settled.tilt_rad,
-            load_n: step.evidence.settling.map(|settling| settling.load_n),
             loaded_item: load.map(|load| load.item.as_str()),
             loaded_kg: load.map(|load| load.estimated_kg),
             loaded_limit_kg: load.map(|load| load.carries_kg),

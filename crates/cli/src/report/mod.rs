@@ -32,7 +32,6 @@ use ppnpack_physics::outcome::{self, BodyState};
 use ppnpack_robot::station::StationSettings;
 use serde::Serialize;
 
-use crate::fastest::Cost;
 use crate::options::Simulated;
 use crate::sequence::Sequence;
 pub(crate) use arm::{ArmAsked, ArmWork};
@@ -63,9 +62,6 @@ pub(crate) struct Settings {
     pub(crate) set_aside: usize,
     pub(crate) grid: Grid,
     pub(crate) method: MethodWithArm,
-    /// What each source of proposals was measured to cost, where the fastest was asked for.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(crate) costs: Vec<Cost>,
     pub(crate) threads: u32,
     pub(crate) simulated: Simulated,
 }

@@ -9,7 +9,7 @@ use super::{Packing, Settled, Summary};
 pub(super) fn section(packing: &Packing, summary: &Summary) -> String {
     let rows = packing.steps.iter().zip(&packing.settled);
     let rows: String = rows
-        .map(|(step, settled)| row(packing, summary, step, *settled))
+        .map(|(step, settled)| row(packing, step, *settled))
         .collect();
     format!(
         "<h2>Steps</h2><p class=sub>{}</p><div class=scroll role=region tabindex=0 aria-label=\"Table of the steps\"><table>\
@@ -30,17 +30,13 @@ fn legend(packing: &Packing, summary: &Summary) -> String {
             summary.items_placed
         ),
     };
-    let loads = match summary.greatest_load {
-        Some(_) => " The load is what the item presses with on any one other, as the tries tell.",
-        None => "",
-    };
     format!(
         "An item opens for more. Alternatives are the values of the next best valid placements; slide and tilt are what became of \
-         it when it was let go.{poses}{loads}"
+         it when it was let go.{poses}"
     )
 }
 
-fn row(packing: &Packing, summary: &Summary, step: &Step, settled: Settled) -> String {
+fn row(packing: &Packing, step: &Step, settled: Settled) -> String {
     let resolution = packing.settings.grid.resolution();
     let cell_cm = resolution.cell_m() * 100.0;
     let unit_cm = resolution.height_unit_m() * 100.0;
@@ -54,7 +50,7 @@ fn row(packing: &Packing, summary: &Summary, step: &Step, settled: Settled) -> S
     };
     let is_bad = settled.is_unsteady() || !inside;
     let class = if is_bad { " class=bad" } else { "" };
-    let details = details(packing, summary, step).into_iter();
+    let details = details(packing, step).into_iter();
     let details = details.map(|(name, value)| format!("<dt>{name}<dd>{}", escape(&value)));
     format!(
         "<tr{class}><th scope=row><details><summary>{} {}</summary><dl>{}</dl></details></th><td class=n>{:.1}<td class=n>{:.1}\
@@ -74,7 +70,7 @@ fn row(packing: &Packing, summary: &Summary, step: &Step, settled: Settled) -> S
 }
 
 /// What an item shows when it is opened.
-fn details(packing: &Packing, summary: &Summary, step: &Step) -> Vec<(&'static str, String)> {
+fn details(packing: &Packing, step: &Step) -> Vec<(&'static str, String)> {
     let alternatives = step.alternatives.iter();
     let alternatives = alternatives.map(|other| format!("{:.2}", other.value));
     let alternatives: Vec<String> = alternatives.collect();
@@ -92,15 +88,9 @@ fn details(packing: &Packing, summary: &Summary, step: &Step) -> Vec<(&'static s
         ("Propose (ms)", milliseconds(timings.propose)),
         ("Evaluate (ms)", milliseconds(timings.evaluate)),
         ("Check (ms)", milliseconds(timings.check)),
-        ("Look ahead (ms)", milliseconds(timings.look_ahead)),
     ];
     if packing.settings.poses > 1 {
         details.push(("Pose", step.candidate.pose.to_string()));
-    }
-    if summary.greatest_load.is_some() {
-        let settling = step.evidence.settling;
-        let load = settling.map_or_else(none, |settling| format!("{:.1}", settling.load_n));
-        details.push(("Load (N)", load));
     }
     if let Some(load) = &step.evidence.load {
         let text = format!(

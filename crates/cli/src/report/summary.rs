@@ -26,9 +26,6 @@ pub(crate) struct Summary {
     /// How long bringing them into it takes the robot, where that is known, in seconds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) turning_s: Option<f64>,
-    /// The placement that presses hardest on another item, as the tries tell; absent where nothing was tried.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) greatest_load: Option<Load>,
     /// The placement that brought an item nearest to what it may carry, as estimated; absent where none loaded one with a limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) nearest_limit: Option<NearestLimit>,
@@ -50,15 +47,6 @@ pub(crate) struct Summary {
     pub(crate) set_aside: Vec<Unplaceable>,
     pub(crate) ending: EndingSummary,
     pub(crate) settings: Settings,
-}
-
-/// With what a placed item presses on another.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub(crate) struct Load {
-    /// From 0.
-    pub(crate) step: u64,
-    pub(crate) item: String,
-    pub(crate) load_n: f64,
 }
 
 /// What an item carries as estimated, against what it may.
@@ -85,7 +73,6 @@ pub(crate) struct Stages {
     pub(crate) propose: f64,
     pub(crate) evaluate: f64,
     pub(crate) check: f64,
-    pub(crate) look_ahead: f64,
 }
 
 /// Steps that were planned in another way than was asked for, and why.
@@ -192,7 +179,6 @@ impl Packing {
                 .count(),
             items_in_other_pose: turned,
             turning_s: turn_s.map(|turn_s| turn_s * turned as f64),
-            greatest_load: self.greatest_load(),
             nearest_limit: self.nearest_limit(),
             metrics: self.metrics,
             height_m: f64::from(self.scene.heightmap().max()) * unit_m,
@@ -201,7 +187,6 @@ impl Packing {
                 propose: mean(|timings| timings.propose),
                 evaluate: mean(|timings| timings.evaluate),
                 check: mean(|timings| timings.check),
-                look_ahead: mean(|timings| timings.look_ahead),
             },
             steps_widened: steps_widened(steps),
             degraded: self.degraded(),
@@ -211,19 +196,6 @@ impl Packing {
             ending: self.ending.clone(),
             settings: self.settings.clone(),
         }
-    }
-
-    fn greatest_load(&self) -> Option<Load> {
-        let loads = self.steps.iter().filter_map(|step| {
-            let settling = step.evidence.settling?;
-            Some((step, settling.load_n))
-        });
-        let greatest = loads.max_by(|(_, one), (_, other)| one.total_cmp(other));
-        greatest.map(|(step, load_n)| Load {
-            step: step.step,
-            item: step.candidate.item.name().to_string(),
-            load_n,
-        })
     }
 
     fn nearest_limit(&self) -> Option<NearestLimit> {

@@ -3,9 +3,8 @@
 use ppnpack_packing::grid::Grid;
 
 use super::arm::ArmSummary;
-use super::summary::{EndingSummary, Load, NearestLimit, Spread, Unplaceable};
+use super::summary::{EndingSummary, NearestLimit, Spread, Unplaceable};
 use super::{Packing, Summary};
-use crate::fastest::Cost;
 use crate::output;
 
 /// So many items are named in a line at most; the report names all.
@@ -88,7 +87,10 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
     };
     let mut figures = vec![
         ("Sequence", sequence.from.clone()),
-        ("Proposals", proposals(packing)),
+        (
+            "Proposals",
+            packing.settings.method.method.proposals.to_string(),
+        ),
         ("Packed", packed),
         ("Volume of the meshes", cm3(metrics.packed.meshes_m3)),
         ("Volume of the voxels", cm3(metrics.packed.voxels_m3)),
@@ -123,10 +125,6 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
     if summary.steps_widened > 0 {
         let text = format!("{} of {} steps", summary.steps_widened, packing.steps.len());
         figures.push(("Searched exhaustively, as nothing proposed was valid", text));
-    }
-    if let Some(Load { step, item, load_n }) = &summary.greatest_load {
-        let text = format!("{load_n:.1} N at most: {item} in step {}", step + 1);
-        figures.push(("Presses on what lies below", text));
     }
     if let Some(NearestLimit {
         step,
@@ -167,21 +165,6 @@ fn height(grid: &Grid, height_m: f64) -> String {
         true => format!("{text}, {:.1} cm above the rim", above_m * 100.0),
         false => text,
     }
-}
-
-/// Where proposals came from; where the fastest source was asked for, what each was measured to cost.
-fn proposals(packing: &Packing) -> String {
-    let settings = &packing.settings;
-    let cost = |cost: &Cost| match cost.decision_s {
-        Some(seconds) => format!("{} {}", cost.proposals, duration(seconds)),
-        None => format!("{} cannot be used here", cost.proposals),
-    };
-    let chosen = &settings.method.method.proposals;
-    if settings.costs.is_empty() {
-        return chosen.to_string();
-    }
-    let costs: Vec<String> = settings.costs.iter().map(cost).collect();
-    format!("{chosen}, the fastest measured ({})", costs.join("; "))
 }
 
 #[cfg(test)]

@@ -99,7 +99,6 @@ fn step(done: &Done, catalogue: &Catalogue) -> Result<Step> {
             propose: stage(decision, "propose"),
             evaluate: stage(decision, "evaluate"),
             check: stage(decision, "check"),
-            look_ahead: stage(decision, "look_ahead"),
         },
         degraded: decision.degraded.clone(),
         is_widened: decision.is_widened,

@@ -9,36 +9,22 @@
 //! Where boxes have to be stable, the roll-outs ask of each box whether it stands by itself, but not whether it tips another
 //! one; what is chosen in the end passes the whole rule.
 
-use std::time::{Duration, Instant};
-
-use serde::{Deserialize, Serialize};
-
 use super::bin::Bin;
-use super::policy::Policy;
+use super::snug::Snug;
 use super::source::Boxes;
 use super::surface::{Placed, Sides};
 
-/// How far a decision looks ahead.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(super) struct LookAhead {
-    /// By which placements are ranked, and roll-outs played.
-    pub(super) policy: Policy,
-    /// How many of the best placements are followed.
-    pub(super) placements: usize,
-    /// About how many roll-outs a decision has, over all of them.
-    pub(super) rollouts: usize,
-    /// By how many standard errors of the mean difference a placement has to pack more than the policy's choice.
-    pub(super) margin: f64,
-    /// The time after which a decision begins no other future, in milliseconds.
-    pub(super) budget_ms: u64,
-}
+/// How many of the policy's best placements are followed.
+pub(super) const PLACEMENTS: usize = 8;
 
-/// What a decision came to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Choice {
-    pub(super) placed: Placed,
-    /// Whether the time was over before all roll-outs were played.
-    pub(super) is_cut: bool,
+/// By how many standard errors of the mean difference a placement has to pack more than the policy's choice.
+pub(super) const MARGIN: f64 = 1.0;
+
+/// A decision by roll-outs: about so many.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LookAhead {
+    pub(super) policy: Snug,
+    pub(super) rollouts: usize,
 }
 
 /// A placement with the volumes that its roll-outs packed so far, a future each, in cells cubed.
@@ -56,35 +42,23 @@ impl Arm {
 
 impl LookAhead {
     /// The placement whose roll-outs fill the bin most, of those that the bin accepts; `None` where there is none.
-    pub(super) fn choose(&self, bin: &Bin, arriving: Sides, futures: &mut Boxes) -> Option<Choice> {
-        let started = Instant::now();
-        let budget = Duration::from_millis(self.budget_ms);
-        let mut is_cut = false;
-        let mut arms = self.arms(bin, arriving);
+    pub(super) fn choose(&self, bin: &Bin, arriving: Sides, futures: &mut Boxes) -> Option<Placed> {
+        let ranked = self.policy.ranked(bin.surface(), arriving);
+        let accepted = ranked.into_iter().filter(|placed| bin.accepts(placed));
+        let arms = accepted.take(PLACEMENTS).map(|placed| Arm {
+            placed,
+            volumes: Vec::new(),
+        });
+        let mut arms: Vec<Arm> = arms.collect();
         let rounds = rounds(arms.len());
         for _ in 0..rounds {
             let count = self.rollouts / rounds / arms.len();
             for _ in 0..count.max(1) {
-                is_cut |= started.elapsed() >= budget;
-                if !is_cut {
-                    self.follow(bin, &mut arms, &future(bin.free_volume(), futures));
-                }
+                self.follow(bin, &mut arms, &future(bin.free_volume(), futures));
             }
             halve(&mut arms);
         }
-        let placed = preferred(&arms, self.margin)?.placed;
-        Some(Choice { placed, is_cut })
-    }
-
-    /// The policy's best placements that the bin accepts.
-    fn arms(&self, bin: &Bin, arriving: Sides) -> Vec<Arm> {
-        let ranked = self.policy.ranked(bin.surface(), arriving, bin.setting());
-        let accepted = ranked.into_iter().filter(|placed| bin.accepts(placed));
-        let arms = accepted.map(|placed| Arm {
-            placed,
-            volumes: Vec::new(),
-        });
-        arms.take(self.placements).collect()
+        Some(preferred(&arms, MARGIN)?.placed)
     }
 
     /// Plays one future out after each of the placements.
@@ -92,7 +66,7 @@ impl LookAhead {
         for arm in arms {
             let mut surface = *bin.surface();
             surface.place(&arm.placed);
-            let volume = self.policy.play_out(surface, future, bin.setting());
+            let volume = self.policy.play_out(surface, future);
             arm.volumes.push(volume);
         }
     }
@@ -144,79 +118,49 @@ fn future(free_volume: u32, boxes: &mut Boxes) -> Vec<Sides> {
 #[cfg(test)]
 mod tests {
     use super::super::rules::Setting;
-    use super::super::source::{Instance, Split};
+    use super::super::source::Instance;
     use super::*;
 
-    fn look_ahead(rollouts: usize) -> LookAhead {
-        LookAhead {
-            policy: Policy::Snug,
-            placements: 8,
+    const INSTANCE: Instance = Instance { seed: 5, number: 0 };
+
+    fn packed_volume(rollouts: usize, number: u32) -> u32 {
+        let look_ahead = LookAhead {
+            policy: Snug::new(Setting::Free),
             rollouts,
-            margin: 1.0,
-            budget_ms: 600_000,
-        }
-    }
-
-    const INSTANCE: Instance = Instance {
-        seed: 5,
-        split: Split::Tune,
-        number: 0,
-    };
-
-    fn packed_volume(look_ahead: LookAhead, number: u32) -> (u32, bool) {
+        };
         let instance = Instance { number, ..INSTANCE };
         let mut bin = Bin::empty(Setting::Free);
         let mut futures = instance.futures();
-        let mut is_cut = false;
         for arriving in instance.boxes() {
-            let Some(choice) = look_ahead.choose(&bin, arriving, &mut futures) else {
+            let Some(placed) = look_ahead.choose(&bin, arriving, &mut futures) else {
                 break;
             };
-            is_cut |= choice.is_cut;
-            bin.place(&choice.placed);
+            bin.place(&placed);
         }
-        (bin.packed_volume(), is_cut)
+        bin.packed_volume()
     }
 
     #[test]
     fn choices_are_repeated() {
-        assert_eq!(
-            packed_volume(look_ahead(50), 0),
-            packed_volume(look_ahead(50), 0)
-        );
+        assert_eq!(packed_volume(50, 0), packed_volume(50, 0));
     }
 
     #[test]
     fn looking_ahead_fills_more_than_the_policy() {
-        let volume = |look_ahead| {
-            let packed = (0..8).map(|number| packed_volume(look_ahead, number).0);
-            packed.sum::<u32>()
+        let snug = Snug::new(Setting::Free);
+        let alone = |number| {
+            let mut surface = *Bin::empty(Setting::Free).surface();
+            let boxes = Instance { number, ..INSTANCE }.boxes();
+            let chosen = boxes.map_while(|arriving| {
+                let placed = snug.choose(&surface, arriving)?;
+                surface.place(&placed);
+                Some(arriving.volume())
+            });
+            chosen.sum::<u32>()
         };
-        let ahead = LookAhead {
-            policy: Policy::Dbl,
-            ..look_ahead(100)
-        };
-        let alone = LookAhead {
-            placements: 1,
-            ..ahead
-        };
-        let (ahead, alone) = (volume(ahead), volume(alone));
+        let ahead: u32 = (0..8).map(|number| packed_volume(200, number)).sum();
+        let alone: u32 = (0..8).map(alone).sum();
         assert!(ahead > alone, "{ahead} against {alone}");
-    }
-
-    #[test]
-    fn without_time_the_policy_decides_and_it_is_said() {
-        let late = LookAhead {
-            budget_ms: 0,
-            ..look_ahead(100)
-        };
-        let bin = Bin::empty(Setting::Stable);
-        let arriving = Sides { x: 2, y: 3, z: 1 };
-        let choice = late
-            .choose(&bin, arriving, &mut INSTANCE.futures())
-            .unwrap();
-        let best = Policy::Snug.choose(bin.surface(), arriving, Setting::Stable);
-        assert_eq!((Some(choice.placed), choice.is_cut), (best, true));
     }
 
     #[test]

@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 
 use super::bin::Bin;
 use super::engine::Engine;
-use super::look_ahead::{Choice, LookAhead};
-use super::policy::Policy;
+use super::look_ahead::LookAhead;
 use super::rules::Setting;
+use super::snug::Snug;
 use super::source::{Boxes, Instance};
 use super::surface::{BIN_VOLUME, Placed, Sides};
 
@@ -47,19 +47,23 @@ impl Method {
     }
 
     /// What plays it.
-    pub(super) fn player(self, setting: Setting, look_ahead: &LookAhead) -> Outcome<Player> {
+    pub(super) fn player(self, setting: Setting, rollouts: usize) -> Outcome<Player> {
         let engine = |heuristic| {
             Engine::new(setting, heuristic)
                 .map(Box::new)
                 .map(Player::Engine)
         };
+        let snug = Snug::new(setting);
         match self {
             Self::Dbl => engine(Heuristic::Dbl),
             Self::Hm => engine(Heuristic::Hm),
             Self::Sdfm => engine(Heuristic::Sdfm),
             Self::Mta => engine(Heuristic::Mta),
-            Self::Snug => Ok(Player::Policy(Policy::Snug)),
-            Self::LookAhead => Ok(Player::LookAhead(*look_ahead)),
+            Self::Snug => Ok(Player::Snug(snug)),
+            Self::LookAhead => Ok(Player::LookAhead(LookAhead {
+                policy: snug,
+                rollouts,
+            })),
         }
     }
 }
@@ -67,7 +71,7 @@ impl Method {
 /// What chooses placements.
 pub(super) enum Player {
     Engine(Box<Engine>),
-    Policy(Policy),
+    Snug(Snug),
     LookAhead(LookAhead),
 }
 
@@ -78,8 +82,6 @@ pub(super) struct Run {
     pub(super) placed: Vec<Placed>,
     /// The time of each decision that placed a box, in seconds.
     pub(super) decision_s: Vec<f64>,
-    /// Decisions of which the time was over before all roll-outs were played.
-    pub(super) cut: usize,
 }
 
 impl Run {
@@ -98,17 +100,15 @@ impl Player {
         let mut run = Run {
             placed: Vec::new(),
             decision_s: Vec::new(),
-            cut: 0,
         };
         for arriving in instance.boxes() {
             let started = Instant::now();
             let choice = self.choose(&bin, arriving, &mut futures)?;
             let took_s = started.elapsed().as_secs_f64();
-            let Some(Choice { placed, is_cut }) = choice else {
+            let Some(placed) = choice else {
                 break;
             };
             run.decision_s.push(took_s);
-            run.cut += usize::from(is_cut);
             run.placed.push(placed);
             bin.place(&placed);
         }
@@ -120,19 +120,12 @@ impl Player {
         bin: &Bin,
         arriving: Sides,
         futures: &mut Boxes,
-    ) -> Outcome<Option<Choice>> {
-        let whole = |placed| Choice {
-            placed,
-            is_cut: false,
-        };
+    ) -> Outcome<Option<Placed>> {
         Ok(match self {
-            Self::Engine(engine) => engine.choose(bin, arriving)?.map(whole),
-            Self::Policy(policy) => {
-                let ranked = policy.ranked(bin.surface(), arriving, bin.setting());
-                ranked
-                    .into_iter()
-                    .find(|placed| bin.accepts(placed))
-                    .map(whole)
+            Self::Engine(engine) => engine.choose(bin, arriving)?,
+            Self::Snug(snug) => {
+                let mut ranked = snug.ranked(bin.surface(), arriving).into_iter();
+                ranked.find(|placed| bin.accepts(placed))
             }
             Self::LookAhead(look_ahead) => look_ahead.choose(bin, arriving, futures),
         })
@@ -141,7 +134,6 @@ impl Player {
 
 #[cfg(test)]
 mod tests {
-    use super::super::source::Split;
     use super::super::surface::SIDE;
     use super::*;
 
@@ -153,14 +145,6 @@ mod tests {
         Method::Snug,
         Method::LookAhead,
     ];
-
-    const LOOK_AHEAD: LookAhead = LookAhead {
-        policy: Policy::Snug,
-        placements: 4,
-        rollouts: 16,
-        margin: 1.0,
-        budget_ms: 600_000,
-    };
 
     /// The bin as its single cells, filled or not.
     #[derive(Default)]
@@ -219,14 +203,13 @@ mod tests {
 
     #[test]
     fn boxes_never_overlap_and_the_episode_ends_where_nothing_fits() {
-        for (setting, split) in [(Setting::Stable, Split::Tune), (Setting::Free, Split::Test)] {
+        for setting in [Setting::Stable, Setting::Free] {
             for method in ALL {
                 let instance = Instance {
                     seed: 11,
-                    split,
                     number: 2,
                 };
-                let mut player = method.player(setting, &LOOK_AHEAD).unwrap();
+                let mut player = method.player(setting, 16).unwrap();
                 let run = player.play(setting, &instance).unwrap();
                 let mut voxels = Voxels::default();
                 let mut bin = Bin::empty(setting);

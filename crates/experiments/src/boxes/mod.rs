@@ -4,29 +4,24 @@ mod bin;
 mod engine;
 mod look_ahead;
 mod methods;
-mod policy;
 mod published;
 mod results;
 mod rules;
+mod snug;
 mod source;
 mod support;
 mod surface;
-
-use std::path::PathBuf;
 
 use clap::Args;
 use ppnpack_cli::failure::Outcome;
 use serde::Serialize;
 
-use crate::document::{self, Answer, Document};
-use crate::runs::{Runs, ShardOptions};
-use crate::workers;
-use look_ahead::LookAhead;
+use crate::document::OutOptions;
+use crate::runs::{Runs, RunsOptions};
 use methods::{Method, Run};
-use policy::Policy;
 use results::Results;
 use rules::Setting;
-use source::{Instance, Split};
+use source::Instance;
 
 /// How many instances are a run, which is kept in a file.
 const KEPT_TOGETHER: usize = 20;
@@ -34,6 +29,10 @@ const KEPT_TOGETHER: usize = 20;
 /// Packs boxes into a bin of 10 x 10 x 10 one by one, as others do.
 #[derive(Debug, Args)]
 pub(crate) struct BoxesArguments {
+    /// The first instance
+    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
+    first: u32,
+
     /// How many instances
     #[arg(long, value_name = "COUNT", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..))]
     instances: u32,
@@ -58,83 +57,39 @@ pub(crate) struct BoxesArguments {
     )]
     methods: Vec<Method>,
 
-    /// The policy of the look-ahead's roll-outs
-    #[arg(long, value_enum, default_value_t = Policy::Snug)]
-    policy: Policy,
-
-    /// How many of the policy's best placements the look-ahead follows
-    #[arg(long, value_name = "COUNT", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..))]
-    placements: u16,
-
     /// About how many roll-outs a decision of the look-ahead has
     #[arg(long, value_name = "COUNT", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
     rollouts: u32,
-
-    /// By how many standard errors a placement has to pack more than the policy's choice to be made in its place
-    #[arg(long, value_name = "NUMBER", default_value_t = 1.0, value_parser = margin, allow_hyphen_values = true)]
-    margin: f64,
-
-    /// After how many milliseconds a decision of the look-ahead begins no other future; where that is met, results depend on
-    /// the machine
-    #[arg(long, value_name = "MS", default_value_t = 950)]
-    budget_ms: u64,
-
-    /// Which instances: settings are chosen on other ones than the tests'
-    #[arg(long, value_enum, default_value_t = Split::Test)]
-    split: Split,
 
     /// The seed of the boxes and the futures
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
     seed: u64,
 
-    /// Instances packed at once, by default one per core
-    #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
-    workers: usize,
-
-    /// Where report.html, boxes.md and boxes.json are written
-    #[arg(long, value_name = "DIR", default_value = "out/boxes")]
-    out: PathBuf,
+    #[command(flatten)]
+    runs: RunsOptions,
 
     #[command(flatten)]
-    runs: ShardOptions,
-
-    /// Print the results as JSON instead of a table
-    #[arg(long)]
-    json: bool,
+    out: OutOptions,
 }
 
 /// What results depend on.
 #[derive(Debug, Serialize)]
 struct Settings {
     settings: Vec<Setting>,
+    first: u32,
     instances: u32,
-    split: Split,
     seed: u64,
-    look_ahead: LookAhead,
-}
-
-/// Parses a number of at least 0.
-fn margin(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
-        _ => Err("must be a number of at least 0".to_owned()),
-    }
+    rollouts: u32,
 }
 
 impl BoxesArguments {
     fn settings(&self) -> Settings {
         Settings {
             settings: self.settings.clone(),
+            first: self.first,
             instances: self.instances,
-            split: self.split,
             seed: self.seed,
-            look_ahead: LookAhead {
-                policy: self.policy,
-                placements: usize::from(self.placements),
-                rollouts: self.rollouts as usize,
-                margin: self.margin,
-                budget_ms: self.budget_ms,
-            },
+            rollouts: self.rollouts,
         }
     }
 }
@@ -143,10 +98,10 @@ impl Settings {
     fn all_instances(&self) -> Vec<Instance> {
         let instance = |number| Instance {
             seed: self.seed,
-            split: self.split,
             number,
         };
-        (0..self.instances).map(instance).collect()
+        let numbers = self.first..self.first.saturating_add(self.instances);
+        numbers.map(instance).collect()
     }
 }
 
@@ -154,45 +109,30 @@ pub(crate) fn run(arguments: &BoxesArguments) -> Outcome {
     let settings = arguments.settings();
     let instances = settings.all_instances();
     let together: Vec<&[Instance]> = instances.chunks(KEPT_TOGETHER).collect();
-    let part = arguments.runs.part(&arguments.out);
-    let mut results = Results::new(&settings, arguments.workers);
+    let folder = arguments.runs.folder(&arguments.out, "boxes");
+    let mut results = Results::new(&settings, arguments.runs.workers());
     for setting in &arguments.settings {
         for method in &arguments.methods {
-            let look_ahead = (*method == Method::LookAhead).then_some(settings.look_ahead);
-            let of = (setting, method, look_ahead, settings.split, settings.seed);
-            let kept = Runs::new(&part.runs, &of)?;
+            let rollouts = (*method == Method::LookAhead).then_some(settings.rollouts);
+            let of = (setting, method, rollouts, settings.seed);
+            let kept = Runs::new(&folder, &of)?;
             let pack = |together: &&[Instance]| {
                 let first = together.first().map_or(0, |instance| instance.number);
                 let name = format!("{first:06}-{}", together.len());
                 let is_whole = |runs: &Vec<Run>| runs.len() == together.len();
                 kept.finish(&name, is_whole, || {
-                    let mut player = method.player(*setting, &settings.look_ahead)?;
+                    let mut player = method.player(*setting, settings.rollouts as usize)?;
                     let runs = together
                         .iter()
                         .map(|instance| player.play(*setting, instance));
                     runs.collect()
                 })
             };
-            if let Some(runs) = part.make(&kept, &together, arguments.workers, pack)? {
-                results.add(*setting, *method, &runs.concat());
-            }
+            let runs = arguments.runs.make(&together, pack)?;
+            results.add(*setting, *method, &runs.concat());
         }
     }
-    if part.shard.is_some() {
-        return part.tell(arguments.json);
-    }
-    document::bars(&arguments.out, "boxes", results::TITLES, results.bars())?;
-    let document = Document {
-        name: "boxes",
-        answer: Answer {
-            question: "How full is a bin of boxes that come one by one?",
-            text: results.answer(),
-            picture: "boxes.svg".to_owned(),
-        },
-        results: &results,
-        asked: arguments,
-        measured: &["lines", "published"],
-        markdown: results.markdown(),
-    };
-    document.publish(&arguments.out, arguments.json)
+    arguments
+        .out
+        .publish("boxes", &results, &results.markdown())
 }

@@ -32,9 +32,9 @@ impl Source {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(super) struct Published {
     pub(super) setting: Setting,
-    pub(super) method: &'static str,
+    method: &'static str,
     source: Source,
-    pub(super) utilisation_percent: f64,
+    utilisation_percent: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     boxes: Option<f64>,
 }
@@ -74,7 +74,7 @@ impl Published {
     pub(super) fn row(&self) -> String {
         let boxes = self.boxes.map(|boxes| format!("{boxes:.1}"));
         format!(
-            "| *{}*, {} | {:.1} | {} | | | |\n",
+            "| *{}*, {} | {:.1} | {} | | |\n",
             self.method,
             self.source.in_words(),
             self.utilisation_percent,

@@ -3,22 +3,16 @@
 use serde::Serialize;
 
 use super::Settings;
+use super::look_ahead::{MARGIN, PLACEMENTS};
 use super::methods::{Method, Run};
 use super::published::{PUBLISHED, Published};
 use super::rules::Setting;
-use crate::document;
-use crate::origin;
 use crate::statistics::{Mean, quantiles};
-
-/// Of the chart: what it shows, and what its bars measure.
-pub(super) const TITLES: [&str; 2] = ["How full the bins are", "Utilisation (%)"];
 
 /// All that was found.
 #[derive(Debug, Serialize)]
 pub(super) struct Results<'a> {
-    #[serde(serialize_with = "document::with_version")]
     settings: &'a Settings,
-    machine: String,
     workers: usize,
     lines: Vec<Line>,
     /// Of others.
@@ -37,8 +31,6 @@ struct Line {
     decision_median_s: f64,
     decision_longest_s: f64,
     decisions: usize,
-    /// Decisions of which the time was over before all roll-outs were played.
-    cut: usize,
 }
 
 impl Line {
@@ -57,19 +49,17 @@ impl Line {
             decision_median_s,
             decision_longest_s,
             decisions: decisions.count(),
-            cut: runs.iter().map(|run| run.cut).sum(),
         }
     }
 
     fn row(&self) -> String {
         format!(
-            "| {} | {} | {} | {:.3} ms | {:.1} ms | {} |\n",
+            "| {} | {} | {} | {:.3} ms | {:.1} ms |\n",
             self.method.name(),
             self.utilisation_percent.shown(1),
             self.boxes.shown(1),
             self.decision_median_s * 1e3,
             self.decision_longest_s * 1e3,
-            self.cut,
         )
     }
 }
@@ -79,7 +69,6 @@ impl<'a> Results<'a> {
         let asked = |published: &&Published| settings.settings.contains(&published.setting);
         Self {
             settings,
-            machine: origin::machine(),
             workers,
             lines: Vec::new(),
             published: PUBLISHED.iter().filter(asked).copied().collect(),
@@ -90,57 +79,15 @@ impl<'a> Results<'a> {
         self.lines.push(Line::new(setting, method, runs));
     }
 
-    /// Each method's name and how full its bins are, in percent.
-    pub(super) fn bars(&self) -> impl Iterator<Item = (String, f64)> {
-        self.lines.iter().map(|line| {
-            let label = format!("{}, setting {}", line.method.name(), line.setting.number());
-            (label, line.utilisation_percent.mean)
-        })
-    }
-
-    /// In each setting, what fills the bin most: here, and of what is published.
-    pub(super) fn answer(&self) -> String {
-        let settings = self.settings.settings.iter();
-        let sentences = settings.filter_map(|setting| {
-            let lines = self.lines.iter().filter(|line| line.setting == *setting);
-            let filled = |line: &&Line| line.utilisation_percent.mean;
-            let best = lines.max_by(|one, other| filled(one).total_cmp(&filled(other)))?;
-            let published = self.published.iter();
-            let published = published.filter(|published| published.setting == *setting);
-            let most = published.max_by(|one, other| {
-                one.utilisation_percent
-                    .total_cmp(&other.utilisation_percent)
-            });
-            let most = most.map_or_else(String::new, |published| {
-                format!(
-                    "; the most published is {:.1} % by {}",
-                    published.utilisation_percent, published.method
-                )
-            });
-            Some(format!(
-                "In setting {} ({}) {} fills {} % of the bin{most}.",
-                setting.number(),
-                setting.in_words(),
-                best.method.name(),
-                best.utilisation_percent.shown(1)
-            ))
-        });
-        sentences.collect::<Vec<String>>().join(" ")
-    }
-
     pub(super) fn markdown(&self) -> String {
         let settings = self.settings;
         let mut text = format!(
             "# Online box packing\n\n\
              A bin of 10 x 10 x 10, boxes with whole sides drawn uniformly from 1 to 5, one known at a time; an episode ends \
-             with the first box that fits nowhere. {} instances of the {} split, seed {}; means with 95 % confidence \
-             intervals. {}, {} at once.\n\n\
+             with the first box that fits nowhere. {} instances from {} on, seed {}; means with 95 % confidence \
+             intervals. {} at once.\n\n\
              Rows in italics are of others, on other draws of the same distribution.\n",
-            settings.instances,
-            document::name_of(&settings.split),
-            settings.seed,
-            self.machine,
-            self.workers,
+            settings.instances, settings.first, settings.seed, self.workers,
         );
         for setting in &settings.settings {
             text += &self.table(*setting);
@@ -152,8 +99,8 @@ impl<'a> Results<'a> {
     fn table(&self, setting: Setting) -> String {
         let mut text = format!(
             "\n## Setting {}: {}\n\n\
-             | method | utilisation (%) | boxes | decision, median | decision, longest | cut short |\n\
-             |---|---|---|---|---|---|\n",
+             | method | utilisation (%) | boxes | decision, median | decision, longest |\n\
+             |---|---|---|---|---|\n",
             setting.number(),
             setting.in_words(),
         );
@@ -166,7 +113,6 @@ impl<'a> Results<'a> {
     }
 
     fn explanation(&self) -> String {
-        let look_ahead = &self.settings.look_ahead;
         format!(
             "\n## What is compared\n\n\
              - *Stability (setting 1).* All boxes have one density. Whenever a box is placed, the load of every box in the bin is \
@@ -180,17 +126,11 @@ impl<'a> Results<'a> {
              with little volume lost below it, many faces that touch boxes or walls at its sides, and its top level with those \
              beside it or at the rim. Its weights were found by hill climbing on sequences of another generator, by the rule \
              that each box stands by itself.\n\
-             - *look-ahead* follows the {} best placements by {} to the end of the episode by roll-outs of it, all through the \
+             - *look-ahead* follows the {PLACEMENTS} best placements by snug to the end of the episode by roll-outs of it, all through the \
              same futures drawn from the known distribution, about {} roll-outs a decision by sequential halving. The \
-             policy's own choice is left only where another one packs more by {} standard errors of the mean difference. A \
-             decision begins no future after {} ms; then it is counted as cut short.\n\
-             - The boxes of the test split, those of the split for tuning and the futures of both are different streams of one \
-             generator.\n",
-            look_ahead.placements,
-            document::name_of(&look_ahead.policy),
-            look_ahead.rollouts,
-            look_ahead.margin,
-            look_ahead.budget_ms,
+             policy's own choice is left only where another one packs more by {MARGIN} standard errors of the mean difference.\n\
+             - The boxes and the futures are different streams of one generator.\n",
+            self.settings.rollouts,
         )
     }
 }

@@ -1,9 +1,7 @@
 //! The boxes that arrive.
 
-use clap::ValueEnum;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
 use super::surface::{LONGEST, Sides};
 
@@ -14,22 +12,10 @@ enum Drawn {
     Futures,
 }
 
-/// Which instances are packed. Each instance of each split has streams of its own of one generator, so that nothing that is
-/// chosen on one split has been drawn for the other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(super) enum Split {
-    /// Those to choose settings on
-    Tune,
-    /// Those that results are told of
-    Test,
-}
-
-/// One sequence of boxes.
+/// One sequence of boxes; it has streams of its own of one generator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Instance {
     pub(super) seed: u64,
-    pub(super) split: Split,
     pub(super) number: u32,
 }
 
@@ -45,16 +31,12 @@ impl Instance {
     }
 
     fn random(&self, drawn: Drawn) -> ChaCha8Rng {
-        let of_split = match self.split {
-            Split::Test => 0,
-            Split::Tune => 1,
-        };
         let of_drawn = match drawn {
             Drawn::Boxes => 0,
             Drawn::Futures => 1,
         };
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
-        random.set_stream(u64::from(self.number) << 2 | of_split << 1 | of_drawn);
+        random.set_stream(u64::from(self.number) << 2 | of_drawn);
         random
     }
 }
@@ -76,24 +58,18 @@ impl Iterator for Boxes {
 mod tests {
     use super::*;
 
-    fn instance(split: Split, number: u32) -> Instance {
-        Instance {
-            seed: 7,
-            split,
-            number,
-        }
+    fn instance(number: u32) -> Instance {
+        Instance { seed: 7, number }
     }
 
     #[test]
     fn an_instance_is_the_same_each_time_and_no_two_streams_are() {
         let first = |boxes: Boxes| boxes.take(40).collect::<Vec<_>>();
         let mut known = Vec::new();
-        for split in [Split::Tune, Split::Test] {
-            for number in 0..20 {
-                let instance = instance(split, number);
-                assert_eq!(first(instance.boxes()), first(instance.boxes()));
-                known.extend([first(instance.boxes()), first(instance.futures())]);
-            }
+        for number in 0..20 {
+            let instance = instance(number);
+            assert_eq!(first(instance.boxes()), first(instance.boxes()));
+            known.extend([first(instance.boxes()), first(instance.futures())]);
         }
         for (index, one) in known.iter().enumerate() {
             assert!(known.iter().skip(index + 1).all(|other| other != one));
@@ -103,7 +79,7 @@ mod tests {
     #[test]
     fn all_sides_are_equally_likely() {
         let mut counts = [0_u32; LONGEST as usize + 1];
-        for sides in instance(Split::Tune, 0).boxes().take(10_000) {
+        for sides in instance(0).boxes().take(10_000) {
             for side in [sides.x, sides.y, sides.z] {
                 counts[usize::from(side)] += 1;
             }

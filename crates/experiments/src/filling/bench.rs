@@ -58,20 +58,14 @@ impl Bench {
             ..CellSettings::robot()
         };
         let pool = trial::pool(way.threads).or_run()?;
-        let trial = trial::check(
-            method.trial,
-            &method.loads,
-            TwinSettings::of(&known),
-            pool.clone(),
-        )
-        .or_input()?;
+        let trial =
+            trial::check(method.trial, &method.loads, TwinSettings::of(&known), pool).or_input()?;
         let planner = method.build_with(
             &grid,
             method.proposer(&grid, None)?,
             check.into_iter().chain(trial),
             1,
         )?;
-        let planner = planner.with_chooser(method.chooser(&grid, &catalogue.items(), pool)?);
         let real = apart.cell(known);
         let cell = SimulatedPackingCell::new(real, &grid, catalogue, Sampling::Greatest);
         let mut cell = cell

@@ -6,7 +6,6 @@ use serde::Serialize;
 use super::apart::{Apart, Physics};
 use super::{FillingArguments, Run, Way};
 use crate::comparison::{WIDENED, point};
-use crate::origin;
 use crate::statistics::{Mean, percentage, quantiles};
 
 /// All that was found.
@@ -14,8 +13,6 @@ use crate::statistics::{Mean, percentage, quantiles};
 pub(super) struct Results<'a> {
     #[serde(skip)]
     title: &'static str,
-    version: &'static str,
-    machine: String,
     workers: usize,
     first_case: u32,
     cases: u32,
@@ -99,44 +96,12 @@ impl<'a> Results<'a> {
     pub(super) fn new(title: &'static str, ways: &'a [Way], arguments: &FillingArguments) -> Self {
         Self {
             title,
-            version: env!("CARGO_PKG_VERSION"),
-            machine: origin::machine(),
-            workers: arguments.workers,
-            first_case: arguments.first,
-            cases: arguments.cases,
+            workers: arguments.runs.workers(),
+            first_case: arguments.sequences.first,
+            cases: arguments.sequences.cases,
             ways,
             tables: Vec::new(),
         }
-    }
-
-    /// Which method packs most in the first kind of cell, and how steadily, beside the first one.
-    pub(super) fn answer(&self) -> String {
-        let lines = self.tables.first().map_or(&[][..], |table| &table.lines);
-        let volume_cm3 = |line: &&Line| line.meshes_cm3.mean;
-        let best = lines
-            .iter()
-            .max_by(|one, other| volume_cm3(one).total_cmp(&volume_cm3(other)));
-        let Some((first, best)) = lines.first().zip(best) else {
-            return "Nothing was packed.".to_owned();
-        };
-        if std::ptr::eq(first, best) {
-            return format!(
-                "{} packs most, {} cm³; {:.1} % of what it placed did not stay.",
-                best.name,
-                best.meshes_cm3.shown(0),
-                best.unsteady_percent
-            );
-        }
-        format!(
-            "{} packs most, {} cm³: {} than {} ({:+.1} %). Of what it placed {:.1} % did not stay, against {:.1} %.",
-            best.name,
-            best.meshes_cm3.shown(0),
-            best.difference_cm3.more_or_less(0, "cm³"),
-            first.name,
-            best.difference_percent,
-            best.unsteady_percent,
-            first.unsteady_percent
-        )
     }
 
     pub(super) fn markdown(&self) -> String {
@@ -147,8 +112,8 @@ impl<'a> Results<'a> {
              scan where no camera is named. *Unsteady* is what toppled by \
              more than 30 degrees, slid by more than 2 cm or left the container when it was placed. Differences are to \
              the first method, sequence by sequence, with 95 % intervals by Student's t. {WIDENED} Decision times are of one step on \
-             one thread, {} sequences at once. Machine: {}.\n",
-            self.title, self.first_case, self.workers, self.machine
+             one thread, {} sequences at once.\n",
+            self.title, self.first_case, self.workers
         );
         for table in &self.tables {
             text += &table.markdown();

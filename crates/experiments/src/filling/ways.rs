@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use ppnpack_cli::failure::{Failure, Outcome};
 use ppnpack_cli::options::ViewOptions;
 use ppnpack_packing::grid::GridSettings;
-use ppnpack_packing::method::{Method, ProposalSource, Stability};
+use ppnpack_packing::method::{Method, SET_ASIDE, Stability};
 use ppnpack_packing::objective::Weights;
 use ppnpack_packing::scene_value::SceneValue;
 use ppnpack_packing::trial::{TrialLimits, TrialSettings};
@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 /// The most poses of an object, as of `ppnpack pack`.
 const MOST_POSES: usize = 6;
 
-/// A way to fill containers.
+/// A way to fill containers. The default is what `ppnpack pack` does where nothing is said.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Way {
@@ -37,30 +37,29 @@ impl Default for Way {
     fn default() -> Self {
         Self {
             name: String::new(),
-            grid: GridSettings {
-                cell_m: 0.005,
-                yaws: 8,
-                ..GridSettings::default()
-            },
+            grid: GridSettings::default(),
             poses: 1,
-            set_aside: 0,
+            set_aside: SET_ASIDE,
             threads: 1,
-            method: Method {
-                proposals: ProposalSource::Bounded,
-                ..Method::default()
-            },
+            method: Method::default(),
             camera: None,
         }
     }
 }
 
 impl Way {
-    /// The default, changed.
+    /// The paper's objective on 5 mm and 8 yaws, and tries within what counts as steady; changed.
     fn new(name: impl Into<String>, change: impl FnOnce(&mut Self)) -> Self {
         let mut way = Self {
             name: name.into(),
+            set_aside: 0,
             ..Self::default()
         };
+        way.grid.cell_m = 0.005;
+        way.grid.yaws = 8;
+        way.method.trial.limits = within(30.0, 20.0);
+        way.method.weights = Some(Weights::default());
+        way.method.scene_value = SceneValue::off();
         change(&mut way);
         way
     }
@@ -71,11 +70,6 @@ impl Way {
             camera: self.camera.or_else(|| view.camera(0)),
             ..self
         }
-    }
-
-    /// Placements are tried as a planner does whose configuration says nothing, on 5 mm and 8 yaws, nothing set aside.
-    pub(crate) fn usual() -> Self {
-        Self::tried("tried", |_| ())
     }
 
     /// The only one of a file.
@@ -98,11 +92,11 @@ impl Way {
         })
     }
 
-    /// Placements are tried, judged by the weights that suit the number of poses, as `ppnpack pack` does it.
+    /// Placements are tried, judged by the weights that suit the number of poses.
     fn tried(name: impl Into<String>, change: impl FnOnce(&mut Self)) -> Self {
         Self::new(name, |way| {
             change(way);
-            way.method.weights = Weights::for_poses(way.poses);
+            way.method.weights = Some(Weights::for_poses(way.poses));
         })
     }
 
@@ -125,9 +119,9 @@ impl Way {
 /// What is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Comparison {
-    /// What each stage brings: tries, resting poses, setting aside, looking ahead
+    /// What each stage brings: tries, resting poses, setting aside
     Stages,
-    /// How much a step does: tries, and looking ahead
+    /// How many placements of an item a step tries
     Efforts,
     /// The limits of tilt and slide that a tried placement has to keep within
     Limits,
@@ -153,16 +147,6 @@ impl Comparison {
             Self::Efforts => "Effort: what more time brings",
             Self::Limits => "Limits: volume against steadiness",
             Self::Views => "Views: what a camera costs",
-        }
-    }
-
-    /// What is asked.
-    pub(super) fn question(self) -> &'static str {
-        match self {
-            Self::Stages => "How full do containers get, and how steadily?",
-            Self::Efforts => "What does more time for a decision bring?",
-            Self::Limits => "What does it cost to allow less tilt and slide?",
-            Self::Views => "How full do containers get behind a depth camera?",
         }
     }
 
@@ -196,14 +180,11 @@ impl Comparison {
 
 /// What `ppnpack pack` does where nothing is said.
 fn as_pack(name: &str, camera: Option<CameraSettings>) -> Way {
-    Way::tried(name, |way| {
-        way.grid.cell_m = 0.0025;
-        way.grid.yaws = 16;
-        way.set_aside = 20;
-        way.method.trial.limits = within(25.0, 18.0);
-        way.method.scene_value = SceneValue::built_in();
-        way.camera = camera;
-    })
+    Way {
+        name: name.to_owned(),
+        camera,
+        ..Way::default()
+    }
 }
 
 fn views() -> Vec<Way> {
@@ -225,7 +206,7 @@ fn stages() -> Vec<Way> {
         way.grid.yaws = 16;
     };
     vec![
-        Way::usual(),
+        Way::tried("tried", |_| ()),
         Way::tried("tried, 4 poses", posed),
         Way::tried("tried, 20 set aside", aside),
         Way::tried("tried, 4 poses, 20 set aside", |way| {
@@ -240,9 +221,6 @@ fn stages() -> Vec<Way> {
         Way::new("tried, published weights", |_| ()),
         Way::untried("no test", Stability::None),
         Way::untried("physical test", Stability::Physical),
-        Way::tried("tried, 12 futures", |way| {
-            way.method.look_ahead.futures = 12;
-        }),
     ]
 }
 
@@ -256,12 +234,7 @@ fn efforts() -> Vec<Way> {
             way.method.trial.tries_per_item = tries;
         })
     };
-    let looking_ahead = Way::tried("40 tries, 6 futures", |way| {
-        way.method.look_ahead.futures = 6;
-    });
-    let mut ways: Vec<Way> = [0, 1, 3, 10, 40, 160].map(tried).to_vec();
-    ways.push(looking_ahead);
-    ways
+    [0, 1, 3, 10, 40, 160].map(tried).to_vec()
 }
 
 fn limits() -> Vec<Way> {

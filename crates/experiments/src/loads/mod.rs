@@ -9,14 +9,12 @@ use std::path::PathBuf;
 use clap::Args;
 use ppnpack_cli::failure::{Failure, Outcome};
 use ppnpack_cli::options::CatalogueOptions;
-use ppnpack_cli::sequence::SequenceFile;
 
-use crate::cases::{Case, cases};
-use crate::document::{self, Answer, Document};
+use crate::cases::{Case, SequenceOptions};
+use crate::document::{self, OutOptions};
 use crate::filling::apart::Physics;
 use crate::filling::{self, Way};
-use crate::runs::{Runs, ShardOptions};
-use crate::workers;
+use crate::runs::{Runs, RunsOptions};
 use limits::LimitOptions;
 use packing::{Packing, Run};
 use results::Results;
@@ -28,17 +26,8 @@ pub(crate) struct LoadsArguments {
     #[command(flatten)]
     catalogue: CatalogueOptions,
 
-    /// A .npy file of sequences, int64 [sequences, length], of object indices
-    #[arg(long, value_name = "FILE")]
-    sequences: PathBuf,
-
-    /// The first sequence
-    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
-    first: u32,
-
-    /// How many sequences
-    #[arg(long, value_name = "COUNT", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
-    cases: u32,
+    #[command(flatten)]
+    sequences: SequenceOptions<0, 100>,
 
     /// How many items of each sequence
     #[arg(long, value_name = "COUNT", default_value_t = 80, value_parser = clap::value_parser!(u32).range(1..))]
@@ -64,36 +53,26 @@ pub(crate) struct LoadsArguments {
     #[arg(long, value_enum, default_value_t = Physics::Own)]
     physics: Physics,
 
-    /// Sequences packed at once, by default one per core
-    #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
-    workers: usize,
-
-    /// Where report.html, loads.md, loads.json and loads.svg are written
-    #[arg(long, value_name = "DIR", default_value = "out/loads")]
-    out: PathBuf,
+    #[command(flatten)]
+    runs: RunsOptions,
 
     #[command(flatten)]
-    runs: ShardOptions,
-
-    /// Print the results as JSON instead of a table
-    #[arg(long)]
-    json: bool,
+    out: OutOptions,
 }
 
 pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
     let way = match &arguments.method {
         Some(path) => Way::read_one(path)?,
-        None => Way::usual(),
+        None => Way::default(),
     };
     let catalogue = filling::catalogue(&arguments.catalogue, &way)?;
-    let sequences = SequenceFile::read(&arguments.sequences, &catalogue)?;
-    let mut cases = cases(&sequences, arguments.first, arguments.cases)?;
+    let mut cases = arguments.sequences.read(&catalogue)?;
     for case in &mut cases {
         case.sequence.objects.truncate(arguments.items as usize);
     }
     let limits = arguments.limits.draw(&catalogue)?;
     let apart = arguments.physics.apart();
-    let part = arguments.runs.part(&arguments.out);
+    let folder = arguments.runs.folder(&arguments.out, "loads");
     let margins = arguments.margins.iter().copied().map(Some);
     let mut results = Results::new(arguments, &way);
     for margin in std::iter::once(None).chain(margins) {
@@ -107,32 +86,18 @@ pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
             margin,
             arguments.items,
         );
-        let kept = Runs::new(&part.runs, &settings)?;
+        let kept = Runs::new(&folder, &settings)?;
         let pack = |case: &Case| {
             let is_right = |run: &Run| run.objects == case.sequence.objects;
             let name = format!("{:05}", case.number);
             kept.finish(&name, is_right, || packing.pack(case))
         };
-        if let Some(runs) = part.make(&kept, &cases, arguments.workers, pack)? {
-            results.add(margin, &runs, &limits);
-        }
+        let runs = arguments.runs.make(&cases, pack)?;
+        results.add(margin, runs, &limits);
     }
-    if part.shard.is_some() {
-        return part.tell(arguments.json);
-    }
-    let out = &arguments.out;
-    document::bars(out, "loads", results::TITLES, results.bars())?;
-    let document = Document {
-        name: "loads",
-        answer: Answer {
-            question: "Do items carry no more than they may?",
-            text: results.answer(),
-            picture: "loads.svg".to_owned(),
-        },
-        results: &results,
-        asked: arguments,
-        measured: &["lines"],
-        markdown: results.markdown(),
-    };
-    document.publish(out, arguments.json)
+    let chart = results.chart().to_svg([760, 340]);
+    document::figure(&arguments.out.folder("loads"), "loads", chart)?;
+    arguments
+        .out
+        .publish("loads", &results, &results.markdown())
 }

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use ppnpack_chart::{Bar, Bars};
 use serde::Serialize;
 
 use super::LoadsArguments;
 use super::packing::{Reading, Run, State};
 use crate::filling::Way;
-use crate::origin;
 use crate::statistics::{Mean, percentage, quantiles};
 
 /// Loads below this say little of the estimate, in kilograms.
@@ -16,14 +16,9 @@ const NOTICEABLE_KG: f64 = 0.05;
 /// Limits may be exceeded by so much, as a share of them.
 const TOLERATED: f64 = 0.1;
 
-/// Of the chart: what it shows, and what its bars measure.
-pub(super) const TITLES: [&str; 2] = ["An item carried over 110 % of what it may", "Containers"];
-
 /// All that was found.
 #[derive(Debug, Serialize)]
 pub(super) struct Results<'a> {
-    version: &'static str,
-    machine: String,
     first_case: u32,
     cases: u32,
     items: u32,
@@ -205,10 +200,8 @@ impl<'a> Results<'a> {
     pub(super) fn new(arguments: &LoadsArguments, way: &'a Way) -> Self {
         let limits = arguments.limits;
         Self {
-            version: env!("CARGO_PKG_VERSION"),
-            machine: origin::machine(),
-            first_case: arguments.first,
-            cases: arguments.cases,
+            first_case: arguments.sequences.first,
+            cases: arguments.sequences.cases,
             items: arguments.items,
             least_factor: limits.least_factor,
             greatest_factor: limits.greatest_factor,
@@ -220,47 +213,31 @@ impl<'a> Results<'a> {
     }
 
     /// Adds the runs of a line.
-    pub(super) fn add(&mut self, margin: Option<f64>, runs: &[Run], limits_kg: &[f64]) {
-        if self.lines.is_empty() {
-            self.first = runs.to_vec();
-        }
-        let line = Line::new(margin, runs, &self.first, limits_kg);
+    pub(super) fn add(&mut self, margin: Option<f64>, runs: Vec<Run>, limits_kg: &[f64]) {
+        let first = match self.lines.is_empty() {
+            true => &runs,
+            false => &self.first,
+        };
+        let line = Line::new(margin, &runs, first, limits_kg);
         self.lines.push(line);
+        if self.lines.len() == 1 {
+            self.first = runs;
+        }
     }
 
-    /// Each line's name, and how many containers had an item that carried noticeably more than it may.
-    pub(super) fn bars(&self) -> impl Iterator<Item = (String, f64)> {
-        self.lines.iter().map(|line| {
-            let label = match line.margin {
+    /// How many containers had an item that carried noticeably more than it may.
+    pub(super) fn chart(&self) -> Bars {
+        let bar = |line: &Line| Bar {
+            label: match line.margin {
                 Some(margin) => format!("margin {margin}"),
                 None => "no limits".to_owned(),
-            };
-            (label, line.containers_noticeably as f64)
-        })
-    }
-
-    /// What the greatest margin prevents, and what it costs.
-    pub(super) fn answer(&self) -> String {
-        let Some((first, others)) = self.lines.split_first() else {
-            return "Nothing was packed.".to_owned();
+            },
+            value: line.containers_noticeably as f64,
         };
-        let without = format!(
-            "Without limits, an item carried over 110 % of what it may in {} of {} containers",
-            first.containers_noticeably, self.cases
-        );
-        let margin = |line: &&Line| line.margin.unwrap_or_default();
-        let most = others
-            .iter()
-            .max_by(|one, other| margin(one).total_cmp(&margin(other)));
-        match most {
-            None => format!("{without}."),
-            Some(line) => format!(
-                "{without}; where estimates are held against the limits with a margin of {}, in {}. That packs {} ({:+.1} %).",
-                margin(&line),
-                line.containers_noticeably,
-                line.difference_cm3.more_or_less(0, "cm³"),
-                line.difference_percent
-            ),
+        Bars {
+            title: "An item carried over 110 % of what it may".to_owned(),
+            value_label: "Containers".to_owned(),
+            bars: self.lines.iter().map(bar).collect(),
         }
     }
 
@@ -271,7 +248,7 @@ impl<'a> Results<'a> {
              factor drawn once an object (seed {}), or what the catalogue says. Loads are measured in the simulated cell, at rest, after every \
              placement: the vertical forces, friction among them, with which other items press an item down. Impacts are not measured. Limits \
              *exceeded* are items that carried more after any placement. Differences are to packing without limits, sequence by sequence, \
-             with 95 % intervals by Student's t. Machine: {}.\n\n\
+             with 95 % intervals by Student's t.\n\n\
              | margin | mesh volume (cm³) | difference (cm³) | | placements refused by load | limits exceeded | by more than 10 % | containers \
              with these | at the end | greatest share of a limit | unsteady |\n|---|---|---|---|---|---|---|---|---|---|---|\n",
             self.cases,
@@ -280,8 +257,7 @@ impl<'a> Results<'a> {
             self.way.name,
             self.least_factor,
             self.greatest_factor,
-            self.limits_seed,
-            self.machine
+            self.limits_seed
         );
         for line in &self.lines {
             text += &format!(

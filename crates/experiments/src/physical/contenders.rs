@@ -35,16 +35,16 @@ pub(super) fn contenders(
     let with = |proposals, stability| sdfm(proposals, stability, buffer, seed);
     let tried = |proposals| Method {
         trial: TrialSettings::default(),
-        weights: Weights::low(),
+        weights: Some(Weights::low()),
         ..with(proposals, Stability::None)
     };
     let tested = with(ProposalSource::Bounded, Stability::Physical);
     let dense = Method {
-        weights: Weights::dense(),
+        weights: Some(Weights::dense()),
         ..tried(ProposalSource::Bounded)
     };
     let valued = Method {
-        scene_value: SceneValue::built_in(),
+        scene_value: SceneValue::default(),
         ..tried(ProposalSource::Bounded)
     };
     let mut contenders = vec![

@@ -28,9 +28,9 @@ use rand::seq::index;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::document::OutOptions;
 use crate::network::NetworkOptions;
-use crate::origin;
-use crate::runs::{Part, Runs, ShardOption, hash};
+use crate::runs::{Runs, hash};
 use contenders::{Contender, contenders};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::length::parse_length;
@@ -72,6 +72,10 @@ pub(super) struct PhysicalArguments {
     /// The unseen objects are not in the recogniser's library either: they are packed as unknown items
     #[arg(long)]
     strangers: bool,
+
+    /// The first run
+    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
+    first: u32,
 
     /// How many runs, each with another seed
     #[arg(long, value_name = "COUNT", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=10_000))]
@@ -132,16 +136,8 @@ pub(super) struct PhysicalArguments {
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
     seed: u64,
 
-    /// Where report.html, physical.md, physical.json and pictures are written; a killed experiment goes on there
-    #[arg(long, value_name = "DIR", default_value = "out/physical")]
-    out: PathBuf,
-
     #[command(flatten)]
-    shard: ShardOption,
-
-    /// Print the results as JSON instead of tables
-    #[arg(long)]
-    json: bool,
+    out: OutOptions,
 }
 
 pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outcome {
@@ -155,8 +151,8 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
     let station = settings.arm.as_ref().map(ArmStation::new).transpose();
     let held = held::objects(&catalogue, &grid, station.or_input()?.as_ref());
     let (unseen, others) = pools(arguments, held, unseen)?;
-    let part = arguments.shard.part(arguments.out.join("runs"));
-    let runs = Runs::new(&part.runs, &settings)?;
+    let folder = arguments.out.folder("physical");
+    let runs = Runs::new(&folder.join("runs"), &settings)?;
     let network = arguments.network.with_default(PERCENT);
     let model = network.find(backend, &grid)?;
     let items = catalogue.items();
@@ -175,15 +171,11 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
     };
     let mut records = Vec::new();
     for contender in &contenders {
-        records.push(world.runs(arguments, contender, &part, &runs)?);
+        records.push(world.runs(arguments, contender, &runs)?);
     }
-    let Some(records) = part.finish(&runs, records)? else {
-        return part.tell(arguments.json);
-    };
     let lines = contenders.iter().zip(records);
     let lines = lines.map(|(of, records)| Line::new(&of.name, of.key, records));
     let results = Results {
-        machine: origin::machine(),
         settings: &settings,
         unseen_held: world.unseen.len(),
         others_held: world.others.len(),
@@ -233,19 +225,17 @@ impl World<'_> {
         objects.position(|object| object.model.name == name)
     }
 
-    /// All runs of a contender that are of this part: those on disk, and the others.
+    /// All runs of a contender: those on disk, and the others.
     fn runs(
         &self,
         arguments: &PhysicalArguments,
         contender: &Contender,
-        part: &Part,
         runs: &Runs,
     ) -> Outcome<Vec<RunRecord>> {
         let key = hash(&contender.method, 16)?;
-        let own: Vec<u32> = part.of(0..arguments.runs).collect();
         let mut records = Vec::new();
-        let bar = progress::bar("Runs", own.len() as u64);
-        for number in own {
+        let bar = progress::bar("Runs", u64::from(arguments.runs));
+        for number in arguments.first..arguments.first.saturating_add(arguments.runs) {
             let make = || self.make(arguments, contender, number);
             records.push(runs.finish(&format!("{key}-{number}"), |_| true, make)?);
             bar.inc(1);
@@ -266,8 +256,8 @@ impl World<'_> {
         let mut done = run::run(self, &stack, &case)?;
         stack.finish()?;
         self.measure(&mut done)?;
-        if number == 0 {
-            let folder = arguments.out.join(contender.key);
+        if number == arguments.first {
+            let folder = arguments.out.folder("physical").join(contender.key);
             pictures::draw(&done, self.catalogue, self.grid, &folder)?;
         }
         Ok(done.record)

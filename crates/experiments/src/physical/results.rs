@@ -7,13 +7,11 @@ use serde::Serialize;
 use super::record::Stage;
 use super::sums::{Line, Spread};
 use super::{PhysicalArguments, Settings};
-use crate::document::{self, Answer, Document};
+use crate::document;
 use crate::statistics::percent;
 
 #[derive(Serialize)]
 pub(super) struct Results<'a> {
-    pub(super) machine: String,
-    #[serde(serialize_with = "document::with_version")]
     pub(super) settings: &'a Settings,
     /// Objects that runs draw from: those that the arm can hold in most of the poses that they come to lie in.
     pub(super) unseen_held: usize,
@@ -25,53 +23,14 @@ pub(super) struct Results<'a> {
 
 /// Writes the document, the figures and the time line.
 pub(super) fn publish(arguments: &PhysicalArguments, results: &Results<'_>) -> Outcome {
-    let folder = &arguments.out;
+    let folder = arguments.out.folder("physical");
     for line in &results.lines {
         let name = format!("timeline-{}", line.key);
-        document::figure(folder, &name, timeline(line).to_svg([720, 300]))?;
+        document::figure(&folder, &name, timeline(line).to_svg([720, 300]))?;
     }
-    let volumes = results.lines.iter();
-    let volumes = volumes.map(|line| (line.method.clone(), line.volume_l.mean));
-    let titles = ["What a run packs", "Volume of meshes (l)"];
-    document::bars(folder, "physical", titles, volumes)?;
-    let document = Document {
-        name: "physical",
-        answer: Answer {
-            question: "What does the robot cell pack, with its sensors, its arm and their errors?",
-            text: answer(results),
-            picture: "physical.svg".to_owned(),
-        },
-        results,
-        asked: arguments,
-        measured: &["lines"],
-        markdown: markdown(results),
-    };
-    document.publish(folder, arguments.json)
-}
-
-/// Which method packs most, and what became of its items.
-fn answer(results: &Results<'_>) -> String {
-    let volume_l = |line: &&Line| line.volume_l.mean;
-    let best = results
-        .lines
-        .iter()
-        .max_by(|one, other| volume_l(one).total_cmp(&volume_l(other)));
-    let Some(line) = best else {
-        return "Nothing was packed.".to_owned();
-    };
-    let Line { items, seen, .. } = line;
-    format!(
-        "{} packs most: {} l a run, to a compactness of {} % by the floor. Of {} items {} were placed, of which {} lean by over 30 \
-         degrees and {} lie outside; {} of the known ones were recognised.",
-        line.method,
-        line.volume_l.shown(2),
-        line.compactness_percent.shown(1),
-        items.all,
-        items.placed,
-        items.toppled,
-        items.outside,
-        percent(seen.right, seen.known)
-    )
+    arguments
+        .out
+        .publish("physical", results, &markdown(results))
 }
 
 /// How long the cell takes for each stage of an item.
@@ -104,7 +63,7 @@ fn markdown(results: &Results<'_>) -> String {
         "# The robot cell, simulated\n\n\
          Container 30 x 30 x 16 cm, {:.1} mm cells, {} yaws, buffer {}; {} unseen objects and {} other a run{strangers}; arm {}; \
          placement noise {:.1} mm, {:.0} % of picks miss, {:.0} % of items are dropped; depth cameras with 1 mm of noise and 5 % \
-         dropouts above container and tray. Seed {}; {}. Intervals are 95 % confidence intervals, by Student's t: of a run's \
+         dropouts above container and tray. Seed {}. Intervals are 95 % confidence intervals, by Student's t: of a run's \
          compactness and volume over the runs, of decisions over the decisions.\n\n\
          Objects are drawn from those that fit into the empty container and that the arm can hold in at least 80 % of the cases, \
          by the chances of their resting poses: {} unseen ones and {} others.\n\n",
@@ -118,7 +77,6 @@ fn markdown(results: &Results<'_>) -> String {
         settings.faults.missed_picks * 100.0,
         settings.faults.drops * 100.0,
         settings.seed,
-        results.machine,
         results.unseen_held,
         results.others_held
     );

@@ -17,11 +17,10 @@ use ppnpack_packing::orders::{ContainerRules, Sharing};
 use ppnpack_packing::stream::StreamPlay;
 use serde::Serialize;
 
-use crate::document::{self, Answer, Document};
+use crate::document::OutOptions;
 use crate::filling::apart::Physics;
 use crate::filling::{self, Way};
-use crate::runs::{self, Runs, ShardOptions};
-use crate::workers;
+use crate::runs::{self, Runs, RunsOptions};
 use packing::{Packing, Run};
 use results::Results;
 use source::{Arrivals, SourceOptions, Wanted};
@@ -130,20 +129,11 @@ pub(crate) struct StreamArguments {
     #[command(flatten)]
     view: ViewOptions,
 
-    /// Streams packed at once, by default one per core
-    #[arg(long, value_name = "COUNT", default_value_t = workers::default_count())]
-    workers: usize,
-
-    /// Where report.html, stream.md, stream.json and stream.svg are written
-    #[arg(long, value_name = "DIR", default_value = "out/stream")]
-    out: PathBuf,
+    #[command(flatten)]
+    runs: RunsOptions,
 
     #[command(flatten)]
-    runs: ShardOptions,
-
-    /// Print the results as JSON instead of a table
-    #[arg(long)]
-    json: bool,
+    out: OutOptions,
 }
 
 /// Which of the open containers an item goes into.
@@ -246,7 +236,7 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
     }
     let way = match &arguments.method {
         Some(path) => Way::read_one(path)?,
-        None => Way::usual(),
+        None => Way::default(),
     }
     .seen_by(&arguments.view);
     let catalogue = filling::catalogue(&arguments.catalogue, &way)?;
@@ -254,7 +244,7 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
     let apart = arguments.physics.apart();
     let (arm, station) = arguments.arm.station()?.unzip();
     let sizes = arguments.grids(&way)?;
-    let part = arguments.runs.part(&arguments.out);
+    let folder = arguments.runs.folder(&arguments.out, "stream");
     let mut results = Results::new(arguments, &way);
     for setting in arguments.settings() {
         let packing = Packing {
@@ -287,7 +277,7 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
             setting.open,
             arguments.choice,
         );
-        let kept = Runs::new(&part.runs, &settings)?;
+        let kept = Runs::new(&folder, &settings)?;
         let pack = |stream: &Arrivals| {
             let is_right = |run: &Run| run.objects == stream.objects;
             // What is known of the items decides, too.
@@ -296,28 +286,11 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
             let name = format!("{:05}-{orders}", stream.number);
             kept.finish(&name, is_right, || packing.pack(stream))
         };
-        if let Some(runs) = part.make(&kept, &streams, arguments.workers, pack)? {
-            results.add(setting, &runs);
-        }
+        results.add(setting, arguments.runs.make(&streams, pack)?);
     }
-    if part.shard.is_some() {
-        return part.tell(arguments.json);
-    }
-    let out = &arguments.out;
-    document::bars(out, "stream", results.titles(), results.bars())?;
-    let document = Document {
-        name: "stream",
-        answer: Answer {
-            question: "What do several containers bring that are open at the same time?",
-            text: results.answer(),
-            picture: "stream.svg".to_owned(),
-        },
-        results: &results,
-        asked: arguments,
-        measured: &["lines"],
-        markdown: results.markdown(),
-    };
-    document.publish(out, arguments.json)
+    arguments
+        .out
+        .publish("stream", &results, &results.markdown())
 }
 
 fn parse_pair(text: &str) -> Result<(String, String), String> {

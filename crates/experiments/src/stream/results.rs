@@ -9,14 +9,11 @@ use super::packing::{Container, Run};
 use super::{Choice, Setting, StreamArguments};
 use crate::comparison::WIDENED;
 use crate::filling::Way;
-use crate::origin;
 use crate::statistics::{Mean, percentage, quantiles};
 
 /// All that was found.
 #[derive(Debug, Serialize)]
 pub(super) struct Results<'a> {
-    version: &'static str,
-    machine: String,
     workers: usize,
     first_stream: u32,
     streams: u32,
@@ -199,9 +196,7 @@ fn counted(rules: impl Iterator<Item = String>) -> BTreeMap<String, usize> {
 impl<'a> Results<'a> {
     pub(super) fn new(arguments: &StreamArguments, way: &'a Way) -> Self {
         Self {
-            version: env!("CARGO_PKG_VERSION"),
-            machine: origin::machine(),
-            workers: arguments.workers,
+            workers: arguments.runs.workers(),
             first_stream: arguments.first,
             streams: arguments.streams,
             source: arguments.source.said(arguments.wanted()),
@@ -214,63 +209,15 @@ impl<'a> Results<'a> {
     }
 
     /// Adds the runs of a line.
-    pub(super) fn add(&mut self, setting: Setting, runs: &[Run]) {
-        if self.lines.is_empty() {
-            self.first = runs.to_vec();
-        }
-        self.lines.push(Line::new(setting, runs, &self.first));
-    }
-
-    /// Of the chart: what it shows, and what its bars measure.
-    pub(super) fn titles(&self) -> [&'static str; 2] {
-        match self.has_orders {
-            true => ["Containers that the orders take", "Containers used"],
-            false => ["What closed containers hold", "Mesh volume (cm³)"],
-        }
-    }
-
-    /// What is compared of a line: containers used where there are orders, else what a closed one holds.
-    fn compared(&self, line: &Line) -> [Mean; 2] {
-        match self.has_orders {
-            true => [line.used, line.used_difference],
-            false => [line.meshes_cm3, line.difference_cm3],
-        }
-    }
-
-    /// Each line's name and what is compared of it.
-    pub(super) fn bars(&self) -> impl Iterator<Item = (String, f64)> {
-        self.lines.iter().map(|line| {
-            let [value, _] = self.compared(line);
-            let shown = line.setting.shown(self.has_orders);
-            (format!("open: {shown}"), value.mean)
-        })
-    }
-
-    /// What the first line comes to, and by how much the last one differs.
-    pub(super) fn answer(&self) -> String {
-        let [Some(first), Some(last)] = [self.lines.first(), self.lines.last()] else {
-            return "Nothing was packed.".to_owned();
+    pub(super) fn add(&mut self, setting: Setting, runs: Vec<Run>) {
+        let first = match self.lines.is_empty() {
+            true => &runs,
+            false => &self.first,
         };
-        let (what, decimals, unit) = match self.has_orders {
-            true => ("A stream takes", 1, "containers"),
-            false => ("A closed container holds", 0, "cm³"),
-        };
-        let [value, _] = self.compared(first);
-        let shown = |line: &Line| line.setting.shown(self.has_orders);
-        let further = match self.lines.len() {
-            1 => String::new(),
-            _ => {
-                let [_, difference] = self.compared(last);
-                let difference = difference.more_or_less(decimals, unit);
-                format!("; on the same streams {difference} (open: {})", shown(last))
-            }
-        };
-        format!(
-            "{what} {} {unit} (open: {}){further}. {:.1} % of all that was placed then did not stay.",
-            value.shown(decimals),
-            shown(first),
-            percentage(last.unsteady, last.placed)
-        )
+        self.lines.push(Line::new(setting, &runs, first));
+        if self.lines.len() == 1 {
+            self.first = runs;
+        }
     }
 
     pub(super) fn markdown(&self) -> String {
@@ -286,7 +233,7 @@ impl<'a> Results<'a> {
              has a valid placement in any, the fullest is closed and an empty one opened; other rules that closed containers are named below. Volumes are of closed containers: the mean of \
              each stream, then over streams; differences are to the first line, stream by stream, with 95 % intervals by Student's t. \
              *Unsteady* is what toppled by more than 30 degrees, slid by more than 2 cm or left the container when it was placed. \
-             {WIDENED} Decision times are of one step on one thread, {} streams at once. Machine: {}.\n\n\
+             {WIDENED} Decision times are of one step on one thread, {} streams at once.\n\n\
              | open | closed | mesh volume (cm³) | difference (cm³) | | items | containers per 1,000 items | unsteady | steps widened | fit nowhere | \
              decision, median | 95 % |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
             self.streams,
@@ -294,8 +241,7 @@ impl<'a> Results<'a> {
             self.first_stream,
             self.way.name,
             self.way.method.buffer,
-            self.workers,
-            self.machine
+            self.workers
         );
         for line in &self.lines {
             text += &format!(

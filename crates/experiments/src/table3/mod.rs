@@ -6,6 +6,7 @@
 mod page;
 mod recipes;
 mod results;
+mod shares;
 mod variants;
 
 use std::path::{Path, PathBuf};
@@ -20,13 +21,12 @@ use ppnpack_model::architecture::Architecture;
 use ppnpack_model::card::ModelCard;
 use ppnpack_model::settings::{LossOver, TrainingRequest, TrainingSettings};
 
-use crate::document::{Answer, Document};
-use crate::origin;
-use crate::shares::{self, SHARES};
+use crate::document::OutOptions;
 use crate::train::options::{LOSS_OVERS, RunOptions, SizeOptions};
 use crate::train::train;
 use recipes::{Recipe, RecipeOptions};
 use results::{Results, Row, Tried};
+use shares::SHARES;
 use variants::{VARIANTS, Variant};
 
 /// Trains the network and its ablations in the same way, and compares their accuracy on the test split.
@@ -57,13 +57,8 @@ pub(crate) struct Table3Arguments {
     #[command(flatten)]
     training: RunOptions,
 
-    /// Where report.html, table3.md, table3.json, the figures and the trained networks are written; a killed run goes on there
-    #[arg(long, value_name = "DIR", default_value = "out/table3")]
-    out: PathBuf,
-
-    /// Print the results as JSON instead of a table
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    out: OutOptions,
 }
 
 pub(crate) fn run(arguments: &Table3Arguments, backend: &dyn Backend) -> Outcome {
@@ -84,32 +79,13 @@ pub(crate) fn run(arguments: &Table3Arguments, backend: &dyn Backend) -> Outcome
         plan.row(backend)
     });
     let results = Results {
-        machine: origin::machine(),
         shares_percent: SHARES,
         loss_over: arguments.loss_over,
         rows: rows.collect::<Outcome<_>>()?,
     };
     draw(arguments, &results)?;
-    let document = Document {
-        name: "table3",
-        answer: Answer {
-            question: "How often is the optimum among what the network scores best, and what does that owe to?",
-            text: page::answer(&results),
-            picture: "table3.svg".to_owned(),
-        },
-        results: &results,
-        asked: arguments,
-        measured: &[
-            "tried",
-            "answers",
-            "accuracy",
-            "validation",
-            "test",
-            "training_s",
-        ],
-        markdown: page::markdown(&results),
-    };
-    document.publish(&arguments.out, arguments.json)
+    let text = page::markdown(&results);
+    arguments.out.publish("table3", &results, &text)
 }
 
 fn draw(arguments: &Table3Arguments, results: &Results) -> Outcome {
@@ -133,7 +109,12 @@ fn draw(arguments: &Table3Arguments, results: &Results) -> Outcome {
         let rows = results.rows.iter();
         let rows =
             rows.filter_map(|row| Some((row.network, &row.answer(question)?.accuracy_percent)));
-        shares::draw((&arguments.out, name), title, "Test candidates", rows)?;
+        shares::draw(
+            (&arguments.out.folder("table3"), name),
+            title,
+            "Test candidates",
+            rows,
+        )?;
     }
     Ok(())
 }
@@ -191,7 +172,11 @@ impl Plan<'_> {
             seed,
             ..arguments.training.settings()
         };
-        let networks = arguments.out.join("networks").join(variant.key);
+        let networks = arguments
+            .out
+            .folder("table3")
+            .join("networks")
+            .join(variant.key);
         TrainingRequest {
             dataset: arguments.dataset.clone(),
             folder: networks.join(recipe.key()).join(format!("seed-{seed}")),

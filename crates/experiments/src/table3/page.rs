@@ -6,9 +6,10 @@ use ppnpack_model::settings::LossOver;
 
 use super::recipes::Recipe;
 use super::results::{Results, Row};
+use super::shares;
+use crate::document;
 use crate::statistics::Mean;
 use crate::train::ranked;
-use crate::{document, shares};
 
 pub(super) fn markdown(results: &Results) -> String {
     let mut text = "# Table 3: how often the optimum is among the best-scored K %\n\n".to_owned();
@@ -25,33 +26,6 @@ pub(super) fn markdown(results: &Results) -> String {
     }
     text += &choices(results);
     text + "\n![Accuracy over all placements against K](table3.svg)\n"
-}
-
-/// Which network finds the optimum most often at the smallest share, and which least often.
-pub(super) fn answer(results: &Results) -> String {
-    let found = |row: &Row| {
-        let answer = row.answer(Question::OverAll)?;
-        let accuracy = answer.accuracy_percent.first().copied()?;
-        Some((row.network, accuracy, answer.paper_percent))
-    };
-    let mut found: Vec<_> = results.rows.iter().filter_map(found).collect();
-    found.sort_by(|(_, one, _), (_, other, _)| other.mean.total_cmp(&one.mean));
-    let [(best, accuracy, paper), others @ ..] = found.as_slice() else {
-        return "No network was tested.".to_owned();
-    };
-    let share = results.shares_percent.first().copied().unwrap_or_default();
-    let paper = paper.and_then(|paper| paper.first().copied());
-    let paper = paper.map_or_else(String::new, |paper| format!(" (the paper's: {paper:.1} %)"));
-    let least = others
-        .last()
-        .map_or_else(String::new, |(network, accuracy, _)| {
-            format!("; least often by {network}, for {} %", accuracy.shown(1))
-        });
-    format!(
-        "With K = {share} the optimum is {} for {} % of the candidates by {best}{paper}{least}.",
-        ranked(Question::OverAll),
-        accuracy.shown(1)
-    )
 }
 
 /// What all networks have in common.
@@ -103,12 +77,11 @@ fn head(results: &Results, card: &ModelCard) -> String {
     format!(
         "Each network is trained alike: {sequences}, {} epochs of {} candidates, batches of {} steps, the loss over {over}. \
          {validation}{}Accuracies in %, {intervals}. In brackets the paper's Table III, whose network is wider and was \
-         trained on its own data; its accuracy counts all placements, so it stands beside nothing else. Machine: {}.\n\n",
+         trained on its own data; its accuracy counts all placements, so it stands beside nothing else.\n\n",
         training.epochs,
         card.data.training_candidates,
         training.batch,
         test.unwrap_or_default(),
-        results.machine,
     )
 }
 

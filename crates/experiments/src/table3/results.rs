@@ -6,14 +6,13 @@ use ppnpack_model::settings::LossOver;
 use serde::Serialize;
 
 use super::recipes::Recipe;
+use super::shares::percent;
 use super::variants::Variant;
-use crate::shares::percent;
 use crate::statistics::Mean;
 
 /// The table.
 #[derive(Debug, Serialize)]
 pub(super) struct Results {
-    pub(super) machine: String,
     pub(super) shares_percent: [f64; 5],
     pub(super) loss_over: LossOver,
     pub(super) rows: Vec<Row>,

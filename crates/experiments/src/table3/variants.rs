@@ -3,7 +3,7 @@
 use ppnpack_model::architecture::{Architecture, Fusion};
 use ppnpack_model::settings::{Loss, TrainingSettings};
 
-use crate::shares::PAPER_PERCENT;
+use super::shares::PAPER_PERCENT;
 
 /// A row of the table.
 pub(super) struct Variant {
@@ -13,7 +13,7 @@ pub(super) struct Variant {
     pub(super) loss: Loss,
     fusion: Fusion,
     resting_heights: bool,
-    /// Table III of the paper, in percent at the shares of [`crate::shares::SHARES`].
+    /// Table III of the paper, in percent at the shares of [`super::shares::SHARES`].
     pub(super) paper_percent: Option<[f64; 5]>,
 }
 

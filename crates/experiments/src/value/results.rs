@@ -10,21 +10,13 @@ use serde::Serialize;
 use super::ValueArguments;
 use super::ridge::{Sample, explained, fit};
 use crate::filling::Way;
-use crate::origin;
 
 /// In standard deviations of the figures; from 30 to 1,000 what is explained differs by less than a thousandth.
 const PENALTY: f64 = 100.0;
 
-/// Of the chart: what it shows, and what its bars measure.
-pub(super) const TITLES: [&str; 2] = [
-    "What is packed after a step, explained",
-    "Variance on sequences held back (%)",
-];
-
 /// What was learned.
 #[derive(Debug, Serialize)]
 pub(super) struct Results {
-    machine: String,
     first_case: u32,
     cases: u32,
     way: Way,
@@ -53,9 +45,8 @@ impl Results {
         // What was packed until then is the same for all placements of a step.
         coefficients.truncate(FIGURES);
         Ok(Self {
-            machine: origin::machine(),
-            first_case: arguments.first,
-            cases: arguments.cases,
+            first_case: arguments.sequences.first,
+            cases: arguments.sequences.cases,
             samples: all.count(),
             explained: explains(0)?,
             explained_without_surface: explains(FIGURES - FIGURES_OF_ITEMS)?,
@@ -74,35 +65,15 @@ impl Results {
         };
         let learned = SceneValue {
             coefficients: self.coefficients.clone(),
-            ..SceneValue::built_in()
+            ..SceneValue::default()
         };
         let ways = [
-            way("objective alone", SceneValue::default()),
+            way("objective alone", SceneValue::off()),
             way("with the learned value", learned),
         ];
         let ways = serde_json::to_vec_pretty(&ways).or_run()?;
         write_whole(&out.join("methods.json"), &ways)?;
         Ok(())
-    }
-
-    /// What is explained, in percent, by what.
-    pub(super) fn bars(&self) -> [(String, f64); 2] {
-        [
-            ("all figures".to_owned(), 100.0 * self.explained),
-            (
-                "without those of the surface".to_owned(),
-                100.0 * self.explained_without_surface,
-            ),
-        ]
-    }
-
-    pub(super) fn answer(&self) -> String {
-        format!(
-            "Figures of what a placement leaves explain {:.1} % of the variance of what is packed after it, on sequences held back; \
-             without those of the surface, which alone a placement changes, {:.1} %.",
-            100.0 * self.explained,
-            100.0 * self.explained_without_surface
-        )
     }
 
     pub(super) fn markdown(&self) -> String {
@@ -111,7 +82,7 @@ impl Results {
         format!(
             "# Value: what a placement leaves\n\n\
              Learned from sequences {} to {} in robot conditions: cells of {} mm, {} yaws, {} set aside, poses {}, weight of the value \
-             while packing {}. Machine: {}.\n\n\
+             while packing {}.\n\n\
              | | |\n|---|---|\n\
              | steps | {} |\n\
              | variance explained, of sequences held back | {:.1} % |\n\
@@ -124,7 +95,6 @@ impl Results {
             self.way.set_aside,
             self.way.poses,
             value.weight,
-            self.machine,
             self.samples,
             100.0 * self.explained,
             100.0 * self.explained_without_surface,

@@ -1,7 +1,7 @@
 //! Coarse to fine: proposals made on a coarser grid, for the heuristic to decide among on the fine one.
 //!
-//! [`CoarseGrid`] says how two grids relate, and [`CoarseToFine`] lets a proposer of the coarse grid propose for the
-//! fine one: a network, or the heuristic itself ([`ProposeBest`](crate::search::ProposeBest)).
+//! [`CoarseGrid`] says how two grids relate, and [`CoarseToFine`] lets a network of the coarse grid propose for the fine
+//! one.
 
 mod grid;
 mod items;

@@ -6,9 +6,7 @@ use super::{CoarseGrid, CoarseItems};
 use crate::heightmap::Scene;
 use crate::item::{Item, ItemError, ShapeId};
 use crate::objective::WeightError;
-use crate::proposals::{
-    CandidateProposals, Percent, Proposals, ProposeAll, Proposer, possible_count,
-};
+use crate::proposals::{CandidateProposals, Percent, Proposals, Proposer, possible_count};
 use crate::search::{ProposeBest, SearchSettings};
 use crate::step::{Candidate, StageResult, StepInput};
 
@@ -34,19 +32,6 @@ impl CoarseToFine {
             items: CoarseItems::default(),
             proposals: Proposals::default(),
         }
-    }
-
-    /// The coarse search: `share` of the coarse placements of all candidates together, those that the heuristic ranks
-    /// best.
-    ///
-    /// # Errors
-    /// [`WeightError`] where a weight is negative or not finite.
-    pub fn searching(
-        grids: CoarseGrid,
-        settings: &SearchSettings,
-        share: Percent,
-    ) -> Result<Self, WeightError> {
-        Self::narrowing(grids, settings, share, Box::new(ProposeAll))
     }
 
     /// Among what `wide` proposes for each candidate on the coarse grid, `share` of the coarse placements of all

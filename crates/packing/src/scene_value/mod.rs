@@ -19,8 +19,9 @@ use serde::{Deserialize, Serialize};
 pub use figures::{FIGURES, FIGURES_OF_ITEMS, Squares, figures};
 pub use ranking::Farsighted;
 
-/// How much the value of what a placement leaves counts, where the items of the buffer compete together. By default it does not.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+/// How much the value of what a placement leaves counts, where the items of the buffer compete together.
+/// The default is what fills containers most tightly.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SceneValue {
     /// What a litre is worth, in the objective's units; with 0 nothing is valued.
@@ -30,12 +31,21 @@ pub struct SceneValue {
     pub coefficients: Vec<f64>,
 }
 
-impl SceneValue {
-    /// The weight that fills containers most tightly, with what is built in.
-    pub fn built_in() -> Self {
+impl Default for SceneValue {
+    fn default() -> Self {
         Self {
             weight: 30.0,
             coefficients: Vec::new(),
+        }
+    }
+}
+
+impl SceneValue {
+    /// Nothing is valued.
+    pub fn off() -> Self {
+        Self {
+            weight: 0.0,
+            ..Self::default()
         }
     }
 

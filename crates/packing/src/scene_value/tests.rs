@@ -44,16 +44,16 @@ fn search(grid: &Grid) -> Box<Search> {
 
 #[test]
 fn what_is_built_in_has_a_coefficient_for_each_figure() {
-    let value = SceneValue::built_in();
+    let value = SceneValue::default();
     value.validate().unwrap();
-    assert!(value.is_on() && !SceneValue::default().is_on());
+    assert!(value.is_on() && !SceneValue::off().is_on());
     assert_eq!(value.in_use().len(), FIGURES);
     let own = SceneValue {
         coefficients: value.in_use(),
         ..value
     };
     own.validate().unwrap();
-    assert_eq!(own.in_use(), SceneValue::built_in().in_use());
+    assert_eq!(own.in_use(), SceneValue::default().in_use());
 }
 
 #[test]
@@ -142,7 +142,7 @@ fn a_candidate_that_is_left_out_is_not_given_any_more() {
     let input = StepInput::new(&grid, &scene, &candidates);
     let mut proposals = Proposals::default();
     ProposeAll.propose(&input, &mut proposals).unwrap();
-    let mut farsighted = Farsighted::new(search(&grid), &SceneValue::built_in());
+    let mut farsighted = Farsighted::new(search(&grid), &SceneValue::default());
     farsighted.rank(&input, &[0, 1], &proposals).unwrap();
     let first = farsighted.next_best(&input).unwrap().unwrap();
     farsighted.leave_out(first.candidate);

@@ -10,9 +10,8 @@ use crate::step::{Candidate, StageResult, StepInput};
 
 /// Proposes the placements of each candidate that a heuristic ranks best, best first: a share of all its placements.
 ///
-/// On the planner's own grid that is a whole exhaustive search more; behind
-/// [`CoarseToFine`](crate::coarse::CoarseToFine) it is the coarse search, what a network has to beat, or, among another
-/// proposer's proposals, a step between its grid and a finer one.
+/// Behind [`CoarseToFine`](crate::coarse::CoarseToFine) it chooses among a network's proposals, before finer ones are
+/// made of them.
 pub struct ProposeBest {
     search: Search,
     share: Percent,

@@ -6,7 +6,6 @@ mod data;
 mod evaluation;
 mod loader;
 mod loss;
-mod measurement;
 mod optimiser;
 
 use std::collections::BTreeMap;
@@ -33,7 +32,6 @@ use data::{Data, count};
 use evaluation::evaluate;
 use loader::{Loader, Preparation, shuffled};
 use loss::loss;
-pub use measurement::measure;
 use optimiser::{AdamW, learning_rate};
 
 /// The names of a training's results in its folder.

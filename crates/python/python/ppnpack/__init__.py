@@ -2,7 +2,7 @@
 
     import ppnpack
 
-    grid = ppnpack.Grid()                       # 32 x 32 cells of 1 cm, heights in units of 2 mm, 4 yaws
+    grid = ppnpack.Grid()                       # 128 x 128 cells of 2.5 mm, heights in units of 2 mm, 16 yaws
     catalogue = ppnpack.Catalogue(grid)         # 96 household objects
     buffer = [catalogue["mug"], catalogue["bowl"]]
     plan = ppnpack.plan(grid, grid.empty(), buffer)

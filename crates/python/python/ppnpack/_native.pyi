@@ -34,17 +34,18 @@ class _Took(TypedDict):
     propose: float
     evaluate: float
     check: float
-    look_ahead: float
 
 @final
 class Grid:
     def __new__(
         cls,
         container_m: tuple[float, float, float] = ...,
-        cell_m: float = 0.01,
-        height_unit_m: float = 0.002,
+        cell_m: float = ...,
+        height_unit_m: float = ...,
         yaws: int | Sequence[float] = ...,
     ) -> Self: ...
+    @staticmethod
+    def reference() -> Grid: ...
     @property
     def nx(self) -> int: ...
     @property
@@ -192,7 +193,6 @@ class Planner:
         method: dict[str, Any] | None = None,
         *,
         evaluator: _Evaluator | None = None,
-        mix: Sequence[Item] = ...,
         threads: int = 1,
         **settings: Any,
     ) -> Self: ...

@@ -73,7 +73,7 @@ class PackingEnv(gymnasium.Env[dict[str, NDArray[Any]], np.int64]):
         render_mode: None = None,
     ) -> None:
         self.render_mode = render_mode
-        self.grid = Grid() if grid is None else grid
+        self.grid = Grid.reference() if grid is None else grid
         self.catalogue = Catalogue(self.grid) if catalogue is None else catalogue
         self._packings = Packings(
             self.grid,
@@ -151,7 +151,7 @@ class VectorPackingEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDA
         super().__init__()
         self.num_envs = num_envs
         self.render_mode = render_mode
-        self.grid = Grid() if grid is None else grid
+        self.grid = Grid.reference() if grid is None else grid
         self.catalogue = Catalogue(self.grid) if catalogue is None else catalogue
         self._packings = Packings(
             self.grid,

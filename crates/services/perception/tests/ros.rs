@@ -12,7 +12,7 @@ mod payload;
 
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_perception::extrinsics::Extrinsics;
 use ppnpack_perception_service::{Fate, Perception, RosCamera, Settings};
@@ -60,6 +60,7 @@ fn settings() -> Settings {
             camera("0/camera/depth/points/**", "cell-1"),
             camera(BRIDGE_KEY, "cell-2"),
         ],
+        grid: GridSettings::from(&Grid::reference()),
         ..Settings::default()
     }
 }

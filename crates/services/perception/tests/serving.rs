@@ -69,6 +69,7 @@ fn settings() -> Settings {
     Settings {
         // No test takes so long that a late cloud would be taken for a new beginning.
         sensor_restart_after_s: 600.0,
+        grid: GridSettings::from(&Grid::reference()),
         ..Settings::default()
     }
 }
@@ -357,7 +358,7 @@ fn cells_have_the_grids_that_are_set() {
 #[test]
 fn other_cells_are_not_served_where_only_listed_ones_are() {
     let rig = Rig::connected(&Settings {
-        cells: BTreeMap::from([("cell-1".to_owned(), GridSettings::default())]),
+        cells: BTreeMap::from([("cell-1".to_owned(), GridSettings::from(&Grid::reference()))]),
         has_unlisted_cells: false,
         ..settings()
     });

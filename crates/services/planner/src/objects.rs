@@ -22,8 +22,6 @@ pub(crate) struct Objects(Vec<Arc<GridObjects>>);
 pub(crate) struct GridObjects {
     resolution: Resolution,
     by_name: HashMap<String, Object>,
-    /// In the order of the catalogue.
-    items: Vec<Arc<Item>>,
     has_limits: bool,
 }
 
@@ -72,7 +70,6 @@ impl GridObjects {
         Self {
             resolution: catalogue.resolution.clone(),
             by_name: objects.collect(),
-            items: catalogue.items(),
             has_limits: limits.any(|object| object.model.carries_kg.is_some()),
         }
     }
@@ -80,11 +77,6 @@ impl GridObjects {
     /// An object by its name.
     pub(crate) fn named(&self, name: &str) -> Option<&Object> {
         self.by_name.get(name)
-    }
-
-    /// All objects: what may arrive.
-    pub(crate) fn items(&self) -> &[Arc<Item>] {
-        &self.items
     }
 
     /// Whether some of them may not carry anything.

@@ -29,7 +29,7 @@ pub(crate) struct Helpers {
     pub(crate) client: Client,
     pub(crate) ppn: Arc<Alive>,
     pub(crate) heuristic: Arc<Alive>,
-    /// The threads that try placements and look ahead, for all cells together.
+    /// The threads that try placements, for all cells together.
     pub(crate) threads: Option<Arc<rayon::ThreadPool>>,
 }
 
@@ -40,7 +40,7 @@ pub(crate) struct Planning {
 }
 
 impl Planning {
-    /// Planning by a cell's settings; `mix` is what may arrive.
+    /// Planning by a cell's settings.
     ///
     /// # Errors
     /// What is not possible in the settings.
@@ -48,7 +48,6 @@ impl Planning {
         cell: &Cell,
         settings: &CellSettings,
         helpers: &Helpers,
-        mix: &[Arc<Item>],
         interruption: &Interruption,
     ) -> Result<Self, String> {
         let peers = |alive: &Arc<Alive>, limit_s: f64| Peers {
@@ -60,7 +59,6 @@ impl Planning {
         let network = PpnServices(peers(&helpers.ppn, settings.propose_limit_s));
         let parts = Parts {
             settings,
-            mix,
             threads: helpers.threads.clone(),
             network: Some(&network),
             interruption: Some(interruption),
@@ -86,11 +84,9 @@ impl Planning {
     pub(crate) fn alone(
         settings: &CellSettings,
         threads: Option<Arc<rayon::ThreadPool>>,
-        mix: &[Arc<Item>],
     ) -> Result<Self, String> {
         let parts = Parts {
             settings,
-            mix,
             threads,
             network: None,
             interruption: None,
@@ -125,8 +121,6 @@ impl Planning {
 /// What planning is made of.
 struct Parts<'a> {
     settings: &'a CellSettings,
-    /// What may arrive.
-    mix: &'a [Arc<Item>],
     threads: Option<Arc<rayon::ThreadPool>>,
     network: Option<&'a dyn OpenNetwork>,
     interruption: Option<&'a Interruption>,
@@ -175,16 +169,9 @@ impl Parts<'_> {
         let trial = trial::check(method.trial, &method.loads, twin, self.threads.clone());
         checks.extend(trial.map_err(|error| error.to_string())?);
         checks.extend(more);
-        let chooser = method.chooser(&grid, self.mix, self.threads.clone());
-        let chooser = chooser.map_err(|error| error.to_string())?;
         let evaluator = method.farsighted(evaluator);
         let planner = Planner::new(proposer, evaluator, checks, method.order, method.seed);
-        Ok(Planning {
-            grid,
-            planner: planner
-                .with_chooser(chooser)
-                .with_time_cost(method.time_cost()),
-        })
+        Ok(Planning { grid, planner })
     }
 }
 

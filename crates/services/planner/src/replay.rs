@@ -7,7 +7,6 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use ppnpack_packing::item::Item;
 use ppnpack_packing::plan::{Plan, PlanError};
 use ppnpack_physics::trial;
 use ppnpack_wire::keys::Cell;
@@ -66,7 +65,6 @@ struct ReplayedCell {
 struct MadeOf {
     cell: String,
     settings: String,
-    mix: Vec<Vec<u8>>,
 }
 
 impl Replayer {
@@ -96,7 +94,7 @@ impl Replayer {
             return Err(Unreplayable::Cut);
         }
         let step = RecordedStep::read(record, shapes)?;
-        let cell = self.cell_of(record, shapes)?;
+        let cell = self.cell_of(record)?;
         let found = step.plan(cell.settings.choice).plan(cell)?;
         let Some(found) = found else {
             return Ok(None);
@@ -107,20 +105,15 @@ impl Replayer {
     }
 
     /// The cell of a record, which is kept for the next one.
-    fn cell_of(
-        &mut self,
-        record: &v1::PlanningRecord,
-        shapes: &mut dyn ShapeSource,
-    ) -> Result<&mut ReplayedCell, Unreplayable> {
+    fn cell_of(&mut self, record: &v1::PlanningRecord) -> Result<&mut ReplayedCell, Unreplayable> {
         let made_of = MadeOf {
             cell: record.cell.clone(),
             settings: record.settings.clone(),
-            mix: record.mix.clone(),
         };
         let kept = self.cell.take().filter(|cell| cell.made_of == made_of);
         let cell = match kept {
             Some(kept) => kept,
-            None => ReplayedCell::new(made_of, self.threads.as_ref(), shapes)?,
+            None => ReplayedCell::new(made_of, self.threads.as_ref())?,
         };
         Ok(self.cell.insert(cell))
     }
@@ -130,7 +123,6 @@ impl ReplayedCell {
     fn new(
         made_of: MadeOf,
         threads: Option<&Arc<rayon::ThreadPool>>,
-        shapes: &mut dyn ShapeSource,
     ) -> Result<Self, Unreplayable> {
         let settings: CellSettings =
             serde_json::from_str(&made_of.settings).map_err(Unreplayable::Settings)?;
@@ -139,14 +131,12 @@ impl ReplayedCell {
         }
         let possible = settings.validate();
         possible.map_err(Unreplayable::Planning)?;
-        let mix = made_of.mix.iter().map(|id| shapes.item(id));
-        let mix = mix.collect::<Result<Vec<Arc<Item>>, _>>()?;
         let planned = |error: &dyn std::fmt::Display| Unreplayable::Planning(error.to_string());
         let cell = Cell::new(&made_of.cell).map_err(|error| planned(&error))?;
         let plans = settings.container_plans(&cell);
         let plannings = plans.map_err(|error| planned(&error))?.into_iter();
         let plannings = plannings.map(|plan| {
-            let planning = Planning::alone(&plan.settings, threads.cloned(), &mix);
+            let planning = Planning::alone(&plan.settings, threads.cloned());
             Ok((plan.name, planning.map_err(Unreplayable::Planning)?))
         });
         Ok(Self {

@@ -15,7 +15,6 @@ pub fn read(message: &v1::Settling) -> Result<Settling, WireError> {
         tilt_rad: at_least_zero("tilt_rad", message.tilt_rad)?,
         slide_m: at_least_zero("slide_m", message.slide_m)?,
         disturbance_m: at_least_zero("disturbance_m", message.disturbance_m)?,
-        load_n: at_least_zero("load_n", message.load_n)?,
         above_rim_m: at_least_zero("above_rim_m", message.above_rim_m)?,
         is_still: message.is_still,
     })
@@ -27,7 +26,6 @@ pub fn write(settling: &Settling) -> v1::Settling {
         tilt_rad: settling.tilt_rad,
         slide_m: settling.slide_m,
         disturbance_m: settling.disturbance_m,
-        load_n: settling.load_n,
         above_rim_m: settling.above_rim_m,
         is_still: settling.is_still,
     }

@@ -19,7 +19,6 @@ use ppnpack_physics::twin::TwinSettings;
 
 use super::job::{ALTERNATIVES, ResultOptions, SettingAsideOptions};
 use crate::failure::{OrInput, OrRun, Outcome};
-use crate::fastest;
 use crate::network::Backend;
 use crate::options::{CatalogueOptions, Conditions, GridOptions, MethodOptions, PhysicsOptions};
 use crate::progress;
@@ -73,9 +72,9 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         backend.prepare();
     }
     let model = proposals.read_model()?;
-    let sources = proposals.sources(&grid, model.as_ref())?;
+    let source = proposals.source(&grid, model.as_ref())?;
     let poses = arguments.catalogue.poses;
-    let mut method = arguments.method.method(&sources, conditions, poses)?;
+    let method = arguments.method.method(source, conditions, poses)?;
     let (arm, station) = arguments.method.arm.station()?.unzip();
     let simulated = arguments
         .physics
@@ -89,15 +88,6 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
     let network = proposals.network(backend, model.as_ref(), &items);
     let network = network.as_ref().map(|network| network as &dyn OpenNetwork);
     let station = station.as_ref();
-    let costs = fastest::choose(
-        &mut method,
-        &sources,
-        &grid,
-        &items,
-        station,
-        threads,
-        network,
-    )?;
     let twin = TwinSettings::of(&simulated.cell);
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let pool = trial::pool(
@@ -111,11 +101,9 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         let proposer = method.proposer_or_exhaustive(&grid, network)?;
         let arm_check = station.map(|station| Box::new(station.check()) as BoxedCheck);
         let (twin, pool) = (twin.clone(), pool.clone());
-        let trial = trial::check(method.trial, &method.loads, twin, pool.clone()).or_input()?;
+        let trial = trial::check(method.trial, &method.loads, twin, pool).or_input()?;
         let checks = arm_check.into_iter().chain(trial);
-        let chooser = method.chooser(&grid, &catalogue.items(), pool)?;
-        let planner = method.build_with(&grid, proposer, checks, threads)?;
-        Ok(planner.with_chooser(chooser))
+        Ok(method.build_with(&grid, proposer, checks, threads)?)
     };
 
     let settings = |sequence, set_aside| Settings {
@@ -130,7 +118,6 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
             method: method.clone(),
             arm: arm.clone(),
         },
-        costs: costs.clone(),
         threads,
         simulated: simulated.clone(),
     };

@@ -92,7 +92,6 @@ struct SettlingPart {
     disturbance_m: f64,
     is_still: bool,
     above_rim_m: f64,
-    load_n: f64,
 }
 
 /// What an item carries, against what it may.
@@ -266,7 +265,6 @@ fn settling(settling: &v1::Settling) -> SettlingPart {
         disturbance_m: settling.disturbance_m,
         is_still: settling.is_still,
         above_rim_m: settling.above_rim_m,
-        load_n: settling.load_n,
     }
 }
 

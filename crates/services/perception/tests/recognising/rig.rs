@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use nalgebra::{Point3, Vector3};
 use ppnpack_catalogue::build::{ModelSettings, model};
 use ppnpack_catalogue::mesh::{Bounds, Mesh};
+use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_perception_service::{Objects, Perception, Settings, TraySettings};
 use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_recognition::recognise::RecognitionSettings;
@@ -62,6 +63,7 @@ pub(crate) fn settings() -> Settings {
     Settings {
         catalogue: Some("builtin".to_owned()),
         trays: BTreeMap::from([("cell-1".to_owned(), tray)]),
+        grid: GridSettings::from(&Grid::reference()),
         ..Settings::default()
     }
 }

@@ -195,7 +195,6 @@ impl CellPlanner {
                 header::stage("propose", timings.propose),
                 header::stage("evaluate", timings.evaluate),
                 header::stage("check", timings.check),
-                header::stage("look_ahead", timings.look_ahead),
             ],
             set_aside: self.session.reasons_set_aside_now(),
             decided_at_ns,

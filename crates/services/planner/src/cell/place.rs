@@ -61,10 +61,8 @@ impl Place {
             address,
             settings,
         } = plan;
-        let objects = shared.objects.of(&settings);
-        let items = objects.as_ref().map_or(&[][..], |objects| objects.items());
         let interruption = &own.interruption;
-        let planning = Planning::new(&address, &settings, &shared.helpers, items, interruption);
+        let planning = Planning::new(&address, &settings, &shared.helpers, interruption);
         let planning = planning.map_err(ServiceError::start)?;
         let limits = SceneLimits {
             age: Duration::from_secs_f64(settings.heightmap_age_limit_s),

@@ -31,18 +31,13 @@ impl CellPlanner {
         let names = plan.containers.iter().map(|at| at.name);
         let places = names.filter_map(|name| self.places.iter().find(|place| place.name == name));
         let grids: Vec<Grid> = places.map(|place| place.planning.grid().clone()).collect();
-        let objects = self
-            .objects
-            .as_ref()
-            .filter(|_| self.settings.method.look_ahead.is_on());
-        let mix = objects.map_or(&[][..], |objects| objects.items());
         let result = StepResult {
             session_id: self.session.id(),
             is_cut: found.is_cut,
             decision,
         };
         let items = prepared.buffer_items();
-        let record = self.recorder.record(&plan, &items, &grids, mix, &result);
+        let record = self.recorder.record(&plan, &items, &grids, &result);
         if self.news.records.len() < MOST_WAITING {
             self.news.records.push(record);
         } else {

@@ -4,10 +4,7 @@ mod read;
 mod shapes;
 mod write;
 
-use std::sync::Arc;
-
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::item::Item;
 use ppnpack_service::ServiceError;
 use ppnpack_service::clock::now_ns;
 use ppnpack_service::process::Process;
@@ -58,13 +55,12 @@ impl Recorder {
         self.records.has_readers()
     }
 
-    /// The record of a step; `mix` are the items that a look ahead draws from.
+    /// The record of a step.
     pub(crate) fn record(
         &mut self,
         plan: &StepPlan<'_>,
         items: &[BufferItem<'_>],
         grids: &[Grid],
-        mix: &[Arc<Item>],
         result: &StepResult<'_>,
     ) -> v1::PlanningRecord {
         self.shapes.make_room();
@@ -74,7 +70,6 @@ impl Recorder {
             planned_at_ns: i64::try_from(now_ns()).unwrap_or(i64::MAX),
             versions: Some(self.versions.clone()),
             settings: self.settings.clone(),
-            mix: mix.iter().map(|item| self.shapes.item(item)).collect(),
             is_cut: result.is_cut,
             decision: result.decision.cloned(),
             ..write::step(plan, items, grids, &mut self.shapes)

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::grid::{Grid, GridSettings};
-use ppnpack_packing::method::{Method, ProposalSource};
+use ppnpack_packing::method::{Method, ProposalSource, SET_ASIDE};
 use ppnpack_packing::orders::ContainerRules;
 use ppnpack_packing::search::Search;
 use ppnpack_physics::twin::TwinSettings;
@@ -116,7 +116,7 @@ impl Default for CellSettings {
             evaluate_limit_s: 1.0,
             heightmap_age_limit_s: 5.0,
             sensor_latency_s: 0.5,
-            set_aside: 0,
+            set_aside: SET_ASIDE,
             alternatives: 0,
             poses: 1,
             inspect: None,
@@ -195,10 +195,6 @@ impl CellSettings {
         let method = &self.method;
         let possible = method.validate();
         possible.map_err(|error| error.to_string())?;
-        if method.arm_time.is_on() && self.arm.is_none() {
-            let remedy = "arm_time: there is no arm that takes time: set arm, or leave it out";
-            return Err(remedy.to_owned());
-        }
         let twin = self.twin.validate();
         twin.map_err(|error| error.to_string())?;
         in_range("buffer", method.buffer, 1..=MAX_CANDIDATES)?;

@@ -104,7 +104,7 @@ impl CellSettings {
             return Ok(vec![ContainerPlan {
                 name: String::new(),
                 address: cell.clone(),
-                settings: self.clone(),
+                settings: self.with_weights(),
             }]);
         }
         let containers = self.containers.iter().map(|(name, own)| {
@@ -117,12 +117,20 @@ impl CellSettings {
         containers.collect()
     }
 
+    /// The settings with the weights that suit their poses, where they name none.
+    fn with_weights(&self) -> Self {
+        Self {
+            method: self.method.clone().for_poses(self.poses),
+            ..self.clone()
+        }
+    }
+
     /// The settings that hold for one of its containers: those of a cell that has this container alone.
     pub(super) fn of_container(&self, own: &ContainerSettings) -> Self {
         let mut alone = Self {
             containers: BTreeMap::new(),
             opening: OpeningSettings::default(),
-            ..self.clone()
+            ..self.with_weights()
         };
         alone.grid.container = own.container.unwrap_or(self.grid.container);
         alone.arm = own.arm.clone().or(alone.arm);

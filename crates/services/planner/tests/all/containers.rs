@@ -8,7 +8,7 @@ use ppnpack_packing::closing::ClosingRules;
 use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::orders::Sharing;
-use ppnpack_planner::{CellSettings, ClosingSettings, ContainerSettings};
+use ppnpack_planner::{ClosingSettings, ContainerSettings};
 use ppnpack_service::ServiceSettings;
 use ppnpack_wire::v1::{self, Status};
 
@@ -174,7 +174,7 @@ fn what_lies_where_survives_a_restart_and_other_containers_end_the_session() {
 
 #[test]
 fn a_container_has_a_name_of_its_own() {
-    let mut settings = common::settings(CellSettings::default());
+    let mut settings = common::settings(crate::common::coarse());
     let containers = BTreeMap::from([("cell-1".to_owned(), ContainerSettings::default())]);
     settings.cells.get_mut("cell-1").unwrap().containers = containers;
     let refused = settings.validate().unwrap_err();

@@ -41,9 +41,9 @@ fn what_becomes_of_plans_and_sessions_is_counted_by_cell() {
         evaluate: Where::Services,
         method: Method {
             trial: TrialSettings::off(),
-            ..Method::default()
+            ..crate::common::method()
         },
-        ..CellSettings::default()
+        ..crate::common::coarse()
     });
     let planner = common::start(&hub, &settings, &[]);
     assert_counts(&[

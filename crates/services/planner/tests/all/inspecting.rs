@@ -58,10 +58,10 @@ impl Rig {
             // The heightmap never shows what was placed: that would be in the way of what is tried.
             method: Method {
                 trial: TrialSettings::off(),
-                ..Method::default()
+                ..crate::common::method()
             },
             inspect,
-            ..CellSettings::default()
+            ..crate::common::coarse()
         };
         let settings = common::settings(cell);
         Self {

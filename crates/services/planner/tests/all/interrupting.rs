@@ -6,7 +6,6 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::common::{self, announcement, block, cell, soon};
-use ppnpack_planner::CellSettings;
 use ppnpack_service::embedded;
 use ppnpack_service::rpc::{self, Client, Incoming};
 use ppnpack_wire::keys::Service;
@@ -24,7 +23,7 @@ fn a_plan_that_waits_for_minutes_holds_up_nobody_who_switches_the_automatic_mode
         asked.send(()).ok();
     };
     let _perception = rpc::listen(&perception, None, heightmap).unwrap();
-    let settings = common::settings(CellSettings::default());
+    let settings = common::settings(crate::common::coarse());
     let _planner = common::start(&hub, &settings, &[]);
     let client = Client::new(&embedded::session(&hub).unwrap());
     common::begin(&client);

@@ -54,7 +54,7 @@ fn a_step_that_needs_more_memory_than_is_set_is_refused_by_name_and_smaller_ones
             grid: fine(),
             evaluate,
             search_mib: 2,
-            ..CellSettings::default()
+            ..crate::common::coarse()
         };
         settings.method.buffer = BUFFER;
         settings.method.trial = TrialSettings::off();

@@ -14,9 +14,9 @@ fn settings(loads: LoadSettings) -> CellSettings {
         method: Method {
             trial: TrialSettings::off(),
             loads,
-            ..Method::default()
+            ..crate::common::method()
         },
-        ..CellSettings::default()
+        ..crate::common::coarse()
     }
 }
 

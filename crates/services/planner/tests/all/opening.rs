@@ -176,7 +176,7 @@ fn fewer_than_all_containers_may_be_open_and_at_least_one() {
     for (most, containers, is_possible) in
         [(0, 2, false), (1, 2, true), (2, 2, false), (1, 0, false)]
     {
-        let mut cell = CellSettings::default();
+        let mut cell = crate::common::coarse();
         let names = ["left", "right"].into_iter().take(containers);
         cell.containers = names
             .map(|name| (name.to_owned(), ContainerSettings::default()))

@@ -352,7 +352,7 @@ fn an_order_is_waited_for_no_longer_than_is_set() {
 #[test]
 fn groups_that_must_and_must_not_travel_together_are_refused() {
     let pair = || vec![("food".to_owned(), "soap".to_owned())];
-    let mut settings = CellSettings::default();
+    let mut settings = crate::common::coarse();
     settings.rules.apart = pair();
     settings.rules.together = pair();
     let refused = common::settings(settings).validate().unwrap_err();

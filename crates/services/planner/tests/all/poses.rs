@@ -6,7 +6,7 @@ use crate::common::{self, cell, ids, placed, soon};
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{self, Catalogue, NamedMesh, Source};
 use ppnpack_catalogue::mesh::Mesh;
-use ppnpack_packing::grid::GridSettings;
+use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_packing::heightmap::Surface;
 use ppnpack_packing::method::Method;
 use ppnpack_packing::trial::TrialSettings;
@@ -38,7 +38,7 @@ const OBJECTS: [(&str, [f64; 3]); 4] = [
 fn grid() -> GridSettings {
     GridSettings {
         yaws: 1,
-        ..GridSettings::default()
+        ..GridSettings::from(&Grid::reference())
     }
 }
 
@@ -97,12 +97,12 @@ impl Rig {
             method: Method {
                 buffer,
                 trial: TrialSettings::off(),
-                ..Method::default()
+                ..crate::common::method()
             },
             // The heightmap is never another one.
             heightmap_age_limit_s: 600.0,
             poses,
-            ..CellSettings::default()
+            ..crate::common::coarse()
         };
         let settings = Settings {
             store: Some(folder.path().join("sessions.redb")),

@@ -119,7 +119,7 @@ fn replayer() -> Replayer {
 
 #[test]
 fn tried_placements_are_decided_again() {
-    let rig = rig::Rig::new(None, CellSettings::default());
+    let rig = rig::Rig::new(None, crate::common::coarse());
     let tape = Tape::new(&rig.hub);
     common::begin(&rig.client);
     let fragile = v1::Announcement {
@@ -172,10 +172,10 @@ fn a_step_in_which_nothing_fits_goes_so_again() {
         method: Method {
             trial: TrialSettings::off(),
             loads: LoadSettings::default(),
-            ..Method::default()
+            ..crate::common::method()
         },
         set_aside: 1,
-        ..CellSettings::default()
+        ..crate::common::coarse()
     };
     let rig = rig::Rig::new(None, settings);
     let tape = Tape::new(&rig.hub);
@@ -243,7 +243,7 @@ fn the_containers_of_a_cell_are_chosen_from_again() {
 
 #[test]
 fn what_cannot_be_planned_again_is_told_apart() {
-    let rig = rig::Rig::new(None, CellSettings::default());
+    let rig = rig::Rig::new(None, crate::common::coarse());
     let tape = Tape::new(&rig.hub);
     rig.announce(&["a"]);
     rig.decision();
@@ -285,7 +285,7 @@ fn what_cannot_be_planned_again_is_told_apart() {
 
 #[test]
 fn nothing_is_recorded_where_nobody_reads_it() {
-    let rig = rig::Rig::new(None, CellSettings::default());
+    let rig = rig::Rig::new(None, crate::common::coarse());
     rig.announce(&["a", "b"]);
     let first = rig.decision();
     rig.place(&first);

@@ -54,12 +54,12 @@ impl Rig {
             evaluate: Where::InProcess,
             method: Method {
                 buffer,
-                ..Method::default()
+                ..crate::common::method()
             },
             // The heightmap is never another one.
             heightmap_age_limit_s: 600.0,
             set_aside,
-            ..CellSettings::default()
+            ..crate::common::coarse()
         };
         let settings = Settings {
             store: Some(folder.path().join("sessions.redb")),

@@ -62,7 +62,7 @@ fn a_decision_is_of_the_bridges_state_on_a_picture_that_surely_shows_it_and_repo
     let mut settings = CellSettings {
         evaluate: Where::InProcess,
         sensor_latency_s: LATENCY.as_secs_f64(),
-        ..CellSettings::default()
+        ..crate::common::coarse()
     };
     settings.method.trial = TrialSettings::off();
     let _planner = common::start(&hub, &common::settings(settings), &[]);

@@ -2,7 +2,6 @@
 
 use crate::common::rig::Rig;
 use nalgebra::Isometry3;
-use ppnpack_planner::CellSettings;
 use ppnpack_wire::{convert, v1};
 
 fn says(decision: &v1::Decision, what: &str) -> bool {
@@ -16,7 +15,7 @@ fn comes_to_rest(decision: &v1::Decision) -> bool {
 
 #[test]
 fn unknown_items_are_tried_with_the_shapes_that_were_seen() {
-    let rig = Rig::new(None, CellSettings::default());
+    let rig = Rig::new(None, crate::common::coarse());
     rig.announce(&["a", "b"]);
     let first = rig.decision();
     assert!(comes_to_rest(&first), "{first:?}");
@@ -42,7 +41,7 @@ fn a_body_of_no_known_shape_is_as_the_heightmap_shows_it() {
         is_inside: true,
         is_found: true,
     };
-    let rig = Rig::new(Some(vec![stranger]), CellSettings::default());
+    let rig = Rig::new(Some(vec![stranger]), crate::common::coarse());
     rig.shown.lock().unwrap().raise((0, 0), 32, 0.05);
     rig.announce(&["a"]);
     let decision = rig.decision();
@@ -65,7 +64,7 @@ fn a_body_that_the_bridge_calls_otherwise_is_where_the_session_has_its_item() {
         is_inside: true,
         is_found: true,
     };
-    let rig = Rig::new(Some(vec![body]), CellSettings::default());
+    let rig = Rig::new(Some(vec![body]), crate::common::coarse());
     rig.announce(&["a", "b"]);
     // The bridge says that it lies there before the session knows where.
     let first = rig.decision();
@@ -108,7 +107,7 @@ fn took_part(decision: &v1::Decision) -> bool {
 #[test]
 fn a_body_that_the_bridge_only_assumes_is_as_the_heightmap_shows_it() {
     for is_found in [true, false] {
-        let rig = Rig::new(Some(vec![in_the_corner(is_found)]), CellSettings::default());
+        let rig = Rig::new(Some(vec![in_the_corner(is_found)]), crate::common::coarse());
         rig.shown.lock().unwrap().raise((0, 0), 6, 0.04);
         rig.announce(&["a", "b"]);
         assert_eq!(took_part(&rig.decision()), is_found);
@@ -120,7 +119,7 @@ fn a_body_that_the_bridge_only_assumes_is_as_the_heightmap_shows_it() {
 fn a_reported_item_is_a_body_where_it_was_found_whatever_the_bridge_assumes() {
     let assumed = || Some(vec![in_the_corner(false)]);
     for (bodies, is_found) in [(None, true), (None, false), (assumed(), true)] {
-        let rig = Rig::new(bodies, CellSettings::default());
+        let rig = Rig::new(bodies, crate::common::coarse());
         rig.announce(&["a", "b"]);
         let first = rig.decision();
         assert_eq!(first.item_id, "a");

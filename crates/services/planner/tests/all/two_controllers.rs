@@ -1,7 +1,6 @@
 //! Two controllers that do not know of each other.
 
 use crate::common::{self, announcement, block, cell, soon};
-use ppnpack_planner::CellSettings;
 use ppnpack_service::embedded;
 use ppnpack_service::rpc::{CallError, Client};
 use ppnpack_wire::v1::{self, Status};
@@ -31,7 +30,7 @@ fn assert_not_meant<T: std::fmt::Debug>(answer: Result<T, CallError>, own: &str)
 #[test]
 fn a_controller_whose_session_another_one_replaced_hears_of_it_and_changes_nothing() {
     let hub = embedded::hub().unwrap();
-    let settings = common::settings(CellSettings::default());
+    let settings = common::settings(crate::common::coarse());
     let _planner = common::start(&hub, &settings, &[]);
     let session = embedded::session(&hub).unwrap();
     let (anybody, first, second) = (
@@ -72,7 +71,7 @@ fn a_controller_whose_session_another_one_replaced_hears_of_it_and_changes_nothi
 #[test]
 fn a_session_that_is_meant_has_a_possible_name() {
     let hub = embedded::hub().unwrap();
-    let settings = common::settings(CellSettings::default());
+    let settings = common::settings(crate::common::coarse());
     let _planner = common::start(&hub, &settings, &[]);
     let session = embedded::session(&hub).unwrap();
     let odd = Client::new(&session).of_session("no name");

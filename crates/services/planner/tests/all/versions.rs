@@ -65,7 +65,7 @@ impl Rig {
             evaluate: Where::InProcess,
             heightmap_age_limit_s: 600.0,
             place_limit_s: 1.0,
-            ..CellSettings::default()
+            ..crate::common::coarse()
         };
         settings.method.trial = TrialSettings::off();
         let planner = common::start(&hub, &common::settings(settings), &[]);

@@ -6,7 +6,6 @@ use std::time::Duration;
 
 use crate::common::rig::Rig;
 use crate::common::soon;
-use ppnpack_planner::CellSettings;
 use ppnpack_wire::v1;
 use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest;
@@ -65,7 +64,7 @@ fn seen(socket: &mut WebSocket<TcpStream>) -> BTreeSet<u32> {
 #[test]
 fn a_planner_shows_its_own_steps_to_viewers() {
     let address = "127.0.0.1:0".parse().unwrap();
-    let rig = Rig::viewed_at(Some(address), None, CellSettings::default());
+    let rig = Rig::viewed_at(Some(address), None, crate::common::coarse());
     rig.announce(&["a"]);
     let mut socket = look(rig.view_address().unwrap(), &TOPICS);
     let mut all_seen = BTreeSet::new();
@@ -81,7 +80,7 @@ fn a_planner_shows_its_own_steps_to_viewers() {
 
 #[test]
 fn a_planner_that_is_not_told_to_serves_no_viewers() {
-    let rig = Rig::new(None, CellSettings::default());
+    let rig = Rig::new(None, crate::common::coarse());
     assert_eq!(rig.view_address(), None);
     rig.finish();
 }

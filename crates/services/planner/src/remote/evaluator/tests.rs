@@ -53,7 +53,7 @@ fn evaluator(hub: &Hub) -> SharedEvaluator {
     };
     let method = Method {
         stability: Stability::None,
-        ..Method::default()
+        ..Method::published()
     };
     let local = LocalSearches::new(&Grid::reference(), &method, usize::MAX).unwrap();
     SharedEvaluator::new(peers, local, false)

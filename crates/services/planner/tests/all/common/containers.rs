@@ -34,10 +34,10 @@ pub(crate) fn left_and_right() -> CellSettings {
         evaluate: Where::InProcess,
         method: Method {
             trial: TrialSettings::off(),
-            ..Method::default()
+            ..crate::common::method()
         },
         heightmap_age_limit_s: 600.0,
-        ..CellSettings::default()
+        ..crate::common::coarse()
     }
 }
 

@@ -9,9 +9,11 @@ use std::time::{Duration, Instant};
 
 use nalgebra::Vector3;
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_packing::item::{Item, ViewSurfaces};
+use ppnpack_packing::method::{Method, Stability};
+use ppnpack_packing::trial::TrialSettings;
 use ppnpack_planner::{CellSettings, PlannerService, Settings};
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{Client, Done, Incoming};
@@ -27,6 +29,28 @@ pub(crate) fn cell() -> Cell {
 /// A deadline that nothing here is late for.
 pub(crate) fn soon() -> Instant {
     Instant::now() + Duration::from_secs(20)
+}
+
+/// The paper's grid, on which tests are quick, and by the paper's objective what there is room for.
+pub(crate) fn coarse() -> CellSettings {
+    CellSettings {
+        grid: GridSettings::from(&Grid::reference()),
+        method: method(),
+        set_aside: 0,
+        ..CellSettings::default()
+    }
+}
+
+/// The paper's objective, and tries within what counts as steady.
+pub(crate) fn method() -> Method {
+    let mut trial = TrialSettings::default();
+    trial.limits.tilt_rad = 30.0_f64.to_radians();
+    trial.limits.slide_m = 0.02;
+    Method {
+        stability: Stability::None,
+        trial,
+        ..Method::published()
+    }
 }
 
 /// A planner with that one cell.

@@ -10,18 +10,18 @@ use crate::document;
 use crate::statistics::Mean;
 
 /// The shares `K` of the paper's table, in percent.
-pub(crate) const SHARES: [f64; 5] = ppnpack_model::accuracy::SHARES_PERCENT;
+pub(super) const SHARES: [f64; 5] = ppnpack_model::accuracy::SHARES_PERCENT;
 
 /// What the paper's network finds over all placements at these shares, in percent.
-pub(crate) const PAPER_PERCENT: [f64; 5] = [81.0, 94.9, 97.2, 98.0, 99.4];
+pub(super) const PAPER_PERCENT: [f64; 5] = [81.0, 94.9, 97.2, 98.0, 99.4];
 
 /// The head of a table's columns of shares.
-pub(crate) fn head() -> String {
+pub(super) fn head() -> String {
     SHARES.map(|share| format!(" K = {share} % |")).concat()
 }
 
 /// Accuracies as a table's cells, each with the paper's in brackets where there is one.
-pub(crate) fn cells(accuracy: &[Mean], paper: &[f64]) -> String {
+pub(super) fn cells(accuracy: &[Mean], paper: &[f64]) -> String {
     let cells = accuracy.iter().enumerate().map(|(at, mean)| {
         let paper = paper.get(at).map(|paper| format!(" [{paper:.1}]"));
         format!(" {}{} |", mean.shown(1), paper.unwrap_or_default())
@@ -30,7 +30,7 @@ pub(crate) fn cells(accuracy: &[Mean], paper: &[f64]) -> String {
 }
 
 /// Draws a curve for each row of a table: its name, and its means at the shares, in percent.
-pub(crate) fn draw<'a>(
+pub(super) fn draw<'a>(
     (folder, name): (&Path, &str),
     title: &str,
     of: &str,
@@ -55,7 +55,7 @@ pub(crate) fn draw<'a>(
 
 /// Percentages at the shares: with several networks, means over them with intervals over them; with one, intervals
 /// over the sequences.
-pub(crate) fn percent(networks: &[&Accuracies], question: Question) -> Vec<Mean> {
+pub(super) fn percent(networks: &[&Accuracies], question: Question) -> Vec<Mean> {
     let at_share = |at: usize| {
         let found = |of: &&Accuracies| of.of(question).get(at).map(|answer| answer.share);
         let mean = match networks {

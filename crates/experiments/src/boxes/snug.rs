@@ -1,34 +1,21 @@
-//! One-step policies on the compact heightmap: a placement's value is a weighted sum of few whole numbers. They play the
+//! The one-step policy *snug* on the compact heightmap: a placement's value is a weighted sum of few whole numbers. It plays the
 //! roll-outs.
-
-use clap::ValueEnum;
-use serde::{Deserialize, Serialize};
 
 use super::rules::Setting;
 use super::support::stands;
 use super::surface::{Placed, SIDE, Sides, Surface, Windows};
 
-/// A policy by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(super) enum Policy {
-    /// Deepest bottom-left, as the engine's
-    Dbl,
-    /// Heightmap minimisation, as the engine's
-    Hm,
-    /// Little space lost below the box, much touched at its sides, its top level with those beside it
-    Snug,
-}
-
-/// What each part of a value counts; values are the better the lower they are.
-#[derive(Debug, Clone, Copy, Default)]
-struct Weights {
+/// Chooses placements with little space lost below the box, much touched at its sides, its top level with those beside it.
+///
+/// The weights say what each part of a value counts; values are the better the lower they are. They were found by hill climbing from
+/// guesses, by the volume that it packs of 1,200 sequences of another generator than the [instances'](super::source::Instance).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Snug {
+    setting: Setting,
     /// The resting height, in cells.
     resting: i32,
     /// The height of the box as it lies, in cells.
     height: i32,
-    /// The volume under the top over the box's bottom, in cells cubed.
-    column: i32,
     /// The volume below the box that nothing can reach any more, in cells cubed.
     lost: i32,
     /// Half the faces at its sides, in cells squared.
@@ -39,37 +26,26 @@ struct Weights {
     level: i32,
     /// The area of a top at the rim, in cells squared; it lowers the value.
     rim: i32,
-    /// The distance from the origin's corner along both axes, in cells.
+    /// The distance from the origin's corner along both axes, in cells; it lowers the value.
     corner: i32,
 }
 
-impl Policy {
-    /// On the grid of the benchmark, the engine's weights per cell of height are five times those per cell of floor.
-    ///
-    /// Those of [`Self::Snug`] were found by hill climbing from guesses, by the volume that it packs of 1,200 sequences of
-    /// another generator than the [instances'](super::source::Instance).
-    fn weights(self, setting: Setting) -> Weights {
-        match (self, setting) {
-            (Self::Dbl, _) => Weights {
-                resting: 5,
-                corner: 1,
-                ..Weights::default()
-            },
-            (Self::Hm, _) => Weights {
-                column: 5,
-                corner: 1,
-                ..Weights::default()
-            },
-            (Self::Snug, Setting::Stable) => Weights {
+impl Snug {
+    pub(super) fn new(setting: Setting) -> Self {
+        match setting {
+            Setting::Stable => Self {
+                setting,
                 resting: 8,
+                height: 0,
                 lost: 2,
+                sides: 0,
                 touching: 5,
                 level: 7,
                 rim: 7,
-                corner: -1,
-                ..Weights::default()
+                corner: 1,
             },
-            (Self::Snug, Setting::Free) => Weights {
+            Setting::Free => Self {
+                setting,
                 resting: 4,
                 height: 11,
                 lost: 5,
@@ -77,23 +53,17 @@ impl Policy {
                 touching: 7,
                 level: 13,
                 rim: 1,
-                corner: -2,
-                ..Weights::default()
+                corner: 2,
             },
         }
     }
 
     /// The best placement of a box that stands, each box by itself; of equal ones the first by orientation, x, y.
-    pub(super) fn choose(
-        self,
-        surface: &Surface,
-        arriving: Sides,
-        setting: Setting,
-    ) -> Option<Placed> {
+    pub(super) fn choose(&self, surface: &Surface, arriving: Sides) -> Option<Placed> {
         let mut best: Option<(i32, Placed)> = None;
-        self.visit(surface, arriving, setting, |value, placed, is_flat| {
+        self.visit(surface, arriving, |value, placed, is_flat| {
             let is_better = best.is_none_or(|(least, _)| value < least);
-            if is_better && may_stand(surface, &placed, setting, is_flat) {
+            if is_better && self.may_stand(surface, &placed, is_flat) {
                 best = Some((value, placed));
             }
         });
@@ -101,15 +71,10 @@ impl Policy {
     }
 
     /// All placements of a box that stand, each box by itself, the best first, in the order of [`Self::choose`].
-    pub(super) fn ranked(
-        self,
-        surface: &Surface,
-        arriving: Sides,
-        setting: Setting,
-    ) -> Vec<Placed> {
+    pub(super) fn ranked(&self, surface: &Surface, arriving: Sides) -> Vec<Placed> {
         let mut ranked = Vec::new();
-        self.visit(surface, arriving, setting, |value, placed, is_flat| {
-            if may_stand(surface, &placed, setting, is_flat) {
+        self.visit(surface, arriving, |value, placed, is_flat| {
+            if self.may_stand(surface, &placed, is_flat) {
                 ranked.push((value, placed));
             }
         });
@@ -118,15 +83,8 @@ impl Policy {
     }
 
     /// Looks at every placement below the rim: its value, where, and whether all of the bottom touches something.
-    fn visit(
-        self,
-        surface: &Surface,
-        arriving: Sides,
-        setting: Setting,
-        mut look: impl FnMut(i32, Placed, bool),
-    ) {
-        let weights = self.weights(setting);
-        for sides in setting.orientations(arriving) {
+    fn visit(&self, surface: &Surface, arriving: Sides, mut look: impl FnMut(i32, Placed, bool)) {
+        for sides in self.setting.orientations(arriving) {
             let below = Below {
                 resting: surface.resting_heights(sides),
                 sums: surface.height_sums(sides),
@@ -139,7 +97,7 @@ impl Policy {
                     }
                     let placed = Placed { sides, x, y, z };
                     let lost = below.lost(&placed);
-                    let value = weights.value(surface, &placed, lost);
+                    let value = self.value(surface, &placed, lost);
                     look(value, placed, lost == 0);
                 }
             }
@@ -147,10 +105,10 @@ impl Policy {
     }
 
     /// The volume that it packs of a future into what is there, until a box fits nowhere, in cells cubed.
-    pub(super) fn play_out(self, mut surface: Surface, future: &[Sides], setting: Setting) -> u32 {
+    pub(super) fn play_out(&self, mut surface: Surface, future: &[Sides]) -> u32 {
         let mut volume = 0;
         for arriving in future {
-            let Some(placed) = self.choose(&surface, *arriving, setting) else {
+            let Some(placed) = self.choose(&surface, *arriving) else {
                 break;
             };
             surface.place(&placed);
@@ -158,10 +116,26 @@ impl Policy {
         }
         volume
     }
-}
 
-fn may_stand(surface: &Surface, placed: &Placed, setting: Setting, is_flat: bool) -> bool {
-    is_flat || !setting.asks_for_stability() || stands(surface, placed)
+    fn may_stand(&self, surface: &Surface, placed: &Placed, is_flat: bool) -> bool {
+        is_flat || !self.setting.asks_for_stability() || stands(surface, placed)
+    }
+
+    fn value(&self, surface: &Surface, placed: &Placed, lost: i32) -> i32 {
+        let Placed { sides, x, y, z } = *placed;
+        let [x, y, z] = [x, y, z].map(i32::from);
+        let [nx, ny, height] = [sides.x, sides.y, sides.z].map(i32::from);
+        let rim = match placed.top() {
+            SIDE => nx * ny,
+            _ => 0,
+        };
+        let beside = Beside::of(surface, placed);
+        self.resting * z + self.height * height + self.lost * lost + self.sides * (nx + ny) * height
+            - self.corner * (x + y)
+            - self.touching * beside.touching
+            - self.level * beside.level
+            - self.rim * rim
+    }
 }
 
 /// What is below the bottoms of a box in one orientation.
@@ -175,35 +149,6 @@ impl Below {
     fn lost(&self, placed: &Placed) -> i32 {
         let under = placed.sides.floor_cells() * u32::from(placed.z);
         under as i32 - i32::from(self.sums.at(placed.x, placed.y))
-    }
-}
-
-impl Weights {
-    fn value(&self, surface: &Surface, placed: &Placed, lost: i32) -> i32 {
-        let Placed { sides, x, y, z } = *placed;
-        let [x, y, z, top] = [x, y, z, placed.top()].map(i32::from);
-        let [nx, ny, height] = [sides.x, sides.y, sides.z].map(i32::from);
-        let rim = match placed.top() {
-            SIDE => nx * ny,
-            _ => 0,
-        };
-        let beside = match self.looks_beside() {
-            true => Beside::of(surface, placed),
-            false => Beside::default(),
-        };
-        self.resting * z
-            + self.height * height
-            + self.column * nx * ny * top
-            + self.lost * lost
-            + self.sides * (nx + ny) * height
-            + self.corner * (x + y)
-            - self.touching * beside.touching
-            - self.level * beside.level
-            - self.rim * rim
-    }
-
-    fn looks_beside(&self) -> bool {
-        self.touching != 0 || self.level != 0
     }
 }
 
@@ -279,13 +224,12 @@ mod tests {
         let mut surface = Surface::empty();
         let arriving = Sides { x: 1, y: 3, z: 5 };
         for setting in [Setting::Stable, Setting::Free] {
-            for policy in [Policy::Dbl, Policy::Hm, Policy::Snug] {
-                for _ in 0..4 {
-                    let ranked = policy.ranked(&surface, arriving, setting);
-                    let best = policy.choose(&surface, arriving, setting).unwrap();
-                    assert_eq!(ranked.first(), Some(&best));
-                    surface.place(&best);
-                }
+            let snug = Snug::new(setting);
+            for _ in 0..4 {
+                let ranked = snug.ranked(&surface, arriving);
+                let best = snug.choose(&surface, arriving).unwrap();
+                assert_eq!(ranked.first(), Some(&best));
+                surface.place(&best);
             }
         }
     }
@@ -294,9 +238,8 @@ mod tests {
     fn a_future_is_played_until_a_box_fits_nowhere() {
         let large = Sides { x: 5, y: 5, z: 5 };
         let future = [large; 20];
-        let packed = Policy::Snug.play_out(Surface::empty(), &future, Setting::Stable);
-        assert_eq!(packed, 1000);
-        let packed = Policy::Snug.play_out(Surface::empty(), &future[..3], Setting::Stable);
-        assert_eq!(packed, 375);
+        let snug = Snug::new(Setting::Stable);
+        assert_eq!(snug.play_out(Surface::empty(), &future), 1000);
+        assert_eq!(snug.play_out(Surface::empty(), &future[..3]), 375);
     }
 }

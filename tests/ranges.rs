@@ -1,4 +1,4 @@
-//! Experiments that are made by shards.
+//! Experiments whose ranges are made apart, and put together.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -6,33 +6,44 @@ use std::process::Output;
 
 use serde_json::Value;
 
-/// Makes an experiment at once, and as two shards that are merged: both have the same runs, and results, bit for bit.
-pub(crate) fn is_the_same_as_shards(ppnpack: fn(&[&str]) -> Output, experiment: &[&str]) {
+/// Makes an experiment at once, and as two ranges that keep their runs in one folder: the whole made of those has the same runs, and
+/// results, bit for bit. `count` names the option of how many there are, of which there are 0 to `all` from `first` on.
+pub(crate) fn is_the_same_as_ranges(
+    ppnpack: fn(&[&str]) -> Output,
+    experiment: &[&str],
+    count: &str,
+    [first, all]: [u32; 2],
+) {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let succeed = |arguments: &[&str]| {
-        let output = ppnpack(arguments);
+    let kept = at("kept");
+    let make = |name: &str, [first, all]: [u32; 2], more: &[&str]| {
+        let [out, first, all] = [
+            at(name).display().to_string(),
+            first.to_string(),
+            all.to_string(),
+        ];
+        let range = ["--json", "--out", &out, "--first", &first, count, &all];
+        let arguments = [&["experiment"][..], experiment, &range, more].concat();
+        let output = ppnpack(&arguments);
         let error = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{arguments:?}: {error}");
-        output.stdout
+        timeless(serde_json::from_slice(&output.stdout).unwrap())
     };
-    let make = |name: &str, more: &[&str]| {
-        let out = at(name);
-        let options = ["--json", "--out", out.to_str().unwrap()];
-        let printed = succeed(&[&["experiment"][..], experiment, &options, more].concat());
-        timeless(serde_json::from_slice(&printed).unwrap())
-    };
-    let single = make("single", &[]);
-    make("a", &["--shard", "0/2"]);
-    make("b", &["--shard", "1/2"]);
-    let kept = ["a", "b", "all", "single"].map(|name| at(name).join("runs"));
-    let [a, b, all, _] = kept.each_ref().map(|path| path.to_str().unwrap());
-    succeed(&["experiment", "merge", a, b, "--into", all]);
-    let [a, b, all, once] = kept.each_ref().map(|path| runs(path));
-    assert_eq!(all, once, "{experiment:?}");
-    let is_part = |part: &BTreeMap<String, Value>| part.len() < all.len();
-    assert!(is_part(&a) && is_part(&b), "{experiment:?}");
-    assert_eq!(make("all", &[]), single, "{experiment:?}");
+    let single = make("single", [first, all], &[]);
+    let once = runs(&at("single").join("runs"));
+    let together = ["--runs", kept.to_str().unwrap()];
+    let half = all.div_ceil(2);
+    make("a", [first, half], &together);
+    let of_a = runs(&kept);
+    assert!(of_a.len() < once.len(), "{experiment:?}");
+    make("b", [first + half, all - half], &together);
+    assert_eq!(runs(&kept), once, "{experiment:?}");
+    assert_eq!(
+        make("all", [first, all], &together),
+        single,
+        "{experiment:?}"
+    );
 }
 
 /// Results without times, at any depth, and without what made them: those are the machine's.

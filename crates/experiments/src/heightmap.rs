@@ -1,6 +1,8 @@
 //! `ppnpack experiment heightmap`: how well heightmaps of a simulated depth camera agree with the truth, over packings of
 //! the built-in objects.
 
+use std::time::Instant;
+
 use clap::Args;
 use nalgebra::{Isometry3, Point3};
 use ppnpack_camera::{DepthCamera, Intrinsics, NoiseModel, View};
@@ -16,7 +18,7 @@ use ppnpack_packing::grid::{ContainerSize, Grid};
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::hidden::SceneMemory;
 use ppnpack_packing::method::{ProposalSource, Stability};
-use ppnpack_perception::mapper::{Mapped, Mapper};
+use ppnpack_perception::mapper::Mapper;
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::packing_cell::{PoseError, Sampling, SimulatedPackingCell};
@@ -25,7 +27,6 @@ use ppnpack_physics::view::{CameraCloud, CameraSettings, Cameras};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::timed;
 use crate::method::sdfm;
 use crate::scene::{self, body};
 use crate::statistics::{percentage, quantiles};
@@ -248,12 +249,7 @@ fn pixel(intrinsics: &Intrinsics, point: &Point3<f64>) -> Option<usize> {
 }
 
 /// The scene that is planned on.
-fn scene_of(
-    mapper: &mut Mapper,
-    grid: &Grid,
-    scene: &Seen,
-    content: Content,
-) -> Outcome<(Mapped, Scene)> {
+fn scene_of(mapper: &mut Mapper, grid: &Grid, scene: &Seen, content: Content) -> Outcome<Scene> {
     mapper.clear();
     for cloud in &scene.clouds {
         mapper.add(cloud.points_m.iter().copied(), &cloud.container_from_camera);
@@ -268,12 +264,11 @@ fn scene_of(
         container_from_item: error.disturb(&solid.container_from_item, &mut random),
         ..solid.clone()
     });
-    let seen = mapped.scene.clone();
-    let known = match content {
+    let seen = mapped.scene;
+    Ok(match content {
         Content::Bounds => seen,
         _ => SceneMemory::default().complete(grid, seen.with_content(solids.collect())),
-    };
-    Ok((mapped, known))
+    })
 }
 
 fn report(grid: &Grid, cameras: usize, content: Content, scenes: &[Seen]) -> Outcome {
@@ -284,8 +279,9 @@ fn report(grid: &Grid, cameras: usize, content: Content, scenes: &[Seen]) -> Out
     let mut cells: Vec<(&TrueCell, f64)> = Vec::new();
     let mut above_rim = 0;
     for scene in scenes {
-        let ((_, known), time_ms) = timed(|| scene_of(&mut mapper, grid, scene, content).unwrap());
-        times_ms.push(time_ms);
+        let start = Instant::now();
+        let known = scene_of(&mut mapper, grid, scene, content)?;
+        times_ms.push(start.elapsed().as_secs_f64() * 1e3);
         let heights = known.heightmap().heights();
         above_rim += heights
             .iter()
